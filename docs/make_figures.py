@@ -1,4 +1,4 @@
-"""Draw the chapter's figures for the documentation again: python docs/make_figures.py"""
+"""Draw the chapter's figures for the documentation: python docs/make_figures.py"""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ HEAD = """\
 
 The figures of chapter 19 of *The Mechanics of Jointed Structures*
 ([doi:10.1007/978-3-319-56818-8_19](https://doi.org/10.1007/978-3-319-56818-8_19)), all but one
-photograph, drawn from this library; at the end some that the chapter has not. Its axes carry no
-numbers in its text, so each figure states what it assumes. Where the chapter shows measurements
-(19.6, 19.7, 19.22) these are synthetic, and say so. One command draws them all, as SVG and PNG,
-each with its data as CSV (the sketches have none); `--only` draws some of them:
+photograph, drawn with this library, followed by some figures that the chapter does not have. The
+axes of the chapter have no numbers, so each figure states its assumptions. Where the chapter shows
+measurements (19.6, 19.7, 19.22) the data are synthetic and labelled so. One command draws all
+figures as SVG and PNG, with their data as CSV (sketches have none); `--only` selects figures:
 
 ```sh
 microslip figures -o figures
 microslip figures --only 19.13 --only 19.14 -o loops
 ```
 
-What differs from the chapter is said in [misprints.md](misprints.md).
-`python docs/make_figures.py` makes this page.
+Differences from the chapter are listed in [misprints.md](misprints.md).
+`python docs/make_figures.py` writes this page.
 """
 
 
 def page() -> str:
-    """The page, from what the figures say of themselves."""
+    """Return the page with titles, captions and assumptions of the figures."""
     parts = [HEAD]
     for plate in PLATES:
         number = f"Fig. {plate.number}: " if plate.number[0].isdigit() else ""
@@ -42,7 +42,7 @@ def page() -> str:
             f"{plate.caption}\n\n*{plate.parameters}* `{plate.command}`\n"
         )
     rows = "".join(f"| {number} | {why} |\n" for number, why in LEFT_OUT.items())
-    parts.append(f"## Left out\n\n| figure | why |\n| --- | --- |\n{rows}")
+    parts.append(f"## Not reproduced\n\n| figure | reason |\n| --- | --- |\n{rows}")
     return "\n".join(parts)
 
 

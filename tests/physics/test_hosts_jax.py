@@ -56,7 +56,7 @@ def test_batches_are_their_rows(joint):
 def test_numbers_of_32_bits_are_refused(joint):
     jax.config.update("jax_enable_x64", False)
     try:
-        with pytest.raises(ms.InputError, match="JAX must compute with 64 bits"):
+        with pytest.raises(ms.InputError, match="JAX must use 64-bit numbers"):
             joint.dissipated_energy(POINT, 1e-7)
     finally:
         jax.config.update("jax_enable_x64", True)

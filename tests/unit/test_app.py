@@ -174,7 +174,7 @@ def test_uploads_have_a_limit_together(bench: Bench, monkeypatch: pytest.MonkeyP
     monkeypatch.setattr("microslip.app.server.LARGEST_UPLOADS", 1000)
     sent = [bench.ask("POST", "/api/uploads?name=a.csv", bytes(400)) for _ in range(3)]
     assert [status for status, _, _ in sent] == [200, 200, 413]
-    assert "all uploads together" in json.loads(sent[2][2])["error"]
+    assert "uploads are limited" in json.loads(sent[2][2])["error"]
     assert sum(path.is_file() for path in bench.folder.rglob("*")) == 2
 
 
@@ -205,7 +205,9 @@ NAMES_A_FILE = '[excitation]\nhistory = { file = "/etc/passwd", column = "x" }\n
 def test_a_study_names_no_file(key: str, text: str, tmp_path: Path) -> None:
     file = tmp_path / "study.toml"
     file.write_text(text)
-    with pytest.raises(ms.InputError, match=f"{key} names a file, which only the command reads"):
+    with pytest.raises(
+        ms.InputError, match=f"{key} refers to a file, which only the command can read"
+    ):
         check_study(file)
 
 
@@ -215,7 +217,7 @@ def test_a_study_that_names_a_file_is_not_run(tmp_path: Path, bench: Bench) -> N
     sent = bench.json("POST", "/api/uploads?name=study.toml", file.read_bytes())
     asked = {"kind": "predict", "uploads": [sent["id"]], "options": {}}
     status, _, text = bench.ask("POST", "/api/runs", asked)
-    assert (status, b"names a file" in text) == (422, True)
+    assert (status, b"refers to a file" in text) == (422, True)
 
 
 @pytest.mark.parametrize(
@@ -226,7 +228,7 @@ def test_a_study_that_names_a_file_is_not_run(tmp_path: Path, bench: Bench) -> N
         ({"kind": "look record", "uploads": ["x"]}, "kind must be one of"),
         ({"kind": "measure", "uploads": ["x"]}, "an upload is no longer available"),
         ({"kind": "measure", "uploads": []}, "uploads must be a list"),
-        ([], "must hold a table"),
+        ([], "must be a JSON object"),
     ],
 )
 def test_unsupported_requests(bench: Bench, asked: Any, text: str) -> None:

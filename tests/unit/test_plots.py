@@ -98,7 +98,7 @@ def test_records_cycles_and_fits() -> None:
     assert np.allclose(shown(energies)[1], 1e3 * measured.cycles["dissipated_energy"], rtol=1e-12)
     fit = ms.identify([record])
     assert len(fit.plot()) == 2
-    with pytest.raises(ms.InputError, match="ax must be 2 of them"):
+    with pytest.raises(ms.InputError, match="ax must be 2 Matplotlib axes"):
         fit.plot(loop)
 
 
@@ -134,7 +134,7 @@ def test_summits_lie_on_the_map_of_their_scan() -> None:
 
 @pytest.mark.parametrize("ax", [3, "axes", [None]])
 def test_something_else_than_axes(ax) -> None:
-    with pytest.raises(ms.InputError, match="ax must be Matplotlib's axes, got"):
+    with pytest.raises(ms.InputError, match="ax must be Matplotlib axes, got"):
         JOINT.plot(ax)
 
 

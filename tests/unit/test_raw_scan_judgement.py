@@ -124,4 +124,4 @@ def test_checksums_of_x3p(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"damaged: the checksum of bindata/data\.bin"):
         _check_sums(x3p(tmp_path / "b.x3p", b"12345678", b"12345679"))
     (told,) = _check_sums(x3p(tmp_path / "c.x3p", b"1", b"1", "0" * 32))
-    assert "main.xml is not what md5checksum.hex says" in told
+    assert "main.xml does not match md5checksum.hex" in told

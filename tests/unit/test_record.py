@@ -297,8 +297,8 @@ def test_too_large(put: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(ms.InputError) as caught:
         ms.Record.read("big.h5")
     assert str(caught.value) == (
-        "big.h5: holds 2000000000000 points, more than limit=50000000; "
-        "give a higher limit if there is memory for it (1.6e+04 GB and a few times that)"
+        "big.h5: contains 2000000000000 points, more than limit=50000000; "
+        "raise the limit if memory suffices (1.6e+04 GB and a few times that)"
     )
     with pytest.raises(ms.InputError) as caught:
         ms.Record.read("big.h5", limit=10**13)
@@ -435,7 +435,7 @@ def test_hdf5_rates_that_differ(put: Any) -> None:
     record = ms.Record.read("r.h5", units=UNITS)
     assert record.sample_rate is None
     assert record.notes[0] == (
-        'r.h5: HDF5 file; two sample rates, 2 Hz by "a/dt" and 3 Hz by "b/fs", so neither is taken.'
+        'r.h5: HDF5 file; two sample rates, 2 Hz by "a/dt" and 3 Hz by "b/fs", so neither is used.'
     )
     with h5py.File("s.h5", "w") as file:
         file["x"], file["F"] = X, T
@@ -466,7 +466,7 @@ def test_hdf5_wrong(put: Any) -> None:
         (
             "two.h5",
             {"displacement": "run1/x", "force": "force"},
-            'force: 2 columns are called "force", "run1/force" and "run2/force"; '
+            'force: 2 columns have the name "force", "run1/force" and "run2/force"; '
             'write force="run1/force"',
         ),
         (
@@ -528,8 +528,7 @@ def test_tdms_wrong(put: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(ms.InputError) as caught:
         ms.Record.read("b.tdms")
     assert str(caught.value) == (
-        "b.tdms: TDMS files are read by npTDMS, which is not installed: "
-        'pip install "microslip[tdms]"'
+        'b.tdms: TDMS files need npTDMS, which is not installed: pip install "microslip[tdms]"'
     )
 
 

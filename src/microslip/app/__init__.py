@@ -1,1 +1,1 @@
-"""The workbench: the commands in a browser, on this machine alone."""
+"""Workbench: the commands in a local browser."""

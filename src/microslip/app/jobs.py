@@ -1,4 +1,4 @@
-"""Runs of the workbench: each a command in a process of its own, in a folder of its own."""
+"""Runs of the workbench: commands in separate processes and folders."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from microslip._core.wording import quote
 from microslip.study.toml_text import FILE_KEYS, tables_of, text_of
 
 LOOK = "look"
-"""Begins the name of a form for a look into a file: "look record", "look scan"."""
+"""Prefix of the form names for file previews: "look record", "look scan"."""
 _LONGEST = 200
 _JOB_LIMIT = 20
 _WORKERS = max(1, (os.cpu_count() or 2) - 1)
@@ -29,27 +29,27 @@ RESULT = "result"
 
 @dataclass(frozen=True)
 class Field:
-    """A field of a form: an option of a command, as the command itself says it."""
+    """Form field for an option of a command, generated from the command."""
 
-    name: str  # as it is typed, without dashes
+    name: str  # option name without dashes
     label: str
     help: str
     kind: str  # text, flag, choice, file or study: the last two are uploads
     choices: tuple[str, ...]
-    several: bool  # whether it may be repeated
-    values: int  # how many values it takes at once
-    placeholder: str  # its default, or what to write
-    looks: bool  # whether a look into a file depends on it
-    usual: bool  # whether it is always shown
+    several: bool  # may be repeated
+    values: int  # number of values per occurrence
+    placeholder: str  # default or example
+    looks: bool  # affects file previews
+    usual: bool  # always shown
 
 
 Forms = Mapping[str, Sequence[Field]]
-"""Fields of each command that can be asked for, and of looks into files."""
+"""Fields of each command and of each file preview."""
 
 
 @dataclass
 class Upload:
-    """A file that was sent, under a name of our making."""
+    """Uploaded file under a safe name."""
 
     id: str
     name: str
@@ -57,17 +57,17 @@ class Upload:
 
     @property
     def size(self) -> int:
-        """Bytes of the file."""
+        """File size [bytes]."""
         return self.path.stat().st_size if self.path.exists() else 0
 
     def summary(self) -> dict[str, Any]:
-        """Summary of the job for the page."""
+        """Return the summary of the upload for the page."""
         return {"id": self.id, "name": self.name, "size": self.size}
 
 
 @dataclass
 class Run:
-    """One command, its state and its folder."""
+    """Command with its state and folder."""
 
     id: str
     kind: str
@@ -81,18 +81,18 @@ class Run:
 
     @property
     def command(self) -> str:
-        """Command line that gives the same result, in the folder of its files."""
+        """Command line that gives the same result in the folder of its files."""
         return shlex.join(["microslip", *self.arguments])
 
     def files(self) -> dict[str, Path]:
-        """Files of the result by their names."""
+        """Return the files of the result by name."""
         folder = self.folder / RESULT
         if self.state != "done" or not folder.is_dir():
             return {}
         return {path.name: path for path in sorted(folder.iterdir()) if path.is_file()}
 
     def study(self) -> str | None:
-        """A study of the joint that was found: the identified one, or that of a scan."""
+        """Return the study written by the run, from an identification or a scan."""
         files = self.files()
         for name in ("joint.toml", "study.toml"):
             if name in files:
@@ -100,7 +100,7 @@ class Run:
         return None
 
     def summary(self) -> dict[str, Any]:
-        """Summary of the job for the page."""
+        """Return the summary of the run for the page."""
         plain = {
             name: getattr(self, name) for name in ("id", "kind", "state", "progress", "message")
         }
@@ -112,14 +112,14 @@ class Run:
 
 
 def safe_name(name: str) -> str:
-    """A name of a file that is one on every system, and of nothing but a file."""
+    """Return a file name that is valid on every system and contains no path."""
     last = re.split(r"[\\/]", name)[-1]
     stem = re.sub(r"[^A-Za-z0-9._-]", "_", last).lstrip(".-")[-80:].lstrip(".-")
     return stem or "file"
 
 
 class Workspace:
-    """All uploads and runs, in one folder that nobody else reads."""
+    """Uploads and runs in a private folder."""
 
     def __init__(self, folder: Path, forms: Forms) -> None:
         self.folder, self.forms = folder, forms
@@ -129,7 +129,7 @@ class Workspace:
         self._tasks: set[asyncio.Task[None]] = set()
 
     def place(self, name: str) -> Upload:
-        """Path for a new upload."""
+        """Create the path of a new upload."""
         number = token_hex(8)
         folder = self.folder / number
         folder.mkdir(mode=0o700)
@@ -138,7 +138,7 @@ class Workspace:
         return upload
 
     def start(self, request: dict[str, Any]) -> Run:
-        """Begin a run that the page asks for, unless it names what is not there."""
+        """Start a run requested by the page, after validating its uploads and options."""
         kind = request.get("kind")
         commands = [name for name in self.forms if not name.startswith(LOOK)]
         if not isinstance(kind, str) or kind not in commands:
@@ -205,7 +205,7 @@ class Workspace:
         return arguments, files
 
     async def look(self, kind: str, upload: Upload, options: Any, part: Any = None) -> Any:
-        """Look into a file, or keep a part of it, in a process of its own."""
+        """Preview a file, or save a part of it, in a separate process."""
         fields = {field.name: field for field in self.forms[f"{LOOK} {kind}"]}
         options = {
             name: value[: None if fields[name].several else fields[name].values]
@@ -217,12 +217,12 @@ class Workspace:
         arguments, _ = self._options(f"{LOOK} {kind}", options)
         ending = ".npy" if kind == "scan" else ".csv"
         part_upload = None if part is None else self.place(f"{upload.path.stem[:60]}-part{ending}")
-        question = None if part_upload is None else {"part": part, "save": str(part_upload.path)}
-        answer = await preview([kind, *arguments, "--", upload.name], upload.path.parent, question)
-        return answer if part_upload is None else {**answer, "upload": part_upload.summary()}
+        request = None if part_upload is None else {"part": part, "save": str(part_upload.path)}
+        view = await preview([kind, *arguments, "--", upload.name], upload.path.parent, request)
+        return view if part_upload is None else {**view, "upload": part_upload.summary()}
 
     async def _work(self, run: Run) -> None:
-        """Run the command and follow what it says."""
+        """Run the command and follow its progress."""
         async with self._free:
             if run.state == "cancelled":
                 return
@@ -234,7 +234,7 @@ class Workspace:
                 env={**os.environ, "MICROSLIP_PROGRESS": "lines", "NO_COLOR": "1",
                      "PYTHONIOENCODING": "utf-8"},
             )  # fmt: skip
-            if run.state == "cancelled":  # while it was begun
+            if run.state == "cancelled":  # while the process was starting
                 run.process.terminate()
             assert run.process.stdout is not None
             reading = asyncio.create_task(run.process.stdout.read())
@@ -250,7 +250,7 @@ class Workspace:
         while True:
             try:
                 line = await process.stderr.readline()
-            except ValueError:  # a line of no end
+            except ValueError:  # line exceeds the buffer
                 continue
             if not line:
                 return
@@ -261,7 +261,7 @@ class Workspace:
                 run.message = text.removeprefix("error: ")[:2000]
 
     async def cancel(self, run: Run) -> None:
-        """Stop a run; what it had begun is removed."""
+        """Stop a run; partial results are removed."""
         if run.state not in ("waiting", "running"):
             return
         run.state = "cancelled"
@@ -273,20 +273,20 @@ class Workspace:
                 run.process.kill()
 
     async def remove(self, run: Run) -> None:
-        """Forget a run with its files."""
+        """Delete a run and its files."""
         await self.cancel(run)
         self.runs.pop(run.id, None)
         shutil.rmtree(run.folder, ignore_errors=True)
 
     async def close(self) -> None:
-        """Stop everything."""
+        """Stop all runs."""
         for run in list(self.runs.values()):
             await self.cancel(run)
         await asyncio.gather(*self._tasks, return_exceptions=True)
 
 
 def check_study(path: Path) -> str:
-    """The text of a study that names no files: no name from a browser is ever opened."""
+    """Return the text of a study, or raise an InputError if it refers to files on this machine."""
     try:
         tables: list[Any] = [tables_of(text := text_of(path))]
     except ValueError as error:
@@ -296,7 +296,7 @@ def check_study(path: Path) -> str:
         for key, value in table.items() if isinstance(table, dict) else enumerate(table):
             if key in FILE_KEYS:
                 raise InputError(
-                    f"{path.name}: {key} names a file, which only the command reads: "
+                    f"{path.name}: {key} refers to a file, which only the command can read: "
                     f"microslip predict {path.name}"
                 )
             if isinstance(value, (dict, list)):
@@ -305,13 +305,13 @@ def check_study(path: Path) -> str:
 
 
 def _filled(argument: str, names: dict[str, str]) -> str:
-    """An argument with the name of the copy where it stands for an upload."""
+    """Replace the reference to an upload in an argument by the name of its copy."""
     head, mark, number = argument.partition("\0")
     return f"{head}{names[number]}" if mark else argument
 
 
 def _copied(upload: Upload, folder: Path) -> str:
-    """The name under which a file lies in the folder of a run."""
+    """Copy an upload to the folder of a run and return its name."""
     name, number = upload.name, 1
     while (folder / name).exists() or name == RESULT:
         number += 1
@@ -325,25 +325,25 @@ def _text(name: str, value: Any) -> str:
         raise InputError(f"{name} must be text or a number")
     text = str(value).strip()
     if not text or len(text) > _LONGEST or not text.isprintable():
-        raise InputError(f"{name} must be 1 to {_LONGEST} printable letters")
+        raise InputError(f"{name} must be 1 to {_LONGEST} printable characters")
     return text
 
 
-async def preview(arguments: list[str], folder: Path, question: Any) -> dict[str, Any]:
-    """Look into a file of a folder, in a process of its own that may take two minutes."""
+async def preview(arguments: list[str], folder: Path, request: Any) -> dict[str, Any]:
+    """Preview a file in a separate process, within two minutes."""
     process = await asyncio.create_subprocess_exec(
         sys.executable, "-P", "-m", "microslip.cli.workbench", *arguments, cwd=folder,
         stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE,
         stderr=asyncio.subprocess.DEVNULL,
     )  # fmt: skip
-    text = b"" if question is None else json.dumps(question).encode("utf-8")
+    text = b"" if request is None else json.dumps(request).encode("utf-8")
     try:
-        answer, _ = await asyncio.wait_for(process.communicate(text), 120.0)
+        output, _ = await asyncio.wait_for(process.communicate(text), 120.0)
     except TimeoutError:
         process.kill()
         raise InputError("reading the file took over two minutes") from None
     try:
-        content: dict[str, Any] = json.loads(answer)
+        content: dict[str, Any] = json.loads(output)
     except ValueError:
         raise InputError("the file could not be read") from None
     if "error" in content:

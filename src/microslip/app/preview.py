@@ -1,4 +1,4 @@
-"""Preview of a file for the workbench: numbers and pictures of a scan or a record."""
+"""File previews for the workbench: numbers and pictures of a scan or a record."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 _POINTS = 1200
 _PAUSE = 10.0
-"""Steps of time, of the usual length, from which on there was a pause, and no line is drawn."""
+"""Time step over the usual step above which the drawn line is interrupted."""
 
 
 def scan_view(scan: Scan, level: Any) -> dict[str, Any]:
-    """A map of the heights, levelled, and their spectrum."""
+    """Return a levelled height map and its spectrum."""
     from microslip.figures.kit import coarse, coloured
     from microslip.figures.svg import png_bytes
     from microslip.surfaces.figures import SHARE
@@ -50,7 +50,7 @@ def scan_view(scan: Scan, level: Any) -> dict[str, Any]:
 
 
 def save_scan(scan: Scan, part: Any, save: str) -> dict[str, Any]:
-    """Write the rectangle that was drawn, [left, right, bottom, top] in metres, as arrays."""
+    """Save the selected rectangle, [left, right, bottom, top] in m, as an array."""
     dx, dy = scan.pixel
     left, right, bottom, top = (float(x) for x in part)
     columns = slice(max(round(left / dx), 0), round(right / dx) + 1)
@@ -65,7 +65,7 @@ def save_scan(scan: Scan, part: Any, save: str) -> dict[str, Any]:
 
 
 def record_view(record: Record, say: Any = str) -> dict[str, Any]:
-    """Displacement and force over time and over each other, and where cycles begin, or why none."""
+    """Return displacement and force over time, the loop, and the cycles or why there are none."""
     from microslip.laboratory import measure
 
     time, has_time = _times(record)
@@ -90,7 +90,7 @@ def record_view(record: Record, say: Any = str) -> dict[str, Any]:
 
 
 def save_record(record: Record, part: Any, save: str) -> dict[str, Any]:
-    """Write the samples between two times as a record of their own."""
+    """Save the samples between two times as a separate record."""
     time, _ = _times(record)
     first, last = np.searchsorted(time, sorted(float(x) for x in part))
     keep = slice(int(first), int(last) + 1)
@@ -108,7 +108,7 @@ def save_record(record: Record, part: Any, save: str) -> dict[str, Any]:
 
 
 def _times(record: Record) -> tuple[Any, bool]:
-    """Times [s], or the numbers of the samples."""
+    """Return times [s], or sample numbers if the record has no time."""
     if record.time is not None:
         return record.time, True
     numbers = np.arange(len(record), dtype=np.float64)
@@ -118,7 +118,7 @@ def _times(record: Record) -> tuple[Any, bool]:
 
 
 def _envelope(time: Any, values: Any) -> list[list[float | None]]:
-    """A record for a picture: all of it, or the extremes of each stretch; None where it pauses."""
+    """Return a record reduced to the extremes of each interval; None at a pause."""
     steps = np.diff(time)
     pauses = np.flatnonzero(steps > _PAUSE * np.median(steps)) + 1 if steps.size else steps
     x: list[float | None] = []

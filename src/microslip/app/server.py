@@ -1,4 +1,4 @@
-"""The server of the workbench: its routes, and how it starts."""
+"""Server of the workbench: routes and start-up."""
 
 from __future__ import annotations
 
@@ -42,14 +42,14 @@ POLICY = (
 
 
 class Guard:
-    """Refuses all but the page that was opened, before anything of a request is read."""
+    """Middleware that rejects requests from other pages before reading them."""
 
     def __init__(self, app: App, token: str, port: int) -> None:
         self._app, self._token = app, token
         self._hosts = {f"127.0.0.1:{port}", f"localhost:{port}"}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass a request on, or answer it."""
+        """Forward or reject a request."""
         if scope["type"] == "lifespan":
             await self._app(scope, receive, send)
             return
@@ -87,7 +87,7 @@ class Guard:
         return None
 
     def _is_entry(self, scope: Scope) -> bool:
-        """Whether this is the address that the command has opened."""
+        """Return whether the request is the address opened by the command."""
         if scope["path"] != "/" or scope["method"] != "GET":
             return False
         tokens = parse_qs(scope.get("query_string", b"").decode("latin-1")).get("token", [""])
@@ -96,7 +96,7 @@ class Guard:
     def _knows(self, cookie: str) -> bool:
         try:
             morsel = SimpleCookie(cookie).get(COOKIE)
-        except Exception:  # whatever somebody sends as a cookie
+        except Exception:  # malformed cookie
             return False
         return morsel is not None and secrets.compare_digest(
             morsel.value.encode(), self._token.encode()
@@ -104,7 +104,7 @@ class Guard:
 
 
 def _limited(receive: Receive, limit: int) -> Receive:
-    """Read the body up to a limit, whatever length was declared."""
+    """Limit the body that is read, regardless of the declared length."""
     remaining = limit
 
     async def read() -> MutableMapping[str, Any]:
@@ -151,15 +151,15 @@ _FOLDER = Path(__file__).parent
 _ASSETS = {
     "/": "app.html", "/app.js": "app.js", "/app.css": "app.css", "/ticks.js": "../figures/ticks.js",
 }  # fmt: skip
-LARGEST_UPLOADS = 4_000_000_000  # bytes of all files that one workbench takes
+LARGEST_UPLOADS = 4_000_000_000  # bytes of all uploads together
 _PREFIX = "microslip-app-"
-# A report has its own script and needs no more of this origin.
+# A report contains its own script and needs no access to this origin.
 _REPORT = "sandbox allow-scripts; frame-ancestors 'self'"
 _PICTURE = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
 
 def build(workspace: Workspace, token: str, port: int) -> App:
-    """The application behind its guard."""
+    """Build the application behind its guard."""
     with needed_for("the workbench needs", "app"):
         from starlette.applications import Starlette
         from starlette.requests import ClientDisconnect, Request
@@ -181,8 +181,8 @@ def build(workspace: Workspace, token: str, port: int) -> App:
                 async for chunk in request.stream():
                     if (room := room - len(chunk)) < 0:
                         raise InputError(
-                            f"all uploads together must be of at most {LARGEST_UPLOADS:.0e} "
-                            "bytes; restart the workbench for more files"
+                            f"uploads are limited to {LARGEST_UPLOADS / 1e9:g} GB in total; "
+                            "restart the workbench to upload more files"
                         )
                     file.write(chunk)
         except (ClientDisconnect, InputError) as error:
@@ -234,7 +234,7 @@ def build(workspace: Workspace, token: str, port: int) -> App:
         run = run_of(request)
         text = None if run is None else run.study()
         if text is None:
-            return refusal(KeyError("this result makes no study"), 404)
+            return refusal(KeyError("this result has no study"), 404)
         return put_study(text)
 
     async def result(request: Request) -> Response:
@@ -291,18 +291,18 @@ def build(workspace: Workspace, token: str, port: int) -> App:
 
 
 async def _table(request: Any) -> dict[str, Any]:
-    """The table that a request holds."""
+    """Return the JSON object in a request."""
     try:
         table = json.loads(await request.body())
     except (ValueError, RecursionError):
-        raise InputError("a request must hold JSON") from None
+        raise InputError("a request must be JSON") from None
     if not isinstance(table, dict):
-        raise InputError("a request must hold a table")
+        raise InputError("a request must be a JSON object")
     return table
 
 
 def _archive(run: Run) -> bytes:
-    """The result, its inputs and the command that makes it again."""
+    """Return the result, its inputs and its command as a ZIP file."""
     file = io.BytesIO()
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("command.txt", f"{run.command}\n")
@@ -315,8 +315,8 @@ def _archive(run: Run) -> bytes:
 
 
 def remove_abandoned(temporary: Path) -> None:
-    """Remove the files of workbenches that were killed: their folders bear their numbers."""
-    if os.name != "posix":  # elsewhere asking whether a process lives may end it
+    """Remove the folders of workbenches whose process no longer exists."""
+    if os.name != "posix":  # os.kill(pid, 0) ends the process on Windows
         return
     for folder in temporary.glob(f"{_PREFIX}*-*"):
         number = folder.name.removeprefix(_PREFIX).partition("-")[0]
@@ -326,11 +326,11 @@ def remove_abandoned(temporary: Path) -> None:
         except ProcessLookupError:
             shutil.rmtree(folder, ignore_errors=True)
         except (OSError, OverflowError):
-            continue  # somebody else's, or gone meanwhile
+            continue  # owned by another user, or removed in the meantime
 
 
 def serve(forms: Forms, port: int = 0, open_browser: bool = True, say: Any = print) -> None:
-    """Serve the workbench to this machine until it is interrupted."""
+    """Serve the workbench on this machine until interrupted."""
     with needed_for("the workbench needs", "app"):
         import uvicorn
     listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
@@ -344,7 +344,7 @@ def serve(forms: Forms, port: int = 0, open_browser: bool = True, say: Any = pri
     with tempfile.TemporaryDirectory(prefix=f"{_PREFIX}{os.getpid()}-") as folder:
         app = build(Workspace(Path(folder), forms), token, port)
         address = f"http://127.0.0.1:{port}/?token={token}"
-        say(f"The workbench is at {address}\nIt ends with Ctrl-C, and its files with it.")
+        say(f"The workbench runs at {address}\nPress Ctrl-C to stop it and delete its files.")
         if open_browser:
             webbrowser.open(address)
         config = uvicorn.Config(app, log_level="warning", access_log=False, server_header=False)

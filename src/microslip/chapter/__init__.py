@@ -1,4 +1,4 @@
-"""The figures of the chapter, each drawn from this library."""
+"""Figures of the chapter, each computed with this library."""
 
 from __future__ import annotations
 
@@ -17,30 +17,32 @@ from microslip.chapter.plate import Drawing, Plate
 __all__ = ["KIND", "LEFT_OUT", "PLATES", "Drawing", "Plate", "select", "write"]
 
 KIND = "microslip-figures"
-"""Kind of a folder of figures in summary.json."""
+"""Kind of a folder of figures, stored in summary.json."""
 
 
-def _place(plate: Plate) -> float:
+def _chapter_order(plate: Plate) -> float:
     number = plate.number.partition(".")[2]
     return int(number) if number else math.inf
 
 
 _MODULES = (sketches, contact, loops, surface, joint, rig)
 _ENTRIES = (entry for module in _MODULES for entry in vars(module).values())
-PLATES = tuple(sorted((entry for entry in _ENTRIES if isinstance(entry, Plate)), key=_place))
-"""Every figure, in the order of the chapter; last what it has not."""
+PLATES = tuple(
+    sorted((entry for entry in _ENTRIES if isinstance(entry, Plate)), key=_chapter_order)
+)
+"""All figures in chapter order, followed by figures that the chapter does not have."""
 
 LEFT_OUT = MappingProxyType({"19.5": "a photograph of the sample"})
-"""The other figures of the chapter, and why they are not here."""
+"""Figures of the chapter that are not reproduced, and why."""
 
 
 def select(numbers: Iterable[str] = ()) -> tuple[Plate, ...]:
-    """Figures by their numbers."""
+    """Return figures by number; all figures by default."""
     selected = [number.strip() for text in numbers for number in text.split(",")]
     plates = {plate.number: plate for plate in PLATES}
     for number in selected:
         if number in LEFT_OUT:
-            raise InputError(f"figure {number} is left out: {LEFT_OUT[number]}")
+            raise InputError(f"figure {number} is not available: {LEFT_OUT[number]}")
         if number not in plates:
             raise InputError(f'no figure "{number}" (figures: {", ".join(plates)})')
     return tuple(plate for plate in PLATES if not selected or plate.number in selected)
@@ -49,7 +51,7 @@ def select(numbers: Iterable[str] = ()) -> tuple[Plate, ...]:
 def write(
     plates: Sequence[Plate], folder: Path, progress: Callable[[float], None] | None = None
 ) -> dict[str, Any]:
-    """Draw figures and write them: SVG, PNG, the data as CSV, and a summary of all."""
+    """Draw figures and write them as SVG, PNG and CSV, with a common summary."""
     figures = []
     for index, plate in enumerate(plates):
         figures.append(

@@ -1,4 +1,4 @@
-"""The figures of one contact, 19.2, 19.3 and 19.10, all from `Asperity`."""
+"""Figures of a single contact, 19.2, 19.3 and 19.10, computed with `Asperity`."""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ from microslip.friction import Asperity, AsperityFields, Zone
 
 
 def summit() -> Asperity:
-    """A summit of the chapter's milled aluminium, under about its share of the load."""
+    """Return a summit of the chapter's milled aluminium under a typical share of the load."""
     aluminium = Material(young_modulus=69e9, poisson_ratio=0.33)
     pair = MaterialPair(aluminium, aluminium)
     return Asperity(pair, radius=1e-3, friction_coefficient=0.55, normal_load=0.25)
 
 
 def assumed(addition: str = "") -> str:
-    """Assumptions of the figures of one asperity, in a sentence."""
+    """State the assumptions of the figures of one asperity."""
     joint = summit()
     metal = joint.pair.first
     return (
@@ -58,7 +58,7 @@ def assumed(addition: str = "") -> str:
 
 
 def path(*corners: float, samples: int = 80) -> Floats:
-    """A record through the corners, denser near them, as a sine is."""
+    """Return a displacement history through the corners, with cosine-spaced samples."""
     rise = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, samples))
     pieces = [low + (high - low) * rise for low, high in pairwise(corners)]
     return np.concatenate([pieces[0], *(piece[1:] for piece in pieces[1:])])
@@ -68,7 +68,7 @@ def path(*corners: float, samples: int = 80) -> Floats:
 
 
 def section(joint: Asperity, *states: AsperityFields) -> Floats:
-    """Places along a diameter, close at the edges, with those of all zones among them."""
+    """Return positions along a diameter, refined at the edge, including the zone boundaries."""
     a = joint.contact_radius
     half = np.concatenate((a * np.sin(np.linspace(0.0, np.pi / 2.0, 250)), [1.12 * a]))
     edges = [zone.outer for fields in states for zone in fields.zones]
@@ -77,7 +77,7 @@ def section(joint: Asperity, *states: AsperityFields) -> Floats:
 
 
 def _look(zone: Zone) -> dict[str, Any]:
-    """Fill of a zone; slip against the first loading is grey and hatched the other way."""
+    """Return the fill of a zone; reversed slip is grey with the opposite hatch."""
     if zone.kind == "stick":
         return {"facecolor": STICK}
     if zone.kind == "stuck":
@@ -88,14 +88,14 @@ def _look(zone: Zone) -> dict[str, Any]:
 
 
 def shade(axes: Axes, fields: AsperityFields) -> None:
-    """The zones behind a section."""
+    """Draw the zones behind a section."""
     for zone in fields.zones:
         for low, high in ((zone.inner, zone.outer), (-zone.outer, -zone.inner)):
             axes.axvspan(low / MICRO, high / MICRO, linewidth=0.0, zorder=0, **_look(zone))
 
 
 def zone_handles() -> list[Patch]:
-    """A legend of the fills."""
+    """Return legend handles of the zone fills."""
     kinds = (
         (Zone("stick", 0.0, 1.0, 0), "stick"),
         (Zone("slip", 0.0, 1.0, 1), "slip"),
@@ -128,7 +128,7 @@ def _cattaneo(plate: Plate) -> Drawing:
     words(axes, "stick: q < μp", 0.0, 0.94 * top)
     for side in (-1.0, 1.0):
         words(axes, "slip:\nq = μp", side * 0.5 * (a + c), 0.92 * top)
-    axes.set(xlabel="Place along the force x [µm]", ylabel="Tangential traction [MPa]")
+    axes.set(xlabel="Position along the force x [µm]", ylabel="Tangential traction [MPa]")
     axes.set(xlim=(x[0] / MICRO, x[-1] / MICRO), ylim=(0.0, top))
     above = axes.secondary_xaxis("top")
     above.set_xticks([-a, -c, 0.0, c, a], ["−a", "−c", "0", "c", "a"])
@@ -168,7 +168,7 @@ def _mindlin(plate: Plate) -> Drawing:
     columns["without slip at T = 0.5 mu N [Pa]"] = welded
     label = "q at T = 0.5 μN, were there no slip"
     axes.plot(x / MICRO, welded / MEGA, color=BLUE, linestyle=DOTS, label=label)
-    axes.set(xlabel="Place along the force x [µm]", ylabel="Traction [MPa]")
+    axes.set(xlabel="Position along the force x [µm]", ylabel="Traction [MPa]")
     axes.set(xlim=(x[0] / MICRO, x[-1] / MICRO), ylim=(0.0, 1.12 * joint.peak_pressure / MEGA))
     above = axes.secondary_xaxis("top")
     above.set_xticks([-a / MICRO, 0.0, a / MICRO], ["−a", "0", "a"])

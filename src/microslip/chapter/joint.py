@@ -1,4 +1,4 @@
-"""The figures of the whole interface, 19.19 to 19.24, its damping, and a varying normal load."""
+"""Figures of the whole interface, 19.19 to 19.24, its damping, and a varying normal load."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from microslip.friction import CoupledResponse, Interface, Iwan
 
 
 def assumed(addition: str = "") -> str:
-    """Assumptions of the figures of the interface, in a sentence."""
+    """State the assumptions of the figures of the interface."""
     joint = worked_example()
     length = joint.slip_per_indentation * SPREAD
     return (
@@ -126,7 +126,7 @@ def _many_summits(plate: Plate) -> Drawing:
 
 
 def _even_cells(joint: Interface, count: int) -> Iwan:
-    """Iwan model of the same stiffness and limit, its yield displacements evenly spread."""
+    """Return an Iwan model of equal stiffness and limit with evenly spaced yield displacements."""
     share = joint.tangential_stiffness / count
     yields = (np.arange(count) + 0.5) / count * 2.0 * joint.force_limit / joint.tangential_stiffness
     return Iwan(np.full(count, share), share * yields)
@@ -136,10 +136,10 @@ def _even_cells(joint: Interface, count: int) -> Iwan:
     "19.21",
     "iwan-and-coulomb",
     "Coulomb's law, Iwan's cells and one asperity",
-    "How the cells are spread decides, not how many there are. Cells that share out the "
-    "asperity's own sliders come the nearer to it the more there are; evenly spread ones, of "
-    "the same stiffness and limit, become a parabola, 7 % of μN away. Each EGM is an Iwan "
-    "model of its own, and one asperity is not special.",
+    "The distribution of the cells matters, not their number. Cells fitted to the sliders of the "
+    "asperity converge to it with their number; evenly spread cells of the same stiffness and "
+    "limit converge to a parabola that differs by 7 % of μN. Every EGM is an Iwan model, also "
+    "that of a single asperity.",
     one_summit("Amplitude 1.6 δL; 1, 3 and 12 cells as Asperity.to_iwan gives them."),
 )
 def _likeness(plate: Plate) -> Drawing:
@@ -156,7 +156,7 @@ def _likeness(plate: Plate) -> Drawing:
         force = joint.to_iwan(cells).force(record)
         columns[f"force of {cells} cells [N]"] = force
         label = f"Iwan, {cells} cells" if cells > 1 else "Jenkins: one cell"
-        # The one that the asperity all but hides shows on both sides of it.
+        # The asperity nearly covers the line of 12 cells, which is therefore wider.
         width = 2.8 if cells == 12 else 1.4
         axes.plot(record / MICRO, force, linewidth=width, label=label, **look)
     columns["force of 1000 even cells [N]"] = _even_cells(joint, 1000).force(record)
@@ -178,8 +178,8 @@ def _likeness(plate: Plate) -> Drawing:
     "19.23",
     "dissipated-energy",
     "dissipated energy against amplitude",
-    "Cubic for small amplitudes, linear in full sliding. It is a parabola, as the chapter has "
-    "it, only in passing: the local exponent runs from 3 to 1.",
+    "Cubic for small amplitudes, linear in full sliding. The local exponent falls from 3 to 1 and "
+    "passes the chapter's parabola, exponent 2, at one amplitude only.",
     assumed(),
 )
 def _energy(plate: Plate) -> Drawing:
@@ -256,7 +256,7 @@ def _measures(plate: Plate) -> Drawing:
     x = np.union1d(np.geomspace(0.03, 30.0, 300), [1.0])
     a = x * joint.slip_limit
     force, lost = joint.backbone(a), joint.dissipated_energy(a)
-    # At T = 0 the branch from the peak has fallen by the peak force, twice half of it.
+    # Masing: the branch from the peak reaches T = 0 at twice the displacement of half the force.
     width: Floats = a - 2.0 * joint.backbone_displacement(0.5 * force)
     columns: dict[str, Floats] = {
         "amplitude over slip limit": x,
@@ -292,20 +292,20 @@ def _measures(plate: Plate) -> Drawing:
 SAMPLES = 180
 
 
-def _last(response: CoupledResponse) -> float:
-    """Energy dissipated in its last cycle [J]."""
+def _last_cycle_energy(response: CoupledResponse) -> float:
+    """Return the energy dissipated in the last cycle [J]."""
     lost = response.dissipated_energy
     return float(lost[-1] - lost[-1 - SAMPLES])
 
 
 def cycles(joint: Interface, amplitude: float, ripple: float, phase: float) -> CoupledResponse:
-    """Two cycles of a displacement and of a load that is ahead of it by a phase [degrees].
+    """Return two cycles of displacement and normal load; the load leads by ``phase`` [degrees].
 
-    All largest loads and displacements lie in the first, so the second has settled.
+    The largest load and displacement lie in the first cycle, so that the second has settled.
     """
     turn = 2.0 * math.pi * np.arange(1, 2 * SAMPLES + 1) / SAMPLES
     load = joint.normal_load * (1.0 + ripple * np.sin(turn + math.radians(phase)))
-    # The least load of a full ripple is none, not rounding below it.
+    # At full ripple the smallest load is exactly zero; remove rounding errors.
     load[load < 1e-12 * joint.normal_load] = 0.0
     return joint.coupled_response(amplitude * np.sin(turn), normal_load=load)
 
@@ -332,7 +332,7 @@ def _by_phase(plate: Plate) -> Drawing:
     for axes, pairs, title in cases:
         for (amplitude, ripple), look in zip(pairs, LOOKS, strict=False):
             constant = float(joint.dissipated_energy(amplitude))
-            lost = [_last(cycles(joint, amplitude, ripple, phase)) for phase in phases]
+            lost = [_last_cycle_energy(cycles(joint, amplitude, ripple, phase)) for phase in phases]
             share = np.array(lost) / constant
             columns[f"energy ratio at {amplitude:g} m with ripple {ripple:g}"] = share
             label = (
@@ -368,7 +368,8 @@ def _by_ripple(plate: Plate) -> Drawing:
     columns = {"ripple": ripples}
     for phase, look in zip((0.0, 45.0, 90.0, 135.0), LOOKS[1:], strict=True):
         share = (
-            np.array([_last(cycles(joint, top, ripple, phase)) for ripple in ripples]) / constant
+            np.array([_last_cycle_energy(cycles(joint, top, ripple, phase)) for ripple in ripples])
+            / constant
         )
         columns[f"energy ratio at {phase:g} deg"] = share
         first.plot(ripples, share, label=f"{phase:g}°", **look)

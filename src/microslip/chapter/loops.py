@@ -1,4 +1,4 @@
-"""The figures of cycles of one contact, 19.11 to 19.17, all from `Asperity`."""
+"""Figures of load cycles of a single contact, 19.11 to 19.17, computed with `Asperity`."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from microslip.friction import Asperity
 
 
 def _levels(axes: Axes, joint: Asperity, horizontal: bool) -> None:
-    """Lines at plus and minus the slip limit."""
+    """Draw lines at plus and minus the slip limit."""
     for sign, text in ((-1.0, "−δL"), (1.0, "δL")):
         place = sign * joint.slip_limit / MICRO
         if horizontal:
@@ -48,7 +48,7 @@ def _levels(axes: Axes, joint: Asperity, horizontal: bool) -> None:
 
 
 def _level(axes: Axes, place: float, text: str) -> None:
-    """A line across with its name above its beginning."""
+    """Draw a horizontal line with its name at the left end."""
     axes.axhline(place, color=LIGHT, linestyle=DASHES, linewidth=0.9, zorder=1)
     axes.annotate(
         text, (0.0, place), (5, 1), fontsize=8.5, color=GREY,
@@ -71,7 +71,7 @@ def _loop_axes(axes: Axes, joint: Asperity, reach: float, levels: bool = True) -
 def _branches(
     axes: Axes, record: Floats, force: Floats, *pieces: tuple[int, int, dict[str, Any], str]
 ) -> None:
-    """Runs of a record from one corner to another; all have as many samples."""
+    """Draw parts of a history between corners with equal numbers of samples."""
     size = (record.size - 1) // max(stop for _, stop, *_ in pieces)
     for start, stop, look, label in pieces:
         part = slice(size * start, size * stop + 1)
@@ -140,7 +140,7 @@ def _johnson(plate: Plate) -> Drawing:
         if row < 2:
             panel.tick_params(labelbottom=False)
         else:
-            panel.set_xlabel("Place along the force x [µm]")
+            panel.set_xlabel("Position along the force x [µm]")
     body.legend(handles=zone_handles(), loc="outside lower center", ncols=4)
     return Drawing(figure, columns)
 
@@ -148,7 +148,7 @@ def _johnson(plate: Plate) -> Drawing:
 def _draw_path(
     axes: Axes, joint: Asperity, corners: list[float], letters: Mapping[str, tuple[float, float]]
 ) -> tuple[Floats, Floats]:
-    """A displacement path over time; letters by their time and offset sign."""
+    """Draw a displacement history over time; letters are given by time and offset sign."""
     record = path(*(corner * joint.slip_limit for corner in corners))
     time = np.linspace(0.0, len(corners) - 1.0, record.size)
     axes.plot(time, record / MICRO, color=BLUE)
@@ -285,8 +285,8 @@ def _variable_path(plate: Plate) -> Drawing:
     "19.17",
     "variable-amplitude-loops",
     "force against displacement, from partial to total slip",
-    "C–D passes B on the curve that A–B had begun: the loop B–C has closed and left no trace. "
-    "From D on the curve runs through A into that of first loading, and slides at μN.",
+    "At B the branch C–D closes the loop B–C and continues on the branch A–B as if the loop had "
+    "not occurred. From D the curve passes A, follows the first-loading curve and slides at μN.",
     assumed("Turns at 0.95, −0.6, 0.6, −0.85, 1.5 and −1.5 δL."),
 )
 def _variable_loop(plate: Plate) -> Drawing:

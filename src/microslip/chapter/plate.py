@@ -1,4 +1,4 @@
-"""One figure of the chapter, drawn and written: pictures, data, what was assumed."""
+"""Figure of the chapter: drawing, files, data and assumptions."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ INK, BLUE, RED, GREEN, PINK, GOLD = (
     "#CC79A7",
     "#E69F00",
 )
-"""The colours of the style by name: Okabe and Ito's."""
+"""Okabe-Ito colours of the style, by name."""
 STICK, STUCK, SLIP, BACK = "#dcebf5", "#f6f6f6", "#f6d9c6", "#d4d4d4"
-"""Fills of what sticks, what sticks again, what slips and what slips back."""
+"""Fills of zones that stick, stick again, slip, and slip in reverse."""
 HATCH = "#b98a6d"
 DASHES = (0, (4, 2))
 DOTS = (0, (1, 1.5))
@@ -44,41 +44,41 @@ LOOKS: tuple[dict[str, Any], ...] = tuple(
     {"color": color, "linestyle": line}
     for color, line in zip((INK, BLUE, RED, GREEN, PINK), LINES, strict=True)
 )
-"""Looks of the lines of a family, each told by its dashes as well."""
+"""Line styles of a family of curves, distinguished by colour and dashes."""
 
 
-# Letters as outlines: their indices and hatches are drawn, not written.
+# Text as outlines, because it has subscripts in mathtext.
 LOOK: list[Any] = ["default", STYLE, {"hatch.linewidth": 0.5, "svg.fonttype": "path"}]
-"""From matplotlib's own defaults, whatever the user's matplotlibrc says."""
+"""Style on top of Matplotlib's defaults, independent of the user's matplotlibrc."""
 
 
 class Drawing(NamedTuple):
-    """A picture and the numbers in it."""
+    """Figure and the numbers plotted in it."""
 
     figure: Figure
     """The figure, with a canvas."""
     columns: Columns
-    """Columns of equal length by their headings, units included; none for a sketch."""
+    """Columns of equal length by heading with unit; empty for a sketch."""
 
 
 @dataclass(frozen=True)
 class Plate:
-    """One figure of the chapter as this library draws it.
+    """Figure of the chapter as drawn by this library.
 
     Parameters
     ----------
     number : str
-        Its number in the chapter, such as "19.13", or a word for what the chapter has not.
+        Number in the chapter, such as "19.13", or a word for a figure that the chapter lacks.
     name : str
-        A few words for files, joined by hyphens.
+        Stem of the file names, joined by hyphens.
     title : str
-        Its heading.
+        Heading.
     caption : str
-        Caption, a sentence or two.
+        Caption of one or two sentences.
     parameters : str
-        Assumptions: the chapter's axes carry no numbers.
+        Assumptions, because the axes of the chapter have no numbers.
     drawing : callable
-        Draws it, given heading and assumptions.
+        Function that draws the figure.
     """
 
     number: str
@@ -90,19 +90,19 @@ class Plate:
 
     @property
     def stem(self) -> str:
-        """Name of its files without suffix."""
+        """File name without suffix."""
         return f"{self.number}-{self.name}"
 
     @property
     def command(self) -> str:
-        """The command that makes it."""
+        """Command that creates the figure."""
         return f"microslip figures --only {self.number}"
 
     def page(self, height: float) -> tuple[Figure, SubFigure]:
-        """A page of this height [in], and the part of it above its assumptions, to draw on."""
+        """Return a page of a height [in] with its assumptions, and the area to draw on."""
         figure = Figure(figsize=(float(rcParams["figure.figsize"][0]), height))
         FigureCanvasAgg(figure)
-        # Numbers stay with their names and units.
+        # Non-breaking spaces keep numbers with their names and units.
         text = re.sub(
             r" (=) |(?<=\d) (?=\S)", lambda m: "\xa0=\xa0" if m[1] else "\xa0", self.parameters
         )
@@ -116,22 +116,22 @@ class Plate:
         return figure, body
 
     def sheet(self, height: float) -> tuple[Figure, SubFigure, Axes]:
-        """A page with one pair of axes."""
+        """Return a page with one pair of axes."""
         figure, body = self.page(height)
         return figure, body, body.subplots()
 
     def draw(self) -> Drawing:
-        """Draw it."""
+        """Draw the figure."""
         with style.context(LOOK):
             return self.drawing(self)
 
     def write(self, folder: Path) -> list[str]:
-        """Draw it and write it as SVG and PNG, and its data as CSV."""
+        """Draw the figure and write it as SVG and PNG, and its data as CSV."""
         names = [f"{self.stem}.svg", f"{self.stem}.png"]
         with style.context(LOOK), warnings.catch_warnings():
             warnings.filterwarnings("error", "constrained_layout not applied", UserWarning)
             figure, columns = self.drawing(self)
-            _settle(figure)
+            _fix_layout(figure)
             figure.savefig(folder / names[0], metadata={"Date": None, "Creator": None})
             figure.savefig(folder / names[1], metadata={"Software": None})
         if columns:
@@ -142,8 +142,8 @@ class Plate:
         return names
 
 
-def _settle(figure: Figure) -> None:
-    """Compute the layout once, so that SVG and PNG share it, and round it."""
+def _fix_layout(figure: Figure) -> None:
+    """Compute and round the layout once, so that SVG and PNG share it."""
     engine = figure.get_layout_engine()
     if engine is not None:
         engine.execute(figure)
@@ -159,19 +159,19 @@ def _settle(figure: Figure) -> None:
 def as_plate(
     number: str, name: str, title: str, caption: str, parameters: str
 ) -> Callable[[Callable[[Plate], Drawing]], Plate]:
-    """Page and layout that make a drawing a figure of the chapter."""
+    """Decorate a drawing function to make it a figure of the chapter."""
     return lambda drawing: Plate(number, name, title, caption, parameters, drawing)
 
 
 def subscripts(text: str) -> str:
-    """Text in which the slip limit and the separation have their index below the line."""
+    """Set the indices of slip limit and separation as subscripts."""
     for letter in "Ln":
         text = text.replace(f"δ{letter}", rf"$\mathregular{{δ_{letter}}}$")
     return text
 
 
 def mark(axes: Axes, text: str, x: float, y: float, dx: float, dy: float) -> None:
-    """A point with its letter, set off by so many points."""
+    """Draw a point with a letter at an offset [pt]."""
     axes.plot([x], [y], "o", color=INK, markersize=4.5, zorder=5, clip_on=False)
     axes.annotate(
         text,
@@ -187,9 +187,9 @@ def mark(axes: Axes, text: str, x: float, y: float, dx: float, dy: float) -> Non
 
 
 class _Powers(Formatter):
-    """Labels of a log axis: 0.1, 1, 10 where these are short, else 10⁻⁶; never mixed.
+    """Tick labels of a logarithmic axis in one style per axis.
 
-    Plain text, since matplotlib's mathtext costs most of the time of a figure.
+    Plain text, because Matplotlib's mathtext would take most of the time of a figure.
     """
 
     def __call__(self, x: float, pos: int | None = None) -> str:
@@ -199,7 +199,7 @@ class _Powers(Formatter):
 
 
 def log_scale(axes: Axes, direction: Literal["x", "y"]) -> None:
-    """Make an axis of a panel logarithmic."""
+    """Make an axis logarithmic."""
     getattr(axes, f"set_{direction}scale")("log")
     side = axes.xaxis if direction == "x" else axes.yaxis
     side.set_major_formatter(_Powers())
@@ -207,13 +207,13 @@ def log_scale(axes: Axes, direction: Literal["x", "y"]) -> None:
 
 
 def cross(axes: Axes) -> None:
-    """Lines through zero."""
+    """Draw lines through zero."""
     axes.axhline(0.0, color=GREY, linewidth=0.6, zorder=1)
     axes.axvline(0.0, color=GREY, linewidth=0.6, zorder=1)
 
 
 def words(axes: Axes, text: str, x: float, y: float, **look: Any) -> None:
-    """Words in the picture, on a ground that lines do not run through."""
+    """Draw text on a white background."""
     ground = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none"}
     options: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 8.5, "bbox": ground}
     axes.text(x, y, text, **(options | look))
@@ -226,7 +226,7 @@ def arrow(
     double: bool = False,
     linewidth: float = 1.1,
 ) -> None:
-    """An arrow from one place to another, with two heads if it is a dimension."""
+    """Draw an arrow, with two heads for a dimension."""
     look = {
         "arrowstyle": "<|-|>" if double else "-|>",
         "color": INK,

@@ -1,4 +1,4 @@
-"""The figures of section 2.1's rig, 19.7 and 19.22, from a virtual tribometer."""
+"""Figures of the test rig of section 2.1, 19.7 and 19.22, from a virtual tribometer."""
 
 from __future__ import annotations
 
@@ -37,17 +37,17 @@ NOISE = 0.005
 RIPPLE = 0.02
 HARMONIC = 0.05
 SAMPLES = 256
-"""A cycle."""
+"""Samples per cycle."""
 FREQUENCY = 10.0
 OVERLAY, CYCLES = 2e-5, 6
 """Amplitude [m] and cycles of the record of Fig. 19.22."""
 RIG_ERROR = 0.02
-"""Relative standard error of the stiffness of the rig, as measured."""
+"""Relative standard error of the rig stiffness."""
 NOISY = "#e6e6e6"
 
 
 def virtual_rig(joint: Interface, seed: int = 0) -> VirtualTribometer:
-    """The chapter's tribometer around a joint, with that rig's imperfections."""
+    """Return the chapter's tribometer around a joint, with its assumed imperfections."""
     return VirtualTribometer(
         joint,
         rig_stiffness=RIG,
@@ -56,12 +56,12 @@ def virtual_rig(joint: Interface, seed: int = 0) -> VirtualTribometer:
         third_harmonic=HARMONIC,
         sample_rate=SAMPLES * FREQUENCY,
         seed=seed,
-        limits={"normal_load": (100.0, 5200.0)},  # 5 kN and what they ripple
+        limits={"normal_load": (100.0, 5200.0)},  # 5 kN and its ripple
     )
 
 
 def _assumed(addition: str) -> str:
-    """Assumptions of the figures of the rig."""
+    """State the assumptions of the figures of the rig."""
     return worked_out(
         f"Synthetic: a virtual tribometer, rig of {RIG / KILO**2:g} N/µm in series, load ripple "
         f"{100.0 * RIPPLE:g} % in step with the force, third harmonic {100.0 * HARMONIC:g} %, "
@@ -85,7 +85,7 @@ def _normalised(plate: Plate) -> Drawing:
     for seed, (load, look) in enumerate(zip((500.0, 1000.0, 2000.0, 5000.0), LOOKS, strict=False)):
         rig = virtual_rig(worked_example(load), seed)
         record = rig.record(amplitude=top, frequency=FREQUENCY, cycles=1)
-        # From peak to peak, without the way from rest to the first one.
+        # From peak to peak, without the initial loading.
         x, force = record.displacement[-SAMPLES - 1 :], record.force[-SAMPLES - 1 :]
         columns[f"displacement at {load:g} N [m]"] = x
         columns[f"force at {load:g} N [N]"] = force
@@ -108,7 +108,7 @@ def _normalised(plate: Plate) -> Drawing:
 
 @lru_cache(maxsize=1)
 def identified() -> Identification:
-    """The worked example, identified from one record of its own and the stiffness of the rig."""
+    """Identify the worked example from one synthetic record and the rig stiffness."""
     rig = virtual_rig(worked_example(), seed=19)
     record = rig.record(amplitude=OVERLAY, frequency=FREQUENCY, cycles=CYCLES)
     return identify(record, law="interface", rig_stiffness=(RIG, RIG_ERROR * RIG))
@@ -164,7 +164,7 @@ def _overlay(plate: Plate) -> Drawing:
     words(above, _identified_text(result), -20.8, 0.96, ha="left", va="top")
     energy = result.dissipated_energy(result.amplitudes[1])
     ends = " … ".join(f"{v / MILLI:.1f}" for v in (energy.low, energy.high))
-    text = f"lost in a cycle:\nrecord {record.measured_energy / MILLI:.1f} mJ\njoint {ends} mJ"
+    text = f"energy per cycle:\nrecord {record.measured_energy / MILLI:.1f} mJ\njoint {ends} mJ"
     words(above, text, 20.8, -0.8, ha="right")
     above.set(ylabel="Tangential force T [kN]")
     below.set(xlabel="Displacement at the transducer [µm]", ylabel="Residual [N]")
@@ -180,7 +180,7 @@ def _overlay(plate: Plate) -> Drawing:
 
 
 def _identified_text(result: Identification) -> str:
-    """Identified and unidentified parameters as text, for the picture."""
+    """List identified and unidentified parameters, for the picture."""
     lines = []
     for name, symbol, unit, scale in (
         ("friction_coefficient", "μ", "", 1.0),

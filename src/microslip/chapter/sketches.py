@@ -1,4 +1,4 @@
-"""The sketches of the chapter, 19.1, 19.4, 19.8 and 19.9; no scale, no data."""
+"""Sketches of the chapter, 19.1, 19.4, 19.8 and 19.9, without scale and data."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ EDGE = {"edgecolor": INK, "linewidth": 0.9}
 
 
 def _blank(axes: Axes, width: float, height: float, title: str = "", bottom: float = 0.0) -> None:
-    """A sheet without axes."""
+    """Prepare a sheet without axes."""
     axes.set(xlim=(0.0, width), ylim=(bottom, height), title=title)
     axes.set_aspect("equal")
     axes.axis("off")
@@ -41,21 +41,21 @@ def _box(
     axes.add_patch(Rectangle((x, y), width, height, **options))  # type: ignore[arg-type]
 
 
-def _ground(axes: Axes, x: float, y: float, width: float) -> None:
-    """A fixed support: a line with hatching on its far side."""
+def _support(axes: Axes, x: float, y: float, width: float) -> None:
+    """Draw a fixed support: a line hatched on its far side."""
     depth = 0.18
     _box(axes, x, y - depth, width, depth, "none", linewidth=0.0, hatch="////")
     axes.plot([x, x + width], [y, y], color=INK, linewidth=1.2)
 
 
 def _rigid(axes: Axes, x: float, y: float, width: float, height: float) -> None:
-    """The rigid plane, behind all else."""
+    """Draw the rigid plane behind everything else."""
     look = {"linewidth": 0.0, "hatch": "///", "edgecolor": LIGHT, "zorder": 0.5}
     _box(axes, x, y, width, height, "none", **look)
 
 
 def _interface(axes: Axes, start: tuple[float, float], end: tuple[float, float]) -> None:
-    """Line along which two bodies meet and slip."""
+    """Draw the line along which two bodies slip."""
     axes.plot(
         *zip(start, end, strict=True), color=RED, linewidth=2.6, solid_capstyle="butt", zorder=3
     )
@@ -92,7 +92,7 @@ def _joints(plate: Plate) -> Drawing:
         for y in (1.8, 2.35, 2.9):
             arrow(second, (outer - 0.75 * sign, y), (outer, y))
         words(second, "p", outer - 0.45 * sign, 3.25)
-        _ground(second, x, 1.5, 1.2)
+        _support(second, x, 1.5, 1.2)
     arrow(second, (3.0, 4.85), (3.0, 4.0))
     words(second, "F", 3.35, 4.5)
 
@@ -125,8 +125,8 @@ def _joints(plate: Plate) -> Drawing:
 def _tribometer(plate: Plate) -> Drawing:
     figure, _, axes = plate.sheet(3.7)
     _blank(axes, 12.0, 5.6)
-    _ground(axes, 0.3, 0.55, 11.4)
-    # The jack with its own transducer, the force cell and the moving sample, in one line.
+    _support(axes, 0.3, 0.55, 11.4)
+    # In line: the jack with its transducer, the force cell and the moving sample.
     _box(axes, 0.5, 1.35, 2.7, 1.3, METAL)
     _box(axes, 0.9, 0.55, 0.5, 0.8, DARK)
     _box(axes, 2.3, 0.55, 0.5, 0.8, DARK)
@@ -139,7 +139,7 @@ def _tribometer(plate: Plate) -> Drawing:
     for x in (6.0, 6.75, 7.5, 8.25):
         axes.add_patch(Circle((x + 0.12, 1.36), 0.14, facecolor="white", **EDGE))
     _box(axes, 5.5, 0.55, 3.5, 0.67, DARK)
-    # Above it the sample that does not move, under a constant load.
+    # Above: the fixed sample under a constant load.
     _box(axes, 6.75, 2.45, 1.0, 0.3, PALE)
     _box(axes, 6.75, 2.75, 1.0, 0.3, PALE)
     _interface(axes, (6.75, 2.75), (7.75, 2.75))
@@ -164,7 +164,7 @@ def _tribometer(plate: Plate) -> Drawing:
 
 
 def _cap(center: float, top: float, radius: float, floor: float) -> tuple[Floats, Floats]:
-    """A summit as a parabola from the floor to the floor."""
+    """Return a summit as a parabola that starts and ends on the floor."""
     reach = math.sqrt(2.0 * radius * (top - floor))
     x = np.linspace(-reach, reach, 121)
     return center + x, top - x**2 / (2.0 * radius)
@@ -189,7 +189,7 @@ def _rough_surface(plate: Plate) -> Drawing:
     surface = np.full_like(grid, floor)
     for center, top in zip(centers, tops, strict=True):
         surface = np.maximum(surface, top - (grid - center) ** 2 / (2.0 * radius))
-    # What the plane has pressed in shows as a dashed outline above it.
+    # The undeformed outline of indented summits is dashed above the plane.
     for center, top in zip(centers, tops, strict=True):
         if top > plane:
             x, y = _cap(center, top, radius, plane)
@@ -240,7 +240,7 @@ def _single_asperity(plate: Plate) -> Drawing:
     axes.plot(x, np.minimum(y, plane), color=INK, linewidth=1.2)
     above = y > plane
     axes.plot(x[above], y[above], color=GREY, linestyle=DASHES, linewidth=1.0, zorder=5)
-    # Hertz: the contact is narrower than the cut through the undeformed sphere by the root of two.
+    # Hertz: the contact radius is that of the undeformed cut over the square root of two.
     half = math.sqrt(radius * depth)
     _rigid(axes, 0.6, plane, 8.4, 0.75)
     axes.plot([0.6, 9.0], [plane, plane], color=INK, linewidth=1.3)

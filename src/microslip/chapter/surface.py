@@ -1,4 +1,4 @@
-"""The figures of the surface: its roughness, 19.6, and its summits' heights, 19.18."""
+"""Figures of the surface: roughness, 19.6, and summit heights, 19.18."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ STEP, LENGTH = 1e-6, 8e-3
 
 
 def worked_example(normal_load: float = 2000.0) -> Interface:
-    """The chapter's milled Al 2017 joint; what it leaves out is this project's worked example."""
+    """Return the chapter's milled Al 2017 joint, completed by the worked example of the project."""
     aluminium = Material(young_modulus=69e9, poisson_ratio=0.33)
     surface = GreenwoodWilliamson(
         MaterialPair(aluminium, aluminium), Gaussian(SPREAD), radius=1e-3, density=1e8, area=2e-4
@@ -46,7 +46,7 @@ def worked_example(normal_load: float = 2000.0) -> Interface:
 
 
 def _heights_assumed() -> str:
-    """Assumptions of the figure, in a sentence."""
+    """State the assumptions of the figure of heights."""
     joint = worked_example()
     return (
         f"Gaussian summit heights, σ = {engineering(SPREAD, 'm')}, mean 0; at "
@@ -103,9 +103,9 @@ def _heights(plate: Plate) -> Drawing:
 
 
 def profile(seed: int = 19) -> tuple[Floats, Floats]:
-    """A rough profile: places and heights [m] above its mean line.
+    """Return a rough profile: positions and heights above the mean line [m].
 
-    White noise under a moving Gaussian window: heights are normal, with the root mean square
+    White noise filtered by a Gaussian window: heights are normal with the root mean square
     ROUGHNESS and the autocorrelation exp(-x^2/CORRELATION^2).
     """
     reach = round(3.0 * CORRELATION / STEP)
@@ -120,10 +120,10 @@ def profile(seed: int = 19) -> tuple[Floats, Floats]:
 
 
 def summits() -> tuple[float, float, float]:
-    """Density [1/m^2], radius [m] and spread of heights [m] of the summits of such a surface.
+    """Return density [1/m^2], radius [m] and height spread [m] of the summits of the surface.
 
-    If it is like that in all directions: Nayak (1971), McCool (1986), from the spectral moments
-    m0, m2 and m4 of the autocorrelation.
+    The surface is isotropic with the autocorrelation of the profile: Nayak (1971) and McCool (1986)
+    from the spectral moments m0, m2 and m4.
     """
     m0 = ROUGHNESS**2
     m2, m4 = 2.0 * m0 / CORRELATION**2, 12.0 * m0 / CORRELATION**4
@@ -135,13 +135,13 @@ def summits() -> tuple[float, float, float]:
 
 
 def is_peak(z: Floats) -> NDArray[np.bool_]:
-    """Return which samples of a profile are local maxima."""
+    """Return a mask of the local maxima of a profile."""
     inner = (z[1:-1] > z[:-2]) & (z[1:-1] >= z[2:])
     return np.concatenate([[False], inner, [False]])
 
 
 def peak_density(z: Floats) -> Floats:
-    """Probability density [1/m] of the peaks of such a profile at heights [m].
+    """Return the probability density [1/m] of the peaks of the profile at heights [m].
 
     Cartwright and Longuet-Higgins (1956), DOI 10.1098/rspa.1956.0173, for the ratio
     m2/sqrt(m0 m4) = 1/sqrt(3) of the autocorrelation exp(-x^2/CORRELATION^2).
@@ -155,7 +155,7 @@ def peak_density(z: Floats) -> Floats:
 
 
 def _assumed_profile() -> str:
-    """Assumptions of the figure of the roughness."""
+    """State the assumptions of the figure of the roughness."""
     density, radius, spread = summits()
     return (
         f"Synthetic, no measurement: Gaussian heights, Rq = {engineering(ROUGHNESS, 'm')}, so "
@@ -172,8 +172,8 @@ def _assumed_profile() -> str:
     "(a) roughness of the surface, (b) probability of asperity heights (synthetic)",
     "A profile as rough as the chapter's milled sample, whose Ra is below 0.4 µm. The asperities "
     "in (b) are the peaks of the profile, above its mean line on average; the heights of all its "
-    "points, dashed, are Gaussian about that line. The summits of such a surface would be as many "
-    "as those of the worked example, somewhat sharper and a quarter less spread in height.",
+    "points, dashed, are Gaussian about that line. Such a surface has as many summits as the "
+    "worked example; they are somewhat sharper, and their heights spread a quarter less.",
     _assumed_profile(),
 )
 def _roughness(plate: Plate) -> Drawing:
@@ -183,7 +183,7 @@ def _roughness(plate: Plate) -> Drawing:
     counts, _ = np.histogram(z[peaks], edges)
     density = counts / peaks.sum() / np.diff(edges)
     law = Gaussian(ROUGHNESS)
-    percent = 100.0 * MICRO  # of a density [1/m] to per cent a micrometre
+    percent = 100.0 * MICRO  # from 1/m to % per micrometre
     figure, body = plate.page(3.7)
     profile_axes, right = body.subplots(1, 2, sharey=True, width_ratios=[2.2, 1.0])
     profile_axes.plot(x / MILLI, z / MICRO, color=BLUE, linewidth=0.9)

@@ -1,4 +1,4 @@
-"""Backbones and load curves as panels of polynomials: how exported files hold a law."""
+"""Backbones and load curves as piecewise polynomials, for exported files."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from microslip.contact.load_curve import LoadCurve
 from microslip.friction import BackboneLaw, Interface, IsotropicField
 
 _PANEL_LIMIT = 20_000  # panels
-_ROUNDING = 1e-15  # of the force at the end of a panel, for the terms left out
-_NOISE = 1e-13  # likewise, where halving no longer helps: a law's own error, as of fitted moments
-_NOTHING = 1e-14  # of the force limit, or of the force at the smallest amplitude
+_ROUNDING = 1e-15  # truncation error over the force at the end of a panel
+_NOISE = 1e-13  # the same where halving no longer helps because the law itself is inexact
+_NOTHING = 1e-14  # negligible force over that at the smallest amplitude
 _HALVINGS = 60
 
 
 @dataclass(frozen=True)
 class BackbonePanels:
-    """T0 on [0, end] in panels, and the force limit past them.
+    """Backbone T0 as polynomials on panels of [0, end], and the force limit beyond.
 
-    The first panel holds T0/u, the others T0, as powers of s in [-1, 1]; panels of one width, with
-    an ``inverse_width`` above 0, all hold T0/u.
+    The first panel holds T0/u and the others T0, as powers of s in [-1, 1]. Panels of equal width
+    (``inverse_width`` above 0) all hold T0/u.
     """
 
     edges: Floats  # (panels + 1,), rising from 0
@@ -41,10 +41,10 @@ class BackbonePanels:
 
     @classmethod
     def of(cls, law: BackboneLaw, smallest: float) -> BackbonePanels:
-        """The panels of a law: its own table where it has one, which is then the law itself.
+        """Return the panels of a law: its own table if it has one, which reproduces it exactly.
 
-        Else panels between its kinks, halved until what they leave out is rounding, down to what
-        no longer counts at the smallest amplitude [m].
+        Otherwise panels lie between the kinks of the law and are halved until the truncation error
+        is at rounding level, down to forces negligible at the smallest amplitude [m].
         """
         table = law._table
         if table is not None and table.power == 1 and table.rate == 0.0:
@@ -55,15 +55,15 @@ class BackbonePanels:
 
     @property
     def end(self) -> float:
-        """Displacement past which all slides [m]."""
+        """Displacement [m] beyond which the joint slides."""
         return float(self.edges[-1])
 
     def force(self, u: Floats) -> Floats:
-        """T0 [N] as the exported code evaluates it."""
+        """Backbone T0 [N] as the exported code evaluates it."""
         return self._evaluate(u)[0]
 
     def energy(self, amplitudes: Floats) -> Floats:
-        """Energy of a closed cycle [J] of the panels themselves, for rising amplitudes."""
+        """Energy of a closed cycle [J] of the panels, for rising amplitudes [m]."""
 
         def rate(u: Floats) -> Floats:
             force, slope = self._evaluate(u)
@@ -73,7 +73,7 @@ class BackbonePanels:
 
     @property
     def middles(self) -> Floats:
-        """Integral of T0 from 0 to the middle of each panel, and after them to the end [J]."""
+        """Integral of T0 [J] from 0 to the middle of each panel, then to the end."""
         c, width = self.coefficients, np.diff(self.edges)[:, None]
         k = np.arange(c.shape[1])
         ends = np.array([-1.0, 1.0])[:, None, None]
@@ -106,8 +106,8 @@ class BackbonePanels:
 
 
 def cycle_energy(places: Floats, amplitudes: Floats, rate: Callable[[Floats], Floats]) -> Floats:
-    """Integral from 0 to each amplitude of a rate that is smooth between rising places."""
-    # 4 (T0 - u T0') = -4 u^2 (T0/u)', of which only the second form does not cancel.
+    """Integrate a rate, smooth between rising places, from 0 to each amplitude."""
+    # 4 (T0 - u T0') = -4 u^2 (T0/u)': the second form does not suffer from cancellation.
     nodes, weights = gauss_legendre(16)
     width = np.diff(places)
     u = places[:-1, None] + width[:, None] * nodes
@@ -125,7 +125,7 @@ def _unequal(law: BackboneLaw, smallest: float) -> BackbonePanels:
     if kinks.size > _PANEL_LIMIT:
         raise _too_rough(law)
     edges = np.concatenate(([0.0], kinks, [end]))
-    # Where T0/u is not smooth at rest the first panel ends so low that its error is nothing.
+    # If T0/u is not smooth at rest, the first panel is so short that its error is negligible.
     todo = [(float(a), float(b), 0, np.inf) for a, b in itertools.pairwise(edges)][::-1]
     places, rows = [0.0], []
     while todo:
@@ -149,7 +149,7 @@ def _unequal(law: BackboneLaw, smallest: float) -> BackbonePanels:
 def _panel(
     backbone: Callable[[Floats], Floats], low: float, high: float, floor: float, limit: float
 ) -> tuple[Floats, float]:
-    """Powers of s on a panel, and what they leave out of its force: 0 where it is rounding."""
+    """Return powers of s on a panel, and the relative truncation error: 0 at rounding level."""
     u = low + 0.5 * (high - low) * (1.0 + NODES)
     force = backbone(u)
     series = (force / u if low == 0.0 else force) @ TO_SERIES
@@ -158,7 +158,7 @@ def _panel(
     small = np.abs(series) * size <= 2.0 * _ROUNDING * scale
     left_out = float(np.abs(series[kernels.TERMS - 1 :]).max()) * size
     fits = left_out <= 2.0 * _ROUNDING * scale or left_out <= 0.01 * floor
-    # Straight pieces stay straight: what is rounding is taken off from the end on.
+    # Trailing terms at rounding level are removed, so that straight pieces stay straight.
     terms = kernels.TERMS
     while terms > 1 and small[terms - 1]:
         terms -= 1
@@ -167,11 +167,11 @@ def _panel(
 
 
 def _end(law: BackboneLaw, limit: float) -> float:
-    """A displacement from which on the law is its limit, to rounding."""
+    """Return a displacement [m] from which on the law equals its limit to rounding."""
     end = limit / law.tangential_stiffness
     for _ in range(400):
         force, later = law._backbone(np.array([end, 1.5 * end])).tolist()
-        # Rounding of the separation may leave it a few last places below, for ever.
+        # Rounding of the separation may keep the force a few last places below the limit.
         last = 8.0 * _ROUNDING if force == later else _ROUNDING
         if force >= limit * (1.0 - last):
             return end
@@ -182,43 +182,43 @@ def _end(law: BackboneLaw, limit: float) -> float:
 def _too_rough(law: BackboneLaw) -> InputError:
     name = type(law).__name__
     return InputError(
-        f"c and fmu hold a law in at most {_PANEL_LIMIT} smooth pieces, and {name} needs more; "
-        "cells represent it with a known error: kind iwan, opensees or calculix, or "
-        "law.to_iwan(...) in their place"
+        f"c and fmu support laws of at most {_PANEL_LIMIT} smooth pieces, and {name} needs more; "
+        "cells represent it with a known error: use kind iwan, opensees or calculix, or "
+        "law.to_iwan(...)"
     )
 
 
-_HEAVIEST = (20.0, 10.0, 5.0, 2.0)  # of the load at rest: as near as a contact may be pressed
-_FAR = 1e3  # decay lengths: more than any contact reaches
+_HEAVIEST = (20.0, 10.0, 5.0, 2.0)  # largest loads tried, over the load at rest
+_FAR = 1e3  # decay lengths: beyond any contact
 
 
 @dataclass(frozen=True)
 class LoadPanels:
-    """N(d) over steps from an origin, in the panels of its profile."""
+    """Normal law N(d) over steps from an origin, as piecewise polynomials."""
 
     profile: Profile
     origin: float
-    """Separation [m] at which steps are counted from."""
+    """Separation [m] from which steps are counted."""
     rest: float
     """Step at rest [m]."""
     nearest: float
-    """Smallest opening from rest [m] that the panels hold."""
+    """Smallest opening from rest [m] that the panels cover."""
     friction: float
-    """Tangential force over that of the curve, mu included [-]."""
+    """Ratio of tangential force to the value of the curve [-], mu included."""
     load_scale: float
-    """Normal load over that of the curve [-]."""
+    """Ratio of normal load to the value of the curve [-]."""
     slip: float
     """Displacement per step, kappa [-]."""
 
     @classmethod
     def of_interface(cls, joint: Interface) -> LoadPanels:
-        """The curve of an interface, from the nearest separation that it can be pressed to."""
+        """Return the load curve of an interface, up to the heaviest load that its surface bears."""
         curve = LoadCurve(joint.surface, joint.separation, joint.normal_load)
         coupling = joint._coupling
         for factor in _HEAVIEST:
             try:
                 nearest = curve.step_of(factor * joint.normal_load)
-            except InputError:  # more than the surface bears
+            except InputError:  # the surface does not bear this load
                 continue
             profile = curve.profile(nearest, _FAR * curve._length)
             if profile is not None:
@@ -226,22 +226,22 @@ class LoadPanels:
                 friction, slip = coupling.friction, coupling.slip
                 return cls(profile, rest, 0.0, nearest, friction, 1.0, slip)
         raise InputError(
-            "contact elements hold a smooth load curve, and that of "
+            "contact elements need a smooth load curve, and that of "
             f"{type(joint.surface).__name__} "
-            'has kinks; element="joint" holds it at its load, and in Python '
+            'has kinks; use element="joint" at a constant load, or in Python '
             "state.try_(displacement, separation=...)"
         )
 
     @classmethod
     def of_field(cls, field: IsotropicField) -> LoadPanels:
-        """The curve of the only node of a field in two directions."""
+        """Return the load curve of a field of one node in two directions."""
         nodes, bank = field.field._nodes, field._bank
         profile = nodes.curve.profile(bank.nearest, 0.0)
         if profile is None:
             raise InputError(
-                "planar-contact elements hold a smooth load curve, and that of "
+                "planar-contact elements need a smooth load curve, and that of "
                 f"{type(nodes.curve.surface).__name__} has kinks; "
-                "in Python start().try_(displacement, separations) holds it"
+                "use start().try_(displacement, separations) in Python"
             )
         rest, scale = float(nodes.rests[0]), float(nodes.scales[0])
         origin = float(field.field.separations[0])
@@ -250,7 +250,7 @@ class LoadPanels:
 
     @property
     def middles(self) -> Floats:
-        """Integral of N from the middle of each panel to where nothing is left [N m]."""
+        """Integral of N from the middle of each panel to vanishing contact [N m]."""
         coefficients, half = self.profile.coefficients, 0.5 / self.profile.inverse_width
         k = np.arange(coefficients.shape[1])
         after = half * (coefficients / (k + 1)).sum(axis=1)
@@ -259,18 +259,18 @@ class LoadPanels:
         return np.asarray(after + beyond)
 
     def force(self, u: Floats) -> Floats:
-        """Backbone at rest [N] as the panels have it."""
-        return self._asked(kernels.compiled.drops, u)
+        """Backbone at rest [N] evaluated from the panels."""
+        return self._from_kernel(kernels.compiled.drops, u)
 
     def energy(self, amplitudes: Floats) -> Floats:
-        """Energy of a closed cycle at rest [J], for rising amplitudes."""
+        """Energy of a closed cycle at rest [J], for rising amplitudes [m]."""
         return cycle_energy(
             np.unique(np.append(0.0, amplitudes)),
             amplitudes,
-            lambda u: 4.0 * self._asked(kernels.compiled.excesses, u),
+            lambda u: 4.0 * self._from_kernel(kernels.compiled.excesses, u),
         )
 
-    def _asked(self, kernel: Any, u: Floats) -> Floats:
+    def _from_kernel(self, kernel: Any, u: Floats) -> Floats:
         result = np.empty(u.size)
         kernel(np.full(u.size, self.rest), u / self.slip, result, *self.profile.arguments)
         return np.asarray(self.friction * result)

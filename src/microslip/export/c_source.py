@@ -1,4 +1,6 @@
-"""One C99 file of a law, with its header and its interface for Fortran.
+"""C99 source of a law, with its header and a Fortran interface.
+
+The history is handled by the header files of the compiled kernel, copied into the source.
 
 Its memory is that of the library itself: the text of the kernel's own header files.
 """
@@ -21,7 +23,7 @@ _CONSTANTS = {"MU", "KAPPA", "SCALE", "REST", "RECIPROCALS"}
 
 
 def filled(name: str, element: str = "joint", **values: object) -> str:
-    """A template with its words between @ in place, and what is of other elements left out."""
+    """Return a template with its @WORDS@ substituted and the parts for other elements removed."""
     text = (_FOLDER / f"{name}.template").read_text(encoding="utf-8")
     text = _PART.sub(lambda part: part[2] if element in part[1].split() else "", text)
     for key, value in values.items():
@@ -30,18 +32,18 @@ def filled(name: str, element: str = "joint", **values: object) -> str:
 
 
 def comment(lines: list[str], start: str = " * ", first: str = "/*\n", last: str = " */\n") -> str:
-    """Lines as a comment, of C unless it is said otherwise."""
+    """Format lines as a comment, of C by default."""
     safe = [line.replace("*/", "* /") for line in lines]
     return first + "".join(f"{start}{line}".rstrip() + "\n" for line in safe) + last
 
 
 def components_of(element: str) -> int:
-    """Number of components of a move."""
+    """Return the number of displacement components of an element."""
     return 1 + element.startswith("planar") + element.endswith("contact")
 
 
 def order_of(element: str) -> str:
-    """Order of the components of an element, in words."""
+    """Return the order of the displacement components of an element, in words."""
     opening = ["opening of the separation [m]; forces, load [N]"] * element.endswith("contact")
     return ", ".join(
         ["two displacements" if element.startswith("planar") else "displacement", *opening]
@@ -49,7 +51,7 @@ def order_of(element: str) -> str:
 
 
 def _words(order: Order) -> dict[str, object]:
-    """Values of the words of the templates."""
+    """Return the substitutions that all templates of an order share."""
     element = order.element
     contact = element.endswith("contact")
     words: dict[str, object] = {
@@ -57,7 +59,7 @@ def _words(order: Order) -> dict[str, object]:
         "TANGENTIAL": components_of(element) - contact, "COMPONENTS": components_of(element),
         "LEAST": "-1e300", "LOAD_SCALE": "1.0",
         "FRICTION": "1.0", "SLIP": "1.0", "SCALE": "1.0", "REST": "0.0", "ORIGIN": "0.0",
-        "AT": "at the committed separation" if contact else "at the load that it is for",
+        "AT": "at the committed separation" if contact else "at its normal load",
     }  # fmt: skip
     if contact:
         curve = order.load_panels
@@ -74,12 +76,12 @@ def _words(order: Order) -> dict[str, object]:
 
 
 def declarations(order: Order) -> str:
-    """Declarations that a user of the C file includes."""
+    """Return the declarations for users of the C file."""
     return _filled("declarations.h", order)
 
 
 def definitions(order: Order) -> str:
-    """Tables and functions, of which those that are not declared begin with the name."""
+    """Return tables and functions; names that are not declared get the prefix of the order."""
     memory, kernel = ("sliders.c", "_sliders.h") if order.bank else ("history.c", "_front.h")
     text = _filled(
         memory,
@@ -96,7 +98,7 @@ def definitions(order: Order) -> str:
 
 
 def _curve(order: Order) -> str:
-    """The backbone or the load curve in panels."""
+    """Return the C table of the backbone or of the load curve, in panels."""
     if order.element == "planar":
         return ""
     if order.element != "joint":
@@ -131,18 +133,17 @@ def _panels(coefficients: Floats, middles: Floats) -> dict[str, object]:
 
 
 def _filled(name: str, order: Order, **values: object) -> str:
-    """A template for an order, its conditional parts decided."""
     return filled(name, order.element, **_words(order), **values)
 
 
 def write(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
-    """Texts by the names of their files."""
+    """Return the C source, its header and its Fortran interface by file name."""
     header = order.header()
     if order.bank is None:
         memory = [
             f"Up to {order.depth} rows of memory are kept. Where there are more, the oldest loops",
-            f"are lumped together, and {order.name}_error() bounds what that costs a motion that",
-            "comes back out to them. Stiffnesses are those of the table.",
+            f"are lumped together, and {order.name}_error() bounds the error of a motion that",
+            "returns to their amplitude. Stiffnesses are those of the table.",
         ]
     else:
         memory = [f"{len(order.bank.tops)} sliders, each with a vector, share the memory."]
@@ -156,7 +157,7 @@ def write(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
 
 
 def write_user(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
-    """The same with the user routines of Abaqus round it, in one file."""
+    """Return the C source wrapped in Abaqus user routines, as one file."""
     text = comment(order.header()) + "\n".join(
         ("", declarations(order), definitions(order), _filled("abaqus.c", order))
     )

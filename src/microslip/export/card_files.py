@@ -1,4 +1,4 @@
-"""Contact cards in the words and units of finite-element programs."""
+"""Contact cards in the syntax and units of finite-element programs."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from microslip.friction import Interface
 
 @dataclass(frozen=True)
 class UnitSystem:
-    """The units of a deck, in which its numbers are written."""
+    """Units of an input deck."""
 
     name: str
-    """Length, force, mass."""
+    """Names of the units of length, force, mass and time."""
     length: float
-    """Its unit of length [m]."""
+    """Unit of length [m]."""
     force: float
-    """Its unit of force [N]."""
+    """Unit of force [N]."""
     mass: float
-    """Its unit of mass [kg]."""
+    """Unit of mass [kg]."""
 
 
 UNITS = {
@@ -37,18 +37,18 @@ UNITS = {
     "mm-ms": UnitSystem("mm, kN, kg, ms: pressures in GPa", 1e-3, 1e3, 1.0),
     "in": UnitSystem("in, lbf, lbf s^2/in, s: pressures in psi", 0.0254, 4.4482216152605, 175.1268),
 }
-"""Systems of units of decks."""
+"""Unit systems of input decks, by name."""
 
 
 @dataclass(frozen=True)
 class _Program:
-    """A program that a card is written for; its file is ``templates/card_NAME.template``."""
+    """Program with contact cards; its template is ``templates/card_NAME.template``."""
 
     mark: str
-    """Beginning of a comment."""
+    """Comment mark."""
     holds: str
-    """What represents the joint: a table of pressures, the elastic slip, the layer alone."""
-    run: str = "not run here, written after the public manual"
+    """Representations of the joint in its card: table, slip, layer."""
+    run: str = "not run, written from the public manual"
 
 
 PROGRAMS = {
@@ -62,7 +62,7 @@ PROGRAMS = {
     "openradioss": _Program("#", "layer"),
     "ls-dyna": _Program("$", "layer"),
 }
-"""Programs that cards are written for, by their names."""
+"""Programs with contact cards, by name."""
 
 
 def _numbers(card: ContactCard, units: UnitSystem) -> dict[str, str]:
@@ -84,7 +84,7 @@ def _numbers(card: ContactCard, units: UnitSystem) -> dict[str, str]:
     if layer.density is not None:
         values["DENSITY"] = layer.density * units.length**3 / units.mass
     numbers = {word: f"{value:.9e}" for word, value in values.items()}
-    # Directions of the layer that carry nothing have a millionth of its modulus.
+    # Directions in which the layer carries no load get a millionth of its modulus.
     numbers["WEAK"] = f"{1e-6 * float(numbers['MODULUS']):.9e}"
     numbers["TABLE"] = "\n".join(f"{p:.9e}, {c:.9e}" for p, c in rows)
     for word in ("DENSITY", "NORMAL", "SHEAR_STIFFNESS"):  # columns of fixed width
@@ -96,16 +96,16 @@ def _numbers(card: ContactCard, units: UnitSystem) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class CardFile:
-    """A contact card that was written."""
+    """Contact card that has been written to a file."""
 
     program: str
-    """The program it is for."""
+    """Program that reads the file."""
     file: Path
-    """The file."""
+    """Path of the file."""
     run: str
-    """Whether this kind of card was ever run."""
+    """How this kind of card was verified."""
     card: ContactCard
-    """Its numbers, in SI units, and what they cannot hold."""
+    """Numbers of the card in SI units, and their errors."""
 
 
 def write_card(
@@ -118,7 +118,7 @@ def write_card(
     overwrite: bool = False,
     **options: Any,
 ) -> CardFile:
-    """Write a joint as contact for a finite-element program, per unit area, in a deck's units.
+    """Write a joint as a contact card of a finite-element program, per unit area.
 
     Parameters
     ----------
@@ -133,14 +133,15 @@ def write_card(
     name : str, optional
         Prefix of the names in the file.
     overwrite : bool, optional
-        Whether a file that exists is replaced.
+        Whether an existing file is replaced.
     **options
-        Of :meth:`ContactCard.of`: area [m^2], amplitude [m], thickness [m], density [kg/m^3].
+        Options of :meth:`ContactCard.of`: area [m^2], amplitude [m], thickness [m] and density
+        [kg/m^3].
 
     Returns
     -------
     CardFile
-        The file, and its numbers in SI units.
+        The file and its contact card in SI units.
     """
     check_word("program", program, PROGRAMS)
     check_word("units", units, UNITS)
@@ -149,8 +150,7 @@ def write_card(
     kind = PROGRAMS[program]
     if kind.holds == "layer" and card.layer.density is None:
         raise InputError(
-            f"`density` must be given for {program}, whose layers need a mass [kg/m^3], for "
-            "example density=2700.0; got none"
+            f"`density` must be given for {program} [kg/m^3], for example density=2700.0, got none"
         )
     body = filled(
         f"card_{program}",
@@ -178,12 +178,12 @@ def write_card(
 
 
 def _limits_of(card: ContactCard, holds: str) -> list[str]:
-    """Limits of a card, line by line."""
+    """Describe the errors of a card against the joint, line by line."""
     errors, layer = card.errors, card.layer
     half, twice = 0.5 * card.pressure, 2.0 * card.pressure
     stick = errors.elastic_slip if "slip" in holds else errors.constant_stick
     normal = (
-        f"the table, {errors.pressure:.1g} off between its points"
+        f"table, relative error up to {errors.pressure:.1g} between its points"
         if "table" in holds
         else f"constant, up to {errors.normal_stiffness:.0%} off from {half:.3g} to {twice:.3g} Pa"
     )
@@ -205,6 +205,6 @@ def _limits_of(card: ContactCard, holds: str) -> list[str]:
         ]
     return [
         *lines,
-        f"Layer: added between the faces, for an amplitude of slip of {layer.amplitude:.3g} m at "
-        f"the joint's pressure, loss factor {layer.loss_factor:.3g}; it neither slips nor opens.",
+        f"Layer: added between the faces, for a slip amplitude of {layer.amplitude:.3g} m at the "
+        f"joint's pressure, loss factor {layer.loss_factor:.3g}. It neither slips nor opens.",
     ]

@@ -1,4 +1,4 @@
-"""A joint as numbers per unit area that contact of general finite-element programs takes."""
+"""Contact properties of a joint per unit area, as finite-element programs take them."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ from microslip._core.errors import InputError
 from microslip._core.frozen import lock
 from microslip.friction import Interface, Jenkins
 
-_POINTS = 38  # of the table: CalculiX 2.20 takes 40 pairs of numbers and breaks off at more
-_BELOW, _ABOVE = 1e-2, 10.0  # where the table begins and ends, over the pressure of the joint
-_BAND = 2.0  # pressures from half to twice that of the joint: what a constant stiffness is off over
-_SLIPS = (0.1, 0.3, 1.0, 3.0, 10.0)  # amplitudes over the elastic slip, at which damping is told
+_POINTS = 38  # of the table: CalculiX 2.20 accepts at most 40 pairs
+_BELOW, _ABOVE = 1e-2, 10.0  # first and last pressure of the table over the joint's
+_BAND = 2.0  # errors are computed from half to twice the joint's pressure
+_SLIPS = (0.1, 0.3, 1.0, 3.0, 10.0)  # amplitudes over the elastic slip, for the damping errors
 
 
 @dataclass(frozen=True)
 class VirtualLayer:
-    """A layer of elements between the faces that stands for the joint at one amplitude."""
+    """Layer of elements between the faces that represents the joint at one amplitude."""
 
     thickness: float
     """Thickness [m]."""
     young_modulus: float
-    """Modulus along its normal [Pa], without lateral contraction."""
+    """Modulus in the normal direction [Pa], without lateral contraction."""
     shear_modulus: float
-    """Modulus of transverse shear [Pa] at the amplitude."""
+    """Transverse shear modulus [Pa] at the amplitude."""
     density: float | None
-    """Mass per volume [kg/m^3], where it was given."""
+    """Mass density [kg/m^3], if given."""
     amplitude: float
-    """Amplitude of slip [m] that shear modulus and loss factor are for."""
+    """Slip amplitude [m] for which the shear modulus and the loss factor hold."""
     loss_factor: float
-    """Loss factor of its shear [-] there."""
+    """Loss factor of the shear [-] at that amplitude."""
 
 
 @dataclass(frozen=True)
@@ -47,36 +47,36 @@ class CardErrors:
     constant_stick: float
     """Error of a constant tangential stiffness, over the same pressures."""
     elastic_slip: float
-    """Error of a tangential stiffness of mu p over the elastic slip, over the same pressures."""
+    """Error of a tangential stiffness equal to mu p over the elastic slip, over the same pressures.
+    """
     force: float
-    """Error of the friction force at the elastic slip, where stick-slip is farthest above the
-    joint."""
+    """Error of the friction force at the elastic slip, where stick-slip exceeds the joint most."""
     damping: tuple[tuple[float, float, float], ...]
-    """Amplitudes [m], loss factors of the joint there, and those of stick-slip."""
+    """Amplitudes [m], loss factors of the joint, and loss factors of stick-slip [-]."""
 
 
 @dataclass(frozen=True)
 class ContactCard:
-    """Contact of a joint per unit area, with what it cannot hold."""
+    """Contact properties of a joint per unit area, with their errors against the joint."""
 
     pressure: float
-    """Pressure that the joint is under [Pa]."""
+    """Mean pressure on the joint [Pa]."""
     friction_coefficient: float
-    """Coulomb's coefficient [-]."""
+    """Coulomb friction coefficient [-]."""
     normal_stiffness: float
     """Normal stiffness per area at that pressure [Pa/m]."""
     stick_stiffness: float
     """Tangential stiffness per area at rest [Pa/m]."""
     elastic_slip: float
-    """Slip at which that stiffness meets the friction limit [m]."""
+    """Displacement at which the tangential stiffness reaches the friction limit [m]."""
     pressures: Floats
     """Pressures of the table [Pa], rising from zero."""
     overclosures: Floats
-    """Overclosures [m], zero where the faces come apart."""
+    """Overclosures [m], zero where the faces separate."""
     stick_stiffnesses: Floats
     """Tangential stiffness per area [Pa/m] at each pressure."""
     layer: VirtualLayer
-    """The joint as a layer of elements."""
+    """Equivalent layer of elements."""
     errors: CardErrors
     """Errors of the card."""
 
@@ -90,32 +90,32 @@ class ContactCard:
         thickness: float = 1e-3,
         density: float | None = None,
     ) -> ContactCard:
-        """The card of a joint.
+        """Compute the contact card of a joint.
 
         Parameters
         ----------
         joint : Interface
             The joint at its normal load.
         area : float, optional
-            Apparent area [m^2], where the surface has none.
+            Apparent area [m^2], required if the surface has none.
         amplitude : float, optional
-            Amplitude of slip [m] that the layer is for; half the elastic slip without it.
+            Slip amplitude [m] of the layer; half the elastic slip by default.
         thickness : float, optional
             Thickness of the layer [m].
         density : float, optional
-            Mass per volume of the layer [kg/m^3].
+            Mass density of the layer [kg/m^3].
 
         Returns
         -------
         ContactCard
-            Its numbers, in SI units.
+            The card, in SI units.
 
         Notes
         -----
-        Pressure and overclosure are N(d)/A and a change of the separation; the tangential stiffness
-        at rest is 4 G*/E* times the normal one (Mindlin 1949). The pressure of the joint lies in
-        the middle of a segment of the table, whose slope is the normal stiffness there. The layer
-        has no thickness of its own in the joint: it is to be added between the faces, not cut out.
+        Pressure is N(d)/A and overclosure a change of the separation; the tangential stiffness at
+        rest is 4 G*/E* times the normal stiffness (Mindlin 1949). The pressure of the joint lies in
+        the middle of a segment of the table, whose slope is the normal stiffness at that pressure.
+        The layer must be added between the faces, not cut out of the parts.
         """
         if not isinstance(joint, Interface):
             raise InputError(
@@ -126,8 +126,8 @@ class ContactCard:
         apparent = getattr(surface, "area", None)
         if apparent is None and area is None:
             raise InputError(
-                f"`area` must be given: {type(surface).__name__} has no apparent area, over which "
-                "the load is spread; for example area=2e-4 [m^2]"
+                f"`area` must be given: {type(surface).__name__} has no apparent area [m^2], "
+                "for example area=2e-4"
             )
         if apparent is not None and area is not None and area != apparent:
             raise InputError(
@@ -147,7 +147,7 @@ class ContactCard:
         loads = loads[loads <= surface._heaviest]
         d = np.asarray(surface.separation(loads))
         stiffnesses = np.asarray(surface.stiffness(d))
-        # Below its first point the table goes straight to zero, with the stiffness there.
+        # Below its first point the table falls linearly to zero with the stiffness of that point.
         closing = loads[0] / stiffnesses[0] + d[0] - d
         between = np.sqrt(loads[1:] * loads[:-1])
         share = (d[:-1] - np.asarray(surface.separation(between))) / -np.diff(d)

@@ -1,4 +1,4 @@
-"""Elements of finite-element programs: in each patch springs with sliders, in parallel."""
+"""Joints as elements of finite-element programs: parallel spring-slider cells in each patch."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from microslip._core.errors import InputError
 from microslip.export.request import Accuracy, Order
 
 Deck = tuple[dict[str, str | bytes], Accuracy]
-"""A text by the name of its file, and how exact it is."""
+"""Text by file name, and its accuracy."""
 
-# Corners of CalculiX' brick C3D8 in their order.
+# Corners of the CalculiX brick C3D8 in node order.
 _CORNERS = (
     (0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1),
 )  # fmt: skip
 
 
 class Cell(NamedTuple):
-    """A spring in series with a slider, between two nodes where they are known."""
+    """Spring in series with a slider, between two nodes if they are given."""
 
     number: int
     nodes: tuple[int, ...]
@@ -32,7 +32,7 @@ class Cell(NamedTuple):
 def numbered_cells(
     order: Order, *, gap: int = 0, connected: bool = True
 ) -> Iterator[tuple[int, list[Cell]]]:
-    """The cells of each patch with its number, from 1; so many numbers stay free after a patch."""
+    """Yield the index of each patch, from 1, and its cells; skip ``gap`` numbers after a patch."""
     number = order.first_number
     for index, (patch, model) in enumerate(zip(order.patches, order.cell_models, strict=True), 1):
         if connected and not patch.nodes:
@@ -48,7 +48,7 @@ def numbered_cells(
 
 
 def _own_nodes(order: Order, count: int) -> None:
-    """Refuse so many nodes from the first number on where they are nodes that a patch joins."""
+    """Raise an InputError if added nodes coincide with nodes that a patch connects."""
     first, end = order.first_number, order.first_number + count
     joined = {node for patch in order.patches for node in patch.nodes}
     made_anew = sorted(node for node in joined if first <= node < end)
@@ -61,15 +61,14 @@ def _own_nodes(order: Order, count: int) -> None:
 
 
 def _deck(order: Order, mark: str, lines: list[str]) -> Deck:
-    """One file of lines, below what it says of itself in comments."""
     text = "\n".join([*(f"{mark} {line}" for line in order.header()), *lines]) + "\n"
     return {order.stem + order.suffix: text}, order.accuracy
 
 
 def abaqus(order: Order) -> Deck:
-    """Connectors, elastic and perfectly plastic in one component, to be included in a model."""
+    """Connector elements, elastic and perfectly plastic in one component, to include in a model."""
     name = order.name.upper()
-    lines = ["** Directions are the global ones; nodes that rotate need an orientation."]
+    lines = ["** Directions are global; nodes that rotate need an orientation."]
     for index, patch in numbered_cells(order):
         for cell in patch:
             label = f"{name}-{cell.number}"
@@ -90,10 +89,10 @@ def abaqus(order: Order) -> Deck:
 
 
 def ansys(order: Order) -> Deck:
-    """A macro of COMBIN40 elements; types and real constants have the elements' numbers."""
+    """Macro of COMBIN40 elements; element types and real constants share the element numbers."""
     name, kind = order.name.upper(), order.first_number
     lines = [
-        "! Displacements are those of the nodal coordinate systems.",
+        "! Displacements refer to the nodal coordinate systems.",
         "/PREP7",
         f"ET,{kind},COMBIN40",
         f"KEYOPT,{kind},3,{order.direction}",
@@ -112,13 +111,13 @@ def ansys(order: Order) -> Deck:
 
 
 def calculix(order: Order) -> Deck:
-    """Cubes in parallel, elastic and perfectly plastic, pulled along x.
+    """Parallel unit cubes, elastic and perfectly plastic, loaded along x.
 
-    CalculiX' springs with a table are elastic, and its trusses, which it makes into bricks with
-    hinges, did not converge here. A cube of unit size whose sides are free carries Jenkins' cell:
-    its modulus is the stiffness, its yield stress the limit.
+    Springs of CalculiX with a table are elastic, and its trusses, which it expands into bricks
+    with hinges, did not converge in tests. A unit cube with free sides is a Jenkins cell: its
+    modulus is the stiffness and its yield stress the force limit.
     """
-    # Numbers have 19 characters: CalculiX reads 20 of one and no more.
+    # CalculiX reads at most 20 characters of a number; these have 19.
     name, first = order.name.upper(), order.first_number
     _own_nodes(order, 8 * sum(model.cell_count for model in order.cell_models))
     lines = [
@@ -148,7 +147,7 @@ def calculix(order: Order) -> Deck:
                 f"*SOLID SECTION, ELSET={label}, MATERIAL={label}",
                 "*BOUNDARY",
             ]
-            # Two sides rest on planes of symmetry.
+            # Two faces lie on symmetry planes.
             for n, corner in corners:
                 lines += [f"{n}, {axis}, {axis}" for axis in (2, 3) if not corner[axis - 1]]
             for n, corner in corners if cell.nodes else ():
@@ -157,15 +156,15 @@ def calculix(order: Order) -> Deck:
             ends += [str(n) for n, corner in corners if corner[0]]
         lines += [f"*NSET, NSET={name}_{index}", *ends]
     if not order.patches[0].nodes:
-        lines.append("** Its nodes at x = 0 and at x = 1 are to be tied to the joint's two sides.")
+        lines.append("** Tie its nodes at x = 0 and at x = 1 to the two sides of the joint.")
     return _deck(order, "**", lines)
 
 
 def lsdyna(order: Order) -> Deck:
-    """Discrete elements: elastoplastic springs with parts, sections and materials of their own."""
+    """Discrete elements: elastoplastic springs, each with its own part, section and material."""
     first = order.first_number
     lines = [
-        "$ Fields of ten characters round stiffnesses and limits to five digits or more.",
+        "$ Fields of ten characters hold stiffnesses and limits to five digits or more.",
         "*KEYWORD",
         "*DEFINE_SD_ORIENTATION",
         _row(10, first, 0, *(float(k == order.direction) for k in (1, 2, 3))),
@@ -196,22 +195,22 @@ def _row(width: int, *fields: float) -> str:
 
 
 def nastran(order: Order) -> Deck:
-    """Rods for nonlinear solutions; their constraints are the set of the first number.
+    """Rods for nonlinear solutions; their constraints form the set of the first number.
 
-    Nodes of a mesh that lie on each other, as those of a joint do, leave a rod no length, and this
-    package does not know where they are. So each patch has two grid points of its own, a metre
-    apart, which move along the rod as the points of the mesh do in the direction of the joint.
+    Coincident nodes, as a joint has them, leave a rod without length, and positions of the mesh
+    are not known here. Each patch therefore gets two grid points of its own, 1 m apart, which move
+    along the rod like the mesh nodes in the direction of the joint.
     """
     first = order.first_number
     _own_nodes(order, 2 * len(order.patches))
-    lines = [f"$ Case control needs MPC = {first}; its points, too, begin at {first}."]
+    lines = [f"$ Case control needs MPC = {first}; its grid points also begin at {first}."]
     for index, patch in numbered_cells(order):
         ends = first + 2 * index - 2, first + 2 * index - 1
         for place, (grid_point, mesh) in enumerate(zip(ends, patch[0].nodes, strict=True)):
             lines += _card("GRID", grid_point, "", float(place), 0.0, 0.0, "", 23456)
             lines += _card("MPC", first, grid_point, 1, 1.0, mesh, order.direction, -1.0)
         for cell in patch:
-            # Of unit length, and of unit area.
+            # Unit length and unit area: moduli are stiffnesses, stresses are forces.
             lines += _card("CROD", cell.number, cell.number, *ends)
             lines += _card("PROD", cell.number, cell.number, 1.0)
             lines += _card("MAT1", cell.number, cell.stiffness, "", 0.0)
@@ -221,7 +220,7 @@ def nastran(order: Order) -> Deck:
 
 
 def _card(name: str, *fields: float | str) -> list[str]:
-    """A card in large fields, four on a line."""
+    """Format a card in large fields, four on a line."""
     words = [compact(f, 16) if isinstance(f, float) else str(f) for f in fields]
     lines = []
     for i in range(0, len(words), 4):
@@ -231,9 +230,9 @@ def _card(name: str, *fields: float | str) -> list[str]:
 
 
 def opensees(order: Order) -> Deck:
-    """Elastic, perfectly plastic materials in parallel, in Python; in Tcl for a name in .tcl.
+    """Elastic, perfectly plastic materials in parallel, in Python, or in Tcl for a name in .tcl.
 
-    ``MultiLinear`` is no substitute: its reloading follows another rule than Masing's.
+    ``MultiLinear`` is no substitute: its reloading does not follow Masing's rules.
     """
     tcl, tied = order.suffix == ".tcl", bool(order.patches[0].nodes)
     how = "source" if tcl else "exec, or import and call"
@@ -269,7 +268,7 @@ def _command(tcl: bool, command: str, *words: object) -> str:
 
 
 def compact(value: float, width: int) -> str:
-    """A number with a decimal point in so many characters, as exact as they allow."""
+    """Format a number with a decimal point, as exactly as ``width`` characters allow."""
     best, smallest_error = "", math.inf
     for digits in range(1, 18):
         mantissa, exponent = f"{value:.{digits - 1}e}".split("e")

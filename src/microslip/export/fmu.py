@@ -1,4 +1,4 @@
-"""A unit of FMI 2.0 or 3.0 (functional mock-up) around the exported C, its sources inside."""
+"""Functional mock-up unit (FMI 2.0 or 3.0) built around the exported C source."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ from microslip.export.c_source import (
 )
 from microslip.export.request import Accuracy, Order
 
-_EPOCH = (1980, 1, 1, 0, 0, 0)  # of a zip: equal joints give equal files
-_PLATFORMS = {  # folders of FMI 2.0 and 3.0, endings, and what zig calls them
+_EPOCH = (1980, 1, 1, 0, 0, 0)  # fixed time stamp in the zip, so that equal joints give equal files
+_PLATFORMS = {  # folders of FMI 2.0 and 3.0, file suffix, and target name of zig
     "linux": ("linux64", "x86_64-linux", ".so", "x86_64-linux-gnu.2.17"),
     "darwin": ("darwin64", "x86_64-darwin", ".dylib", "x86_64-macos"),
     "win32": ("win64", "x86_64-windows", ".dll", "x86_64-windows-gnu"),
@@ -42,7 +42,7 @@ _BUILD = (
 
 
 def write(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
-    """The archive, with a binary for this machine if it has a C compiler, and by zig for all."""
+    """Return the archive, with a binary for each platform that can be compiled for here."""
     header = comment(order.header())
     body = f"{header}\n/* {order.size} node(s). */\n{declarations(order)}\n{definitions(order)}"
     guid = f"{{{uuid.uuid5(uuid.NAMESPACE_URL, body)}}}"
@@ -74,7 +74,7 @@ def write(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
 
 
 def _arrays(order: Order) -> dict[str, object]:
-    """Dimensions and values at the start of the arrays of FMI 3, a node after the other."""
+    """Return dimensions and start values of the FMI 3 arrays, node by node."""
     components = components_of(order.element)
     node = f'<Dimension start="{order.size}"/>'
     component = f'<Dimension start="{components}"/>' * (components > 1)
@@ -86,10 +86,7 @@ def _arrays(order: Order) -> dict[str, object]:
 
 
 def _binaries(name: str, source: str, third: bool) -> dict[str, bytes]:
-    """Libraries for this machine and, where ziglang is installed, for every other one.
-
-    Nothing where there is no compiler: the sources then serve.
-    """
+    """Compile for this machine, and for all others if ziglang is installed."""
     compiler = shutil.which(os.environ.get("CC", "cc"))
     native = sys.platform if sys.maxsize > 2**32 else ""
     if platform.machine() not in ("x86_64", "AMD64", "arm64"):
@@ -110,7 +107,6 @@ def _binaries(name: str, source: str, third: bool) -> dict[str, bytes]:
 
 
 def _library(command: list[str], name: str, ending: str, source: str) -> bytes:
-    """Compile the source to a library."""
     with tempfile.TemporaryDirectory() as scratch:
         file, library = Path(scratch) / f"{name}.c", Path(scratch) / f"{name}{ending}"
         file.write_text(source, encoding="utf-8")
@@ -121,6 +117,6 @@ def _library(command: list[str], name: str, ending: str, source: str) -> bytes:
             check=False,
         )
         if process.returncode:
-            complaint = (process.stderr.strip().splitlines() or ["it says nothing"])[0]
-            raise InputError(f"the C compiler {command[0]} does not make a library: {complaint}")
+            complaint = (process.stderr.strip().splitlines() or ["no message"])[0]
+            raise InputError(f"the C compiler {command[0]} cannot build the library: {complaint}")
         return library.read_bytes()

@@ -1,4 +1,4 @@
-"""Request for an export, checked, with the accuracy of the file over its range."""
+"""Validated request for an export, and the accuracy of its file over a range of amplitudes."""
 
 from __future__ import annotations
 
@@ -30,27 +30,28 @@ from microslip.friction.conversions import check_not_rigid
 from microslip.friction.memory import SliderBank
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")
-_AMPLITUDES = 400  # at which errors are looked for
+_AMPLITUDES = 400  # at which errors are evaluated
 ELEMENTS = ("opensees", "calculix", "abaqus", "ansys", "lsdyna", "nastran")
-"""Kinds whose files hold elements, and so fields."""
+"""Kinds of files that consist of elements and can hold a field of patches."""
 CODE = ("c", "abaqus-user", "fmu3")
-"""Kinds whose files hold code, and so any of these."""
+"""Kinds of files that consist of code and support every element of :data:`COMPONENTS`."""
 COMPONENTS = ("joint", "contact", "planar", "planar-contact")
-"""Directions of one element of exported code: one or two tangential ones, and the separation."""
+"""Displacement components of one element of exported code: one or two tangential, and the
+separation."""
 
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Accuracy of a file against the law over a range of amplitudes."""
+    """Errors of an exported file against the law over a range of amplitudes."""
 
     smallest_amplitude: float
-    """Smallest amplitude looked at [m]."""
+    """Smallest amplitude [m]."""
     largest_amplitude: float
-    """Largest one [m]."""
+    """Largest amplitude [m]."""
     backbone_error: float
     """Largest relative error of the backbone [-]."""
     energy_error: float
-    """Largest relative error of the energy of a cycle [-]."""
+    """Largest relative error of the energy dissipated per cycle [-]."""
 
     @classmethod
     def of(
@@ -60,7 +61,7 @@ class Accuracy:
         backbone: Callable[[Floats], Floats],
         energy: Callable[[Floats], Floats],
     ) -> Accuracy:
-        """Errors of a backbone and its energies beside those of a law, over a range."""
+        """Compute the largest errors of a backbone and its energies against a law over a range."""
         a = np.geomspace(*span, _AMPLITUDES)
         force, lost = law._backbone(a), law._energy(a)
         real = lost > 0.0
@@ -71,7 +72,7 @@ class Accuracy:
 
 @dataclass(frozen=True)
 class Patch:
-    """One joint of a file: its law and the two nodes of the mesh that it lies between, or none."""
+    """Law of one patch and the two mesh nodes that it connects, if given."""
 
     law: BackboneLaw
     nodes: tuple[int, ...]
@@ -79,7 +80,7 @@ class Patch:
 
 @dataclass(frozen=True)
 class Order:
-    """An export, all of it checked."""
+    """Validated request for an export."""
 
     kind: str
     run: str
@@ -99,40 +100,40 @@ class Order:
 
     @property
     def law(self) -> BackboneLaw:
-        """The only law of a file that holds one."""
+        """Law of a file with a single law."""
         return self.patches[0].law
 
     @cached_property
     def panels(self) -> BackbonePanels:
-        """The law as polynomials."""
+        """Backbone as piecewise polynomials."""
         return BackbonePanels.of(self.law, self.span[0])
 
     @cached_property
     def load_panels(self) -> LoadPanels:
-        """The load curve of a contact element as polynomials."""
+        """Load curve of a contact element as piecewise polynomials."""
         if isinstance(self.model, IsotropicField):
             return LoadPanels.of_field(self.model)
         return LoadPanels.of_interface(self.model)
 
     @property
     def bank(self) -> SliderBank | None:
-        """The sliders of an element of two directions."""
+        """Sliders of an element with two tangential directions, else None."""
         return self.model._bank if self.element.startswith("planar") else None
 
     @cached_property
     def cell_models(self) -> tuple[CellModel, ...]:
-        """The cells that stand for each patch, in newtons and metres."""
+        """Fitted cells of each patch [N, m]."""
         low, high = self.span
         span = {"smallest_amplitude": low, "largest_amplitude": high}
         return tuple(patch.law.to_iwan(self.cells, **span) for patch in self.patches)
 
     @cached_property
     def accuracy(self) -> Accuracy:
-        """Accuracy of the file; the worst of its patches."""
+        """Accuracy of the file: the worst of its patches."""
         if self.kind in ELEMENTS:
             fits = [(m.fit.backbone_error, m.fit.energy_error) for m in self.cell_models]
             return Accuracy(*self.span, *map(max, zip(*fits, strict=True)))
-        if self.bank is not None:  # along a line
+        if self.bank is not None:  # errors of motion along a line
             bank = self.bank
             reach = (bank.tops - bank.rests[0]) * bank.slips[0]
             reach, weights = np.maximum(reach, 0.0), bank.weights * (bank.scales / bank.slips)[0]
@@ -146,7 +147,7 @@ class Order:
         return Accuracy.of(self.law, self.span, panels.force, panels.energy)
 
     def header(self, accuracy: Accuracy | None = None) -> list[str]:
-        """Header of each file, line by line; SI units."""
+        """Return the header of each file, line by line, in SI units."""
         errors = accuracy or self.accuracy
         low, high = errors.smallest_amplitude, errors.largest_amplitude
         lines = [
@@ -166,21 +167,19 @@ class Order:
 def element_of(
     kind: str, law: Any, element: str, cells: int, span: dict[str, Any]
 ) -> tuple[str, Any, Any]:
-    """The element of a file of code, what it is made of, and its law along a line."""
+    """Return the element of a code file, its model, and the law for motion along a line."""
     check_word("element", element, COMPONENTS)
     if kind not in CODE:
         if element != "joint":
             raise InputError(
                 f"`element` must be joint for {kind}, got {element}; "
-                f"{', '.join(CODE)} hold the others"
+                f"the other elements need {', '.join(CODE)}"
             )
         return element, law, law
     if element in ("contact", "planar-contact") and not isinstance(
         law, (Interface, IsotropicField)
     ):
-        raise InputError(
-            f"{element} elements need an Interface, whose load varies, got {show(law)}"
-        )
+        raise InputError(f"{element} elements need an Interface, got {show(law)}")
     if element == "planar" and isinstance(law, BackboneLaw):
         law = IsotropicJoint(law, cells, **span)
     elif element == "planar-contact" and isinstance(law, Interface):
@@ -196,12 +195,12 @@ def element_of(
     if isinstance(law, IsotropicField):
         if law._bank.lay is not None:
             raise InputError(
-                f"{kind} holds one stiffness in all directions, and the surface has a lay; write "
+                f"{kind} supports one stiffness in all directions, and the surface has a lay; use "
                 "its mean, surface.along(None)"
             )
         if law.field._nodes.size != 1:
             raise InputError(
-                f"{kind} holds one node, got {law.field._nodes.size}; write a file each"
+                f"{kind} supports one node, got {law.field._nodes.size}; write one file per node"
             )
         nodes, separation = law.field._nodes, float(law.field.separations[0])
         friction = float(nodes.weights[0] / nodes.scales[0])
@@ -214,7 +213,7 @@ def element_of(
 
 
 def patches_of(kind: str, law: Any, nodes: ArrayLike | None) -> tuple[Patch, ...]:
-    """The joints of a file, checked."""
+    """Validate the law and its mesh nodes, and return the patches."""
     laws = _laws(kind, law)
     if nodes is None:
         if len(laws) > 1:
@@ -225,7 +224,8 @@ def patches_of(kind: str, law: Any, nodes: ArrayLike | None) -> tuple[Patch, ...
         return (Patch(laws[0], ()),)
     if kind not in ELEMENTS:
         raise InputError(
-            f"`nodes` must not be given for {kind}, which knows no mesh; {', '.join(ELEMENTS)} do"
+            f"`nodes` must not be given for {kind}, which has no mesh; kinds with a "
+            f"mesh are {', '.join(ELEMENTS)}"
         )
     pairs = np.atleast_2d(np.asarray(nodes))
     if (
@@ -235,7 +235,7 @@ def patches_of(kind: str, law: Any, nodes: ArrayLike | None) -> tuple[Patch, ...
         or np.any(pairs[:, 0] == pairs[:, 1])
     ):
         raise InputError(
-            "`nodes` must be two different numbers of nodes (1 and up) for each of "
+            "`nodes` must be two different node numbers, 1 or larger, for each of "
             f"{len(laws)} patch(es), for example nodes=[[1, 2]]; got {show(nodes)}"
         )
     return tuple(
@@ -246,7 +246,7 @@ def patches_of(kind: str, law: Any, nodes: ArrayLike | None) -> tuple[Patch, ...
 
 
 def _laws(kind: str, law: Any) -> list[Any]:
-    """The law of each patch; None for one that touches nothing."""
+    """Return the law of each patch; None for a patch without contact."""
     if isinstance(law, BackboneLaw):
         check_not_rigid(law, f"files of kind {kind}")
         return [law]
@@ -263,19 +263,15 @@ def _laws(kind: str, law: Any) -> list[Any]:
         return laws
     if several:
         raise InputError(
-            f"{kind} holds one law; a field of patches is held by {', '.join(ELEMENTS)}, or by "
-            f"{kind} as the law of patches that move together: field.rigid()"
+            f"{kind} supports one law, got a field of patches; use "
+            f"{', '.join(ELEMENTS)}, or the law of patches that move together, field.rigid()"
         )
     if type(law).__name__ in ("IsotropicJoint", "IsotropicField"):
         raise InputError(
-            f"{kind} holds one direction, and {type(law).__name__} has two; {', '.join(CODE)}, "
-            "microslip.export.hosts.pyharm and callbacks of its harmonics and start().try_ hold "
-            "it, and its line is a law of one direction"
+            f"{kind} supports one direction, and {type(law).__name__} has two; use "
+            f"{', '.join(CODE)} or microslip.export.hosts.pyharm"
         )
-    raise InputError(
-        "`law` must be a backbone law, which one curve and Masing's rules make, such as "
-        f"an Interface or Iwan, got {show(law)}"
-    )
+    raise InputError(f"`law` must be a backbone law, such as an Interface or Iwan, got {show(law)}")
 
 
 def _laws_of_field(field: JointField) -> list[BackboneLaw | None]:
@@ -294,12 +290,12 @@ def _laws_of_field(field: JointField) -> list[BackboneLaw | None]:
 
 
 def sum_of(patches: tuple[Patch, ...]) -> BackboneLaw:
-    """The law of all patches moving together."""
+    """Return the law of all patches moving together."""
     return patches[0].law if len(patches) == 1 else Parallel([patch.law for patch in patches])
 
 
 def described(law: Any) -> str:
-    """A law in a line."""
+    """Describe a law in one line."""
     surface = getattr(law, "surface", None)
     under = f", on {surface!r}" if surface is not None else ""
     if isinstance(law, JointField):
@@ -312,7 +308,7 @@ def described(law: Any) -> str:
 
 
 def check_word(name: str, value: Any, words: Iterable[str]) -> None:
-    """Refuse what is not one of some words."""
+    """Raise an InputError unless a value is one of some words."""
     words = tuple(words)
     if not isinstance(value, str) or value not in words:
         near = did_you_mean(value, words) if isinstance(value, str) else ""
@@ -320,9 +316,9 @@ def check_word(name: str, value: Any, words: Iterable[str]) -> None:
 
 
 def check_name(name: Any) -> None:
-    """Refuse what names in files cannot begin with."""
+    """Raise an InputError unless a value can begin the names in files."""
     if not isinstance(name, str) or not _NAME.fullmatch(name):
         raise InputError(
-            "`name` must begin with a letter and hold up to 31 letters, digits and _, which "
-            f'C and Fortran take, for example name="joint"; got {show(name)}'
+            "`name` must begin with a letter and have up to 31 letters, digits and _, as C and "
+            f'Fortran require, for example name="joint"; got {show(name)}'
         )

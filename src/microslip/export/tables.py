@@ -1,4 +1,4 @@
-"""A law as plain numbers: its backbone, energies and cells, and models fitted to it."""
+"""Tables of a law as JSON or CSV: backbone, energies and cells; and laws fitted to it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _POINTS = 200
 
 
 def write(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
-    """One JSON file, or two CSV files: the curves, and beside them the cells."""
+    """Return one JSON file, or two CSV files: the curves, and the cells beside them."""
     law = order.law
     a = np.geomspace(*order.span, _POINTS)
     curves = {
@@ -56,7 +56,7 @@ def _csv(header: list[str], columns: dict[str, Any]) -> str:
 
 
 def write_fitted(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
-    """Return a law file, and before it a study of the law if the name ends in .toml."""
+    """Return a law file, preceded by a study of the law if the file name ends in .toml."""
     low, high = order.span
     model: BackboneLaw
     if order.kind == "segalman":

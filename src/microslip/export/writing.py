@@ -1,4 +1,4 @@
-"""Files of other programs, whole or not at all."""
+"""Writing of exported files, all of them or none."""
 
 from __future__ import annotations
 
@@ -32,21 +32,21 @@ from microslip.friction.conversions import amplitude_range
 _RUN = "run by the tests of microslip"
 _OPENSEES = f"{_RUN} with OpenSeesPy 3.5.1, against the cells"
 _CALCULIX = f"{_RUN} with CalculiX 2.20, against the cells"
-_NOT_RUN = "not run here, written after the public manual"
+_NOT_RUN = "not run, written from the public manual"
 
 
 @dataclass(frozen=True)
 class Format:
-    """A kind of file that a law can be exported to."""
+    """Kind of file to which a law can be exported."""
 
     kind: str
-    """Its name."""
+    """Name of the kind."""
     run: str
-    """Whether it was ever run, and against what."""
+    """How the kind was verified."""
     suffixes: tuple[str, ...]
-    """Endings of its file; the first one stands for those that are not in the list."""
+    """Accepted file suffixes; the first one replaces any other."""
     write: Callable[[Order], tuple[dict[str, str | bytes], Accuracy]]
-    """Makes its files by their names, and says how exact they are."""
+    """Function that returns the files by name, and their accuracy."""
 
 
 FORMATS = (
@@ -71,29 +71,29 @@ FORMATS = (
 )
 
 KINDS = tuple(item.kind for item in FORMATS)
-"""Kinds of files that :func:`microslip.export.write` writes."""
+"""Kinds of files that :func:`microslip.export.write` can write."""
 
 
 _MOST_DEPTH = 1_000_000
 _MOST_CELLS = 10_000
-_MOST_ENERGY_ERROR = 0.05  # of an element of sliders over its amplitudes
+_MOST_ENERGY_ERROR = 0.05  # of an element of sliders over its range of amplitudes
 _MOST_NODES = 10_000
 
 
 @dataclass(frozen=True)
 class Exported:
-    """Files written, and their accuracy against the law."""
+    """Written files and their accuracy against the law."""
 
     kind: str
-    """The kind of file."""
+    """Kind of file."""
     files: tuple[Path, ...]
-    """The files."""
+    """Paths of the files."""
     accuracy: Accuracy
     """Errors over the range of amplitudes."""
     run: str
-    """Whether this kind of file was ever run, and against what."""
+    """How this kind of file was verified."""
     law: str
-    """The law, in a line."""
+    """Description of the law in one line."""
 
 
 def write(
@@ -113,53 +113,55 @@ def write(
     first_number: int | None = None,
     overwrite: bool = False,
 ) -> Exported:
-    """Write a law as a file of another program; each says in its header how exact it is.
+    """Write a law as input of another program; the file header states the errors.
 
     Parameters
     ----------
     kind : str
         One of :data:`microslip.export.KINDS`.
     law : BackboneLaw, IsotropicJoint, IsotropicField, JointField or sequence of BackboneLaw
-        The law, in two directions for kinds of code; a field or several laws, a patch each, for
-        kinds that are made of elements.
+        The law; laws in two directions only for kinds of code, and a field or several laws, one
+        per patch, only for kinds of elements.
     file : str or pathlib.Path
-        File to write; some kinds put others beside it, of the same stem.
+        File to write; some kinds write further files with the same stem.
     smallest_amplitude, largest_amplitude : float, optional
-        Range of amplitudes [m] that cells and fits are for, and over which errors are told;
-        without them 0.01 and 10 times the displacement at which the first tangent meets the limit.
+        Range of amplitudes [m] for fits, cells and errors. Default: 0.01 and 10 times the
+        displacement at which the initial tangent reaches the force limit.
     cells : int, optional
-        Number of cells [-] of kinds that have them, at least 2.
+        Number of cells [-], at least 2, for kinds that use cells.
     depth : int, optional
-        Rows of memory [-] of exported code, one an open reversal or a step of new contact, four
-        of them at least. Where a history has more, the oldest loops are lumped together: a decay
-        goes on exactly, and motion that comes back out to them is told a bound of its error.
+        Rows of memory [-] of exported code, one for each open reversal or step of new contact, at
+        least 4. If a history needs more, the oldest loops are lumped together: decaying motion
+        stays exact, and the code returns an error bound for motion that returns to those loops.
     element : str, optional
-        For code: ``joint``, one displacement at a held load; ``contact``, with the separation;
-        ``planar``, two displacements, ``planar-contact``, both, with as many sliders as ``cells``.
+        For code: ``joint``, one displacement at a constant load; ``contact``, with the separation;
+        ``planar``, two displacements; ``planar-contact``, two displacements and the separation.
+        The last two use ``cells`` sliders.
     size : int, optional
-        Number of nodes [-] of a unit of FMI 3, each a joint like this one, up to 10 000.
+        Number of nodes [-] of an FMI 3 unit, each with this joint, up to 10 000.
     name : str, optional
         Prefix of the names in the file.
     nodes : array_like of int, optional
-        Two numbers of nodes of a mesh for each patch, shape (patches, 2); without them elements
-        are left to be connected.
+        Two mesh node numbers for each patch, shape (patches, 2); without them the elements must be
+        connected by hand.
     direction : int, optional
         Direction of the joint in the mesh: 1, 2 or 3 for x, y or z.
     first_number : int, optional
-        First number of the elements, materials and nodes that are added; without it that after
-        the largest of ``nodes``. Nodes that are added never are those that a patch lies between.
+        First number of the added elements, materials and nodes; by default the number after the
+        largest of ``nodes``. Added nodes must not coincide with nodes of a patch.
     overwrite : bool, optional
-        Whether files that exist are replaced.
+        Whether existing files are replaced.
 
     Returns
     -------
     Exported
-        The files and how exact they are.
+        The files and their accuracy.
 
     Notes
     -----
-    Cells are tangents of the backbone at geometric places (Iwan 1966, DOI 10.1115/1.3625199). The
-    exact kinds hold the backbone in panels of polynomials and follow Masing's rules.
+    Cells follow from tangents of the backbone at geometrically spaced amplitudes (Iwan 1966, DOI
+    10.1115/1.3625199). The exact kinds store the backbone as piecewise polynomials and follow
+    Masing's rules.
     """
     check_word("kind", kind, KINDS)
     file_format = FORMATS[KINDS.index(kind)]
@@ -179,9 +181,7 @@ def write(
     direction = whole_number("direction", direction, 1, 3)
     size = whole_number("size", size, 1, _MOST_NODES)
     if size > 1 and kind != "fmu3":
-        raise InputError(
-            f"`size` must be 1 for {kind}, which is one node, got {size}; fmu3 has more"
-        )
+        raise InputError(f"`size` must be 1 for {kind}, got {size}; several nodes need fmu3")
     limits = {"smallest_amplitude": smallest_amplitude, "largest_amplitude": largest_amplitude}
     element, model, law_along = element_of(kind, law, element, cells, limits)
     patches = patches_of(kind, law_along, nodes)
@@ -206,7 +206,7 @@ def write(
 
 
 def _check_sliders(order: Order, law: Any, limits: dict[str, Any]) -> None:
-    """Refuse sliders whose cycles lose far too little or too much over the amplitudes."""
+    """Raise an InputError if the sliders miss the dissipated energy over the amplitudes."""
     error = order.accuracy.energy_error
     if not error > _MOST_ENERGY_ERROR or isinstance(law, (IsotropicJoint, IsotropicField)):
         return
@@ -220,7 +220,7 @@ def _check_sliders(order: Order, law: Any, limits: dict[str, Any]) -> None:
         cells = 0
     low = order.span[0]
     remedy = (
-        f"give cells={cells}, which keep it below {100.0 * _MOST_ENERGY_ERROR:g} %, or a larger "
+        f"give cells={cells} for an error below {100.0 * _MOST_ENERGY_ERROR:g} %, or a larger "
         "smallest_amplitude"
         if cells
         else "give a larger smallest_amplitude"

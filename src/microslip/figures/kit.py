@@ -1,4 +1,4 @@
-"""What figures are made of: prefixes and ticks, families of lines, bands, histograms, maps."""
+"""Building blocks of figures: unit prefixes, ticks, line styles, colour maps."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from microslip.figures.plot import (
 
 
 def evenly(count: int, limit: int) -> list[int]:
-    """Indices of at most `limit` of `count` things, evenly, the first and the last among them."""
+    """Return evenly spaced indices of at most `limit` of `count` items, first and last included."""
     size = min(count, limit)
     if size < 2:
         return list(range(size))
@@ -35,23 +35,23 @@ def evenly(count: int, limit: int) -> list[int]:
 
 
 def length_prefix(largest: float, smallest: float = 0.0) -> tuple[float, str]:
-    """Micrometres wherever they suit lengths [m], since those of joints are read in them."""
+    """Return the unit prefix for lengths [m]: micrometres where suitable, as usual for joints."""
     return (1e-6, "µ") if largest > 1e-7 and (smallest or largest) < 1e-3 else prefix(largest)
 
 
 def force_prefix(values: ArrayLike) -> tuple[float, str]:
-    """Prefix for values that may all be zero."""
+    """Return the unit prefix of values that may all be zero."""
     largest = float(np.abs(values).max(initial=0.0))
     return prefix(largest) if largest > 0.0 else (1.0, "")
 
 
 def common_prefix(values: Sequence[float]) -> tuple[float, str]:
-    """Prefix of the largest value, or none where the others are too far below it."""
+    """Return the prefix of the largest value, or none if the values are far apart."""
     return (1.0, "") if far_apart(values, 1e4) else prefix(max(values))
 
 
 def far_apart(values: Sequence[float], factor: float = 20.0) -> bool:
-    """Whether positive values are too far apart for one linear axis."""
+    """Return whether positive values span too wide a range for one linear axis."""
     return max(values) > factor * min(values)
 
 
@@ -60,23 +60,23 @@ _MINUS = str.maketrans("-", "−")
 
 
 class Ticks(NamedTuple):
-    """Places along an axis."""
+    """Ticks along an axis."""
 
     major: tuple[tuple[float, str], ...]
     """Ticks with a grid line, and their labels."""
     minor: tuple[tuple[float, str], ...] = ()
-    """Ticks between them; most have no label."""
+    """Ticks between the major ticks; most have no label."""
     offset: str = ""
-    """The power of ten that all labels leave out."""
+    """Power of ten omitted from all labels."""
 
 
 def round_numbers(low: float, high: float, limit: int, log: bool, integer: bool = False) -> Ticks:
-    """Ticks of an axis, of which at most `limit` are labelled."""
+    """Return ticks of an axis with at most `limit` labels."""
     return logarithmic(low, high, limit) if log else linear(low, high, limit, integer)
 
 
 def linear(low: float, high: float, limit: int, integer: bool = False) -> Ticks:
-    """At most `limit` round numbers between two ends, which may be in either order."""
+    """Return at most `limit` round numbers between two ends, given in either order."""
     low, high = min(low, high), max(low, high)
     rough = (high - low) / max(limit, 1)
     power = math.floor(math.log10(rough))
@@ -97,7 +97,7 @@ def linear(low: float, high: float, limit: int, integer: bool = False) -> Ticks:
 
 
 def logarithmic(low: float, high: float, limit: int) -> Ticks:
-    """Powers of ten between two ends, at most `limit` of them labelled, and what lies between."""
+    """Return ticks at powers of ten between two ends, at most `limit` labelled, and minor ticks."""
     first, last = math.floor(math.log10(low) - 1e-9), math.ceil(math.log10(high) + 1e-9)
     inside = [n for n in range(first, last + 1) if 0.999999 * low <= 10.0**n <= 1.000001 * high]
     every = max(1, math.ceil(len(inside) / max(limit, 1)))
@@ -112,15 +112,15 @@ def logarithmic(low: float, high: float, limit: int) -> Ticks:
         if low < k * 10.0**n < high
     ]
     labelled = sum(bool(text) for _, text in (*major, *minor))
-    if labelled < 2 or labelled > 2 * limit:  # within a decade round numbers are enough
+    if labelled < 2 or labelled > 2 * limit:  # within a decade, use round numbers
         return linear(low, high, min(limit, 4))
     return Ticks(major, tuple(minor))
 
 
 def log_label(x: float, low: float, high: float) -> str:
-    """Label of a place on a log axis: 0.1, 1, 10 where these are short, else 10⁻⁶; never mixed.
+    """Return the label of a tick on a logarithmic axis, empty for a tick without label.
 
-    Empty for a place that needs none.
+    The style depends on the ends of the axis, so that 0.1, 1, 10 and 10⁻⁶ are never mixed.
     """
     power = math.floor(math.log10(x) + 1e-9)
     factor = float(f"{x / 10.0**power:.5g}")
@@ -134,7 +134,7 @@ def log_label(x: float, low: float, high: float) -> str:
 
 
 def _decimal(value: float, step: float) -> str:
-    """A number with the decimals that tell it from its neighbours."""
+    """Format a number with the decimals that distinguish it from the neighbouring ticks."""
     digits = max(0, -math.floor(math.log10(step) + 1e-9))
     if abs(step * 10**digits - round(step * 10**digits)) > 1e-6:  # steps of 2.5
         digits += 1
@@ -143,19 +143,19 @@ def _decimal(value: float, step: float) -> str:
 
 
 EDGE = "#444444"
-"""Color of a line that marks a place on an axis."""
+"""Color of a line that marks a position on an axis."""
 SHORT_DASH = (1.0, 1.0)
 
 
 class Look(NamedTuple):
-    """Style of a line; dashes or markers tell lines apart in grey."""
+    """Style of a line; dashes or markers distinguish lines in greyscale."""
 
     color: str = COLORS[0]
     dash: tuple[float, ...] = ()
     marker: Marker = "o"
 
     def entry(self, label: str, *, line: bool = True, marked: bool = True) -> Entry:
-        """Its line in a legend."""
+        """Return the legend entry of the line."""
         return Entry(label, self.color, self.dash if line else (), self.marker if marked else None)
 
 
@@ -163,12 +163,12 @@ LOOKS = tuple(map(Look, COLORS, DASHES, MARKERS))
 
 
 def look_of(index: int) -> Look:
-    """One of the looks of the house; they begin again after the last one."""
+    """Return the style of a line by its index, cyclically."""
     return LOOKS[index % len(LOOKS)]
 
 
 def pale(color: str) -> str:
-    """A colour thinned with white, as areas behind lines have it."""
+    """Return a colour lightened for areas behind lines."""
     parts = (int(color[i : i + 2], 16) for i in (1, 3, 5))
     return "#" + "".join(f"{round(255 - 0.3 * (255 - part)):02x}" for part in parts)
 
@@ -177,21 +177,21 @@ def pale(color: str) -> str:
 
 
 def drawable(values: Floats, log: bool = True) -> Floats:
-    """Values with NaN for those that an axis cannot show."""
+    """Replace values that an axis cannot show by NaN."""
     return np.where(np.isfinite(values) & ((values > 0.0) | (not log)), values, np.nan)
 
 
 def visible_values(values: Floats, log: bool = True) -> Floats:
-    """Only the values that an axis can show."""
+    """Return only the values that an axis can show."""
     values = drawable(values, log)
     return values[np.isfinite(values)]
 
 
 def in_unit(values: Floats, unit: str) -> tuple[float, str]:
-    """Divisor of values and their unit, chosen by the middle value."""
+    """Return the divisor of values and their prefixed unit, chosen from the middle value."""
     if unit in ("", "-", "–"):
         return 1.0, "–"
-    if unit.startswith("1/"):  # counts per area are read per square millimetre
+    if unit.startswith("1/"):  # counts per area are usual per square millimetre
         return 1e6, "1/mm²"
     values = visible_values(values)
     if not values.size:
@@ -204,25 +204,25 @@ def in_unit(values: Floats, unit: str) -> tuple[float, str]:
 
 
 def between(x: Floats, low: Floats, high: Floats, color: str) -> Area:
-    """The area between two lines over the same places, such as quantiles."""
+    """Return the area between two lines over the same abscissa, such as quantiles."""
     fine = np.isfinite(x) & np.isfinite(low) & np.isfinite(high)
     x, low, high = x[fine], low[fine], high[fine]
     return Area(np.concatenate([x, x[::-1]]), np.concatenate([low, high[::-1]]), color)
 
 
 def box(left: float, right: float, bottom: float, top: float, color: str) -> Area:
-    """A filled rectangle."""
+    """Return a filled rectangle."""
     return Area(np.array([left, right, right, left]), np.array([bottom, bottom, top, top]), color)
 
 
 def edge_of(left: float, right: float, bottom: float, top: float, color: str, width: float) -> Line:
-    """The edge of a rectangle."""
+    """Return the outline of a rectangle."""
     x = np.array([left, right, right, left, left], dtype=float)
     return Line(x, np.array([bottom, bottom, top, top, bottom], dtype=float), color, width)
 
 
 def in_rows(panels: Sequence[Panel], columns: int) -> tuple[float, ...]:
-    """Put panels into rows of so many, and give the heights of the rows."""
+    """Arrange panels in rows of ``columns`` and return the relative row heights."""
     for number, panel in enumerate(panels):
         row, column = divmod(number, columns)
         panel.cell = (row, row, column, column)
@@ -230,7 +230,7 @@ def in_rows(panels: Sequence[Panel], columns: int) -> tuple[float, ...]:
 
 
 class Family(NamedTuple):
-    """One of many panels over the same axis: its name, its unit, and its lines."""
+    """Name, unit and lines of one of several panels over the same axis."""
 
     name: str
     unit: str
@@ -240,7 +240,7 @@ class Family(NamedTuple):
 def scale_of_colours(
     label: str, low: float, high: float, ramp: NDArray[np.uint8], cell: tuple[int, int, int, int]
 ) -> Panel:
-    """The scale of colours below maps."""
+    """Return a panel with the colour scale of maps."""
     return Panel(
         Axis(label, low, high),
         Axis(low=0.0, high=1.0, ticks=()),
@@ -257,7 +257,7 @@ def with_scale(
     rest: float,
     widths: tuple[float, ...] = (1.0,),
 ) -> Plot:
-    """Maps of which each row has so much room [in], and their scale of colours below them."""
+    """Return a page of maps above their colour scale; ``room`` is the height per row [in]."""
     rows = 1 + max(panel.cell[1] for panel in panels)
     return Plot(
         [*panels, scale],
@@ -271,8 +271,8 @@ def with_scale(
 
 _MOST_PIXELS = 700
 _MISSING = 255  # white
-# Even steps of cividis (Nuñez, Anderton and Renslow 2018, DOI 10.1371/journal.pone.0199239), made
-# for the colour-blind; its lightness rises evenly.
+# Equidistant steps of cividis (Nuñez, Anderton and Renslow 2018, DOI
+# 10.1371/journal.pone.0199239): suitable for colour-blind readers, lightness rises evenly.
 _COLOURS = np.array(
     (
         (0, 34, 78), (0, 46, 106), (26, 56, 111), (50, 67, 109), (67, 78, 108), (83, 90, 109),
@@ -285,7 +285,7 @@ _COLOURS = np.array(
 
 
 def coloured(heights: Floats, low: float, high: float) -> NDArray[np.uint8]:
-    """Heights as colours; what is beyond the ends has their colour, what is missing is white."""
+    """Map heights to colours; values beyond the ends are clipped, missing values are white."""
     place = np.clip((heights - low) / (high - low if high > low else 1.0), 0.0, 1.0)
     missing = np.isnan(place)
     steps = np.arange(len(_COLOURS)) / (len(_COLOURS) - 1.0)
@@ -298,6 +298,6 @@ def coloured(heights: Floats, low: float, high: float) -> NDArray[np.uint8]:
 
 
 def coarse(heights: Floats) -> Floats:
-    """Every so many points; the mean of each block would round the summits off."""
+    """Subsample a map; block means would flatten the summits."""
     step = max(1, math.ceil(max(heights.shape) / _MOST_PIXELS))
     return heights[::step, ::step]

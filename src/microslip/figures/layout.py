@@ -1,4 +1,4 @@
-"""Layout of a figure on its page, computed once for all renderers."""
+"""Layout of a figure on the page, shared by all renderers."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from microslip.figures.plot import AxisName, Entry, Floats, Panel, Plot
 
 PAGE = 7.1 * 72.0
 TITLE, TEXT, SMALL = 10.0, 9.0, 8.5
-"""Sizes of letters [pt]: the page's title, labels of axes, everything else."""
-_LINE = 1.25  # distance of lines of text, in sizes of their letters
-_HANDLE, _GAP, _SPACING = 19.0, 6.0, 16.0  # of the legend: a line, before its name, after it
-# Widths of the printable ASCII characters of DejaVu Sans, in hundredths of the size.
+"""Font sizes [pt]: title of the page, axis labels, all other text."""
+_LINE = 1.25  # line spacing over font size
+_HANDLE, _GAP, _SPACING = 19.0, 6.0, 16.0  # legend [pt]: line, gap to label, spacing
+# Widths of the printable ASCII characters of DejaVu Sans, in hundredths of the font size.
 _WIDTHS = (
     *(32, 40, 46, 84, 64, 95, 78, 27, 39, 39, 50, 84, 32, 36, 32, 34, 64, 64, 64, 64, 64, 64, 64),
     *(64, 64, 64, 34, 34, 84, 84, 84, 53, 100, 68, 69, 70, 77, 63, 58, 77, 75, 29, 29, 66, 56, 86),
@@ -30,7 +30,7 @@ _WIDTHS = (
 
 
 def text_width(text: str, size: float) -> float:
-    """Width of the widest line of a text [pt]; letters beyond ASCII count as wide as most."""
+    """Return the width [pt] of the widest line; non-ASCII characters get a typical width."""
     lines = text.split("\n")
     return size * max(
         sum(_WIDTHS[ord(c) - 32] if " " <= c <= "~" else 62 for c in line) / 100 for line in lines
@@ -38,7 +38,7 @@ def text_width(text: str, size: float) -> float:
 
 
 def wrapped(text: str, size: float, width: float) -> list[str]:
-    """Lines of a text, parted between words, and within those that fill a line."""
+    """Wrap a text between words, and within words that exceed a line."""
     lines = [""]
     for word in re.findall(r"\S+", text):
         while text_width(word, size) > width:
@@ -54,7 +54,7 @@ def wrapped(text: str, size: float, width: float) -> list[str]:
 
 
 class Scale(NamedTuple):
-    """An axis with its ends and ticks: what turns values into places."""
+    """Axis with its ends and ticks; converts values to positions."""
 
     low: float
     high: float
@@ -62,7 +62,7 @@ class Scale(NamedTuple):
     ticks: Ticks = Ticks(())
 
     def share(self, values: Floats) -> Floats:
-        """Places of values from one end (0) to the other (1); NaN where there is none."""
+        """Return positions of values, 0 at the low end and 1 at the high end, NaN if undefined."""
         if self.log:
             with np.errstate(divide="ignore", invalid="ignore"):
                 shares = np.log(values / self.low) / math.log(self.high / self.low)
@@ -73,7 +73,7 @@ class Scale(NamedTuple):
 
 @dataclass
 class Frame:
-    """A panel on the page: its inner rectangle from the upper left corner [pt], and its axes."""
+    """Panel on the page: inner rectangle from the upper left corner [pt], and axes."""
 
     panel: Panel
     x: Scale
@@ -84,37 +84,37 @@ class Frame:
     width: float = 1.0
     height: float = 1.0
     label_left: float = 0.0
-    """Centre of the label of the vertical axis, on the side of its tick labels."""
+    """Centre of the label of the vertical axis [pt]."""
     second_left: float = 0.0
-    """Centre of the label of the second vertical axis."""
+    """Centre of the label of the second vertical axis [pt]."""
 
     @property
     def right(self) -> float:
-        """Its right edge."""
+        """Right edge [pt]."""
         return self.left + self.width
 
     @property
     def bottom(self) -> float:
-        """Its lower edge."""
+        """Lower edge [pt]."""
         return self.top + self.height
 
     def across(self, share: float) -> float:
-        """Place of a share of the horizontal axis, from 0 at its low end to 1."""
+        """Return the horizontal position [pt] of a fraction of the axis."""
         return self.left + share * self.width
 
     def down(self, share: float) -> float:
-        """Place of a share of the vertical axis."""
+        """Return the vertical position [pt] of a fraction of the axis."""
         return self.top + (1.0 - share) * self.height
 
     def points(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
-        """Places on the page [pt], from its upper left corner."""
-        # Far outside the panel nothing is seen, and renderers dislike huge numbers.
+        """Return positions on the page [pt] from the upper left corner."""
+        # Points far outside are invisible, and renderers fail on huge numbers.
         across = np.clip(self.x.share(x), -20.0, 21.0)
         up = np.clip(self.y.share(y), -20.0, 21.0)
         return self.left + across * self.width, self.top + (1.0 - up) * self.height
 
     def name_place(self, name: shapes.LineName) -> tuple[float, float, float] | None:
-        """Position of a name along a line [pt], and its angle [rad]."""
+        """Return the position [pt] and angle [rad] of a name along a line, or None without room."""
         x, y = self.points(name.x, name.y)
         visible = (x >= self.left) & (x <= self.right) & (y >= self.top) & (y <= self.bottom)
         x, y = x[visible], y[visible]
@@ -133,7 +133,7 @@ class Frame:
 
 
 class Handle(NamedTuple):
-    """An entry of the legend and where its line begins on the page [pt]."""
+    """Legend entry and the position of its line on the page [pt]."""
 
     entry: Entry
     left: float
@@ -142,7 +142,7 @@ class Handle(NamedTuple):
 
 @dataclass
 class Page:
-    """A figure laid out; lengths in points from the upper left corner."""
+    """Figure after layout; lengths [pt] from the upper left corner."""
 
     width: float
     height: float
@@ -154,7 +154,7 @@ class Page:
 
 
 def lay_out(plot: Plot) -> Page:
-    """Work out where everything of a figure stands."""
+    """Compute the positions of all parts of a figure."""
     height = 72.0 * plot.height
     title = wrapped(plot.title, TITLE, PAGE - 30.0)
     top = 6.0 + _LINE * TITLE * len(title)
@@ -165,7 +165,7 @@ def lay_out(plot: Plot) -> Page:
         Frame(p, Scale(*_ends(p, "x"), p.x.log), Scale(*_ends(p, "y"), p.y.log))
         for p in plot.panels
     ]
-    # Ticks depend on the space and the space on the tick labels: a first guess is close enough.
+    # Ticks depend on the space and the space on the tick labels: one iteration is enough.
     _place(plot, frames, top, bottom)
     for frame in frames:
         frame.x, frame.y = _scale(frame, "x"), _scale(frame, "y")
@@ -190,7 +190,7 @@ def lay_out(plot: Plot) -> Page:
 
 
 def _ends(panel: Panel, direction: AxisName) -> tuple[float, float]:
-    """Ends of an axis: those given, else of what is drawn, with a margin."""
+    """Return the ends of an axis: as given, or from the data with a margin."""
     axis = panel.x if direction == "x" else panel.y
     low, high = axis.low, axis.high
     if low is None or high is None:
@@ -207,7 +207,7 @@ def _ends(panel: Panel, direction: AxisName) -> tuple[float, float]:
             spare = axis.margin * (largest - smallest)
             smallest, largest = smallest - spare, largest + spare
         low, high = smallest if low is None else low, largest if high is None else high
-    if low == high:  # there is nothing between them
+    if low == high:  # empty range
         half = 0.5 * (abs(low) or 1.0)
         low, high = (low / 1.2, high * 1.2) if axis.log else (low - half, high + half)
     return float(low), float(high)
@@ -231,12 +231,12 @@ def _values_drawn(panel: Panel, direction: AxisName) -> Floats:
 
 
 def _label_count(length: float) -> int:
-    """Labels of a vertical axis that have room."""
+    """Return the number of labels that fit on a vertical axis."""
     return max(2, min(9, int(length / 24.0)))
 
 
 def _scale(frame: Frame, direction: AxisName) -> Scale:
-    """An axis with ticks, as many as there is room for."""
+    """Return an axis with as many ticks as fit."""
     scale, axis = (frame.x, frame.panel.x) if direction == "x" else (frame.y, frame.panel.y)
     if axis.ticks is not None:
         return scale._replace(ticks=Ticks(tuple(axis.ticks)))
@@ -244,13 +244,13 @@ def _scale(frame: Frame, direction: AxisName) -> Scale:
     room = frame.width if direction == "x" else frame.height
     limit = _label_count(room) if direction == "y" else max(2, min(9, int(room / 45.0)))
     ticks = round_numbers(low, high, limit, axis.log, axis.integer)
-    if direction == "x":  # labels beside each other need room for themselves
+    if direction == "x":  # horizontal labels must not overlap
         widest = max((text_width(text, SMALL) for _, text in ticks.major), default=0.0)
         count = sum(bool(text) for _, text in ticks.major)
         if count * (widest + 8.0) > room:
             limit = max(2, int(room / (widest + 8.0)))
             ticks = round_numbers(low, high, limit, axis.log, axis.integer)
-        if not axis.log and len(ticks.major) < 2:  # one number alone is no scale
+        if not axis.log and len(ticks.major) < 2:  # a single label does not define a scale
             finer = linear(low, high, 2 * limit, axis.integer)
             widest = max((text_width(text, SMALL) for _, text in finer.major), default=0.0)
             every = max(1, math.ceil(len(finer.major) * (widest + 4.0) / room))
@@ -262,7 +262,7 @@ def _scale(frame: Frame, direction: AxisName) -> Scale:
 
 
 def _place(plot: Plot, frames: list[Frame], top: float, bottom: float) -> None:
-    """Share the page among the panels of a grid; what stands beside them lines up."""
+    """Distribute the page among the panels of the grid, with aligned labels."""
     columns, rows = len(plot.widths), len(plot.heights)
     left, right = [0.0] * columns, [0.0] * columns
     above, below = [0.0] * rows, [0.0] * rows
@@ -293,7 +293,7 @@ def _place(plot: Plot, frames: list[Frame], top: float, bottom: float) -> None:
 
 
 def _equalise(frame: Frame) -> None:
-    """Make a unit as long on both axes; the rest of the room stays free."""
+    """Give both axes the same length per unit, centred in the panel."""
     across = abs(frame.x.high - frame.x.low)
     up = abs(frame.y.high - frame.y.low)
     unit = min(frame.width / across, frame.height / up)
@@ -325,7 +325,7 @@ def _label_width(scale: Scale) -> float:
 
 
 def _sides(frame: Frame) -> tuple[float, float]:
-    """Room for what stands at the left and at the right of a panel."""
+    """Return the space to the left and right of a panel [pt]."""
     axis = frame.panel.y
     lines = axis.label.count("\n") + 1 if axis.label else 0
     label_side = 4.0 if axis.bare else 9.0 + _label_width(frame.y) + _LINE * TEXT * lines
@@ -336,7 +336,7 @@ def _sides(frame: Frame) -> tuple[float, float]:
 
 
 def _ends_of(frame: Frame) -> tuple[float, float]:
-    """Room for what stands above and below a panel."""
+    """Return the space above and below a panel [pt]."""
     panel = frame.panel
     offset = frame.y.ticks.offset and not panel.note and not panel.title
     over = 16.0 if panel.title else 15.0 if panel.note else 13.0 if offset else 6.0
@@ -350,7 +350,7 @@ def _ends_of(frame: Frame) -> tuple[float, float]:
 
 
 def entry_width(entry: Entry) -> float:
-    """Width of an entry of the legend [pt], with its line and the space after it."""
+    """Return the width of a legend entry [pt], including its line and spacing."""
     return _HANDLE + _GAP + text_width(entry.label, SMALL) + _SPACING
 
 

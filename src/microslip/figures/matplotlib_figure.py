@@ -1,4 +1,4 @@
-"""Figures drawn by Matplotlib: as PNG and PDF, on new axes and on the user's."""
+"""Figures drawn by Matplotlib: PNG, PDF, new axes and the user's axes."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ STYLE = Path(__file__).parents[1] / "style.mplstyle"
 FONT = "DejaVu Sans"
 _HOUSE: list[Any] = ["default", STYLE]
 _WHITE = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85}
-# Panels already drawn on each axes, and the units [SI] of these axes.
+# Number of panels drawn on each Axes, and the units [SI] of its axes.
 _drawn_before: WeakKeyDictionary[Axes, tuple[int, float, float]] = WeakKeyDictionary()
 
 
 def missing_glyphs(text: str) -> str:
-    """Return the characters of a text that the font of the figures lacks, each once."""
+    """Return the distinct characters of a text that the font of the figures lacks."""
     if text.isascii():
         return ""
     font = font_manager.get_font(font_manager.findfont(FONT))
@@ -43,7 +43,7 @@ def missing_glyphs(text: str) -> str:
 
 def png(plot: Plot) -> bytes:
     """Render a figure as PNG; the bytes do not depend on the user's matplotlibrc."""
-    # Higher levels of compression take three times as long for a few per cent.
+    # Higher compression takes three times as long and saves a few per cent.
     return _saved(plot, "png", pil_kwargs={"compress_level": 3})
 
 
@@ -55,7 +55,7 @@ def pdf(plot: Plot) -> bytes:
 def _saved(plot: Plot, kind: str, **how: Any) -> bytes:
     file = io.BytesIO()
     with style.context(_HOUSE), warnings.catch_warnings():
-        # The summary names missing characters, once.
+        # The terminal summary reports missing characters once.
         warnings.filterwarnings("ignore", "Glyph .* missing from", UserWarning)
         to_matplotlib(plot).savefig(file, format=kind, **how)
     return file.getvalue()
@@ -87,10 +87,10 @@ def to_matplotlib(
 
 
 def draw(plot: Plot, ax: Any = None, *, color: str | None = None, label: str = "") -> Any:
-    """Draw a figure: on a page of its own, or its panels on the user's axes.
+    """Draw a figure on a new page, or its panels on the user's axes.
 
-    A figure laid over an earlier one takes its units and the next colour. ``color`` replaces
-    black, ``label`` names the first line; see :class:`~microslip.figures.plottable.Plottable`.
+    A figure drawn over an earlier one uses its units and the next colour. ``color`` replaces black,
+    ``label`` names the first line; see :class:`~microslip.figures.plottable.Plottable`.
     """
     panels = plot.panels
     if ax is None:
@@ -101,7 +101,7 @@ def draw(plot: Plot, ax: Any = None, *, color: str | None = None, label: str = "
     else:
         all_axes = np.atleast_1d(np.asarray(ax, dtype=object)).reshape(-1)
         if len(all_axes) != len(panels) or not all(isinstance(axes, Axes) for axes in all_axes):
-            expected = "Matplotlib's axes" if len(panels) == 1 else f"{len(panels)} of them"
+            expected = "Matplotlib axes" if len(panels) == 1 else f"{len(panels)} Matplotlib axes"
             raise InputError(f"`ax` must be {expected}, got {show(ax)}")
         with style.context(STYLE):
             for axes, panel in zip(all_axes, panels, strict=True):
@@ -130,7 +130,7 @@ def _draw_panel(
 
 
 def _prepare(axes: Axes, panel: Panel, own_page: bool) -> None:
-    """Set scales, limits, labels and ticks; on the user's axes, titles and labels stay."""
+    """Set scales, limits, labels and ticks; keep titles and labels of the user's axes."""
     for side, axis, mine in (("x", panel.x, axes.xaxis), ("y", panel.y, axes.yaxis)):
         if axis.log:
             axes.set(**{f"{side}scale": "log"})
@@ -177,7 +177,7 @@ def _prepare(axes: Axes, panel: Panel, own_page: bool) -> None:
 
 
 def _log_label(axis: Any, place: float, _: int = 0) -> str:
-    """Label a tick of a logarithmic axis as the SVG figures do."""
+    """Label a tick of a logarithmic axis like the SVG figures."""
     return log_label(place, *sorted(axis.get_view_interval()))
 
 
@@ -185,7 +185,7 @@ def _scaled(item: Item, x: float, y: float) -> Item:
     """Convert an item to the units of the axes."""
     if x == y == 1.0 or (isinstance(item, shapes.Words) and not item.data):
         return item
-    across = y if getattr(item, "axis", "x") == "y" else x  # of what crosses the panel
+    across = y if getattr(item, "axis", "x") == "y" else x  # for rules and bands
     factors = dict.fromkeys(("x", "left", "right"), x) | dict.fromkeys(("y", "bottom", "top"), y)
     factors |= dict.fromkeys(("value", "low", "high"), across)
     there = [name for name in factors if hasattr(item, name)]
@@ -206,7 +206,7 @@ def _legend(owner: Figure | Axes, plot: Plot, **place: Any) -> None:
 
 
 def _plain(text: str) -> str:
-    return text.replace("$", r"\$")  # a dollar sign does not begin a formula
+    return text.replace("$", r"\$")  # a dollar sign would start a formula
 
 
 def _dash(dash: tuple[float, ...]) -> Any:
@@ -214,7 +214,7 @@ def _dash(dash: tuple[float, ...]) -> Any:
 
 
 def paint(item: Item, axes: Axes, frame: Frame | None, order: float) -> None:
-    """Draw one item of a panel above those of lower order; names along lines need a frame."""
+    """Draw an item of a panel at a z-order; names along lines need a frame."""
     look: dict[str, Any] = {"color": getattr(item, "color", None), "zorder": order}
     stroke: dict[str, Any] = {"lw": getattr(item, "width", None)}
     stroke["ls"] = _dash(getattr(item, "dash", ()))
@@ -247,7 +247,7 @@ def paint(item: Item, axes: Axes, frame: Frame | None, order: float) -> None:
                 how: dict[str, Any] = {"aspect": axes.get_aspect(), "interpolation": "nearest"}
                 axes.imshow(values, extent=ends, zorder=order, **how)
                 return
-            # An image would be stretched along the values, not along the axis.
+            # On logarithmic axes an image would be stretched along the values.
             spread: dict[str, Any] = {"log": np.geomspace, "linear": np.linspace}
             rows, columns = values.shape[:2]
             x = spread[axes.get_xscale()](item.left, item.right, columns + 1)

@@ -1,4 +1,4 @@
-"""Named figures of a report: their cache, their element in HTML and the scripts that zoom."""
+"""Named figures of a report: cache, HTML element and zoom scripts."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ from microslip.figures.plot import Plot
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure that is made only when a renderer wants it."""
+    """Figure that is computed only when a renderer needs it."""
 
-    name: str  # stem of its files
-    caption: str  # what to see in it, in a sentence or two
-    plot: Callable[[], Plot]  # says the figure as data
-    alternative: str = ""  # what it is, for those who cannot see it
+    name: str  # stem of the file names
+    caption: str  # one or two sentences
+    plot: Callable[[], Plot]  # returns the figure as data
+    alternative: str = ""  # alternative text for screen readers
 
 
 class PictureCache:
-    """Makes each picture once: the file and the page share it."""
+    """Cache of rendered pictures, shared by files and pages."""
 
     def __init__(self) -> None:
         self._made: dict[tuple[str, str], Any] = {}
 
     def as_bytes(self, picture: Picture, kind: str = "svg") -> bytes:
-        """The picture in a format: "svg", "png" or "pdf"."""
+        """Render a picture as "svg", "png" or "pdf"."""
         if (picture.name, "plot") not in self._made:
             self._made[picture.name, "plot"] = picture.plot()
         if (picture.name, kind) not in self._made:
-            # Lines and text need no Matplotlib.
+            # SVG needs no Matplotlib.
             where = "svg" if kind == "svg" else "matplotlib_figure"
             render = getattr(import_module(f"microslip.figures.{where}"), kind)
             self._made[picture.name, kind] = render(self._made[picture.name, "plot"])
@@ -43,14 +43,14 @@ class PictureCache:
 
 
 def script(name: str) -> str:
-    """Return the source of one of the package's scripts: ``ticks.js`` or ``figure.js``."""
+    """Return the source of a script of the package: ``ticks.js`` or ``figure.js``."""
     return Path(__file__).with_name(name).read_text(encoding="utf-8")
 
 
 def figure_element(picture: Picture, number: int, svg: bytes) -> str:
     """Return a numbered ``<figure>`` with its caption.
 
-    The SVG is embedded as an image, so that its ids and styles do not mix with those of the page.
+    The SVG is embedded as an image, so that its ids and styles do not affect the page.
     """
     source = "data:image/svg+xml;base64," + base64.b64encode(svg).decode("ascii")
     return (

@@ -1,4 +1,7 @@
-"""A figure as data: panels, axes and what is drawn in them. Renderers make SVG or Matplotlib of it.
+"""Figures as data: panels, axes and their items, rendered as SVG or by Matplotlib.
+
+Lengths on paper are in points (1/72 inch). Values are already divided by the unit of their axis, so
+that the content of a figure can be inspected and tested without rendering.
 
 Lengths on paper are points (1/72 inch). Values are divided by the unit that the axis names before
 they come here, so that what a figure shows can be read, and tested, without drawing it.
@@ -18,8 +21,8 @@ from microslip._core.checks import Floats as Floats
 Marker = Literal["o", "s", "^", "D", "v", "P"]
 AxisName = Literal["x", "y"]
 
-# The colours are those of Okabe and Ito (2008), dark to light as far as they go, for the
-# colour-blind and for print in grey.
+# Colours of Okabe and Ito (2008), ordered from dark to light, for colour-blind readers and
+# greyscale print.
 COLORS = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00")
 MARKERS: tuple[Marker, ...] = ("o", "s", "^", "D", "v", "P")
 DASHED = (4.0, 2.0)
@@ -32,7 +35,7 @@ DASHES: tuple[tuple[float, ...], ...] = (
     (3, 1),
     (5, 1, 1, 1, 1, 1),
 )
-"""Dashes and gaps, in line widths."""
+"""Lengths of dashes and gaps, in line widths."""
 WIDTH = 1.4
 THIN = 0.9
 GREY = "#666666"
@@ -40,7 +43,7 @@ GREY = "#666666"
 
 @dataclass(frozen=True)
 class Line:
-    """A line through points; a value that is not finite parts it."""
+    """Line through points, interrupted at values that are not finite."""
 
     x: Floats
     y: Floats
@@ -51,7 +54,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Marks:
-    """A marker at each point, hollow unless filled."""
+    """Marker at each point, hollow unless ``filled``."""
 
     x: Floats
     y: Floats
@@ -63,7 +66,7 @@ class Marks:
 
 @dataclass(frozen=True)
 class Rule:
-    """A line across the whole panel at one value of an axis."""
+    """Line across the whole panel at a value of an axis."""
 
     value: float
     axis: AxisName = "y"
@@ -74,7 +77,7 @@ class Rule:
 
 @dataclass(frozen=True)
 class Band:
-    """A stripe across the whole panel between two values of an axis."""
+    """Stripe across the whole panel between two values of an axis."""
 
     low: float
     high: float
@@ -84,7 +87,7 @@ class Band:
 
 @dataclass(frozen=True)
 class Area:
-    """A filled area with a closed outline."""
+    """Filled area with a closed outline."""
 
     x: Floats
     y: Floats
@@ -93,7 +96,7 @@ class Area:
 
 @dataclass(frozen=True)
 class Stems:
-    """Lines from zero up to each value."""
+    """Vertical lines from zero to each value."""
 
     x: Floats
     y: Floats
@@ -103,10 +106,10 @@ class Stems:
 
 @dataclass(frozen=True)
 class Words:
-    """Text at a point of the panel, on white; a fraction of it unless ``data``.
+    """Text at a point of the panel, in fractions of its size unless ``data``, on white.
 
-    ``align`` and ``valign`` say which edge of the text is at the point; ``angle`` turns it about
-    there, in degrees.
+    ``align`` and ``valign`` state which edge of the text lies at the point; ``angle`` rotates the
+    text about the point [deg].
     """
 
     x: float
@@ -122,9 +125,9 @@ class Words:
 
 @dataclass(frozen=True)
 class LineName:
-    """A name written along a line that is all but straight, near its begin or its end.
+    """Name written along a nearly straight line, near its start or its end.
 
-    Left out where the line is seen over less than 40 % of the panel's height.
+    Omitted if less than 40 % of the panel height shows the line.
     """
 
     x: Floats
@@ -135,7 +138,7 @@ class LineName:
 
 @dataclass(frozen=True)
 class Pixels:
-    """A picture of red, green, blue (or one grey) bytes, first row at the top, over a rectangle."""
+    """Image of RGB or grey bytes over a rectangle, first row at the top."""
 
     values: NDArray[np.uint8]
     left: float
@@ -149,56 +152,56 @@ Item = Line | Marks | Rule | Band | Area | Stems | Words | LineName | Pixels
 
 @dataclass
 class Axis:
-    """An axis: its label, its ends (None: from what is drawn), and whether it is logarithmic."""
+    """Axis: label, ends (None: from the data) and scale."""
 
-    label: str = ""  # with the unit in brackets; a line break is kept
-    low: float | None = None  # its ends
+    label: str = ""  # with the unit in brackets; line breaks are kept
+    low: float | None = None
     high: float | None = None
-    log: bool = False  # whether it is logarithmic; what is not above zero is then not drawn
-    margin: float = 0.05  # share of the range that stays free at an end that is not given
-    ticks: Sequence[tuple[float, str]] | None = None  # places and labels, instead of round numbers
-    integer: bool = False  # whether only whole numbers are labelled
-    bare: bool = False  # no labels: another panel below or beside has the same axis
+    log: bool = False  # logarithmic; values that are not positive are not drawn
+    margin: float = 0.05  # fraction of the range left free at ends that are not given
+    ticks: Sequence[tuple[float, str]] | None = None  # values and labels, instead of round numbers
+    integer: bool = False  # only whole numbers are labelled
+    bare: bool = False  # no labels: a neighbouring panel has the same axis
     opposite: bool = False  # labels at the top or at the right
-    unit: float = 1.0  # what the values were divided by [SI]: figures laid over each other need it
+    unit: float = 1.0  # divisor of the values [SI], needed to overlay figures
 
 
 @dataclass
 class Panel:
-    """One pair of axes with what is drawn in it; items are painted in their order."""
+    """Pair of axes with its items, painted in order."""
 
-    x: Axis = field(default_factory=Axis)  # its axes
+    x: Axis = field(default_factory=Axis)
     y: Axis = field(default_factory=Axis)
-    note: str = ""  # above it, at its left: what its lines are
-    title: str = ""  # above it, in the middle
+    note: str = ""  # above the panel at the left: what the lines are
+    title: str = ""  # above the panel, centred
     second: tuple[str, float] | None = None
-    """A second vertical axis at the right: its label, and what the values are multiplied by."""
-    grid: bool = True  # whether lines are at the ticks
-    equal: bool = False  # whether a unit is as long on both axes
+    """Second vertical axis at the right: label and factor of the values."""
+    grid: bool = True  # grid lines at the ticks
+    equal: bool = False  # same length per unit on both axes
     cell: tuple[int, int, int, int] = (0, 0, 0, 0)
     """First and last row, first and last column in the grid of the page."""
     items: list[Item] = field(default_factory=list)
 
     def line(self, x: ArrayLike, y: ArrayLike, color: str = COLORS[0], **look: Any) -> None:
-        """Add a :class:`Line`; ``look`` is its width and dash."""
+        """Add a :class:`Line` with its width and dash."""
         self.items.append(Line(_floats(x), _floats(y), color, **look))
 
     def marks(self, x: ArrayLike, y: ArrayLike, color: str = COLORS[0], **look: Any) -> None:
-        """Add :class:`Marks`; ``look`` is their marker, size and whether they are filled."""
+        """Add :class:`Marks` with their marker, size and filling."""
         self.items.append(Marks(_floats(x), _floats(y), color, **look))
 
     def add(self, *items: Item) -> None:
-        """Add anything."""
+        """Add items."""
         self.items.extend(items)
 
     def cross(self) -> None:
-        """Add thin lines through zero, below all else."""
+        """Add thin lines through zero, below all items."""
         self.items[:0] = [Rule(0.0, direction, "#888888", 0.6, ()) for direction in ("y", "x")]
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A line of the legend: a name and how its curve looks."""
+    """Legend entry: a name and the style of its line."""
 
     label: str
     color: str = COLORS[0]
@@ -210,16 +213,16 @@ class Entry:
 
 @dataclass
 class Plot:
-    """A page of panels with a legend below."""
+    """Page of panels with a legend below."""
 
-    panels: list[Panel]  # in the cells of a grid
-    height: float = 5.6  # of the page [in]; it is 7.1 in wide
-    title: str = ""  # above all
+    panels: list[Panel]
+    height: float = 5.6  # height of the page [in]; the width is 7.1 in
+    title: str = ""  # above the panels
     heights: tuple[float, ...] = (1.0,)
-    """Relative sizes of the rows and columns of the grid."""
-    widths: tuple[float, ...] = (1.0,)
-    legend: tuple[Entry, ...] = ()  # below all, in as many lines as they need
-    legend_title: str = ""  # above the legend
+    """Relative heights of the rows of the grid."""
+    widths: tuple[float, ...] = (1.0,)  # relative widths of the columns
+    legend: tuple[Entry, ...] = ()  # below the panels
+    legend_title: str = ""
 
 
 def stacked(
@@ -229,9 +232,9 @@ def stacked(
     legend: Sequence[Entry] = (),
     title: str = "",
 ) -> Plot:
-    """Panels below each other that share their horizontal axis, which the last one labels.
+    """Stack panels that share a horizontal axis, labelled by the last panel.
 
-    They are as high as each other unless heights say otherwise.
+    Panels have equal heights unless ``heights`` are given.
     """
     for row, panel in enumerate(panels):
         panel.cell = (row, row, 0, 0)
@@ -247,7 +250,7 @@ def beside(
     legend: Sequence[Entry] = (),
     widths: Sequence[float] = (),
 ) -> Plot:
-    """Panels in a row, as wide as each other unless widths say otherwise."""
+    """Place panels in a row, with equal widths unless ``widths`` are given."""
     for place, panel in enumerate(panels):
         panel.cell = (0, 0, place, place)
     widths = tuple(widths) or (1.0,) * len(panels)

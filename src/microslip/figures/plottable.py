@@ -1,4 +1,4 @@
-"""Interface of every result that can be drawn."""
+"""Interface of all results that can be plotted."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 def notebook_view(instance: Any, plot: Plot) -> str:
-    """Return what a notebook shows of an object: its text and its figure, as HTML."""
+    """Return the text and the figure of an object as HTML, for notebooks."""
     import base64
     from html import escape
 
@@ -23,20 +23,20 @@ def notebook_view(instance: Any, plot: Plot) -> str:
 
 
 class Plottable:
-    """Gives ``plot`` to a class that says its figure as data."""
+    """Mixin that adds ``plot`` to a class with a figure as data."""
 
     def _figure(self) -> Plot:
-        """The figure as data."""
+        """Return the figure as data."""
         raise NotImplementedError
 
     def plot(self, ax: Any = None, *, color: str | None = None, label: str = "") -> Any:
-        """Draw it with Matplotlib, as command and report do; axes name their units, such as [N].
+        """Draw the figure with Matplotlib, like the command and the report.
 
         Parameters
         ----------
         ax : matplotlib.axes.Axes or array of them, optional
-            Axes to draw on, one for each panel; without, a new figure. Figures laid over each other
-            share the units of the first.
+            Axes to draw on, one for each panel; by default a new figure. Axis labels name the
+            units, such as [N]; figures drawn over each other share the units of the first.
         color : str, optional
             Color of black parts; by default the next of the package's colors.
         label : str, optional
@@ -45,7 +45,7 @@ class Plottable:
         Returns
         -------
         matplotlib.axes.Axes or ndarray of Axes
-            What was drawn on; an array where there are several panels.
+            The axes; an array if the figure has several panels.
         """
         from microslip.figures import draw
 
@@ -56,24 +56,24 @@ class Plottable:
 
 
 class PlottableAtSensor:
-    """Gives ``plot`` to a motion of many degrees of freedom, drawn where a sensor is."""
+    """Mixin that adds ``plot`` to a motion of many degrees of freedom, seen at a sensor."""
 
     def _figure(self, at: Any) -> Plot:
-        """The figure as data, of a sensor or of what moves most."""
+        """Return the figure as data, at a sensor or at the largest motion."""
         raise NotImplementedError
 
     def plot(
         self, ax: Any = None, at: Any = None, *, color: str | None = None, label: str = ""
     ) -> Any:
-        """Draw it: amplitude [m] over frequency [Hz], or motion [m] and lost energy [J] over time.
+        """Draw amplitude [m] over frequency [Hz], or motion [m] and energy [J] over time.
 
         Parameters
         ----------
         ax : matplotlib.axes.Axes or array of them, optional
-            Axes to draw on; without, a new figure.
+            Axes to draw on; by default a new figure.
         at : int or array_like, optional
-            Of a motion the degree of freedom, of a forced response the direction of the sensor,
-            shape (n,); without, the degree of freedom that moves most.
+            Degree of freedom of a motion, or direction of the sensor [-] of a forced response,
+            shape (n,); by default the degree of freedom with the largest motion.
         color : str, optional
             Color of the line; by default the next of the package's colors.
         label : str, optional
@@ -82,7 +82,7 @@ class PlottableAtSensor:
         Returns
         -------
         matplotlib.axes.Axes or ndarray of Axes
-            What was drawn on.
+            The axes.
         """
         from microslip.figures import draw
 

@@ -1,4 +1,4 @@
-"""A figure as SVG, written directly: a page of panels takes milliseconds."""
+"""Figures as SVG, written directly: a page takes milliseconds."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from microslip.figures.plot import Floats, Marker, Plot
 _FONT = "DejaVu Sans, Verdana, Helvetica, Arial, sans-serif"
 _NO_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _HALO = 'paint-order="stroke" stroke="#fff" stroke-width="3" stroke-linejoin="round"'
-_ALL_DRAWN = 32  # points of a line up to which all of them are drawn
-_STRAIGHT = 0.01  # points (of print) that one may lie beside the chord of its neighbours
-_THINNED_FROM = 3000  # points of a line from which on those are left out that nobody can tell apart
-_NEAR = 0.25  # [pt]
+_ALL_DRAWN = 32  # lines with up to this many points are drawn in full
+_STRAIGHT = 0.01  # [pt] deviation from the chord of the neighbours below which a point is dropped
+_THINNED_FROM = 3000  # lines with more points are thinned to the resolution of print
+_NEAR = 0.25  # [pt] distance between points after thinning
 
 
 def svg(plot: Plot) -> bytes:
-    """Write a figure as one SVG file that needs nothing else; equal plots give equal bytes."""
+    """Write a figure as a self-contained SVG file; equal plots give equal bytes."""
     page = lay_out(plot)
     parts = [
         '<?xml version="1.0" encoding="UTF-8"?>\n'
@@ -78,7 +78,7 @@ def _panel(frame: Frame, name: str) -> Iterable[str]:
     panel = frame.panel
     left, top, width, height = frame.left, frame.top, frame.width, frame.height
     box = _box(left, top, width, height)
-    # Data that a script needs to convert places into values, see figure.js.
+    # figure.js needs these data to convert positions to values.
     data = f'data-box="{left:.2f} {top:.2f} {width:.2f} {height:.2f}"'
     for direction, scale in (("x", frame.x), ("y", frame.y)):
         data += f' data-{direction}="{scale.low!r} {scale.high!r} {int(scale.log)}"'
@@ -102,7 +102,7 @@ def _panel(frame: Frame, name: str) -> Iterable[str]:
 
 
 def _ticks(scale: Scale) -> list[tuple[float, str, bool]]:
-    """Places along an axis, 0 … 1, with label and whether it is a major one."""
+    """Return positions along an axis, 0 to 1, with label and whether the tick is a major one."""
     places = []
     for ticks, major in ((scale.ticks.major, True), (scale.ticks.minor, False)):
         if ticks:
@@ -137,7 +137,7 @@ def _labels(
     panel = frame.panel
     left, top, right = frame.left, frame.top, frame.right
     middle = frame.across(0.5), frame.down(0.5)
-    drop = 0.36 * SMALL  # from the middle of a letter to its foot
+    drop = 0.36 * SMALL  # from the middle of a character to its baseline
     if not panel.x.bare:
         yield '<g data-ticks="x" text-anchor="middle">'
         for share, label, _ in across:
@@ -177,7 +177,7 @@ def _labels(
 
 
 def _vertical_text(x: float, y: float, label: str) -> str:
-    """Lines of a label that run upwards, centred."""
+    """Return the lines of a label that reads upwards, centred."""
     lines = label.split("\n")
     texts = []
     for number, line in enumerate(lines):
@@ -192,7 +192,7 @@ def _vertical_text(x: float, y: float, label: str) -> str:
 
 @singledispatch
 def _draw(item: shapes.Item, frame: Frame) -> str:
-    raise TypeError(f"nothing draws a {type(item).__name__}")
+    raise TypeError(f"cannot draw a {type(item).__name__}")
 
 
 @_draw.register
@@ -299,7 +299,7 @@ def _(item: shapes.Pixels, frame: Frame) -> str:
     x, y = frame.points(np.array([item.left, item.right]), np.array([item.bottom, item.top]))
     left, right = sorted(x.tolist())
     top, bottom = sorted(y.tolist())
-    # Browsers blur pixels that they enlarge, and the few fields of a table would run together.
+    # Browsers blur enlarged pixels, which would merge the few fields of a small map.
     enlargement = (
         max(1, 640 // max(item.values.shape[:2])) if max(item.values.shape[:2]) < 64 else 1
     )
@@ -312,7 +312,7 @@ def _(item: shapes.Pixels, frame: Frame) -> str:
 
 
 def _path(x: Floats, y: Floats) -> str:
-    """Strokes through points, parted where one is missing."""
+    """Return strokes through points, interrupted at missing points."""
     fine = np.isfinite(x) & np.isfinite(y)
     parts = []
     ends = np.flatnonzero(np.diff(np.concatenate(([False], fine, [False])).astype(np.int8)))
@@ -328,7 +328,7 @@ def _path(x: Floats, y: Floats) -> str:
 
 
 def _thinned(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """A long line without the points that lie within a quarter of a point of those kept."""
+    """Drop points of a long line that lie closer than ``_NEAR`` along the line."""
     length = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))))
     keep = np.concatenate(([True], np.diff(np.floor(length / _NEAR)) > 0.0))
     keep[-1] = True
@@ -336,7 +336,7 @@ def _thinned(x: Floats, y: Floats) -> tuple[Floats, Floats]:
 
 
 def _straightened(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """A line without the points that its neighbours' chord passes by a hundredth of a point."""
+    """Drop points within ``_STRAIGHT`` of the chord between their neighbours."""
     dropped = x.size > _ALL_DRAWN
     while dropped:
         near = slice(0, x.size - 2, 2), slice(1, x.size - 1, 2), slice(2, x.size, 2)
@@ -353,7 +353,7 @@ def _straightened(x: Floats, y: Floats) -> tuple[Floats, Floats]:
 
 
 def marker_path(marker: Marker, r: float) -> str:
-    """Outline of a marker of half width `r` about the current point, relative to it."""
+    """Return the outline of a marker of half-width `r`, relative to the current point."""
     if marker == "o":
         return f"m{-r:g} 0a{r:g} {r:g} 0 1 0 {2 * r:g} 0a{r:g} {r:g} 0 1 0 {-2 * r:g} 0z"
     if marker == "s":
@@ -373,7 +373,7 @@ def marker_path(marker: Marker, r: float) -> str:
 
 
 def png_bytes(values: NDArray[np.uint8]) -> bytes:
-    """Pixels as a PNG file: rows of grey, or of red, green and blue, or with opacity."""
+    """Encode pixels as PNG: rows of grey, RGB or RGBA bytes."""
     height, width = values.shape[:2]
     kind = {1: 0, 3: 2, 4: 6}[1 if values.ndim == 2 else values.shape[2]]
     rows = values.reshape(height, -1)

@@ -1,1 +1,1 @@
-"""Tables, arrays and instruments' files, with columns, units and limits."""
+"""Readers of tables, arrays and instrument files: columns, units and limits."""

@@ -1,4 +1,6 @@
-"""Arrays in NumPy files, nothing unpickled, and in JSON: columns, structs or a list of rows.
+"""Arrays in NumPy files, read without unpickling, and in JSON: columns, structs or a list of rows.
+
+A child process parses JSON, because a few characters can expand to large data.
 
 A few letters of JSON can hold much, so a child process reads it.
 """
@@ -23,7 +25,7 @@ from microslip.readers.files import Unusable, decoded, refuse_beyond
 
 
 def read_npy(path: Path) -> Arrays:
-    """The one array of a file, not read yet."""
+    """Return the single array of a file, to be loaded on demand."""
     with path.open("rb") as file:
         shape, kind = _header(file)
         available = path.stat().st_size - file.tell()
@@ -34,7 +36,7 @@ def read_npy(path: Path) -> Arrays:
 
 
 def read_npz(path: Path) -> Arrays:
-    """The arrays of an archive by their names, not read yet."""
+    """Return the arrays of an archive by name, to be loaded on demand."""
     tree: dict[str, Any] = {}
     for entry in _entries(path):
         tree |= _leaves(*entry, path)
@@ -42,23 +44,23 @@ def read_npz(path: Path) -> Arrays:
 
 
 def archived(path: Path) -> dict[str, np.ndarray]:
-    """All arrays of an archive; nothing is unpickled."""
+    """Load all arrays of an archive, without unpickling."""
     refuse_beyond(sum(_size(shape, kind) for _, shape, kind, _ in _entries(path)) // 8)
     with decoded("npz file"), path.open("rb") as file, np.load(file, allow_pickle=False) as content:
         return {name: _text_checked(np.asarray(content[name])) for name in content.files}
 
 
 def _text_checked(array: np.ndarray) -> np.ndarray:
-    """An array, of text one of letters that there are: Python breaks down at others."""
+    # Code points beyond Unicode crash Python when a string is made of them.
     if array.dtype.kind == "U" and array.size:
         codes = np.dtype("u4").newbyteorder(array.dtype.byteorder)
         if np.frombuffer(array.tobytes(), codes).max(initial=0) > sys.maxunicode:
-            raise ValueError("it holds a text of no letters")
+            raise ValueError("contains text with code points outside Unicode")
     return array
 
 
 def _entries(path: Path) -> list[tuple[str, tuple[int, ...], np.dtype[Any], int]]:
-    """Name, shape and type of the arrays of an archive, and the bytes that are there."""
+    """Return name, shape, type and available bytes of each array of an archive."""
     entries = []
     with decoded("npz file"), zipfile.ZipFile(path) as archive:
         for entry in archive.infolist():
@@ -78,7 +80,7 @@ def _size(shape: tuple[int, ...], kind: np.dtype[Any]) -> int:
 def _leaves(
     name: str, shape: tuple[int, ...], kind: np.dtype[Any], available: int, path: Path
 ) -> dict[str, Any]:
-    """An array of numbers; of a table its columns of numbers; of anything else nothing."""
+    """Return an array of numbers, or the numeric columns of a structured array, as leaves."""
     size = _size(shape, kind)
     get = partial(_load, path, name, shape, size, available)
     if kind.kind in "iuf":
@@ -88,13 +90,13 @@ def _leaves(
 
 
 def _header(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
-    """Shape and type of an array, from its first bytes."""
-    with decoded("npy file"):  # a header is Python text, which breaks in many ways
+    """Read shape and type of an array from its header."""
+    with decoded("npy file"):  # a damaged header raises many kinds of errors
         version = 1 if np.lib.format.read_magic(file) == (1, 0) else 2
         shape, _, kind = getattr(np.lib.format, f"read_array_header_{version}_0")(file)
     if any(count < 0 for count in shape):
         size = " x ".join(map(str, shape))
-        raise ValueError(f"not a usable npy file: it says that it holds {size} numbers")
+        raise ValueError(f"not a usable npy file: its header declares {size} numbers")
     return tuple(shape), kind
 
 
@@ -103,7 +105,7 @@ def _load(path: Path, name: str, shape: tuple[int, ...], size: int, available: i
     if size > available:
         raise ValueError(
             f"truncated: its {' x '.join(map(str, shape))} numbers take {size} bytes, "
-            f"{max(available, 0)} are there"
+            f"and the file has {max(available, 0)}"
         )
     with decoded("NumPy file"):
         content = np.load(path, allow_pickle=False)
@@ -121,7 +123,7 @@ MAX_BYTES = 1_000_000_000
 
 
 def read_json(path: Path) -> Arrays:
-    """All lists of numbers of a file, by their names; null is no number."""
+    """Return all lists of numbers of a file by name; null becomes NaN."""
     if (size := path.stat().st_size) > MAX_BYTES:
         raise ValueError(
             f"wanted JSON of at most {MAX_BYTES // 1_000_000} MB, got {size // 1_000_000} MB; save "
@@ -130,11 +132,11 @@ def read_json(path: Path) -> Arrays:
     return Arrays("JSON file", arrays_in(parsed("JSON file", path, read_tree)), ".")
 
 
-# ------------------------------------------------------------------ what runs in the child
+# ------------------------------------------------------------------ executed in the child process
 
 
 def read_tree(path: Path) -> dict[str, Any]:
-    """Numbers and texts by their names, lists of numbers as arrays."""
+    """Parse JSON to nested mappings of numbers, texts and arrays."""
     content = path.read_bytes()
     refuse_beyond(content.count(b","))
     tree = json.loads(content.decode("utf-8-sig"))
@@ -143,7 +145,7 @@ def read_tree(path: Path) -> dict[str, Any]:
         refuse_beyond(len(names), len(tree))
         tree = {name: [row.get(name) for row in tree] for name in names}
     if not isinstance(tree, dict):
-        raise Unusable("wanted JSON with columns by their names, or a list of rows")
+        raise Unusable("wanted JSON with named columns or a list of rows")
     return _arrays(tree)
 
 
@@ -153,7 +155,7 @@ def _arrays(tree: Mapping[str, Any]) -> dict[str, Any]:
         if isinstance(value, dict):
             result[name] = _arrays(value)
         elif isinstance(value, list):
-            with suppress(TypeError, ValueError, OverflowError):  # no numbers
+            with suppress(TypeError, ValueError, OverflowError):  # not numeric
                 plain = [np.nan if item is None else item for item in value]
                 result[name] = np.array(plain, dtype=float)
         else:

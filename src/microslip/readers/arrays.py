@@ -16,7 +16,7 @@ from microslip.readers.files import first_line
 from microslip.readers.tables import Column, Stated, Table, refuse_long
 
 MOST_COLUMNS = 64
-"""Columns that one matrix may have; a wider one is a picture, not a record."""
+"""Largest number of columns of a matrix; wider matrices are images, not records."""
 
 _RATES = {"fs", "samplerate", "samplingrate", "samplefrequency", "samplingfrequency"}
 _STEPS = {"dt", "samplinginterval", "sampleinterval", "timestep"}
@@ -25,7 +25,7 @@ _LABELS = ("label", "name")
 
 
 class Leaf(NamedTuple):
-    """Numbers in the tree, not read yet."""
+    """Array of numbers in the tree, loaded on demand."""
 
     shape: tuple[int, ...]
     get: Callable[[], Any]
@@ -34,20 +34,20 @@ class Leaf(NamedTuple):
 
 
 class Arrays(NamedTuple):
-    """Content of a file of arrays."""
+    """Content of a file with named arrays."""
 
     kind: str
     """Kind of the file, such as "MAT-file"."""
     tree: Mapping[str, Any]
-    """Leaves, numbers and texts by their names, in mappings and sequences where they are nested."""
+    """Leaves, numbers and texts by name, in nested mappings and sequences."""
     join: str
-    """Separator of the names on the way to a leaf."""
+    """Separator between the names on the path to a leaf."""
     advice: str = ""
-    """Advice on how to save a file that cannot be read, added to the message."""
+    """Advice on how to save a file without usable arrays, appended to the message."""
 
 
 class _Slot(NamedTuple):
-    """One column of a leaf; of a vector the only one."""
+    """Column of a leaf; ``place`` is None for a vector."""
 
     column: Column
     leaf: Leaf
@@ -55,7 +55,7 @@ class _Slot(NamedTuple):
 
 
 def arrays_in(node: Any) -> Any:
-    """Content read by a child, with arrays of numbers as leaves: numbers and texts only."""
+    """Convert content read by a child process: keep numbers and texts, make arrays leaves."""
     if isinstance(node, dict):
         return {str(key): arrays_in(item) for key, item in node.items()}
     if isinstance(node, list):
@@ -68,7 +68,7 @@ def arrays_in(node: Any) -> Any:
 
 
 def leaves(arrays: Arrays) -> dict[str, Leaf]:
-    """Every array by its whole name."""
+    """Return every array by its full name."""
     by_name: dict[str, Leaf] = {}
 
     def walk(name: str, node: Any) -> None:
@@ -86,7 +86,7 @@ def leaves(arrays: Arrays) -> dict[str, Leaf]:
 
 
 def single_array(arrays: Mapping[str, Leaf], channel: str | int | None, kind: str) -> str:
-    """Name of the array that is meant, by its name, or because no other could be."""
+    """Return the name of the requested array, or of the only one that can hold heights."""
     listed = ", ".join(
         f'"{shorten(name, 40)}" ({" x ".join(map(str, leaf.shape)) or "one number"})'
         for name, leaf in list(arrays.items())[:12]
@@ -103,16 +103,14 @@ def single_array(arrays: Mapping[str, Leaf], channel: str | int | None, kind: st
     # A vector can be a profile or no heights at all; it is accepted only if it is the only array.
     able = able or [name for name, leaf in arrays.items() if max(leaf.shape, default=0) > 3]
     if not able:
-        raise ValueError(
-            f"wanted a matrix of heights, got this {kind} with {listed or 'no numbers'}"
-        )
+        raise ValueError(f"wanted a matrix of heights, got a {kind} with {listed or 'no numbers'}")
     if len(able) > 1:
         raise InputError(f"this {kind} holds more than one array: {listed}; write `channel=...`")
     return able[0]
 
 
 def values_of(name: str, leaf: Leaf) -> Any:
-    """Numbers of an array."""
+    """Load the numbers of an array."""
     try:
         return np.asarray(leaf.get())
     except OSError as error:
@@ -120,7 +118,10 @@ def values_of(name: str, leaf: Leaf) -> Any:
 
 
 def table(arrays: Arrays) -> Table:
-    """Columns of a tree: vectors by their names, columns of matrices as "name#1", "name#2".
+    """Return the columns of a tree: vectors by name, columns of matrices as "name#1", "name#2".
+
+    A text `unit` next to numbers is their unit; a text `name` or `label` next to a single vector is
+    its name.
 
     A text `unit` beside numbers is their unit, a text `name` or `label` beside one vector is its
     name.
@@ -139,7 +140,7 @@ def table(arrays: Arrays) -> Table:
             del stated["sample_rate"]
             kind += (
                 f'; two sample rates, {rates[0].value:g} Hz by "{rates[0].where}" and '
-                f'{second_rate.value:g} Hz by "{second_rate.where}", so neither is taken'
+                f'{second_rate.value:g} Hz by "{second_rate.where}", so neither is used'
             )
 
     def load(places: Sequence[int]) -> list[Floats]:
@@ -158,12 +159,12 @@ def table(arrays: Arrays) -> Table:
 
 
 def is_number(value: Any) -> bool:
-    """Whether something is one real number."""
+    """Return whether a value is a real number."""
     return isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
 
 
 def rate_by(name: str, value: Any) -> Stated | None:
-    """Sample rate that a number of this name states, if it is one."""
+    """Return the sample rate [Hz] stated by a number of this name, or None."""
     plain = re.sub(r"[\W_]", "", name.rpartition("/")[2].rpartition(".")[2]).casefold()
     if not is_number(value) or not 0.0 < float(value) < math.inf:
         return None
@@ -194,13 +195,13 @@ def _walk(
 
 
 def _text(node: Mapping[str, Any], keys: Sequence[str]) -> str | None:
-    """The text under one of these keys."""
+    """Return the text under the first of these keys."""
     texts = {key.casefold(): value for key, value in node.items() if isinstance(value, str)}
     return next((texts[key].strip() or None for key in keys if key in texts), None)
 
 
 def _slots(name: str, short: str, leaf: Leaf) -> Iterator[_Slot]:
-    """Columns of an array: samples run along its longer side."""
+    """Yield the columns of an array: samples run along its longer side."""
     shape = [n for n in leaf.shape if n != 1]
     if len(shape) == 1 and shape[0] > 1:
         yield _Slot(Column(name, leaf.unit, shape[0], leaf.rate, short), leaf, None)

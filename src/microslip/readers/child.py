@@ -1,4 +1,9 @@
-"""Files that other libraries parse, in a process of their own.
+"""Files that other libraries parse, read in a child process.
+
+Damaged files can make such parsers write to invalid memory or exhaust it. The child loads the
+library once and forks for each file, with bounded memory and time, and returns plain numbers in an
+archive. A crash of a fork becomes a one-line error. Where processes cannot be forked, each file has
+its own child.
 
 Damaged files make such parsers write where no memory is theirs, or ask for all there is. So a child
 parses: it loads the library once and forks for each file, with bounded memory and time, and hands
@@ -27,12 +32,12 @@ import numpy as np
 from microslip._core.errors import InputError
 from microslip.readers.files import POINTS, Unusable, allowed_points, decoded, first_line, limited
 
-_BYTES_A_POINT: Final = 24  # as unpacked, as read, and as written for the parent
-_BESIDE: Final = 1 << 28  # beside the numbers, and what the child had before
-_UNKNOWN: Final = 1 << 30  # address space of Python with libraries, where nothing tells it
+_BYTES_A_POINT: Final = 24  # unpacked, parsed and written: 8 bytes each
+_BESIDE: Final = 1 << 28  # bytes allowed in addition to the numbers
+_UNKNOWN: Final = 1 << 30  # assumed address space of Python with libraries, if unknown
 _ARRAYS: Final = 20_000
 _SECONDS: Final = 10.0
-_PATIENCE: Final = 10  # seconds for one of computing, on a machine that has other things to do
+_PATIENCE: Final = 10  # allowed wall time over CPU time, for a busy machine
 _SPARSE: Final = ("data", "row", "col", "shape")
 
 
@@ -45,7 +50,7 @@ def parsed(
     bytes_a_second: float = 2e7,
     **options: Any,
 ) -> Any:
-    """Result of a function on a file, computed in a child process.
+    """Run a reader on a file in a child process and return its result.
 
     Parameters
     ----------
@@ -54,15 +59,15 @@ def parsed(
     path : path
         The file.
     reader : callable
-        Function of a module, called with the path and `options`, which are plain numbers, texts and
-        lists. It returns numbers, texts, arrays and sparse matrices, in lists and mappings; of a
-        tuple it gives a list.
+        Module-level function, called with the path and `options`, which are plain numbers, texts
+        and lists. It returns numbers, texts, arrays and sparse matrices in lists and mappings;
+        tuples become lists.
     libraries : sequence of str
-        Modules that it imports, which the child keeps for the next file.
+        Modules imported by the reader, kept loaded for the next file.
     bytes_a_second : float
-        Least speed of the parser [1/s]: large files may take more than 10 s of computing.
+        Lowest expected parsing speed [B/s], which extends the time limit for large files.
     """
-    size = path.stat().st_size  # says what is wrong with a file that is none
+    size = path.stat().st_size  # raises OSError for a missing file
     with decoded(kind), tempfile.TemporaryDirectory(prefix="microslip-") as folder:
         answer = Path(folder) / "answer.npz"
         seconds = _SECONDS + size / bytes_a_second
@@ -75,7 +80,7 @@ def parsed(
             "seconds": seconds,
             "answer": str(answer),
         }
-        status = _server.ask(request)
+        status = _server.run(request)
         if status != 0 or not answer.is_file():
             raise ValueError(_cause(status, seconds))
         with np.load(answer, allow_pickle=False) as archive:
@@ -83,7 +88,7 @@ def parsed(
             if tree.get("error") == "memory":
                 if (points := allowed_points()) > POINTS:
                     raise MemoryError
-                raise ValueError(f"unpacks to more than the limit of {points} points can need")
+                raise ValueError(f"unpacks to more than {points} points can need")
             if "error" in tree:
                 raise _ERRORS.get(tree["error"], ValueError)(tree["text"])
             return _joined(tree["value"], archive)
@@ -93,27 +98,27 @@ _ERRORS: Final[Mapping[str, type[ValueError]]] = {"input": InputError, "unusable
 
 
 def _cause(status: int | None, seconds: float) -> str:
-    """Reason why a child has no answer."""
+    """Describe why a child gave no result."""
     if status is None or status >= 0:
-        return "damaged, its reader gave no answer"
+        return "damaged, its reader returned no result"
     name = signal.Signals(-status).name
     if name in ("SIGXCPU", "SIGALRM", "SIGKILL"):
-        return f"its reader took more than {seconds:.0f} s, or all memory"
+        return f"its reader exceeded {seconds:.0f} s or the memory limit"
     return f"damaged, its reader crashed ({name})"
 
 
 class _Server:
-    """The child, which is begun when it is first asked."""
+    """Child process, started at the first request."""
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
         self._owner = 0
         self._lock = threading.Lock()
 
-    def ask(self, request: Mapping[str, Any]) -> int | None:
-        """Exit of the fork that answers a request; None where all ended."""
+    def run(self, request: Mapping[str, Any]) -> int | None:
+        """Return the exit status of the fork that handled a request; None if the child ended."""
         with self._lock:
-            process = self._begun()
+            process = self._started_process()
             assert process.stdin is not None
             assert process.stdout is not None
             patience = threading.Timer(2 * _PATIENCE * request["seconds"], process.kill)
@@ -125,7 +130,7 @@ class _Server:
                 line = process.stdout.readline()
             except OSError:
                 line = b""
-            except BaseException:  # what it says of this file would be taken for the next
+            except BaseException:  # a late reply would be taken for the next file's
                 self._end()
                 raise
             finally:
@@ -134,16 +139,16 @@ class _Server:
                 self._end()
             return int(line) if line else None
 
-    def _begun(self) -> subprocess.Popen[bytes]:
+    def _started_process(self) -> subprocess.Popen[bytes]:
         if self._process is not None and self._owner == os.getpid():
             if self._process.poll() is None:
                 return self._process
             self._end()
-        # A process that was forked from this one does not share its child.
+        # A process forked from this one must not use its child.
         here = os.fspath(Path(__file__).parents[2])
         places = [here, *filter(None, [os.environ.get("PYTHONPATH")])]
         self._process = subprocess.Popen(
-            # Not from the working directory, which may hold a stranger's modules.
+            # -P: the working directory may contain foreign modules.
             [sys.executable, "-P", "-m", "microslip.readers.child"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -175,7 +180,7 @@ _server = _Server()
 
 
 def _joined(node: Any, archive: Mapping[str, Any]) -> Any:
-    """A tree with the arrays in their places again."""
+    """Rebuild a result from its tree and arrays."""
     if isinstance(node, list):
         return [_joined(item, archive) for item in node]
     if not isinstance(node, dict):
@@ -194,7 +199,7 @@ def _joined(node: Any, archive: Mapping[str, Any]) -> Any:
 
 
 def _split(value: Any, arrays: dict[str, Any]) -> Any:
-    """Result of a parser as JSON, and beside it the arrays that it names."""
+    """Convert a result to JSON data, and collect its arrays under the names used in it."""
     name = f"a{len(arrays)}"
     if isinstance(value, dict):
         return {"items": {str(key): _split(item, arrays) for key, item in value.items()}}
@@ -219,8 +224,8 @@ def _split(value: Any, arrays: dict[str, Any]) -> Any:
     return value if isinstance(value, (str, int, float, bool)) else None
 
 
-def _answer(request: Mapping[str, Any]) -> None:
-    """Read what the parent asks for, and write it or what is wrong with it."""
+def _read_request(request: Mapping[str, Any]) -> None:
+    """Run the requested reader and save its result or its error."""
     arrays: dict[str, Any] = {}
     try:
         import warnings
@@ -246,10 +251,10 @@ def _answer(request: Mapping[str, Any]) -> None:
 
 
 def _bounded(request: Mapping[str, Any]) -> None:
-    """Bound the memory and the time of this process, where the system can."""
+    """Limit memory and CPU time of this process, where the system supports it."""
     try:
         import resource
-    except ImportError:  # Windows: the parent bounds the time
+    except ImportError:  # Windows: only the parent limits the time
         return
     before = _UNKNOWN
     with contextlib.suppress(OSError, ValueError):
@@ -269,21 +274,21 @@ def _bounded(request: Mapping[str, Any]) -> None:
 
 
 def serve() -> None:
-    """Answer the parent's requests until it ends, one line each, each in a fork."""
+    """Handle requests of the parent, one line each, each in a fork, until input ends."""
     lines = os.fdopen(os.dup(1), "w")
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what a library prints is no answer
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # libraries must not print into the replies
     for line in sys.stdin:
         request = json.loads(line)
         for library in request["libraries"]:
-            with contextlib.suppress(Exception):  # the reader says what is missing
+            with contextlib.suppress(Exception):  # the reader reports the missing library
                 import_module(library)
         status = 0
         if not hasattr(os, "fork"):
-            _answer(request)
+            _read_request(request)
         elif (fork := os.fork()) == 0:
             try:
                 _bounded(request)
-                _answer(request)
+                _read_request(request)
             finally:
                 os._exit(0)
         else:

@@ -1,4 +1,7 @@
-"""Kind of a file, its errors, and the limit of its size.
+"""File kinds, error messages for files, and the limit on their size.
+
+A few bytes of a foreign file can declare more data than fits in memory. Readers therefore check the
+declared size against one limit (:func:`limited`) before they allocate memory.
 
 A stranger's file may declare more than any memory holds in a few bytes. So its readers compare what
 it declares with one limit (:func:`limited`) before they ask for memory.
@@ -23,35 +26,35 @@ from microslip._core.wording import did_you_mean, quote, shorten
 
 _HEAD = 1024
 POINTS = 50_000_000
-"""Numbers that a file may hold unless more are allowed: 0.4 GB, of which a few copies are made."""
+"""Default limit of the numbers in a file: 0.4 GB, of which a few copies are made."""
 LIMIT = option(
     "limit",
-    "Numbers that a file may hold; one that declares more is refused before it is read.",
+    "Largest number of points in a file; a file that declares more is rejected before reading.",
     int,
     default=POINTS,
     least=1,
 )
 _limit: ContextVar[int] = ContextVar("limit", default=POINTS)
 
-# What else is brought, and what to do with it.
-_STRANGERS = (
+# Common files of unsupported formats.
+_UNSUPPORTED = (
     (b"PK\x03\x04", "an Excel workbook or another archive"),
     (b"\xd0\xcf\x11\xe0", "an old Excel workbook or another Office file"),
 )
 
 
 def head_of(path: Path) -> bytes:
-    """The first bytes of a file, by which its kind is told."""
+    """Read the first bytes of a file, which identify its kind."""
     with path.open("rb") as file:
         return file.read(_HEAD)
 
 
 def kind_of(head: bytes, suffix: str) -> str | None:
-    """Kind of a file by its first bytes, and by its ending only where they say nothing."""
+    """Return the kind of a file from its first bytes, or from its suffix if they are ambiguous."""
     if head.startswith(b"TDSm"):
         return "tdms"
     if head.startswith(b"MATLAB ") or (suffix == ".mat" and b"\0" in head[:128]):
-        return "mat"  # version 4 has no header of its own
+        return "mat"  # version 4 has no magic number
     if any(head.startswith(b"\x89HDF\r\n\x1a\n", start) for start in (0, 512)):
         return "hdf5"
     if head.startswith(b"\x93NUMPY"):
@@ -72,17 +75,17 @@ def kind_of(head: bytes, suffix: str) -> str | None:
 
 
 def foreign_kind(head: bytes) -> str:
-    """Probable kind of a file of no known format."""
+    """Describe a file of an unsupported format."""
     return next(
-        (name for magic, name in _STRANGERS if head.startswith(magic)), "another binary file"
+        (name for magic, name in _UNSUPPORTED if head.startswith(magic)), "another binary file"
     )
 
 
 @contextmanager
 def usable(path: Path, noun: str) -> Iterator[None]:
-    """Turn what the system says of a file into a ValueError that does not name the file."""
+    """Turn errors of the operating system into a ValueError that does not name the file."""
     if "\0" in os.fspath(path):
-        raise ValueError("cannot be read: no file has such a name")
+        raise ValueError("cannot be read: a file name cannot contain a null character")
     try:
         refuse_special(path, noun)
         yield
@@ -95,7 +98,9 @@ def usable(path: Path, noun: str) -> Iterator[None]:
 
 
 def refuse_special(path: Path, noun: str = "a file") -> None:
-    """Refuse what is no regular file, such as a named pipe without a writer, which never ends.
+    """Raise a ValueError for anything but a regular file or folder, such as a named pipe.
+
+    Reading a pipe without a writer would never end.
 
     Raises
     ------
@@ -113,7 +118,7 @@ def refuse_special(path: Path, noun: str = "a file") -> None:
 
 @contextmanager
 def reading(path: Path, noun: str, limit: object = POINTS, called: str = "") -> Iterator[None]:
-    """Read a file of at most so many numbers; what is wrong is an InputError that names it."""
+    """Read a file of at most ``limit`` numbers; errors become an InputError that names the file."""
     name = called or shorten(path.name or str(path), 200)
     try:
         with usable(path, noun), limited(limit):
@@ -127,13 +132,13 @@ def reading(path: Path, noun: str, limit: object = POINTS, called: str = "") -> 
 
 
 def _near(path: Path) -> str:
-    """The file that is probably meant."""
+    """Suggest a file with a similar name."""
     try:
         names = [entry.name for entry in path.parent.iterdir() if entry.is_file()]
     except (OSError, ValueError):
         return ""
     ended = [name for name in names if Path(name).stem == path.name]
-    if len(ended) == 1:  # only the end of the name was left out
+    if len(ended) == 1:  # only the suffix is missing
         return f'; did you mean "{shorten(ended[0], 200)}"?'
     alike = [name for name in names if Path(name).suffix == path.suffix]
     return did_you_mean(shorten(path.name, 200), alike, cutoff=0.75)
@@ -143,14 +148,14 @@ _OF_THE_SYSTEM = (FileNotFoundError, IsADirectoryError, PermissionError)
 
 
 class Unusable(ValueError):
-    """A file that is damaged, or none of the kind that it seems to be."""
+    """Error for a file that is damaged or not of its apparent kind."""
 
 
 @contextmanager
 def decoded(kind: str, quiet: bool = True) -> Iterator[None]:
-    """Say that a file is none of its kind, whatever its library raises on what is damaged."""
+    """Turn any error of a parsing library into an Unusable error that names the kind of file."""
     try:
-        with warnings.catch_warnings():  # what a library thinks of damaged content follows here
+        with warnings.catch_warnings():  # libraries warn about damaged content
             if quiet:
                 warnings.simplefilter("ignore")
             yield
@@ -161,7 +166,7 @@ def decoded(kind: str, quiet: bool = True) -> Iterator[None]:
 
 
 def first_line(error: BaseException, path: Path | None = None) -> str:
-    """Message of a library on one line; a path is cut to the name of its file."""
+    """Return the first line of an error message, with the path reduced to the file name."""
     text = str(error) if path is None else str(error).replace(str(path), path.name)
     lines = text.strip().splitlines()
     return shorten(lines[0], 160) if lines else type(error).__name__
@@ -169,7 +174,7 @@ def first_line(error: BaseException, path: Path | None = None) -> str:
 
 @contextmanager
 def limited(points: object) -> Iterator[None]:
-    """Read files of at most so many numbers."""
+    """Limit files read in this context to at most ``points`` numbers."""
     if not isinstance(points, numbers.Integral) or isinstance(points, bool) or points < 1:
         raise InputError(f"`limit` must be a number of points above zero, got {quote(points)}")
     token = _limit.set(int(points))
@@ -180,15 +185,15 @@ def limited(points: object) -> Iterator[None]:
 
 
 def allowed_points() -> int:
-    """Numbers that a file may hold."""
+    """Return the largest number of points that a file may contain."""
     return _limit.get()
 
 
 def refuse_beyond(*shape: int) -> None:
-    """Refuse more points than are allowed, before they are read."""
+    """Raise an InputError if an array is larger than the limit allows."""
     if (count := math.prod(shape)) > _limit.get():
         size = f"{' x '.join(map(str, shape))} = " if len(shape) > 1 else ""
         raise InputError(
-            f"holds {size}{count} points, more than `limit={_limit.get()}`; give a higher limit if "
-            f"there is memory for it ({count * 8e-9:.3g} GB and a few times that)"
+            f"contains {size}{count} points, more than `limit={_limit.get()}`; raise the limit if "
+            f"memory suffices ({count * 8e-9:.3g} GB and a few times that)"
         )

@@ -1,4 +1,6 @@
-"""HDF5: data sets, tables of several fields, and netCDF-4 with them; nothing of another file.
+"""HDF5 data sets, structured data sets and netCDF-4; links to other files are refused.
+
+A child process reads, because a damaged file can put the HDF5 library into an endless loop.
 
 A damaged file can keep the HDF5 library busy for ever, so a child process reads.
 """
@@ -20,19 +22,19 @@ from microslip.readers.child import parsed
 from microslip.readers.files import refuse_beyond
 
 _LEAF: Final = "a data set"
-_TEXT: Final = 1 << 16  # bytes of a text that says a unit or a name
+_TEXT: Final = 1 << 16  # largest size of a text attribute [bytes]
 
 
 def read_arrays(path: Path) -> Arrays:
-    """Data sets by their paths, such as "run1/force"; units from their attribute "units"."""
+    """Return data sets by path, such as "run1/force"; units come from the attribute "units"."""
     return Arrays("HDF5 file", stored(path, "HDF5 file", read_tree), "/")
 
 
 def stored(path: Path, kind: str, reader: Callable[[Path], Any]) -> Any:
-    """Content of a file read in a child, without the numbers of its data sets."""
+    """Return the content of a file read in a child process; numbers are loaded on demand."""
 
     def leaf(shape: list[int], where: str, field: str | None, unit: Any, rate: Any) -> Leaf:
-        turned = reader is not read_tree  # MATLAB's order is the other one
+        turned = reader is not read_tree  # MATLAB stores columns first
 
         def get() -> Any:
             values = parsed(kind, path, values_at, libraries=["h5py"], where=where, field=field)
@@ -54,14 +56,14 @@ def stored(path: Path, kind: str, reader: Callable[[Path], Any]) -> Any:
 
 
 def read_tree(path: Path) -> Any:
-    """Groups as mappings, data sets by where they are."""
+    """Return groups as mappings and data sets by path."""
     with opened(path) as file:
         return _node(file, set())
 
 
 @contextmanager
 def opened(path: Path) -> Iterator[Any]:
-    """A file of HDF5."""
+    """Open an HDF5 file for reading."""
     with needed_for("HDF5 files are read by"):
         import h5py
     with h5py.File(path, "r") as file:
@@ -69,12 +71,12 @@ def opened(path: Path) -> Iterator[Any]:
 
 
 def leaf_of(item: Any, field: str | None = None, unit: Any = None, rate: Any = None) -> Any:
-    """Path and shape of a data set."""
+    """Return path and shape of a data set."""
     return {_LEAF: [list(item.shape), item.name, field, unit, rate]}
 
 
 def members(group: Any, skip: str = "\0") -> Iterator[tuple[str, Any]]:
-    """Members of a group by name; a link to another file is refused, a dangling one left out."""
+    """Yield the members of a group; reject links to other files and skip dangling links."""
     import h5py
 
     home = h5py.h5o.get_info(group.id).fileno
@@ -87,7 +89,9 @@ def members(group: Any, skip: str = "\0") -> Iterator[tuple[str, Any]]:
         item = group.get(name)
         if not isinstance(item, (h5py.Group, h5py.Dataset)):
             continue
-        if h5py.h5o.get_info(item.id).fileno != home:  # by a soft link through an external one
+        if (
+            h5py.h5o.get_info(item.id).fileno != home
+        ):  # soft link that passes through an external link
             raise _elsewhere(f"{group.name}/{name}", Path(item.file.filename).name)
         if isinstance(item, h5py.Dataset):
             _check_storage(item)
@@ -95,7 +99,7 @@ def members(group: Any, skip: str = "\0") -> Iterator[tuple[str, Any]]:
 
 
 def _check_storage(item: Any) -> None:
-    """Refuse a data set whose values stand in another file."""
+    """Raise an InputError if a data set stores its values in another file."""
     outside = [source[0] for source in item.external or ()]
     if item.is_virtual:
         outside += [s.file_name for s in item.virtual_sources() if s.file_name != "."]
@@ -106,13 +110,13 @@ def _check_storage(item: Any) -> None:
 def _elsewhere(name: str, file: object) -> InputError:
     path = f"/{name.lstrip('/')}"
     return InputError(
-        f'"{shorten(path, 60)}" stands in another file, "{shorten(str(file), 60)}"; read that '
-        "one, or copy it into this file"
+        f'"{shorten(path, 60)}" is stored in another file, "{shorten(str(file), 60)}"; read '
+        "that file, or copy the data into this one"
     )
 
 
 def _node(item: Any, visited: set[int]) -> Any:
-    """A group as a tree, a data set as numbers; groups that hold themselves are met once."""
+    """Return a group as a tree and a data set as a leaf; recursive groups are visited once."""
     import h5py
 
     if isinstance(item, h5py.Group):
@@ -138,7 +142,7 @@ def _node(item: Any, visited: set[int]) -> Any:
 
 
 def values_at(path: Path, where: str, field: str | None) -> Any:
-    """Values of a data set, or of one field of a table."""
+    """Load a data set, or one field of a structured data set."""
     with opened(path) as file:
         item = file[where]
         refuse_beyond(*item.shape)
@@ -146,7 +150,7 @@ def values_at(path: Path, where: str, field: str | None) -> Any:
 
 
 def _attributes(item: Any) -> dict[str, Any]:
-    """Texts and numbers that are written beside a group or a data set."""
+    """Return texts and numbers among the attributes of a group or data set."""
     sizes = {name: item.attrs.get_id(name) for name in item.attrs}
     return {
         name: _attribute(item.attrs[name])
@@ -156,7 +160,7 @@ def _attributes(item: Any) -> dict[str, Any]:
 
 
 def _attribute(value: Any) -> Any:
-    """A text or a number, or None."""
+    """Return a text or a number, else None."""
     if isinstance(value, np.ndarray) and value.size == 1:
         value = value.flat[0]
     if isinstance(value, bytes):

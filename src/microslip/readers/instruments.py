@@ -1,4 +1,6 @@
-"""Files of profilometers and microscopes, and points put on the regular grid of their measurement.
+"""Files of profilometers and microscopes, and points arranged on the grid of the measurement.
+
+Instrument files are read by SurfaceTopography, DOI 10.1088/2051-672X/ac860a.
 
 The files are read by SurfaceTopography, DOI 10.1088/2051-672X/ac860a.
 """
@@ -31,13 +33,13 @@ from microslip.readers.files import (
     refuse_beyond,
 )
 
-_OFF = 0.05  # share of a step by which a coordinate may be off its place
-_SMALLEST_SHARE = 0.01  # share of the places that must be filled
-_NEIGHBOURS = 0.02  # neighbours along an axis, for each point: a grid that is turned has none
+_OFF = 0.05  # largest deviation of a coordinate from the grid, over the step
+_SMALLEST_SHARE = 0.01  # smallest fraction of grid points with a height
+_NEIGHBOURS = 0.02  # neighbours per point along the axes: a rotated grid has none
 
 
 def on_grid(coordinates: list[Floats], heights: Floats) -> tuple[Floats, tuple[float, ...]]:
-    """Heights as an array, NaN where the grid has no point."""
+    """Arrange heights as an array, NaN where the grid has no point, and return its steps."""
     places, counts, steps = [], [], []
     for name, values in zip("xy", coordinates, strict=False):
         place, count, step = _axis(name, values)
@@ -48,23 +50,23 @@ def on_grid(coordinates: list[Floats], heights: Floats) -> tuple[Floats, tuple[f
     total = int(np.prod(counts, dtype=float))
     if heights.size < _SMALLEST_SHARE * total:
         raise ValueError(
-            f"{heights.size} points on a grid of {' x '.join(map(str, counts))}: scattered points "
-            "are no scan; interpolate them on a regular grid first"
+            f"{heights.size} points on a grid of {' x '.join(map(str, counts))}: the points "
+            "are scattered; interpolate them onto a regular grid first"
         )
     index = places[0] if len(places) == 1 else places[1] * counts[0] + places[0]
     occupied = np.zeros(total, dtype=bool)
     occupied[index] = True
     if (twice := index.size - int(np.count_nonzero(occupied))) > 0:
-        raise ValueError(f"{twice} points lie where another one is already")
+        raise ValueError(f"{twice} points coincide with another point")
     grid = occupied.reshape(counts[::-1])
     if grid.ndim == 2:
         beside = np.count_nonzero(grid[:, 1:] & grid[:, :-1])
         beside += np.count_nonzero(grid[1:] & grid[:-1])
         if beside < _NEIGHBOURS * heights.size:
             raise ValueError(
-                f"{heights.size} points on a grid of {' x '.join(map(str, counts))}, hardly any "
-                "beside another: points of a grid that is turned, or scattered, are no scan; "
-                "interpolate them on a regular grid along x and y first"
+                f"{heights.size} points on a grid of {' x '.join(map(str, counts))}, few of them "
+                "neighbours: the grid is rotated or the points are scattered; interpolate them "
+                "onto a regular grid along x and y first"
             )
     result = np.full(total, np.nan)
     result[index] = heights
@@ -72,17 +74,17 @@ def on_grid(coordinates: list[Floats], heights: Floats) -> tuple[Floats, tuple[f
 
 
 def _axis(name: str, values: Floats) -> tuple[np.ndarray, int, float]:
-    """Place of each point along an axis, how many there are, and their distance."""
+    """Return the grid index of each point along an axis, the number of grid lines, and the step."""
     if not np.all(np.isfinite(values)):
-        raise ValueError(f"{name} must be finite numbers, one for each point")
+        raise ValueError(f"{name} must be a finite number for each point")
     distinct = np.unique(values)
     gaps = np.diff(distinct)
     if not gaps.size:
         raise ValueError(f"all points have the same {name}: wanted a grid, or columns x and z")
-    # Coordinates out of an encoder repeat themselves only nearly: small gaps are none.
+    # Encoder coordinates repeat only approximately: small gaps are noise.
     step = float(np.median(gaps[gaps > 1e-4 * gaps.max()]))
     if gaps.sum() / step < 2.0**53:
-        # Gap by gap, as a step of few digits adds up; then all points together tell it better.
+        # Count gap by gap first, since the error of a rounded step accumulates; then fit the step.
         places = np.concatenate([[0.0], np.cumsum(np.rint(gaps / step))])
         place = places[np.searchsorted(distinct, values)]
         for _ in range(2):
@@ -97,49 +99,49 @@ def _axis(name: str, values: Floats) -> tuple[np.ndarray, int, float]:
             return place.astype(np.int64), int(place.max()) + 1, step
     raise ValueError(
         f"{name} is not on a regular grid (neighbours are mostly {step:g} apart); interpolate the "
-        "points on one first"
+        "points onto one first"
     )
 
 
 INSTALL = (
-    "files of instruments are read by SurfaceTopography, which is not installed; "
-    'write: pip install "microslip[scan]" (text of any ending is read with format="text")'
+    "instrument files need SurfaceTopography, which is not installed; "
+    'write: pip install "microslip[scan]" (text with any suffix is read with format="text")'
 )
 
-# What microslip reads itself, and a reader that takes any file of a certain size.
-_NOT_ASKED = ("npy", "npz", "mat", "asc", "xyz", "hgt")
-_OF_NO_INTEREST = (DeprecationWarning, FutureWarning, ImportWarning, ResourceWarning)
+# Formats that microslip reads itself, and a reader that accepts any file of a certain size.
+_EXCLUDED_FORMATS = ("npy", "npz", "mat", "asc", "xyz", "hgt")
+_IGNORED_WARNINGS = (DeprecationWarning, FutureWarning, ImportWarning, ResourceWarning)
 _BYTES_A_POINT = 64
-_BESIDE = 1 << 28  # pictures, logs and the like that are in a file with the heights
+_BESIDE = 1 << 28  # bytes of images and logs stored with the heights
 _BYTES_A_SECOND = 2e6  # of SurfaceTopography, which reads text in Python
-_XML = 1 << 23  # bytes of one XML file in an archive, which is read whole and grows manifold
+_XML = 1 << 23  # largest XML file in an archive [bytes]; parsed XML takes many times that
 
 # An NMS file states nanometres where SurfaceTopography expects millimetres.
 _WIDEST_NMS = 1e-3
 
 
 class Heights(NamedTuple):
-    """One channel of an instrument's file."""
+    """Height channel of an instrument file."""
 
     kind: str
-    """Kind of the file and how it was read, for the notes."""
+    """Kind of the file and its reader, for the notes."""
     values: np.ndarray
-    """In the unit of the file; missing points are NaN or masked."""
+    """Heights in the unit of the file; missing points are NaN or masked."""
     unit: str | None
     pixel: tuple[float, ...] | None
-    """Distance of neighbours [m], where the file says it."""
+    """Distance between neighbouring points [m], if the file states it."""
     notes: tuple[str, ...]
 
 
 def read_channel(path: Path, format_name: Any, channel: Any) -> Heights:
-    """The channel of heights that is meant, of a stated format or of the first that can read it."""
+    """Return the requested height channel, with the given or the first suitable format."""
     for name, value, kinds in (("format", format_name, str), ("channel", channel, (str, int))):
         if value is not None and not isinstance(value, kinds):
             raise InputError(f"`{name}` must be text, got {quote(value)}")
     _check_size(path)
     sums = _check_sums(path)
     content = parsed(
-        "file of an instrument",
+        "instrument file",
         path,
         read_heights,
         libraries=["SurfaceTopography.IO", "scipy.sparse", "scipy.io"],
@@ -152,7 +154,7 @@ def read_channel(path: Path, format_name: Any, channel: Any) -> Heights:
 
 
 def read_heights(path: Path, format_name: str | None, channel_name: str | int | None) -> Any:
-    """The same as a mapping, by SurfaceTopography, in a child process."""
+    """Read a height channel with SurfaceTopography, in a child process, as a mapping."""
     with warnings.catch_warnings(record=True) as messages:
         warnings.simplefilter("always")
         try:
@@ -164,9 +166,9 @@ def read_heights(path: Path, format_name: str | None, channel_name: str | int | 
     warnings_given = dict.fromkeys(
         shorten(first_line(w.message), 160)
         for w in messages
-        if isinstance(w.message, Warning) and not issubclass(w.category, _OF_NO_INTEREST)
+        if isinstance(w.message, Warning) and not issubclass(w.category, _IGNORED_WARNINGS)
     )
-    remarks = tuple(f"SurfaceTopography says: {text}" for text in list(warnings_given)[:5])
+    remarks = tuple(f"SurfaceTopography: {text}" for text in list(warnings_given)[:5])
     values = heights.values
     if np.ma.isMaskedArray(values) and np.ma.getmaskarray(values).any():
         values = np.ma.filled(values.astype(float), np.nan)
@@ -176,7 +178,7 @@ def read_heights(path: Path, format_name: str | None, channel_name: str | int | 
 
 
 def formats() -> list[str]:
-    """Names of the formats that SurfaceTopography reads, if it is installed."""
+    """Return the names of the formats of SurfaceTopography, if it is installed."""
     return sorted(_library().lookup_reader_by_format)
 
 
@@ -186,7 +188,7 @@ def _library() -> Any:
             warnings.simplefilter("ignore")
             from SurfaceTopography import IO
     except ImportError as error:
-        # One that is there but broken says why.
+        # A broken installation raises another kind of ImportError.
         why = "" if isinstance(error, ModuleNotFoundError) else f" ({first_line(error)})"
         raise ValueError(INSTALL + why) from None
     return IO
@@ -211,8 +213,8 @@ def _read(path: Path, format_name: Any, channel_name: Any) -> Heights:
         notes.append(f"not read: {', '.join(shorten(text, 40) for text in unread[:20])}.")
     if name == "nms" and pixel is not None and min(pixel) > _WIDEST_NMS:
         notes.append(
-            f"pixel: {engineering(pixel[0], 'm')} by SurfaceTopography, which takes an nms file's "
-            "nanometres for millimetres; divided by a million."
+            f"pixel: {engineering(pixel[0], 'm')} according to SurfaceTopography, which reads the "
+            "nanometres of an nms file as millimetres; divided by a million."
         )
         pixel = tuple(step * 1e-6 for step in pixel)
     kind = f'{name} file by SurfaceTopography {_version()}, channel "{shorten(channel.name, 60)}"'
@@ -220,9 +222,9 @@ def _read(path: Path, format_name: Any, channel_name: Any) -> Heights:
 
 
 def _check_size(path: Path) -> None:
-    """Refuse what would unpack to far more than the points that are allowed."""
+    """Raise an error if a file unpacks to far more than the allowed points need."""
     if kind_of(head_of(path), path.suffix.lower()) == "hdf5":
-        hdf5.read_arrays(path)  # refuses links out of the file, which SurfaceTopography follows
+        hdf5.read_arrays(path)  # rejects links to other files, which SurfaceTopography would follow
     largest = allowed_points() * _BYTES_A_POINT + _BESIDE
     size = path.stat().st_size
     if zipfile.is_zipfile(path):
@@ -232,18 +234,18 @@ def _check_size(path: Path) -> None:
         for entry in entries:
             if entry.filename.lower().endswith(".xml") and entry.file_size > _XML:
                 raise ValueError(
-                    f"{shorten(entry.filename, 40)} in it unpacks to "
+                    f"{shorten(entry.filename, 40)} in the archive unpacks to "
                     f"{entry.file_size / 1e6:.0f} MB, wanted at most {_XML / 1e6:.0f} MB"
                 )
     if size > largest:
         raise InputError(
             f"unpacks to {size / 1000000.0:.0f} MB, more than `limit={allowed_points()}` "
-            "points can need; give a higher limit if there is memory for it"
+            "points can need; raise the limit if memory suffices"
         )
 
 
 def _check_sums(path: Path) -> list[str]:
-    """Hold an x3p file to the checksums in it (ISO 25178-72); refuse points that are not theirs."""
+    """Verify the checksums of an x3p file (ISO 25178-72); reject wrong point data."""
     import hashlib
     import re
 
@@ -262,14 +264,14 @@ def _check_sums(path: Path) -> list[str]:
             if digest != stated[1].lower():
                 raise ValueError(
                     f"damaged: the checksum of {shorten(link[1], 40)} is {digest}, and "
-                    f"{stated[1].lower()} is said in main.xml"
+                    f"main.xml states {stated[1].lower()}"
                 )
         if "md5checksum.hex" in names:
             recorded = re.match(rb"\s*([0-9A-Fa-f]{32})", archive.read("md5checksum.hex"))
             digest = hashlib.md5(main, usedforsecurity=False).hexdigest()
             if recorded and recorded[1].decode().lower() != digest:
                 words = (
-                    "main.xml is not what md5checksum.hex says: units or pixel may have been "
+                    "main.xml does not match md5checksum.hex: units or pixel may have been "
                     "changed after the measurement."
                 )
                 return [Remark("checksum", words)]
@@ -277,7 +279,7 @@ def _check_sums(path: Path) -> list[str]:
 
 
 def _open(path: Path, format_name: Any) -> tuple[Any, str]:
-    """The library's reader of a file, and its format: the one wanted, or the first that can."""
+    """Return the library's reader of a file, and the name of its format."""
     library = _library()
     readers = library.lookup_reader_by_format
     if format_name is not None:
@@ -304,14 +306,16 @@ def _open(path: Path, format_name: Any) -> tuple[Any, str]:
     if failed:
         raise failed
     raise InputError(
-        "of no format that is known by its first bytes or its ending; write "
+        "format not recognised from the first bytes or the suffix; write "
         "`format=...`, one of text, npy, npz, "
         f"{', '.join(sorted({*readers} - {'text', 'npy', 'npz'}))}"
     )
 
 
 def _candidates(library: Any, head: bytes, suffix: str) -> list[Any]:
-    """Readers that may know the file: those whose first bytes it has, then those of its ending.
+    """Return readers that recognise the first bytes, then those that match the suffix.
+
+    Other readers are not tried: they are slow, and some accept files of other formats.
 
     The others are not tried: it takes long, and some take files that are not theirs.
     """
@@ -320,10 +324,10 @@ def _candidates(library: Any, head: bytes, suffix: str) -> list[Any]:
     for reader in library.readers:
         match = reader.can_read(head)
         ending = suffix in [str(e).lower() for e in reader.file_extensions()]
-        if reader.format() in _NOT_ASKED or match == library.MagicMatch.NO:
+        if reader.format() in _EXCLUDED_FORMATS or match == library.MagicMatch.NO:
             continue
         if match == library.MagicMatch.YES:
-            # Two formats may begin alike: the ending tells which is meant.
+            # Two formats may share the first bytes: the suffix decides.
             certain.insert(0, reader) if ending else certain.append(reader)
         elif ending:
             called.append(reader)
@@ -331,7 +335,7 @@ def _candidates(library: Any, head: bytes, suffix: str) -> list[Any]:
 
 
 def _channel_index(channels: list[Any], channel_name: Any) -> int:
-    """Index of the channel that is meant, or of the only one of heights."""
+    """Return the index of the requested channel, or of the only height channel."""
     names = [str(channel.name) for channel in channels]
     listed = ", ".join(f'{i}: "{shorten(name, 40)}"' for i, name in enumerate(names[:20]))
     if channel_name is None:
@@ -339,24 +343,26 @@ def _channel_index(channels: list[Any], channel_name: Any) -> int:
         if len(able) == 1:
             return able[0]
         if not able:
-            raise ValueError(f"no channel of heights; there are {listed or 'none'}")
+            raise ValueError(f"no height channel; the channels are {listed or 'none'}")
         listed = ", ".join(f'{i}: "{shorten(names[i], 40)}"' for i in able[:20])
-        raise InputError(f"{len(able)} channels of heights, {listed}; write `channel=...`")
+        raise InputError(f"{len(able)} height channels, {listed}; write `channel=...`")
     text = str(channel_name)
     if text in names and not isinstance(channel_name, int):
         if names.count(text) > 1:
-            raise ValueError(f"{names.count(text)} channels of this name, {listed}; write a number")
+            raise ValueError(
+                f"{names.count(text)} channels have this name, {listed}; write a number"
+            )
         return names.index(text)
     if text.isdecimal() and int(text) < len(names):
         return int(text)
     hint = did_you_mean(text, names)
-    raise ValueError(f"no channel {quote(channel_name)}{hint}; there are {listed}")
+    raise ValueError(f"no channel {quote(channel_name)}{hint}; the channels are {listed}")
 
 
 def _heights(
     reader: Any, channel: Any, index: int, shape: tuple[int, ...]
 ) -> tuple[np.ndarray, tuple[float, ...] | None, str | None]:
-    """Heights in the unit of the file, pixel [m] and that unit."""
+    """Return heights in the unit of the file, pixel [m], and that unit."""
     sizes = channel.physical_sizes
     options = {} if sizes is not None else {"physical_sizes": tuple(float(n) for n in shape)}
     topography = reader.topography(channel_index=index, **options)
@@ -369,7 +375,7 @@ def _heights(
     factor = _factor(unit)
     if not topography.is_uniform:
         if heights.ndim != 1:
-            raise ValueError("points on no regular grid; interpolate them on one first")
+            raise ValueError("points are not on a regular grid; interpolate them onto one first")
         grid, steps = on_grid(
             [np.asarray(topography.positions(), dtype=float)], np.asarray(heights, dtype=float)
         )
@@ -387,7 +393,7 @@ def _factor(unit: str) -> float:
     try:
         return to_si(f"1 {unit}", LENGTH, "1 um")
     except QuantityError as error:
-        raise ValueError(f"unit of its lengths: {error}") from None
+        raise ValueError(f"length unit of the file: {error}") from None
 
 
 def _version() -> str:
@@ -400,5 +406,5 @@ def _version() -> str:
 
 
 def _close(reader: Any) -> None:
-    with contextlib.suppress(Exception):  # what was read is read
+    with contextlib.suppress(Exception):  # the data have been read
         reader.close()

@@ -1,4 +1,4 @@
-"""Tables that other libraries read: TDMS, Parquet, UFF and Excel; cells of sheets as text."""
+"""Tables read by other libraries: TDMS, Parquet, UFF and Excel; spreadsheet cells as text."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from microslip.readers.text import whole_text
 
 
 def tdms_table(path: Path) -> Table:
-    """Channels such as "Log/Force", with the unit and rate that LabVIEW keeps."""
+    """Return channels such as "Log/Force", with the unit and sample rate stored by LabVIEW."""
     nptdms = library("nptdms", "TDMS", "npTDMS", "tdms")
-    # What it thinks of a damaged file, it also raises.
+    # Its log messages about damaged files duplicate its exceptions.
     import_module("nptdms.log").log_manager.set_level(logging.CRITICAL)
     with decoded("TDMS file"), path.open("rb") as raw, nptdms.TdmsFile.open(raw) as file:
         channels = [
@@ -60,7 +60,7 @@ def _of_channel(channel: Any) -> Column | None:
 
 
 def parquet_table(path: Path) -> Table:
-    """Columns of numbers of a data frame, with the unit that a field's metadata may have."""
+    """Return the numeric columns of a data frame, with units from the field metadata."""
     parquet = library("pyarrow.parquet", "Parquet", "pyarrow", "parquet")
     with decoded("Parquet file"):
         file = parquet.ParquetFile(path)
@@ -94,7 +94,7 @@ def _unit(field: Any) -> str | None:
 
 
 def uff_table(path: Path) -> Table:
-    """Functions of time (data sets 58), with their names, units and sample rate."""
+    """Return the time functions (data sets 58) with names, units and sample rate."""
     pyuff = library("pyuff", "UFF", "pyuff", "uff")
     with decoded("UFF file"), warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -122,33 +122,32 @@ def _of_set(part: dict[str, Any]) -> Column:
 
 
 def library(module: str, kind: str, name: str, extra: str) -> Any:
-    """The module that reads a kind of file, or an error that says how to install it."""
+    """Import the module that reads a kind of file, or raise an error that explains installation."""
     try:
         return import_module(module)
     except ImportError:
         raise Unusable(
-            f"{kind} files are read by {name}, which is not installed: "
-            f'pip install "microslip[{extra}]"'
+            f'{kind} files need {name}, which is not installed: pip install "microslip[{extra}]"'
         ) from None
 
 
 _BYTES = 64
-"""Bytes of an unpacked workbook for each number that is allowed: cells are written out as XML."""
-_BYTES_A_SECOND = 3e5  # of openpyxl, which reads cell by cell
+"""Unpacked bytes of a workbook per allowed number: cells are stored as XML."""
+_BYTES_A_SECOND = 3e5  # openpyxl reads cell by cell
 _HEAD = 400
-"""Rows by which the layout of a sheet is told."""
+"""Number of rows that determine the layout of a sheet."""
 _SEPARATORS = "\t;,"
 
 Rows = list[list[str]]
 
 
 def rows_of(path: Path, kind: str | None) -> Rows:
-    """Cells of a sheet as text, empty rows included: of a text, or of the first of a workbook."""
+    """Return the cells of a text file or of the first sheet of a workbook, empty rows included."""
     if kind == "excel":
         return next(iter(_sheets(path).values()), [])
     text = whole_text(path)
     lines = [line for line in text.splitlines() if line.strip()]
-    # A title has none, and commas are decimal signs, too.
+    # A title has no separators, and commas may be decimal signs.
     usual = (s for s in _SEPARATORS if 2 * sum(s in line for line in lines) >= len(lines))
     separator = next(usual, ",")
     rows = csv.reader(text.splitlines(), delimiter=separator)
@@ -157,7 +156,7 @@ def rows_of(path: Path, kind: str | None) -> Rows:
 
 
 def excel_table(path: Path) -> Table:
-    """Columns of numbers of a workbook; where several sheets have some, with the sheet's name."""
+    """Return the numeric columns of a workbook, prefixed by the sheet if several have some."""
     parts = [
         (title, layout, rows)
         for title, rows in _sheets(path).items()
@@ -190,7 +189,7 @@ def _lines(rows: Rows) -> list[Line]:
 
 
 def _numbers(rows: Rows, first: int, place: int, heading: str) -> Floats:
-    """Numbers of a column, not a number where a cell is empty."""
+    """Return the numbers of a column, NaN for empty cells."""
     values = np.full(len(rows) - first, math.nan)
     for at, row in enumerate(rows[first:]):
         cell = row[place] if place < len(row) else ""
@@ -204,7 +203,7 @@ def _numbers(rows: Rows, first: int, place: int, heading: str) -> Floats:
 
 
 def _sheets(path: Path) -> dict[str, Rows]:
-    """Cells of each sheet of a workbook, of the last values that Excel computed."""
+    """Return the cells of each sheet, with the values that Excel computed last."""
     sheets: dict[str, Rows] = parsed(
         "Excel workbook", path, read_sheets, libraries=["openpyxl"], bytes_a_second=_BYTES_A_SECOND
     )
@@ -215,9 +214,9 @@ def _sheets(path: Path) -> dict[str, Rows]:
 
 
 def read_sheets(path: Path) -> dict[str, Rows]:
-    """The same by openpyxl."""
+    """Read the visible sheets with openpyxl."""
     openpyxl = library("openpyxl", "Excel", "openpyxl", "excel")
-    # What the archive declares is what is unpacked: a longer member fails by its checksum.
+    # Declared sizes can be trusted: a longer member fails its checksum.
     with zipfile.ZipFile(path) as archive:
         declared = sum(member.file_size for member in archive.infolist())
     refuse_beyond(declared // _BYTES)
@@ -234,14 +233,14 @@ _MERGED = re.compile(rb'<mergeCell\b[^>]*\bref="([A-Z]+)(\d+):([A-Z]+)(\d+)"')
 
 
 def _cells(sheet: Any, archive: zipfile.ZipFile) -> Rows:
-    """Cells of a sheet; merged ones of a column all have the text of the first."""
+    """Return the cells of a sheet; merged cells of a column all get the text of the first."""
     content = archive.read(sheet._worksheet_path)
     if (formula := _NO_VALUE.search(content)) is not None:
         raise Unusable(
             f"sheet {quote(sheet.title)}, cell {formula[1].decode()}: a formula without its value; "
             "open the workbook in a spreadsheet program and save it"
         )
-    sheet.reset_dimensions()  # which programs may write wrong
+    sheet.reset_dimensions()  # declared dimensions may be wrong
     rows = [list(map(_text, row)) for row in sheet.iter_rows(values_only=True)]
     for left, first, right, last in _MERGED.findall(content):
         column = _place_of(left.decode())
@@ -255,7 +254,7 @@ def _cells(sheet: Any, archive: zipfile.ZipFile) -> Rows:
 
 
 def _place_of(letters: str) -> int:
-    """Index of a column that a sheet calls by letters, A being 0."""
+    """Return the index of a column from its letters, 0 for A."""
     number = 0
     for letter in letters:
         number = 26 * number + ord(letter) - ord("A") + 1

@@ -1,4 +1,4 @@
-"""MATLAB's files: version 4 to 7 by SciPy, version 7.3 by h5py; and Matrix Market's."""
+"""MATLAB files, version 4 to 7 by SciPy and 7.3 by h5py, and Matrix Market files."""
 
 from __future__ import annotations
 
@@ -19,7 +19,9 @@ _LARGE_ARRAY = "the shape of a large array"
 
 
 def variables(path: Path, names: list[str] | None = None) -> dict[str, Any]:
-    """Variables of a MAT-file up to version 7 by their names; nested by those of structs.
+    """Return variables of a MAT-file up to version 7 by name, structs as nested mappings.
+
+    Without `names`, large arrays are replaced by their shape as a tuple.
 
     Without `names` those that are no large arrays; of a large array its shape as a tuple.
     """
@@ -33,14 +35,14 @@ def variables(path: Path, names: list[str] | None = None) -> dict[str, Any]:
 
 
 def whole_variables(path: Path) -> dict[str, Any]:
-    """All variables, large ones too."""
+    """Return all variables, including large arrays."""
     content = variables(path)
     large = [name for name, value in content.items() if isinstance(value, tuple)]
     return content | (variables(path, large) if large else {})
 
 
 def market_matrix(path: Path) -> Any:
-    """The matrix of a Matrix Market file."""
+    """Return the matrix of a Matrix Market file."""
     return parsed("Matrix Market file", path, read_market, libraries=["scipy.io"])
 
 
@@ -48,7 +50,7 @@ def market_matrix(path: Path) -> Any:
 
 
 def read_mat(path: Path, names: list[str] | None) -> dict[str, Any]:
-    """Variables by SciPy."""
+    """Read variables with SciPy."""
     from scipy.io import loadmat, whosmat
 
     points, file = allowed_points(), str(path)
@@ -58,7 +60,7 @@ def read_mat(path: Path, names: list[str] | None) -> dict[str, Any]:
         large = {name for name, size in sizes.items() if math.prod(size) > min(points, _LARGE)}
         names = [name for name in sizes if name not in large]
     elif sum(math.prod(sizes[name]) for name in names if name in sizes) > points:
-        raise InputError(f"holds more points than `limit={points}`")
+        raise InputError(f"contains more points than `limit={points}`")
     content = loadmat(file, variable_names=names, simplify_cells=True) if names else {}
     by_name = {name: value for name, value in content.items() if not name.startswith("__")}
     for name, value in by_name.items():
@@ -72,11 +74,11 @@ def read_mat(path: Path, names: list[str] | None) -> dict[str, Any]:
 
 
 def read_market(path: Path) -> Any:
-    """A matrix by SciPy, unless it declares too much."""
+    """Read a matrix with SciPy, unless it declares more than the limit."""
     from scipy.io import mminfo, mmread
 
     rows, columns, entries = mminfo(str(path))[:3]
-    # A sparse matrix takes memory for each of its columns as well.
+    # A sparse matrix also needs memory for each column.
     if entries + 10 * max(rows, columns) > (points := allowed_points()):
         raise InputError(
             f"declares {rows} x {columns} with {entries} entries, more than `limit={points}`"
@@ -84,12 +86,12 @@ def read_market(path: Path) -> Any:
     return mmread(str(path))
 
 
-# MATLAB stores tables, time tables and timeseries in a form of its own that is not documented.
-_ADVICE = 'save vectors, or of a table T the struct S = table2struct(T, "ToScalar", true)'
+# MATLAB stores tables, timetables and timeseries in an undocumented form.
+_ADVICE = 'save vectors, or for a table T the struct S = table2struct(T, "ToScalar", true)'
 
 
 def read_arrays(path: Path) -> Arrays:
-    """Variables, and fields of structs as "data.force"; large arrays are not read yet."""
+    """Return variables, and struct fields as "data.force"; large arrays are loaded on demand."""
     with path.open("rb") as file:
         new = file.read(19) == b"MATLAB 7.3 MAT-file"
     if not new:
@@ -99,7 +101,7 @@ def read_arrays(path: Path) -> Arrays:
 
 
 def _in_file(path: Path, name: str, value: Any) -> Any:
-    """A variable as a tree; a shape alone is that of a large array."""
+    """Return a variable as a tree; a tuple is the shape of a large array."""
     if isinstance(value, tuple):
         return Leaf(value, lambda: variables(path, [name])[name])
     return arrays_in(value)
@@ -109,13 +111,13 @@ def _in_file(path: Path, name: str, value: Any) -> Any:
 
 
 def read_new(path: Path) -> Any:
-    """Variables of version 7.3."""
+    """Read variables of version 7.3."""
     with opened(path) as file:
         return {name: _hdf_node(file, item) for name, item in members(file, skip="#")}
 
 
 def _hdf_node(file: Any, item: Any) -> Any:
-    """A variable of version 7.3 as a tree; arrays of structs are references to elsewhere."""
+    """Return a variable of version 7.3 as a tree; struct arrays are stored as references."""
     import h5py
 
     if isinstance(item, h5py.Group):

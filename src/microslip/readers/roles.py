@@ -1,4 +1,4 @@
-"""Roles of the columns of a record, by names and units, and their numbers in SI units."""
+"""Roles of the columns of a record, from names and units, and conversion of their numbers to SI."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from microslip._core.units import (
     to_si,
 )
 from microslip._core.wording import quote, quoted, shorten
-from microslip.readers.tables import Named, fits, headings, unmistakable
+from microslip.readers.tables import Named, fits, headings, unique_name
 
 TIME = Kind("time", "s", ("us", "ms", "s", "min", "h"))
 
@@ -37,7 +37,7 @@ KINDS = {
 """Quantities of a record, in the order of messages."""
 CYCLE_NUMBER = "cycle_number"
 ROLES = (*KINDS, CYCLE_NUMBER)
-"""Roles of columns: these, and the rig's counter of cycles, which has no unit."""
+"""Column roles: these quantities, and the rig's cycle counter, which has no unit."""
 
 _RAW = (
     Kind("voltage", "V", ("mV", "V")),
@@ -94,7 +94,7 @@ _COEFFICIENTS = {
 
 _TELLING = _TIME | _COMMANDED | _MOVED | _ALONG | _ACROSS | _FORCES | _LOADS | _NEITHER
 
-# Symbols that are whole names; those of the second line say it only with a fitting unit.
+# Symbols that are complete names; those of _WITH_UNIT count only with a matching unit.
 _SYMBOLS = {
     "x": "displacement", "X": "displacement", "δ": "displacement", "delta": "displacement",
     "F": "force", "Ft": "force", "FT": "force", "Ff": "force", "Fx": "force", "F_t": "force",
@@ -109,54 +109,57 @@ _WITH_UNIT = {
 
 
 def guess(columns: Sequence[Named], role: str, by_part: Mapping[str, Named]) -> tuple[Named, str]:
-    """The column of a role by its name, else its unit, and by what; LookupError without any."""
+    """Return the column of a role, by name or else by unit, and how it was found.
+
+    Raises LookupError if there is none.
+    """
     free = [c for c in columns if c not in by_part.values()]
     by_name = [c for c in free if role_of(c) == role]
     how = "by its name"
     if not by_name and role in (*NEEDED, "time"):
         by_name = [c for c in free if role_of(c) is None and fits(c.unit, KINDS[role])]
         by_name = [c for c in by_name if not _words(c.short) & _TELLING]
-        how = f"by its unit, the only {KINDS[role].name} that no name tells"
+        how = f"by its unit, the only {KINDS[role].name} without a known name"
     if not by_name or (role == CYCLE_NUMBER and len(by_name) > 1):
         raise LookupError(role)
     if len(by_name) > 1:
         or_false = "" if role in NEEDED else f", or `{role}=False`"
         raise InputError(
             f"`{role}`: {len(by_name)} columns could be it, {headings(by_name[:20])}; write "
-            f'`{role}="{unmistakable(by_name[0], columns)}"`{or_false}'
+            f'`{role}="{unique_name(by_name[0], columns)}"`{or_false}'
         )
     return by_name[0], how
 
 
 def is_of_loop(column: Named) -> bool:
-    """Whether a column is of a contact, which no ring-down has beside its sensor."""
+    """Return whether a column belongs to a friction test rather than a ring-down."""
     if role_of(column) in ("force", "normal_load", "commanded", CYCLE_NUMBER):
         return True
     return is_coefficient(column) or fits(column.unit, FORCE)
 
 
 def is_coefficient(column: Named) -> bool:
-    """Whether a column is a coefficient of friction, by its name."""
+    """Return whether a column is a friction coefficient, by its name."""
     words = _words(column.short)
     named = words & _COEFFICIENTS or (words & {"coefficient", "coeff", "ratio"} and words & _ALONG)
     return bool(named) and column.unit in (None, "%", "percent")
 
 
 def role_of(column: Named) -> str | None:
-    """Role of a column by its name, if its unit does not speak against it."""
+    """Return the role of a column by its name, unless its unit contradicts it."""
     role = _by_words(column.short) or _by_symbol(column)
     if role == CYCLE_NUMBER:
         return role if column.unit is None or not is_unit(column.unit) else None
     if role is None or column.unit is None or fits(column.unit, KINDS[role]):
         return role
     if KINDS[role] is FORCE and fits(column.unit, MASS):
-        return role  # of which the weight is meant
-    # Volts and counts may be any quantity, and an unknown unit is reported.
+        return role  # the weight of the mass
+    # Volts and counts may be any quantity; an unknown unit is reported later.
     return role if is_raw(column.unit) or not is_unit(column.unit) else None
 
 
 def is_raw(unit: str) -> bool:
-    """Whether a unit is one of signals that have to be calibrated."""
+    """Return whether a unit belongs to an uncalibrated signal."""
     return any(fits(unit, kind) for kind in _RAW)
 
 
@@ -194,22 +197,22 @@ def _by_symbol(column: Named) -> str | None:
 # -- from numbers to SI ----------------------------------------------------------------------------
 
 ZEROS = ("mean", "middle", "first")
-"""Choices of zero, besides a value."""
+"""Named choices of the zero, besides a value."""
 
 _NUMBER = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?\s*", re.IGNORECASE)
 _FACTOR = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)\s*")
 
 
 class Scale(NamedTuple):
-    """Factor and offset from the numbers of a file to SI."""
+    """Conversion from the numbers of a file to SI."""
 
     factor: Decimal
     words: str
-    """Source, for the notes."""
+    """Source of the conversion, for the notes."""
 
 
 def scale_of(column: Named, role: str, unit: object, calibration: object) -> Scale:
-    """SI value of one in a column."""
+    """Return the conversion of a column to SI units."""
     kind = KINDS[role]
     name = f'{role}: column "{shorten(column.heading, 40)}": '
     if unit is not None and (not isinstance(unit, str) or not unit.strip()):
@@ -223,7 +226,7 @@ def scale_of(column: Named, role: str, unit: object, calibration: object) -> Sca
         units_wanted = f'`units={{"{role}": "{usual}"}}`'
         raise InputError(f"{name}no unit; write {units_wanted}{no_time}")
     if kind is FORCE and fits(unit_text, MASS):
-        # Scales and load cells show masses for the force of their weight.
+        # Balances and load cells display the mass for the weight force.
         factor = factor_of(f"{unit_text}*g_0", kind, "")
         return Scale(factor, f"{unit_text} {where}, as the weight of that mass")
     try:
@@ -244,7 +247,7 @@ def _calibrated(column: Named, role: str, unit: str | None, calibration: object)
     kind = KINDS[role]
     example = f'"10 {kind.usual[1]}/V"'
     if isinstance(calibration, str) and _NUMBER.fullmatch(calibration):
-        calibration = float(calibration)  # on the command line all is text
+        calibration = float(calibration)  # command-line values are text
     if isinstance(calibration, (int, float)) and not isinstance(calibration, bool):
         if fits(unit, kind):
             raise ValueError(
@@ -260,7 +263,7 @@ def _calibrated(column: Named, role: str, unit: str | None, calibration: object)
             )
         factor_text = f"{match[1]} {match[2]}"
         if unit is None:
-            # What the factor is per is what the column counts in.
+            # The denominator of the factor is the unit of the column.
             unit = match[2].rpartition("/")[2].strip() if "/" in match[2] else None
         try:
             per = Decimal(1) if unit is None else _own_factor(unit)
@@ -281,14 +284,14 @@ def _calibrated(column: Named, role: str, unit: str | None, calibration: object)
 
 
 def _own_factor(unit: str) -> Decimal:
-    """SI value of one of a unit, whatever its dimension."""
+    """Return the SI value of a unit of any dimension."""
     return factor_of(
         unit, Kind("number", unit, (unit,)), f'wanted a unit, got "{shorten(unit, 24)}"'
     )
 
 
 def zero_of(zero: object, role: str, values: Floats) -> tuple[float, str]:
-    """The value that is zero, in SI units, and what the notes say of it."""
+    """Return the zero of a column in SI units, and its description for the notes."""
     kind = KINDS[role]
     if zero is None:
         return 0.0, ""
@@ -313,14 +316,14 @@ def zero_of(zero: object, role: str, values: Floats) -> tuple[float, str]:
 
 
 def sign_of(sign: object, role: str) -> int:
-    """1 or -1."""
+    """Validate a sign: 1 or -1."""
     if sign in (1, -1) and not isinstance(sign, bool):
         return int(sign)
     raise ValueError(f"{role}: wanted a sign 1 or -1, got {quote(sign)}")
 
 
 def by_role(name: str, option: object, example: str) -> Mapping[str, Any]:
-    """A mapping whose keys are parts of a record."""
+    """Validate a mapping from quantities of a record to values."""
     if option is None:
         return {}
     if not isinstance(option, Mapping):

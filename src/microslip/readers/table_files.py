@@ -1,4 +1,4 @@
-"""Tables of columns in files of any known format."""
+"""Tables of columns in files of any supported format."""
 
 from __future__ import annotations
 
@@ -22,25 +22,25 @@ READERS: Mapping[str, Callable[[Path], Table]] = {
     "excel": laboratory.excel_table,
     "text": text.table,
 }
-"""Readers of the columns of a file, by its format."""
+"""Readers of columns by file format."""
 
 
 def read_table(path: Path, noun: str, file_format: object = None) -> Table:
-    """Read the table in a file, of the given format or the one that its content shows.
+    """Read the table in a file, with the given format or the one detected from its content.
 
     Parameters
     ----------
     path : Path
         The file.
     noun : str
-        Content that is wanted, for messages, such as ``"a record"``.
+        Expected content, for messages, such as ``"a record"``.
     file_format : str, optional
         Key of :data:`READERS`.
 
     Raises
     ------
     ValueError
-        An unknown format, an empty file, or a file of no known format.
+        If the format is unknown or not recognised, or the file is empty.
     """
     head = head_of(path)
     if file_format is not None:
@@ -52,7 +52,7 @@ def read_table(path: Path, noun: str, file_format: object = None) -> Table:
     kind = kind_of(head, path.suffix.lower())
     if kind is None:
         raise ValueError(
-            "wanted text, Excel, MAT, TDMS, HDF5, Parquet, JSON, UFF or NumPy's, got "
+            "wanted text, Excel, MAT, TDMS, HDF5, Parquet, JSON, UFF or NumPy files, got "
             f"{foreign_kind(head)}; save {noun} as CSV"
         )
     return READERS[kind](path)

@@ -1,4 +1,4 @@
-"""Columns of a file before they are read: names and units, the choice, numbers in SI units."""
+"""Columns of a file before loading: names, units and selection, and scaling of loaded numbers."""
 
 from __future__ import annotations
 
@@ -14,37 +14,37 @@ from microslip._core.units import Kind, QuantityError, factor_of, is_unit
 from microslip._core.wording import did_you_mean, quote, quoted, shorten
 from microslip.readers.files import refuse_beyond
 
-# Text that units are made of, and that is none here.
+# Text in place of a unit that denotes no unit.
 NO_UNITS = {"a.u.", "au", "a. u.", "arb. u.", "-", "–", "1", ""}
 _VALUES = ("data", "value", "values", "samples")
-"""Names of fields that hold the values of a struct, whose own name tells what they are."""
+"""Field names for the values of a struct, which is then named by the struct itself."""
 _FORMS = (
     re.compile(r"(?P<name>.*?)\s*\[(?P<unit>[^][]*)\]"),
     re.compile(r"(?P<name>.*?)\s*\((?P<unit>[^()]*)\)"),
     re.compile(r"(?P<name>.+?)\s*(?:\s/\s?|,\s*|\s+in\s+)(?P<unit>\S+)"),
-    # Slashes are in paths, too.
+    # Slashes also occur in paths.
     re.compile(r"(?P<name>[^/]+)/(?P<unit>[nuµm]?m|[umk]?N|[muµ]?s|sec|m?V)"),
-    # Underscores are in names, too: "F_N" is no force in newtons, but "force_N" is.
+    # Underscores also occur in names: "F_N" is a normal load, but "force_N" a force in newtons.
     re.compile(r"(?P<name>[^\W\d_]{3,}(?:_[^\W_]+)*)_(?P<unit>[NmsV])"),
     re.compile(r"(?P<name>.+)_(?P<unit>[nuµm]m|[umk]N|ms|us|sec|mV)"),
 )
 
 
 def name_and_unit(heading: str) -> tuple[str, str | None]:
-    """Name and unit of a heading such as "Force [N]", "Force (N)", "Force, N" or "Force / N"."""
+    """Split a heading such as "Force [N]", "Force (N)", "Force, N" or "Force / N"."""
     heading = heading.strip()
     for form in _FORMS:
         match = form.fullmatch(heading)
         if match and match["name"].strip():
             unit = unbracketed(match["unit"])
-            # What is in square brackets is a unit, even if an unknown one.
+            # Text in square brackets is a unit, even an unknown one.
             if "[" in heading or is_unit(spelt(unit)):
                 return match["name"].strip(), unit
     return heading, None
 
 
 def unbracketed(cell: str) -> str:
-    """A unit without the brackets around it."""
+    """Return a unit without the brackets around it."""
     cell = cell.strip()
     for pair in ("[]", "()", "<>"):
         if len(cell) > 1 and cell[0] == pair[0] and cell[-1] == pair[1]:
@@ -53,75 +53,75 @@ def unbracketed(cell: str) -> str:
 
 
 def spelt(unit: str) -> str:
-    """A unit as it is known: "Newtons" and "Sec" are, in small letters."""
+    """Return a unit in its known spelling, such as "newtons" for "Newtons"."""
     return unit.lower() if len(unit) > 2 and not is_unit(unit) and is_unit(unit.lower()) else unit
 
 
 def is_only_unit(cell: str) -> bool:
-    """Whether a cell holds a unit or nothing, as in a row of units."""
+    """Return whether a cell contains a unit or nothing, as in a row of units."""
     text = unbracketed(cell)
-    # Text in square brackets is meant as a unit, even if it is unknown.
+    # Text in square brackets is a unit, even an unknown one.
     return cell.startswith("[") or text in ("", "-", "–") or is_unit(text)
 
 
 class Column(NamedTuple):
-    """One column, channel, variable or data set."""
+    """Column, channel, variable or data set of a file."""
 
     heading: str
-    """Name in the file, with its unit where it is there; "" if the file gives none."""
+    """Name in the file, including its unit if given there; "" if there is none."""
     unit: str | None = None
-    """Unit in the file."""
+    """Unit stated by the file."""
     size: int | None = None
-    """Samples, where that is known before they are read."""
+    """Number of samples, if known before loading."""
     rate: float | None = None
-    """Sample rate [Hz] of this column, as the file says."""
+    """Sample rate [Hz] of this column stated by the file."""
     short: str | None = None
-    """Name without the groups or structs that it is in, where there are any."""
+    """Name without its groups or structs, if it has any."""
 
 
 class Stated(NamedTuple):
-    """A number that the file states for all columns."""
+    """Number stated by the file for all columns."""
 
     value: float
-    """In SI units."""
+    """Value in SI units."""
     where: str
     """Name in the file."""
 
 
 @dataclass(frozen=True)
 class Table:
-    """The columns of one file."""
+    """Columns of one file."""
 
-    kind: str  # what the file is and how it was understood, for the notes
-    columns: tuple[Column, ...]  # in the order of the file
+    kind: str  # kind and layout of the file, for the notes
+    columns: tuple[Column, ...]  # in file order
     load: Callable[[Sequence[int]], list[Floats]]
-    """Values of the columns at these places, as fresh arrays."""
+    """Load the columns at these indices as new arrays."""
     where: Callable[[int], str] = lambda row: f"sample {row}"
-    """Name of the row of this index, such as "line 12"."""
+    """Name the row of this index, such as "line 12"."""
     stated: Mapping[str, Stated] = field(default_factory=dict)
-    """Numbers that the file states besides, such as "sample_rate" [Hz]."""
+    """Other numbers stated by the file, such as "sample_rate" [Hz]."""
 
 
 def refuse_long(columns: Iterable[Column]) -> None:
-    """Refuse columns of more samples than are allowed, before they are read."""
+    """Raise an InputError if columns have more samples than allowed."""
     refuse_beyond(sum(column.size or 0 for column in columns))
 
 
 class Named(NamedTuple):
-    """A column with its name and unit told apart."""
+    """Column with separate name and unit."""
 
     place: int
     heading: str
     name: str
     short: str
-    """Without the groups or structs that it is in."""
+    """Name without its groups or structs."""
     unit: str | None
     where: str
-    """Place of the unit."""
+    """Source of the unit."""
 
 
 def understood(columns: Sequence[Column]) -> list[Named]:
-    """Names and units of columns, which many a heading has in one text."""
+    """Separate names and units of columns."""
     return [_named(place, column) for place, column in enumerate(columns)]
 
 
@@ -139,7 +139,7 @@ def _named(place: int, column: Column) -> Named:
 
 
 def fits(unit: str | None, kind: Kind) -> bool:
-    """Whether a unit is of a kind."""
+    """Return whether a unit is of a kind."""
     if unit is None:
         return False
     try:
@@ -150,7 +150,7 @@ def fits(unit: str | None, kind: Kind) -> bool:
 
 
 def find(columns: Sequence[Named], text: object, role: str = "") -> Named:
-    """The column that somebody named, with or without unit, by the end of a path, or as "#2"."""
+    """Find a column by name, with or without unit, by the end of a path, or by number as "#2"."""
     before = f"`{role}`: " if role else ""
     if not isinstance(text, str) or not text.strip():
         raise InputError(
@@ -169,9 +169,9 @@ def find(columns: Sequence[Named], text: object, role: str = "") -> Named:
         if len(alike) == 1:
             return alike[0]
         if alike:
-            text = unmistakable(alike[0], columns)
+            text = unique_name(alike[0], columns)
             raise InputError(
-                f'{before}{len(alike)} columns are called "{shorten(query, 40)}", '
+                f'{before}{len(alike)} columns have the name "{shorten(query, 40)}", '
                 f"{headings(alike)}; write " + (f'`{role}="{text}"`' if role else f'"{text}"')
             )
     hint = did_you_mean(query, dict.fromkeys(n for c in columns for n in (c.name, c.heading)))
@@ -180,7 +180,7 @@ def find(columns: Sequence[Named], text: object, role: str = "") -> Named:
 
 
 def listed(columns: Sequence[Named]) -> str:
-    """All columns, for a message."""
+    """List all columns, for a message."""
     if all(c.heading.startswith("#") for c in columns):
         return f"the columns have no names; they are {headings(columns[:20])}"
     suffix = f" and {len(columns) - 20} more" if len(columns) > 20 else ""
@@ -188,22 +188,22 @@ def listed(columns: Sequence[Named]) -> str:
 
 
 def headings(columns: Sequence[Named]) -> str:
-    """Headings in a row, for a message."""
+    """List headings, for a message."""
     return quoted((c.heading for c in columns), "and")
 
 
-def unmistakable(column: Named, columns: Sequence[Named]) -> str:
-    """Spelling of a column that no other column shares."""
+def unique_name(column: Named, columns: Sequence[Named]) -> str:
+    """Return a spelling of a column that is unique in the file."""
     alike = [c for c in columns if c.heading == column.heading]
     return f"#{column.place + 1}" if len(alike) > 1 else shorten(column.heading, 40)
 
 
 def scale(values: Floats, factor: Decimal) -> None:
-    """Multiply in place, with one rounding wherever the factor is a power of ten."""
+    """Multiply in place, with a single rounding if the factor is a power of ten."""
     if factor == 1:
         return
     _, digits, exponent = factor.normalize().as_tuple()
-    # 1000 is a double and 0.001 is none.
+    # 1000 is exact as a double, 0.001 is not.
     if digits == (1,) and isinstance(exponent, int) and -22 <= exponent < 0:
         values /= 10.0**-exponent
     else:

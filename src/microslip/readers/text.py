@@ -1,4 +1,4 @@
-"""Text files of numbers: CSV, TSV, TXT and others that laboratories write."""
+"""Numeric text files: CSV, TSV, TXT and other laboratory formats."""
 
 from __future__ import annotations
 
@@ -32,20 +32,20 @@ from microslip.readers.files import refuse_beyond
 from microslip.readers.tables import Column, Stated, Table
 
 MAX_BYTES = 4_000_000_000
-_HEAD = 1 << 18  # bytes in which names and rows begin
-_SHORT_TEXT = 32_000_000  # bytes of what is read at once
-_LINE = 1 << 21  # letters of the longest line, some hundred thousand numbers
-_BLOCK = 1 << 22  # letters that are read at a time: what is wrong costs a closer look at these
+_HEAD = 1 << 18  # bytes within which names and rows must begin
+_SHORT_TEXT = 32_000_000  # largest text that is read at once [bytes]
+_LINE = 1 << 21  # characters of the longest line, some 100 000 numbers
+_BLOCK = 1 << 22  # characters per block: an error costs a cell-by-cell parse of its block
 
 _ENCODINGS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
 _CALLED = {"utf-8": "UTF-8", "utf-8-sig": "UTF-8", "utf-16": "UTF-16", "latin-1": "Latin-1"}
 _STATED = re.compile(r"# (sample_rate|frequency|normal_load) = (\S+) (Hz|N)\s*")
 _QUOTED = r'(?:(?<={0})|^)"([^"\n{0}]*)"(?={0}|$)'  # a cell
-_REMARK = re.compile(r"\s(?:#|%|//).*")  # behind the numbers of a row
+_REMARK = re.compile(r"\s(?:#|%|//).*")  # after the numbers of a row
 
 
 class TextFile(NamedTuple):
-    """A file of text that is understood."""
+    """Text file with a known layout."""
 
     path: Path
     encoding: str
@@ -56,22 +56,22 @@ class TextFile(NamedTuple):
     above: tuple[Line, ...]
     """Lines above the rows."""
     may_end_short: bool = False
-    """Whether the last row may be cut off, as of a rig that was switched off."""
+    """Whether the last row may be cut off, for example by a power failure of the rig."""
 
     @property
     def columns(self) -> tuple[Column, ...]:
-        """Columns by the names and units above the rows, where there are any."""
+        """Columns with the names and units above the rows."""
         units = self.layout.units + (None,) * len(self.layout.names)
         return tuple(map(Column, self.layout.names, units))
 
     @property
     def most_rows(self) -> int:
-        """Lines of the rows: at least as many as rows."""
+        """Number of lines from the first row on: an upper bound for the rows."""
         return self.counts["\n"] + 1
 
     @property
     def kind(self) -> str:
-        """Kind of the file, in words."""
+        """Description of the file and its layout."""
         layout = self.layout
         parts = [
             f"text ({_CALLED[self.encoding]})",
@@ -88,14 +88,14 @@ class TextFile(NamedTuple):
         return ", ".join([*parts, f"rows from line {layout.first + 1} on"])
 
     def load(self, places: Sequence[int]) -> list[Floats]:
-        """Values of the columns at these places, NaN where there is no number."""
+        """Load the columns at these indices, NaN for missing numbers."""
         refuse_beyond(self.most_rows, len(set(places)))
         sorted_places = sorted(set(places))
         values = self.matrix(sorted_places)
         return [np.ascontiguousarray(values[:, sorted_places.index(place)]) for place in places]
 
     def matrix(self, places: list[int] | None = None) -> Floats:
-        """Rows of numbers of these columns, in the order of the file; of all by default."""
+        """Load rows of numbers of these columns, in file order; all columns by default."""
         places = list(range(len(self.layout.names))) if places is None else places
         values = np.empty((self.most_rows, len(places)))
         count = 0
@@ -108,32 +108,32 @@ class TextFile(NamedTuple):
         return values[:count]
 
     def cells(self, place: int) -> Iterator[tuple[int, str]]:
-        """Text of one column, with the line of each row, for numbers that are to stay exact."""
+        """Yield the text of one column with line numbers, for numbers that must stay exact."""
         for block in self._blocks():
             for index, row in _cells(self, block):
                 if row is not None:
                     yield index + 1, row[place]
 
     def no_number(self, line: int, place: int, cell: str) -> ValueError:
-        """Message of a cell that is no number, with its place."""
+        """Return the error for a cell that is not a number, with its position."""
         name = shorten(self.layout.names[place], 40) or f"#{place + 1}"
         hint = ""
         other_sign = "," if self.decimal == "." else "."
         if other_sign in cell and NUMBER[other_sign].fullmatch(cell):
             hint = f' (the decimal sign of the lines above is "{self.decimal}")'
         elif re.fullmatch(r"[+-]?\d{1,3}([,.' ]\d{3})+([.,]\d+)?", cell):
-            hint = " (write numbers without signs between thousands)"
+            hint = " (write numbers without thousands separators)"
         elif re.fullmatch(r"[\d/. -]*\d{1,2}:\d\d(:\d\d([.,]\d+)?)?", cell):
             hint = "; for times of day write `time=False` and `sample_rate=...`"
         return InputError(f'line {line}, column "{name}": wanted a number, got {quote(cell)}{hint}')
 
     def line_of(self, row: int) -> int:
-        """Line of a row, both counted as people do and as arrays do."""
+        """Return the line number, from 1, of the row of this index."""
         rows = (line for block in self._blocks() for line in _rows(self, block))
         return next(islice(rows, row, None))[0] + 1
 
     def _blocks(self) -> Iterator[_Block]:
-        """The rows, some megabytes at a time."""
+        """Yield the rows in blocks of a few megabytes."""
         with _opened(self.path, self.encoding, self.layout.first) as file:
             first, text = self.layout.first, file.read(_BLOCK)
             while text:
@@ -144,16 +144,16 @@ class TextFile(NamedTuple):
 
 
 class _Block(NamedTuple):
-    """Whole lines of a file that follow each other."""
+    """Consecutive whole lines of a file."""
 
     first: int
-    """Index of the first of them."""
+    """Index of the first line."""
     text: str
     is_last: bool
 
 
 def open_text(path: Path, limit: int | None = None) -> TextFile:
-    """Understand how a file of text is laid out."""
+    """Detect the layout of a text file."""
     limit = MAX_BYTES if limit is None else limit
     size = path.stat().st_size
     if size > limit:
@@ -177,7 +177,7 @@ def open_text(path: Path, limit: int | None = None) -> TextFile:
 
 
 def table(path: Path) -> Table:
-    """Columns of a text, and what :meth:`Record.to_csv` states above them."""
+    """Return the columns of a text file and the settings stated above them."""
     file = open_text(path)._replace(may_end_short=True)
     stated = {
         match[1]: Stated(float(match[2]), f"line {line.above + 1}")
@@ -191,14 +191,14 @@ def table(path: Path) -> Table:
 
 
 def _of_labview(file: TextFile, stated: dict[str, Stated]) -> tuple[Column, ...]:
-    """Columns of LabVIEW's .lvm, whose units and time step stand in lines of their own above.
+    """Return the columns of a LabVIEW .lvm file, with units and time step from its header.
 
-    The cells of these stand above the columns; without a column of X the step is the time's.
+    The header cells are aligned with the columns; without an X column the step is the time step.
     """
-    said = {line.text.split("\t", 1)[0].strip(): line for line in file.above}
+    header = {line.text.split("\t", 1)[0].strip(): line for line in file.above}
 
     def cells(name: str) -> list[str]:
-        return split(said[name].text, "\t") if name in said else []
+        return split(header[name].text, "\t") if name in header else []
 
     units, dimensions = cells("Y_Unit_Label"), cells("X_Dimension")
     has_x = cells("X_Columns")[1:2] != ["No"]
@@ -219,7 +219,7 @@ def _of_labview(file: TextFile, stated: dict[str, Stated]) -> tuple[Column, ...]
 
 
 def whole_text(path: Path) -> str:
-    """A short text in whatever encoding it is."""
+    """Read a short text of any supported encoding."""
     with path.open("rb") as file:
         content = file.read(_SHORT_TEXT + 1)
     if len(content) > _SHORT_TEXT:
@@ -227,7 +227,7 @@ def whole_text(path: Path) -> str:
     encoding = _encoding(content[:_HEAD])
     text = content.decode("utf-8-sig" if encoding == "utf-8" else encoding, "replace")
     if "\0" in text:
-        raise ValueError("wanted text, got bytes that are none")
+        raise ValueError("wanted text, got binary data")
     return text
 
 
@@ -238,14 +238,14 @@ def _encoding(head: bytes) -> str:
     try:
         head.decode("utf-8")
     except UnicodeDecodeError as error:
-        # A letter of several bytes may be cut by the end of what was read.
+        # The end of the head may cut a multi-byte character.
         if error.start < len(head) - 4 or len(head) < _HEAD:
             return "latin-1"
     return "utf-8"
 
 
 def _lines(path: Path, encoding: str, cut: bool) -> list[Line]:
-    """The lines of the head of a file."""
+    """Return the lines in the head of a file."""
     lines: list[Line] = []
     size = 0
     with _opened(path, encoding) as file:
@@ -257,8 +257,8 @@ def _lines(path: Path, encoding: str, cut: bool) -> list[Line]:
 
 @contextmanager
 def _opened(path: Path, encoding: str, first: int = 0) -> Iterator[IO[str]]:
-    """A text at its line of this index."""
-    # What is not in the encoding is no number either: it is met where it is read.
+    """Open a text file and skip to the line of this index."""
+    # Undecodable bytes are never part of a number: the parser reports them.
     with path.open(encoding=encoding, errors="replace") as file:
         for _ in range(first):
             _line(file)
@@ -266,11 +266,11 @@ def _opened(path: Path, encoding: str, first: int = 0) -> Iterator[IO[str]]:
 
 
 def _line(file: IO[str]) -> str:
-    """Rest of a line."""
+    """Read the rest of a line."""
     text = file.readline(_LINE)
     if len(text) >= _LINE:
         raise ValueError(
-            f"wanted lines of numbers, got one of more than {_LINE // 1_000_000} million letters"
+            f"wanted lines of numbers, got one of more than {_LINE // 1_000_000} million characters"
         )
     return text
 
@@ -285,10 +285,10 @@ def _count(path: Path, encoding: str, layout: Layout) -> Counter[str]:
 
 
 def _as_numbers(file: TextFile, block: _Block, places: list[int]) -> Floats | None:
-    """By NumPy, in C; None where a closer look is needed."""
+    """Parse a block with NumPy; return None if it needs a cell-by-cell parse."""
     separator, text = file.layout.separator, block.text
     if '"' in text:
-        # Around what is no separator they say nothing.
+        # Quotation marks around cells without separators are redundant.
         quoted = '"' if separator is None else _QUOTED.format(re.escape(separator))
         text = re.sub(quoted, "" if separator is None else r"\1", text, flags=re.MULTILINE)
     if not text.isascii() or any(sign in text for sign in '"#'):
@@ -303,7 +303,7 @@ def _as_numbers(file: TextFile, block: _Block, places: list[int]) -> Floats | No
     width = file.layout.width
     if separator is not None and any(line.count(separator) != width - 1 for line in lines):
         return None
-    # Without separators to count, all columns are read, and NumPy sees a row that is too long.
+    # Without separators to count, all columns are read, so that NumPy detects overlong rows.
     columns = None if separator is None else places
     values = _loaded(lines, separator, columns)
     if separator is not None:
@@ -322,9 +322,9 @@ def _loaded(lines: list[str], separator: str | None, columns: list[int] | None) 
 
 
 def _cell_by_cell(file: TextFile, block: _Block, places: list[int]) -> Floats:
-    """With an error that names line and column."""
+    """Parse a block cell by cell, with an error that names line and column."""
     is_number = NUMBER[file.decimal].fullmatch
-    missing = {""}  # cells that stand for no number, of which many are alike
+    missing = {""}  # known cells that denote missing numbers
     rows = []
     for index, row in _cells(file, block):
         values = []
@@ -342,13 +342,13 @@ def _cell_by_cell(file: TextFile, block: _Block, places: list[int]) -> Floats:
 
 
 def _cells(file: TextFile, block: _Block) -> Iterator[tuple[int, list[str] | None]]:
-    """Index of the line and cells of each row; None for cells of a row that holds nothing."""
+    """Yield line index and cells of each row; None for the cells of an empty row."""
     layout = file.layout
     width = len(layout.names)
     short: ValueError | None = None
     last = 0
     for index, text in _rows(file, block):
-        if short is not None:  # it was not the last one
+        if short is not None:  # the short row was not the last one
             raise short
         cells = split(text, layout.separator)
         if not any(cells):
@@ -372,7 +372,7 @@ def _cells(file: TextFile, block: _Block) -> Iterator[tuple[int, list[str] | Non
 
 
 def _is_cut(file: TextFile, cells: Sequence[str]) -> bool:
-    """Whether the rest of a row are numbers, the last of them perhaps cut, too."""
+    """Return whether a short row contains only numbers, the last one possibly cut."""
     number = NUMBER[file.decimal].fullmatch
     complete = (number(with_hyphen(cell)) or is_missing(cell) for cell in cells[:-1])
     last = with_hyphen(cells[-1]).rstrip("eE+-.,")
@@ -380,7 +380,7 @@ def _is_cut(file: TextFile, cells: Sequence[str]) -> bool:
 
 
 def _rows(file: TextFile, block: _Block) -> Iterator[tuple[int, str]]:
-    """Lines that hold a row, with their indices, without remarks behind their numbers."""
+    """Yield indices and text of the rows, without remarks after their numbers."""
     remarks = file.layout.separator is None and any(sign in block.text for sign in "#%/")
     for index, text in enumerate(block.text.split("\n"), start=block.first):
         if text.strip() and not is_comment(text):

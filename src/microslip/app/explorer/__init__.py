@@ -1,1 +1,1 @@
-"""A page on which a joint can be explored; the browser computes."""
+"""Interactive page that computes a joint in the browser."""

@@ -1,4 +1,4 @@
-"""The page of the explorer: its script with the tables and limits of the package in it."""
+"""Page of the explorer: script with the tables and limits of the package."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _NODES = 20
 def _input(
     key: str, group: str, declared: Number, start: float, ends: tuple[float, float]
 ) -> dict[str, Any]:
-    """A number that can be chosen, as its class declares it; where its slider ends [SI]."""
+    """Return an input field for a declared number; ``ends`` of the slider are in SI units."""
     scale, unit = declared.written_unit(start)
     low = declared.least if math.isfinite(declared.least) else declared.above
     return {
@@ -42,7 +42,7 @@ def _input(
         "scale": scale,
         "start": start,
         "range": ends,
-        # Ends that a number may not have itself lie just outside of what a box takes.
+        # Excluded bounds are replaced by the nearest admissible number.
         "valid": (
             math.nextafter(max(low, -LARGEST), math.inf) if low else SMALLEST,
             min(declared.most, declared.below, LARGEST),
@@ -52,7 +52,7 @@ def _input(
 
 
 def _inputs() -> Iterator[dict[str, Any]]:
-    """Inputs of the explorer; they begin as the worked example of the chapter's joint."""
+    """Yield the inputs of the explorer; defaults are the chapter's worked example."""
     modulus, ratio = (parameter_of(Material, name) for name in ("young_modulus", "poisson_ratio"))
     for number, group in ((1, "first"), (2, "second")):
         yield _input(f"e{number}", group, modulus, 69e9, (1e9, 500e9))
@@ -74,7 +74,7 @@ INPUTS = tuple(_inputs())
 
 
 def law_script() -> str:
-    """The joint in closed form as JavaScript, with the tables of the kernel."""
+    """Return the joint in closed form as JavaScript, with the tables of the kernel."""
     nodes, weights = gauss_legendre(_NODES)
     rules = {
         rule.name: {"watch": rule.watch, "outside": rule.outside, "meaning": rule.meaning}
@@ -98,7 +98,7 @@ def law_script() -> str:
 
 
 def page() -> str:
-    """The whole page: HTML that needs a browser and nothing else."""
+    """Return the complete, self-contained HTML page."""
     table = {
         metal.name: {
             "description": metal.description,
@@ -125,7 +125,7 @@ def _script(name: str) -> str:
 
 
 def _constants(values: Mapping[str, object]) -> str:
-    """Constants as JavaScript that cannot close the script it stands in."""
+    """Return constants as JavaScript that cannot close its script element."""
     lines = []
     for name, value in values.items():
         text = json.dumps(value, ensure_ascii=False, separators=(",", ":")).replace("</", "<\\/")

@@ -1,1 +1,1 @@
-"""The joint as an element of other harmonic-balance codes."""
+"""Joints as elements of other harmonic-balance codes."""

@@ -1,4 +1,4 @@
-"""Nodes of a field that slip and open, as elements of other solvers."""
+"""Contact nodes that slip and open, as elements of other solvers."""
 
 from __future__ import annotations
 
@@ -13,31 +13,31 @@ from microslip.friction.vector_cycles import SETTLED
 
 
 class ContactNodes:
-    """The nodes of a field under tangential displacements and the opening of the contact.
+    """Nodes of a field under tangential displacements and the opening of the contact.
 
-    Motions and forces of a node stand in the order tangential, [tangential,] opening. An opening of
-    zero is where the field was defined: at its gaps, or else where it rests. All nodes are one
-    compiled call.
+    Motions and forces of a node are ordered tangential, [tangential,] opening. An opening of zero
+    is the configuration in which the field was defined: at its gaps, or at rest if it has none. All
+    nodes are evaluated in one compiled call.
 
     Parameters
     ----------
     field : JointField
         The nodes.
     directions : int
-        Directions of a node [-]: 2, then there are no samples, or 3.
+        Directions per node [-]: 2, evaluated without samples, or 3.
     sliders, nearest : optional
-        As of :meth:`microslip.JointField.two_directions`, for three directions.
+        See :meth:`microslip.JointField.two_directions`, for three directions.
     balanced : bool
-        Whether the load at an opening of zero is taken off.
+        Whether the load at zero opening is subtracted.
     tolerance : float, optional
         Error of the settled forces over the force limit [-], for three directions.
 
     Attributes
     ----------
     converged : ndarray of bool
-        Whether each node of the last call of :meth:`harmonics` has settled, shape (nodes,).
+        Whether each node settled in the last call of :meth:`harmonics`, shape (nodes,).
     residual : ndarray
-        Estimated distance of its forces from those of the limit cycle [N], shape (nodes,).
+        Estimated distance of the forces from the limit cycle [N], shape (nodes,).
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class ContactNodes:
         self._tolerance = positive("tolerance", tolerance, example=SETTLED)
         self.converged, self.residual = np.ones(field.size, dtype=bool), np.zeros(field.size)
         self._zero = field.separations if field.gaps is None else field.gaps
-        self._taken_off = field.load(self._zero)[0] if balanced else np.zeros(field.size)
+        self._preload = field.load(self._zero)[0] if balanced else np.zeros(field.size)
         self.rest_at(np.zeros((field.size, directions)))
 
     def rest_at(self, motion: Floats) -> None:
@@ -65,22 +65,19 @@ class ContactNodes:
 
     @property
     def resolution(self) -> Floats:
-        """Resolution of motion in two directions [m]; zeros where there are no sliders."""
+        """Smallest resolved tangential amplitude [m], shape (nodes,); zero without sliders."""
         if self.directions == 2:
             return np.zeros(self.field.size)
         return np.asarray(self._law.resolution)
 
     def harmonics(self, motion: Floats, numbers: list[int], samples: int) -> tuple[Floats, Floats]:
-        """Coefficients of settled forces [N] (nodes, directions, coefficients), and derivatives.
+        """Return coefficients of the settled forces [N] and their Jacobian [N/m].
 
-        The motion [m] has that shape, the Jacobian [N/m] (nodes, directions, directions,
-        coefficients, coefficients). Only three directions take samples.
+        Motion [m] and forces have the shape (nodes, directions, coefficients), the Jacobian (nodes,
+        directions, directions, coefficients, coefficients). Only three directions use ``samples``.
         """
         if 0 not in numbers:
-            raise InputError(
-                f"harmonics of a contact must begin with the mean, 0, got {numbers}: "
-                "it holds the separation"
-            )
+            raise InputError(f"harmonics of a contact must begin with the mean, 0, got {numbers}")
         separations = motion[:, -1].copy()
         separations[:, 0] += self._zero
         place = motion[:, :-1].copy()
@@ -99,14 +96,15 @@ class ContactNodes:
             tangential = found[0]
         self.converged, self.residual = found.converged, found.residual
         force, jacobian = np.concatenate((tangential, -found[1][:, None]), axis=1), found[2]
-        force[:, -1, 0] += self._taken_off
+        force[:, -1, 0] += self._preload
         jacobian[:, -1] *= -1.0
         return force, jacobian
 
     def step(self, motion: Floats, slides_freely: bool = False) -> tuple[Floats, Floats]:
-        """Forces [N] of a trial (nodes, directions), and tangents [N/m] (nodes, directions twice).
+        """Return trial forces [N], shape (nodes, directions), and their tangents [N/m].
 
-        Without friction where they slide freely; then there is nothing to commit.
+        The tangents have the shape (nodes, directions, directions). With ``slides_freely`` there is
+        no friction, and no trial to commit.
         """
         force = np.zeros(motion.shape)
         tangent = np.zeros((*motion.shape, self.directions))
@@ -119,17 +117,17 @@ class ContactNodes:
                 place = place[:, 0]
             pulled, load, slopes = self._state.try_(place, separations=separations)
             force[:, :-1], tangent = pulled.reshape(len(pulled), -1), slopes.copy()
-        force[:, -1] = self._taken_off - load
+        force[:, -1] = self._preload - load
         tangent[:, -1] *= -1.0
         return force, tangent
 
     def commit(self) -> None:
-        """Make the last trial part of the history."""
+        """Commit the last trial."""
         self._state.commit()
 
 
 def contact_field(law: Any) -> Any:
-    """A field of one node that stands where an Interface does; anything else as it is."""
+    """Return a field of one node for an Interface; return anything else unchanged."""
     if not isinstance(law, Interface):
         return law
     options: dict[str, Any] = {"areas": [1.0], "surface_area": 1.0}

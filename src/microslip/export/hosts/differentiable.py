@@ -1,6 +1,6 @@
-"""Forces, harmonics and energies of a law with their derivatives, as JAX and PyTorch take them.
+"""Forces, harmonics and energies of a law with derivatives, for JAX and PyTorch.
 
-Derivatives by displacements are the tangents of the branches, those by parameters
+Derivatives by displacements are the tangents of the branches; derivatives by parameters come from
 :meth:`microslip.BackboneLaw.parameter_derivatives`.
 """
 
@@ -17,15 +17,15 @@ from microslip._core.checks import Floats
 from microslip.friction import BackboneLaw
 from microslip.friction.memory import Memory
 
-Answer = tuple[Floats, Floats, Floats]
-"""A result, and its derivatives by parameters and by displacements, along last axes."""
+Derivatives = tuple[Floats, Floats, Floats]
+"""Value, its derivatives by parameters, and its derivatives by displacements, along last axes."""
 
-Question = Callable[[BackboneLaw, Floats, list[str]], Answer]
-"""Quantity of a law at a place [m], and the parameters to derive it by."""
+Quantity = Callable[[BackboneLaw, Floats, list[str]], Derivatives]
+"""Function of a law, displacements [m] and parameter names that returns an :data:`Derivatives`."""
 
 
-def force(law: BackboneLaw, x: Floats, names: list[str]) -> Answer:
-    """Forces [N] along a history from rest."""
+def force(law: BackboneLaw, x: Floats, names: list[str]) -> Derivatives:
+    """Forces [N] along a displacement history from rest."""
     by = law.parameter_derivatives("force", x, names)
     tree = Memory().tree(x)
     parent: NDArray[np.int64] = tree.parent
@@ -36,31 +36,31 @@ def force(law: BackboneLaw, x: Floats, names: list[str]) -> Answer:
     return law.force(x), _columns(by, names, x.shape), slopes
 
 
-def settled(numbers: tuple[int, ...], rest: Any) -> Question:
-    """Coefficients of the settled force [N] of those of the displacement."""
+def settled(numbers: tuple[int, ...], rest: Any) -> Quantity:
+    """Return the function for coefficients of the settled force [N]."""
     options: dict[str, Any] = {"harmonics": numbers, "rest": rest}
 
-    def answer(law: BackboneLaw, c: Floats, names: list[str]) -> Answer:
+    def evaluate(law: BackboneLaw, c: Floats, names: list[str]) -> Derivatives:
         by = law.parameter_derivatives("harmonics", c, names, **options)
         response, jacobian = law.harmonics(c, **options)
         return response, _columns(by, names, c.shape), jacobian
 
-    return answer
+    return evaluate
 
 
-def dissipated_energy(law: BackboneLaw, a: Floats, names: list[str]) -> Answer:
-    """Energy of a closed cycle [J] of one amplitude."""
+def dissipated_energy(law: BackboneLaw, a: Floats, names: list[str]) -> Derivatives:
+    """Energy of a closed cycle [J] at one amplitude [m]."""
     by = law.parameter_derivatives("dissipated_energy", a, names)
     slope = law._energy_slope(a.reshape(1)).reshape(())
     return np.asarray(law.dissipated_energy(a)), _columns(by, names, ()), slope
 
 
-def ask(
-    make: Callable[..., BackboneLaw], question: Question, names: list[str], values: Any, place: Any
-) -> Answer:
-    """The answer at values of the parameters."""
+def evaluated(
+    make: Callable[..., BackboneLaw], quantity: Quantity, names: list[str], values: Any, place: Any
+) -> Derivatives:
+    """Evaluate a quantity of the law for parameter values."""
     law = make(**dict(zip(names, np.asarray(values, dtype=float).tolist(), strict=True)))
-    result, by_parameter, by_place = question(law, np.array(place, dtype=float), names)
+    result, by_parameter, by_place = quantity(law, np.array(place, dtype=float), names)
     return tuple(np.asarray(part, dtype=float) for part in (result, by_parameter, by_place))  # type: ignore[return-value]
 
 
@@ -69,27 +69,28 @@ def _columns(by: Mapping[str, Any], names: list[str], shape: tuple[int, ...]) ->
 
 
 class DifferentiableLaw:
-    """Common base of the joints of JAX and of PyTorch.
+    """Base class of the joints for JAX and PyTorch.
 
     Parameters
     ----------
     make : callable
-        Makes the law of parameters by their names, such as ``lambda std, normal_load:
-        Interface(...)``; names are those of :meth:`microslip.BackboneLaw.parameter_derivatives`.
+        Function that returns the law for named parameters, such as ``lambda std, normal_load:
+        Interface(...)``; the names of :meth:`microslip.BackboneLaw.parameter_derivatives` are
+        accepted.
 
     Notes
     -----
-    Each function takes a mapping of parameters first. Calls are not batched: ``vmap`` asks for one
-    after the other.
+    The first argument of each function is a mapping of parameters. Calls are not batched: ``vmap``
+    evaluates them one after the other.
     """
 
     def __init__(self, make: Callable[..., BackboneLaw]) -> None:
         self.make = make
 
     def force(self, parameters: Mapping[str, Any], displacement: Any) -> Any:
-        """Forces [N] along a history of displacements [m] from rest, one-dimensional.
+        """Forces [N] along a one-dimensional displacement history [m] from rest.
 
-        The derivative by the displacements is a matrix of samples by samples.
+        The derivative by the displacements has the shape (samples, samples).
         """
         return self._call(force, parameters, displacement)
 
@@ -100,12 +101,12 @@ class DifferentiableLaw:
         harmonics: tuple[int, ...] = (0, 1),
         rest: Any = 0.0,
     ) -> Any:
-        """Coefficients of the settled force [N] from those of the displacement [m]."""
+        """Coefficients of the settled force [N] from coefficients of the displacement [m]."""
         return self._call(settled(harmonics, rest), parameters, coefficients)
 
     def dissipated_energy(self, parameters: Mapping[str, Any], amplitude: Any) -> Any:
-        """Energy of a closed cycle [J] of one amplitude [m]."""
+        """Energy of a closed cycle [J] at one amplitude [m]."""
         return self._call(dissipated_energy, parameters, amplitude)
 
-    def _call(self, question: Question, parameters: Mapping[str, Any], x: Any) -> Any:
+    def _call(self, quantity: Quantity, parameters: Mapping[str, Any], x: Any) -> Any:
         raise NotImplementedError

@@ -1,6 +1,6 @@
-"""Joints in JAX: forces, harmonics and energies with exact derivatives, under jit, grad and vmap.
+"""Joints in JAX: forces, harmonics and energies with exact derivatives under jit, grad and vmap.
 
-The numbers come from the compiled kernel by callbacks.
+JAX calls the compiled kernel through ``pure_callback``.
 """
 
 from __future__ import annotations
@@ -12,17 +12,17 @@ import jax
 import jax.numpy as jnp
 
 from microslip._core.errors import InputError
-from microslip.export.hosts.differentiable import DifferentiableLaw, Question, ask
+from microslip.export.hosts.differentiable import DifferentiableLaw, Quantity, evaluated
 
 
 class DifferentiableJoint(DifferentiableLaw):
-    """A law that is made of parameters, as functions of JAX, which must compute with 64 bits."""
+    """Law made from parameters, as functions of JAX, which must use 64-bit numbers."""
 
-    def _call(self, question: Question, parameters: Mapping[str, Any], x: Any) -> Any:
+    def _call(self, quantity: Quantity, parameters: Mapping[str, Any], x: Any) -> Any:
         if not jax.config.jax_enable_x64:
             raise InputError(
-                "JAX must compute with 64 bits, which the forces of microslip need: "
-                'write jax.config.update("jax_enable_x64", True) before all else'
+                "JAX must use 64-bit numbers; write "
+                'jax.config.update("jax_enable_x64", True) before any other call of JAX'
             )
         names = sorted(parameters)
         values = jnp.stack([jnp.asarray(parameters[name], dtype=float) for name in names])
@@ -33,7 +33,7 @@ class DifferentiableJoint(DifferentiableLaw):
             kinds = tuple(jax.ShapeDtypeStruct(shape, jnp.float64) for shape in shapes)
 
             def answer(p: Any, at: Any) -> Any:
-                parts = ask(self.make, question, names, p, at)
+                parts = evaluated(self.make, quantity, names, p, at)
                 return parts if derivatives else parts[0]
 
             return jax.pure_callback(

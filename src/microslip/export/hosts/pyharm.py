@@ -1,12 +1,13 @@
-"""Elements for pyHarm: a joint in one direction, in two, and contacts with their normal.
+"""Elements for pyHarm: joints in one and two directions, and contacts with a normal direction.
 
-pyHarm finds them by its entry points; ``pyHarm.extension.load("microslip")`` registers them, or
-``Maestro({"plugin": microslip.export.hosts.pyharm.elements(), ...})``. A connector reads::
+pyHarm finds the elements by its entry points; register them with
+``pyHarm.extension.load("microslip")`` or
+``Maestro({"plugin": microslip.export.hosts.pyharm.elements(), ...})``. An example of a connector::
 
     {"type": "microslip_joint", "connect": {"beam": [3], "GROUND": [3]}, "dirs": [0], "law": joint}
 
-Displacements are those of the first node less those of the second. The extra ``pyharm`` installs
-pyHarm, whose import takes seconds.
+Relative displacements are those of the first node minus those of the second. The extra ``pyharm``
+installs pyHarm, whose import takes seconds.
 """
 
 from __future__ import annotations
@@ -25,17 +26,17 @@ from microslip.friction.vector_cycles import SETTLED
 
 
 def elements() -> list[type[Any]]:
-    """All elements, as pyHarm's loader of extensions asks for them."""
+    """Return all element classes, as the extension loader of pyHarm expects."""
     return [JointElement, PlanarJointElement, ContactElement]
 
 
 class _Element(NodeToNodeElement):  # type: ignore[misc]
-    """Common base of the elements: coefficients of motion and force, and their Jacobian.
+    """Base class of the elements: coefficients of motion and force, and their Jacobian.
 
     Attributes
     ----------
     length : float
-        Length [m] that pyHarm's displacements count in.
+        Characteristic length [m] of pyHarm's displacements.
     """
 
     directions: ClassVar[tuple[int, ...]]
@@ -66,19 +67,19 @@ class _Element(NodeToNodeElement):  # type: ignore[misc]
         self.flag_AFT = True
 
     def read_law(self, law: Any) -> None:
-        """Keep the law of the connector's data."""
+        """Store the law given in the connector's data."""
         self.law: Any = law
 
     def response(self, motion: Floats) -> tuple[Floats, Floats]:
-        """Forces [N] (directions, coefficients) of a motion [m] of that shape, and their Jacobian.
+        """Return forces [N] and Jacobian of a motion [m], shape (directions, coefficients).
 
-        Directions are those of one node after the other. The Jacobian [N/m] is of the shape
-        (nodes, directions of a node twice, coefficients, coefficients); one node needs no axis.
+        Directions are ordered node by node. The Jacobian [N/m] has the shape (nodes, directions,
+        directions, coefficients, coefficients); the first axis may be omitted for one node.
         """
         raise NotImplementedError
 
     def generateIndices(self, expl_dofs: Any) -> None:
-        """Find the degrees of freedom, as pyHarm does pair by pair, and what takes them there."""
+        """Find the degrees of freedom pair by pair and the map to relative displacements."""
         data, pairs = self.data, self._pairs()
         parts = []
         for pair in pairs:
@@ -96,14 +97,14 @@ class _Element(NodeToNodeElement):  # type: ignore[misc]
             self._across[width * i : width * (i + 1), columns] = turned
 
     def _pairs(self) -> list[Any]:
-        """Connection of each pair of nodes, as in pyHarm's own elements."""
+        """Return the connection of each pair of nodes, in the format of pyHarm's own elements."""
         connect = self.data["connect"]
         sides = list(connect.items()) if isinstance(connect, dict) else list(connect)
         lengths = {len(nodes) for sub, nodes in sides if sub != "GROUND"}
         if lengths != {self._count}:
             raise InputError(
-                f"connect must list {self._count} node(s) a side for {self.factory_keyword}, got "
-                f"{connect}"
+                f"connect must list {self._count} node(s) on each side for "
+                f"{self.factory_keyword}, got {connect}"
             )
         pairs = [
             [(sub, [nodes[i if sub != "GROUND" else 0]]) for sub, nodes in sides]
@@ -112,13 +113,13 @@ class _Element(NodeToNodeElement):  # type: ignore[misc]
         return [dict(pair) for pair in pairs] if isinstance(connect, dict) else pairs
 
     def adim(self, lc: float, wc: float) -> None:
-        """Count displacements in a characteristic length; forces stay forces."""
+        """Scale displacements by a characteristic length; forces are not scaled."""
         self.length *= lc
         self.flag_adim = True
         self._known = None
 
-    def _solved(self, xg: Floats) -> tuple[Floats, Floats]:
-        """Residual and Jacobian; pyHarm asks for both at one place, one after the other."""
+    def _residual_and_jacobian(self, xg: Floats) -> tuple[Floats, Floats]:
+        """Return residual and Jacobian, cached: pyHarm requests both for one state in turn."""
         x = np.ascontiguousarray(xg[self.indices], dtype=float)
         key = x.tobytes()
         if self._known is None or self._known[0] != key:
@@ -134,22 +135,22 @@ class _Element(NodeToNodeElement):  # type: ignore[misc]
         return self._known[1], self._known[2]
 
     def evalResidual(self, xg: Floats, om: float) -> Floats:
-        """Forces [N] on the degrees of freedom of both nodes."""
-        self.R = self._solved(xg)[0].copy()
+        """Return the forces [N] on the degrees of freedom of both nodes."""
+        self.R = self._residual_and_jacobian(xg)[0].copy()
         return self.R
 
     def evalJacobian(self, xg: Floats, om: float) -> tuple[Floats, Floats]:
-        """Their derivatives by the displacements, and by the frequency, on which none depends."""
-        self.J = self._solved(xg)[1].copy()
+        """Return derivatives by the displacements [N/m], and by the frequency, which are zero."""
+        self.J = self._residual_and_jacobian(xg)[1].copy()
         self.dJdom = np.zeros(len(self.indices))
         return self.J, self.dJdom
 
 
 class JointElement(_Element):
-    """A backbone law in one direction.
+    """Backbone law in one direction.
 
-    Data: ``law``, a backbone law; ``rest``, where the joint began, 0.0 [m] or "mean". There are no
-    samples.
+    Data: ``law``, a backbone law; ``rest``, the initial displacement, 0.0 [m] or "mean". Evaluated
+    without samples.
     """
 
     factory_keyword = "microslip_joint"
@@ -157,20 +158,20 @@ class JointElement(_Element):
     law_kind, law_text = BackboneLaw, "a backbone law"
 
     def read_law(self, law: Any) -> None:
-        """Any backbone law."""
+        """Store the law and its initial displacement."""
         self.law = law
         self.rest = self.data.get("rest", 0.0)
 
     def response(self, motion: Floats) -> tuple[Floats, Floats]:
-        """Harmonics of the settled cycle."""
+        """Return the harmonics of the settled cycle."""
         harmonics = self.law.harmonics(motion[0], self.harmonics, self.rest)
         return harmonics.force[None], harmonics.jacobian[None, None]
 
 
 class PlanarJointElement(_Element):
-    """A joint in two directions at a constant load: sliders of vectors.
+    """Joint in two directions at a constant load, with vector sliders.
 
-    Data: ``law``, an :class:`microslip.IsotropicJoint`; samples are pyHarm's ``nti``.
+    Data: ``law``, an :class:`microslip.IsotropicJoint`. Samples per cycle are pyHarm's ``nti``.
     """
 
     factory_keyword = "microslip_planar_joint"
@@ -178,33 +179,36 @@ class PlanarJointElement(_Element):
     law_kind, law_text = IsotropicJoint, "an IsotropicJoint, such as IsotropicJoint(joint)"
 
     def response(self, motion: Floats) -> tuple[Floats, Floats]:
-        """Harmonics of the settled cycle of both directions."""
+        """Return the harmonics of the settled cycle in both directions."""
         force, jacobian = self.law.harmonics(motion, self.harmonics, samples=self.nti)
         return force, jacobian
 
 
 class ContactElement(_Element):
-    """Contacts that open, close and slip: nodes of a field, all in one compiled call.
+    """Contacts that open, close and slip: nodes of a field, evaluated in one compiled call.
 
-    ``dirs`` names the normal first, then one tangential direction or two; ``connect`` lists as many
-    nodes on both sides as the law has. Data: ``law``, a :class:`microslip.JointField`, or an
-    :class:`microslip.Interface` for one pair of nodes, whose separations are those of no motion
-    (of a field its gaps, if it has any); ``sliders``, 128, and ``nearest`` as of
-    :meth:`microslip.JointField.two_directions`; ``balanced``, whether the load where nothing moves
-    is taken off, True, since the forces that press a joint are rarely in the model; ``tolerance``,
-    1e-6, error of settled forces in two tangential directions over the force limit. The normal
-    displacement opens a contact. One tangential direction takes neither sliders nor samples.
+    ``dirs`` names the normal direction first, then one or two tangential directions; ``connect``
+    lists as many nodes on each side as the law has. A positive normal displacement opens the
+    contact.
+
+    Data: ``law``, a :class:`microslip.JointField`, or an :class:`microslip.Interface` for one pair
+    of nodes, whose separations (for a field its gaps, if it has any) belong to zero displacement;
+    ``sliders``, default 128, and ``nearest``, see :meth:`microslip.JointField.two_directions`;
+    ``balanced``, default True, whether the load at zero displacement is subtracted, since the
+    forces that press a joint are rarely in the model; ``tolerance``, default 1e-6, error of settled
+    forces in two tangential directions over the force limit. One tangential direction uses neither
+    sliders nor samples.
     """
 
     factory_keyword = "microslip_contact"
     directions = 2, 3
     law_kind, law_text = (
         (Interface, JointField),
-        "an Interface, which has a surface, or a JointField",
+        "an Interface or a JointField",
     )
 
     def read_law(self, law: Any) -> None:
-        """The nodes."""
+        """Build the contact nodes."""
         if 0 not in self.harmonics:
             raise InputError("a contact needs the mean: nh must be a number, or begin with 0")
         options = (self.data.get("sliders", 128), self.data.get("nearest"))
@@ -216,7 +220,7 @@ class ContactElement(_Element):
         self._count = self.law.field.size
 
     def response(self, motion: Floats) -> tuple[Floats, Floats]:
-        """Harmonics of the normal and the tangential forces of all nodes."""
+        """Return the harmonics of the normal and tangential forces of all nodes."""
         turned = motion.reshape(self._count, -1, motion.shape[-1])
         order = np.roll(np.arange(turned.shape[1]), 1)
         force, jacobian = self.law.harmonics(np.roll(turned, -1, axis=1), self.harmonics, self.nti)

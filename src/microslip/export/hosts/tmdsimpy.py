@@ -1,8 +1,8 @@
 """Forces for TMDSimPy: laws on local displacements, and fields of contact nodes.
 
-TMDSimPy is not on PyPI; it is fetched by its users. Calls follow its published system; the tests
-make them by a stand-in, and with TMDSimPy where it is installed. Hysteretic forces of theirs begin
-at the mean of a cycle, and so does :class:`JointForce` unless ``rest`` says otherwise.
+TMDSimPy is not on PyPI and must be installed from its repository. The tests use a stand-in with its
+published interface, and TMDSimPy itself where it is installed. Hysteretic forces of TMDSimPy start
+at the mean of a cycle, and so does :class:`JointForce` unless ``rest`` is given.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from microslip.export.hosts.contact_nodes import ContactNodes
 from microslip.friction import BackboneLaw, JointField
 from microslip.friction.vector_cycles import SETTLED
 
-_SPARSE = 0.1  # share of entries below which a matrix is held without its zeros
+_SPARSE = 0.1  # fraction of nonzero entries below which a matrix is stored as sparse
 
 
 class _Force(HystereticForce):  # type: ignore[misc]
-    """Common base: what takes displacements to nodes, and forces and Jacobians back."""
+    """Base class: maps displacements to nodes, and forces and Jacobians back."""
 
     def __init__(self, Q: ArrayLike, T: ArrayLike, nodes: int | None, widths: tuple[int, ...]):
         to_local, to_system = floats("Q", Q), floats("T", T)
@@ -51,20 +51,20 @@ class _Force(HystereticForce):  # type: ignore[misc]
         self.slides_freely = False
 
     def set_prestress_mu(self) -> None:
-        """Leave out friction, as a system asks while it is preloaded."""
+        """Disable friction, as the system requires during preloading."""
         self.slides_freely = True
 
     def reset_real_mu(self) -> None:
-        """Friction again, after the preload."""
+        """Enable friction again after the preload."""
         self.slides_freely = False
 
-    def _moved(self, X: ArrayLike) -> Floats:
-        """Motion of each node [m] at displacements of the system: (nodes, directions, ...)."""
+    def _node_motion(self, X: ArrayLike) -> Floats:
+        """Return the motion of each node [m], shape (nodes, directions, ...)."""
         local = self.Q @ np.asarray(X, dtype=float)
         return np.asarray(local.reshape(-1, self._width, *local.shape[1:]))
 
-    def _turned(self, tangent: Floats) -> Floats:
-        """A tangent of the nodes in those displacements that are touched."""
+    def _to_system(self, tangent: Floats) -> Floats:
+        """Map a tangent of the nodes to the displacements that the contact involves."""
         return np.asarray(self._back @ (tangent @ self._to_nodes).reshape(len(self.Q), -1))
 
     def _settled(self, motion: Floats, numbers: list[int], samples: int) -> tuple[Floats, Floats]:
@@ -74,44 +74,45 @@ class _Force(HystereticForce):  # type: ignore[misc]
         raise NotImplementedError
 
     def force(self, X: ArrayLike, update_hist: bool = False) -> tuple[Floats, Floats]:
-        """Forces [N] at displacements X [m], shape (n,), and their derivatives [N/m], (n, n).
+        """Return forces [N] at displacements X [m], shape (n,), and derivatives [N/m], (n, n).
 
-        Each call starts from the last one that was told to become part of the history.
+        Each call starts from the last call with ``update_hist=True``.
         """
-        force, tangent = self._stepped(self._moved(X), update_hist)
+        force, tangent = self._stepped(self._node_motion(X), update_hist)
         matrix = np.zeros(self.T.shape[:1] * 2)
-        matrix[np.ix_(self._rows, self._columns)] = self._turned(tangent)
+        matrix[np.ix_(self._rows, self._columns)] = self._to_system(tangent)
         return np.asarray(self.T @ force.ravel()), matrix
 
     def aft(
         self, U: ArrayLike, w: float, h: ArrayLike, Nt: int = 128, tol: float = 1e-7,
         calc_grad: bool = True, **_: Any,
     ) -> tuple[Floats, ...]:  # fmt: skip
-        """Coefficients of the settled forces from those of the displacements.
+        """Return coefficients of the settled forces for coefficients of the displacements.
 
         Parameters
         ----------
         U : array_like
-            Coefficients [m], those of all n displacements for the mean, then for cos 1, sin 1, ...
+            Coefficients [m] of all n displacements: the mean, then cos 1, sin 1, ...
         w : float
-            Frequency [rad/s], on which nothing depends.
+            Frequency [rad/s], unused.
         h : array_like of int
             Harmonics, rising.
         Nt : int, optional
-            Samples of a period, which only contacts in three directions take.
+            Samples per period, used only by contacts in three directions.
         tol, ... : optional
-            Arguments of their interface, without a meaning here.
+            Arguments of TMDSimPy's interface, unused.
         calc_grad : bool, optional
-            Whether derivatives come, too.
+            Whether derivatives are computed.
 
         Returns
         -------
         force, jacobian, by_frequency : ndarray
-            Coefficients [N], their derivatives [N/m], and zeros; the first alone without gradients.
+            Coefficients [N], their derivatives [N/m], and zeros; only the first without
+            ``calc_grad``.
         """
         coefficients, n = np.asarray(U, dtype=float), self.Q.shape[1]
         numbers = [int(number) for number in np.asarray(h).tolist()]
-        motion = self._moved(coefficients.reshape((n, -1), order="F"))
+        motion = self._node_motion(coefficients.reshape((n, -1), order="F"))
         force, jacobian = self._settled(motion, numbers, int(Nt))
         count = force.shape[-1]
         out = (self.T @ force.reshape(-1, count)).ravel(order="F")
@@ -120,25 +121,25 @@ class _Force(HystereticForce):  # type: ignore[misc]
         matrix = np.zeros((count, n, count, n))
         for i in range(count):
             for k in range(count):
-                block = self._turned(np.ascontiguousarray(jacobian[..., i, k]))
+                block = self._to_system(np.ascontiguousarray(jacobian[..., i, k]))
                 matrix[i, :, k][np.ix_(self._rows, self._columns)] = block
         return out, matrix.reshape(out.size, -1), np.zeros_like(out)
 
 
 class JointForce(_Force):
-    """Laws of one direction at held loads, one on each local displacement Q x.
+    """Laws of one direction at constant loads, one for each local displacement Q x.
 
     Parameters
     ----------
     Q : array_like
-        Takes displacements of the system to local ones [-], shape (local, n).
+        Map from displacements of the system to local displacements [-], shape (local, n).
     T : array_like
-        Takes local forces to those of the system [-], shape (n, local).
+        Map from local forces to forces of the system [-], shape (n, local).
     law : BackboneLaw, sequence of BackboneLaw, or JointField
-        The law of all of them, one for each, or a field of as many nodes, which is one compiled
-        call.
+        One law for all local displacements, one law for each, or a field with as many nodes, which
+        is evaluated in one compiled call.
     rest : float or "mean", optional
-        Displacement [m] at which the joint began, or the mean of the cycle.
+        Initial displacement of the joint [m], or the mean of the cycle.
     """
 
     def __init__(self, Q: ArrayLike, T: ArrayLike, law: Any, rest: Any = "mean") -> None:
@@ -156,11 +157,11 @@ class JointForce(_Force):
         self.init_history()
 
     def set_aft_initialize(self, X: ArrayLike) -> None:
-        """Let the joints begin at displacements X [m], shape (n,), in place of ``rest``.
+        """Start the joints at displacements X [m], shape (n,), in place of ``rest``.
 
-        A system calls it with what it was preloaded to.
+        The system calls this method with its preloaded state.
         """
-        self.rest = self._moved(X)[:, 0].tolist()
+        self.rest = self._node_motion(X)[:, 0].tolist()
 
     def init_history(self, unlth0: Any = None, h: Any = None) -> None:
         """Put every joint at rest, for :meth:`force`."""
@@ -192,28 +193,28 @@ class JointForce(_Force):
 
 
 class FieldForce(_Force):
-    """A field of contact nodes that slip, open and close: in place of rough-contact elements.
+    """Field of contact nodes that slip, open and close, in place of rough-contact elements.
 
     Parameters
     ----------
     Q : array_like
-        Takes displacements of the system to local ones [-], shape (local, n): of each node one
-        tangential displacement, or two, then the approach of both faces.
+        Map from displacements of the system to local displacements [-], shape (local, n). Each
+        node has one or two tangential displacements, then the approach of the faces.
     T : array_like
-        Takes local forces to those of the system [-], shape (n, local). Where it holds areas
-        [m^2], as a quadrature of tractions has it, ``areas`` of the field are 1.
+        Map from local forces to forces of the system [-], shape (n, local). If it contains
+        areas [m^2], as for a quadrature of tractions, set ``areas`` of the field to 1.
     field : JointField
-        The nodes, of which ``gaps`` are the separations where nothing is displaced.
+        The nodes; their ``gaps`` are the separations at zero displacement.
     sliders, nearest : optional
-        As of :meth:`microslip.JointField.two_directions`, for two tangential directions: cycles
-        smaller than ``resolution`` [m] of each node lose next to nothing, and need more sliders.
-        With one tangential direction there are neither sliders nor samples.
+        See :meth:`microslip.JointField.two_directions`, for two tangential directions: cycles below
+        ``resolution`` [m] dissipate next to nothing, unless there are more sliders. One tangential
+        direction uses neither sliders nor samples.
     balanced : bool, optional
-        Whether the load where nothing is displaced is taken off.
+        Whether the load at zero displacement is subtracted.
     tolerance : float, optional
-        Error of the settled forces over the force limit [-], for two tangential directions. No
-        finite motion is refused: ``nodes.converged`` and ``nodes.residual`` [N] tell, node by
-        node, whether the last call of :meth:`aft` met it.
+        Error of the settled forces over the force limit [-], for two tangential directions. After
+        :meth:`aft`, ``nodes.converged`` and ``nodes.residual`` [N] report for each node whether it
+        was met.
     """
 
     def __init__(
@@ -224,22 +225,22 @@ class FieldForce(_Force):
             raise InputError(f"`field` must be a JointField, got {show(field)}")
         super().__init__(Q, T, field.size, (2, 3))
         self.nodes = ContactNodes(field, self._width, sliders, nearest, balanced, tolerance)
-        self._signs = np.append(np.ones(self._width - 1), -1.0)  # an approach closes
+        self._signs = np.append(np.ones(self._width - 1), -1.0)  # a positive approach closes
 
     @property
     def resolution(self) -> Floats:
-        """Tangential amplitudes [m], one a node, below which sliders dissipate next to nothing."""
+        """Tangential amplitudes [m], shape (nodes,), below which sliders hardly dissipate."""
         return self.nodes.resolution
 
     def _opened(self, motion: Floats) -> Floats:
         return np.asarray(motion * self._signs.reshape(-1, *[1] * (motion.ndim - 2)))
 
     def set_aft_initialize(self, X: ArrayLike) -> None:
-        """Let the nodes rest at displacements X [m], shape (n,), which a preload has led to."""
-        self.nodes.rest_at(self._opened(self._moved(X)))
+        """Put the nodes at rest at displacements X [m], shape (n,)."""
+        self.nodes.rest_at(self._opened(self._node_motion(X)))
 
     def init_history(self, unlth0: Any = None, h: Any = None) -> None:
-        """Put all nodes at rest where nothing is displaced."""
+        """Put all nodes at rest at zero displacement."""
         self.nodes.rest_at(np.zeros((self.nodes.field.size, self._width)))
 
     def _stepped(self, motion: Floats, commit: bool) -> tuple[Floats, Floats]:

@@ -1,7 +1,7 @@
 """Joints in PyTorch: forces, harmonics and energies with exact first derivatives.
 
-They work under ``backward``, ``torch.func.grad``, ``jacrev`` and ``vmap``; the numbers come from
-the compiled kernel.
+``backward``, ``torch.func.grad``, ``jacrev`` and ``vmap`` are supported. Values come from the
+compiled kernel.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from typing import Any
 import torch
 
 from microslip._core.errors import InputError
-from microslip.export.hosts.differentiable import DifferentiableLaw, Question, ask
+from microslip.export.hosts.differentiable import DifferentiableLaw, Quantity, evaluated
 
 _REAL = torch.float64
 
 
 class _Gradients(torch.autograd.Function):  # type: ignore[misc]
-    """Weighted sums of derivatives, which tell that they have none of their own."""
+    """Weighted sums of the derivatives; second derivatives raise an error."""
 
     generate_vmap_rule = True
 
@@ -30,22 +30,22 @@ class _Gradients(torch.autograd.Function):  # type: ignore[misc]
 
     @staticmethod
     def setup_context(ctx: Any, inputs: Any, output: Any) -> None:
-        """Nothing is kept."""
+        """Store nothing."""
 
     @staticmethod
     def backward(ctx: Any, *weights: Any) -> Any:
         raise InputError(
-            "joints of microslip have first derivatives alone: write detach() where those of "
-            "gradients are not meant"
+            "joints of microslip have first derivatives only; call detach() where second "
+            "derivatives are not needed"
         )
 
 
-class _Ask(torch.autograd.Function):  # type: ignore[misc]
-    """A question to the law: its answer, then what the derivatives are made of."""
+class _Evaluate(torch.autograd.Function):  # type: ignore[misc]
+    """Evaluation of a quantity: its value, then its derivatives."""
 
     @staticmethod
-    def forward(values: Any, place: Any, question: Any) -> Any:
-        parts = question(values.detach().cpu().numpy(), place.detach().cpu().numpy())
+    def forward(values: Any, place: Any, quantity: Any) -> Any:
+        parts = quantity(values.detach().cpu().numpy(), place.detach().cpu().numpy())
         return tuple(torch.from_numpy(part.copy()).to(place.device) for part in parts)
 
     @staticmethod
@@ -58,30 +58,30 @@ class _Ask(torch.autograd.Function):  # type: ignore[misc]
         return *_Gradients.apply(weights, *ctx.saved_tensors), None
 
     @staticmethod
-    def vmap(info: Any, in_dims: Any, values: Any, place: Any, question: Any) -> Any:
+    def vmap(info: Any, in_dims: Any, values: Any, place: Any, quantity: Any) -> Any:
         rows = [
             [array] * info.batch_size if axis is None else array.unbind(axis)
             for array, axis in zip((values, place), in_dims[:2], strict=True)
         ]
-        found = [_Ask.apply(*row, question) for row in zip(*rows, strict=True)]
+        found = [_Evaluate.apply(*row, quantity) for row in zip(*rows, strict=True)]
         return tuple(torch.stack(parts) for parts in zip(*found, strict=True)), (0, 0, 0)
 
 
 class DifferentiableJoint(DifferentiableLaw):
-    """A law that is made of parameters, as functions of PyTorch.
+    """Law made from parameters, as functions of PyTorch.
 
-    Numbers are taken and given in 64 bits. Only first derivatives exist: to derive them again is
-    refused. Each call brings its derivatives along, whether they are asked for or not.
+    Inputs and outputs are 64-bit. Only first derivatives exist; second derivatives raise an error.
+    Each call also computes the derivatives.
     """
 
-    def _call(self, question: Question, parameters: Mapping[str, Any], x: Any) -> Any:
+    def _call(self, quantity: Quantity, parameters: Mapping[str, Any], x: Any) -> Any:
         names = sorted(parameters)
         place = torch.as_tensor(x, dtype=_REAL)
         values = torch.stack(
             [torch.as_tensor(parameters[name], dtype=_REAL, device=place.device) for name in names]
         )
 
-        def answer(p: Any, at: Any) -> Any:
-            return ask(self.make, question, names, p, at)
+        def evaluate(p: Any, at: Any) -> Any:
+            return evaluated(self.make, quantity, names, p, at)
 
-        return _Ask.apply(values, place, answer)[0]
+        return _Evaluate.apply(values, place, evaluate)[0]

@@ -178,7 +178,7 @@ def test_any_cycle_settles_in_one_pass(joint, moves) -> None:
         ({"displacement": np.ones(3)}, "displacement must have one row for each of the 96"),
         (
             {"displacement": np.ones(SIZE), "separation": np.ones((SIZE, 2))},
-            "directions must have one shape",
+            "directions must have the same shape",
         ),
         ({"separation": np.ones(SIZE), "normal_load": np.ones(SIZE)}, "not both"),
         ({"displacement": np.full(SIZE, np.nan)}, "displacement must be finite"),

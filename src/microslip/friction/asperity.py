@@ -1,4 +1,4 @@
-"""One asperity: the interface of a sphere, with the tractions and displacements behind its law."""
+"""Single asperity: the interface of a sphere, with its tractions and displacements."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from microslip.friction.memory import Memory
 
 @dataclass(frozen=True, eq=False, init=False, repr=False)
 class Asperity(Interface):
-    """A sphere on a flat under constant normal load, with its fields: Hertz, Cattaneo and Mindlin.
+    """Sphere on a flat under constant normal load, after Hertz, Cattaneo and Mindlin.
 
     Parameters
     ----------
@@ -46,18 +46,18 @@ class Asperity(Interface):
     normal_load : float, optional
         Normal load N [N], above zero.
     indentation : float, optional
-        Indentation s [m] instead, above zero.
+        Indentation s [m], above zero, given instead of the load.
 
     Notes
     -----
     As a law it is the :class:`Interface` of a :class:`SphereOnFlat`: (19.10) and (19.12)-(19.24),
-    corrected and for any record. With q = sqrt(1 - delta_m/delta_L) its cycle costs
-    E_d = (4/5) mu N delta_L (1 - q)^3 (1 + 3 q + q^2), which loses no digit at any amplitude, and
-    4 mu N (delta_m - delta_L) more beyond the slip limit.
+    corrected and for any record. With q = sqrt(1 - delta_m/delta_L) a cycle dissipates
+    E_d = (4/5) mu N delta_L (1 - q)^3 (1 + 3 q + q^2), free of cancellation, and beyond the slip
+    limit 4 mu N (delta_m - delta_L) more.
 
     The fields are those of Cattaneo (1938) and Mindlin (1949, DOI 10.1115/1.4009973). They neglect
-    that slip is not quite along the force, and the coupling of normal and tangential motion in
-    pairs of unlike bodies.
+    the slip across the force, and the coupling of normal and tangential motion for dissimilar
+    bodies.
     """
 
     surface: SphereOnFlat
@@ -84,7 +84,7 @@ class Asperity(Interface):
         separation: float | None = None,
         indentation: float | None = None,
     ) -> Asperity:
-        """The same asperity at another normal load [N], or at another indentation [m]."""
+        """Return the asperity at another normal load [N], separation [m] or indentation [m]."""
         states = {
             "normal_load": normal_load,
             "separation": separation,
@@ -92,17 +92,14 @@ class Asperity(Interface):
         }
         named = [name for name, value in states.items() if value is not None]
         if len(named) != 1:
-            came = " and ".join(named) or "none"
             raise InputError(
-                "normal_load [N], separation [m] or indentation [m] must be given, one of them, "
-                f"got {came}"
+                "one of `normal_load` [N], `separation` [m] and `indentation` [m] must be given, "
+                f"got {' and '.join(named) or 'none'}"
             )
         if separation is not None:
             d = number("separation", separation, "m")
             if d >= 0.0:
-                raise InputError(
-                    f"`separation` must be below zero [m], where the sphere touches, got {d:g}"
-                )
+                raise InputError(f"`separation` must be below zero [m] for contact, got {d:g}")
             indentation = -d
         return Asperity(
             self.pair,
@@ -126,7 +123,7 @@ class Asperity(Interface):
 
     @property
     def indentation(self) -> float:
-        """Indentation s [m] (19.3): how far distant points have come closer since first contact."""
+        """Indentation s [m] (19.3): approach of distant points since first contact."""
         return -self.separation
 
     @cached_property
@@ -136,16 +133,16 @@ class Asperity(Interface):
 
     @cached_property
     def _grade(self) -> float:
-        """Hertz's pressure over the root of a^2 - r^2 [Pa/m]."""
+        """Hertz pressure over sqrt(a^2 - r^2) [Pa/m]."""
         return 2.0 * self.pair.composite_modulus / (math.pi * self.radius)
 
     @cached_property
     def peak_pressure(self) -> float:
-        """Pressure at the centre, 3 N/(2 pi a^2) [Pa]."""
+        """Pressure at the centre 3 N/(2 pi a^2) [Pa]."""
         return self._grade * self.contact_radius
 
     def pressure(self, radius: ArrayLike) -> Any:
-        """Normal pressure p(r) = (2 E*/pi rho) sqrt(a^2 - r^2) (Fig. 19.3).
+        """Compute the normal pressure p(r) = (2 E*/pi rho) sqrt(a^2 - r^2) (Fig. 19.3).
 
         Parameters
         ----------
@@ -162,11 +159,13 @@ class Asperity(Interface):
         return plain(self._grade * np.sqrt(np.maximum(a - r, 0.0) * (a + r)))
 
     def normal_displacement(self, radius: ArrayLike, body: Body | None = None) -> Any:
-        """Normal displacement of the surface [m] by the pressure, inside and outside the contact.
+        """Compute the normal surface displacement [m], inside and outside the contact.
 
-        Distances are as :meth:`pressure` has them. It is the displacement into one ``body``,
-        "first" or "second", against its distant points; by default of both together, which in the
-        contact is s - r^2/2 rho. Another body is an InputError.
+        Distances [m] are as :meth:`pressure` has them. ``body`` is "first" or "second"; the
+        displacement
+        is into the body, relative to its distant points. By default it is the sum of both bodies,
+        which
+        in the contact is s - r^2/2 rho. Another body raises InputError.
 
         Notes
         -----
@@ -182,16 +181,17 @@ class Asperity(Interface):
 
     @cached_property
     def slip_limit(self) -> float:
-        """Displacement delta_L = kappa s = 3 mu N/(16 a G*) [m] at which all slips (19.12)."""
+        """Displacement of full slip delta_L = kappa s = 3 mu N/(16 a G*) [m] (19.12)."""
         return self.slip_per_indentation * self.indentation
 
     def stick_radius(
         self, displacement: ArrayLike | None = None, *, force: ArrayLike | None = None
     ) -> Any:
-        """Radius c [m] of the circle that sticks on first loading (19.9); 0 from the slip limit on.
+        """Compute the radius c [m] of the stick circle on first loading (19.9).
 
-        At displacements from rest [m] or at forces T [N] up to the force limit, any shape, of which
-        only the size matters: c = a (1 - T/mu N)^(1/3).
+        For displacements [m] from rest, or forces T [N] up to the force limit, of any shape; signs
+        are
+        ignored. c = a (1 - T/mu N)^(1/3), and 0 from the slip limit on.
         """
         name, values = _one_of(displacement, force)
         if name == "displacement":
@@ -201,15 +201,15 @@ class Asperity(Interface):
         return plain(self.contact_radius * np.cbrt(1.0 - share))
 
     def reversed_slip_radius(self, peak_force: ArrayLike, force: ArrayLike = 0.0) -> Any:
-        """Inner radius c' of the ring of reversed slip on the first unloading (19.18).
+        """Compute the inner radius c' of reversed slip on first unloading (19.18).
 
         Parameters
         ----------
         peak_force : array_like
-            Forces T_max at which the first loading turned [N], up to the force limit in size.
+            Forces T_max at the reversal [N], up to the force limit in magnitude.
         force : array_like, optional
-            Forces T now [N], between peak_force and -peak_force; shapes that broadcast. Without
-            force (19.18) holds as printed, 2 (c'/a)^3 = 1 + (c/a)^3 with c at the turn.
+            Forces T on unloading [N], between peak_force and -peak_force; shapes that broadcast.
+            For force 0 this is (19.18), 2 (c'/a)^3 = 1 + (c/a)^3 with c at the reversal.
 
         Returns
         -------
@@ -221,7 +221,7 @@ class Asperity(Interface):
             peak, current = np.broadcast_arrays(peak, current)
         except ValueError:
             raise InputError(
-                "peak_force and force must have shapes that fit each other, "
+                "`peak_force` and `force` must have shapes that broadcast, "
                 f"got {peak.shape} and {current.shape}"
             ) from None
         self._up_to_limit("peak_force", peak)
@@ -239,7 +239,7 @@ class Asperity(Interface):
         sizes = np.abs(force)
         if sizes.max() > self.force_limit:
             raise InputError(
-                f"`{name}` must not exceed the force limit {self.force_limit:.10g} N in size, "
+                f"`{name}` must not exceed the force limit {self.force_limit:.10g} N in magnitude, "
                 f"got {sizes.max():.10g} N"
             )
         return sizes
@@ -251,10 +251,11 @@ class Asperity(Interface):
     def fields(
         self, displacement: ArrayLike | None = None, *, force: ArrayLike | None = None
     ) -> AsperityFields:
-        """Zones, tractions and surface displacements at the end of a record from rest.
+        """Compute zones, tractions and surface displacements at the end of a record from rest.
 
-        The record is one-dimensional, of displacements [m] or of forces [N] below the force limit
-        in size; turning points will do, and one number is first loading up to it.
+        The record is one-dimensional, displacements [m] or forces [N] below the force limit.
+        Turning
+        points are sufficient; a single number is first loading.
         """
         name, values = _one_of(displacement, force)
         x = record(name, values, "N" if name == "force" else "m").reshape(-1)
@@ -284,18 +285,18 @@ class Asperity(Interface):
     def guess(  # type: ignore[override]
         cls, data: Any, pair: MaterialPair | None = None, normal_load: ArrayLike | None = None
     ) -> Asperity:
-        """An asperity to start a fit from: friction of the limit, radius of the slip limit.
+        """Return an initial guess for a fit: friction from the limit, radius from the slip limit.
 
-        The ``pair`` of materials must be given; so must the ``normal_load`` [N], one number or one
-        for each of the data, where the records do not say it. The asperity is that at the mean
-        load. The rest is as of :meth:`BackboneLaw.guess`.
+        ``pair`` is required, and ``normal_load`` [N], a number or one per record, if the records do
+        not
+        hold it. The asperity is at the mean load. ``data`` as for :meth:`BackboneLaw.guess`.
         """
         check_pair(pair)
         assert pair is not None
         features = all_features(data)
         loads = np.array(loads_of(normal_load, len(features), data))
         mean = float(np.exp(np.mean(np.log(loads))))
-        # Slip limits of one sphere go with the load to the power of 2/3.
+        # The slip limit of a sphere is proportional to N^(2/3).
         u = np.concatenate(
             [f.half * (mean / n) ** (2.0 / 3.0) for f, n in zip(features, loads, strict=True)]
         )
@@ -310,14 +311,14 @@ class Asperity(Interface):
 
     @classmethod
     def examples(cls) -> tuple[Asperity, ...]:
-        """A ball of 5 mm, and a summit of 1 mm against a stiffer body."""
+        """Return a ball of 5 mm, and a summit of 1 mm against a stiffer body."""
         metal = aluminium()
         unlike = MaterialPair(metal.first, Material(young_modulus=210e9, poisson_ratio=0.3))
         return cls(metal, 5e-3, 0.55, normal_load=10.0), cls(unlike, 1e-3, 0.2, indentation=3e-7)
 
 
 def _one_of(displacement: ArrayLike | None, force: ArrayLike | None) -> tuple[str, ArrayLike]:
-    """Name of the one of the two that was given."""
+    """Return name and value of the argument that was given."""
     check_one_of("displacement [m] or force=... [N]", displacement, force)
     if force is None:
         return "displacement", displacement  # type: ignore[return-value]

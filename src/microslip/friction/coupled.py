@@ -1,4 +1,4 @@
-"""An interface whose normal load varies while it moves: a node by itself on its load curve."""
+"""Interface under a varying normal load: a single node on its load curve."""
 
 from __future__ import annotations
 
@@ -29,19 +29,19 @@ from microslip.friction.straight_step import FirstLoading, loaded
 
 @dataclass(frozen=True, eq=False)
 class CoupledResponse(Locked):
-    """A history of an interface under displacement and normal load, one entry a sample.
+    """Response of an interface to a history of displacement and normal load, one entry per sample.
 
-    Made by :meth:`microslip.Interface.coupled_response`, after Jaeger (1998),
+    Result of :meth:`microslip.Interface.coupled_response`, after Jaeger (1998),
     DOI 10.1115/1.2833765.
     """
 
     displacement: Floats
     """Displacements [m]."""
     force: Floats
-    """Tangential forces [N]; 0 where the load is so light that it cannot matter.
+    """Tangential forces [N]; 0 where the load is negligible.
 
-    Heights without an end carry some load at any separation. Less than about 1e-30 of the largest
-    load of the history counts as none.
+    Unbounded heights carry some load at any separation. A load below about 1e-30 of the largest
+    load of the history is treated as zero.
     """
     normal_load: Floats
     """Normal loads [N]."""
@@ -49,44 +49,45 @@ class CoupledResponse(Locked):
     """Separations [m]."""
     _curve: LoadCurve
     _steps: Floats
-    """Separations from the joint's own [m]."""
+    """Separations relative to that of the joint [m]."""
 
     @cached_property
     def energy_per_step(self) -> Floats:
-        """Energy dissipated on the way to each sample [J], from rest or from the one before."""
+        """Energy dissipated in each step [J]; the first step is from rest."""
         return lock(Diagram().losses(self._steps, self.displacement, self._curve))
 
     @cached_property
     def dissipated_energy(self) -> Floats:
-        """Energy dissipated up to each sample [J], from rest; it never falls.
+        """Energy dissipated from rest up to each sample [J], nondecreasing.
 
-        Once a periodic history has settled, the rise over a cycle is the area of its loop. In the
-        first cycles the area also holds energy that is stored.
+        In a settled periodic history the increase over a cycle is the area of its loop. In the
+        first
+        cycles the area of the loop also includes stored energy.
         """
         return lock(np.cumsum(self.energy_per_step))
 
     def energy_per_cycle(self, samples_per_cycle: int) -> Floats:
-        """Energy dissipated [J] in each cycle of a periodic history.
+        """Compute the energy dissipated [J] in each cycle of a periodic history.
 
-        Cycles of so many samples are counted back from the last sample; those that begin at a
-        sample, whole, count. Once the history has settled each entry is the area of its loop.
+        Cycles of ``samples_per_cycle`` samples are counted back from the last sample; an incomplete
+        first cycle is ignored. Once the history has settled, each value is the area of its loop.
         """
         count, first = self._cycles(samples_per_cycle)
         return np.asarray(self.energy_per_step[first + 1 :].reshape(-1, count).sum(axis=1))
 
     def ratcheting(self, samples_per_cycle: int) -> Floats:
-        """Net displacement [m] in each cycle of a periodic history.
+        """Compute the net displacement [m] in each cycle of a periodic history.
 
-        Under force control a load that varies moves a joint on: contacts slip when it is light.
-        Where the entries fade to rounding the joint has settled; where they do not, it ratchets,
-        which near gross slip is physical. Cycles and errors as :meth:`energy_per_cycle`; what comes
-        before the first whole cycle is left out.
+        Under force control a varying load moves a joint, because contacts slip while the load is
+        low.
+        The joint has settled if the values vanish within rounding; otherwise it ratchets, which is
+        physical close to gross slip. Cycles and errors as for :meth:`energy_per_cycle`.
         """
         count, first = self._cycles(samples_per_cycle)
         return np.diff(self.displacement[first::count])
 
     def _cycles(self, samples_per_cycle: int) -> tuple[int, int]:
-        """Samples in a cycle, checked, and the sample at which the first whole cycle begins."""
+        """Return the checked samples per cycle and the first sample of the first full cycle."""
         if not is_whole(samples_per_cycle):
             raise InputError(
                 f"`samples_per_cycle` must be a whole number, got {show(samples_per_cycle)}"
@@ -94,14 +95,14 @@ class CoupledResponse(Locked):
         count, size = int(samples_per_cycle), self.displacement.size
         if not 0 < count < size:
             raise InputError(
-                f"`samples_per_cycle` must be above zero and below the {size} samples there are, "
+                f"`samples_per_cycle` must be above zero and below the number of samples, {size}, "
                 f"got {count}"
             )
         return count, (size - 1) % count
 
 
 class CoupledLaw(BackboneLaw):
-    """A law whose backbone comes from a load curve, so that its load may vary: an Interface."""
+    """Base class of laws with a load curve, whose normal load may vary: :class:`Interface`."""
 
     # Fields of the interface.
     surface: NormalLaw
@@ -111,15 +112,14 @@ class CoupledLaw(BackboneLaw):
 
     @cached_property
     def slip_per_indentation(self) -> float:
-        """Kappa = mu E*/4G* [-]: slip limit of a contact over its indentation (19.12)."""
+        """Slip per indentation kappa = mu E*/4G* [-]: slip limit over indentation (19.12)."""
         return self.friction_coefficient * self.surface.stiffness_ratio
 
     @cached_property
     def _friction(self) -> float:
-        """The coefficient of friction, with it the limit mu N is met exactly.
+        """Coefficient of friction with which the limit equals mu N exactly [-].
 
-        Next to the highest of given summits a separation in double precision is so coarse that the
-        load it stands for is not to the last digit the one asked for.
+        Close to the highest summit, the separation has too few digits to represent the given load.
         """
         return self.force_limit / self.surface._derivative_at(self.separation, 0)
 
@@ -135,7 +135,7 @@ class CoupledLaw(BackboneLaw):
 
     @cached_property
     def _nodes(self) -> Nodes:
-        """The joint as a field of one."""
+        """The joint as a field of one node."""
         curve, scale = self._coupling, np.ones(1)
         return Nodes(curve, curve.friction * scale, scale, curve.slip * scale, np.zeros(1))
 
@@ -146,20 +146,21 @@ class CoupledLaw(BackboneLaw):
         normal_load: ArrayLike | None = None,
         separation: ArrayLike | None = None,
     ) -> Any:
-        """Force along a record of displacement and normal load, exact within Cattaneo-Mindlin.
+        """Compute the force for a record of displacement and normal load.
 
-        The record starts from rest, displacement 0 under the joint's own ``normal_load``, and moves
-        between samples in straight lines of (separation, displacement); sample a curved path as
-        finely as it asks for. Contact may be lost and found again.
+        Exact within the theory of Cattaneo and Mindlin. The record starts from rest, at
+        displacement 0 under the ``normal_load`` of the joint. The path between samples is straight
+        in (separation, displacement), so a curved path needs enough samples. Contact may be lost
+        and found again.
 
         Parameters
         ----------
         displacement : array_like
-            Displacements [m] in the order of time, one-dimensional.
+            Displacements [m] in time order, one-dimensional.
         normal_load : array_like, optional
-            Normal loads [N], not negative: one for each sample, or one number.
+            Normal loads [N], not negative: a number or one per sample.
         separation : array_like, optional
-            Separations [m] in their place.
+            Separations [m], given instead of the loads.
 
         Returns
         -------
@@ -168,12 +169,12 @@ class CoupledLaw(BackboneLaw):
 
         Notes
         -----
-        The superposition of Jaeger (1998), DOI 10.1115/1.2833765, and Ciavarella (1998) carried
-        along the history: the method of memory diagrams (DOI 10.3389/fmech.2020.00030). Normal and
-        tangential load are coupled through the contact area alone; dissimilar pairs and the shear
-        across the direction of motion are approximate as in Cattaneo and Mindlin's theory.
-        Amortised O(1) a sample. Where the heights have no end, a load of less than about 1e-30 of
-        the largest of the history counts as none: the force is then 0.
+        The superposition of Jaeger (1998), DOI 10.1115/1.2833765, and Ciavarella (1998) along the
+        history: the method of memory diagrams (DOI 10.3389/fmech.2020.00030). Normal and
+        tangential load are coupled only through the contact area. Dissimilar pairs and the shear
+        across the direction of motion are approximate, as in the theory of Cattaneo and Mindlin.
+        The cost is amortised O(1) per sample. For unbounded heights a load below about 1e-30 of the
+        largest load of the history is treated as zero, with force 0.
         """
         x = record("displacement", displacement, "m").reshape(-1)
         force = self._forces_along(x, self._steps_along(x.size, normal_load, separation))
@@ -186,15 +187,18 @@ class CoupledLaw(BackboneLaw):
         normal_load: ArrayLike | None = None,
         separation: ArrayLike | None = None,
     ) -> Any:
-        """Displacement along a record of force and normal load: the inverse of coupled_force.
+        """Compute the displacement for a record of force and normal load.
 
-        A load that varies moves a joint on under its force, since contacts slip when it is light.
-        Below mu N a periodic history settles in its first cycle. In gross slip, where no force
-        holds a displacement, a joint may ratchet, a step further each cycle: that is physical, and
-        :meth:`microslip.friction.CoupledResponse.ratcheting` of a response reports it.
+        Inverse of :meth:`coupled_force`. A varying load moves a joint under a constant force,
+        because
+        contacts slip while the load is low. Below mu N a periodic history settles in its first
+        cycle.
+        In gross slip a joint may ratchet, which is physical and reported by
+        :meth:`microslip.friction.CoupledResponse.ratcheting`.
 
-        Forces [N] are each below mu N at their sample, or an InputError; displacements come in [m].
-        Parameters, shapes and errors are otherwise as :meth:`coupled_force` has them.
+        Forces [N] must be below mu N at each sample, otherwise InputError is raised. Displacements
+        are
+        in [m]. Parameters, shapes and errors are otherwise as :meth:`coupled_force` has them.
         """
         x = self._respond_to_force(force, normal_load, separation).displacement
         return float(x[0]) if np.ndim(force) == 0 else x.copy()
@@ -207,10 +211,10 @@ class CoupledLaw(BackboneLaw):
         normal_load: ArrayLike | None = None,
         separation: ArrayLike | None = None,
     ) -> CoupledResponse:
-        """All of a record of displacement [m] or force [N] and normal load, with its dissipation.
+        """Compute forces or displacements, loads, separations and dissipation of a record.
 
-        Parameters, shapes and errors are as :meth:`coupled_force` and :meth:`coupled_displacement`
-        have them; both or neither of displacement and force are an InputError.
+        Either displacements [m] or forces [N] must be given. Parameters, shapes and errors are as
+        :meth:`coupled_force` and :meth:`coupled_displacement` have them.
         """
         check_one_of("displacement [m] or force=... [N]", displacement, force)
         if force is not None:
@@ -220,12 +224,11 @@ class CoupledLaw(BackboneLaw):
         return self._response(x, self._forces_along(x, steps), steps)
 
     def _steps_along(self, size: int, normal_load: Any, separation: Any) -> Floats:
-        """Separations from the joint's own along a history."""
         check_one_of("normal_load=... [N] or separation=... [m]", normal_load, separation)
         return steps_along(self._coupling, size, normal_load, separation)
 
     def _forces_along(self, x: Floats, steps: Floats) -> Floats:
-        with np.errstate(over="ignore"):  # beyond 1e200 slips there is no more to come
+        with np.errstate(over="ignore"):  # full slip long before the clipping limit
             places = x / self._coupling.slip
         np.clip(places, -1e200, 1e200, out=places)
         values = Diagram().respond(steps, places, self._coupling)
@@ -237,7 +240,7 @@ class CoupledLaw(BackboneLaw):
     ) -> CoupledResponse:
         f, curve = record("force", force, "N").reshape(-1), self._coupling
         steps = self._steps_along(f.size, normal_load, separation)
-        # Of the loads as they were given: those of the separations differ from them by rounding.
+        # Use the given loads: those computed from the separations differ by rounding.
         load = (
             curve.derivative(steps, 0)
             if normal_load is None
@@ -248,8 +251,8 @@ class CoupledLaw(BackboneLaw):
         if beyond.size:
             i = int(beyond[0])
             raise InputError(
-                "`force` must be below the force limit mu N in size (no displacement holds it "
-                f"beyond), got {exact(f[i])} N at sample {i}, where the limit is {limit[i]:.10g} N"
+                "`force` must be below the force limit mu N in magnitude, got "
+                f"{exact(f[i])} N at sample {i}, where the limit is {limit[i]:.10g} N"
             )
         places = Diagram().hold(steps, f / curve.friction, curve)
         return self._response(curve.slip * places, f, steps)
@@ -281,27 +284,27 @@ class CoupledLaw(BackboneLaw):
         normal_load: ArrayLike | None = None,
         separation: ArrayLike | None = None,
     ) -> PeriodicResponse | CoupledCycle:
-        """The settled cycle of a periodic displacement and, if it varies, normal load.
+        """Compute the settled cycle of a periodic displacement, with a constant or periodic load.
 
         Parameters
         ----------
         displacement_cycle, rest
-            As of :meth:`BackboneLaw.periodic`; the joint began under its own load.
+            See :meth:`BackboneLaw.periodic`. The load at rest is that of the joint.
         normal_load, separation : array_like, optional
-            Normal loads [N] or separations [m] of the cycle, as for :meth:`coupled_force`, one of
-            them; without them the load is constant.
+            Normal loads [N] or separations [m] of the cycle, as for :meth:`coupled_force`. The
+            load is constant by default. At most one of them may be given.
 
         Returns
         -------
         PeriodicResponse or CoupledCycle
-            At a constant load ``force`` [N], ``stiffness`` [N/m], ``parent`` and ``root``; under a
-            varying one a :class:`microslip.CoupledCycle`, also with loads and separations. Both
-            have a ``derivative`` by whatever moves the cycle.
+            PeriodicResponse with ``force`` [N], ``stiffness`` [N/m], ``parent`` and ``root`` for a
+            constant load, otherwise CoupledCycle, which also has loads and separations. Both have
+            a method ``derivative``.
 
         Notes
         -----
-        Between samples the path is straight in separation and displacement: a curved one is met to
-        second order in its spacing.
+        The path between samples is straight in separation and displacement. For a curved path the
+        error is of second order in the sample spacing.
         """
         if normal_load is None and separation is None:
             return super().periodic(displacement_cycle, rest)
@@ -342,33 +345,35 @@ class CoupledLaw(BackboneLaw):
         separation: ArrayLike | None = None,
         samples: int | None = None,
     ) -> HarmonicForce | CoupledHarmonics:
-        """Fourier coefficients of the settled forces with their Jacobian: harmonic balance.
+        """Compute Fourier coefficients of the settled forces and their Jacobian (harmonic balance).
 
         Parameters
         ----------
         coefficients, harmonics, rest, rtol
-            As of :meth:`BackboneLaw.harmonics`. The tolerance is met at a constant load and for
-            separations; a load that is given is sampled.
+            See :meth:`BackboneLaw.harmonics`. The tolerance applies to a constant load and to
+            given separations; a given normal load is sampled.
         normal_load, separation : array_like, optional
-            Coefficients of the normal load [N] or the separation [m] in the same order, one of
-            them; without them the load is constant. Without harmonic 0 their mean is 0.
+            Coefficients of the normal load [N] or the separation [m] in the same order. The load
+            is constant by default. At most one of them may be given. Without harmonic 0 their mean
+            is 0.
         samples : int, optional
-            Equidistant samples of the period [-] under a varying load, 256 for a ``normal_load``.
-            Without it, a varying separation has none.
+            Number of equidistant samples of the period [-]: 256 by default for a ``normal_load``.
+            By default a varying separation is not sampled.
 
         Returns
         -------
         HarmonicForce or CoupledHarmonics
-            At a constant load ``force`` [N] and ``jacobian`` [N/m]; under a varying one ``force``
-            and ``normal_load`` [N], and the ``jacobian`` of both by both, shape (2, 2, n, n).
+            HarmonicForce with ``force`` [N] and ``jacobian`` [N/m] for a constant load, otherwise
+            CoupledHarmonics with ``force`` and ``normal_load`` [N] and ``jacobian`` of shape
+            (2, 2, n, n).
 
         Notes
         -----
-        Under a ``separation`` the cycle is cut where it turns and where separation or slip front
-        meet an end, a summit or a knot of a table, and integrated piece by piece. Under a
-        ``normal_load`` the path between samples is straight: the error falls with the square of
-        their number, some 4e-5 of the force limit with 256. The Jacobian is exactly that of the
-        sampled cycle.
+        For a given ``separation`` the cycle is cut at turning points and where the separation or
+        the slip front meets a summit, a knot of a table or the end of the heights, and integrated
+        piece by piece. For a given ``normal_load`` the path between samples is straight. The error
+        falls with the square of the number of samples: some 4e-5 of the force limit with 256. The
+        Jacobian is exact for the sampled cycle.
         """
         if normal_load is None and separation is None:
             return super().harmonics(coefficients, harmonics, rest, rtol=rtol)
@@ -383,12 +388,14 @@ class CoupledLaw(BackboneLaw):
         normal_load: ArrayLike | None = None,
         separation: ArrayLike | None = None,
     ) -> FirstLoading:
-        """Force, load and tangents after one straight step from rest at the joint's own load.
+        """Compute force, load and tangents after one straight step from rest.
 
         Displacements [m], and either normal loads [N] above zero or separations [m], at the end of
-        the step, of any shapes that go together. What comes back is that of
-        :func:`microslip.friction.first_loading`, which takes the separations before the step, too,
-        one for each node.
+        the
+        step, of any shapes that broadcast. The step starts at the load of the joint. Returns the
+        same as
+        :func:`microslip.friction.first_loading`, which takes the separations before the step as
+        well.
         """
         check_one_of("normal_load [N] or separation=... [m]", normal_load, separation)
         if separation is None:

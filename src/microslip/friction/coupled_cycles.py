@@ -1,4 +1,4 @@
-"""The settled cycle of an interface whose load varies: a field of one node."""
+"""Settled cycle of an interface under a varying load: a field of one node."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from microslip.friction.field_cycles import NodeCycles, SettledField, from_root
 from microslip.friction.harmonics import Basis, coefficients_of
 from microslip.friction.memory import Diagram, Nodes, steps_along
 
-_SAMPLES = 256  # of a cycle whose load is given
+_SAMPLES = 256  # per period, for a given normal load
 
 
 @dataclass(frozen=True, eq=False)
 class CoupledCycle(Locked):
-    """The settled cycle of a displacement and a normal load that vary together.
+    """Settled cycle under a periodic displacement and normal load.
 
-    Made by :meth:`microslip.Interface.periodic`, after Jaeger (1998), DOI 10.1115/1.2833765. Every
-    array has one entry a sample.
+    Result of :meth:`microslip.Interface.periodic`, after Jaeger (1998), DOI 10.1115/1.2833765.
+    Arrays have one entry per sample.
     """
 
     displacement: Floats
@@ -39,7 +39,7 @@ class CoupledCycle(Locked):
     normal_stiffness: Floats
     """Normal stiffnesses -dN/d(separation) [N/m]."""
     stiffness: Floats
-    """Tangent stiffnesses dT/d(displacement) [N/m] of a step that ends at the sample."""
+    """Tangent stiffnesses dT/d(displacement) [N/m] at the end of each step."""
     _cycles: NodeCycles
 
     def derivative(
@@ -49,16 +49,18 @@ class CoupledCycle(Locked):
         separation: ArrayLike | None = None,
         normal_load: ArrayLike | None = None,
     ) -> Floats:
-        """Derivatives of the forces along given directions of displacement and separation.
+        """Compute derivatives of the forces along directions of displacement and separation.
 
-        Changes of the displacement [m], and of the separation [m] or of the normal load [N], at
-        each sample a unit of each parameter, are of the shape (samples, parameters) or (samples,).
-        Those of the force [N] that come back have it, too; that of the normal load is
-        ``-normal_stiffness`` times that of the separation. A load does not change where there is no
-        contact to change it.
+        Directions are derivatives of the displacement [m], and of the separation [m] or the normal
+        load
+        [N], with respect to each parameter, shape (samples, parameters) or (samples,). The result
+        has
+        the same shape [N]. The derivative of the normal load is ``-normal_stiffness`` times that of
+        the
+        separation. InputError is raised if the load changes at a sample without contact.
         """
         if separation is not None and normal_load is not None:
-            raise InputError("separation or normal_load must be given, not both")
+            raise InputError("`separation` or `normal_load` must be given, not both")
         size = self.force.size
         changes = {
             "displacement": displacement,
@@ -67,10 +69,10 @@ class CoupledCycle(Locked):
         }
         rows = {k: rows_of(k, v, size) for k, v in changes.items() if v is not None}
         if not rows:
-            raise InputError("displacement, separation or normal_load must be given")
+            raise InputError("`displacement`, `separation` or `normal_load` must be given")
         shapes = {v.shape for v in rows.values()}
         if len(shapes) > 1:
-            raise InputError(f"directions must have one shape, got {sorted(shapes)}")
+            raise InputError(f"directions must have the same shape, got {sorted(shapes)}")
         shape = shapes.pop()
         by = {k: v.reshape(1, size, -1) for k, v in rows.items()}
         move = by.get("displacement", np.zeros_like(next(iter(by.values()))))
@@ -90,12 +92,12 @@ class CoupledCycle(Locked):
 
 
 def _rise(by_load: Floats, stiffness: Floats) -> Floats:
-    """Changes of the separation that go with those of the load, samples along the second axis."""
+    """Convert derivatives of the load, with samples on the second axis, to the separation."""
     unloaded = stiffness == 0.0
     wrong = np.any((by_load != 0.0) & unloaded[:, None], axis=(0, 2))
     if wrong.any():
         raise InputError(
-            f"normal_load must not change where nothing touches: sample {int(np.argmax(wrong))}"
+            f"`normal_load` must not change without contact: sample {int(np.argmax(wrong))}"
         )
     return -by_load / np.where(unloaded, 1.0, stiffness)[:, None]
 
@@ -107,7 +109,7 @@ def coupled_cycle(
     normal_load: Any,
     separation: Any,
 ) -> CoupledCycle:
-    """See :meth:`microslip.Interface.periodic`."""
+    """Compute the settled cycle; see :meth:`microslip.Interface.periodic`."""
     x, curve = record("displacement_cycle", displacement_cycle, "m").reshape(-1), nodes.curve
     steps = steps_along(curve, x.size, normal_load, separation)
     cycles = NodeCycles(nodes, x[None], steps[None], rest_of(rest, x))
@@ -119,7 +121,7 @@ def coupled_cycle(
 
 
 class NodeRests(SettledField):
-    """A single joint as a field: its node and its separation at rest [m]."""
+    """Single joint as a field of one node, with its separation at rest [m]."""
 
     def __init__(self, nodes: Nodes, separations: Floats) -> None:
         self._nodes, self.separations = nodes, separations
@@ -131,18 +133,18 @@ class NodeRests(SettledField):
 
 
 class CoupledHarmonics(NamedTuple):
-    """Fourier coefficients of the settled forces on an interface, and how they change.
+    """Fourier coefficients of the settled forces on an interface, with their Jacobian.
 
     After Jaeger (1998), DOI 10.1115/1.2833765; see :meth:`microslip.Interface.harmonics`.
     """
 
     force: Floats
-    """Coefficients of the tangential force [N], in the order of those of the displacement."""
+    """Coefficients of the tangential force [N], in the order of the displacement coefficients."""
     normal_load: Floats
-    """Values of the normal load [N]."""
+    """Coefficients of the normal load [N]."""
     jacobian: Floats
-    """Derivatives of force and load (first axis) by displacement and by separation or load as it
-    was given (second axis), coefficients by coefficients: shape (2, 2, n, n)."""
+    """Jacobian of (force, load) with respect to (displacement, separation or load as given), shape
+    (2, 2, n, n): the last two axes are coefficients."""
 
 
 def coupled_harmonics(
@@ -155,9 +157,9 @@ def coupled_harmonics(
     samples: int | None,
     rtol: float,
 ) -> CoupledHarmonics:
-    """See :meth:`microslip.Interface.harmonics`."""
+    """Compute harmonics; see :meth:`microslip.Interface.harmonics`."""
     if normal_load is not None and separation is not None:
-        raise InputError("normal_load or separation must be given, not both")
+        raise InputError("`normal_load` or `separation` must be given, not both")
     basis = Basis(harmonics)
     if separation is not None and samples is None:
         return _without_samples(nodes, coefficients, basis, rest, separation, rtol)

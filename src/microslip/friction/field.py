@@ -1,4 +1,4 @@
-"""Thousands of small joints at once: the nodes of a contact between two meshes."""
+"""Fields of many joints: the nodes of a contact between two meshes."""
 
 from __future__ import annotations
 
@@ -42,42 +42,40 @@ _UNITS = {
 
 @dataclass(frozen=True, eq=False)
 class JointField(ByValue, SettledField, Locked):
-    """Many joints on one kind of surface, each with its area, load and friction: *nodes*.
+    """Field of joints, called nodes, on one surface, each with its area, load and friction.
 
-    A law depends on the pressure alone and scales with the area, so that all nodes share one load
-    curve: a node of area A_i has A_i/A times the load of a surface of area A at the same
-    separation, and its force likewise.
+    A normal load law depends on the pressure alone, so all nodes share one load curve: at the same
+    separation a node of area A_i carries A_i/A times the load of a surface of area A.
 
     Parameters
     ----------
     surface : NormalLaw
-        The normal load law of the surface.
+        Normal load law of the surface.
     friction_coefficient : array_like
-        Coulomb's coefficient mu [-], above zero: one number, or one a node.
+        Coulomb's coefficient mu [-], above zero: a number or one per node.
     areas : array_like
-        Apparent areas of the nodes [m^2], above zero: one a node, or one number for all.
+        Apparent areas of the nodes [m^2], above zero: one per node, or a number.
     loads : array_like, optional
-        Normal loads at rest [N], not negative. A node without load touches nothing, and may close.
+        Normal loads at rest [N], not negative. A node without load is open and may close later.
     pressures : array_like, optional
-        Pressures at rest [Pa] instead.
+        Pressures at rest [Pa], given instead.
     separations : array_like, optional
-        Separations at rest [m] instead.
+        Separations at rest [m], given instead.
     gaps : array_like, optional
-        Separations [m] instead, where a static solution begins that will find those at rest.
+        Separations [m] at the start of a static solution that finds those at rest, given instead.
     surface_area : float, optional
-        Apparent area [m^2] that the law of the surface stands for; its own ``area`` where it has
-        one.
+        Apparent area [m^2] of the surface, by default its attribute ``area``.
 
     Notes
     -----
-    Each node follows :class:`microslip.Interface`; nodes know of each other only through what
-    carries them. The elastic half space beneath the summits is no part of a node: a finite-element
-    model has that compliance already.
+    Each node follows :class:`microslip.Interface`, independent of the other nodes. The elastic half
+    space below the summits is not part of a node: a finite-element model already has this
+    compliance.
     """
 
     surface: NormalLaw
     friction: Floats
-    """Coefficients of friction [-], one a node."""
+    """Coefficients of friction [-], shape (nodes,)."""
     areas: Floats
     """Apparent areas [m^2]."""
     separations: Floats
@@ -85,7 +83,7 @@ class JointField(ByValue, SettledField, Locked):
     normal_loads: Floats
     """Normal loads at rest [N]."""
     gaps: Floats | None
-    """Separations where a static solution begins [m]; None where those at rest were given."""
+    """Separations at the start of a static solution [m], None if the state at rest was given."""
     surface_area: float
 
     def __init__(
@@ -107,8 +105,8 @@ class JointField(ByValue, SettledField, Locked):
         stated = {name: value for name, value in conditions.items() if value is not None}
         if len(stated) != 1:
             raise InputError(
-                "one of loads [N], pressures [Pa], separations [m] and gaps [m] must be given, "
-                f"got {' and '.join(stated) or 'none'}"
+                "one of `loads` [N], `pressures` [Pa], `separations` [m] and `gaps` [m] must be "
+                f"given, got {' and '.join(stated) or 'none'}"
             )
         kind = next(iter(stated))
         nodes = _arrays_of({"friction_coefficient": friction_coefficient, "areas": areas, **stated})
@@ -142,13 +140,12 @@ class JointField(ByValue, SettledField, Locked):
         if values.min() < 0.0:
             i = int(np.argmax(values < 0.0))
             raise InputError(
-                f"{kind} must not be negative [{unit}], got {exact(values[i])} at node {i}"
+                f"`{kind}` must not be negative [{unit}], got {exact(values[i])} at node {i}"
             )
         loads = values * self.areas if kind == "pressures" else values
         shares = loads / self._scale
         if curve is None:
             assign(self, surface=self.surface._under(float(shares.max())))
-        if curve is None:
             heaviest = int(np.argmax(shares))
             nearest = self._separation_of(shares, heaviest) if shares[heaviest] > 0.0 else np.inf
             curve = shared_curve(self.surface, min(nearest, LARGEST))
@@ -161,7 +158,7 @@ class JointField(ByValue, SettledField, Locked):
                 if carried.any():
                     separations[carried] = curve.steps_of(shares[carried], numbered=False)
         except InputError:
-            # What refuses one refuses the lightest or the heaviest.
+            # Raise the error for the node with the lightest or the heaviest load.
             light = np.where(carried, shares, np.inf)
             for i in (int(np.argmin(light)), int(np.argmax(shares))):
                 self._separation_of(shares, i)
@@ -169,7 +166,7 @@ class JointField(ByValue, SettledField, Locked):
         separations += curve.origin
         normal_loads = loads.copy() if loads is values else loads
         assign(self, separations=lock(separations), normal_loads=lock(normal_loads))
-        # With it the limit mu N is met exactly, however coarse a number the separation is.
+        # Scale each node so that its limit is exactly mu N despite the rounded separation.
         rests = separations - curve.origin
         scale = curve.load(rests)[0]
         carried &= scale > 0.0
@@ -184,7 +181,7 @@ class JointField(ByValue, SettledField, Locked):
         assign(self, _nodes=nodes)
 
     def _separation_of(self, shares: Floats, node: int) -> float:
-        """Separation of one node, whose load is ``shares`` on the whole surface."""
+        """Return the separation of a node under ``shares`` [N] on the area of the surface."""
         try:
             separation: float = self.surface.separation(float(shares[node]))
         except InputError as error:
@@ -198,7 +195,7 @@ class JointField(ByValue, SettledField, Locked):
 
     _nodes: Nodes
     _ratios: Any
-    """Normal over tangential stiffness [-], one number or one a node."""
+    """Ratio of normal to tangential stiffness [-], a number or one per node."""
 
     @property
     def size(self) -> int:
@@ -211,21 +208,21 @@ class JointField(ByValue, SettledField, Locked):
 
     @cached_property
     def force_limits(self) -> Floats:
-        """Forces of gross slip mu N at rest [N], one a node."""
+        """Forces of gross slip mu N at rest [N], shape (nodes,)."""
         return lock(self.friction * self.normal_loads)
 
     @cached_property
     def tangential_stiffnesses(self) -> Floats:
-        """Tangential stiffnesses at rest [N/m], one a node."""
+        """Tangential stiffnesses at rest [N/m], shape (nodes,)."""
         nodes = self._nodes
         return lock(nodes.weights / nodes.slips * nodes.curve.load(nodes.rests)[1])
 
     def at(
         self, *, separations: ArrayLike | None = None, loads: ArrayLike | None = None
     ) -> JointField:
-        """The same nodes in another state of rest, with the gaps of this field.
+        """Return the field in another state of rest, with the gaps of this field.
 
-        By separations [m] or by normal loads [N], shape (nodes,) or one number.
+        Given by separations [m] or normal loads [N], shape (nodes,) or a number.
         """
         check_one_of("separations [m] or loads [N]", separations, loads)
         field, curve = object.__new__(JointField), self._nodes.curve
@@ -239,24 +236,24 @@ class JointField(ByValue, SettledField, Locked):
         return field
 
     def along(self, directions: ArrayLike) -> JointField:
-        """The same nodes, each moved along a line of its own in the plane.
+        """Return the field with each node moving along its own line in the plane.
 
         Parameters
         ----------
         directions : array_like
-            Lines of motion [-], of shape (nodes, 2) and any length: parts along the direction of
-            the surface and across it. They matter under a lay alone, see
-            :class:`microslip.MeasuredContact`, whose stiffness differs by direction.
+            Directions of motion [-], shape (nodes, 2), not necessarily normalised: components along
+            and across the direction of the surface. They matter only for a surface with a lay, see
+            :class:`microslip.MeasuredContact`.
         """
         lines = floats("directions", directions)
         if lines.shape != (self.size, 2):
             raise InputError(
-                f"directions must have the shape ({self.size}, 2), one a node, got {lines.shape}"
+                f"`directions` must have the shape ({self.size}, 2), got {lines.shape}"
             )
         squares = (lines**2).sum(axis=1)
         if not squares.min() > 0.0:
             raise InputError(
-                f"directions must not be zero, got that at node {int(np.argmin(squares))}"
+                f"`directions` must not be zero, got zero at node {int(np.argmin(squares))}"
             )
         lay = self.surface._lay
         if lay is None:
@@ -272,21 +269,22 @@ class JointField(ByValue, SettledField, Locked):
     # -- without memory -------------------------------------------------------------------------
 
     def load(self, separations: ArrayLike) -> tuple[Floats, Floats]:
-        """Normal loads N [N] at separations [m], and their slopes dN/dd [N/m], not positive.
+        """Compute normal loads N [N] and slopes dN/dd [N/m] at separations [m].
 
-        Separations are one-dimensional, one a node, or one number.
+        Separations are a number or one-dimensional, one per node. Slopes are not positive.
         """
         nodes = self._nodes
         load, fall = nodes.curve.load(nodes.steps_at("separations", separations))
         return nodes.scales * load, -nodes.scales * fall
 
     def first_loading(self, displacement: ArrayLike, separation: ArrayLike) -> FieldResponse:
-        """The end of a straight path from rest, with its tangents, in closed form.
+        """Compute forces and tangents at the end of a straight path from rest, in closed form.
 
-        Tangential displacements [m] and separations [m], one-dimensional, one a node, or one
-        number. What comes back is ``force`` [N], ``load`` [N] and ``tangent`` [N/m], its shape
-        (nodes, 2, 2), by the formulas of :func:`microslip.first_loading` (Jaeger 1998, DOI
-        10.1115/1.2833765).
+        Tangential displacements [m] and separations [m] are numbers or one-dimensional, one per
+        node.
+        The result has ``force`` [N], ``load`` [N] and ``tangent`` [N/m] of shape (nodes, 2, 2),
+        after
+        :func:`microslip.first_loading` (Jaeger 1998, DOI 10.1115/1.2833765).
         """
         nodes = self._nodes
         place = beyond(nodes.per_node("displacement", displacement, "m"), nodes.slips)
@@ -299,11 +297,12 @@ class JointField(ByValue, SettledField, Locked):
         return FieldResponse(nodes.weights * value, nodes.scales * load, tangent)
 
     def dissipated_energy(self, amplitude: ArrayLike) -> Floats:
-        """Energy [J] of a closed cycle about rest, at the separations of rest.
+        """Compute the energy [J] of a closed cycle about rest, at the separations of rest.
 
-        Amplitudes [m] are not negative: shape (nodes,), one number, or (cycles, nodes) for many
-        cycles at once, which is quicker than one after the other. Energies, one a node, have the
-        shape (nodes,) or (cycles, nodes), as of :meth:`microslip.Interface.dissipated_energy`.
+        Amplitudes [m] are not negative: a number, shape (nodes,), or (cycles, nodes) for many
+        cycles at
+        once. Energies have shape (nodes,) or (cycles, nodes), as
+        :meth:`microslip.Interface.dissipated_energy`.
         """
         a = sized("amplitude", amplitude)
         several = a.ndim == 2
@@ -311,13 +310,13 @@ class JointField(ByValue, SettledField, Locked):
         a = a if several else nodes.per_node("amplitude", a, "m")[None]
         if a.shape[1] != self.size:
             raise InputError(
-                f"amplitude must have the shape ({self.size},), one a node, or (cycles, "
-                f"{self.size}), got {a.shape}"
+                f"`amplitude` must have the shape ({self.size},) or (cycles, {self.size}), got "
+                f"{a.shape}"
             )
         if a.min() < 0.0:
             i, j = np.unravel_index(np.argmin(a), a.shape)
             raise InputError(
-                f"amplitude must not be negative [m], got {exact(a[i, j])} at node {j}"
+                f"`amplitude` must not be negative [m], got {exact(a[i, j])} at node {j}"
             )
         energy = np.zeros(a.shape)
         loaded = self.normal_loads > 0.0
@@ -330,15 +329,15 @@ class JointField(ByValue, SettledField, Locked):
         return energy if several else energy[0]
 
     def rigid(self) -> BackboneLaw:
-        """The law of all nodes that move together, each at its own separation.
+        """Return the law of all nodes moving together, each at its own separation.
 
         Returns
         -------
         BackboneLaw
-            What :class:`microslip.Parallel` of all nodes is, and as quick as one joint.
+            Equal to :class:`microslip.Parallel` of all nodes, at the cost of a single joint.
         """
         if not np.any(self.normal_loads > 0.0):
-            raise InputError("rigid needs a node that carries a load, got none")
+            raise InputError("the field must have a node with a normal load above zero, got none")
         loaded, nodes = self.normal_loads > 0.0, self._nodes
         weights, slips, rests = (
             lock(part[loaded]) for part in (nodes.weights, nodes.slips, nodes.rests)
@@ -354,18 +353,18 @@ class JointField(ByValue, SettledField, Locked):
         energies: bool = False,
         depth: int | None = None,
     ) -> FieldState:
-        """A state of all nodes at rest, which may count what each dissipates.
+        """Return a state of all nodes at rest.
 
         Parameters
         ----------
         arrays : mapping of str to array_like, optional
-            What :meth:`microslip.friction.FieldState.to_arrays` gave [m, N, J], shapes there; or
-            what ``numpy.load`` reads of it. The state goes on from there, and counts if it did.
+            Output of :meth:`microslip.friction.FieldState.to_arrays` [m, N, J], shapes as described
+            there, or the same arrays read by ``numpy.load``. The state continues from it.
         energies : bool, optional
-            Whether a state at rest counts.
+            Accumulate the energy dissipated by each node.
         depth : int, optional
-            Rows of memory [-] of each node, four at least: what is older is lumped, and
-            ``error_bound`` says what it may cost. Without it all is remembered.
+            Largest number of memory rows per node [-], at least four. Older rows are merged, and
+            ``error_bound`` bounds the resulting error. Unlimited by default.
         """
         if arrays is not None:
             return FieldState._from_arrays(self._nodes, arrays)
@@ -374,24 +373,24 @@ class JointField(ByValue, SettledField, Locked):
     # -- two directions -------------------------------------------------------------------------
 
     def two_directions(self, sliders: int = 128, *, nearest: float | None = None) -> IsotropicField:
-        """The nodes in two tangential directions while separations vary.
+        """Return the field for motion in two tangential directions with varying separations.
 
-        Both stiffnesses are the same, but for a surface that was measured with a ``direction``: it
-        is that of the first displacement, and across it the face has the stiffness of its lay.
+        The stiffness is isotropic, except for a measured surface with a ``direction``: the first
+        displacement is along this direction, and the stiffness is the tensor of the lay.
 
         Parameters
         ----------
         sliders : int, optional
-            Sliders [-] over the separations, 2 to 100 000, that all nodes share.
+            Number of sliders over the separations [-], 2 to 100 000, common to all nodes.
         nearest : float, optional
-            Smallest separation [m] that any node reaches; without it one decay length of the load
-            below the smallest at rest.
+            Smallest separation [m] that any node reaches, by default one decay length of the load
+            below the smallest separation at rest.
 
         Returns
         -------
         IsotropicField
-            With ``start``, ``periodic`` and ``harmonics``; its ``load_error`` and ``resolution``
-            say how good it is.
+            Has ``start``, ``periodic`` and ``harmonics``; ``load_error`` and ``resolution`` are its
+            errors.
         """
         return two_directions(self, sliders, nearest)
 
@@ -404,7 +403,7 @@ class JointField(ByValue, SettledField, Locked):
 
 
 def _arrays_of(values: dict[str, Any]) -> dict[str, Floats]:
-    """Arrays of one length, one number a node."""
+    """Broadcast numbers to arrays of one value per node."""
     arrays = {name: floats(name, value, _UNITS[name]) for name, value in values.items()}
     for name, array in arrays.items():
         if array.ndim > 1:
@@ -413,7 +412,7 @@ def _arrays_of(values: dict[str, Any]) -> dict[str, Floats]:
     size = max(lengths.values(), default=1)
     if any(length != size for length in lengths.values()):
         came = ", ".join(f"{length} {name}" for name, length in lengths.items())
-        raise InputError(f"`all` must be of one length, one a node, or one number, got {came}")
+        raise InputError(f"arrays must have one value per node or be numbers, got {came}")
     return {
         name: np.array(np.broadcast_to(array.reshape(-1), (size,)), order="C")
         for name, array in arrays.items()
@@ -421,7 +420,6 @@ def _arrays_of(values: dict[str, Any]) -> dict[str, Floats]:
 
 
 def _check_positive(name: str, unit: str, values: Floats) -> None:
-    """Each number is above zero, and of a size that a joint can have."""
     off = (values <= 0.0) | (values < SMALLEST) | (values > LARGEST)
     if off.any():
         i = int(np.argmax(off))
@@ -430,13 +428,13 @@ def _check_positive(name: str, unit: str, values: Floats) -> None:
 
 
 def _area_of(surface: NormalLaw, area: float | None) -> float:
-    """The apparent area [m^2] that a load of the surface is for: as given, or its own."""
+    """Return the apparent area [m^2] of the surface, as given or its own."""
     if area is not None:
         return positive("surface_area", area, "m^2", 2e-4)
     surface_area = getattr(surface, "area", None)
     if surface_area is None:
         raise InputError(
-            f"`surface_area` must be given: the law of a {type(surface).__name__} does not "
-            "tell which apparent area it stands for; write surface_area=2e-4 [m^2]"
+            f"`surface_area` must be given, since {type(surface).__name__} has no apparent "
+            "area; write surface_area=2e-4 [m^2]"
         )
     return positive("surface_area", surface_area, "m^2")

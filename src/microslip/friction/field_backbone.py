@@ -1,4 +1,4 @@
-"""The law of many nodes that move together."""
+"""Law of the nodes of a field that move together."""
 
 from __future__ import annotations
 
@@ -15,15 +15,16 @@ from microslip.contact.load_curve import LoadCurve
 from microslip.friction.base import BackboneLaw
 from microslip.friction.sliders import Sliders
 
-_NODES, _WEIGHTS = gauss_legendre(8)  # exact on a panel of a table of u^2 times degree 11
+_NODES, _WEIGHTS = gauss_legendre(8)  # exact for u^2 times a polynomial of degree 11
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FieldBackbone(Locked, BackboneLaw):
-    """The backbone of a field whose nodes share the displacement, as its ``rigid`` makes it.
+    """Backbone of a field whose nodes share the displacement, returned by ``JointField.rigid``.
 
-    T0(delta) = sum of mu_i [N_i(d_i) - N_i(d_i + delta/kappa_i)], each node at the separation it
-    has at rest (Jaeger 1998, DOI 10.1115/1.2833765, summed).
+    T0(delta) = sum of mu_i [N_i(d_i) - N_i(d_i + delta/kappa_i)], each node at its separation at
+    rest
+    (Jaeger 1998, DOI 10.1115/1.2833765, summed).
     """
 
     _curve: LoadCurve
@@ -56,7 +57,7 @@ class FieldBackbone(Locked, BackboneLaw):
 
     @cached_property
     def _end(self) -> float:
-        """Displacement from which on no contact sticks."""
+        """Smallest displacement of full slip of all nodes [m]."""
         return float(np.max((self._curve.parting() - self._steps) * self._slips))
 
     @cached_property
@@ -67,7 +68,7 @@ class FieldBackbone(Locked, BackboneLaw):
 
     @cached_property
     def _energy_tables(self) -> tuple[Table, Floats] | None:
-        """The derivative of the energy as a table, and the energy where its panels begin."""
+        """Table of the derivative of the energy, and the energy at the start of each panel."""
         if self._table is None:
             return None
         table = Table.sample(
@@ -107,7 +108,7 @@ class FieldBackbone(Locked, BackboneLaw):
         return np.array([weights @ surface._derivative(places + v / self._slips, 2) for v in u])
 
     def sliders(self) -> Sliders:
-        """All nodes' sliders [m, N/m, N/m^2]; discrete ones only where N' jumps."""
+        """Return the sliders of all nodes [m, N/m, N/m^2]; discrete ones only where N' jumps."""
         places, stiffnesses = [np.zeros(0)], [np.zeros(0)]
         nodes = zip(self._steps, self._slips, self._weights, strict=True)
         for step, slip, weight in nodes if self._table is None else ():
@@ -126,6 +127,6 @@ class FieldBackbone(Locked, BackboneLaw):
 
 
 def _between(table: Table, low: Floats, high: Floats) -> Floats:
-    """Integrals of a table within panels, all terms of one sign."""
+    """Integrate a table within panels; all terms have the same sign."""
     places = low[:, None] + (high - low)[:, None] * _NODES
     return np.asarray((high - low) * (table.value(places) @ _WEIGHTS))

@@ -1,4 +1,4 @@
-"""Settled cycles of all nodes of a field at once, with their derivatives."""
+"""Settled cycles of all nodes of a field, with their derivatives."""
 
 from __future__ import annotations
 
@@ -30,13 +30,15 @@ _NOTHING = np.zeros(0)
 
 
 class NodeCycles:
-    """Cycles of nodes by displacements and steps from rest, (nodes, samples); held without steps.
+    """Cycles of nodes given by displacements [m] and steps of the separation [m] from rest.
 
-    The nodes began at displacements ``rest``, as :func:`rest_of` has them: a mean moves along.
+    Shapes are (nodes, samples); ``steps`` is None at constant separations. ``rest`` is the result
+    of
+    :func:`rest_of`; a mean rest displacement changes with the displacements.
 
-    Each node goes from rest in a straight line to the sample where step + |place| is largest, its
-    root. All memory is gone there, unless the root lies within what that path pressed down
-    sticking: then a second pass settles it.
+    Each node moves from rest in a straight line to the sample with the largest step + |place|, its
+    root, which wipes out all memory. If the root is within the region that this path pressed down
+    sticking, a second pass settles the cycle.
     """
 
     def __init__(
@@ -44,7 +46,7 @@ class NodeCycles:
     ) -> None:
         begin, self._rest_is_mean = rest
         self.nodes, self.steps = nodes, steps
-        # Beyond 1e200 slips there is no more to come, but numbers that overflow.
+        # Full slip long before the clipping limit, which avoids overflow.
         with np.errstate(over="ignore"):
             moved = displacements - np.reshape(begin, (-1, 1))
             places = np.clip(moved / nodes.slips[:, None], -1e200, 1e200)
@@ -52,7 +54,7 @@ class NodeCycles:
         self._reach = nodes.reach(steps)
 
     def forces(self) -> tuple[Floats, Floats, Floats]:
-        """Tangential forces [N], normal loads [N] and tangent stiffnesses [N/m]."""
+        """Return tangential forces [N], normal loads [N] and tangent stiffnesses [N/m]."""
         nodes, shape = self.nodes, self.places.shape
         force, load, stiffness = (np.empty(shape) for _ in range(3))
         kernels.compiled.field_cycle(
@@ -67,10 +69,10 @@ class NodeCycles:
     def slopes(
         self, by_displacement: Floats, by_separation: Floats | None = None
     ) -> tuple[Floats, Floats]:
-        """Derivatives of forces and loads [N a unit], (nodes, samples, directions).
+        """Return derivatives of forces and loads [N per unit], shape (nodes, samples, directions).
 
-        Along each direction, (nodes or 1, samples, directions), displacements change, and
-        separations where they are given.
+        The arguments are derivatives of displacements and separations along each direction, shape
+        (nodes or 1, samples, directions). Separations are constant by default.
         """
         nodes, samples = self.places.shape
         count = by_displacement.shape[2]
@@ -88,11 +90,13 @@ class NodeCycles:
     def spectra(
         self, by_displacement: Floats, by_separation: Floats, analysis: Floats
     ) -> tuple[Floats, Floats, Floats, Floats]:
-        """Fourier coefficients of forces and loads [N], and the derivatives of both.
+        """Return Fourier coefficients of forces and loads [N], and the derivatives of both.
 
-        ``analysis``, (samples, coefficients), makes coefficients of samples. Derivatives, of the
-        shape (nodes, coefficients, directions), have the directions of the displacements first,
-        then those of the separations, by which alone loads change.
+        ``analysis``, shape (samples, coefficients), transforms samples to coefficients. Derivatives
+        have
+        shape (nodes, coefficients, directions): directions of the displacements first, then those
+        of the
+        separations. Loads depend on the separations alone.
         """
         size, count = self.nodes.size, analysis.shape[1]
         directions = by_displacement.shape[2] + by_separation.shape[2]
@@ -127,7 +131,7 @@ class NodeCycles:
 
 
 def from_root(places: Floats, steps: Floats | None) -> Integers:
-    """Samples of two passes of each cycle, from its root on; the second pass is settled."""
+    """Return the samples of two passes of each cycle from its root; the second is settled."""
     samples = places.shape[1]
     root = np.argmax(np.abs(places) if steps is None else steps + np.abs(places), axis=1)
     return np.asarray((root[:, None] + np.arange(2 * samples)) % samples)
@@ -135,10 +139,9 @@ def from_root(places: Floats, steps: Floats | None) -> Integers:
 
 @dataclass(frozen=True, eq=False)
 class FieldCycle(Locked):
-    """The settled cycles of the nodes of a field, made by :meth:`microslip.JointField.periodic`.
+    """Settled cycles of the nodes of a field, the result of :meth:`microslip.JointField.periodic`.
 
-    After Jaeger (1998), DOI 10.1115/1.2833765, carried along the cycle (DOI
-    10.3389/fmech.2020.00030).
+    After Jaeger (1998), DOI 10.1115/1.2833765, along the cycle (DOI 10.3389/fmech.2020.00030).
     """
 
     force: Floats
@@ -146,28 +149,30 @@ class FieldCycle(Locked):
     load: Floats
     """Normal loads N [N], shape (nodes, samples)."""
     stiffness: Floats
-    """Tangent stiffnesses dT/d(displacement) of each sample's step [N/m], (nodes, samples)."""
+    """Tangent stiffnesses dT/d(displacement) at the end of each step [N/m], (nodes, samples)."""
     _cycles: NodeCycles
 
     def derivative(
         self, displacements: ArrayLike, separations: ArrayLike | None = None
     ) -> tuple[Floats, Floats]:
-        """Derivatives of forces and loads [N a unit] along directions, down the tree.
+        """Compute derivatives of forces and loads [N per unit] along directions.
 
-        How displacements and separations [m a unit] change with each parameter is of the shape
-        (samples, directions) for all nodes alike, or (nodes, samples, directions), which both
-        answers have; without separations these do not change.
+        Directions are derivatives of displacements and separations [m per unit], shape
+        (samples, directions) if equal for all nodes, or (nodes, samples, directions). Both results
+        have
+        the shape (nodes, samples, directions). Separations are constant by default.
         """
         by_place, by_step = self._directions("displacements", displacements), None
         if separations is not None:
             if self._cycles.steps is None:
                 raise InputError(
-                    "separations stayed at rest in this cycle: give periodic the separations, too"
+                    "`separations` must be None for a cycle at constant separations; give them to "
+                    "periodic first"
                 )
             by_step = self._directions("separations", separations)
             if by_step.shape != by_place.shape:
                 raise InputError(
-                    "separations must have the shape of displacements, got "
+                    "`separations` must have the shape of `displacements`, got "
                     f"{np.shape(separations)} and {np.shape(displacements)}"
                 )
         return self._cycles.slopes(by_place, by_step)
@@ -178,14 +183,14 @@ class FieldCycle(Locked):
         fits = array.ndim in (2, 3) and array.shape[-2] == samples
         if not fits or (array.ndim == 3 and array.shape[0] != nodes):
             raise InputError(
-                f"{name} must have the shape ({samples}, directions), or ({nodes}, {samples}, "
+                f"`{name}` must have the shape ({samples}, directions), or ({nodes}, {samples}, "
                 f"directions), got {array.shape}"
             )
         return array.reshape(-1, *array.shape[-2:])
 
 
 class FieldOfNodes(Protocol):
-    """Interface of a field to its settled cycles."""
+    """Interface of a field for its settled cycles."""
 
     @property
     def separations(self) -> Floats:
@@ -202,7 +207,7 @@ class FieldOfNodes(Protocol):
 
 
 class SettledField:
-    """Settled cycles and harmonics of nodes, as :class:`microslip.JointField` has them."""
+    """Settled cycles and harmonics of nodes, a base class of :class:`microslip.JointField`."""
 
     def periodic(
         self: FieldOfNodes,
@@ -210,32 +215,31 @@ class SettledField:
         separations: ArrayLike | None = None,
         rest: ArrayLike | str = 0.0,
     ) -> FieldCycle:
-        """The settled cycles of all nodes.
+        """Compute the settled cycles of all nodes.
 
         Parameters
         ----------
         displacements : array_like
             One period of displacements [m], its first sample not repeated, shape (nodes, samples),
-            or (samples,) for all nodes alike.
+            or (samples,) if equal for all nodes.
         separations : array_like, optional
-            Separations [m] at the same samples; without them the nodes stay at their own. Contact
-            may be lost and found again.
+            Separations [m] at the same samples, constant by default. Contact may be lost and found
+            again.
         rest : array_like or "mean", optional
-            Displacements [m] at which the nodes rest without a force, one number or one a node,
-            or the mean of each cycle. With a mean displacement the settled mean force depends on
-            it.
+            Displacements [m] at which the nodes were free of force, a number or one per node, or
+            "mean" for the mean of each cycle. The settled mean force depends on it.
 
         Returns
         -------
         FieldCycle
-            ``force`` and ``load`` [N], ``stiffness`` [N/m] and ``derivative``, see there.
+            ``force`` and ``load`` [N], ``stiffness`` [N/m] and the method ``derivative``.
 
         Notes
         -----
-        Each node goes from rest in a straight line of (separation, displacement) to the sample
-        where separation + |displacement|/kappa is largest; there all other memory is gone, and the
-        cycle that begins there has settled. Where that path pressed new contact down sticking, one
-        more cycle follows. It does not matter with which sample a cycle begins.
+        Each node moves from rest in a straight line of (separation, displacement) to the sample
+        with the largest separation + |displacement|/kappa. This wipes out all other memory, so the
+        cycle from there is settled. If that path made new contact in sticking, one more cycle
+        follows. The result does not depend on the first sample.
         """
         nodes = self._nodes
         x, steps = _per_sample(nodes, "displacements", displacements), None
@@ -244,7 +248,7 @@ class SettledField:
             steps = self._steps_from_rest(_per_sample(nodes, "separations", separations))
             if steps.shape != x.shape:
                 raise InputError(
-                    "displacements and separations must have as many samples, got "
+                    "`displacements` and `separations` must have the same number of samples, got "
                     f"{x.shape[1]} and {steps.shape[1]}"
                 )
         cycles = NodeCycles(nodes, x, steps, begin)
@@ -261,27 +265,28 @@ class SettledField:
         samples: int | None = None,
         rtol: float = 1e-10,
     ) -> FieldHarmonics:
-        """Fourier coefficients of the settled forces with their Jacobians: harmonic balance.
+        """Compute Fourier coefficients of the settled forces and Jacobians (harmonic balance).
 
         Parameters
         ----------
         coefficients : array_like
-            Coefficients of the displacements [m], shape (nodes, coefficients), or one row for all,
-            in the order of ``harmonics``: [mean,] cos 1, sin 1, cos 3, sin 3 for (0, 1, 3).
+            Coefficients of the displacements [m], shape (nodes, coefficients), or (coefficients,)
+            if equal for all nodes, in the order of ``harmonics``: [mean,] cos 1, sin 1, cos 3,
+            sin 3 for (0, 1, 3).
         harmonics : sequence of int, optional
-            Numbers of the harmonics, rising; 0 is the mean.
+            Orders of the harmonics, increasing; 0 is the mean.
         separations : array_like, optional
-            Coefficients of the separations [m], of the same shape; without them the nodes stay at
-            their own. Their mean is the mean separation, not its change.
+            Coefficients of the separations [m], same shape; constant separations by default. The
+            mean is the mean separation, not its change.
         rest : array_like or "mean", optional
             As for :meth:`periodic`.
         samples : int, optional
-            Equidistant samples of the period [-], for comparison with a sampled cycle. Without it
-            there are none: the cycle is cut where it turns, and where separation or slip front
-            meet an end, a summit or a knot of a table, and integrated piece by piece.
+            Number of equidistant samples of the period [-]. By default the cycle is not sampled: it
+            is cut at turning points and where the separation or the slip front meets a summit, a
+            knot of a table or the end of the heights, and integrated piece by piece.
         rtol : float, optional
-            Without samples, the error of the coefficients [-] over the largest force; that of the
-            Jacobian over the largest stiffness is a hundred times as much.
+            Error of the coefficients relative to the largest force [-], if not sampled. The error
+            of the Jacobian relative to the largest stiffness is a hundred times larger.
 
         Returns
         -------
@@ -289,26 +294,25 @@ class SettledField:
             ``force`` and, with ``separations``, ``load`` [N], shape (nodes, coefficients), and
             ``jacobian``: derivatives [N/m] of force coefficients (rows) by displacement
             coefficients (columns), shape (nodes, coefficients, coefficients). With ``separations``
-            its shape is (nodes, 2, 2, coefficients, coefficients): derivatives of (force, load) by
-            (displacement, separation). It unpacks as ``force, jacobian`` or ``force, load,
-            jacobian``.
+            its shape is (nodes, 2, 2, coefficients, coefficients): derivatives of (force, load)
+            with respect to (displacement, separation). Unpacks as ``force, jacobian`` or
+            ``force, load, jacobian``.
 
         Raises
         ------
         InputError
-            If harmonics are above 200 without samples, or a load curve has so many kinks that the
-            tolerance is not met.
+            If harmonics are above 200 without samples, or a load curve has too many kinks for the
+            tolerance.
 
         Notes
         -----
-        The derivative runs down the tree of reversals. Samples miss the true turning points by up
-        to half a step, which is an error of second order: with 64 and a third harmonic some 3e-3 of
-        the force limit, and 8 % in the Jacobian.
+        Samples miss the turning points by up to half a step, which is an error of second order:
+        with 64 samples and a third harmonic some 3e-3 of the force limit, and 8 % of the Jacobian.
         """
         nodes, basis = self._nodes, Basis(harmonics)
         if samples is None and separations is None:
             return held_harmonics(nodes, coefficients, basis, rest, checked_tolerance(rtol))
-        # Without samples these check the separations, and serve nodes that stand still.
+        # If not sampled, a few samples check the separations and are used for nodes at rest.
         few = max(64, 8 * basis.orders[-1])
         waves, analysis = basis.sampled(few if samples is None else samples)
         rows = coefficients_of("coefficients", coefficients, basis, nodes.size)
@@ -332,7 +336,7 @@ class SettledField:
         )
         force, jacobian = found.force, found.jacobian
         if is_mean and basis.has_mean:
-            jacobian[:, 0, 0, :, 0] = 0.0  # rests move along
+            jacobian[:, 0, 0, :, 0] = 0.0  # the rest displacement shifts with the mean
         resting = np.flatnonzero(np.isnan(force[:, 0]))
         if resting.size:
             still = _sampled(nodes, x, steps, (begin, is_mean), waves, analysis)
@@ -341,18 +345,17 @@ class SettledField:
         return found
 
     def _steps_from_rest(self: FieldOfNodes, separations: Floats) -> Floats:
-        """Steps of separations, nodes along the first axis, from each node's own."""
         checked = self._nodes.checked(separations)
         return np.ascontiguousarray(checked - self.separations[:, None])
 
 
 def _per_sample(nodes: Nodes, name: str, value: ArrayLike) -> Floats:
-    """One cycle a node, or one for all, as (nodes, samples)."""
+    """Check cycles of shape (samples,) or (nodes, samples) and broadcast them to all nodes."""
     array = floats(name, value, "m")
     if array.ndim not in (1, 2) or (array.ndim == 2 and array.shape[0] != nodes.size):
         raise InputError(
-            f"{name} must have the shape ({nodes.size}, samples), or (samples,) for all nodes "
-            f"alike, got {array.shape}"
+            f"`{name}` must have the shape ({nodes.size}, samples), or (samples,) if equal for all "
+            f"nodes, got {array.shape}"
         )
     return np.ascontiguousarray(np.broadcast_to(array, (nodes.size, array.shape[-1])))
 
@@ -360,7 +363,7 @@ def _per_sample(nodes: Nodes, name: str, value: ArrayLike) -> Floats:
 def _sampled(
     nodes: Nodes, x: Floats, steps: Floats, rest: tuple[Any, bool], waves: Floats, analysis: Floats
 ) -> FieldHarmonics:
-    """Return the coefficients of sampled cycles whose separations vary with the same harmonics."""
+    """Return the harmonics of sampled cycles with varying separations."""
     cycles = NodeCycles(nodes, x, steps, rest)
     force, load, by_force, by_load = cycles.spectra(waves[None], waves[None], analysis)
     size = analysis.shape[1]
@@ -379,16 +382,16 @@ def varying_harmonics(
     basis: Basis,
     rtol: float,
 ) -> FieldHarmonics:
-    """Return coefficients of separations that vary, without samples; NaN for nodes at rest."""
+    """Return the harmonics for varying separations without samples; NaN for nodes at rest."""
     if not basis.in_kernel:
         raise InputError(
             f"`harmonics` must not be above {MOST_ORDERS} without samples, got "
-            f"{basis.orders[-1]}; give samples, such as samples={8 * basis.orders[-1]}"
+            f"{basis.orders[-1]}; write samples={8 * basis.orders[-1]}"
         )
     places, columns = basis.dense(rows)
     steps, _ = basis.dense(paths)
     steps[:, 0] -= rests
-    with np.errstate(over="ignore"):  # beyond 1e100 slips there is no more to come
+    with np.errstate(over="ignore"):  # full slip long before the clipping limit
         places = np.clip(
             (places - begin[:, None] * np.eye(1, places.shape[1])) / nodes.slips[:, None],
             -1e100,
@@ -423,7 +426,7 @@ def varying_harmonics(
 def held_harmonics(
     nodes: Nodes, coefficients: ArrayLike, basis: Basis, rest: ArrayLike | str, rtol: float
 ) -> FieldHarmonics:
-    """Return the coefficients of the forces at held separations, without samples."""
+    """Return the harmonics at constant separations, without samples."""
     rows = coefficients_of("coefficients", coefficients, basis, nodes.size).copy()
     means = rows[:, :1] if basis.has_mean else np.zeros((nodes.size, 1))
     begin, is_mean = rest_of(rest, means, nodes)
@@ -432,7 +435,7 @@ def held_harmonics(
         rows[:, : basis.has_mean] = 0.0
     if basis.in_kernel:
         curve = nodes.curve.smooth_parts(*nodes.reach(None))
-        with np.errstate(over="ignore"):  # beyond 1e100 slips there is no more to come
+        with np.errstate(over="ignore"):  # full slip long before the clipping limit
             places = np.clip(rows / nodes.slips[:, None], -1e100, 1e100)
             begin = np.clip(begin / nodes.slips, -1e100, 1e100)
 
@@ -464,5 +467,5 @@ def held_harmonics(
                 law, rows[i], basis.orders, float(starts[i]), rtol
             )
     if is_mean and basis.has_mean:
-        jacobian[:, :, 0] = 0.0  # rests move along
+        jacobian[:, :, 0] = 0.0  # the rest displacement shifts with the mean
     return FieldHarmonics(force, None, jacobian)

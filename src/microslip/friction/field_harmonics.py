@@ -1,4 +1,4 @@
-"""The Fourier coefficients of the settled forces of many nodes, as a named result."""
+"""Fourier coefficients of the settled forces of many nodes."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ Bools: TypeAlias = NDArray[np.bool_]
 class FieldHarmonics(tuple[Floats, ...]):
     """Fourier coefficients of the settled forces of nodes, with their Jacobians.
 
-    It unpacks as ``force, jacobian`` where separations were not given, else as ``force, load,
-    jacobian``. Between turning points the forces follow Jaeger (1998), DOI 10.1115/1.2833765.
+    Unpacks as ``force, jacobian`` for constant separations, otherwise as ``force, load, jacobian``.
+    Forces follow Jaeger (1998), DOI 10.1115/1.2833765.
     """
 
     force: Floats
-    """Coefficients of the tangential forces [N], shape (nodes, coefficients), in two directions
-    (nodes, 2, coefficients)."""
+    """Coefficients of the tangential forces [N], shape (nodes, coefficients), or
+    (nodes, 2, coefficients) for two directions."""
     load: Floats | None
-    """Coefficients of the normal loads [N], (nodes, coefficients); None at held separations."""
+    """Coefficients of the normal loads [N], (nodes, coefficients); None at constant separations."""
     jacobian: Floats
-    """Derivatives [N/m] of the coefficients of the forces by those of the displacements, see the
-    method for the shape."""
+    """Derivatives [N/m] of force coefficients with respect to displacement coefficients; for the
+    shape see the method."""
     residual: Floats
-    """Estimated distance of each node's force from that of the limit cycle [N], shape (nodes,).
+    """Estimated distance of the force of each node from the limit cycle [N], shape (nodes,).
 
-    In one direction the cycle is known exactly: 0.
+    0 for one direction, for which the cycle is exact.
     """
     converged: Bools
-    """Whether the residual of each node is within the tolerance, shape (nodes,)."""
+    """True for each node whose residual is within the tolerance, shape (nodes,)."""
 
     def __new__(
         cls,
@@ -43,7 +43,7 @@ class FieldHarmonics(tuple[Floats, ...]):
         residual: Floats | None = None,
         converged: Bools | None = None,
     ) -> Self:
-        """Without a residual all nodes have converged."""
+        """Create the result; without a residual all nodes have converged."""
         parts = (force, jacobian) if load is None else (force, load, jacobian)
         found = super().__new__(cls, parts)
         found.force, found.load, found.jacobian = force, load, jacobian

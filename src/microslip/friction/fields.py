@@ -1,21 +1,21 @@
-"""Fields of one asperity: zones, tractions, displacements of its surface.
+"""Fields of one asperity: zones, tractions and surface displacements.
 
-Boussinesq's and Cerruti's kernels (Johnson, Contact Mechanics, 1985, sections 3.2 and 3.6) need two
-integrals of a layer q(r): its potential and its deviator at the distance r from the centre,
+The solutions of Boussinesq and Cerruti (Johnson, Contact Mechanics, 1985, sections 3.2 and 3.6)
+need two integrals of a layer q(r): its potential and its deviator at distance r from the centre,
 
     phi(r)            = integral of q / distance dA,
     psi(r) cos(2 angle) = integral of q (x^2 - y^2) / distance^3 dA,
 
-x and y being the components of the distance. The second is the mean of the first over the disc of
-radius r, less the first at its edge. For a Hertz layer that is cut out inside,
+where x and y are the components of the distance. psi is the mean of phi over the disc of radius r
+minus phi at its edge. For a Hertz layer with the Hertz layer of the stick circle removed,
 
-    q(r) = k [sqrt(a^2 - r^2) - sqrt(c^2 - r^2)]   (a root of a negative number being nothing),
+    q(r) = k [sqrt(a^2 - r^2) - sqrt(c^2 - r^2)]   (0 for the root of a negative number),
 
 both are integrals of one positive function g(t) = min(a^2 - t^2, a^2 - c^2), t < a:
 
     phi = pi k integral of g(r sin p) dp,   psi = pi k integral of g(r sin p) cos(2p) dp
 
-over 0 <= p <= pi/2, so that neither loses digits far from the contact, nor with c next to a.
+over 0 <= p <= pi/2. Both are free of cancellation far from the contact and for c close to a.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ from microslip._core.frozen import Locked
 from microslip._core.quadrature import gauss_legendre
 from microslip.contact.materials import Material, MaterialPair
 
-# g is a polynomial of sines: on any part of a quarter turn this is exact to rounding.
+# g is a polynomial of sines, for which this rule is exact to rounding on a quarter turn.
 _NODES, _WEIGHTS = gauss_legendre(16)
 
 Body = Literal["first", "second"]
 
 
 class Zone(NamedTuple):
-    """A circle or ring of the contact, by what its points have done (19.9), (19.18)."""
+    """Circle or ring of the contact with a common slip history (19.9), (19.18)."""
 
     kind: Literal["stick", "stuck", "slip"]
     """``stick``: has not slipped since rest; ``stuck``: has, but not since the last reversal;
@@ -52,11 +52,11 @@ class Zone(NamedTuple):
     outer: float
     """Outer radius [m]."""
     direction: int
-    """Way of its last slip, 1 or -1; 0 if it has not slipped."""
+    """Direction of the last slip, 1 or -1; 0 if the zone has not slipped."""
 
 
 class _Pressed(Protocol):
-    """A sphere pressed on a flat, as :class:`microslip.Asperity` is one."""
+    """Interface of a sphere pressed on a flat, see :class:`microslip.Asperity`."""
 
     @property
     def pair(self) -> MaterialPair: ...
@@ -76,14 +76,15 @@ class _Pressed(Protocol):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AsperityFields(Locked):
-    """State of one asperity at the end of a record, made by :meth:`Asperity.fields`.
+    """State of one asperity at the end of a record; the result of :meth:`Asperity.fields`.
 
     Notes
     -----
-    Each move since rest that is still remembered leaves one term of Cattaneo's, two Hertz tractions
-    mu p, of the contact and of the circle of radius c that this move left alone. The first term
-    counts once, each later one twice, with signs that alternate (Mindlin and Deresiewicz, J. Appl.
-    Mech. 20, 327, 1953): so the force (19.13)-(19.24) and all fields are short sums for any record.
+    Each remembered move since rest contributes one Cattaneo term: the difference of two Hertz
+    tractions mu p, of the contact and of the circle of radius c that did not slip in this move. The
+    first term counts once, later terms twice, with alternating signs (Mindlin and Deresiewicz,
+    J. Appl. Mech. 20, 327, 1953). The force (19.13)-(19.24) and all fields are therefore short sums
+    for any record.
     """
 
     asperity: _Pressed
@@ -91,17 +92,17 @@ class AsperityFields(Locked):
     displacement: float
     """Tangential displacement at the end of the record [m]."""
     force: float
-    """Tangential force there [N]."""
+    """Tangential force at the end of the record [N]."""
     _distances: NDArray[np.float64]
-    """Distance of each term from its reversal, halved for all but the first [m]."""
+    """Distance of each move from its reversal, halved for all but the first [m]."""
     _factors: NDArray[np.float64]
-    """Factor of each term: 1 or -1 for the first, then 2 and -2 in turn."""
+    """Factor of each term: 1 or -1 for the first, then 2 and -2 alternating."""
 
     # -- zones ----------------------------------------------------------------------------------
 
     @cached_property
     def _removed(self) -> list[float]:
-        """a^2 - c^2 of each term [m^2], falling: later slip is always the shallower."""
+        """Radius term a^2 - c^2 of each move [m^2], decreasing: later slip is shallower."""
         share = np.minimum(self._distances / self.asperity.slip_limit, 1.0)
         removed: list[float] = (share * self.asperity.contact_radius**2).tolist()
         return removed
@@ -111,30 +112,30 @@ class AsperityFields(Locked):
 
     @property
     def stick_radius(self) -> float:
-        """Radius c [m] of the circle that does not slip now (19.9); 0 in gross slip.
+        """Radius c [m] of the circle that currently sticks (19.9); 0 in gross slip.
 
-        On first loading (c/a)^3 = 1 - |T|/mu N; after a reversal at T_r it is
-        1 - |T - T_r|/2 mu N.
+        On first loading (c/a)^3 = 1 - |T|/mu N; after a reversal at T_r, 1 - |T - T_r|/2 mu N.
         """
         return self._radius(-1)
 
     @property
     def unslipped_radius(self) -> float:
-        """Radius [m] of the circle that has not slipped since rest; (19.18) calls it c*."""
+        """Radius [m] of the circle that has not slipped since rest, c* in (19.18)."""
         return self._radius(0)
 
     @property
     def reversed_slip_radius(self) -> float:
-        """Radius c' [m] to which slip came after the first reversal; the contact's if none (19.18).
+        """Inner radius c' [m] of the slip after the first reversal (19.18).
 
-        The inner radius of reversed slip, (c'/a)^3 = 1 - |T - T_r|/2 mu N with T where it ended, or
-        now.
+        (c'/a)^3 = 1 - |T - T_r|/2 mu N with T at the end of this move. The contact radius if there
+        was
+        no reversal.
         """
         return self._radius(1) if self._factors.size > 1 else self.asperity.contact_radius
 
     @property
     def zones(self) -> tuple[Zone, ...]:
-        """Circle and rings of the contact, from the centre outwards; empty ones are left out."""
+        """Circle and rings of the contact, from the centre outwards, without empty zones."""
         ways = [0, *np.sign(self._factors).astype(int).tolist()]
         radii = [
             0.0,
@@ -148,7 +149,7 @@ class AsperityFields(Locked):
     # -- tractions ------------------------------------------------------------------------------
 
     def traction(self, radius: ArrayLike) -> Any:
-        """Tangential traction q(r), along the force, at most mu p in size (Figs. 19.2, 19.3).
+        """Compute the tangential traction q(r) along the force, at most mu p (Figs. 19.2, 19.3).
 
         Parameters
         ----------
@@ -158,8 +159,8 @@ class AsperityFields(Locked):
         Returns
         -------
         float or ndarray
-            Tractions [Pa], shape of ``radius``; 0 outside the contact. Their integral over it is
-            the force.
+            Tractions [Pa], shape of ``radius``; 0 outside the contact. Their integral over the
+            contact area is the force.
         """
         places = distances("radius", radius)
         r, a = places.reshape(-1), self.asperity.contact_radius
@@ -168,7 +169,7 @@ class AsperityFields(Locked):
         for factor, removed in zip(self._factors.tolist(), self._removed, strict=True):
             c = math.sqrt(max(a * a - removed, 0.0))
             root = np.sqrt(np.maximum(c - r, 0.0) * (c + r))
-            # In the circle the difference of the roots, which must not cancel.
+            # Inside the stick circle, the difference of the roots without cancellation.
             total += factor * np.divide(removed, inside + root, out=inside.copy(), where=root > 0.0)
         scale = self.asperity._grade * self.asperity.friction_coefficient
         return plain((scale * total).reshape(places.shape))
@@ -176,7 +177,7 @@ class AsperityFields(Locked):
     # -- displacements --------------------------------------------------------------------------
 
     def _terms(self, r: Floats) -> Iterator[tuple[float, Floats, Floats]]:
-        """Factor, potential and deviator of each term, for distances of one dimension."""
+        """Yield factor, potential and deviator of each term, for one-dimensional distances."""
         joint = self.asperity
         grade = joint._grade * joint.friction_coefficient
         for factor, removed in zip(self._factors.tolist(), self._removed, strict=True):
@@ -185,34 +186,34 @@ class AsperityFields(Locked):
     def surface_displacement(
         self, x: ArrayLike, y: ArrayLike = 0.0, body: Body | None = None
     ) -> tuple[Any, Any]:
-        """Tangential displacement of the surface under the tractions, inside and outside.
+        """Compute the tangential surface displacement, inside and outside the contact.
 
         Parameters
         ----------
         x, y : array_like
-            Places [m] from the centre, x along the force; shapes that broadcast.
+            Coordinates [m] from the centre, x along the force; shapes that broadcast.
         body : {"first", "second"}, optional
-            The displacement of this body alone, towards the force on it. By default that of both
-            bodies together: in the circle that has not slipped, the displacement of the asperity.
+            Body whose displacement is computed, positive along the force on it. By default the sum
+            of both bodies, which is the displacement of the asperity in the unslipped circle.
 
         Returns
         -------
         u_x, u_y : float or ndarray
-            Along and across the force [m], against the distant points of each body.
+            Displacements along and across the force [m], relative to distant points of each body.
 
         Notes
         -----
-        Cerruti's solution, summed over the terms of the traction; within one Hertz layer it is that
-        of Johnson, Contact Mechanics (1985, DOI 10.1017/CBO9781139171731), section 3.6. The u_y of
-        the two bodies is slip across the force, which Cattaneo and Mindlin neglect: on first
-        loading at most nu/(4 - 2 nu) of u_x in the contact.
+        Cerruti's solution, summed over the terms of the traction. Within one Hertz layer it agrees
+        with Johnson, Contact Mechanics (1985, DOI 10.1017/CBO9781139171731), section 3.6. The sum
+        of u_y is slip across the force, neglected by Cattaneo and Mindlin: on first loading at most
+        nu/(4 - 2 nu) of u_x in the contact.
         """
         px, py = floats("x", x, "m"), floats("y", y, "m")
         try:
             px, py = np.broadcast_arrays(px, py)
         except ValueError:
             raise InputError(
-                f"x and y must have shapes that fit each other, got {px.shape} and {py.shape}"
+                f"`x` and `y` must have shapes that broadcast, got {px.shape} and {py.shape}"
             ) from None
         r = np.hypot(px, py)
         cosine = np.divide(px, r, out=np.ones_like(r), where=r > 0.0)
@@ -226,11 +227,11 @@ class AsperityFields(Locked):
         return plain(ux), plain(uy)
 
     def slip(self, radius: ArrayLike) -> Any:
-        """Slip [m] since rest along the force: displacement less what both surfaces give way.
+        """Compute the slip [m] since rest along the force, averaged over the angle.
 
-        Distances are as :meth:`traction` has them. The slip is its mean over the angle; nothing in
-        the circle that has not slipped. Outside the contact it is the displacement of facing points
-        against each other.
+        The displacement minus the surface displacements of both bodies: 0 in the unslipped circle,
+        and outside the contact the relative displacement of facing points. Distances [m] are as
+        :meth:`traction` has them.
 
         Notes
         -----
@@ -254,7 +255,7 @@ class AsperityFields(Locked):
 
 
 def distances(name: str, value: ArrayLike) -> Floats:
-    """Distances from the centre, not negative."""
+    """Check distances from the centre [m], which must not be negative."""
     r = floats(name, value, "m")
     if r.min() < 0.0:
         raise InputError(f"`{name}` must not be negative [m], got {r.min():g}")
@@ -262,16 +263,16 @@ def distances(name: str, value: ArrayLike) -> Floats:
 
 
 def bodies(pair: MaterialPair, body: Body | None) -> tuple[Material, ...]:
-    """The bodies of a pair that are asked for."""
+    """Return the materials of the selected body, or of both."""
     if body is None:
         return pair.first, pair.second
     if body not in ("first", "second"):
-        raise InputError(f'body must be "first" or "second", or left out, got {show(body)}')
+        raise InputError(f'`body` must be "first", "second" or None, got {show(body)}')
     return (pair.first,) if body == "first" else (pair.second,)
 
 
 def shares(pair: MaterialPair, body: Body | None) -> tuple[float, float]:
-    """Factors of the potential and the deviator of a traction [1/Pa]."""
+    """Return the factors of potential and deviator of a traction [1/Pa], summed over bodies."""
     materials = bodies(pair, body)
     along = sum((2.0 - m.poisson_ratio) / m.shear_modulus for m in materials)
     across = sum(m.poisson_ratio / m.shear_modulus for m in materials)
@@ -279,7 +280,7 @@ def shares(pair: MaterialPair, body: Body | None) -> tuple[float, float]:
 
 
 def potentials(k: float, outer: float, removed: float, r: Floats) -> tuple[Floats, Floats]:
-    """Potential and deviator of a Hertz layer that is cut out inside."""
+    """Return potential and deviator of the Hertz layer minus that of the stick circle."""
     inner = math.sqrt(max(outer * outer - removed, 0.0))
     far = np.maximum(r, np.finfo(float).tiny)  # the sine is 1 at the centre
     sine, edge = np.minimum(inner / far, 1.0), np.minimum(outer / far, 1.0)
@@ -288,7 +289,7 @@ def potentials(k: float, outer: float, removed: float, r: Floats) -> tuple[Float
     g = np.maximum(outer**2 - (r[:, None] * np.sin(angle)) ** 2, 0.0)
     width = last - first
     phi = removed * first + width * (g @ _WEIGHTS)
-    # The cosine of twice the angle integrates to sine times cosine: nothing in the stick circle.
+    # cos(2p) integrates to sin(p) cos(p), which is 0 in the stick circle.
     cosine = np.sqrt((1.0 - sine) * (1.0 + sine))
     psi = removed * sine * cosine + width * ((g * np.cos(2.0 * angle)) @ _WEIGHTS)
     return math.pi * k * phi, math.pi * k * psi

@@ -1,4 +1,4 @@
-"""A friction law drawn: its backbone, or a measure of its closed cycles, against the amplitude."""
+"""Figure of a friction law: backbone or a measure of closed cycles over amplitude."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ LABELS = {
     "dissipation_exponent": ("Local exponent d ln E / d ln δ", ""),
 }
 _POINTS = 241
-_RIGID = (1e-9, 1e-4)  # amplitudes of a law that has no slip scale [m]
+_RIGID = (1e-9, 1e-4)  # amplitudes [m] of a law without slip scale
 
 
 def law_figure(law: Any, quantity: Any, amplitudes: Any) -> Plot:
-    """One quantity over amplitudes, from far in the microslip to far in the slip by default."""
+    """Return the plot of one quantity over amplitude, by default from microslip to gross slip."""
     if not isinstance(quantity, str) or quantity not in LABELS:
         names = ", ".join(LABELS)
         raise InputError(f"`quantity` must be one of {names}, got {show(quantity)}")

@@ -1,12 +1,13 @@
-"""Fourier coefficients of the force on a joint whose displacement has a few: harmonic balance.
+"""Fourier coefficients of the settled force for a displacement with few harmonics.
 
-Between the turning points of the displacement, where inner loops close and where the law has kinks,
-the settled force is smooth: the rule of Gauss and Legendre takes its coefficients to rounding from
-a few dozen places, where equidistant samples would miss the turning points. With D = dT/dp and
-c = dx/dp on the branch that began at reversal r, D = D_r + k (c - c_r), k the branch's stiffness.
+Between turning points, closures of inner loops and kinks of the law the settled force is smooth.
+Gauss-Legendre quadrature then gives its coefficients to rounding error with a few dozen nodes,
+where
+equidistant samples would miss the turning points. With D = dT/dp and c = dx/dp, on the branch that
+began at reversal r, D = D_r + k (c - c_r), with k the stiffness of the branch.
 
-Laws with a table, and fields, are integrated in the kernel (`_harmonics.h`); what stands here
-serves laws without one, cut at their kinks.
+Laws with a table, and fields, are integrated in the kernel (`_harmonics.h`). The code here is for
+laws without a table, cut at their kinks.
 """
 
 from __future__ import annotations
@@ -27,18 +28,18 @@ from microslip._core.quadrature import gauss_legendre
 from microslip.friction.cycles import Backbone, Rest, rest_of
 
 _NODES, _WEIGHTS = gauss_legendre(16)
-# Towards both ends of a piece the places lie as of a cosine: roots there are smooth then.
+# Nodes are clustered like those of a cosine, which makes square roots at the ends smooth.
 _SHARES = np.sin(0.5 * math.pi * _NODES) ** 2
 _SHARE_WEIGHTS = 0.5 * math.pi * np.sin(math.pi * _NODES) * _WEIGHTS
-_MAX_PIECES = 1 << 15  # pieces at a time
+_MAX_PIECES = 1 << 15
 _LEVELS = 48
 _NO_REST = np.zeros(1)
 _MOST_SAMPLES = 1 << 20
-MOST_ORDERS = 200  # highest harmonic that the kernel takes: its work grows with the square
+MOST_ORDERS = 200  # highest harmonic in the kernel, whose work grows with the square of it
 
 
 class KinkedBackbone(Backbone, Protocol):
-    """A law whose backbone is smooth between known kinks."""
+    """Interface of a law whose backbone is smooth between known kinks."""
 
     @property
     def tangential_stiffness(self) -> float:
@@ -49,26 +50,26 @@ class KinkedBackbone(Backbone, Protocol):
 
     @property
     def _kinks(self) -> Floats:
-        """Displacements [m], rising, at which T0 is not smooth."""
+        """Displacements [m], increasing, at which T0 is not smooth."""
 
 
 class HarmonicForce(NamedTuple):
-    """Fourier coefficients of the settled force on a joint, and how they change.
+    """Fourier coefficients of the settled force on a joint, with their Jacobian.
 
-    Of the closed cycle of (19.20)-(19.24): see :meth:`microslip.BackboneLaw.harmonics`.
+    For the closed cycle of (19.20)-(19.24); see :meth:`microslip.BackboneLaw.harmonics`.
     """
 
     force: Floats
-    """Coefficients of the force [N], in the order of those of the displacement."""
+    """Coefficients of the force [N], in the order of the displacement coefficients."""
     jacobian: Floats
-    """Their derivatives [N/m] (rows) by the coefficients of the displacement (columns)."""
+    """Jacobian [N/m]: rows are force coefficients, columns displacement coefficients."""
 
 
 class Basis:
-    """The functions [1,] cos, sin, cos, sin ... of given harmonics."""
+    """Basis functions [1,] cos, sin, cos, sin ... of given harmonics."""
 
     def __new__(cls, harmonics: Any) -> Basis:
-        """Return the basis of some harmonics, made once for each tuple of them."""
+        """Return the basis of given harmonics, cached by harmonics."""
         if isinstance(harmonics, tuple) and all(type(n) is int for n in harmonics):
             return _basis(harmonics)
         return _basis(tuple(rising_orders("harmonics", harmonics)))
@@ -76,7 +77,7 @@ class Basis:
     def _fill(self, harmonics: tuple[int, ...]) -> None:
         self.orders = list(rising_orders("harmonics", harmonics))
         if not self.orders:
-            raise InputError("harmonics must be at least one, such as [0, 1, 3], got none")
+            raise InputError("`harmonics` must not be empty, got none; write harmonics=[0, 1, 3]")
         self.columns = [k for n in self.orders for k in ((2 * n - 1, 2 * n) if n else (0,))]
         self.is_dense = self.columns == list(range(2 * self.orders[-1] + 1))
         self.has_mean = self.orders[0] == 0
@@ -86,7 +87,7 @@ class Basis:
         self.size = self._n.size + self.has_mean
 
     def values(self, t: Floats, derivative: int = 0) -> Floats:
-        """The functions, or their first or second derivatives, at times t (rows)."""
+        """Evaluate the functions or their derivatives at times t, shape (t.size, size)."""
         angle = t[:, None] * self._n
         even, odd = np.cos(angle[:, ::2]), np.sin(angle[:, ::2])
         waves = np.empty((t.size, self._n.size))
@@ -103,34 +104,35 @@ class Basis:
 
     @property
     def factors(self) -> Floats:
-        """Factors of the integrals of function times force over a period that give coefficients."""
+        """Factors that turn integrals of function times force over a period into coefficients."""
         result = np.full(self.size, 1.0 / math.pi)
         if self.has_mean:
             result[0] = 0.5 / math.pi
         return result
 
     def sampled(self, samples: Any) -> tuple[Floats, Floats]:
-        """The functions at equidistant samples, and what takes samples back to coefficients."""
+        """Return the functions at equidistant samples and the matrix of the inverse transform."""
         fewest = 2 * self.orders[-1] + 1
         if not is_whole(samples) or not fewest <= samples <= _MOST_SAMPLES:
             raise InputError(
-                f"samples must be a whole number from {fewest}, for harmonic {self.orders[-1]}, "
+                f"`samples` must be a whole number from {fewest}, for harmonic {self.orders[-1]}, "
                 f"to {_MOST_SAMPLES}, got {show(samples)}"
             )
         return _sampled(tuple(self.orders), int(samples))
 
     @property
     def in_kernel(self) -> bool:
-        """Whether the kernel takes harmonics of this order."""
+        """True if the kernel supports the highest harmonic."""
         return self.orders[-1] <= MOST_ORDERS
 
     def integrated(
         self, rows: Floats, begin: Floats | float, tolerance: float, kernel: Any, *line: Any
     ) -> tuple[Floats, Floats]:
-        """Coefficients (rows, size) of forces and their derivatives, by a kernel, of ``line``.
+        """Integrate coefficients of forces and their Jacobians with a compiled kernel.
 
-        Rows begin at displacements ``begin``, one each or one for all; a mean of the motion that
-        begins there, too, is to be taken off both.
+        ``rows`` are displacement coefficients (rows, size), ``begin`` the rest displacements [m],
+        one or
+        one per row. ``line`` holds the arguments of the law.
         """
         dense, columns = self.dense(rows)
         dense[:, 0] -= begin
@@ -142,7 +144,7 @@ class Basis:
         return force[:, columns], jacobian[:, columns][:, :, columns]
 
     def dense(self, rows: Floats) -> tuple[Floats, list[int]]:
-        """Rows with all harmonics up to the highest, and the columns of those there are."""
+        """Return the rows with all harmonics up to the highest, and the given columns."""
         if self.is_dense:
             return np.array(rows, dtype=float, order="C"), self.columns
         dense = np.zeros((len(rows), 2 * self.orders[-1] + 1))
@@ -158,10 +160,10 @@ def _basis(harmonics: tuple[int, ...]) -> Basis:
 
 
 def tolerance_error(tolerance: float) -> InputError:
-    """The error of a tolerance that a load curve's corners do not let be reached."""
+    """Return the error for a tolerance that is not reached on a load curve with many corners."""
     return InputError(
-        f"`rtol` must be one that is reached on this law, whose load curve has too many "
-        f"corners for {tolerance:g}; for example rtol={100.0 * tolerance:g}"
+        f"`rtol` must be larger for this law, whose load curve has too many corners for "
+        f"{tolerance:g}; write rtol={100.0 * tolerance:g}"
     )
 
 
@@ -176,19 +178,19 @@ def _sampled(orders: tuple[int, ...], samples: int) -> tuple[Floats, Floats]:
 def coefficients_of(
     name: str, coefficients: ArrayLike, basis: Basis, nodes: int | None = None, unit: str = "m"
 ) -> Floats:
-    """One coefficient for each function of a basis; of many nodes a row each, or one for all."""
+    """Check coefficients, shape (size,), or (nodes, size) if ``nodes`` is given."""
     values = floats(name, coefficients, unit)
     if nodes is not None:
         if values.shape not in ((basis.size,), (nodes, basis.size)):
             raise InputError(
-                f"{name} must have the shape ({nodes}, {basis.size}), a row for each node "
-                f"in the order of the harmonics, or ({basis.size},) for all alike, "
+                f"`{name}` must have the shape ({nodes}, {basis.size}), a row for each node "
+                f"in the order of the harmonics, or ({basis.size},) for equal rows, "
                 f"got {values.shape}"
             )
         return np.broadcast_to(values, (nodes, basis.size))
     if values.shape != (basis.size,):
         raise InputError(
-            f"{name} must hold {basis.size} numbers, [mean,] cosine and sine of each harmonic of "
+            f"`{name}` must hold {basis.size} numbers, [mean,] cosine and sine of each harmonic of "
             f"{basis.orders}, got shape {values.shape}"
         )
     return values
@@ -202,10 +204,13 @@ def harmonic_force(
     rtol: float,
     least: float = 0.0,
 ) -> HarmonicForce:
-    """See :meth:`microslip.BackboneLaw.harmonics`; a force [N] below ``least`` is rounding."""
+    """Compute harmonics; see :meth:`microslip.BackboneLaw.harmonics`.
+
+    Errors are relative to a force of at least ``least`` [N].
+    """
     basis = Basis(harmonics)
     c = coefficients_of("coefficients", coefficients, basis).copy()
-    begin, moves = 0.0, None  # which coefficients move the joint from its rest
+    begin, moves = 0.0, None  # moves: 0 for coefficients that shift the rest displacement too
     if type(rest) is not float or rest != 0.0:
         begin, from_mean = rest_of(rest, np.zeros(1))
         if from_mean and basis.has_mean:
@@ -235,36 +240,35 @@ def harmonic_force(
 
 
 def checked_tolerance(rtol: float) -> float:
-    """A relative error [-] that integrals reach."""
+    """Check the relative tolerance ``rtol`` [-]."""
     tolerance = number("rtol", rtol)
     if not 1e-14 <= tolerance <= 0.1:
-        raise InputError(f"rtol must be between 1e-14 and 0.1, got {tolerance:g}")
+        raise InputError(f"`rtol` must be between 1e-14 and 0.1, got {tolerance:g}")
     return tolerance
 
 
 class _Motion:
-    """A displacement, counted from where the joint began, and its turning points."""
+    """Displacement relative to the rest displacement, with its turning points."""
 
     def __init__(self, basis: Basis, c: Floats, begin: float, moves: Floats) -> None:
         self.basis, self.c, self.begin, self.moves = basis, c, begin, moves
         self.turns = self._turning_points()
 
     def at(self, t: Floats, derivative: int = 0) -> Floats:
-        """The displacement, or its derivative in time."""
         value = self.basis.values(t, derivative) @ self.c
         return value if derivative else value - self.begin
 
     def directions(self, t: Floats, derivative: int = 0) -> Floats:
-        """Derivatives of the displacement by the coefficients."""
+        """Return derivatives of the displacement with respect to the coefficients."""
         return self.basis.values(t, derivative) * self.moves
 
     def _turning_points(self) -> Floats:
-        """Times at which it turns, from that of its largest size on."""
+        """Return the times of the turning points, from the largest displacement on."""
         waves = self.c[int(self.basis.has_mean) :]
         top = self.basis.orders[-1]
         if not np.any(waves):
             return np.zeros(0)
-        # Roots of the derivative as a polynomial in exp(i t); near-double ones come as a pair.
+        # Roots of the derivative as a polynomial in exp(i t); close roots appear as pairs.
         cosines, sines = np.zeros(top + 1), np.zeros(top + 1)
         turning = [n for n in self.basis.orders if n]
         scale = np.abs(waves).max()
@@ -288,7 +292,7 @@ class _Motion:
         turns = solve(lambda t: self.at(t, 1), lambda t: self.at(t, 2), low, high)
         turns = np.unique(np.mod(turns, 2.0 * math.pi))
         x = self.at(turns)
-        # Only true ones: each differs from its neighbours, in the other direction.
+        # Keep only true turning points, at which the direction changes.
         while x.size > 2:
             steps = x - np.roll(x, 1)
             monotone = np.sign(steps) == np.sign(np.roll(steps, -1))
@@ -299,7 +303,7 @@ class _Motion:
             turns, x = np.delete(turns, first), np.delete(x, first)
         if x.size < 2 or not np.ptp(x) > 0.0:
             return np.zeros(0)
-        # Of two sizes that agree to rounding the positive one is where the cycle begins.
+        # If two extremes have equal magnitude within rounding, begin at the positive one.
         size = np.abs(x)
         largest = np.flatnonzero(size >= size.max() * (1.0 - 1e-13))
         root = int(largest[np.argmax(x[largest])])
@@ -307,7 +311,7 @@ class _Motion:
 
 
 def solve(function: Any, slope: Any, low: Floats, high: Floats) -> Floats:
-    """Roots of a function that changes sign between low and high, element by element."""
+    """Find roots of a function that changes sign between low and high, elementwise."""
     low, high = low.copy(), high.copy()
     rising = function(high) > function(low)
     t = 0.5 * (low + high)
@@ -319,7 +323,7 @@ def solve(function: Any, slope: Any, low: Floats, high: Floats) -> Floats:
             step = value / slope(t)
         size = np.maximum(np.abs(t), 1.0)
         there = (np.abs(step) <= 4e-16 * size) | (value == 0.0)
-        # Of a root at an end of its bracket rounding may be beyond it.
+        # A root at an end of its bracket may be outside within rounding.
         inside = (t - step > low - 1e-14 * size) & (t - step < high + 1e-14 * size)
         new = np.where(inside, np.clip(t - step, low, high), 0.5 * (low + high))
         new = np.where(there, t, new)
@@ -331,7 +335,7 @@ def solve(function: Any, slope: Any, low: Floats, high: Floats) -> Floats:
 
 
 def _at_rest(law: KinkedBackbone, motion: _Motion) -> HarmonicForce:
-    """A displacement that rests: what small cycles around it tend to."""
+    """Return the harmonics of a constant displacement: the limit of small cycles."""
     basis = motion.basis
     x = float(motion.at(np.zeros(1))[0])
     force, jacobian = np.zeros(basis.size), np.zeros((basis.size, basis.size))
@@ -344,7 +348,7 @@ def _at_rest(law: KinkedBackbone, motion: _Motion) -> HarmonicForce:
 
 
 class _Piece(NamedTuple):
-    """A run of one way on one branch: displacements from and to, the reversal, the way's index."""
+    """Monotone piece of one branch: end displacements, reversal, and half-cycle index."""
 
     begin: float
     end: float
@@ -353,18 +357,18 @@ class _Piece(NamedTuple):
 
 
 class _Cycle:
-    """Branches of a settled cycle, from the displacement of largest size on."""
+    """Branches of a settled cycle, from the largest displacement on."""
 
     def __init__(self, law: KinkedBackbone, motion: _Motion) -> None:
         self.law, self.motion = law, motion
         self.times = motion.turns
         self.x = motion.at(self.times)
-        self.sign = np.sign(np.roll(self.x, -1) - self.x)  # of the way that begins at each
+        self.sign = np.sign(np.roll(self.x, -1) - self.x)  # direction after each turning point
         self.changes = motion.directions(self.times)  # dx/dp at the turning points
         self.pieces = self._branches()
 
     def _branches(self) -> list[_Piece]:
-        """The pieces of all ways, with the force at each turning point and its derivative."""
+        """Return the pieces, and store the force at each turning point and its derivative."""
         law, x, count = self.law, self.x, self.x.size
         half, stack = np.array([abs(x[0])]), [0]
         self.force = np.empty(count)
@@ -395,7 +399,7 @@ class _Cycle:
         return pieces
 
     def _cut(self) -> tuple[Floats, Floats, Any]:
-        """Times from and to of all pieces, kinks of the law cut out, and their reversals."""
+        """Return the start and end times of all pieces, cut at kinks, and their reversals."""
         kinks = self.law._kinks
         begin, end, parent, way = (np.array(v) for v in zip(*self.pieces, strict=True))
         sign = self.sign[way]
@@ -412,7 +416,7 @@ class _Cycle:
         x, of = np.concatenate(marks), np.concatenate(owner)
         order = np.lexsort((x * sign[of], of))
         x, of = x[order], of[order]
-        # Turning points are known; the rest is found on its way.
+        # Turning points are known; other times are solved for.
         first = self.times[way[of]]
         last = np.roll(self.times, -1)[way[of]]
         last = np.where(last <= first, last + 2.0 * math.pi, last)
@@ -430,7 +434,7 @@ class _Cycle:
         return t[inside], t[inside + 1], np.column_stack((parent[of[inside]], way[of[inside]]))
 
     def coefficients(self, tolerance: float, least: float) -> HarmonicForce:
-        """Piece by piece, halved until the halves agree with the whole."""
+        """Integrate each piece, bisecting until both halves agree with the whole."""
         size = self.motion.basis.size
         begin, end, of = self._cut()
         total, slopes = np.zeros(size), np.zeros((size, size))
@@ -459,8 +463,8 @@ class _Cycle:
             coarse = tuple(v[rough] for v in halves)
             if begin.size > _MAX_PIECES:
                 raise InputError(
-                    f"rtol must be one that {_MAX_PIECES} pieces of a cycle reach on this law, "
-                    f"got {tolerance:g}"
+                    f"`rtol` must be larger for this law, which needs more than {_MAX_PIECES} "
+                    f"pieces of a cycle, got {tolerance:g}"
                 )
         else:
             total, slopes = total + coarse[0].sum(axis=0), slopes + coarse[1].sum(axis=0)
@@ -469,7 +473,7 @@ class _Cycle:
         return HarmonicForce(factors * total, factors[:, None] * slopes)
 
     def _integrals(self, begin: Floats, end: Floats, of: Any) -> tuple[Floats, Floats]:
-        """Integrals of the functions times force, and times its derivative, over the pieces."""
+        """Return integrals of the functions times force, and times its derivative, by piece."""
         parent, way = of[:, 0], of[:, 1]
         width = end - begin
         t = begin[:, None] + width[:, None] * _SHARES
@@ -490,7 +494,7 @@ class _Cycle:
         )
 
     def _jumps(self) -> Floats:
-        """Terms of moving turning points, for a law that is rigid at rest: its force jumps."""
+        """Return the terms of moving turning points for a law whose force jumps there."""
         size = self.motion.basis.size
         if math.isfinite(self.law.tangential_stiffness):
             return np.zeros((size, size))

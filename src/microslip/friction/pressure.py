@@ -1,4 +1,4 @@
-"""Uneven pressure of a joint: its distribution, and the law of the whole joint."""
+"""Distributions of a nonuniform pressure over a joint."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ from microslip._core.quadrature import gauss_legendre
 from microslip._core.wording import did_you_mean, quoted
 
 RINGS = 32
-"""Rings of a smooth distribution: Gauss nodes over the area."""
+"""Default number of rings of a smooth distribution: Gauss nodes over the area."""
 _MOST_PIECES = 200
-_MAX_COUNT = 10_000  # rings, or places that are alike
-_PANEL = 4  # nodes between two points of a table
+_MAX_COUNT = 10_000  # rings, or equal contacts
+_PANEL = 4  # quadrature nodes between two points of a table
 
 
 @dataclass(frozen=True)
@@ -43,13 +43,13 @@ class BoltSize:
     diameter: float
     pitch: float
     head: float
-    """Least bearing diameter d_w of head and nut (ISO 4014)."""
+    """Smallest bearing diameter d_w of head and nut (ISO 4014)."""
     hole: float
     """Clearance hole, medium series (ISO 273)."""
     flats: float
     """Width s across the flats of head and nut (ISO 4014, ISO 4032)."""
     heights: float
-    """Heights k of the head and m of the nut, together."""
+    """Sum of the heights k of the head and m of the nut."""
     washer: float
     """Outer diameter of the washers (ISO 7089)."""
     washer_thickness: float
@@ -76,24 +76,24 @@ BOLTS = MappingProxyType(
         "M36": _size(36, 4.0, 51.11, 39.0, 55, 53.5, 66, 5),
     }
 )
-"""Hexagon bolts with nuts and plain washers by their size."""
+"""Hexagon bolts with nuts and plain washers by size."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Pressure(ByValue, Locked):
-    """Distribution of a normal load over the faces: areas, and pressure on each for a unit load.
+    """Distribution of a normal load: areas and the fraction of the load on each.
 
-    Made by :meth:`cone`, :meth:`parabola`, :meth:`annulus`, :meth:`bolt`, :meth:`table` or
+    Created by :meth:`cone`, :meth:`parabola`, :meth:`annulus`, :meth:`bolt`, :meth:`table` or
     :meth:`patches`.
 
     Parameters
     ----------
     areas : ndarray
-        Areas that are pressed alike [m^2].
+        Areas of equal pressure [m^2], one-dimensional.
     shares : ndarray
-        Share of the load on each [-], all above zero; they sum to 1.
+        Fraction of the load on each area [-], above zero, with sum 1.
     distances : ndarray, optional
-        Distance of each from the axis [m], where there is one.
+        Distance of each area from the axis [m], for axisymmetric distributions.
     kind : str, optional
         Name of the distribution.
     """
@@ -111,7 +111,7 @@ class Pressure(ByValue, Locked):
         shapes = [array.shape for array in arrays.values()]
         if arrays["areas"].ndim != 1 or len(set(shapes)) > 1:
             raise InputError(
-                f"{', '.join(arrays)} must be lists of one length, got shapes "
+                f"{', '.join(arrays)} must be sequences of the same length, got shapes "
                 f"{', '.join(map(str, shapes))}; write ms.Pressure.patches([1e-4], [1.0])"
             )
         if abs(math.fsum(arrays["shares"]) - 1.0) > 1e-9:
@@ -125,30 +125,30 @@ class Pressure(ByValue, Locked):
 
     @property
     def area(self) -> float:
-        """Area that is pressed at all [m^2]."""
+        """Total pressed area [m^2]."""
         return math.fsum(self.areas)
 
     @property
     def concentration(self) -> float:
-        """Largest pressure over the mean on the pressed area [-]."""
+        """Largest pressure over the mean pressure of the pressed area [-]."""
         return float((self.shares / self.areas).max() * self.area)
 
-    # -- round ones -------------------------------------------------------------------------------
+    # -- axisymmetric -----------------------------------------------------------------------------
 
     @classmethod
     def cone(
         cls, outer: float, inner: float = 0.0, *, count: int = 1, rings: int = RINGS
     ) -> Pressure:
-        """Pressure that falls along a straight line, from an inner radius to none at the outer one.
+        """Return a pressure that falls linearly from the inner radius to zero at the outer radius.
 
         Parameters
         ----------
         outer, inner : float
-            Radii [m] between which the faces are pressed; the inner one is that of a hole, if any.
+            Outer and inner radius of the pressed ring [m].
         count : int, optional
-            Number of such contacts, equal and far enough apart.
+            Number of equal contacts.
         rings : int, optional
-            Rings that stand for the whole: 32 are good to 1e-11 in the energy, 8 to 1e-6.
+            Number of rings. The relative error of the energy is 1e-11 with 32 and 1e-6 with 8.
         """
         return cls._ring("cone", lambda t: 1.0 - t, outer, inner, count, rings)
 
@@ -156,15 +156,16 @@ class Pressure(ByValue, Locked):
     def parabola(
         cls, outer: float, inner: float = 0.0, *, count: int = 1, rings: int = RINGS
     ) -> Pressure:
-        """The same along a parabola with its top at the inner radius.
+        """Return a parabolic pressure with its maximum at the inner radius.
 
-        As 1 - ((r - r_i)/(r_o - r_i))^2, between radii [m] as of :meth:`cone`.
+        p is proportional to 1 - ((r - r_i)/(r_o - r_i))^2. Radii [m] and counts as for
+        :meth:`cone`.
         """
         return cls._ring("parabola", lambda t: 1.0 - t * t, outer, inner, count, rings)
 
     @classmethod
     def annulus(cls, outer: float, inner: float = 0.0, *, count: int = 1) -> Pressure:
-        """An even pressure on a ring, or on a disc: radii [m] and count as of :meth:`cone`."""
+        """Return a uniform pressure on a ring or disc; radii [m] and count as for :meth:`cone`."""
         outer, inner = _radii(outer, inner)
         area = (
             whole_number("count", count, 1, _MAX_COUNT)
@@ -187,36 +188,36 @@ class Pressure(ByValue, Locked):
         edge: float | None = None,
         rings: int = RINGS,
     ) -> Pressure:
-        """Pressure of a bolt between two plates: a cone by Rötscher's rule.
+        """Return the pressure of a bolt between two plates: a cone after Rötscher.
 
         Parameters
         ----------
         size : str
-            "M3" to "M36", which gives hole and head.
+            "M3" to "M36", which determines the defaults of hole and head.
         plates : sequence of float
             Thickness of both plates [m].
         count : int, optional
             Number of bolts.
         hole, head : float, optional
-            Diameters of the hole and of what presses on the plates, head or washer [m].
+            Diameters of the hole and of the bearing face of head or washer [m].
         angle : float, optional
-            Half angle of the pressure cone [rad]; 30 degrees.
+            Half angle of the pressure cone [rad], by default 30 degrees.
         edge : float, optional
-            Diameter at which the plates end [m].
+            Diameter of the plates [m], unlimited by default.
         rings : int, optional
-            As of :meth:`cone`.
+            As for :meth:`cone`.
 
         Returns
         -------
         Pressure
-            On the ring from the hole to (head + 2 t tan(angle))/2 with t the thinner plate, falling
-            along a straight line to none there, or cut at the edge.
+            Falling linearly from the hole to zero at the radius (head + 2 t tan(angle))/2, with t
+            the thickness of the thinner plate; truncated at the edge.
 
         Notes
         -----
-        The pressure of a head spreads as a cone of about 30 degrees from either side (see Wileman,
-        Choudhury and Green 1991, DOI 10.1115/1.2912801), so where plates of unlike thickness meet,
-        the nearer side decides.
+        The pressure of a head spreads in a cone of about 30 degrees from either side (see Wileman,
+        Choudhury and Green 1991, DOI 10.1115/1.2912801), so for plates of different thickness the
+        thinner plate determines the radius.
         """
         if not isinstance(size, str) or size not in BOLTS:
             near = did_you_mean(size, BOLTS) if isinstance(size, str) else ""
@@ -230,8 +231,8 @@ class Pressure(ByValue, Locked):
         angle = positive("angle", angle, "rad", 0.5)
         if not bolt.diameter < hole < head or angle >= 0.5 * math.pi:
             raise InputError(
-                "a bolt must fit into its hole, its head must cover that, and the angle is below a "
-                f"right one, got diameter {exact(bolt.diameter)}, hole {exact(hole)}, head "
+                "`hole` must be above the bolt diameter and below `head`, and `angle` below "
+                f"pi/2, got diameter {exact(bolt.diameter)}, hole {exact(hole)}, head "
                 f"{exact(head)} [m], angle {exact(angle)} [rad]"
             )
         rim = head + 2.0 * float(thick.min()) * math.tan(angle)
@@ -247,7 +248,7 @@ class Pressure(ByValue, Locked):
     ) -> Pressure:
         outer, inner = _radii(outer, inner)
         share, weight = gauss_legendre(whole_number("rings", rings, 1, _MAX_COUNT))
-        # Denser towards the rim, where the pressure ends.
+        # Nodes are clustered towards the rim.
         t = share * (2.0 - share)
         weight = weight * 2.0 * (1.0 - share)
         r = inner + (outer - inner) * t
@@ -266,27 +267,27 @@ class Pressure(ByValue, Locked):
 
     @classmethod
     def table(cls, distance: ArrayLike, pressure: ArrayLike, *, count: int = 1) -> Pressure:
-        """Round, by pressures at distances from the axis, straight between them.
+        """Return an axisymmetric pressure, linearly interpolated between distances from the axis.
 
         Parameters
         ----------
         distance : array_like
-            Distances [m], one-dimensional, rising, the first not negative: two at least.
+            Distances [m], one-dimensional, increasing, not negative, at least two.
         pressure : array_like
-            Pressures there, of any scale: only how they compare counts; not negative, some above
+            Pressures at these distances, in any unit (only ratios matter), not negative, not all
             zero.
         count : int, optional
-            Number of such contacts.
+            Number of equal contacts.
         """
         r, p = record("distance", distance, "m").reshape(-1), _pressures(pressure)
         if r.size != p.size or r.size < 2:
             raise InputError(
-                "`distance` and pressure must be two lists of one length, two at least, got "
+                "`distance` and `pressure` must have the same length, at least two, got "
                 f"{r.size} and {p.size}"
             )
         if r[0] < 0.0 or not np.all(np.diff(r) > 0.0):
-            raise InputError("`distance` must rise from zero or more [m]")
-        # Within each of the pieces, or a few together, by Gauss in the area.
+            raise InputError("`distance` must be increasing and not negative [m]")
+        # Gauss nodes in the area of each piece; long tables are resampled.
         edges = r if r.size <= _MOST_PIECES else np.interp(
             np.linspace(0.0, r.size - 1.0, _MOST_PIECES), np.arange(r.size), r
         )  # fmt: skip
@@ -302,19 +303,19 @@ class Pressure(ByValue, Locked):
 
     @classmethod
     def patches(cls, area: ArrayLike, pressure: ArrayLike) -> Pressure:
-        """Patches of a film or of a finite-element model, each with its area and pressure.
+        """Return the pressure of a film or a finite-element model, by patches.
 
         Parameters
         ----------
         area : array_like
-            Areas [m^2] of any shape, above zero; or one for all.
+            Areas of the patches [m^2], above zero: a number or any shape.
         pressure : array_like
-            Pressures, of any scale, not negative, some above zero.
+            Pressures in any unit (only ratios matter), not negative, not all zero.
         """
         a, p = floats("area", area, "m^2").reshape(-1), _pressures(pressure)
         if a.size not in (1, p.size) or not (a.min() > 0.0 and a.max() <= LARGEST):
             raise InputError(
-                f"`area` must be one above zero [m^2], or one for each of the {p.size} "
+                f"`area` must be one area above zero [m^2], or one for each of the {p.size} "
                 f"pressures, got {show(area)}"
             )
         a = np.broadcast_to(a, p.shape).copy()
@@ -322,10 +323,10 @@ class Pressure(ByValue, Locked):
 
     @classmethod
     def _pressed(cls, areas: Floats, loads: Floats, places: Floats | None, kind: str) -> Pressure:
-        """Without what bears nothing, or next to nothing."""
+        """Return the distribution without areas of negligible load."""
         bears = loads > 1e-12 * loads.sum() * areas / areas.sum()
         if not bears.any():
-            raise InputError("`pressure` must be above zero somewhere, got none")
+            raise InputError("`pressure` must have a value above zero, got none")
         load = loads[bears]
         return cls(areas[bears], load / load.sum(), None if places is None else places[bears], kind)
 
@@ -340,7 +341,7 @@ def _radii(outer: float, inner: float) -> tuple[float, float]:
     inner = number("inner", inner, "m", 0.003)
     if not 0.0 <= inner < outer:
         raise InputError(
-            f"`inner` must be zero or more and below outer, {exact(outer)} m, got {exact(inner)}"
+            f"`inner` must be zero or more and below `outer`, {exact(outer)} m, got {exact(inner)}"
         )
     return outer, inner
 

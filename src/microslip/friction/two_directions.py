@@ -1,4 +1,4 @@
-"""Joints in two tangential directions, at a held load or while separations vary."""
+"""Joints in two tangential directions, at constant or varying separations."""
 
 from __future__ import annotations
 
@@ -33,34 +33,34 @@ from microslip.friction.vector_cycles import SETTLED, VectorCycle, settled_cycle
 
 _MOST_SLIDERS = 100_000
 _MOST_IN_STATE = 100_000_000  # sliders of all joints of a state
-_GRID = 4000  # places at which the load curve is looked at
-_LIGHTEST_SHARE = 1e-3  # of the lightest node's load: knots are laid evenly down to it
+_GRID = 4000  # separations at which the load curve is evaluated
+_LIGHTEST_SHARE = 1e-3  # smallest resolved load over that of the lightest node
 
-# -- at a held load -------------------------------------------------------------------------------
+# -- constant load --------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
 class IsotropicJoint(Locked):
-    """A joint that moves in two tangential directions, the same in all, at a held normal load.
+    """Joint in two tangential directions, isotropic, at a constant normal load.
 
     Parameters
     ----------
     joint : BackboneLaw
-        The law along any line, of finite stiffness at rest.
+        Law along any line, with finite stiffness at rest.
     sliders : int, optional
-        Number of sliders [-] that stand for its density, 1 to 100 000.
+        Number of sliders [-] that approximate the slider density, 1 to 100 000.
     smallest_amplitude, largest_amplitude : float, optional
-        Range of amplitudes [m] that they are for, see :meth:`BackboneLaw.to_iwan`; without it 0.01
-        to 10 times the displacement at which the first tangent meets the force limit.
+        Range of amplitudes [m] of the approximation, see :meth:`BackboneLaw.to_iwan`; by default
+        0.01 to 10 times the displacement force_limit / tangential_stiffness.
 
     Notes
     -----
-    No closed law exists in two directions: even for one sphere the answer depends on the path
-    (Mindlin and Deresiewicz 1953, DOI 10.1115/1.4010702). Assumed here is that every slider of the
-    law's density (Iwan 1966, DOI 10.1115/1.3625199) has the same limit in all directions, slips
-    along the force that it holds, and knows of no other. Along a line that is the joint itself, to
-    the error in ``line.fit``; the force limit is exact. A straight step, however long, ends
-    exactly where many small ones do, and the stiffness is that of the step.
+    There is no closed law in two directions: even for one sphere the force depends on the path
+    (Mindlin and Deresiewicz 1953, DOI 10.1115/1.4010702). The model assumes that every slider of
+    the law (Iwan 1966, DOI 10.1115/1.3625199) has the same limit in all directions, slips along its
+    force, and is independent of other sliders. Along a line it equals the joint up to the error in
+    ``line.fit``; the force limit is exact. One long straight step gives exactly the result of many
+    small ones, and the stiffness is that of the step.
     """
 
     joint: BackboneLaw
@@ -70,13 +70,13 @@ class IsotropicJoint(Locked):
 
     def __post_init__(self) -> None:
         if not isinstance(self.joint, BackboneLaw):
-            raise InputError(f"joint must be a backbone law, got {show(self.joint)}")
+            raise InputError(f"`joint` must be a backbone law, got {show(self.joint)}")
         whole_number("sliders", self.sliders, 1, _MOST_SLIDERS)
-        _ = self.line  # which refuses what it cannot be
+        _ = self.line  # raises InputError for an invalid joint or range
 
     @cached_property
     def line(self) -> CellModel:
-        """The law along any line: its sliders as Iwan's cells, whose ``fit`` tells their errors."""
+        """Law along any line: an Iwan model, whose ``fit`` holds its errors."""
         reach = self.joint.force_limit / self.joint.tangential_stiffness
         low = self.smallest_amplitude
         if low is None and self.largest_amplitude is None and math.isfinite(reach) and reach > 0.0:
@@ -103,11 +103,13 @@ class IsotropicJoint(Locked):
         energies: bool = False,
         arrays: Mapping[str, ArrayLike] | None = None,
     ) -> VectorState:
-        """A state at rest, of this joint or of many that move each by itself.
+        """Return a state at rest, of this joint or of ``nodes`` independent equal joints [-].
 
-        Without a number of ``nodes`` [-] there is one, without an axis of its own. With
-        ``energies`` it counts what is dissipated, which takes its time. With the ``arrays`` that
-        ``to_arrays`` of a state gave [m, J], shapes there, it goes on as that would.
+        The state of a single joint has no axis of nodes. ``energies`` accumulates the dissipated
+        energy.
+        ``arrays`` is the output of ``to_arrays`` of a state [m, J], shapes as described there; the
+        new
+        state continues from it.
         """
         if nodes is not None:
             whole_number("nodes", nodes, 1, _MOST_IN_STATE // self._bank.tops.size)
@@ -117,7 +119,7 @@ class IsotropicJoint(Locked):
         return VectorState(bank, nodes is None, bool(energies))
 
     def force(self, displacement: ArrayLike) -> Floats:
-        """Forces [N] along a path [m] of straight lines from rest, both of shape (samples, 2)."""
+        """Compute forces [N] along a path [m] of straight steps from rest, shape (samples, 2)."""
         x = _path("displacement", displacement)
         state, forces = self.start(), np.empty(x.shape)
         for i, row in enumerate(x):
@@ -126,14 +128,15 @@ class IsotropicJoint(Locked):
         return forces
 
     def circle_energy(self, amplitude: ArrayLike) -> Any:
-        """Energy [J] that a turn around a circle dissipates once it has settled, in closed form.
+        """Compute the energy [J] of a settled circular motion in closed form.
 
-        For radii [m] of any shape the sum of 2 pi k u sqrt(a^2 - u^2) over the sliders that yield
-        at u < a.
+        For radii a [m] of any shape, the sum of 2 pi k u sqrt(a^2 - u^2) over the sliders with
+        yield
+        displacement u < a.
         """
         a = sized("amplitude", amplitude)
         if a.min() < 0.0:
-            raise InputError(f"amplitude must not be negative, got {a.min():g}")
+            raise InputError(f"`amplitude` must not be negative, got {a.min():g}")
         bank = self._bank
         squares = np.maximum(a[..., None] ** 2 - bank.tops**2, 0.0)
         return plain(np.asarray(2.0 * math.pi * np.sqrt(squares) @ (bank.weights * bank.tops)))
@@ -141,26 +144,26 @@ class IsotropicJoint(Locked):
     def periodic(
         self, displacement_cycle: ArrayLike, *, tolerance: float = SETTLED, start: str = "farthest"
     ) -> VectorCycle:
-        """The settled cycle of a periodic path.
+        """Compute the settled cycle of a periodic path.
 
         Parameters
         ----------
         displacement_cycle : array_like
             One period of displacements [m], shape (samples, 2), its first sample not repeated.
         tolerance : float, optional
-            Share of the force limit [-] that forces may be off those after infinitely many periods.
-            Each slider is taken around until its own share is reached, for 2000 periods at most:
-            ``converged`` and ``residual`` of the result tell where that was not enough.
+            Largest distance of the forces from the limit cycle over the force limit [-]. Sliders
+            are iterated for up to 2000 periods; ``converged`` and ``residual`` of the result show
+            if the tolerance was reached.
         start : {"farthest", "first"}, optional
-            Sample to which the joint goes from rest in a straight line, before it follows the
-            cycle again and again: the one farthest from rest, or the first one, as a state that
-            begins at rest. Sliders that hardly slip keep what that path left, so the mean force
-            of a cycle with a mean displacement depends on it: by some 5e-4 of the force limit.
+            Sample to which the joint moves from rest in a straight line before it follows the
+            cycle: the one farthest from rest, or the first one, like a state that starts at rest.
+            Sliders that hardly slip keep the force of this path, so the mean force of a cycle with
+            a mean displacement depends on it: by some 5e-4 of the force limit.
 
         Returns
         -------
         VectorCycle
-            ``force`` [N], shape (samples, 2), and ``derivative``, see there.
+            ``force`` [N], shape (samples, 2), and the method ``derivative``.
         """
         x = _path("displacement_cycle", displacement_cycle)[None]
         return settled_cycle(
@@ -176,7 +179,7 @@ class IsotropicJoint(Locked):
         tolerance: float = SETTLED,
         start: str = "farthest",
     ) -> FieldHarmonics:
-        """Fourier coefficients of the settled force with their Jacobian.
+        """Compute Fourier coefficients of the settled force and their Jacobian.
 
         Parameters
         ----------
@@ -186,7 +189,7 @@ class IsotropicJoint(Locked):
         harmonics : sequence of int, optional
             Numbers of the harmonics, rising; 0 is the mean.
         samples : int, optional
-            Equidistant samples of the period [-]; the error falls with their square.
+            Number of equidistant samples of the period [-]; the error falls with its square.
         tolerance : float, optional
             As for :meth:`periodic`; the Jacobian is that of the settled cycle.
         start : {"farthest", "first"}, optional
@@ -195,10 +198,10 @@ class IsotropicJoint(Locked):
         Returns
         -------
         FieldHarmonics
-            ``force`` [N], shape (2, coefficients), and ``jacobian`` [N/m], derivatives of the
-            coefficients of force i by those of displacement k: shape (2, 2, coefficients,
-            coefficients), in the order i, k, row, column; ``converged`` and ``residual`` [N],
-            shape (1,). No finite motion is refused.
+            ``force`` [N], shape (2, coefficients), ``jacobian`` [N/m], shape (2, 2, coefficients,
+            coefficients), derivatives of the coefficients of force i with respect to those of
+            displacement k in the order i, k, row, column, and ``converged`` and ``residual`` [N],
+            shape (1,).
         """
         return settled_harmonics(
             self._bank, coefficients, harmonics, None, samples, tolerance, start, single=True
@@ -211,43 +214,48 @@ class IsotropicJoint(Locked):
 def _path(name: str, value: ArrayLike) -> Floats:
     array = floats(name, value, "m")
     if array.ndim != 2 or array.shape[1] != 2:
-        raise InputError(f"{name} must have the shape (samples, 2), got {array.shape}")
+        raise InputError(f"`{name}` must have the shape (samples, 2), got {array.shape}")
     return array
 
 
-# -- while separations vary -----------------------------------------------------------------------
+# -- varying separations --------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
 class IsotropicField(Locked):
-    """The nodes of a field in two directions, made by :meth:`microslip.JointField.two_directions`.
+    """Nodes of a field in two directions; see :meth:`microslip.JointField.two_directions`.
 
     Notes
     -----
-    The memory of a varying load is, on a line, that of sliders over the separations eta: one holds
-    g = integral of D from d to eta, of size eta - d at most, and T = mu times the integral of
-    N''(eta) g over eta (the method of memory diagrams, DOI 10.3389/fmech.2020.00030, by parts).
-    Here g is a vector that follows every step and slips along itself where its radius eta - d would
-    be left. Assumed is what :class:`microslip.IsotropicJoint` assumes, and that a slider whose
-    radius shrinks as contact is lost slips along what it holds. Along a line it is the coupled
-    joint, at held separations the isotropic one, both with the load curve drawn as a polygon.
+    In one direction, the memory of a varying load equals that of sliders over the separations eta.
+    Each holds g = integral of D from d to eta, with |g| <= eta - d, and T = mu times the integral
+    of
+    N''(eta) g over eta (the method of memory diagrams, DOI 10.3389/fmech.2020.00030, integrated by
+    parts). Here g is a vector that follows every step and slips along itself where it would exceed
+    the radius eta - d. The assumptions are those of :class:`microslip.IsotropicJoint`; in addition
+    a
+    slider whose radius shrinks as contact is lost slips along its force. Along a line the model
+    equals the coupled joint, at constant separations the isotropic one, both with a piecewise
+    linear
+    load curve.
 
-    On a :class:`microslip.MeasuredContact` with a ``direction``, which is that of the first
-    displacement, stiffness is the tensor of its lay, and what slips still moves along what it
-    holds. The end of a step is then found in eight pieces: exactly along a line, and to 0.015 of
-    what a slider holds where it turns in one long step.
+    For a :class:`microslip.MeasuredContact` with a ``direction``, the direction of the first
+    displacement, the stiffness is the tensor of the lay, and slip is along the force of the slider.
+    The end of a step is then found in eight substeps: exact along a line, with an error of 0.015 of
+    the slider force where it turns in one long step.
     """
 
     field: FieldOfNodes
     knots: Floats
-    """Separations [m] between which the load curve is straight."""
+    """Separations [m] of the corners of the piecewise linear load curve."""
 
     @cached_property
     def load_error(self) -> float:
-        """Largest relative error of the polygon, which lies above the load curve [-].
+        """Largest relative error of the piecewise linear load curve [-].
 
-        From the nearest separation to that of the lightest node at rest; forces err by no more
-        than that of mu N at both ends of slip.
+        From the nearest separation to that of the lightest node at rest. The relative error of mu N
+        at
+        both ends of slip bounds that of the forces.
         """
         last = float(self.field.separations[self.field.normal_loads > 0.0].max())
         inner = self.knots[:-1][self.knots[1:] <= last]
@@ -263,7 +271,7 @@ class IsotropicField(Locked):
 
     @cached_property
     def resolution(self) -> Floats:
-        """Amplitudes [m] below which a node dissipates next to nothing: kappa times a knot's step.
+        """Amplitudes [m] below which a node has no dissipation: kappa times the knot spacing.
 
         Small cycles need more sliders: a cycle is met well from ten times that on.
         """
@@ -274,7 +282,7 @@ class IsotropicField(Locked):
     def _bank(self) -> SliderBank:
         nodes = self.field._nodes
         steps = self.knots - nodes.curve.origin
-        # Bends of the polygon: what each slider adds to N of a separation before it.
+        # Changes of slope of the polygon: the weight of each slider in N.
         loads = nodes.curve.load(steps)[0]
         slopes = -np.diff(np.append(loads[:-1], 0.0)) / np.diff(self.knots)
         bends = slopes - np.append(slopes[1:], 0.0)
@@ -286,9 +294,11 @@ class IsotropicField(Locked):
     def start(
         self, *, energies: bool = False, arrays: Mapping[str, ArrayLike] | None = None
     ) -> VectorState:
-        """A state of all nodes at rest, which may count ``energies``.
+        """Return a state of all nodes at rest.
 
-        With the ``arrays`` that ``to_arrays`` of a state gave [m, J], shapes there, it goes on.
+        ``energies`` accumulates the dissipated energy. ``arrays`` is the output of ``to_arrays`` of
+        a
+        state [m, J], shapes as described there; the new state continues from it.
         """
         if arrays is not None:
             return VectorState._from_arrays(self._bank, False, arrays)
@@ -302,35 +312,35 @@ class IsotropicField(Locked):
         tolerance: float = SETTLED,
         start: str = "farthest",
     ) -> VectorCycle:
-        """The settled cycles of all nodes, as one is of :meth:`microslip.IsotropicJoint.periodic`.
+        """Compute the settled cycles of all nodes.
 
         Parameters
         ----------
         displacements : array_like
             One period of displacements [m], shape (nodes, samples, 2), its first sample not
-            repeated.
+        repeated.
         separations : array_like, optional
-            Separations [m] at the same samples, shape (nodes, samples).
+            Separations [m] at the same samples, shape (nodes, samples), constant by default.
         tolerance : float, optional
-            Share of the force limit [-], see there.
+            Tolerance over the force limit [-], see :meth:`microslip.IsotropicJoint.periodic`.
         start : {"farthest", "first"}, optional
-            Path from rest to the cycle, see there.
+            Path from rest to the cycle, see :meth:`microslip.IsotropicJoint.periodic`.
 
         Returns
         -------
         VectorCycle
-            ``force`` and ``load`` [N], and ``derivative``, see there.
+            ``force`` and ``load`` [N] and the method ``derivative``.
         """
         x, bank = floats("displacements", displacements, "m"), self._bank
         if x.ndim != 3 or x.shape[::2] != (bank.size, 2):
             raise InputError(
-                f"displacements must have the shape ({bank.size}, samples, 2), got {x.shape}"
+                f"`displacements` must have the shape ({bank.size}, samples, 2), got {x.shape}"
             )
         steps = np.repeat(bank.rests[:, None], x.shape[1], axis=1)
         if separations is not None:
             d = floats("separations", separations, "m")
             if d.shape != x.shape[:2]:
-                raise InputError(f"separations must have the shape {x.shape[:2]}, got {d.shape}")
+                raise InputError(f"`separations` must have the shape {x.shape[:2]}, got {d.shape}")
             steps = bank.steps_at(d)
         return settled_cycle(bank, x, lock(bank.loads(steps)[0]), steps, tolerance, start)
 
@@ -344,7 +354,7 @@ class IsotropicField(Locked):
         tolerance: float = SETTLED,
         start: str = "farthest",
     ) -> FieldHarmonics:
-        """Fourier coefficients of the settled forces with their Jacobians.
+        """Compute Fourier coefficients of the settled forces and their Jacobians.
 
         Parameters
         ----------
@@ -354,16 +364,16 @@ class IsotropicField(Locked):
         separations : array_like, optional
             Coefficients of the separations [m], shape (nodes, coefficients).
         harmonics, samples, tolerance, start : optional
-            As those of :meth:`microslip.IsotropicJoint.harmonics`.
+            As for :meth:`microslip.IsotropicJoint.harmonics`.
 
         Returns
         -------
         FieldHarmonics
             ``force`` [N], shape (nodes, 2, coefficients); ``load`` [N], (nodes, coefficients),
             with ``separations``; ``jacobian`` [N/m], shape (nodes, 2, 2, coefficients,
-            coefficients), with ``separations`` (nodes, 3, 3, ...), of (T1, T2, N) by both
-            displacements and the separation; ``converged`` and ``residual`` [N], shape (nodes,).
-            No finite motion is refused: a node that has not settled gives its last period.
+            coefficients), with ``separations`` (nodes, 3, 3, ...), of (T1, T2, N) with respect to
+            both displacements and the separation; ``converged`` and ``residual`` [N], shape
+            (nodes,). The result of a node that has not converged is its last period.
         """
         return settled_harmonics(
             self._bank, coefficients, harmonics, separations, samples, tolerance, start
@@ -374,7 +384,7 @@ class IsotropicField(Locked):
 
 
 def two_directions(field: FieldOfNodes, sliders: Any, nearest: Any) -> IsotropicField:
-    """See :meth:`microslip.JointField.two_directions`."""
+    """Return the field in two directions; see :meth:`microslip.JointField.two_directions`."""
     count = whole_number("sliders", sliders, 2, _MOST_SLIDERS)
     curve, surface = field._nodes.curve, field._nodes.curve.surface
     smallest = float(field.separations.min())
@@ -386,7 +396,7 @@ def two_directions(field: FieldOfNodes, sliders: Any, nearest: Any) -> Isotropic
         near = number("nearest", nearest, "m")
         if near > smallest:
             raise InputError(
-                f"nearest must not be above the smallest separation at rest, {smallest:g} m, "
+                f"`nearest` must not be above the smallest separation at rest, {smallest:g} m, "
                 f"got {exact(near)}"
             )
         surface._separations(np.array([near]))
@@ -394,7 +404,7 @@ def two_directions(field: FieldOfNodes, sliders: Any, nearest: Any) -> Isotropic
 
 
 def _lowest(surface: NormalLaw) -> float:
-    """Separation below which the surface has no answer."""
+    """Return the smallest separation [m] for which the surface is defined."""
     lowest = float(surface._span[0])
     try:
         surface._separations(np.array([lowest - 1e-3 * abs(lowest) - 1e-12]))
@@ -404,11 +414,10 @@ def _lowest(surface: NormalLaw) -> float:
 
 
 def _knots_of(field: FieldOfNodes, sliders: int, nearest: float) -> Floats:
-    """Knots from the nearest separation to where nothing is left, even in relative error.
+    """Return knots from the nearest separation to zero load, with uniform relative error.
 
-    A chord of width h lies above N by h^2 N''/8 at most: knots that part the integral of
-    sqrt(N''/N) evenly make that one share of N, down to where next to no load is left; a last
-    chord ends the load.
+    A chord of width h is above N by up to h^2 N''/8. Knots that divide the integral of sqrt(N''/N)
+    evenly make this a constant fraction of N, down to a negligible load; a last chord ends at zero.
     """
     curve = field._nodes.curve
     origin = curve.origin

@@ -1,4 +1,4 @@
-"""Settled cycles of sliders in two directions, with their derivatives and harmonics."""
+"""Settled cycles of sliders in two directions, with derivatives and harmonics."""
 
 from __future__ import annotations
 
@@ -18,29 +18,29 @@ from microslip.friction.field_harmonics import Bools, FieldHarmonics
 from microslip.friction.harmonics import Basis, coefficients_of
 from microslip.friction.memory import SliderBank
 
-_PASSES = 2000  # periods that a slider is taken through, besides the steps of Newton's method
+_PASSES = 2000  # largest number of periods of a slider, besides Newton steps
 SETTLED = 1e-6
+"""Default tolerance of a settled cycle over the force limit."""
 STARTS = ("farthest", "first")
-"""Share of the force limit: a cycle whose forces repeat so closely counts as settled."""
 
 
 @dataclass(frozen=True, eq=False)
 class VectorCycle(Locked):
-    """Settled cycles in two directions, made by the ``periodic`` of what moves in both.
+    """Settled cycles in two directions, the result of the ``periodic`` methods.
 
-    Sliders as Iwan's (1966, DOI 10.1115/1.3625199), each with a vector.
+    Sliders after Iwan (1966, DOI 10.1115/1.3625199), each with a vector of displacement.
     """
 
     force: Floats
-    """Forces (T1, T2) [N], shape (nodes, samples, 2), of one joint (samples, 2)."""
+    """Forces (T1, T2) [N], shape (nodes, samples, 2), or (samples, 2) for a single joint."""
     load: Floats | None
-    """Normal loads [N], shape (nodes, samples); None of one joint, whose law knows none."""
+    """Normal loads [N], shape (nodes, samples); None for a single joint."""
     passes: Integers
-    """Periods [-] that the slowest slider of each node was taken through."""
+    """Number of periods [-] until the slowest slider of each node settled, shape (nodes,)."""
     residual: Floats
-    """Estimated distance of each node's force from that of the limit cycle [N], shape (nodes,)."""
+    """Estimated distance of the force of each node from the limit cycle [N], shape (nodes,)."""
     converged: Bools
-    """Whether the residual of each node is within the tolerance, shape (nodes,)."""
+    """True for each node whose residual is within the tolerance, shape (nodes,)."""
     _bank: SliderBank
     _places: Floats
     _steps: Floats
@@ -48,12 +48,14 @@ class VectorCycle(Locked):
     _start: str
 
     def derivative(self, directions: ArrayLike, separations: ArrayLike | None = None) -> Floats:
-        """Derivatives of the forces [N a unit] along directions that all nodes share.
+        """Compute derivatives of the forces [N per unit] along directions common to all nodes.
 
-        Directions, of the shape (samples, directions), are how a displacement changes with each
-        parameter [m a unit]: they serve for the first displacement, then again for the second, then
-        come those of the separations. What comes back is of the shape (nodes, samples, 2,
-        directions twice and more), of one joint without the first axis.
+        ``directions`` are derivatives of a displacement [m per unit], shape (samples, directions).
+        They
+        apply to the first displacement, then to the second, followed by those of ``separations``.
+        The
+        last axis of the result has 2 directions + separations columns: shape (nodes, samples, 2,
+        columns), without the first axis for a single joint.
         """
         samples = self._places.shape[1]
         by = [_directions("directions", directions, samples)]
@@ -68,13 +70,13 @@ class VectorCycle(Locked):
 def _directions(name: str, value: ArrayLike, samples: int) -> Floats:
     array = floats(name, value)
     if array.ndim != 2 or array.shape[0] != samples:
-        raise InputError(f"{name} must have the shape ({samples}, directions), got {array.shape}")
+        raise InputError(f"`{name}` must have the shape ({samples}, directions), got {array.shape}")
     return array
 
 
 class _Settled(NamedTuple):
     force: Floats  # [N], (nodes, samples, 2)
-    slopes: Floats  # derivatives [N a unit], (nodes, samples, 2, columns)
+    slopes: Floats  # derivatives [N per unit], (nodes, samples, 2, columns)
     passes: Integers  # (nodes,)
     residual: Floats  # [N], (nodes,)
     converged: Bools  # (nodes,)
@@ -89,7 +91,7 @@ def _settle(
     by_place: Floats | None = None,
     by_step: Floats | None = None,
 ) -> _Settled:
-    """Return the settled cycles of all nodes, or the last of ``_PASSES`` periods."""
+    """Iterate all nodes until they settle, for up to ``_PASSES`` periods."""
     nothing = np.zeros((places.shape[1], 0))
     by_place = nothing if by_place is None else by_place
     by_step = nothing if by_step is None else by_step
@@ -136,7 +138,7 @@ def settled_cycle(
     start: Any,
     single: bool = False,
 ) -> VectorCycle:
-    """Return the settled cycles along displacements [m] (nodes, samples, 2) and steps [m]."""
+    """Return the settled cycles for displacements [m] (nodes, samples, 2) and steps [m]."""
     places = bank.places(displacements)
     found = _settle(bank, places, steps, tolerance, start)
     return VectorCycle(
@@ -170,7 +172,7 @@ def settled_harmonics(
     shape = (2, count) if single else (size, 2, count)
     if values.shape != shape:
         rows = ", a row for each direction" if single else ""
-        raise InputError(f"coefficients must have the shape {shape}{rows}, got {values.shape}")
+        raise InputError(f"`coefficients` must have the shape {shape}{rows}, got {values.shape}")
     places = bank.places(np.einsum("tc,nic->nti", functions, values.reshape(size, 2, count)))
     steps, by_step = np.repeat(bank.rests[:, None], len(functions), axis=1), None
     if separations is not None:

@@ -1,17 +1,17 @@
-"""Memory diagrams: the exact memory of a contact whose normal load varies too.
+"""Memory diagrams: exact memory of a contact with a varying normal load.
 
-Under any history of separation d and displacement the shear of an interface is held by a function
-D(eta) of the separations eta >= d, piecewise constant, |D| <= 1. With place = displacement/kappa
+The shear of an interface is described by a function D(eta) of the separations eta >= d, piecewise
+constant with |D| <= 1. With place = displacement/kappa
 
     T/mu = integral of D(eta) (-N'(eta)) over eta >= d,    place = integral of D(eta).
 
-New contact that sticks takes D = move/fall; contact that is lost takes its D along; where these
-do not lead to the place, slip spreads from d outwards, D = 1 or -1, until it does. This is the
-superposition of Jaeger (1998), DOI 10.1115/1.2833765, and Ciavarella (1998, J. Appl. Mech. 65,
-998) carried along a history, known as the method of memory diagrams (Aleshin and others 2020,
-DOI 10.3389/fmech.2020.00030). Which D there is where is geometry: the surface enters once,
-vectorised, with the falls of N over the rows of all diagrams, or as a profile of N(d), with which
-the kernel does it all in one pass.
+New contact in sticking has D = (change of place)/(decrease of d). Contact that is lost loses its D.
+If the resulting integral differs from the place, slip spreads from d outwards, D = 1 or -1, until
+it
+agrees. This is the superposition of Jaeger (1998), DOI 10.1115/1.2833765, and Ciavarella (1998, J.
+Appl. Mech. 65, 998) along a history, known as the method of memory diagrams (Aleshin and others
+2020, DOI 10.3389/fmech.2020.00030). D is independent of the surface, which enters once, vectorised,
+as differences of N over the rows of all diagrams, or in the kernel as a profile of N(d).
 """
 
 from __future__ import annotations
@@ -29,33 +29,33 @@ from microslip.friction.memory.saved import check_whole
 if TYPE_CHECKING:
     from microslip.contact.load_curve import LoadCurve
 
-_BLOCK = 1 << 12  # samples of a record at a time
-_MAX_PENDING = 1024  # steps, before their losses are worked out together
+_BLOCK = 1 << 12  # samples per call
+_MAX_PENDING = 1024  # steps whose losses are computed together
 
 
 DOUBTS = 5
-"""Numbers of the error of lumped rows: bound over mu [N], the separations between which it counts,
-whether a move came there, and the largest bound that counted so far [N]."""
+"""Size of the error state of merged rows: bound over mu [N], the two separations between which it
+applies, a flag for moves in this range, and the largest bound so far [N]."""
 
 
 def bounded(depth: Any) -> int | None:
-    """A limit of rows, checked."""
+    """Check the largest number of memory rows."""
     return None if depth is None else whole_number("depth", depth, 4, 1_000_000)
 
 
 def bounding_profile(curve: LoadCurve, reach: float) -> Profile:
-    """The profile by which rows are lumped, which not every curve has."""
+    """Return the load profile needed to merge rows; InputError for a curve with kinks."""
     profile = curve.profile(min(0.0, reach), max(0.0, reach))
     if profile is None:
         raise InputError(
-            "`depth` must be left out for a surface whose load curve has kinks: "
-            "its states remember all"
+            "`depth` must be None for a surface whose load curve has kinks, since its "
+            "memory cannot be merged"
         )
     return profile
 
 
 class Step(NamedTuple):
-    """A trial step: the rows that stay, where the last begins, and what fills the rest."""
+    """Trial step: rows that remain, the start of the last row, and its density."""
 
     separation: float
     place: float
@@ -64,31 +64,30 @@ class Step(NamedTuple):
     density: float
     kind: int
     value: float
-    outer: float  # share of the value that the rows which stay hold
-    fall: float  # -N' where the front goes on
+    outer: float  # part of the value from the rows that remain
+    fall: float  # -N' at the front
 
 
 class Diagram:
     """Rows of the diagram, outermost first, with the last separation, place and value T/mu.
 
-    Separations are counted from the one at the start, so that no digits are lost where the load
-    does not vary. What is stored grows with the rows only: those of open loops, and one for each
-    step of new contact that has not slipped since.
+    Separations are relative to the one at the start, which avoids cancellation at a constant load.
+    There is one row per open loop and one per step of new contact that has not slipped since.
     """
 
     __slots__ = ("depth", "doubt", "limit", "place", "separation", "stack", "value", "values")
 
     def __init__(self, limit: int | None = None) -> None:
-        self.limit, self.doubt = limit, np.zeros(DOUBTS)  # rows at most, what they have wrong
+        self.limit, self.doubt = limit, np.zeros(DOUBTS)  # most rows, error of merged rows
         self.stack = np.empty((8, 3))  # end, density, integral of D beyond the end
-        self.values = np.empty(8)  # integral of D (-N') from where the row begins
+        self.values = np.empty(8)  # integral of D (-N') from the start of each row
         self.depth = 0
         self.separation = 0.0
         self.place = 0.0
         self.value = 0.0
 
     def copy(self) -> Diagram:
-        """An independent diagram with the same content."""
+        """Return an independent copy."""
         diagram = Diagram(self.limit)
         diagram.doubt = self.doubt.copy()
         diagram.stack, diagram.values = self.stack.copy(), self.values.copy()
@@ -100,18 +99,17 @@ class Diagram:
 
     @property
     def _last(self) -> tuple[int, float, float]:
-        """Depth, separation and place, as kernels take them."""
         return self.depth, self.separation, self.place
 
     def _reach(self, separation: Floats) -> tuple[float, float]:
-        """Least and largest separation of a record that goes on from here."""
+        """Return the smallest and largest separation of a record that continues from here."""
         low, high = float(separation.min()), float(separation.max())
         return min(low, self.separation), max(high, self.separation)
 
     def respond(self, separation: Floats, place: Floats, curve: LoadCurve) -> Floats:
-        """Values T/mu at the samples (one-dimensional), after which the diagram is updated."""
+        """Return T/mu at the samples, one-dimensional, and update the diagram."""
         arguments, result = curve.arguments(*self._reach(separation)), np.empty(separation.size)
-        # A curve that no profile gives answers all questions of a call at once, which take room.
+        # A curve without a profile is evaluated once per call, which needs memory.
         step = _BLOCK if len(arguments) == 1 else separation.size
         d, x = np.ascontiguousarray(separation), np.ascontiguousarray(place)
         for start in range(0, separation.size, step):
@@ -125,10 +123,11 @@ class Diagram:
         return result
 
     def stored(self, curve: LoadCurve) -> float:
-        """Return the elastic energy of all sliders [J], as :attr:`microslip.State.stored_energy`.
+        """Return the elastic energy of all sliders [J], see :attr:`microslip.State.stored_energy`.
 
-        A slider over eta holds g, the integral of D from the separation d to eta, in places. By
-        parts the integral of N'' g^2/2 is that of (-N') g D, in which g is straight on each row.
+        A slider at eta holds g, the integral of D from the separation d to eta. Integration by
+        parts
+        turns the integral of N'' g^2/2 into that of (-N') g D, in which g is linear on each row.
         """
         if not self.depth:
             return 0.0
@@ -142,7 +141,7 @@ class Diagram:
         return curve.friction * curve.slip * max(total, 0.0)
 
     def _bound(self, stack: Floats, values: Floats, depth: int, curve: LoadCurve) -> int:
-        """Rows that are left of ``depth`` where there is a limit to them."""
+        """Merge rows beyond the limit and return the number of rows."""
         if self.limit is None:
             return depth
         profile = bounding_profile(curve, float(stack[:depth, 0].max(initial=self.separation)))
@@ -152,7 +151,7 @@ class Diagram:
         return rows
 
     def hold(self, separation: Floats, value: Floats, curve: LoadCurve) -> Floats:
-        """Places at which the values T/mu are given ones, after which the diagram is updated."""
+        """Return the places for given T/mu, and update the diagram."""
         result = np.empty(value.size)
         stack, values = self._reserve(value.size)
         profile = curve.profile(*self._reach(separation))
@@ -164,10 +163,10 @@ class Diagram:
         return result
 
     def _reserve(self, extra: int) -> tuple[Floats, Floats]:
-        """A stack and its values with room for ``extra`` more rows."""
+        """Return stack and values with room for ``extra`` more rows."""
         if len(self.values) >= self.depth + extra:
             return self.stack, self.values
-        # Doubling keeps one-sample chunks at amortised constant cost.
+        # Doubling gives amortised constant cost for chunks of one sample.
         room = max(self.depth + extra, 2 * self.depth)
         stack, values = np.empty((room, 3)), np.empty(room)
         stack[: self.depth] = self.stack[: self.depth]
@@ -184,7 +183,7 @@ class Diagram:
     # -- one step at a time -------------------------------------------------------------------
 
     def probe(self, separation: float, place: float, curve: LoadCurve) -> Step:
-        """Diagram after a step; the diagram itself stays as it is."""
+        """Return the result of a step without changing the diagram."""
         last = self.separation
         outcome = kernels.compiled.coupled_step(
             separation, place, self.stack, self.values, self.depth, last, self.place,
@@ -194,12 +193,12 @@ class Diagram:
 
     @property
     def slip(self) -> float:
-        """D of the newest row where it slipped, 1 or -1; else 0."""
+        """Density D of the newest row if it slipped, 1 or -1, otherwise 0."""
         density = float(self.stack[self.depth - 1, 1]) if self.depth else 0.0
         return density if abs(density) == 1.0 else 0.0
 
     def move(self, step: Step, curve: LoadCurve) -> None:
-        """Go along a probed step."""
+        """Apply a probed step."""
         stack, values = self._reserve(1)
         depth = _push(
             stack, values, step.depth, step.separation, step.front, step.density, step.kind,
@@ -211,11 +210,11 @@ class Diagram:
     def restore(
         self, rows: Floats, separation: float, place: float, value: float, curve: LoadCurve
     ) -> None:
-        """Take the rows of a saved diagram with their values, (rows, 4), if they are whole."""
+        """Set the rows of a saved diagram and their values, (rows, 4), after checking them."""
         end, density, beyond, _ = rows.T
         begin = np.append(end, separation)[1:]
         if np.any(np.abs(density) > 1.0) or np.any(begin > end) or np.any(np.diff(end) >= 0.0):
-            raise InputError("arrays must be those of a state: its rows are no memory diagram")
+            raise InputError("`arrays` must be saved from a state, got rows of no memory diagram")
         ahead = np.append(0.0, np.cumsum(density * (end - begin)))
         length = float(np.abs(np.append(end - separation, place)).max())
         check_whole(ahead, np.append(beyond, place), length, "rows do not lead to its displacement")
@@ -235,14 +234,14 @@ class Diagram:
     # -- slip -----------------------------------------------------------------------------------
 
     def runs(self, separation: Floats, places: Floats) -> Floats:
-        """Runs of the slip front in a record, one a column, as :meth:`SlipLosses.of` wants them."""
+        """Return the runs of the slip front in a record, one per column; see SlipLosses."""
         return kernels.slip_runs(separation, places, self.stack, *self._last)
 
     def losses(self, separation: Floats, displacement: Floats, curve: LoadCurve) -> Floats:
-        """Energy dissipated in each step of a record [J]; the diagram stays as it is."""
+        """Return the energy dissipated in each step of a record [J]; the diagram is not changed."""
         places = displacement / curve.slip
         profile = curve.profile(*self._reach(separation))
-        with np.errstate(over="ignore", invalid="ignore"):  # fronts may be beyond all numbers
+        with np.errstate(over="ignore", invalid="ignore"):  # the front may be at infinity
             if profile is None:
                 lost = curve.slip_losses.of(self.runs(separation, places), separation.size)
             else:
@@ -256,9 +255,10 @@ class Diagram:
 
 
 class Ledger:
-    """Energy dissipated up to a diagram [J], and the steps since: bounded, however long they are.
+    """Accumulator of the energy dissipated up to a diagram [J].
 
-    The losses of many steps at once cost far less than one by one.
+    Steps are collected, up to a bounded number, because their losses are far cheaper to compute
+    together.
     """
 
     __slots__ = ("_begin", "_displacements", "_pending", "_separations", "total")
@@ -271,7 +271,7 @@ class Ledger:
         self._pending = 0
 
     def copy(self) -> Ledger:
-        """An independent ledger with the same content."""
+        """Return an independent copy."""
         ledger = Ledger(self._begin, self.total)
         ledger._separations, ledger._displacements = self._separations[:], self._displacements[:]
         ledger._pending = self._pending
@@ -282,16 +282,16 @@ class Ledger:
     def note(
         self, separation: Floats, displacement: Floats, diagram: Diagram, curve: LoadCurve
     ) -> None:
-        """Add steps, the last of which led to ``diagram``."""
+        """Add steps that end at ``diagram``."""
         self._separations.append(separation)
         self._displacements.append(displacement)
         self._pending += separation.size
-        # Rows that are gone are not to be kept for long.
+        # Do not keep wiped-out rows for long.
         if self._pending >= _MAX_PENDING or self._begin.depth > 64 + 8 * diagram.depth:
             self.settle(diagram, curve)
 
     def settle(self, diagram: Diagram, curve: LoadCurve) -> float:
-        """Energy dissipated up to now, at ``diagram``."""
+        """Return the energy dissipated up to ``diagram`` [J]."""
         if self._pending:
             d, x = np.concatenate(self._separations), np.concatenate(self._displacements)
             self.total += float(self._begin.losses(d, x, curve).sum())
@@ -312,7 +312,7 @@ def _push(
     outer: float,
     last_place: float,
 ) -> int:
-    """Make a step the diagram; returns how many rows it has then."""
+    """Write a step to the stack and return the number of rows."""
     beyond = 0.0
     if depth:
         end, old, outer_integral = stack[depth - 1].tolist()

@@ -255,8 +255,21 @@ def _add_records(add: Add, joint: Any) -> None:
         commanded=x)  # fmt: skip
     add("VirtualTribometer with noise", ms.VirtualTribometer, joint=joint, noise=0.01,
         sample_rate=100.0, limits={"force": (-1.0, 1.0)})  # fmt: skip
-    found = ms.identify(record)
-    add("Identification.force", found.force, amplitude=[0.5e-6])
+    loaded = ms.Record(
+        displacement=x, force=force, sample_rate=64.0, normal_load=np.full(x.size, 9.0)
+    )
+    found = ms.identify(loaded)
+    for quantity in (
+        "force", "dissipated_energy", "damping_ratio", "loss_factor", "secant_stiffness",
+    ):  # fmt: skip
+        add(f"Identification.{quantity}", getattr(found, quantity), amplitude=[0.5e-6],
+            normal_load=9.0)  # fmt: skip
+    for quantity in ("stiffness_at", "force_limit_at", "law_at"):
+        add(f"Identification.{quantity}", getattr(found, quantity), normal_load=9.0)
+    add("Identification.interface", found.interface, ("pair",), pair=joint.surface.pair, area=1e-4)
+    add("SliderLaw", ms.SliderLaw, yield_displacements=[1e-7, 1e-6], stiffnesses=[1e7, 2e7],
+        smallest_amplitude=1e-8, largest_amplitude=1e-6)  # fmt: skip
+    add("SliderLaw.outside", found.law.outside, amplitude=[1e-9, 1e-7])
     _add_evaluations(add, joint)
     add("sweep of forces", ms.sweep, joint=joint, normal_load=[100.0], force_amplitude=[1.0])
     add("sweep of all", ms.sweep, joint=joint, normal_load=[100.0], amplitude=[1e-7],

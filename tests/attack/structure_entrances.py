@@ -125,6 +125,7 @@ def _add_drawings(add: Add, surface: Any, test: ms.ModalTest) -> None:
         kept_modes=4,
     )
     one = ms.Bolts(**bolts, tension=5e3)
+    add("Bolts.fixing_mass", one.fixing_mass, density=7850.0)
     add("Lap", ms.Lap, at=0.0, length=0.03, bolts=one)
     sides = [ms.Lap(-0.05, 0.03, one), ms.Lap(0.05, 0.03, one)]
     add("BoltedBeam", ms.BoltedBeam, length=0.2, width=0.02, thickness=0.012, laps=sides)

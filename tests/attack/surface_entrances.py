@@ -63,6 +63,7 @@ def _add_rough_faces(add: Add, pair: Any) -> None:
     face = ms.MeasuredContact.examples()[0]
     add("MeasuredContact.along", face.along, direction=0.3)
     add("MeasuredContact.contact_area", face.contact_area, separation=face.separations[3])
+    add("MeasuredContact.slip_per_indentation", face.slip_per_indentation, direction=0.3)
 
 
 def _loops(joint: Any) -> Any:
@@ -97,6 +98,17 @@ def _add_spectra(add: Add, pair: Any) -> None:
     hard = pair.with_hardness(1.2e9)
     add("DrawnFace", ms.DrawnFace, ("pair",), pair=hard, rms=4e-7, slope=0.1, area=1e-4,
         tightening_pressure=3e7, breadth=0.8, lay=0.5)  # fmt: skip
+
+    def from_finish(**numbers: Any) -> ms.DrawnFace:
+        return ms.DrawnFace.from_finish(hard, ms.Finish(ra=8e-7, rsm=1e-4), **numbers)
+
+    from_finish.__qualname__ = "DrawnFace.from_finish"
+    add("DrawnFace.from_finish", from_finish, area=1e-4, tightening_pressure=3e7)
+    face = ms.DrawnFace(hard, 4e-7, 0.1, 1e-4, 3e7, lay=0.5)
+    add("DrawnFace.along", face.along, direction=0.3)
+    add("DrawnFace.contact_area", face.contact_area, separation=face.separations[3])
+    add("DrawnFace.scatter", face.scatter, size=1e-3)
+    add("DrawnFace.slip_per_indentation", face.slip_per_indentation, direction=0.3)
 
 
 def _add_spheres(add: Add, pair: Any) -> None:

@@ -144,8 +144,12 @@ def interpolation_words(lines: str, heights: Floats) -> list[str]:
     weights = (1.0, -4.0, 6.0, -4.0, 1.0)
     size = len(heights) - 4
     bend = np.sum([w * heights[k : k + size] for k, w in enumerate(weights)], axis=0)
-    power = np.nanmean(bend * bend, axis=1)
-    even, odd = float(np.median(power[::2])), float(np.median(power[1::2]))
+    known = np.isfinite(bend)
+    counts = np.count_nonzero(known, axis=1)
+    if min(counts[::2].max(), counts[1::2].max()) == 0:
+        return []
+    power = np.sum(np.where(known, bend, 0.0) ** 2, axis=1) / np.maximum(counts, 1)
+    even, odd = (float(np.median(power[k::2][counts[k::2] > 0])) for k in (0, 1))
     if not max(even, odd) > 0.0 or min(even, odd) > _PARITY * max(even, odd):
         return []
     return [

@@ -167,7 +167,11 @@ class State(Resumable):
 
     @property
     def error_bound(self) -> float:
-        """Bound of the force error [N] that a limited depth has made so far; 0 without one."""
+        """Bound of the force error [N] caused by a limited depth so far; 0 without a limit.
+
+        The largest bound is twice the friction limit: two forces never differ by more, so that
+        this value carries no information. Errors themselves are smaller by an order or more.
+        """
         if self._diagram is None or self._diagram.limit is None:
             return 0.0
         return float(self._diagram.doubt[-1]) * self._curve().friction

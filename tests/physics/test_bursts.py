@@ -165,7 +165,8 @@ def test_the_command_reads_the_counter(tmp_path: Path, monkeypatch: pytest.Monke
     lines = (";".join(map(repr, row)) for row in zip(*(c.tolist() for c in columns), strict=True))
     head = "Zeit [s];Zyklus;Weg [µm];Reibkraft [N]\n"
     Path("burst.csv").write_text(head + "\n".join(lines) + "\n", encoding="utf-8")
-    outcome = run("measure", "burst.csv", "--worn-volume", "0.001 mm^3", "-o", "out")
+    Path("manifest.csv").write_text("file,worn volume\nburst.csv,0.001 mm^3\n")
+    outcome = run("measure", "--manifest", "manifest.csv", "-o", "out")
     assert outcome.exit_code == 0, outcome.stderr
     assert "of the cycles 1 to 100009 were logged" in " ".join(outcome.stdout.split())
     value = float(outcome.stdout.split("Energy wear coefficient: ")[1].split()[0])

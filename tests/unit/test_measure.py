@@ -327,10 +327,10 @@ def test_command(folder: Path) -> None:
 
 def test_command_without_a_folder(folder: Path) -> None:
     before = sorted(folder.iterdir())
-    words = ("--rig-stiffness", "1e4 N/um", "--confidence", "0.9", "--unit", "force=mN")
+    words = ("--rig-stiffness", "1e4 N/um", "--unit", "force=mN")
     (found,) = json.loads(run("measure", "run.csv", "--json", *words).stdout)["records"]
     assert found["rig_stiffness"] == pytest.approx(1e10, rel=1e-15)
-    assert found["confidence"] == 0.9
+    assert found["confidence"] == 0.95
     energy = MEASURED.mean["dissipated_energy"].value
     assert found["mean"]["dissipated_energy"]["value"] == pytest.approx(energy / 1e3)
     assert sorted(folder.iterdir()) == before
@@ -367,10 +367,6 @@ def test_command_speaks_in_options_and_names_the_file(folder: Path) -> None:
     for options, message in (
         (("--unit", "force=m"), 'run.csv: force: column "force [N]": wanted a unit'),
         (("--sample-rate", "-1"), "--sample-rate: wanted a number above zero such as 200, got -1"),
-        (
-            ("--confidence", "2"),
-            "--confidence: wanted a number in (0, 1) such as 0.95, got 2",
-        ),
         (("--zero", "time=mean"), "run.csv: --zero: no column is read as time; write --time"),
         (("--normal-load", "-5 N"), "run.csv: normal_load: wanted a positive force"),
     ):

@@ -67,7 +67,7 @@ if TYPE_CHECKING:
 @BAND
 @reads(
     "displacement", "force", "normal_load", "time", "sample_rate", "flip_sign", "units",
-    "calibration", "rows", "limit",
+    "calibration", "rows",
     many_loads=True,
 )  # fmt: skip
 def identify(

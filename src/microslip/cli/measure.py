@@ -23,7 +23,6 @@ from microslip.cli.options import (
 from microslip.cli.records import (
     CYCLES,
     MANIFEST,
-    WORN_VOLUMES,
     Reading,
     calibration_of,
     listed,
@@ -31,7 +30,7 @@ from microslip.cli.records import (
     slice_of,
 )
 from microslip.cli.structures import BAND, are_modal, measure_modes
-from microslip.laboratory.options import AREA, CONFIDENCE, DELAY, RIG_STIFFNESS
+from microslip.laboratory.options import DELAY, RIG_STIFFNESS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -53,16 +52,7 @@ if TYPE_CHECKING:
     "--model", "STUDY", "Study whose joint defines the regimes; default one sphere.",
     type=ANY_PATH, shell_complete=complete_study,
 )  # fmt: skip
-@offers(CONFIDENCE)
-@option(
-    "--run", "LABEL",
-    "Run, rig or laboratory of each record, once for each in their order; records in several "
-    "folders have the names of these. Runs are compared.",
-    "runs", multiple=True,
-)  # fmt: skip
-@WORN_VOLUMES
 @CYCLES
-@offers(AREA)
 @BAND
 @switch("--all", "Print every table.", "every_table")
 def measure(
@@ -73,11 +63,7 @@ def measure(
     rig_stiffness: float | None,
     delay: float | None,
     model: Path | None,
-    confidence: float,
-    runs: tuple[str, ...],
-    worn_volumes: tuple[str, ...],
     cycles: str | None,
-    area: float | None,
     band: str | None,
     every_table: bool,
 ) -> None:
@@ -107,7 +93,7 @@ def measure(
 
         with output.staged(KIND, "measurement") as stage, progress("Measuring") as report:
             joints = [] if model is None else _joints(model)
-            files = listed(records, manifest, runs, worn_volumes)
+            files = listed(records, manifest)
             paths = files.paths
             _, gain_errors = calibration_of(reading.calibration)
             results, places = [], []
@@ -119,7 +105,6 @@ def measure(
                         record,
                         model=_at_the_load_of(record, joints),
                         rig_stiffness=rig_stiffness,
-                        confidence=confidence,
                         cycles=slice_of("--cycles", cycles),
                         delay=delay or 0.0,
                         gain_errors=gain_errors,
@@ -143,9 +128,8 @@ def measure(
                 tuple(results),
                 [files.runs[i] for i in places] if files.runs else None,
                 [files.volumes[i] for i in places] if files.volumes else None,
-                area,
-                files.columns(places),
-                _borders(joints, results),
+                columns=files.columns(places),
+                borders=_borders(joints, results),
             )
             result_document = document(campaign, in_options, skipped)
             if stage is not None:

@@ -15,13 +15,11 @@ from microslip._core.units import (
     DENSITY,
     FORCE,
     LENGTH,
-    VOLUME,
     with_one_unit,
 )
 from microslip._core.wording import did_you_mean, plural, shorten
 from microslip.cli.options import ANY_PATH, Command, Decorator, offers, option, quantity
 from microslip.laboratory import options
-from microslip.readers.files import LIMIT
 
 if TYPE_CHECKING:
     from microslip.laboratory import Record
@@ -109,16 +107,11 @@ class Reading(NamedTuple):
     """One for all files, or one for each."""
     time: str | None
     sample_rate: float | None
-    frequency: float | None
-    cycle_number: str | None
     flip_sign: bool
     units: tuple[str, ...]
     calibration: tuple[str, ...]
     zero: tuple[str, ...]
     rows: str | None
-    cutoff: float | None
-    drift: bool
-    limit: int
 
     def read(self, path: str, index: int = 0, manifest: Manifest | None = None) -> Record:
         """Read one file, with the columns and the load that its row of a manifest names."""
@@ -126,7 +119,7 @@ class Reading(NamedTuple):
 
         loads = self.normal_load
         given = {
-            **named(self, "displacement", "force", "sample_rate", "frequency", "limit"),
+            **named(self, "displacement", "force", "sample_rate"),
             "normal_load": _or_none(loads[index if len(loads) > 1 else 0] if loads else None),
             "time": _or_none(self.time),
         }
@@ -135,28 +128,19 @@ class Reading(NamedTuple):
         record = Record.read(
             path,
             **given,
-            cycle_number=_or_none(self.cycle_number),
             sign=-1 if self.flip_sign else None,
             units=pairs("unit", self.units) or None,
             calibration=pairs("calibration", calibration_of(self.calibration)[0]) or None,
             zero=pairs("zero", self.zero) or None,
             rows=slice_of("--rows", self.rows),
         )
-        if manifest is not None:
-            record = manifest.loaded(record, index)
-        if self.cutoff is None and not self.drift:
-            return record
-        from microslip.laboratory import condition
-
-        return condition(record, cutoff=self.cutoff, drift=self.drift)
+        return record if manifest is None else manifest.loaded(record, index)
 
 
 _WITHOUT: dict[str, Any] = {
     **dict.fromkeys(Reading._fields),
     **dict.fromkeys(("units", "calibration", "zero"), ()),
     "flip_sign": False,
-    "drift": False,
-    "limit": LIMIT.default,
 }
 """Values of the options that a command does not have."""
 
@@ -182,8 +166,7 @@ def reads(*names: str, many_loads: bool = False) -> Decorator:
         decorated: Command = read
         for part, settings in (
             (options.SCALING, {"multiple": True}),
-            ((options.ROWS, options.CUTOFF, options.DRIFT, LIMIT), {}),
-            ((options.FREQUENCY, options.CYCLE_NUMBER, options.FLIP_SIGN), {}),
+            ((options.FLIP_SIGN, options.ROWS), {}),
             ((options.TIME, options.SAMPLE_RATE), {}),
             ((load,), {"multiple": True} if many_loads else {}),
             ((options.DISPLACEMENT, options.FORCE), {}),
@@ -244,12 +227,7 @@ class Listed(NamedTuple):
         return {name: [columns[name][i] for i in rows] for name in columns if name not in elsewhere}
 
 
-def listed(
-    names: Sequence[str],
-    manifest: Path | None,
-    runs: tuple[str, ...] = (),
-    worn_volumes: tuple[str, ...] = (),
-) -> Listed:
+def listed(names: Sequence[str], manifest: Path | None) -> Listed:
     """The files of a command: those that it names, or those of a manifest."""
     if (manifest is None) == (not names):
         if names:
@@ -257,13 +235,9 @@ def listed(
         raise click.UsageError("Missing argument 'RECORD...', or --manifest FILE")
     if manifest is None:
         paths, labels = records_in(names)
-        volumes = volumes_of(worn_volumes, len(paths))
-        return Listed(paths, each_of("--run", runs, len(paths)) or labels, volumes, None)
+        return Listed(paths, labels, [], None)
     from microslip.laboratory.manifest import Manifest
 
-    if runs or worn_volumes:
-        flag = "--run" if runs else "--worn-volume"
-        raise click.UsageError(f"{flag} has its own column in the manifest")
     read = Manifest.read(manifest)
     worn = [v if isinstance(v, float) else None for v in read.columns.get("worn_volume", ())]
     return Listed(list(read.paths), read.texts("run"), worn, read)
@@ -299,19 +273,6 @@ CYCLES = option(
     "--cycles", "FIRST..LAST",
     "Cycles to use, counted from 1, such as 100..200; the settled ones if absent.",
 )  # fmt: skip
-WORN_VOLUMES = option(
-    "--worn-volume", "VOLUME",
-    'Worn volume of each record, such as "0.12 mm^3", or none, once for each in their order.',
-    "worn_volumes", multiple=True,
-)  # fmt: skip
-
-
-def volumes_of(texts: tuple[str, ...], count: int) -> list[float | None]:
-    """Worn volumes [m^3] of the records, None for one without; empty where none were given."""
-    return [
-        None if text.strip() == "none" else quantity("--worn-volume", text, VOLUME, "0.12 mm^3")
-        for text in each_of("--worn-volume", texts, count)
-    ]
 
 
 def pairs(option: str, texts: tuple[str, ...]) -> dict[str, str]:

@@ -278,8 +278,9 @@ class Count(NamedTuple):
         """Notes on cycles that were not logged."""
         if self.numbers is None:
             return (
-                f"no cumulative energy: {self.source}; give the rig's counter, "
-                "`cycle_number=...`, or the `frequency=...` at which it ran on",
+                f"no cumulative energy: {self.source}; name the column of the rig's counter "
+                '("cycle column" in a manifest, `cycle_number=...` in Python), or give the '
+                "`frequency=...` at which the rig ran on in Python",
             )
         missing = int(self.numbers[-1] - self.numbers[0]) + 1 - self.numbers.size
         if missing < 1:

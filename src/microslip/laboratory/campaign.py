@@ -63,8 +63,6 @@ class Campaign(Locked):
         "specimen", each record is of a contact of its own.
     worn_volumes : sequence of float or None, optional
         Worn volume [m^3] that goes with each record; None where none was measured.
-    area : float, optional
-        Apparent area [m^2], for energies and stiffnesses per area.
     columns : mapping of str to sequence, optional
         Other data of each record, as of a manifest: "specimen", "stage" and others.
     borders : RegimeBorders, optional
@@ -78,7 +76,6 @@ class Campaign(Locked):
     measurements: Sequence[Measurement]
     runs: Sequence[str] | None = None
     worn_volumes: Sequence[float | None] | None = None
-    area: float | None = None
     columns: Mapping[str, Sequence[Cell]] = field(default_factory=lambda: MappingProxyType({}))
     borders: RegimeBorders | None = None
 
@@ -98,8 +95,6 @@ class Campaign(Locked):
         for volume in self.worn_volumes or ():
             if volume is not None and volume != 0.0:
                 positive("worn_volumes", volume, "m^3", 1e-12)
-        if self.area is not None:
-            positive("area", self.area, "m^2", 2e-4)
 
     @property
     def contacts(self) -> tuple[str, ...]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from microslip._core.checks import Floats, show
 from microslip._core.errors import InputError
-from microslip.laboratory.estimates import Estimate, quantile
+from microslip.laboratory.estimates import Estimate, checked_confidence, quantile
 from microslip.laboratory.measurement import Measurement
 
 _LEAST_WORK = 1e-3
@@ -107,7 +107,7 @@ def rig_stiffness_of(measurements: Sequence[Measurement], *, confidence: float =
     exponential heights, nearly so for others. The straight line over 1/N ends at 1/k_rig; a single
     load cannot tell rig and contact apart.
     """
-    rows = _checked(measurements)
+    rows, confidence = _checked(measurements), checked_confidence(confidence)
     for measured in rows:
         if "normal_load" not in measured.mean:
             raise InputError(f"{measured.name}: has no normal load")

@@ -13,7 +13,7 @@ from microslip._core.checks import Floats, exact, number, positive, show
 from microslip._core.errors import InputError
 from microslip.laboratory.blocks import gaps_of
 from microslip.laboratory.cuts import Cuts, noise_of, split
-from microslip.laboratory.estimates import Estimate, quantile, trend
+from microslip.laboratory.estimates import Estimate, checked_confidence, quantile, trend
 from microslip.laboratory.record import Record
 
 LEAST_CUTOFF = 10.0
@@ -177,6 +177,7 @@ def delay_of(record: Record, *, confidence: float = 0.95) -> Estimate:
     the force's channel looks like a delay of about its time constant.
     """
     _check(record)
+    confidence = checked_confidence(confidence)
     rate = record.sample_rate
     if record.time is not None:
         _without_gaps(record)

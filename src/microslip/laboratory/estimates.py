@@ -13,7 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from microslip._core.checks import Floats
+from microslip._core.checks import Floats, number
+from microslip._core.errors import InputError
 from microslip._core.quadrature import gauss_legendre
 
 _STEPS = 100
@@ -76,6 +77,14 @@ def quantile(confidence: float, freedom: int) -> float:
         if step <= 4e-16 * angle:
             break
     return math.sqrt(freedom) * math.tan(angle)
+
+
+def checked_confidence(level: Any) -> float:
+    """Validate the level of an interval [-]."""
+    value = number("confidence", level, "", 0.95)
+    if not 0.0 < value < 1.0:
+        raise InputError(f"`confidence` must be between 0 and 1, such as 0.95, got {value:g}")
+    return value
 
 
 class Dependence(NamedTuple):

@@ -34,6 +34,7 @@ _WORDS = {
     "force_column": ("force column", "column of force"),
     "load_column": ("load column", "normal load column", "column of load"),
     "time_column": ("time column", "column of time"),
+    "cycle_column": ("cycle column", "column of cycles", "counter column"),
     "sample_rate": ("sample rate", "sampling rate", "abtastrate"),
     "temperature": ("temperature", "temperatur", "température", "temp"),
 }
@@ -45,6 +46,7 @@ _READING = {
     "force_column": "force",
     "load_column": "normal_load",
     "time_column": "time",
+    "cycle_column": "cycle_number",
     "sample_rate": "sample_rate",
 }
 """Columns that say how a file is read, and the arguments that they are."""

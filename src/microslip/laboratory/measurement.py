@@ -34,9 +34,15 @@ from microslip.laboratory.cycle_columns import (
     gain_error,
 )
 from microslip.laboratory.cycles import check_direction, cycles_of
-from microslip.laboratory.estimates import Estimate, mean_of, mean_of_inverses, trend, with_gain
+from microslip.laboratory.estimates import (
+    Estimate,
+    checked_confidence,
+    mean_of,
+    mean_of_inverses,
+    trend,
+    with_gain,
+)
 from microslip.laboratory.loop_shape import parallel_spring, shape_notes, without_spring
-from microslip.laboratory.options import CONFIDENCE
 from microslip.laboratory.record import Record
 from microslip.laboratory.record_motion import (
     frequency_of,
@@ -321,7 +327,7 @@ def measure(
             f"record must be a Record, got {show(record)}; "
             "write Record(displacement, force) or Record.read(path)"
         )
-    level: float = CONFIDENCE.checked(confidence)
+    level = checked_confidence(confidence)
     limits = thresholds(model)
     gains = checked_gains(gain_errors)
     record = condition(record, delay=delay) if delay else record
@@ -352,7 +358,7 @@ def measure(
             "in some cycles too few samples lie in the first quarter of the force after a "
             "reversal to read a stiffness"
         )
-    notes += [drift.note("`drift=True` removes it") for drift in judged.drifts(counting.selection)]
+    notes += [drift.note("in Python `condition(record, drift=True)` removes it") for drift in judged.drifts(counting.selection)]
     shape = judged.shape(counting.selection)
     if judged.delay is not None:
         notes.append(judged.delay.note())

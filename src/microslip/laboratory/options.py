@@ -24,15 +24,6 @@ SAMPLE_RATE = option(
     above=0.0,
     metavar="HZ",
 )
-FREQUENCY = option(
-    "frequency",
-    "Frequency of the excitation, to count the cycles between blocks.",
-    units.FREQUENCY,
-    example="10 Hz",
-)
-CYCLE_NUMBER = option(
-    "cycle_number", "Column of the rig's counter of cycles, or none.", metavar="COLUMN"
-)
 FLIP_SIGN = option("flip_sign", "Reverse the sign of the force.", bool, default=False)
 UNITS = option("units", f"Unit of {_ROLES}; may be repeated.", flag="unit", metavar="WHAT=UNIT")
 CALIBRATION = option(
@@ -49,10 +40,6 @@ ZERO = option(
 ROWS = option(
     "rows", "Rows of numbers to take, the first being 1, such as 1..5000.", metavar="FIRST..LAST"
 )
-CUTOFF = option(
-    "cutoff", 'Zero-phase low-pass filter, such as "800 Hz".', units.FREQUENCY, example="800 Hz"
-)
-DRIFT = option("drift", "Remove a linear trend from both channels.", bool, default=False)
 DELAY = option(
     "delay",
     "Time by which the force lags behind the displacement, to be removed; a plain number is in s.",
@@ -69,19 +56,4 @@ RIG_STIFFNESS = option(
     STIFFNESS,
     example="200 N/um",
     bare=True,
-)
-AREA = option(
-    "area",
-    'Apparent area, for energies and stiffnesses per area, such as "2 cm^2".',
-    units.AREA,
-    example="2 cm^2",
-)
-CONFIDENCE = option(
-    "confidence",
-    "Confidence level of the intervals.",
-    float,
-    default=0.95,
-    example="0.95",
-    above=0.0,
-    below=1.0,
 )

@@ -35,7 +35,6 @@ _BRIEF = ("amplitude", "normal_load", "friction_energy", "dissipated_energy", "l
 
 
 def _columns(campaign: Campaign) -> tuple[Column, ...]:
-    per_area = campaign.area is not None
     return (
         Column("record", "record"),
         *(Column(name, name, brief=name in ("specimen", "stage")) for name in campaign.columns),
@@ -47,8 +46,6 @@ def _columns(campaign: Campaign) -> tuple[Column, ...]:
             Column(name, LABELS[name], UNITS[name].replace("-", ""), brief=name in _BRIEF)
             for name in _COLUMNS_SHOWN
         ),
-        *((Column("stiffness_per_area", "stiffness/area", "N/m^3"),) if per_area else ()),
-        *((Column("energy_per_area", "energy/cycle/area", "J/m^2"),) if per_area else ()),
         Column("cumulative_energy", "energy, all cycles", "J"),
         Column("settled", "settled"),
     )
@@ -60,7 +57,6 @@ def rows_of(campaign: Campaign) -> list[tuple[Any, ...]]:
     energies = campaign.energies()
     for i, measured in enumerate(campaign.measurements):
         means = {name: json_value(mean.value) for name, mean in measured.mean.items()}
-        over_area = [means.get(name) for name in ("chord_stiffness", "dissipated_energy")]
         rows.append(
             (
                 shorten(measured.name, 40),
@@ -70,7 +66,6 @@ def rows_of(campaign: Campaign) -> list[tuple[Any, ...]]:
                 measured.regime,
                 measured.probability.get(measured.regime),
                 *(means.get(name) for name in _COLUMNS_SHOWN),
-                *(v and v / campaign.area for v in over_area if campaign.area is not None),
                 json_value(energies[i]),
                 "yes" if measured.is_settled else "no",
             )

@@ -116,6 +116,6 @@ def test_a_drift_is_reported_and_removed(channel: str, size: float) -> None:
     measured = ms.measure(bad)
     (note,) = [text for text in measured.notes if "drifts" in text]
     assert note.startswith(f"the {channel} drifts by")
-    assert "`drift=True` removes it" in note
+    assert "`condition(record, drift=True)` removes it" in note
     mended = ms.measure(condition(bad, drift=True))
     assert mended.mean["dissipated_energy"].value == pytest.approx(energy(SLIP), rel=0.02)

@@ -196,9 +196,8 @@ def test_number_of_cycles_with_noise(noise: float, rate: float) -> None:
 
 
 IMPERFECT: dict[str, Any] = {"third_harmonic": 0.05, "noise": 0.01, "sample_rate": 512}
-# The force of a noisy reversal is read from a window, whose bias is of the size of its noise.
-READ = ("amplitude", "dissipated_energy", "energy_ratio", "sliding_distance", "sliding_ratio",
-        "fouvry_ratio", "friction_energy")  # fmt: skip
+READ = ("amplitude", "force_amplitude", "dissipated_energy", "energy_ratio", "sliding_distance",
+        "sliding_ratio", "fouvry_ratio", "friction_energy")  # fmt: skip
 
 
 def covered(amplitude: float, seeds: int, confidence: float) -> dict[str, float]:

@@ -58,11 +58,12 @@ def shape_of(
 ) -> Shape | None:
     """Average the branches of some cycles; None where too few samples lie on them."""
     branches: list[list[tuple[Floats, Floats]]] = [[], []]
+    size = float(np.median(columns["force_amplitude"][rows]))
     for row in rows[np.linspace(0, rows.size - 1, min(64, rows.size)).astype(int)]:
         first = int(columns["start"][row])
         part = slice(first, first + int(columns["period"][row]) + 1)
         middle, amplitude = (columns[name][row] for name in ("displacement_offset", "amplitude"))
-        offset, size = (columns[name][row] for name in ("force_offset", "force_amplitude"))
+        offset = force[part].mean()  # of less noise than the middle between the reversals
         if not (amplitude > 0.0 and size > 0.0):
             continue
         p, f = (x[part] - middle) / amplitude, (force[part] - offset) / size

@@ -20,6 +20,8 @@ _CORNER, _OF_RANGE = 3.0, 3e-3
 over the range of the displacement in the window, added."""
 _NEAR = 0.5
 """Samples closer than this to a reversal are left out of its branches [samples]."""
+_UNSURE = 2.0
+"""Standard errors of its place before a reversal in which forces are not used."""
 _JUMP = 0.5
 """Change of the force from one sample to the next over its range that is a jump."""
 _PIECE = 1 << 15
@@ -44,16 +46,19 @@ def reversals_of(
     half = max(3 if cycles.period >= 40.0 else 2, cycles.window)
     t = np.arange(-half, half + 1.0)
     rows = _reflected(x, places, half)
-    shift, height, smooth = _smooth_turns(rows, t, noise)
+    shift, height, smooth, unsure = _smooth_turns(rows, t, noise)
     misfit = float(np.median(np.sqrt(np.mean((rows - smooth) ** 2, axis=1))))
     limit = _CORNER * noise + _OF_RANGE * float(np.median(np.ptp(rows, axis=1)))
     is_corner = t.size > 5 and misfit > limit
     if is_corner:
         shift, height, smooth = _corners(rows, t)
-    # The force is a smooth function of the way that is still to go.
+        unsure = 0.0
+    # The force is a smooth function of the way that is still to go. Samples that may lie behind the
+    # reversal are left out: there the force falls.
     few = half < 4
-    number = 4 if few else half
-    last = np.floor(places + shift - 0.25).astype(np.int64)
+    gap = 0.0 if few else min(_UNSURE * unsure, 0.5 * half)
+    number = 4 if few else max(half - int(gap), 4)
+    last = np.floor(places + shift - 0.25 - gap).astype(np.int64)
     at = last[:, None] - np.arange(number)
     column = np.clip(at - places[:, None] + half, 0, 2 * half)
     inside = np.clip(at, 0, x.size - 1)
@@ -72,8 +77,11 @@ def _reflected(x: Floats, places: NDArray[np.int64], half: int) -> Floats:
     return np.asarray(x[np.minimum(rows, 2 * (x.size - 1) - rows)])
 
 
-def _smooth_turns(rows: Floats, t: Floats, noise: float) -> tuple[Floats, Floats, Floats]:
-    """Place and height of the turns of quartics through rows of samples, and the quartics."""
+def _smooth_turns(rows: Floats, t: Floats, noise: float) -> tuple[Floats, Floats, Floats, float]:
+    """Place and height of the turns of quartics through rows of samples, and the quartics.
+
+    The last value is the usual standard error of a place [samples].
+    """
     powers = t[:, None] ** np.arange(5)
     inverse = np.linalg.pinv(powers)
     c = rows @ inverse.T
@@ -90,8 +98,10 @@ def _smooth_turns(rows: Floats, t: Floats, noise: float) -> tuple[Floats, Floats
         shift = np.clip(shift - step, -0.5 * t[-1], 0.5 * t[-1])
     height = np.einsum("cn,cn->c", c, shift[:, None] ** np.arange(5))
     # The top of a noisy curve is too high, by the variance of its slope over twice its bend.
-    height += 0.5 * noise**2 * float(inverse[1] @ inverse[1]) / np.minimum(bend, -1e-300)
-    return shift, height, c @ powers.T
+    bend = np.minimum(bend, -1e-300)
+    slope_error = noise * float(np.linalg.norm(inverse[1]))
+    height += 0.5 * slope_error**2 / bend
+    return shift, height, c @ powers.T, slope_error / abs(float(np.median(bend)))
 
 
 def _corners(rows: Floats, t: Floats) -> tuple[Floats, Floats, Floats]:

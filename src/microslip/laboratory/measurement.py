@@ -358,7 +358,8 @@ def measure(
             "in some cycles too few samples lie in the first quarter of the force after a "
             "reversal to read a stiffness"
         )
-    notes += [drift.note("in Python `condition(record, drift=True)` removes it") for drift in judged.drifts(counting.selection)]
+    remedy = "in Python `condition(record, drift=True)` removes it"
+    notes += [drift.note(remedy) for drift in judged.drifts(counting.selection)]
     shape = judged.shape(counting.selection)
     if judged.delay is not None:
         notes.append(judged.delay.note())

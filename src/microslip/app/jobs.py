@@ -222,7 +222,6 @@ class Workspace:
         return view if part_upload is None else {**view, "upload": part_upload.summary()}
 
     async def _work(self, run: Run) -> None:
-        """Run the command and follow its progress."""
         async with self._free:
             if run.state == "cancelled":
                 return
@@ -311,7 +310,6 @@ def _filled(argument: str, names: dict[str, str]) -> str:
 
 
 def _copied(upload: Upload, folder: Path) -> str:
-    """Copy an upload to the folder of a run and return its name."""
     name, number = upload.name, 1
     while (folder / name).exists() or name == RESULT:
         number += 1

@@ -87,7 +87,6 @@ class Guard:
         return None
 
     def _is_entry(self, scope: Scope) -> bool:
-        """Return whether the request is the address opened by the command."""
         if scope["path"] != "/" or scope["method"] != "GET":
             return False
         tokens = parse_qs(scope.get("query_string", b"").decode("latin-1")).get("token", [""])
@@ -291,7 +290,6 @@ def build(workspace: Workspace, token: str, port: int) -> App:
 
 
 async def _table(request: Any) -> dict[str, Any]:
-    """Return the JSON object in a request."""
     try:
         table = json.loads(await request.body())
     except (ValueError, RecursionError):
@@ -302,7 +300,6 @@ async def _table(request: Any) -> dict[str, Any]:
 
 
 def _archive(run: Run) -> bytes:
-    """Return the result, its inputs and its command as a ZIP file."""
     file = io.BytesIO()
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("command.txt", f"{run.command}\n")

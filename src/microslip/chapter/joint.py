@@ -293,7 +293,6 @@ SAMPLES = 180
 
 
 def _last_cycle_energy(response: CoupledResponse) -> float:
-    """Return the energy dissipated in the last cycle [J]."""
     lost = response.dissipated_energy
     return float(lost[-1] - lost[-1 - SAMPLES])
 

@@ -33,7 +33,6 @@ from microslip.friction import Asperity
 
 
 def _levels(axes: Axes, joint: Asperity, horizontal: bool) -> None:
-    """Draw lines at plus and minus the slip limit."""
     for sign, text in ((-1.0, "−δL"), (1.0, "δL")):
         place = sign * joint.slip_limit / MICRO
         if horizontal:
@@ -48,7 +47,6 @@ def _levels(axes: Axes, joint: Asperity, horizontal: bool) -> None:
 
 
 def _level(axes: Axes, place: float, text: str) -> None:
-    """Draw a horizontal line with its name at the left end."""
     axes.axhline(place, color=LIGHT, linestyle=DASHES, linewidth=0.9, zorder=1)
     axes.annotate(
         text, (0.0, place), (5, 1), fontsize=8.5, color=GREY,

@@ -61,7 +61,6 @@ def virtual_rig(joint: Interface, seed: int = 0) -> VirtualTribometer:
 
 
 def _assumed(addition: str) -> str:
-    """State the assumptions of the figures of the rig."""
     return worked_out(
         f"Synthetic: a virtual tribometer, rig of {RIG / KILO**2:g} N/µm in series, load ripple "
         f"{100.0 * RIPPLE:g} % in step with the force, third harmonic {100.0 * HARMONIC:g} %, "
@@ -180,7 +179,6 @@ def _overlay(plate: Plate) -> Drawing:
 
 
 def _identified_text(result: Identification) -> str:
-    """List identified and unidentified parameters, for the picture."""
     lines = []
     for name, symbol, unit, scale in (
         ("friction_coefficient", "μ", "", 1.0),

@@ -28,7 +28,6 @@ EDGE = {"edgecolor": INK, "linewidth": 0.9}
 
 
 def _blank(axes: Axes, width: float, height: float, title: str = "", bottom: float = 0.0) -> None:
-    """Prepare a sheet without axes."""
     axes.set(xlim=(0.0, width), ylim=(bottom, height), title=title)
     axes.set_aspect("equal")
     axes.axis("off")
@@ -42,20 +41,17 @@ def _box(
 
 
 def _support(axes: Axes, x: float, y: float, width: float) -> None:
-    """Draw a fixed support: a line hatched on its far side."""
     depth = 0.18
     _box(axes, x, y - depth, width, depth, "none", linewidth=0.0, hatch="////")
     axes.plot([x, x + width], [y, y], color=INK, linewidth=1.2)
 
 
 def _rigid(axes: Axes, x: float, y: float, width: float, height: float) -> None:
-    """Draw the rigid plane behind everything else."""
     look = {"linewidth": 0.0, "hatch": "///", "edgecolor": LIGHT, "zorder": 0.5}
     _box(axes, x, y, width, height, "none", **look)
 
 
 def _interface(axes: Axes, start: tuple[float, float], end: tuple[float, float]) -> None:
-    """Draw the line along which two bodies slip."""
     axes.plot(
         *zip(start, end, strict=True), color=RED, linewidth=2.6, solid_capstyle="butt", zorder=3
     )
@@ -164,7 +160,6 @@ def _tribometer(plate: Plate) -> Drawing:
 
 
 def _cap(center: float, top: float, radius: float, floor: float) -> tuple[Floats, Floats]:
-    """Return a summit as a parabola that starts and ends on the floor."""
     reach = math.sqrt(2.0 * radius * (top - floor))
     x = np.linspace(-reach, reach, 121)
     return center + x, top - x**2 / (2.0 * radius)

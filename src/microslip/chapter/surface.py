@@ -46,7 +46,6 @@ def worked_example(normal_load: float = 2000.0) -> Interface:
 
 
 def _heights_assumed() -> str:
-    """State the assumptions of the figure of heights."""
     joint = worked_example()
     return (
         f"Gaussian summit heights, σ = {engineering(SPREAD, 'm')}, mean 0; at "
@@ -155,7 +154,6 @@ def peak_density(z: Floats) -> Floats:
 
 
 def _assumed_profile() -> str:
-    """State the assumptions of the figure of the roughness."""
     density, radius, spread = summits()
     return (
         f"Synthetic, no measurement: Gaussian heights, Rq = {engineering(ROUGHNESS, 'm')}, so "

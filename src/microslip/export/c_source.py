@@ -1,8 +1,6 @@
 """C99 source of a law, with its header and a Fortran interface.
 
 The history is handled by the header files of the compiled kernel, copied into the source.
-
-Its memory is that of the library itself: the text of the kernel's own header files.
 """
 
 from __future__ import annotations
@@ -51,7 +49,6 @@ def order_of(element: str) -> str:
 
 
 def _words(order: Order) -> dict[str, object]:
-    """Return the substitutions that all templates of an order share."""
     element = order.element
     contact = element.endswith("contact")
     words: dict[str, object] = {

@@ -178,7 +178,6 @@ def write_card(
 
 
 def _limits_of(card: ContactCard, holds: str) -> list[str]:
-    """Describe the errors of a card against the joint, line by line."""
     errors, layer = card.errors, card.layer
     half, twice = 0.5 * card.pressure, 2.0 * card.pressure
     stick = errors.elastic_slip if "slip" in holds else errors.constant_stick

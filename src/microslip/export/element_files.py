@@ -220,7 +220,6 @@ def nastran(order: Order) -> Deck:
 
 
 def _card(name: str, *fields: float | str) -> list[str]:
-    """Format a card in large fields, four on a line."""
     words = [compact(f, 16) if isinstance(f, float) else str(f) for f in fields]
     lines = []
     for i in range(0, len(words), 4):

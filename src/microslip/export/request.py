@@ -246,7 +246,6 @@ def patches_of(kind: str, law: Any, nodes: ArrayLike | None) -> tuple[Patch, ...
 
 
 def _laws(kind: str, law: Any) -> list[Any]:
-    """Return the law of each patch; None for a patch without contact."""
     if isinstance(law, BackboneLaw):
         check_not_rigid(law, f"files of kind {kind}")
         return [law]

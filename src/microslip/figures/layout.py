@@ -190,7 +190,6 @@ def lay_out(plot: Plot) -> Page:
 
 
 def _ends(panel: Panel, direction: AxisName) -> tuple[float, float]:
-    """Return the ends of an axis: as given, or from the data with a margin."""
     axis = panel.x if direction == "x" else panel.y
     low, high = axis.low, axis.high
     if low is None or high is None:
@@ -231,12 +230,10 @@ def _values_drawn(panel: Panel, direction: AxisName) -> Floats:
 
 
 def _label_count(length: float) -> int:
-    """Return the number of labels that fit on a vertical axis."""
     return max(2, min(9, int(length / 24.0)))
 
 
 def _scale(frame: Frame, direction: AxisName) -> Scale:
-    """Return an axis with as many ticks as fit."""
     scale, axis = (frame.x, frame.panel.x) if direction == "x" else (frame.y, frame.panel.y)
     if axis.ticks is not None:
         return scale._replace(ticks=Ticks(tuple(axis.ticks)))
@@ -262,7 +259,6 @@ def _scale(frame: Frame, direction: AxisName) -> Scale:
 
 
 def _place(plot: Plot, frames: list[Frame], top: float, bottom: float) -> None:
-    """Distribute the page among the panels of the grid, with aligned labels."""
     columns, rows = len(plot.widths), len(plot.heights)
     left, right = [0.0] * columns, [0.0] * columns
     above, below = [0.0] * rows, [0.0] * rows

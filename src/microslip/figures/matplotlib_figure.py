@@ -177,12 +177,10 @@ def _prepare(axes: Axes, panel: Panel, own_page: bool) -> None:
 
 
 def _log_label(axis: Any, place: float, _: int = 0) -> str:
-    """Label a tick of a logarithmic axis like the SVG figures."""
     return log_label(place, *sorted(axis.get_view_interval()))
 
 
 def _scaled(item: Item, x: float, y: float) -> Item:
-    """Convert an item to the units of the axes."""
     if x == y == 1.0 or (isinstance(item, shapes.Words) and not item.data):
         return item
     across = y if getattr(item, "axis", "x") == "y" else x  # for rules and bands

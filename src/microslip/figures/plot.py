@@ -2,9 +2,6 @@
 
 Lengths on paper are in points (1/72 inch). Values are already divided by the unit of their axis, so
 that the content of a figure can be inspected and tested without rendering.
-
-Lengths on paper are points (1/72 inch). Values are divided by the unit that the axis names before
-they come here, so that what a figure shows can be read, and tested, without drawing it.
 """
 
 from __future__ import annotations

@@ -177,7 +177,6 @@ def _labels(
 
 
 def _vertical_text(x: float, y: float, label: str) -> str:
-    """Return the lines of a label that reads upwards, centred."""
     lines = label.split("\n")
     texts = []
     for number, line in enumerate(lines):
@@ -312,7 +311,6 @@ def _(item: shapes.Pixels, frame: Frame) -> str:
 
 
 def _path(x: Floats, y: Floats) -> str:
-    """Return strokes through points, interrupted at missing points."""
     fine = np.isfinite(x) & np.isfinite(y)
     parts = []
     ends = np.flatnonzero(np.diff(np.concatenate(([False], fine, [False])).astype(np.int8)))

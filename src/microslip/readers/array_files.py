@@ -1,8 +1,6 @@
 """Arrays in NumPy files, read without unpickling, and in JSON: columns, structs or a list of rows.
 
 A child process parses JSON, because a few characters can expand to large data.
-
-A few letters of JSON can hold much, so a child process reads it.
 """
 
 from __future__ import annotations
@@ -90,7 +88,6 @@ def _leaves(
 
 
 def _header(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
-    """Read shape and type of an array from its header."""
     with decoded("npy file"):  # a damaged header raises many kinds of errors
         version = 1 if np.lib.format.read_magic(file) == (1, 0) else 2
         shape, _, kind = getattr(np.lib.format, f"read_array_header_{version}_0")(file)

@@ -122,9 +122,6 @@ def table(arrays: Arrays) -> Table:
 
     A text `unit` next to numbers is their unit; a text `name` or `label` next to a single vector is
     its name.
-
-    A text `unit` beside numbers is their unit, a text `name` or `label` beside one vector is its
-    name.
     """
     slots: list[_Slot] = []
     rates: list[Stated] = []

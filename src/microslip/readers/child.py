@@ -4,11 +4,6 @@ Damaged files can make such parsers write to invalid memory or exhaust it. The c
 library once and forks for each file, with bounded memory and time, and returns plain numbers in an
 archive. A crash of a fork becomes a one-line error. Where processes cannot be forked, each file has
 its own child.
-
-Damaged files make such parsers write where no memory is theirs, or ask for all there is. So a child
-parses: it loads the library once and forks for each file, with bounded memory and time, and hands
-plain numbers over in an archive. The death of a fork is one line. Where nothing can be forked, each
-file has a child of its own.
 """
 
 from __future__ import annotations
@@ -98,7 +93,6 @@ _ERRORS: Final[Mapping[str, type[ValueError]]] = {"input": InputError, "unusable
 
 
 def _cause(status: int | None, seconds: float) -> str:
-    """Describe why a child gave no result."""
     if status is None or status >= 0:
         return "damaged, its reader returned no result"
     name = signal.Signals(-status).name
@@ -161,7 +155,6 @@ class _Server:
         return self._process
 
     def _end(self) -> None:
-        """Kill the child and its forks."""
         process, self._process = self._process, None
         if process is None or self._owner != os.getpid():
             return
@@ -180,7 +173,6 @@ _server = _Server()
 
 
 def _joined(node: Any, archive: Mapping[str, Any]) -> Any:
-    """Rebuild a result from its tree and arrays."""
     if isinstance(node, list):
         return [_joined(item, archive) for item in node]
     if not isinstance(node, dict):
@@ -225,7 +217,6 @@ def _split(value: Any, arrays: dict[str, Any]) -> Any:
 
 
 def _read_request(request: Mapping[str, Any]) -> None:
-    """Run the requested reader and save its result or its error."""
     arrays: dict[str, Any] = {}
     try:
         import warnings

@@ -93,9 +93,6 @@ def find_layout(lines: Sequence[Line]) -> Layout | None:
 
     Numeric columns raise the score and text columns lower it, which distinguishes separators from
     decimal signs: "1,5;2,5" is two numbers, or one number and one text if separated by commas.
-
-    Columns that are numbers count for it and texts against it, which tells separators from decimal
-    signs: "1,5;2,5" is two numbers or, separated by commas, one with a text.
     """
     best: tuple[float, Layout] | None = None
     quoted = any('"' in line.text for line in lines)
@@ -201,7 +198,6 @@ def with_hyphen(cell: str) -> str:
 
 
 def _used_width(mask: Sequence[bool | None]) -> int:
-    """Return the number of cells up to the last column that is not always empty."""
     return max(i for i, kind in enumerate(mask) if kind is not None) + 1
 
 
@@ -212,7 +208,6 @@ def _names(
     width: int,
     mask: Sequence[bool | None],
 ) -> tuple[tuple[str, ...], tuple[str | None, ...], tuple[int | None, int | None]]:
-    """Return names and units above the rows, and their lines."""
     above = [line for line in reversed(lines[:start]) if re.search(r"[^\W_]|%|°", line.text)]
     heads = (_heading_cells(line, separator, width, mask) for line in above[:_FAR])
     first = next(heads, None)
@@ -247,7 +242,6 @@ def _has_units(cells: Sequence[str]) -> bool:
 def _heading_cells(
     line: Line, separator: str | None, width: int, mask: Sequence[bool | None]
 ) -> tuple[Line, list[str]] | None:
-    """Return the cells of a line that has one for each column, else None."""
     text = line.text.strip().lstrip(_MARKS) if line.text[:1] in "#%!/*" else line.text
     fewest = _used_width(mask)
     for cells in _splits(text, separator):

@@ -2,9 +2,6 @@
 
 A few bytes of a foreign file can declare more data than fits in memory. Readers therefore check the
 declared size against one limit (:func:`limited`) before they allocate memory.
-
-A stranger's file may declare more than any memory holds in a few bytes. So its readers compare what
-it declares with one limit (:func:`limited`) before they ask for memory.
 """
 
 from __future__ import annotations
@@ -101,13 +98,6 @@ def refuse_special(path: Path, noun: str = "a file") -> None:
     """Raise a ValueError for anything but a regular file or folder, such as a named pipe.
 
     Reading a pipe without a writer would never end.
-
-    Raises
-    ------
-    ValueError
-        If the path is neither a regular file nor a folder.
-    OSError
-        If the path does not exist or cannot be read.
     """
     mode = path.stat().st_mode
     kinds = {"a named pipe": stat.S_ISFIFO, "a socket": stat.S_ISSOCK, "a device": stat.S_ISCHR}
@@ -132,7 +122,6 @@ def reading(path: Path, noun: str, limit: object = POINTS, called: str = "") -> 
 
 
 def _near(path: Path) -> str:
-    """Suggest a file with a similar name."""
     try:
         names = [entry.name for entry in path.parent.iterdir() if entry.is_file()]
     except (OSError, ValueError):

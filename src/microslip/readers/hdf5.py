@@ -1,8 +1,6 @@
 """HDF5 data sets, structured data sets and netCDF-4; links to other files are refused.
 
 A child process reads, because a damaged file can put the HDF5 library into an endless loop.
-
-A damaged file can keep the HDF5 library busy for ever, so a child process reads.
 """
 
 from __future__ import annotations
@@ -99,7 +97,6 @@ def members(group: Any, skip: str = "\0") -> Iterator[tuple[str, Any]]:
 
 
 def _check_storage(item: Any) -> None:
-    """Raise an InputError if a data set stores its values in another file."""
     outside = [source[0] for source in item.external or ()]
     if item.is_virtual:
         outside += [s.file_name for s in item.virtual_sources() if s.file_name != "."]
@@ -150,7 +147,6 @@ def values_at(path: Path, where: str, field: str | None) -> Any:
 
 
 def _attributes(item: Any) -> dict[str, Any]:
-    """Return texts and numbers among the attributes of a group or data set."""
     sizes = {name: item.attrs.get_id(name) for name in item.attrs}
     return {
         name: _attribute(item.attrs[name])
@@ -160,7 +156,6 @@ def _attributes(item: Any) -> dict[str, Any]:
 
 
 def _attribute(value: Any) -> Any:
-    """Return a text or a number, else None."""
     if isinstance(value, np.ndarray) and value.size == 1:
         value = value.flat[0]
     if isinstance(value, bytes):

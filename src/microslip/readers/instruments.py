@@ -1,8 +1,6 @@
 """Files of profilometers and microscopes, and points arranged on the grid of the measurement.
 
 Instrument files are read by SurfaceTopography, DOI 10.1088/2051-672X/ac860a.
-
-The files are read by SurfaceTopography, DOI 10.1088/2051-672X/ac860a.
 """
 
 from __future__ import annotations
@@ -222,7 +220,6 @@ def _read(path: Path, format_name: Any, channel_name: Any) -> Heights:
 
 
 def _check_size(path: Path) -> None:
-    """Raise an error if a file unpacks to far more than the allowed points need."""
     if kind_of(head_of(path), path.suffix.lower()) == "hdf5":
         hdf5.read_arrays(path)  # rejects links to other files, which SurfaceTopography would follow
     largest = allowed_points() * _BYTES_A_POINT + _BESIDE
@@ -279,7 +276,6 @@ def _check_sums(path: Path) -> list[str]:
 
 
 def _open(path: Path, format_name: Any) -> tuple[Any, str]:
-    """Return the library's reader of a file, and the name of its format."""
     library = _library()
     readers = library.lookup_reader_by_format
     if format_name is not None:
@@ -316,8 +312,6 @@ def _candidates(library: Any, head: bytes, suffix: str) -> list[Any]:
     """Return readers that recognise the first bytes, then those that match the suffix.
 
     Other readers are not tried: they are slow, and some accept files of other formats.
-
-    The others are not tried: it takes long, and some take files that are not theirs.
     """
     certain: list[Any] = []
     called: list[Any] = []
@@ -335,7 +329,6 @@ def _candidates(library: Any, head: bytes, suffix: str) -> list[Any]:
 
 
 def _channel_index(channels: list[Any], channel_name: Any) -> int:
-    """Return the index of the requested channel, or of the only height channel."""
     names = [str(channel.name) for channel in channels]
     listed = ", ".join(f'{i}: "{shorten(name, 40)}"' for i, name in enumerate(names[:20]))
     if channel_name is None:
@@ -362,7 +355,6 @@ def _channel_index(channels: list[Any], channel_name: Any) -> int:
 def _heights(
     reader: Any, channel: Any, index: int, shape: tuple[int, ...]
 ) -> tuple[np.ndarray, tuple[float, ...] | None, str | None]:
-    """Return heights in the unit of the file, pixel [m], and that unit."""
     sizes = channel.physical_sizes
     options = {} if sizes is not None else {"physical_sizes": tuple(float(n) for n in shape)}
     topography = reader.topography(channel_index=index, **options)

@@ -189,7 +189,6 @@ def _lines(rows: Rows) -> list[Line]:
 
 
 def _numbers(rows: Rows, first: int, place: int, heading: str) -> Floats:
-    """Return the numbers of a column, NaN for empty cells."""
     values = np.full(len(rows) - first, math.nan)
     for at, row in enumerate(rows[first:]):
         cell = row[place] if place < len(row) else ""
@@ -203,7 +202,6 @@ def _numbers(rows: Rows, first: int, place: int, heading: str) -> Floats:
 
 
 def _sheets(path: Path) -> dict[str, Rows]:
-    """Return the cells of each sheet, with the values that Excel computed last."""
     sheets: dict[str, Rows] = parsed(
         "Excel workbook", path, read_sheets, libraries=["openpyxl"], bytes_a_second=_BYTES_A_SECOND
     )
@@ -254,7 +252,6 @@ def _cells(sheet: Any, archive: zipfile.ZipFile) -> Rows:
 
 
 def _place_of(letters: str) -> int:
-    """Return the index of a column from its letters, 0 for A."""
     number = 0
     for letter in letters:
         number = 26 * number + ord(letter) - ord("A") + 1

@@ -22,8 +22,6 @@ def variables(path: Path, names: list[str] | None = None) -> dict[str, Any]:
     """Return variables of a MAT-file up to version 7 by name, structs as nested mappings.
 
     Without `names`, large arrays are replaced by their shape as a tuple.
-
-    Without `names` those that are no large arrays; of a large array its shape as a tuple.
     """
     content = parsed("MAT-file", path, read_mat, libraries=["scipy.io"], names=names)
     return {
@@ -101,7 +99,6 @@ def read_arrays(path: Path) -> Arrays:
 
 
 def _in_file(path: Path, name: str, value: Any) -> Any:
-    """Return a variable as a tree; a tuple is the shape of a large array."""
     if isinstance(value, tuple):
         return Leaf(value, lambda: variables(path, [name])[name])
     return arrays_in(value)

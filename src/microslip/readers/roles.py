@@ -284,7 +284,6 @@ def _calibrated(column: Named, role: str, unit: str | None, calibration: object)
 
 
 def _own_factor(unit: str) -> Decimal:
-    """Return the SI value of a unit of any dimension."""
     return factor_of(
         unit, Kind("number", unit, (unit,)), f'wanted a unit, got "{shorten(unit, 24)}"'
     )

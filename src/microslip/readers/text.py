@@ -133,7 +133,6 @@ class TextFile(NamedTuple):
         return next(islice(rows, row, None))[0] + 1
 
     def _blocks(self) -> Iterator[_Block]:
-        """Yield the rows in blocks of a few megabytes."""
         with _opened(self.path, self.encoding, self.layout.first) as file:
             first, text = self.layout.first, file.read(_BLOCK)
             while text:
@@ -245,7 +244,6 @@ def _encoding(head: bytes) -> str:
 
 
 def _lines(path: Path, encoding: str, cut: bool) -> list[Line]:
-    """Return the lines in the head of a file."""
     lines: list[Line] = []
     size = 0
     with _opened(path, encoding) as file:
@@ -257,7 +255,6 @@ def _lines(path: Path, encoding: str, cut: bool) -> list[Line]:
 
 @contextmanager
 def _opened(path: Path, encoding: str, first: int = 0) -> Iterator[IO[str]]:
-    """Open a text file and skip to the line of this index."""
     # Undecodable bytes are never part of a number: the parser reports them.
     with path.open(encoding=encoding, errors="replace") as file:
         for _ in range(first):
@@ -266,7 +263,6 @@ def _opened(path: Path, encoding: str, first: int = 0) -> Iterator[IO[str]]:
 
 
 def _line(file: IO[str]) -> str:
-    """Read the rest of a line."""
     text = file.readline(_LINE)
     if len(text) >= _LINE:
         raise ValueError(
@@ -322,7 +318,6 @@ def _loaded(lines: list[str], separator: str | None, columns: list[int] | None) 
 
 
 def _cell_by_cell(file: TextFile, block: _Block, places: list[int]) -> Floats:
-    """Parse a block cell by cell, with an error that names line and column."""
     is_number = NUMBER[file.decimal].fullmatch
     missing = {""}  # known cells that denote missing numbers
     rows = []

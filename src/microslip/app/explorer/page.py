@@ -52,7 +52,6 @@ def _input(
 
 
 def _inputs() -> Iterator[dict[str, Any]]:
-    """Yield the inputs of the explorer; defaults are the chapter's worked example."""
     modulus, ratio = (parameter_of(Material, name) for name in ("young_modulus", "poisson_ratio"))
     for number, group in ((1, "first"), (2, "second")):
         yield _input(f"e{number}", group, modulus, 69e9, (1e9, 500e9))

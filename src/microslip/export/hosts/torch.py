@@ -41,8 +41,6 @@ class _Gradients(torch.autograd.Function):  # type: ignore[misc]
 
 
 class _Evaluate(torch.autograd.Function):  # type: ignore[misc]
-    """Evaluation of a quantity: its value, then its derivatives."""
-
     @staticmethod
     def forward(values: Any, place: Any, quantity: Any) -> Any:
         parts = quantity(values.detach().cpu().numpy(), place.detach().cpu().numpy())

@@ -83,9 +83,6 @@ def test_completion_of_keys() -> None:
     assert completed(*predict, "joint.n") == ["plain,joint.normal_load="]
     assert "plain,surface.heights.std=" in completed(*predict, "")
     assert "plain,title=" in completed(*predict, "")
-    assert completed("microslip", "demo", "--set", "joint.f") == [
-        "plain,joint.friction_coefficient="
-    ]
     assert completed(*predict, "joint.normal_load=") == []
     assert completed("microslip", "check", "--set", "joint.n") == []
     Path("joint.toml").write_text("= nonsense", encoding="utf-8")

@@ -310,8 +310,7 @@ def test_the_beam_is_the_example_and_fine() -> None:
 
 
 def test_the_demo_runs_anywhere() -> None:
-    chosen = ("--set", 'output.formats=["csv"]', "--set", "output.report=false")
-    outcome = run("demo", *chosen)
+    outcome = run("demo")
     assert (outcome.exit_code, outcome.stderr) == (0, "")
     assert "\nWritten to microslip-demo:\n" in outcome.stdout
     assert names() == ["joint.toml", "microslip-demo"]
@@ -319,10 +318,7 @@ def test_the_demo_runs_anywhere() -> None:
     assert fails("demo") == (
         "error: microslip-demo: exists; replace it with --overwrite or name another with -o"
     )
-    outcome = run("demo", *chosen, "-o", "other", "--json", "--set", "joint.normal_load=3 kN")
+    outcome = run("demo", "-o", "other", "--json")
     summary = json.loads(outcome.stdout)
-    assert [joint["normal_load"] for joint in summary["joints"]] == [3000.0]
+    assert 2000.0 in [joint["normal_load"] for joint in summary["joints"]]
     assert Path("other/summary.json").is_file()
-    assert fails("demo", "-o", "x", "--set", "joint.normal_lod=1 N").startswith(
-        "error: demo.toml: "
-    )

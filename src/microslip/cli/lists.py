@@ -82,13 +82,7 @@ def complete_key(
     words = split_arg_string(os.environ.get("COMP_WORDS", ""))
     named = [word for word in words if word.endswith(".toml")]
     try:
-        if context.info_name == "demo":
-            from microslip.study.new import demo_text
-
-            text = demo_text()
-        else:
-            text = Path(named[0]).read_text(encoding="utf-8")
-        keys = _keys(tomllib.loads(text))
+        keys = _keys(tomllib.loads(Path(named[0]).read_text(encoding="utf-8")))
     except (IndexError, OSError, ValueError, RecursionError):
         return []
     return [CompletionItem(f"{key}=") for key in keys if key.startswith(begun)]

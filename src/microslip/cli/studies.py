@@ -40,9 +40,9 @@ overridable = option(
 )  # fmt: skip
 
 
-def _writes_into(default: str) -> Decorator:
+def _writes_into(default: str, *options: Decorator) -> Decorator:
     words = f"Folder for the result; by default {default} in the current folder."
-    return writes(words, "result", overridable, *FIGURES)
+    return writes(words, "result", *options)
 
 
 def _with_figures(load: Callable[[tuple[str, ...]], Study], overrides: tuple[str, ...],
@@ -66,7 +66,7 @@ def _with_figures(load: Callable[[tuple[str, ...]], Study], overrides: tuple[str
     show_default=True,
     help="Worker processes for the samples of uncertain inputs; results do not depend on it.",
 )
-@_writes_into("STUDY-result")
+@_writes_into("STUDY-result", overridable, *FIGURES)
 def predict(study: Path, workers: int, output: Output, overrides: tuple[str, ...]) -> None:
     """Predict loops, energy and damping of the joint that STUDY (a TOML file) describes.
 
@@ -84,7 +84,7 @@ def predict(study: Path, workers: int, output: Output, overrides: tuple[str, ...
 @click.command(short_help="Predict a joint that comes with microslip.")
 @switch("--beam", "A bolted beam: the damping of its modes, with bands.")
 @_writes_into("microslip-demo")
-def demo(beam: bool, output: Output, overrides: tuple[str, ...]) -> None:
+def demo(beam: bool, output: Output) -> None:
     """Predict a milled aluminium joint, or a bolted beam, whose study comes with microslip.
 
     The folder holds the study, too: a copy of it is a good start for one of your own.
@@ -94,8 +94,7 @@ def demo(beam: bool, output: Output, overrides: tuple[str, ...]) -> None:
         from microslip.report import Study
 
         name = "demo_beam.toml" if beam else "demo.toml"
-        load = partial(Study.from_toml, demo_text(beam), name)
-        return _with_figures(load, overrides, output.kinds)
+        return Study.from_toml(demo_text(beam), name)
 
     predict_into(read, output.folder or Path("microslip-demo"), output)
 

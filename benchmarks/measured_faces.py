@@ -30,7 +30,7 @@ FRICTION = 0.3
 POINTS = 256
 HEADS = (
     *("hardness", "p/E\\*h′", "area", "at the hardness", "scatter", "λ by direction"),
-    *("elastic", "summits one by one", "Gaussian", "yielded summits"),
+    *("elastic", "summits one by one", "Gaussian"),
 )
 
 
@@ -75,7 +75,6 @@ def middle(path: Path) -> ms.Scan:
 
 def laws(face: ms.Scan, pressure: float, hardness: float) -> dict[str, Callable[[], ms.NormalLaw]]:
     """The normal law of a face by each way."""
-    load = pressure * face.area
     how = {"tightening_pressure": pressure, "piece": POINTS // 2}
     one_by_one = {"heights": "population"}
 
@@ -87,7 +86,6 @@ def laws(face: ms.Scan, pressure: float, hardness: float) -> dict[str, Callable[
         "elastic": lambda: face.to_contact(PAIR, hardness=math.inf, **how),
         "summits": lambda: summits(**one_by_one),
         "Gaussian": summits,
-        "tightened": lambda: summits(**one_by_one).tightened(load, hardness=hardness),
     }
 
 

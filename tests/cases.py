@@ -171,10 +171,10 @@ def missing_share(law: ms.BackboneLaw, amplitude: float) -> float:
 
 
 def closest(surface: ms.NormalLaw) -> float:
-    """Separation [m] below which a surface has no answer: a table's first, or when tightened."""
+    """Separation [m] below which a surface has no answer: a table's first."""
     if isinstance(surface, ms.TabulatedNormalLaw):
         return float(surface.separations[0])
-    return float(getattr(surface, "closest_separation", -math.inf))
+    return -math.inf
 
 
 def ends_below(joint: ms.Interface) -> bool:

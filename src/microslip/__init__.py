@@ -9,7 +9,10 @@ REMOVED: dict[str, str] = {
     "density[::-1]), the arrays read by scipy.io.loadmat or numpy",
     "evaluate_to_zarr": "use ms.evaluate on a block of the grid at a time, and append with xarray",
     "Assembly": "use ReducedJoint.tightened: settled motion does not depend on the order",
-    "PerssonCurve": "use the measured face, microslip.MeasuredContact",
+    "PerssonCurve": "use ms.DrawnFace, or ms.MeasuredContact with a scan",
+    "RoughSurface": "use ms.DrawnFace with rms, slope (Rdq of profiles) and tightening_pressure",
+    "TightenedSurface": "use ms.DrawnFace or ms.MeasuredContact with tightening_pressure: "
+    "faces yield by themselves",
     "SurfaceFinish": "use ms.Finish with ms.DrawnFace.from_finish",
     "EllipticSummits": "use a measured face with its direction, microslip.MeasuredContact",
     "BoucWen": "use ms.SegalmanIwan or ms.Iwan: every friction law is given by its backbone",

@@ -8,10 +8,8 @@ from .contact import Finish as Finish
 from .contact import GreenwoodWilliamson as GreenwoodWilliamson
 from .contact import MeasuredContact as MeasuredContact
 from .contact import NormalLaw as NormalLaw
-from .contact import RoughSurface as RoughSurface
 from .contact import SphereOnFlat as SphereOnFlat
 from .contact import TabulatedNormalLaw as TabulatedNormalLaw
-from .contact import TightenedSurface as TightenedSurface
 from .contact import Verdict as Verdict
 from .contact.heights import Discrete as Discrete
 from .contact.heights import Exponential as Exponential

@@ -135,8 +135,6 @@ def _add_motion(add: Add, laws: dict[str, Any]) -> None:
     add("joint.start", joint.start, arrays=joint.start().to_arrays())
     _add_options(add, joint)
     add("Parallel", ms.Parallel, laws=[joint, laws["Jenkins"]])
-    add("tightened", joint.surface.tightened, normal_load=3e3, yield_stress=5e8)
-    add("tightened by hardness", joint.surface.tightened, normal_load=3e3, hardness=1e9)
     add("TabulatedHeights", ms.TabulatedHeights, height=[0.0, 1e-6, 2e-6], density=[0.0, 1e6, 0.0])
     for heights in (ms.Gaussian(5e-7), ms.TabulatedHeights([0.0, 1e-6, 2e-6], [0.0, 1e6, 0.0])):
         kind = type(heights).__name__

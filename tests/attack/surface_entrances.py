@@ -20,13 +20,10 @@ def add_surfaces(add: Add, surface: Any, joint: Any) -> None:
     add("AsperityPopulation of an area", ms.AsperityPopulation, pair=pair, heights=[0.0, 1e-7],
         radii=1e-3, copies=2.0, area=1e-4)  # fmt: skip
     sphere = ms.SphereOnFlat(pair, 5e-3)
-    tightened = surface.tightened(3e3, yield_stress=5e8)
-    for law in (population, sphere, tightened):
+    for law in (population, sphere):
         kind = type(law).__name__
         for method in ("load", "contact_count", "contact_area", "contact_probability"):
             add(f"{kind}.{method}", getattr(law, method), separation=3e-7)
-    add("population.tightened", population.tightened, normal_load=1.0, yield_stress=5e8)
-    add("population.tightened by hardness", population.tightened, normal_load=1.0, hardness=1e9)
     add("SphereOnFlat.hertz_pressure", sphere.hertz_pressure, separation=-1e-8)
     add("Interface.at a separation", joint.at, separation=1e-7)
     add("Interface.guess", ms.Interface.guess, ("data",), data=_loops(joint), pair=pair,
@@ -37,7 +34,6 @@ def add_surfaces(add: Add, surface: Any, joint: Any) -> None:
     normal = ms.Statistical(stats.norm(scale=5e-7))
     add("Statistical.partial_moment", normal.partial_moment, order=1.5, threshold=1e-7)
     add("MaterialPair.with_hardness", pair.with_hardness, hardness=1e9)
-    add("TightenedSurface.tightened", tightened.tightened, normal_load=5e3)
     for quantity, at in (("force", [0.0, 1e-7, -1e-7]), ("dissipated_energy", 1e-7)):
         add(f"BackboneLaw.parameter_derivatives, {quantity}", joint.parameter_derivatives,
             ("quantity",), quantity=quantity, at=at)  # fmt: skip
@@ -48,14 +44,7 @@ def add_surfaces(add: Add, surface: Any, joint: Any) -> None:
 
 
 def _add_rough_faces(add: Add, pair: Any) -> None:
-    """Faces by their drawing, and measured ones."""
-    sizes = {"pair": pair, "rms": 1e-6, "roll_off": 1e-4, "area": 1e-4}
-    add("RoughSurface", ms.RoughSurface, **sizes | {"pair": pair.with_hardness(1e9)},
-        shortest=1e-5, hurst=0.8, tightening_load=10.0, stiffness_factor=1.0)  # fmt: skip
-    add("RoughSurface.from_slope", ms.RoughSurface.from_slope, **sizes, slope=0.1, hurst=0.8)
-    rough = ms.RoughSurface(**sizes, shortest=1e-5)
-    add("RoughSurface.contact_area", rough.contact_area, separation=1e-6)
-    add("RoughSurface.tightened", rough.tightened, normal_load=10.0, hardness=1e9)
+    """Measured faces."""
     heights = np.random.default_rng(0).normal(size=(24, 24)) * 1e-6
     add("MeasuredContact", ms.MeasuredContact, heights=heights, pair=pair, hardness=5e9,
         tightening_pressure=1.5e9, pixel=1e-6, area=1e-8, piece=24, loads=4,

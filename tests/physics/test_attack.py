@@ -104,7 +104,6 @@ NOT_ENTERED = {
     *("BaseResponse", "RandomResponse", "ShockResponse"),
     *(
         "MeasuredContact.of_pieces",
-        "MeasuredContact.tightened",
         "NormalLaw.along",
         "Scan.to_contact",
     ),
@@ -129,7 +128,7 @@ NOT_ENTERED = {
     *("MeshedJoint", "ModalCurve", "ModalIdentification", "Motion", "PeriodicResponse", "RingDown"),
     *("Preload", "Pressure", "ReducedJoint", "SegalmanFit", "Sliders", "Summits"),
     *("FieldState", "State"),
-    *("Sweep", "TightenedSurface", "VectorCycle", "VectorResponse", "Verdict"),
+    *("Sweep", "VectorCycle", "VectorResponse", "Verdict"),
     *("MeshedJoint.read", "ModalTest.read", "Record.read", "Scan.read", "Structure.load"),
     "ReducedJoint.load",
     *("Drawing.converge", "Scan.changed"),

@@ -252,8 +252,8 @@ def test_a_panel_softens_as_was_published() -> None:
     (2025, DOI 10.1016/j.ymssp.2024.112016).
     """
     steel = ms.Material(206e9, 0.3, hardness=2e9)
-    surface = ms.RoughSurface(
-        ms.MaterialPair(steel, steel), rms=1.6e-6, roll_off=8e-4, shortest=8e-6, area=1e-4
+    surface = ms.DrawnFace(
+        ms.MaterialPair(steel, steel), rms=1.6e-6, slope=0.15, area=1e-4, tightening_pressure=1e4
     )
     row = [(0.0, y) for y in (-0.033, 0.0, 0.033)]
     bolts = ms.Bolts(row, size="M8", tension=12e3)

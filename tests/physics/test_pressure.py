@@ -127,22 +127,30 @@ def test_a_bolt_by_rotscher() -> None:
     assert total == pytest.approx(joint.backbone(1e-8), rel=1e-12)
 
 
-def test_a_tightened_joint_was_tightened_under_the_same_pressure() -> None:
-    law = SURFACE.tightened(4000.0, yield_stress=250e6)
+def test_a_face_was_tightened_under_the_same_pressure() -> None:
+    steel = ms.Material(210e9, 0.3, hardness=2.4e9)
+    law = ms.DrawnFace(ms.MaterialPair(steel, steel), 8e-7, 0.12, 1e-4, 6e7)
     spread = ms.Pressure.patches([1e-5, 4e-5], [3.0, 1.0])
-    joint = ms.PressedJoint(law, 0.55, spread, 1500.0)
-    for place, share in zip(joint.laws, spread.shares, strict=True):
-        assert place.surface.tightening_load == pytest.approx(4000.0 * share)
-    heavier = joint.at(normal_load=4100.0)
-    assert [place.surface.tightening_load for place in heavier.laws] == pytest.approx(
-        (4100.0 * spread.shares).tolist()
-    ), "each place is tightened anew"
-    assert joint.at(normal_load=4000.0).force_limit == pytest.approx(2200.0)
+    joint = ms.PressedJoint(law, 0.55, spread, 1000.0)
+    assert joint.pressures == pytest.approx([1000.0 * 3.0 / 7e-5, 1000.0 / 7e-5])
+    tightened = [place.surface.tightening_pressure for place in joint.laws]
+    assert tightened == pytest.approx([6e7, 2e7])
+    heavier = joint.at(normal_load=1800.0)  # each place is tightened anew
+    tightened = [place.surface.tightening_pressure for place in heavier.laws]
+    assert tightened == pytest.approx(heavier.pressures.tolist())
+    assert ms.PressedJoint(law, 0.55, spread, 1800.0).tangential_stiffness == pytest.approx(
+        heavier.tangential_stiffness, rel=1e-9
+    )
     lighter = joint.at(normal_load=900.0)  # on the places as they are
     fresh = ms.PressedJoint(law, 0.55, joint.pressure, 900.0)
     assert lighter.laws[0].surface is joint.laws[0].surface
     np.testing.assert_array_equal(lighter.backbone(PLACES), fresh.backbone(PLACES))
     assert (lighter.normal_load, lighter.separation) == (900.0, fresh.separation)
+    # As of a field with these nodes, whose places share the shape of the law.
+    field = ms.JointField(law, 0.55, areas=spread.areas, loads=1000.0 * spread.shares)
+    reach = joint.force_limit / joint.tangential_stiffness
+    for u in reach * np.array([0.1, 1.0, 3.0]):
+        assert field.rigid().backbone(u) == pytest.approx(joint.backbone(u), rel=0.01)
 
 
 def test_an_even_pressure_is_judged_as_an_interface_is() -> None:

@@ -473,16 +473,6 @@ def rescaled(joint: ms.Interface, length: float, force: float) -> ms.Interface:
             heights = ms.Exponential(heights.scale * length)
         else:
             heights = ms.Discrete(np.asarray(heights.values) * length)
-        if isinstance(surface, ms.TightenedSurface):
-            made = ms.TightenedSurface(
-                pair,
-                heights,
-                surface.radius * length,
-                surface.summit_count,
-                surface.tightening_load * force,
-                surface.yield_stress * force / length**2,
-            )
-            return joint_on(made, joint, length)
         # Whatever else it has, such as a lay, is without a unit.
         made = replace(
             surface,

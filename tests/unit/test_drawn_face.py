@@ -88,21 +88,57 @@ def test_a_lay_turns_the_ratio_of_stiffnesses() -> None:
     assert joint.normal_stiffness / joint.tangential_stiffness == pytest.approx(0.775 / 0.7)
 
 
-def test_places_are_tightened_by_their_own_pressure() -> None:
-    """Stiffness of each place exactly, its backbone as far as the shape depends on the pressure."""
-    law, places = ground(), np.array([1e8, 4e7, 1e7])
-    found = law._tightened_by(places)
-    assert found.lengths[0] == pytest.approx(1.0, rel=1e-12)
-    for p, share, length in zip(places, found.share, found.lengths, strict=True):
+def test_nodes_are_tightened_by_their_own_pressure() -> None:
+    """Stiffness and rest of each exactly, its law as far as the shape depends on the pressure."""
+    law, places = ground(), np.array([1e8, 4e7, 1e7, 1e6, 0.0])
+    field = ms.JointField(law, 0.3, areas=1e-4, pressures=places)
+    slip = field.force_limits[:4] / field.tangential_stiffnesses[:4]
+    assert slip.max() / slip.min() < 1.3
+    state, u = field.start(), float(slip[0]) * np.array([0.1, 0.5, 1.0, 2.0])
+    forces = np.array([state.try_(x).force for x in u]).T
+    falls = 0.1 * float(slip[0])
+    closer = field.load(field.separations - falls)
+    for i, p in enumerate(places[:4]):
         own = ground(tightening_pressure=float(p))
-        assert own.slip_length == pytest.approx(length * law.slip_length, rel=1e-9)
-        joint, scaled = (
-            ms.Interface(s, 0.3, normal_load=q * 1e-4) for s, q in ((own, p), (law, 1e8))
+        joint = ms.Interface(own, 0.3, normal_load=p * 1e-4)
+        assert field.tangential_stiffnesses[i] == pytest.approx(
+            joint.tangential_stiffness, rel=2e-3
         )
-        u = joint.force_limit / joint.tangential_stiffness * np.array([0.1, 0.5, 1.0, 2.0])
-        assert share * scaled.backbone(u / length) == pytest.approx(joint.backbone(u), rel=0.05)
+        assert field.separations[i] == pytest.approx(joint.separation, rel=1e-3)
+        assert forces[i] == pytest.approx(joint.backbone(u), rel=0.03)
+        load = p * 1e-4 * math.exp(falls / own.slip_length)
+        assert closer[0][i] == pytest.approx(load, rel=0.03)
     with pytest.raises(ms.InputError, match="must be at least 1"):
         law._check_rest(np.array([1e4, 1.5e4]))
+
+
+def test_nodes_of_own_tightening_have_consistent_tangents() -> None:
+    """Against differences, by steps, cycles and harmonics, with separations that vary."""
+    field = ms.JointField(ground(), 0.3, areas=1e-4, pressures=[1e8, 3e7, 2e6])
+    d, u, step = field.separations - 1e-9, 8e-9, 1e-13
+    here = field.start().try_(u, separations=d)
+    ends = [field.start().try_(u, separations=d + s) for s in (-step, step)]
+    for row, name in enumerate(("force", "load")):
+        slope = (getattr(ends[1], name) - getattr(ends[0], name)) / (2.0 * step)
+        assert here.tangent[:, row, 1] == pytest.approx(slope, rel=1e-3)
+    first = field.first_loading(u, d)
+    assert first.force == pytest.approx(here.force, rel=1e-9)
+    assert first.tangent == pytest.approx(here.tangent, rel=1e-9)
+    assert field.start().separation == pytest.approx(field.separations, rel=1e-12)
+    both = field.two_directions(sliders=400).start().try_([u, 0.0], separations=d)
+    assert both.force[:, 0] == pytest.approx(here.force, rel=1e-2)
+    assert both.tangent[:, 2, 2] == pytest.approx(here.tangent[:, 1, 1], rel=1e-9)
+    rows = np.tile([0.0, u, 0.0], (3, 1))
+    paths = np.column_stack([field.separations, np.full(3, 3e-10), np.full(3, 1e-10)])
+    exact = field.harmonics(rows, [0, 1], separations=paths)
+    sampled = field.harmonics(rows, [0, 1], separations=paths, samples=4096)
+    assert exact.force == pytest.approx(sampled.force, abs=1e-5 * abs(exact.force).max())
+    assert exact.jacobian == pytest.approx(sampled.jacobian, abs=1e-3 * abs(exact.jacobian).max())
+    moved = paths + np.array([0.0, 1e-13, 0.0])
+    other = field.harmonics(rows, [0, 1], separations=moved)
+    assert (other.load - exact.load)[:, 1] / 1e-13 == pytest.approx(
+        exact.jacobian[:, 1, 1, 1, 1], rel=1e-3
+    )
 
 
 # -- drawings --------------------------------------------------------------------------------------

@@ -112,7 +112,7 @@ def test_samples_without_a_solution_give_no_band_and_no_warning() -> None:
     assert np.isnan(bands.damping_ratio).all()
 
 
-def test_roughness_must_be_flat_beside_its_waves() -> None:
+def test_roughness_must_be_that_of_a_machined_face() -> None:
     text = template("structure").replace('rq = "1.6 um"', 'rq = "30 mm"')
-    with pytest.raises(ms.StudyError, match=r"surface\.rq: wanted at most a tenth of roll_off"):
+    with pytest.raises(ms.StudyError, match=r"surface\.rq: wanted an Rq of at most 200"):
         ms.Study.from_toml(text)

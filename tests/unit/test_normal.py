@@ -166,22 +166,3 @@ def test_summits_are_pressed_by_their_radius_at_most(law) -> None:
         with pytest.raises(ms.InputError, match="radius") as caught:
             refused()
         assert caught.value.argument in ("separation", "load")
-
-
-@pytest.mark.parametrize(
-    "law",
-    [
-        laws.examples()[0]
-        for laws in NORMAL_LAWS
-        if laws not in (ms.MeasuredContact, ms.RoughSurface)
-    ],
-    ids=str,
-)
-def test_surfaces_that_cannot_be_tightened_are_refused(law) -> None:
-    says = "cannot be tightened"
-    if type(law).__name__ in (*("GreenwoodWilliamson", "AsperityPopulation", "TightenedSurface"),):
-        if not isinstance(law, ms.contact.TightenedSurface):
-            law = law.tightened(normal_load=law.load(law._span[0]), yield_stress=2e8)
-        says = "yield_stress is that of the first tightening"
-    with pytest.raises(ms.InputError, match=says):
-        law.tightened(normal_load=10.0, yield_stress=2e8)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 import microslip as ms
@@ -26,3 +27,57 @@ def test_removed_keys_are_not_accepted_any_more() -> None:
         assert removed_key(path) == f"removed in 0.3; {REMOVED_KEYS[path]}"
     for path, value in REMOVED_VALUES:
         assert "removed in 0.3" in str(removed_value(path, value))
+
+
+OLD = """
+schema = 1
+[surface]
+law = "rough"
+materials = ["steel", "steel"]
+rq = "1.6 um"
+roll_off = "0.8 mm"
+shortest = "8 um"
+area = "2 cm^2"
+[joint]
+friction_coefficient = 0.2
+normal_load = "1 kN"
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("", "", 'write law = "face" with rq = "1.6 um", rdq = 0.0410, area = "2 cm^2"'),
+        ('shortest = "8 um"', "slope = 0.12", 'rq = "1.6 um", rdq = 0.12, area'),
+        ('rq = "1.6 um"', 'ra = "1.2 um"', 'with ra = "1.2 um", rdq = 0.0385, area'),
+        ('"1.6 um"', '{ low = "1 um", high = "2 um" }', "with rq or ra, and rdq"),
+        ('"rough"', '"drawing"', "with the same ra, rq, rz, rsm and process"),
+        ('"rough"', '"measured"', 'write law = "face" with the same keys'),
+        (
+            '"rough"\n',
+            '"face"\nrdq = 0.1\n',
+            'tightening_load: removed in 0.3; write tightening_pressure = "11 MPa" in [surface]',
+        ),
+    ],
+)
+def test_numbers_of_removed_laws_are_converted(old: str, new: str, words: str) -> None:
+    text = OLD.replace(old, new) if old else OLD
+    if "face" in new:
+        text = text.replace('roll_off = "0.8 mm"\nshortest = "8 um"\n', "")
+        text += 'tightening_load = "2.2 kN"\n'
+    with pytest.raises(ms.StudyError) as caught:
+        ms.Study.from_toml(text)
+    assert words in str(caught.value)
+
+
+def test_the_slope_of_a_spectrum_with_a_flat_part() -> None:
+    """Against sums over wavenumbers, of the power law that is flat above the roll-off."""
+    text = OLD.replace('"rough"', '"persson"').replace("rq", "rms")
+    text = text.replace("roll_off", 'longest = "2 mm"\nhurst = 0.7\nroll_off')
+    with pytest.raises(ms.StudyError) as caught:
+        ms.Study.from_toml(text)
+    q = 2.0 * np.pi / np.geomspace(2e-3, 8e-6, 200_001)
+    middle = 0.5 * (q[1:] + q[:-1])
+    density = middle * np.diff(q) * np.maximum(middle, 2.0 * np.pi / 0.8e-3) ** -3.4
+    slope = 1.6e-6 * np.sqrt(0.5 * (density @ middle**2) / density.sum())
+    assert f"rdq = {slope:.3g}" in str(caught.value)

@@ -258,7 +258,7 @@ def test_an_identification_gives_its_covariance(tmp_path: Path) -> None:
 def test_check_shows_what_is_uncertain(tmp_path: Path) -> None:
     path = tmp_path / "study.toml"
     text = ROUGH.replace("{ mean = 0.55, cv = 0.15 }", "{ values = [0.5, 0.3, 0.6] }").replace(
-        "[joint]", '[joint]\ntightening_load = { of = "joint.normal_load", factor = 3 }'
+        'amplitudes = ["0.1 um", ', 'amplitudes = [{ of = "surface.heights.std", factor = 0.2 }, '
     )
     text = text.replace("cv = 0.03 }", 'cv = 0.03 }\nhardness = "1 GPa"')
     pair = '[{ between = ["surface.radius", "surface.density"], value = -0.5 }]'
@@ -270,8 +270,9 @@ def test_check_shows_what_is_uncertain(tmp_path: Path) -> None:
     assert rows["joint.friction_coefficient"]["value"] == [0.3, 0.6]
     assert rows["joint.friction_coefficient"]["written"] == "values = 3 values"
     assert rows["joint.normal_load"]["value"] == 2000.0
-    assert rows["joint.tightening_load"]["value"] == 6000.0
-    assert rows["joint.tightening_load"]["written"] == "of = joint.normal_load, factor = 3"
+    amplitude = rows["excitation.amplitudes, item 1"]
+    assert amplitude["value"] == pytest.approx(1e-7)
+    assert amplitude["written"] == "of = surface.heights.std, factor = 0.2"
     assert rows["surface.heights.std"]["written"] == "mean = 0.5 um, cv = 0.15"
     assert "bands.csv" in told["files"]
 
@@ -281,8 +282,8 @@ schema = 1
 [surface]
 law = "greenwood-williamson"
 materials = ["al", "al"]
-heights = { kind = "gaussian", std = "0.5 um" }
-radius = "1 mm"
+heights = { kind = "gaussian", std = { mean = "0.5 um", cv = 0.1 } }
+radius = { of = "surface.heights.std", factor = 2000 }
 density = "100 1/mm^2"
 area = { mean = "2 cm^2", cv = 0.05 }
 [material.al]
@@ -291,7 +292,6 @@ poisson_ratio = 0.33
 hardness = { low = "0.8 GPa", high = "1.2 GPa" }
 [joint]
 friction_coefficient = 0.55
-tightening_load = { of = "joint.normal_load", factor = 2.0 }
 normal_load = { mean = "2 kN", cv = 0.15 }
 [excitation]
 amplitudes = [{ mean = "0.1 um", cv = 0.1 }, "1 um"]
@@ -301,7 +301,7 @@ samples = 64
 """
 
 
-TIGHTENED = """
+LOADED = """
 schema = 1
 [surface]
 law = "greenwood-williamson"
@@ -323,9 +323,7 @@ materials = ["steel", "steel"]
 separation = ["0 um", "1 um", "2 um"]
 load = ["2.2 kN", "1 kN", "0 N"]
 [joint]"""
-    text = TIGHTENED.replace(
-        TIGHTENED[TIGHTENED.index("law") : TIGHTENED.index("[joint]") + 7], table
-    )
+    text = LOADED.replace(LOADED[LOADED.index("law") : LOADED.index("[joint]") + 7], table)
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ms.StudyError, match=r"joint.normal_load: \d+ of 512 draws") as caught:
         check_draws(StudyDescription.load(path))
@@ -335,22 +333,22 @@ load = ["2.2 kN", "1 kN", "0 N"]
     count = int(str(caught.value).partition("normal_load: ")[2].partition(" of")[0])
     assert count == pytest.approx(512 * share, abs=2)
     assert CliRunner().invoke(main, ["check", str(path)]).exit_code == 2
-    # Beside a tightening load they are answered: faces yield again.
-    path.write_text(f"{TIGHTENED}tightening_load = '2.2 kN'\n", encoding="utf-8")
+    # A law without an end answers all of them.
+    path.write_text(LOADED, encoding="utf-8")
     check_draws(StudyDescription.load(path))
 
 
 def test_any_number_may_scatter_and_one_may_follow_another() -> None:
-    """Hardness, amplitudes, tightening; a tightening load of twice each load."""
+    """Hardness, heights, area, load, amplitudes; radii of 2000 times the spread of the heights."""
     study = ms.Study.from_toml(ANY)
     design = Design(study)
     assert [one.key for one in design.inputs] == [
-        "material.al.hardness", "surface.area", "joint.normal_load",
+        "material.al.hardness", "surface.heights.std", "surface.area", "joint.normal_load",
         "excitation.amplitudes, item 1",
     ]  # fmt: skip
     for row in design.scores(design.points()[0]):
         drawn = design.at(row)
-        assert drawn.joint.tightening_load == 2.0 * drawn.joint.normal_load[0]
+        assert drawn.surface.radius == 2000.0 * drawn.surface.heights.std
         assert 1e7 <= drawn.material["al"].hardness <= 1.2e9  # type: ignore[union-attr]
 
 

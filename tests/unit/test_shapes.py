@@ -98,7 +98,6 @@ UNKNOWN = (
     "MeasuredContact0.contact_probability",
     "MeasuredContact0.contact_count",
     *(f"DrawnFace{i}.contact_{name}" for i in (0, 1) for name in ("probability", "count")),
-    *(f"RoughSurface{i}.contact_{name}" for i in (0, 1) for name in ("probability", "count")),
     "Discrete0.pdf",
     "stick_area",
     "Coulomb",

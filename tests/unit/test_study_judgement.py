@@ -40,33 +40,6 @@ def test_slopes_of_exponential_heights_are_closed_forms() -> None:
     assert next(iter(loss)) in ("friction_coefficient", "heights")
 
 
-@pytest.mark.slow
-def test_a_tightened_surface_has_the_slopes_of_all_its_inputs() -> None:
-    """Beside differences over surfaces that are made and tightened anew, by hand."""
-    al = ms.Material(69e9, 0.33)
-
-    def joint(
-        std: float = 1.0, radius: float = 1.0, density: float = 1.0, stress: float = 1.0
-    ) -> Any:
-        rough = ms.GreenwoodWilliamson(
-            ms.MaterialPair(al, al),
-            heights=ms.Gaussian(std=std * 5e-7),
-            radius=radius * 1e-3,
-            density=density * 1e8,
-            area=2e-4,
-        )
-        tight = rough.tightened(normal_load=5000.0, yield_stress=stress * 250e6)
-        return ms.Interface(tight, 0.5, normal_load=2000.0)
-
-    found = input_slopes(joint(), 1e-7)["tangential_stiffness"]
-    keys = {"heights": "std", "radius": "radius", "density": "density", "yield_stress": "stress"}
-    for name, key in keys.items():
-        low, high = (joint(**{key: factor}).tangential_stiffness for factor in (0.99, 1.01))
-        wanted = math.log(high / low) / math.log(1.01 / 0.99)
-        assert found[name] == pytest.approx(wanted, abs=2e-3)
-        assert abs(found[name]) > 0.01
-
-
 @pytest.mark.parametrize("surface", [s for law in NORMAL_LAWS for s in law.examples()])
 def test_every_law_has_slopes(surface: Any) -> None:
     load = 0.3 * min(float(surface.load(surface._span[0])), 1e3)
@@ -137,7 +110,6 @@ hardness = { mean = "1.68 GPa", cv = 0.05 }
 [joint]
 friction_coefficient = { mean = 0.2, cv = 0.05 }
 normal_load = { mean = "1 kN", cv = 0.05 }
-tightening_load = { mean = "3 kN", cv = 0.05 }
 [uncertainty]
 samples = 64
 """

@@ -7,7 +7,5 @@ from .given_summits import SphereOnFlat as SphereOnFlat
 from .greenwood_williamson import GreenwoodWilliamson as GreenwoodWilliamson
 from .laws import NORMAL_LAWS as NORMAL_LAWS
 from .measured import MeasuredContact as MeasuredContact
-from .rough import RoughSurface as RoughSurface
 from .table import TabulatedNormalLaw as TabulatedNormalLaw
-from .tightened import TightenedSurface as TightenedSurface
 from .validity import Verdict as Verdict

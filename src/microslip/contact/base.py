@@ -6,7 +6,7 @@ import dataclasses
 import math
 from abc import ABC, abstractmethod
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,9 +21,6 @@ from microslip.contact.spline import Spline
 
 PRESSURE = "mean contact pressure over hardness"
 """Name of what is judged of a law that knows contacts but no summits."""
-TOO_STIFF = "stiffness too large by its peaks, as a factor"
-TOO_SOFT = "stiffness too small by worn peaks, as a factor"
-"""Names of what is judged of a theory of Gaussian heights on a face with others."""
 YIELD = "Hertz pressure over that of first yield"
 """Name of what is judged of one sphere."""
 OVER_HARDNESS = "tightening pressure over hardness"
@@ -83,19 +80,6 @@ def check_pair(pair: Any) -> None:
 
 FAINTEST = 1e-290
 """Load [N] below which products with it are no normal numbers any more."""
-
-
-class Tightenings(NamedTuple):
-    """Places whose laws are one but for a factor on the load and one on the separation."""
-
-    share: Floats
-    """Load that each was tightened by, over that of the law [-]."""
-    lengths: Floats
-    """Factor on its separations [-]."""
-    separations: Floats
-    """Separation [m] under that load, as of the law itself."""
-    closest: float
-    """Separation [m] of the law under its own tightening."""
 
 
 class NormalLaw(Parametric, ABC):
@@ -218,8 +202,12 @@ class NormalLaw(Parametric, ABC):
     def _check_rest(self, loads: Floats) -> None:
         """Refuse loads at rest [N] beyond the law, through which static solutions may pass."""
 
-    def _tightened_by(self, pressures: Floats) -> Tightenings | None:
-        """The laws of places that were tightened by less than all of it [Pa]."""
+    def _tightened_by(self, shares: Floats) -> tuple[Floats, Floats] | None:
+        """Laws of places that were tightened by shares of the tightening load [-].
+
+        Their load is a share of that of this law at (d - offset)/length: lengths [-] and offsets
+        [m]. None for a law that does not yield.
+        """
         return None
 
     def _under(self, load: float) -> NormalLaw:
@@ -231,8 +219,8 @@ class NormalLaw(Parametric, ABC):
         """Values of the numbers p with N = C F(d/L), d ln C/d ln p and d ln L/d ln p."""
         return None
 
-    def _patch(self, area: float, share: float) -> NormalLaw:
-        """The same surface on another area [m^2], which bears a share of the load."""
+    def _patch(self, area: float, tightening: float) -> NormalLaw:
+        """The surface on another area [m^2], tightened by a share of its tightening pressure."""
         if not any(item.name == "area" for item in dataclasses.fields(self)):  # type: ignore[arg-type]
             raise InputError(
                 "`surface` must have an apparent area over which a pressure is spread, as a "
@@ -290,13 +278,6 @@ class NormalLaw(Parametric, ABC):
                 "would press its summits by more than their radius"
             )
         return plain(places.reshape(loads.shape), load)
-
-    def tightened(self, *load: Any, **how: Any) -> NormalLaw:
-        """The surface after summits yielded under a load [N], of a law that knows its summits."""
-        raise InputError(
-            f"a {type(self).__name__} cannot be tightened: it takes an elastic surface of known "
-            "summits, such as a GreenwoodWilliamson surface or an AsperityPopulation"
-        )
 
     # -- contacts ---------------------------------------------------------------------------
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,8 +16,8 @@ from microslip._core.checks import Floats, exact, plain, positive, show
 from microslip._core.errors import InputError
 from microslip._core.frozen import assign, lock, made_once
 from microslip.contact import face_table as table
-from microslip.contact.base import OVER_HARDNESS, NormalLaw, Tightenings, aluminium, check_pair
-from microslip.contact.face_law import FaceLaw, FirstLoading, checked_direction
+from microslip.contact.base import OVER_HARDNESS, NormalLaw, aluminium, check_pair
+from microslip.contact.face_law import FaceErrors, FaceLaw, FirstLoading, checked_direction
 from microslip.contact.finish import Finish, combined
 from microslip.contact.materials import MaterialPair
 
@@ -28,27 +28,11 @@ ENERGY_ERRORS = MappingProxyType({0.1: 0.6, 0.3: 0.25, 1.0: 0.09})
 SHAPE_ERROR = 0.25
 """Standard deviation of the logarithm of what small cycles lose, by which bands draw the shape."""
 _ROUGHEST = 1.0  # slope of profiles
-_HIGHEST = 2e-4  # rms height [m]
-_LAY_SPREAD = 0.08  # of ln(stiffness ratio), where the lay is not known
+HIGHEST = 2e-4
+"""Largest rms height of a machined face [m]."""
 _BREADTH_SPREAD = 0.1  # of ln(breadth), where it is not known
 _LOADINGS = 40
 _STEP = 0.02  # of logarithms, for slopes
-
-
-class FaceErrors(NamedTuple):
-    """Standard deviations of the logarithm of the normal stiffness [-]."""
-
-    table: float
-    """Error of the table against boundary elements."""
-    realisation: float
-    """Difference between a face of the area of the law and the mean of many such faces."""
-    inputs: float
-    """Effect of the spreads of the inputs."""
-
-    @property
-    def total(self) -> float:
-        """Root of the sum of squares."""
-        return math.hypot(*self)
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
@@ -195,9 +179,9 @@ class DrawnFace(FaceLaw):
                 f"`hardness` must be at most a tenth of the modulus E*, {0.1 * modulus:.3g} Pa, "
                 f"as that of all metals, got {exact(hardness)}; write 1e15 for an elastic face"
             )
-        if self.rms > _HIGHEST:
+        if self.rms > HIGHEST:
             raise InputError(
-                f"`rms` must be at most {_HIGHEST:g} m, more than any machined face has, got "
+                f"`rms` must be at most {HIGHEST:g} m, more than any machined face has, got "
                 f"{exact(self.rms)} m; check its unit, or take form and waviness off"
             )
         share = self.tightening_pressure / hardness
@@ -272,8 +256,9 @@ class DrawnFace(FaceLaw):
     def __replace__(self, **changes: Any) -> DrawnFace:
         return self._changed(**changes)
 
-    def _patch(self, area: float, share: float) -> NormalLaw:
-        return self._changed(area=area)
+    def _patch(self, area: float, tightening: float) -> NormalLaw:
+        pressure = tightening * self.tightening_pressure
+        return self._changed(area=area, tightening_pressure=pressure)
 
     def _under(self, load: float) -> NormalLaw:
         """The face tightened anew where a load [N] makes it yield further."""
@@ -281,17 +266,11 @@ class DrawnFace(FaceLaw):
             return self
         return self._changed(tightening_pressure=load / self.area)
 
-    def _tightened_by(self, pressures: Floats) -> Tightenings:
-        """Places that were tightened by less: the shape of this law, with their own length p/k.
-
-        The length hardly depends on the pressure, so that lightly pressed places slip as early.
-        """
+    def _length_factors(self, shares: Floats) -> Floats:
+        """Length p/k of each place, which hardly depends on its pressure."""
         h, pi, breadth = self._groups
-        share = np.clip(pressures / self.tightening_pressure, 1e-9, 1.0)
-        found = _values(np.full(share.size, h), pi * share, breadth)
-        lengths = float(self._numbers.stiffness[0]) / found.stiffness
-        places = np.asarray(self.separation(share * self._heaviest))
-        return Tightenings(share, lengths, places, self.closest)
+        found = table.continued(np.full(shares.size, h), pi * shares, breadth)
+        return np.asarray(float(self._numbers.stiffness[0]) / found.stiffness)
 
     # -- numbers -----------------------------------------------------------------------------------
 
@@ -332,7 +311,7 @@ class DrawnFace(FaceLaw):
     @cached_property
     def _numbers(self) -> table.NodeValues:
         h, pi, breadth = self._groups
-        return _values(np.array([h]), np.array([pi]), breadth)
+        return table.continued(np.array([h]), np.array([pi]), breadth)
 
     @property
     def _stiffness(self) -> float:
@@ -356,7 +335,7 @@ class DrawnFace(FaceLaw):
         """First loading from 0.1 % of the tightening pressure up to it."""
         h, pi, breadth = self._groups
         p = np.geomspace(1e-3, 1.0, _LOADINGS)
-        found = _values(np.full(p.size, h), pi * p, breadth)
+        found = table.continued(np.full(p.size, h), pi * p, breadth)
         pressure = self.tightening_pressure * p
         stiffness = self.stiffness_factor * found.loading * pressure * (self.area / self._rms)
         return FirstLoading(pressure, self._rms * found.separation, stiffness)
@@ -406,7 +385,7 @@ class DrawnFace(FaceLaw):
         up, down = math.exp(_STEP), math.exp(-_STEP)
         n = np.array([h * up, h * down, h, h])
         p = np.array([pi * up, pi * down, pi * up, pi * down])
-        found = np.log(_values(n, p, breadth).stiffness)
+        found = np.log(table.continued(n, p, breadth).stiffness)
         by_both = float(found[0] - found[1]) / (2.0 * _STEP)  # h and pi rise as E* h' falls
         by_pressure = float(found[2] - found[3]) / (2.0 * _STEP)
         return {
@@ -425,17 +404,12 @@ class DrawnFace(FaceLaw):
         if self.breadth is None:
             h, pi, middle = self._groups
             ends = [
-                float(np.log(_values(np.array([h]), np.array([pi]), b).stiffness[0]))
+                float(np.log(table.continued(np.array([h]), np.array([pi]), b).stiffness[0]))
                 for b in (middle * math.exp(-_BREADTH_SPREAD), middle * math.exp(_BREADTH_SPREAD))
             ]
             parts.append(0.5 * (ends[1] - ends[0]))
         realisation = self.scatter(math.sqrt(self.area))
         return FaceErrors(STIFFNESS_ERROR, realisation, math.hypot(*parts))
-
-    @property
-    def unknown_lay(self) -> float:
-        """Standard deviation of ln(k_n/k_t) as the lay was not given [-]; 0 where it was."""
-        return _LAY_SPREAD if self.lay is None else 0.0
 
     def drawn(self, random: np.random.Generator) -> DrawnFace:
         """Draw a face from the spreads of the inputs and the errors of the table.
@@ -519,21 +493,3 @@ _ARGUMENTS = (
     "pair", "rms", "slope", "area", "tightening_pressure", "plateau", "breadth", "lay",
     "direction", "spreads", "stiffness_factor", "shape_factor",
 )  # fmt: skip
-
-
-def _values(h: Floats, pi: Floats, breadth: float) -> table.NodeValues:
-    """Values of the table, continued beyond its ranges.
-
-    A face of less hardness than the table's is stiffer as 1/h, and one of less pressure has the
-    shape and the slip length of the lightest.
-    """
-    inside = np.maximum(h, table.HARDNESS[0])
-    wanted = pi * inside / h  # the pressure with this tightening at the hardness inside
-    pressure = np.maximum(wanted, table.TIGHTENED[0] * np.minimum(inside, 1.0))
-    found = table.values(inside, pressure, breadth)
-    lighter = pressure / wanted
-    return found._replace(
-        stiffness=found.stiffness * inside / h,
-        separation=found.separation + np.log(lighter) / found.loading,
-        contact=found.contact / lighter,
-    )

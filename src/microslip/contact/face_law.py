@@ -37,6 +37,22 @@ class FirstLoading(NamedTuple):
     """Slopes -dN/dd of the load on the area [N/m]."""
 
 
+class FaceErrors(NamedTuple):
+    """Standard deviations of the logarithm of the normal stiffness [-]."""
+
+    table: float
+    """Error of the table against boundary elements."""
+    realisation: float
+    """Difference between a face of the area of the law and the mean of many such faces."""
+    inputs: float
+    """Effect of the spreads of the inputs."""
+
+    @property
+    def total(self) -> float:
+        """Root of the sum of squares."""
+        return math.hypot(*self)
+
+
 class FaceLaw(TabulatedNormalLaw):
     """Law of a face that was tightened; a table with an end, above which the face yields again."""
 
@@ -93,6 +109,23 @@ class FaceLaw(TabulatedNormalLaw):
     def validity(self) -> tuple[Verdict, ...]:
         """Verdicts on the assumptions at the tightening load: name, value, limit, word, meaning."""
         return verdicts(self, self.closest)
+
+    def _length_factors(self, shares: Floats) -> Floats | None:
+        """Length p/k of places tightened by shares of the tightening load, over that of the law."""
+        return None
+
+    def _tightened_by(self, shares: Floats) -> tuple[Floats, Floats] | None:
+        lengths = self._length_factors(shares)
+        if lengths is None:
+            return None
+        # Under its tightening load a place is at the separation of first loading.
+        loading = self.first_loading
+        pressures, separations = np.log(loading.pressure), loading.separation
+        at = np.interp(np.log(shares * self._tightening), pressures, separations)
+        slope = (separations[1] - separations[0]) / (pressures[1] - pressures[0])
+        lightest = np.log(shares * self._tightening) - pressures[0]
+        at += np.minimum(lightest, 0.0) * slope
+        return lengths, at - lengths * self.closest
 
     # -- the law -----------------------------------------------------------------------------------
 

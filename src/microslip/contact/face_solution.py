@@ -172,7 +172,7 @@ class _Face:
             d -= math.log(ratio) * mean / max(slope, 0.2 * found[-1][1])
         for piece, state in zip(self.pieces, states, strict=True):
             piece.pressure, piece.growth, piece.separation = state
-        return np.array(found).T
+        return np.array(found).reshape(-1, 2).T
 
 
 @single_threaded
@@ -187,7 +187,6 @@ def solve_face(
     lightest: float = 1e-3,
     workers: int = 1,
     progress: Progress | None = None,
-    own_tightening: bool = False,
 ) -> FaceSolution:
     """Tighten a face to a mean pressure, let it yield, and relieve it through geometric loads.
 
@@ -209,8 +208,6 @@ def solve_face(
         Threads of a transform.
     progress : callable, optional
         Called with the solutions done and about those to do.
-    own_tightening : bool
-        Whether to find as well what lighter tightenings would have left.
     """
     ratio = lightest ** (1.0 / (loads - 1))
     near = [share for share in NEAR_REST if share > 1.1 * ratio]
@@ -228,7 +225,7 @@ def solve_face(
     points = sum(p.touching for p in face.pieces)
     bearing = sum(piece.bearing(hardness) for piece in face.pieces)
     lighter_tightenings = np.zeros((0, 0))
-    if own_tightening:
+    if not math.isinf(hardness):
         lighter_tightenings = face.first_loading(d, hardness, loads, ratio)
     if bearing:
         for piece in face.pieces:

@@ -241,3 +241,21 @@ def shape(bends: Floats, factor: float = 1.0) -> Shape:
     stiffness *= 1.0 - 1e-9 * np.arange(share.size)
     steps = -np.diff(share) * 2.0 / (stiffness[1:] + stiffness[:-1])
     return Shape(share, np.concatenate([[0.0], np.cumsum(steps)]), stiffness)
+
+
+def continued(h: Floats, pi: Floats, breadth: float) -> NodeValues:
+    """Values of the table, continued beyond its ranges.
+
+    A face of less hardness than the table's is stiffer as 1/h, and one of less pressure has the
+    shape and the slip length of the lightest.
+    """
+    inside = np.maximum(h, HARDNESS[0])
+    wanted = pi * inside / h  # the pressure with this tightening at the hardness inside
+    pressure = np.maximum(wanted, TIGHTENED[0] * np.minimum(inside, 1.0))
+    found = values(inside, pressure, breadth)
+    lighter = pressure / wanted
+    return found._replace(
+        stiffness=found.stiffness * inside / h,
+        separation=found.separation + np.log(lighter) / found.loading,
+        contact=found.contact / lighter,
+    )

@@ -22,11 +22,10 @@ from microslip.contact.base import (
     plasticity_index,
     sparse_contacts,
 )
-from microslip.contact.elastic_plastic import HARDNESS_RATIO, JacksonGreen
-from microslip.contact.heights import Discrete
 from microslip.contact.materials import MaterialPair
 from microslip.contact.spheres import Spheres
-from microslip.contact.tightened import ElasticSummits
+
+_HARDNESS_RATIO = 2.84  # fully plastic pressure over yield stress (Jackson and Green 2005)
 
 
 @dataclass(frozen=True)
@@ -55,10 +54,10 @@ class SphereOnFlat(NormalLaw):
             return {YIELD: None}
         if separation is None:
             return {YIELD: 0.0}
-        summit = JacksonGreen(self.pair, hardness / HARDNESS_RATIO)
-        # Pressures go with the root of the indentation.
-        depth = max(-separation, 0.0) / (self.radius * summit.yield_indentation)
-        return {YIELD: math.sqrt(depth)}
+        bodies = (self.pair.first, self.pair.second)
+        poisson_ratio = min(body.poisson_ratio for body in bodies if not body.is_rigid)
+        at_yield = 1.295 * math.exp(0.736 * poisson_ratio) * hardness / _HARDNESS_RATIO
+        return {YIELD: self.hertz_pressure(separation) / at_yield}
 
     def hertz_pressure(self, separation: float) -> float:
         """Largest pressure p0 = (2 E*/pi) sqrt(s/rho) [Pa] at a separation -s [m] (19.2), (19.3).
@@ -106,7 +105,7 @@ class SphereOnFlat(NormalLaw):
 
 
 @dataclass(frozen=True, eq=False)
-class AsperityPopulation(Locked, ElasticSummits):
+class AsperityPopulation(Locked, NormalLaw):
     """Given summits against a rigid plane: N = (4/3) E* sum of sqrt(rho_i) (y_i - d)^(3/2).
 
     Parameters
@@ -204,15 +203,6 @@ class AsperityPopulation(Locked, ElasticSummits):
     def _counts(self, separation: ArrayLike) -> Any:
         d = self._separations(separation)
         return np.searchsorted(-self._spheres.heights, -d, side="left")
-
-    def _as_spheres(self) -> dict[str, Any]:
-        order = np.argsort(np.asarray(self.heights), kind="stable")  # that of Discrete
-        return {
-            "heights": Discrete(self.heights),
-            "radius": np.asarray(self.radii)[order],
-            "summit_count": self.summit_count,
-            "area": self.area,
-        }
 
     @classmethod
     def examples(cls) -> tuple[NormalLaw, ...]:

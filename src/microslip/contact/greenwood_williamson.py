@@ -24,11 +24,10 @@ from microslip.contact.heights import (
 )
 from microslip.contact.materials import MaterialPair
 from microslip.contact.spheres import DERIVATIVES, Spheres
-from microslip.contact.tightened import ElasticSummits
 
 
 @dataclass(frozen=True, eq=False)
-class GreenwoodWilliamson(ElasticSummits):
+class GreenwoodWilliamson(NormalLaw):
     """A nominally flat surface of spherical summits of one radius and random heights (19.5)-(19.8).
 
     Parameters
@@ -163,14 +162,6 @@ class GreenwoodWilliamson(ElasticSummits):
         """Mean real contact area [m^2] (19.7), for separations [m] of any shape."""
         depth = self._heights._moment(2, self._separations(separation))
         return plain(math.pi * self.summit_count * self.radius * depth)
-
-    def _as_spheres(self) -> dict[str, Any]:
-        return {
-            "heights": self._heights,
-            "radius": self.radius,
-            "summit_count": self.summit_count,
-            "area": self.area,
-        }
 
     @classmethod
     def examples(cls) -> tuple[NormalLaw, ...]:

@@ -5,18 +5,14 @@ from microslip.contact.drawn import DrawnFace
 from microslip.contact.given_summits import AsperityPopulation, SphereOnFlat
 from microslip.contact.greenwood_williamson import GreenwoodWilliamson
 from microslip.contact.measured import MeasuredContact
-from microslip.contact.rough import RoughSurface
 from microslip.contact.table import TabulatedNormalLaw
-from microslip.contact.tightened import TightenedSurface
 
 NORMAL_LAWS: tuple[type[NormalLaw], ...] = (
     GreenwoodWilliamson,
     AsperityPopulation,
     SphereOnFlat,
     TabulatedNormalLaw,
-    TightenedSurface,
     MeasuredContact,
     DrawnFace,
-    RoughSurface,
 )
 """Every normal load law; the shared tests run over it."""

@@ -23,11 +23,9 @@ from microslip.contact.base import (
     RESOLUTION,
     SCATTER,
     NormalLaw,
-    Tightenings,
     aluminium,
     check_pair,
 )
-from microslip.contact.elastic_plastic import HARDNESS_RATIO
 from microslip.contact.face_law import FaceLaw, FirstLoading, checked_direction
 from microslip.contact.face_solution import FaceSolution, Progress
 from microslip.contact.materials import MaterialPair
@@ -43,7 +41,6 @@ from microslip.contact.measured_face import (
     resolution_changes,
     write_law,
 )
-from microslip.contact.tightened import yield_stress_of
 
 _SAMPLES = 24  # points of the table between two solutions
 
@@ -78,9 +75,6 @@ class MeasuredContact(FaceLaw):
         the heaviest two, for the damping of small cycles.
     lightest : float
         The lightest of them over the heaviest [-].
-    own_tightening : bool
-        Whether patches of a :class:`ReducedJoint` are each tightened by their own pressure, up to
-        the tightening pressure: it is solved as well what lighter ones would have left.
     coarser : bool
         Whether to solve every second point as well, and all points without the shortest waves, of
         half of the squared slope, and say what either changes.
@@ -126,7 +120,6 @@ class MeasuredContact(FaceLaw):
         direction: float | None = None,
         loads: int = 12,
         lightest: float = 1e-3,
-        own_tightening: bool = False,
         coarser: bool = False,
         workers: int = 1,
         progress: Progress | None = None,
@@ -141,16 +134,10 @@ class MeasuredContact(FaceLaw):
         if piece is not None:
             piece = whole_number("piece", piece, 16, 2**16)
         bound = _hardness(hardness, pair, tightening_pressure)
-        if own_tightening and (tightening_pressure is None or math.isinf(bound)):
-            raise InputError(
-                "`own_tightening` wanted only beside a hardness and a `tightening_pressure`, up to "
-                "which the law goes"
-            )
         modulus = pair.composite_modulus
         pressure = check_pressure(tightening_pressure, bound, modulus, face)
         task = Task(
-            face, pressure / modulus, bound / modulus, pair.stiffness_ratio, piece, loads, lightest,
-            bool(own_tightening),
+            face, pressure / modulus, bound / modulus, pair.stiffness_ratio, piece, loads, lightest
         )  # fmt: skip
         first_half, second_half = progress_halves(progress) if coarser else (progress, None)
         if cache is None:
@@ -167,7 +154,6 @@ class MeasuredContact(FaceLaw):
         area = face.area if area is None else positive("area", area, "m^2", 1e-4)
         numbers = dataclasses.replace(contact_numbers(task, solution, pressure, bound), **changes)
         self._set(solution, numbers, pair, area, direction)
-        assign(self, _source=(face, piece, loads, lightest, coarser, workers))
 
     def _set(
         self,
@@ -187,10 +173,7 @@ class MeasuredContact(FaceLaw):
     def _changed(self, **changes: Any) -> MeasuredContact:
         """The same, solved once, with another area or direction."""
         values = {name: getattr(self, name) for name in ("area", "direction")} | changes
-        law = self._made_of(self.solution, self.numbers, self.pair, **values)
-        if "_source" in self.__dict__:
-            assign(law, _source=self.__dict__["_source"])
-        return law
+        return self._made_of(self.solution, self.numbers, self.pair, **values)
 
     @classmethod
     def _made_of(
@@ -230,68 +213,43 @@ class MeasuredContact(FaceLaw):
         )
         return self._made_of(solution, self.numbers, self.pair, self.area, self.direction)
 
-    def _patch(self, area: float, share: float) -> NormalLaw:
-        return self._changed(area=area)
+    def _patch(self, area: float, tightening: float) -> NormalLaw:
+        found = self._tightened_by(np.array([tightening]))
+        if found is None or tightening == 1.0:
+            return self._changed(area=area)
+        length, offset = (float(values[0]) for values in found)
+        old, pixel = self.solution, self.numbers.pixel[0]
+        separation = offset / pixel + length * old.separation
+        pressure = tightening * old.pressure
+        path = old.loading[:, old.loading[0] < tightening * old.loading[0, -1]]
+        end = np.array([pressure[0].mean(), separation[0]])
+        solution = dataclasses.replace(
+            old,
+            separation=separation,
+            pressure=pressure,
+            slope=tightening / length * old.slope,
+            contact=tightening * old.contact,
+            loading=np.column_stack([path, end]),
+        )
+        numbers = dataclasses.replace(
+            self.numbers,
+            pressure=tightening * self.numbers.pressure,
+            contact_share=tightening * self.numbers.contact_share,
+        )
+        return self._made_of(solution, numbers, self.pair, area, self.direction)
 
-    def _tightened_by(self, pressures: Floats) -> Tightenings | None:
-        """Curves after lighter tightenings have the shape of this law, with their own length p/K.
+    def _length_factors(self, shares: Floats) -> Floats | None:
+        """Length p/K of each place, from the unloading of lighter tightenings.
 
         Against the law of each tightening, at 3 to 50 MPa in place of 100, the force is within 9 %
         and the energy of a cycle at mu N/k_t 0.8 to 1.35 times; by one tightening of all 2 to 20.
         """
-        if not self.numbers.own_tightening:
+        if self.solution.lighter_tightenings.size < 4:  # an elastic face
             return None
         p, slopes = self.solution.lighter_tightenings[:, ::-1]
         lengths = np.log(p / slopes)
-        share = np.clip(pressures / self.numbers.pressure, p[0] / p[-1], 1.0)
-        lengths = np.interp(np.log(share * p[-1]), np.log(p), lengths) - lengths[-1]
-        places = np.asarray(self.separation(share * self._heaviest))
-        return Tightenings(share, np.exp(lengths), places, self.closest)
-
-    def tightened(
-        self,
-        normal_load: float,
-        *,
-        hardness: float | None = None,
-        yield_stress: float | None = None,
-    ) -> MeasuredContact:
-        """The face tightened to a load [N], solved from its heights as they were measured.
-
-        A load that it has borne already changes nothing: what yielded stays as it is. Several
-        tightenings are the heaviest of them.
-
-        Parameters
-        ----------
-        normal_load : float
-            Load [N] of tightening, over the apparent area of this law.
-        hardness : float, optional
-            Most that a point bears [Pa]; by default that of before, else that of the pair.
-        yield_stress : float, optional
-            Uniaxial yield stress [Pa] in its place; the hardness is 2.84 times that.
-        """
-        if yield_stress is not None:
-            hardness = HARDNESS_RATIO * yield_stress_of(yield_stress, hardness)
-        pressure = positive("normal_load", normal_load, "N", 1e4) / self.area
-        before = self.numbers.hardness
-        if hardness is None:
-            hardness = self.pair.hardness if before is None else before
-        if hardness is None:
-            raise InputError(
-                "`hardness` [Pa] must be given, the pair has none; write `hardness=1200000000.0`"
-            )
-        if hardness == before and pressure <= self.numbers.pressure:
-            return self
-        source = self.__dict__.get("_source")
-        if source is None:
-            raise InputError(
-                "a law from a file has no heights to be tightened again; make it of the scan"
-            )
-        face, piece, loads, lightest, coarser, workers = source
-        return MeasuredContact(
-            face.heights, self.pair, hardness, pressure, pixel=face.pixel, area=self.area,
-            piece=piece, direction=self.direction, loads=loads, lightest=lightest,
-            own_tightening=self.numbers.own_tightening, coarser=coarser, workers=workers,
-        )  # fmt: skip
+        found = np.interp(np.log(shares), np.log(p / p[-1]), lengths)
+        return np.asarray(np.exp(found - lengths[-1]))
 
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
         """Write what was solved to a file (``.npz``), without the heights."""

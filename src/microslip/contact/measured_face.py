@@ -197,8 +197,6 @@ class ContactNumbers:
     """Stiffness without the short waves over that with them [-]; None where not solved."""
     cutoff: float | None = None
     """Wavelength [m] below which those waves are: they carry half of the squared slope."""
-    own_tightening: bool = False
-    """Whether each load up to the pressure counts as the largest so far."""
 
 
 class Task(NamedTuple):
@@ -211,13 +209,12 @@ class Task(NamedTuple):
     piece: int | None
     loads: int
     lightest: float
-    own_tightening: bool = False
 
     @property
     def key(self) -> str:
         """A name by content."""
         z = np.ascontiguousarray(self.face.heights)
-        words = repr((z.shape, self.face.pixel, *self[1 : 7 + self.own_tightening], NEAR_REST))
+        words = repr((z.shape, self.face.pixel, *self[1:], NEAR_REST, "lighter tightenings"))
         return sha256(z.tobytes() + words.encode()).hexdigest()[:32]
 
     def solved(self, workers: int, progress: Progress | None) -> FaceSolution:
@@ -238,7 +235,6 @@ class Task(NamedTuple):
             lightest=self.lightest,
             workers=workers,
             progress=progress,
-            own_tightening=self.own_tightening,
         )
         remember(key, solution)
         return solution
@@ -315,7 +311,6 @@ def contact_numbers(
         stiffest_direction=math.atan2(stiffest[1], stiffest[0]) % math.pi,
         ratio_change=lighter / heaviest,
         coarser=None,
-        own_tightening=task.own_tightening,
     )
 
 
@@ -379,6 +374,7 @@ def read_law(
     try:
         bodies = [Material.rigid() if body is None else Material(*body) for body in about["bodies"]]
         raw = about["numbers"]
+        raw.pop("own_tightening", None)  # of files of 0.2
         pairs = {name: tuple(raw[name]) for name in ("pixel", "stiffness_ratios")}
         numbers = ContactNumbers(**{**raw, **pairs})
         positive("area", about["area"], "m^2")

@@ -31,6 +31,7 @@ from microslip.friction.field_backbone import FieldBackbone
 from microslip.friction.field_cycles import SettledField
 from microslip.friction.memory import FieldResponse, FieldState, Nodes
 from microslip.friction.memory.nodes import checked_separations
+from microslip.friction.own_tightening import OwnTightening
 from microslip.friction.straight_step import straight_step
 from microslip.friction.two_directions import IsotropicField, two_directions
 
@@ -71,6 +72,12 @@ class JointField(ByValue, SettledField, Locked):
     Each node follows :class:`microslip.Interface`, independent of the other nodes. The elastic half
     space below the summits is not part of a node: a finite-element model already has this
     compliance.
+
+    On a face that yields (:class:`microslip.DrawnFace`, :class:`microslip.MeasuredContact`) each
+    node with a load or pressure was tightened by its own: the most pressed node to the tightening
+    pressure of the surface, the other nodes in proportion to their pressures. The normal stiffness
+    is then proportional to the pressure, and all nodes begin to slide at nearly the same
+    displacement. Each node has the law of the surface with factors on the load and the separation.
     """
 
     surface: NormalLaw
@@ -120,6 +127,7 @@ class JointField(ByValue, SettledField, Locked):
             surface_area=_area_of(surface, surface_area),
             gaps=lock(nodes["gaps"]) if kind == "gaps" else None,
             _ratios=surface.stiffness_ratio,
+            _own=None,
         )
         if kind in ("separations", "gaps"):
             self._rest_at(nodes[kind], None)
@@ -129,7 +137,10 @@ class JointField(ByValue, SettledField, Locked):
     def _rest_at(self, separations: Floats, curve: LoadCurve | None) -> None:
         checked_separations(self.surface, separations)
         curve = curve or shared_curve(self.surface, float(separations.min()))
-        steps = separations - curve.origin
+        own = self._own
+        steps = separations - (curve.origin if own is None else own.origins)
+        if own is not None:
+            steps /= own.lengths
         loads = self._scale * curve.load(steps)[0]
         assign(self, separations=lock(separations), normal_loads=lock(loads))
         self._stand_on(curve, steps, self._scale)
@@ -149,6 +160,11 @@ class JointField(ByValue, SettledField, Locked):
             heaviest = int(np.argmax(shares))
             nearest = self._separation_of(shares, heaviest) if shares[heaviest] > 0.0 else np.inf
             curve = shared_curve(self.surface, min(nearest, LARGEST))
+            own = OwnTightening.in_proportion(self.surface, curve, shares)
+            if own is not None:
+                self.__dict__.pop("_scale")  # which they are part of
+                assign(self, _own=own)
+                shares = shares / own.shares
         carried = shares > 0.0
         try:
             if carried.all():
@@ -163,11 +179,16 @@ class JointField(ByValue, SettledField, Locked):
             for i in (int(np.argmin(light)), int(np.argmax(shares))):
                 self._separation_of(shares, i)
             raise
-        separations += curve.origin
+        own = self._own
+        if own is not None:
+            rests = separations
+            separations = own.origins + own.lengths * rests
+        else:
+            separations += curve.origin
+            rests = separations - curve.origin
         normal_loads = loads.copy() if loads is values else loads
         assign(self, separations=lock(separations), normal_loads=lock(normal_loads))
         # Scale each node so that its limit is exactly mu N despite the rounded separation.
-        rests = separations - curve.origin
         scale = curve.load(rests)[0]
         carried &= scale > 0.0
         np.divide(shares, scale, out=scale, where=carried)
@@ -176,8 +197,12 @@ class JointField(ByValue, SettledField, Locked):
         self._stand_on(curve, rests, scale)
 
     def _stand_on(self, curve: LoadCurve, rests: Floats, scale: Floats) -> None:
-        slips = self.friction * self._ratios
+        slips, own = self.friction * self._ratios, self._own
         nodes = Nodes(curve, self.friction * scale, self._scale, slips, rests)
+        if own is not None:
+            nodes = replace(
+                nodes, slips=slips * own.lengths, origins=own.origins, lengths=own.lengths
+            )
         assign(self, _nodes=nodes)
 
     def _separation_of(self, shares: Floats, node: int) -> float:
@@ -194,6 +219,7 @@ class JointField(ByValue, SettledField, Locked):
         return separation
 
     _nodes: Nodes
+    _own: OwnTightening | None
     _ratios: Any
     """Ratio of normal to tangential stiffness [-], a number or one per node."""
 
@@ -204,7 +230,24 @@ class JointField(ByValue, SettledField, Locked):
 
     @cached_property
     def _scale(self) -> Floats:
-        return self.areas / self.surface_area
+        scale = self.areas / self.surface_area
+        return scale if self._own is None else scale * self._own.shares
+
+    def _tightened_at(self, separations: Floats) -> JointField:
+        """Return the nodes tightened by what they bear at separations [m], with the same gaps.
+
+        On a surface that does not yield they are these nodes.
+        """
+        curve = self._nodes.curve
+        loads = self.load(separations)[0] / self._scale
+        own = OwnTightening.at_rest(self.surface, curve, separations, loads)
+        if own is None:
+            return self
+        field = object.__new__(JointField)
+        names = ("surface", "friction", "areas", "surface_area", "gaps", "_ratios")
+        assign(field, **{name: getattr(self, name) for name in names}, _own=own)
+        field._rest_at(separations if self.gaps is None else self.gaps, curve)
+        return field
 
     @cached_property
     def force_limits(self) -> Floats:
@@ -226,7 +269,7 @@ class JointField(ByValue, SettledField, Locked):
         """
         check_one_of("separations [m] or loads [N]", separations, loads)
         field, curve = object.__new__(JointField), self._nodes.curve
-        names = ("surface", "friction", "areas", "surface_area", "gaps", "_ratios")
+        names = ("surface", "friction", "areas", "surface_area", "gaps", "_ratios", "_own")
         assign(field, **{name: getattr(self, name) for name in names})
         if separations is not None:
             field._rest_at(self._nodes.per_node("separations", separations, "m").copy(), curve)
@@ -259,11 +302,12 @@ class JointField(ByValue, SettledField, Locked):
         if lay is None:
             return self
         field, nodes = object.__new__(JointField), self._nodes
-        names = ("surface", "friction", "areas", "surface_area", "gaps", "separations")
+        names = ("surface", "friction", "areas", "surface_area", "gaps", "separations", "_own")
         assign(field, **{name: getattr(self, name) for name in (*names, "normal_loads")})
         stiffnesses = np.einsum("ni,ij,nj->n", lines, lay, lines) / squares
         ratios = self.surface.stiffness_ratio / stiffnesses
-        assign(field, _ratios=ratios, _nodes=replace(nodes, slips=self.friction * ratios))
+        slips = nodes.slips * (ratios / self._ratios)
+        assign(field, _ratios=ratios, _nodes=replace(nodes, slips=slips))
         return field
 
     # -- without memory -------------------------------------------------------------------------
@@ -275,7 +319,7 @@ class JointField(ByValue, SettledField, Locked):
         """
         nodes = self._nodes
         load, fall = nodes.curve.load(nodes.steps_at("separations", separations))
-        return nodes.scales * load, -nodes.scales * fall
+        return nodes.scales * load, -nodes.per_length(nodes.scales * fall)
 
     def first_loading(self, displacement: ArrayLike, separation: ArrayLike) -> FieldResponse:
         """Compute forces and tangents at the end of a straight path from rest, in closed form.
@@ -292,8 +336,8 @@ class JointField(ByValue, SettledField, Locked):
         value, load, by_place, by_step, fall = straight_step(nodes.curve, place, step, nodes.rests)
         tangent = np.zeros((self.size, 2, 2))
         tangent[:, 0, 0] = nodes.weights / nodes.slips * by_place
-        tangent[:, 0, 1] = nodes.weights * by_step
-        tangent[:, 1, 1] = -nodes.scales * fall
+        tangent[:, 0, 1] = nodes.per_length(nodes.weights * by_step)
+        tangent[:, 1, 1] = -nodes.per_length(nodes.scales * fall)
         return FieldResponse(nodes.weights * value, nodes.scales * load, tangent)
 
     def dissipated_energy(self, amplitude: ArrayLike) -> Floats:

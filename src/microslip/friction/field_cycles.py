@@ -111,8 +111,8 @@ class NodeCycles:
     def _scaled(self, force: Floats, places: int, load: Floats) -> tuple[Floats, Floats]:
         nodes = self.nodes
         force[:, :, :places] *= (nodes.weights / nodes.slips)[:, None, None]
-        force[:, :, places:] *= nodes.weights[:, None, None]
-        load *= nodes.scales[:, None, None]
+        force[:, :, places:] *= nodes.per_length(nodes.weights[:, None, None])
+        load *= nodes.per_length(nodes.scales[:, None, None])
         return force, load
 
     def _derive(
@@ -346,7 +346,7 @@ class SettledField:
 
     def _steps_from_rest(self: FieldOfNodes, separations: Floats) -> Floats:
         checked = self._nodes.checked(separations)
-        return np.ascontiguousarray(checked - self.separations[:, None])
+        return np.ascontiguousarray(self._nodes.per_length(checked - self.separations[:, None]))
 
 
 def _per_sample(nodes: Nodes, name: str, value: ArrayLike) -> Floats:
@@ -391,6 +391,7 @@ def varying_harmonics(
     places, columns = basis.dense(rows)
     steps, _ = basis.dense(paths)
     steps[:, 0] -= rests
+    steps = nodes.per_length(steps)
     with np.errstate(over="ignore"):  # full slip long before the clipping limit
         places = np.clip(
             (places - begin[:, None] * np.eye(1, places.shape[1])) / nodes.slips[:, None],
@@ -416,8 +417,8 @@ def varying_harmonics(
     weights, scales = nodes.weights[:, None, None], nodes.scales[:, None, None]
     slopes = weights / nodes.slips[:, None, None]
     np.multiply(by_force[:, :, :wide][pick], slopes, out=jacobian[:, 0, 0])
-    np.multiply(by_force[:, :, wide:][pick], weights, out=jacobian[:, 0, 1])
-    np.multiply(by_load[pick], scales, out=jacobian[:, 1, 1])
+    np.multiply(by_force[:, :, wide:][pick], nodes.per_length(weights), out=jacobian[:, 0, 1])
+    np.multiply(by_load[pick], nodes.per_length(scales), out=jacobian[:, 1, 1])
     return FieldHarmonics(
         force[:, columns] * weights[:, 0], load[:, columns] * scales[:, 0], jacobian
     )

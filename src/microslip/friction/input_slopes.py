@@ -14,7 +14,6 @@ from microslip._core.errors import InputError
 from microslip.contact import DrawnFace, MeasuredContact, NormalLaw
 from microslip.contact.heights import Discrete, HeightDistribution
 from microslip.contact.materials import Material, MaterialPair
-from microslip.contact.rough import RoughSurface
 from microslip.friction.interface import Interface
 
 _STEP = 0.02
@@ -23,27 +22,13 @@ _STEP = 0.02
 _ELASTIC = 1e15
 """Hardness [Pa] of a face without yielding."""
 
-_SCALED = {
-    "radius": "radius",
-    "radii": "radii",
-    "density": "density",
-    "summit_count": "density",
-    "copies": "copies",
-    "yield_stress": "yield_stress",
-    "tightening_load": "tightening_load",
-}
-"""Parameters of surfaces and the input they are reported as. The summit count of a tightened
-surface at constant area is a density."""
-
 
 def input_slopes(joint: Interface, amplitude: float) -> dict[str, dict[str, float]]:
     """Return d ln(output)/d ln(input) [-] of stiffness and loss factor at an amplitude [m].
 
     Central differences over four per cent, sorted by magnitude. A tabulated surface has only
-    friction
-    and load as inputs. A tightened surface is tightened again for each change. Modulus, hardness
-    and
-    heights of a measured face are those of the Gaussian face with its Rq, slope and stiffness.
+    friction and load as inputs. Modulus, hardness and heights of a measured face are those of the
+    Gaussian face with its Rq, slope and stiffness.
     """
     slopes_of: dict[str, dict[str, float]] = {"tangential_stiffness": {}, "loss_factor": {}}
     for name, scaled in _inputs(joint).items():
@@ -74,15 +59,6 @@ def _inputs(joint: Interface) -> dict[str, Callable[[float], Interface]]:
         "friction_coefficient": lambda f: Interface(surface, mu * f, normal_load=load),
         "normal_load": lambda f: joint.at(normal_load=load * f),
     }
-    if isinstance(surface, RoughSurface):
-        names = {"heights": "rms", "young_modulus": "pair", "hardness": "hardness"}
-        names |= {name: name for name in ("roll_off", "shortest", "hurst")}
-        if surface.hardness is None:
-            del names["hardness"]
-        return inputs | {
-            input_name: lambda f, name=name: on(_scaled(surface, name, f))
-            for input_name, name in names.items()
-        }
     if isinstance(surface, MeasuredContact):
         return inputs | {
             name: lambda f, name=name: Interface(_like(joint, name, f), mu, normal_load=load)
@@ -90,8 +66,8 @@ def _inputs(joint: Interface) -> dict[str, Callable[[float], Interface]]:
             if name != "hardness" or surface.numbers.hardness is not None
         }
     if isinstance(surface, DrawnFace):
-        names = {"heights": "rms", "rms_slope": "slope", "tightening_load": "tightening_pressure"}
-        names |= {"young_modulus": "pair", "hardness": "hardness"}
+        names = {"heights": "rms", "rms_slope": "slope", "young_modulus": "pair"}
+        names |= {name: name for name in ("hardness", "tightening_pressure")}
         return inputs | {
             input_name: lambda f, name=name: on(_scaled(surface, name, f))
             for input_name, name in names.items()
@@ -103,7 +79,7 @@ def _inputs(joint: Interface) -> dict[str, Callable[[float], Interface]]:
         return inputs
 
     names = {"young_modulus": "pair"} | {
-        counts_as: name for name, counts_as in _SCALED.items() if name in parameters
+        name: name for name in ("radius", "radii", "density", "copies") if name in parameters
     }
     if "heights" in parameters:
         names["heights"] = "heights"

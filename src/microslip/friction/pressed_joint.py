@@ -53,8 +53,9 @@ class PressedJoint(Parallel):
     Notes
     -----
     The superposition of Ciavarella and Jaeger, summed over the areas: T0 = sum mu [N_p(d_p) -
-    N_p(d_p + delta/kappa)] (DOI 10.1115/1.2833765). A tightened surface was tightened under the
-    same distribution. The elastic deformation of the bodies is not included.
+    N_p(d_p + delta/kappa)] (DOI 10.1115/1.2833765). A face that yields was tightened under the same
+    distribution: the most pressed area to the tightening pressure of the surface, the other areas
+    in proportion. The elastic deformation of the bodies is not included.
     """
 
     laws: Sequence[BackboneLaw] = field(init=False, default=())
@@ -79,10 +80,16 @@ class PressedJoint(Parallel):
                 f"`pressure` must act on at most the area of the surface, {exact(apparent)} m^2, "
                 f"got {self.pressure.area:.6g} m^2"
             )
-        places = zip(self.pressure.areas.tolist(), self.pressure.shares.tolist(), strict=True)
+        pressures = self.pressure.shares / self.pressure.areas
+        largest = float(pressures.max())
+        if apparent is not None:
+            assign(self, surface=self.surface._under(largest * load * apparent))
+        places = zip(*(part.tolist() for part in (
+            self.pressure.areas, self.pressure.shares, pressures / largest
+        )), strict=True)  # fmt: skip
         laws = tuple(
-            Interface(self.surface._patch(area, share), mu, normal_load=share * load)
-            for area, share in places
+            Interface(self.surface._patch(area, tightening), mu, normal_load=share * load)
+            for area, share, tightening in places
         )
         assign(self, laws=laws)
 

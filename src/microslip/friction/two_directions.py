@@ -247,7 +247,7 @@ class IsotropicField(Locked):
 
     field: FieldOfNodes
     knots: Floats
-    """Separations [m] of the corners of the piecewise linear load curve."""
+    """Separations [m] on the law of the surface at the corners of the piecewise linear curve."""
 
     @cached_property
     def load_error(self) -> float:
@@ -257,7 +257,7 @@ class IsotropicField(Locked):
         at
         both ends of slip bounds that of the forces.
         """
-        last = float(self.field.separations[self.field.normal_loads > 0.0].max())
+        last = float(_places_at_rest(self.field)[self.field.normal_loads > 0.0].max())
         inner = self.knots[:-1][self.knots[1:] <= last]
         if not inner.size:
             inner = self.knots[:1]
@@ -275,7 +275,8 @@ class IsotropicField(Locked):
 
         Small cycles need more sliders: a cycle is met well from ten times that on.
         """
-        at = np.clip(np.searchsorted(self.knots, self.field.separations), 1, self.knots.size - 1)
+        places = _places_at_rest(self.field)
+        at = np.clip(np.searchsorted(self.knots, places), 1, self.knots.size - 1)
         return lock((self.knots[at] - self.knots[at - 1]) * self.field._nodes.slips)
 
     @cached_property
@@ -383,11 +384,16 @@ class IsotropicField(Locked):
         return f"IsotropicField({self.field!r}, sliders={self._bank.tops.size})"
 
 
+def _places_at_rest(field: FieldOfNodes) -> Floats:
+    """Separations at rest [m] on the curve of the surface, which is that of the nodes by length."""
+    return field._nodes.curve.origin + field._nodes.rests
+
+
 def two_directions(field: FieldOfNodes, sliders: Any, nearest: Any) -> IsotropicField:
     """Return the field in two directions; see :meth:`microslip.JointField.two_directions`."""
     count = whole_number("sliders", sliders, 2, _MOST_SLIDERS)
     curve, surface = field._nodes.curve, field._nodes.curve.surface
-    smallest = float(field.separations.min())
+    smallest = float(_places_at_rest(field).min())
     if nearest is None:
         load, fall = curve.load(np.zeros(1))
         near = min(smallest, curve.origin) - float(load[0] / fall[0])
@@ -425,7 +431,7 @@ def _knots_of(field: FieldOfNodes, sliders: int, nearest: float) -> Floats:
     grid = np.linspace(nearest, parting, _GRID + 1)
     load, fall = curve.load(grid - origin)
     loaded = field.normal_loads > 0.0
-    last = field.separations[loaded].max() if loaded.any() else nearest
+    last = _places_at_rest(field)[loaded].max() if loaded.any() else nearest
     lightest = _LIGHTEST_SHARE * float(curve.load(np.array([last - origin]))[0][0])
     loaded_places = np.flatnonzero(load > lightest)
     end = grid[min(loaded_places[-1] + 1, _GRID)] if loaded_places.size else parting

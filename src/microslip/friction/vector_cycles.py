@@ -64,6 +64,9 @@ class VectorCycle(Locked):
         slopes = _settle(
             self._bank, self._places, self._steps, self._tolerance, self._start, *by
         ).slopes
+        if separations is not None:
+            columns = slopes[..., 2 * by[0].shape[1] :]
+            columns[...] = self._bank.per_length(columns)
         return slopes[0] if self.force.ndim == 2 else slopes
 
 
@@ -189,6 +192,6 @@ def settled_harmonics(
         return FieldHarmonics(force, None, by_places, found.residual, found.converged)
     load, fall = bank.loads(steps)
     jacobian = np.zeros((size, 3, 3, count, count))
-    jacobian[:, :2, :2], jacobian[:, :2, 2] = by_places, spectrum[..., 2 * count :]
+    jacobian[:, :2, :2], jacobian[:, :2, 2] = by_places, bank.per_length(spectrum[..., 2 * count :])
     jacobian[:, 2, 2] = np.einsum("tc,nt,tk->nck", analysis, fall, functions)
     return FieldHarmonics(force, load @ analysis, jacobian, found.residual, found.converged)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -129,21 +129,15 @@ class FieldAttachment:
 
     field: JointField
     directions: Floats
-    _: KW_ONLY
-    lengths: Floats | None = None
-    """Lengths that motions of nodes are divided by, where their laws differ by a length alone."""
-    pressed: Floats | None = None
-    """Apparent areas of the nodes [m^2], where those of the field stand for their laws."""
 
     def loads(self, motion: Floats) -> Floats:
         """Normal loads of the nodes [N] at a motion by column."""
-        loads = self.field.load(self.separations(motion))[0]
-        return np.asarray(loads if self.lengths is None else loads / self.lengths)
+        return self.field.load(self.separations(motion))[0]
 
     @property
     def areas(self) -> Floats:
         """Apparent areas of the nodes [m^2]."""
-        return self.field.areas if self.pressed is None else self.pressed
+        return self.field.areas
 
     @property
     def columns(self) -> Floats:

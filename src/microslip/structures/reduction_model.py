@@ -23,13 +23,13 @@ from microslip.readers.array_files import archived
 from microslip.readers.files import POINTS, reading
 from microslip.structures.bolts import each_bolt
 from microslip.structures.geometry import GeometryAttachment
-from microslip.structures.joint_groups import FieldAttachment
 from microslip.structures.matrices import vector
 from microslip.structures.reduction_files import KIND, NEWER, check_arrays
 from microslip.structures.reduction_patches import Samples, gaps_at, mean_over
 from microslip.structures.static import base_damping
 from microslip.structures.structure import Preload, Structure
 
+_TIGHTENINGS, _ABOVE = 8, 1.01  # tightenings of a face until none is heavier; a margin
 _NESTED = ("samples", "surface", "geometry")
 
 
@@ -347,18 +347,26 @@ class ReducedJoint(LockedArrays):
         While bolts are tightened their axial stiffness is taken out, and their tension pulls; then
         it is put back, in the state so found.
         """
+        return self._tightening(surface)[1]
+
+    def _tightening(self, surface: NormalLaw) -> tuple[NormalLaw, Floats]:
+        """Return the surface as the most pressed patch tightens it, and the forces of the bolts."""
         pull = np.zeros(self.size)
         pull[self._bolts] = -self.bolt_tension
         index = np.arange(self.size)[self._bolts]
         loose = self.stiffness.copy()
         loose[index, index] -= self.bolt_stiffness
-        state = (
-            Structure(self.mass, loose)
-            .attach(self.field(surface, 1.0), directions=self.directions)
-            .preload(pull)
-        )
+        for _ in range(_TIGHTENINGS):
+            field = self.field(surface, 1.0)
+            structure = Structure(self.mass, loose).attach(field, directions=self.directions)
+            state = structure._preload(pull)
+            largest = float(state.pressures.max()) * field.surface_area
+            if surface._under(largest) is surface:
+                break
+            surface = surface._under(_ABOVE * largest)
+        structure._check_rest(state)
         pull[self._bolts] += self.bolt_stiffness * state.displacement[self._bolts]
-        return pull
+        return surface, pull
 
     def tightened(self, surface: NormalLaw, friction_coefficient: ArrayLike) -> Preload:
         """The joint with its bolts tight; arguments as :meth:`structure`.
@@ -367,24 +375,23 @@ class ReducedJoint(LockedArrays):
         -------
         Preload
             The static state, with its pressures, ``modes``, ``forced_response`` and ``integrate``.
+
+        Notes
+        -----
+        On a face that yields each patch was tightened by its own pressure, so that its stiffness is
+        proportional to it and all patches begin to slide at nearly the same displacement. A drawn
+        face needs no tightening pressure for that; a measured one must have been solved up to the
+        largest.
         """
-        plain, force = replace(self, geometry=None), self.static_force(surface)
-        structure = plain.structure(surface, friction_coefficient)
+        surface, force = self._tightening(surface)
+        structure = replace(self, geometry=None).structure(surface, friction_coefficient)
         state = structure.preload(force)
-        laws = surface._tightened_by(state.pressures)
-        if laws is not None:
-            # A law with another length is the same law of motions over that length, its forces
-            # times it; and the state is at rest as before.
-            openings = (self.directions[:, :, 2].T @ state.displacement) / laws.lengths
-            gaps = laws.closest + (state.gaps - laws.separations) / laws.lengths - openings
-            areas = self.patch_areas * laws.share * laws.lengths
-            attachment = FieldAttachment(
-                JointField(surface, friction_coefficient, areas=areas, gaps=gaps),
-                self.directions / laws.lengths[:, None],
-                lengths=laws.lengths,
-                pressed=self.patch_areas,
+        given = self.field(surface, friction_coefficient)
+        field = given._tightened_at(state.gaps)
+        if field is not given:
+            structure = Structure(self.mass, self.stiffness).attach(
+                field, directions=self.directions
             )
-            structure = Structure(self.mass, self.stiffness).with_attachment(attachment)
             state = structure.preload(force)
         if self.geometry is None:
             return state

@@ -291,6 +291,12 @@ class Structure:
                     f"static_force must be one force for each of the {self.size} degrees of "
                     f"freedom, got shape {force.shape}"
                 )
+        state = self._preload(force)
+        self._check_rest(state)
+        return state
+
+    def _preload(self, force: Floats) -> Preload:
+        """Return the state of rest, in which faces may bear more than they were tightened by."""
         state = static_state(self.stiffness, self.mass, self.attachments, force)
         if state.equilibrium_error > 1e-6:
             raise InputError(
@@ -305,15 +311,18 @@ class Structure:
                     f"static_force must leave some contact: all {len(loads) // 3} nodes of a field "
                     "are open; press the faces together, or check the sign of their opening"
                 )
+        return Preload(
+            self.mass, self.stiffness, self.damping, self.attachments, force,
+            state.displacement, state.equilibrium_error, state.iterations,
+        )  # fmt: skip
+
+    def _check_rest(self, state: Preload) -> None:
+        """Refuse loads at rest beyond the law of a surface."""
         for attachment in self.attachments:
             if isinstance(attachment, FieldAttachment):
                 field = attachment.field
                 places = attachment.loads(attachment.columns.T @ state.displacement)
                 field.surface._check_rest(places * (field.surface_area / attachment.areas))
-        return Preload(
-            self.mass, self.stiffness, self.damping, self.attachments, force,
-            state.displacement, state.equilibrium_error, state.iterations,
-        )  # fmt: skip
 
     @cached_property
     def _undeformed(self) -> Preload:

@@ -18,6 +18,7 @@ from microslip.contact.materials import MaterialPair
 from microslip.friction import Interface
 from microslip.study.consistency import check
 from microslip.study.description import StudyDescription
+from microslip.study.drawn_face import DrawnSurface
 from microslip.study.joints import Joint
 from microslip.study.measured_face import MeasuredFace
 from microslip.study.readers import KeyedError
@@ -26,16 +27,9 @@ from microslip.study.uncertain import changed, followers_of, spreads_of, with_va
 
 
 def build_surface(study: StudyDescription, progress: Progress | None = None) -> NormalLaw:
-    """Normal law of a study, tightened if its joint was; a face point by point takes its time."""
-    law = study._law or build_summits(study, progress)
-    if not isinstance(study.joint, Joint):
-        return law
-    with blame(study, "joint", study.joint.keys):
-        return study.joint.tightened(law)
-
-
-def build_summits(study: StudyDescription, progress: Progress | None = None) -> NormalLaw:
-    """Normal law of the surface as it was made."""
+    """Return the normal law of a study; a face point by point takes its time."""
+    if study._law is not None:
+        return study._law
     materials = {}
     for name, material in study.material.items():
         with blame(study, f"material.{name}", material.keys):
@@ -52,7 +46,13 @@ def build_summits(study: StudyDescription, progress: Progress | None = None) -> 
             surface._patch = study.structure.patch_size
     with blame(study, "surface", surface.keys):
         law: NormalLaw = surface.build(pair, **how)
-        return law
+    pressure = getattr(study.joint, "pressure", None)
+    if isinstance(surface, DrawnSurface) and surface.tightening_pressure is None and pressure:
+        with blame(study, "joint.pressure"):  # bolts tighten before their joint embeds
+            spread = pressure.spread()
+            largest = float((spread.shares / spread.areas).max()) * (pressure.tightening or 0.0)
+            law = law._under(largest * surface.area)
+    return law
 
 
 def build_joints(study: StudyDescription, progress: Progress | None = None) -> list[Interface]:
@@ -62,9 +62,8 @@ def build_joints(study: StudyDescription, progress: Progress | None = None) -> l
     surface = build_surface(study, progress)
     joints: list[Interface] = []
     loads = study.joint.normal_load
-    known = getattr(surface, "tightening_load", math.inf)
-    # Of faces that a load tightens anew each load has its own, whatever stands before it.
-    alike = known is not None and max(loads, default=0.0) <= known
+    # A face that a load tightens anew is tightened by each load for itself, in whatever order.
+    alike = max(loads, default=0.0) <= surface._heaviest
     for index, load in enumerate(loads, start=1):
         item = f", item {index}" if len(loads) > 1 else ""
         with blame(study, f"joint.normal_load{item}"):
@@ -77,17 +76,16 @@ def build_joints(study: StudyDescription, progress: Progress | None = None) -> l
 
 
 def build_as_made(study: StudyDescription) -> tuple[Interface, list[str]]:
-    """The joint under its first load on the surface as it was made, and keys that this leaves out.
+    """Build the joint under its first load without an uneven pressure, which no fit can scale.
 
-    What tightening and an uneven pressure made of the surface is no length that a fit can scale.
+    Returns the keys that are left out, too.
     """
-    without = [key for key in ("tightening_load", "pressure") if getattr(study.joint, key, None)]
-    if not without:
+    if getattr(study.joint, "pressure", None) is None:
         return build_joints(study)[0], []
-    assert isinstance(study.joint, Joint)  # only an interface has them
-    pressed_evenly = study.joint.copy(**dict.fromkeys(without))
-    joint = cast(Interface, pressed_evenly.build(build_summits(study), study.joint.normal_load[0]))
-    return joint, [f"joint.{key}" for key in without]
+    assert isinstance(study.joint, Joint)  # only an interface has a pressure
+    pressed_evenly = study.joint.copy(pressure=None)
+    joint = cast(Interface, pressed_evenly.build(build_surface(study), study.joint.normal_load[0]))
+    return joint, ["joint.pressure"]
 
 
 @contextmanager
@@ -157,7 +155,7 @@ class Design:
         """Pieces of a face solved point by point, drawn anew, in the order of the stiffness."""
         if not isinstance(self.study.surface, MeasuredFace):
             return None
-        law = build_summits(at_middle(self.study))
+        law = build_surface(at_middle(self.study))
         assert isinstance(law, MeasuredContact)
         p, s = law.solution.pressure[0], law.solution.slope[0]
         if p.size < 2:
@@ -211,14 +209,14 @@ class Design:
         place, std, density = len(self.spreads), 1.0, 1.0
         if self._pieces is not None:
             row = min(int(shares[place] * _REPLICATES), _REPLICATES - 1)
-            law = build_summits(study)
+            law = build_surface(study)
             assert isinstance(law, MeasuredContact)
             study._law = law.of_pieces(self._pieces[row])
             place += 1
         if self._names:
             std, density = self._identified(study, scores[place:])
         if (std, density) != (1.0, 1.0):
-            law = build_summits(study)
+            law = build_surface(study)
             if not isinstance(law, GreenwoodWilliamson):
                 raise StudyError(
                     f"{self.study.name}: uncertainty: wanted a surface of statistics, whose "
@@ -245,7 +243,7 @@ class Design:
         study.__dict__["joint"] = joint.copy(friction_coefficient=coefficient)
         std, density = slip / friction, (slip / friction) ** -1.5
         if "standardised_separation" in moved:
-            law: Any = build_summits(self.study)
+            law: Any = build_surface(self.study)
             h, spread = value["standardised_separation"], law.heights.spread
             there = law.load((h + moved["standardised_separation"]) * spread)
             density *= float(law.load(h * spread)) / float(there)
@@ -301,7 +299,7 @@ def check_draws(study: StudyDescription) -> None:
         raise StudyError(
             f"{study.name}: {first.key}: {len(refused)} of {len(points)} draws cannot be "
             f"predicted, the first: {first}; narrow what scatters, or let one number follow the "
-            'other, such as tightening_load = { of = "joint.normal_load", factor = 1.5 }'
+            'other, such as { of = "joint.normal_load", factor = 1.5 }'
         )
 
 

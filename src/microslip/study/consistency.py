@@ -65,7 +65,7 @@ def _of_bodies(study: StudyTables) -> None:
     if all(isinstance(study.material[name], Rigid) for name in names):
         raise KeyedError("surface.materials", "wanted one body that deforms, got two rigid ones")
     # A surface has at least one summit; a smaller number is a unit error.
-    if {"density", "area"} <= surface.keys.keys() and surface.law != "scan":
+    if {"density", "area"} <= surface.keys.keys():
         count = surface.density * surface.area
         if count < 1.0:
             message = f"wanted at least one summit on the area, got {count:.3g}"
@@ -84,7 +84,7 @@ def _of_bodies(study: StudyTables) -> None:
 def _of_loads(study: StudyTables) -> None:
     """Refuse loads above the first load of a table."""
     surface, loads = study.surface, study.joint.normal_load
-    if study.joint.tightening_load is not None or not isinstance(surface, TableSurface):
+    if not isinstance(surface, TableSurface):
         return
     largest = surface.load[0]
     for index, load in enumerate(loads, start=1):
@@ -124,11 +124,9 @@ def _of_structure(study: StudyTables) -> None:
     part = study.structure
     if part is None:
         return
-    yielding = '; surface.law = "rough" yields under the pressure of each'
-    for name, remedy in (("tightening_load", yielding), ("pressure", "")):
-        if getattr(study.joint, name) is not None:
-            unlike = "wanted none beside a [structure], whose patches bear unlike pressures"
-            raise KeyedError(f"joint.{name}", unlike + remedy)
+    if study.joint.pressure is not None:
+        unlike = "wanted none beside a [structure], whose patches bear unlike pressures"
+        raise KeyedError("joint.pressure", unlike)
     if isinstance(study.material[study.surface.materials[0]], Rigid):
         raise KeyedError("surface.materials, item 1", "wanted a body that bends, got a rigid one")
     if part.mesh is not None:

@@ -40,7 +40,7 @@ class StudyDescription(StudyTables):
         changes: Sequence[Override] = (),
     ) -> None:
         """Validate keys and values as in a file into this study, which is still empty."""
-        reading = Reading(folder)
+        reading = Reading(folder, tables)
         place = Place("", reading)
         read = place.attempt(lambda: self.read(tables, place))
         if read is FAILED:

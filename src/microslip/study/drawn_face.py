@@ -9,7 +9,7 @@ from microslip._core.errors import InputError
 from microslip._core.options import option
 from microslip._core.units import PRESSURE, engineering, significant
 from microslip.contact import DrawnFace, NormalLaw
-from microslip.contact.drawn import SHAPE_ERROR, STIFFNESS_ERROR
+from microslip.contact.drawn import HIGHEST, SHAPE_ERROR, STIFFNESS_ERROR
 from microslip.contact.finish import Estimate, Finish, combined
 from microslip.study.fields import AREA, MATERIALS, ROUGHNESS, number, one_of
 from microslip.study.part import Part, SubTable, SurfaceTable, key, optional_key, tag
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 _UNTIGHTENED = 1e4
 """Pressure of tightening [Pa] where none is given: heavier loads tighten the face themselves."""
 _FACTOR = Unsure(number("1.0", above=0.0))
-_SLOPE = Unsure(number("0.1", above=0.0, most=2.0))
+_SLOPE = Unsure(number("0.1", above=0.0, most=1.0))
 _DRAWN = ("ra", "rq", "rz", "rdq", "rsm", "process")
 
 
@@ -59,6 +59,13 @@ class _Drawing(Part):
             self.finish  # noqa: B018
         except InputError as error:
             raise KeyedError("", error.text) from None
+        if (rms := self.finish.rms.middle) > HIGHEST:
+            name = next(name for name in ("rq", "ra", "rz") if getattr(self, name) is not None)
+            raise KeyedError(
+                f".{name}",
+                f"wanted an Rq of at most {engineering(HIGHEST, 'm')}, more than any machined face "
+                f"has, got {engineering(rms, 'm')}; is the unit right?",
+            )
 
 
 class SecondFace(_Drawing):

@@ -76,7 +76,6 @@ RADIUS = quantity(units.LENGTH, "1 mm")
 AMPLITUDE = quantity(units.LENGTH, "1 um")
 AREA = quantity(units.AREA, "2 cm^2")
 LOAD = quantity(units.FORCE, "2 kN")
-YIELD_STRESS = quantity(units.PRESSURE, "355 MPa")
 TORQUE = quantity(units.TORQUE, "20 N m")
 MASS_DENSITY = quantity(units.MASS_DENSITY, "7850 kg/m^3")
 ANGLE = quantity(units.ANGLE, "90 deg", "any").but(

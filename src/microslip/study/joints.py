@@ -6,24 +6,12 @@ from typing import Any
 
 from microslip._core.errors import InputError
 from microslip._core.parameters import key_of, parameter_of
-from microslip.contact import (
-    AsperityPopulation,
-    GreenwoodWilliamson,
-    MeasuredContact,
-    NormalLaw,
-    RoughSurface,
-)
-from microslip.contact.elastic_plastic import MODELS
+from microslip.contact import NormalLaw
+from microslip.contact.face_law import FaceLaw
 from microslip.friction import BackboneLaw, Interface, PressedJoint
 from microslip.friction.law_bands import LawBand
 from microslip.friction.law_files import load_law_and_band
-from microslip.study.fields import (
-    LOAD,
-    YIELD_STRESS,
-    key_for,
-    one_of,
-    text,
-)
+from microslip.study.fields import LOAD, key_for, text
 from microslip.study.part import Part, SubTable, key, optional_key
 from microslip.study.pressure import ANY_PRESSURE, PressurePart
 from microslip.study.readers import Items, KeyedError, Place
@@ -40,21 +28,6 @@ class Joint(Part):
         "[structure] needs none: its bolts press the faces together.",
         default=(),
     )
-    tightening_load: float | None = optional_key(
-        Unsure(LOAD),
-        "Largest normal load that the joint has carried: summits yielded under it and "
-        "are elastic since; the normal loads are at most that.",
-        '"5 kN"',
-    )
-    yield_stress: float | None = optional_key(
-        Unsure(YIELD_STRESS),
-        "Yield stress of the softer body, for tightening_load; by default that of its "
-        "hardness, H/2.84.",
-    )
-    tightening_model: str | None = optional_key(
-        one_of(*MODELS),
-        "Model of a summit that yields under tightening_load; Jackson and Green (2005) by default.",
-    )
     pressure: PressurePart | None = optional_key(
         ANY_PRESSURE,
         "Distribution of the pressure over the faces; even over the whole area if absent. "
@@ -65,7 +38,7 @@ class Joint(Part):
     law = key_of(Interface)
 
     def check(self, place: Place) -> None:
-        """Bolts say the load, and what is said of tightening needs its load."""
+        """Refuse a load beside bolts whose tension gives it."""
         if self.pressure is not None and self.pressure.load is not None:
             if self.normal_load:
                 raise KeyedError(
@@ -73,55 +46,12 @@ class Joint(Part):
                     "wanted none beside bolts with a tension or a torque, which say it; remove one",
                 )
             self.settle()
-        for name in ("yield_stress", "tightening_model"):
-            if self.tightening_load is None and getattr(self, name) is not None:
-                raise KeyedError(f".{name}", "wanted only beside tightening_load")
 
     def settle(self) -> None:
         """Take the load that the bolts say."""
         load = None if self.pressure is None else self.pressure.load
         if load is not None:
             self.__dict__["normal_load"] = (load,)
-
-    def tightened(self, surface: NormalLaw) -> NormalLaw:
-        """The surface as it is once it was tightened, if it was."""
-        load = self.tightening_load
-        if load is None and self.pressure is not None and self._bolted(surface):
-            load = self.pressure.tightening
-        if load is None:
-            return surface
-        if isinstance(surface, (RoughSurface, MeasuredContact)):
-            if self.tightening_model is not None and isinstance(surface, MeasuredContact):
-                raise InputError("`tightening_model` wanted only for summits, not a measured face")
-            return surface.tightened(load, yield_stress=self.yield_stress)
-        if not isinstance(surface, (GreenwoodWilliamson, AsperityPopulation)):
-            raise InputError(
-                "`tightening_load` wanted only for a surface of summits that can yield, such as "
-                'law = "greenwood-williamson", "population" or "face", got '
-                f"{type(surface).__name__}"
-            )
-        hardness = surface.pair.hardness if self.yield_stress is None else None
-        if self.yield_stress is None and hardness is None:
-            raise InputError(
-                "`yield_stress` missing, and the materials have no hardness; write for example "
-                '"355 MPa", or the hardness of the softer material'
-            )
-        model = self.tightening_model or "jackson-green"
-        return surface.tightened(
-            load, yield_stress=self.yield_stress, hardness=hardness, model=model
-        )
-
-    def _bolted(self, surface: NormalLaw) -> bool:
-        """Whether faces yielded under the bolts that press: where a hardness is known.
-
-        A rough face yields under whatever load it has, unless it was relieved since.
-        """
-        most = None if self.pressure is None else self.pressure.tightening
-        if most is None or (self.yield_stress is None and surface.pair.hardness is None):
-            return False
-        if isinstance(surface, RoughSurface):
-            return surface.tightening_load is None and most > self.normal_load[0]
-        return isinstance(surface, (GreenwoodWilliamson, AsperityPopulation))
 
     @property
     def loads(self) -> tuple[float, ...]:
@@ -131,9 +61,8 @@ class Joint(Part):
     def build(self, surface: NormalLaw, normal_load: float) -> Interface | PressedJoint:
         """The joint at one of its loads."""
         if self.pressure is not None:
-            # Each ring of a surface that yields yielded by itself, which takes its time.
-            yields = hasattr(surface, "tightening_load")
-            spread = self.pressure.spread(*((8,) if yields else ()))
+            # Each ring of a face that yields has a law of its own, which takes its time.
+            spread = self.pressure.spread(*((8,) if isinstance(surface, FaceLaw) else ()))
             return PressedJoint(surface, self.friction_coefficient, spread, normal_load)
         return Interface(surface, self.friction_coefficient, normal_load)
 

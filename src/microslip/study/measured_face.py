@@ -186,7 +186,6 @@ class MeasuredFace(SurfaceTable):
             pair,
             area=self.area,
             **named(self, "hardness", "tightening_pressure", "direction", "piece", "coarser"),
-            own_tightening=self._patch is not None and self.tightening_pressure is not None,
             progress=lambda done, total: tell(done / total),
         )
         return self._law

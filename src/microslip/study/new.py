@@ -62,13 +62,13 @@ def template(
         "table": command_line(file.with_suffix(".csv")),
     }
     if process is not None:
-        from microslip.contact.finish import PROCESSES, sampling_length
+        from microslip.contact.finish import PROCESSES
 
         leaves = PROCESSES[process]
         words |= {"process": process, "source": leaves.source}
-        section = sampling_length(math.sqrt(leaves.low * leaves.high))
-        for key, x in {"low": leaves.low, "high": leaves.high, "section": section}.items():
-            words[key] = engineering(x, "m", 3, trim=True).replace("µ", "u")
+        middle = math.sqrt(leaves.low * leaves.high)
+        for key, x in {"low": leaves.low, "high": leaves.high, "middle": middle}.items():
+            words[key] = engineering(x, "m", 2, trim=True).replace("µ", "u")
         kind = "process"
     elif kind == "joint" and law != TEMPLATE_LAWS[0]:
         kind = f"joint-{law}"

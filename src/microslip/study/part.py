@@ -144,7 +144,7 @@ class SubTable(Reader):
                 raise KeyedError(f".{near}", f'unknown key; did you mean "{self.tag}"?')
             raise KeyedError(f".{self.tag}", f"missing; wanted {quoted(self.models)}")
         if not isinstance(choice, str) or choice not in self.models:
-            if removed := removed_value(place.at(self.tag).key, str(choice)):
+            if removed := removed_value(place.at(self.tag).key, str(choice), raw_value):
                 raise KeyedError(f".{self.tag}", removed)
             near = did_you_mean(choice, self.models) if isinstance(choice, str) else ""
             raise KeyedError(
@@ -213,7 +213,7 @@ class Part:
         unknown = []
         for name in raw:
             if name not in cls.keys:
-                if removed := removed_key(place.at(name).key):
+                if removed := removed_key(place.at(name).key, place.reading.tables):
                     place.at(name).refuse(removed)
                 else:
                     unknown.append(name)

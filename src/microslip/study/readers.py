@@ -34,6 +34,7 @@ class Reading:
     """Source of a study, its notes and its errors."""
 
     folder: Path | None = None
+    tables: Mapping[str, Any] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     errors: list[tuple[str, str]] = field(default_factory=list)
 

@@ -2,7 +2,25 @@
 
 from __future__ import annotations
 
+import json
+import math
 import re
+from collections.abc import Mapping
+from contextlib import suppress
+from types import MappingProxyType
+from typing import Any
+
+from microslip._core.units import (
+    AREA,
+    FORCE,
+    LENGTH,
+    PRESSURE,
+    Kind,
+    engineering,
+    significant,
+    to_si,
+)
+from microslip.contact.finish import GAUSSIAN_RQ
 
 REMOVED_KEYS: dict[str, str] = {
     "joint.law": 'leave it out for an interface, or write law_file = "law.json", which '
@@ -26,8 +44,9 @@ REMOVED_KEYS: dict[str, str] = {
     "surface.outliers": "leave it out: spikes of a scan are removed; others by "
     "ms.Scan.condition(outliers=...) in Python",
     "surface.key": 'write channel = "z", which also names the array of a file',
-    "surface.skewness": 'give RoughSurface the measured heights in Python, or use law = "face"',
-    "surface.kurtosis": 'give RoughSurface the measured heights in Python, or use law = "face"',
+    "joint.tightening_load": "write tightening_pressure in [surface], the load over its area",
+    "joint.yield_stress": "write hardness of the material, 2.84 times the yield stress",
+    "joint.tightening_model": "leave it out: faces yield at the hardness of their material",
     "uncertainty.scan_patches": 'use law = "face", whose pieces are resampled',
     "structure.bolts.order": "leave it out: settled motion does not depend on the tightening order",
     "structure.bolts.passes": "leave it out: each bolt is tightened to its tension",
@@ -37,23 +56,110 @@ REMOVED_KEYS: dict[str, str] = {
 REMOVED_VALUES: dict[tuple[str, str], str] = {
     ("surface.law", "measured"): 'write law = "face" with the same keys',
     ("surface.law", "elliptic-summits"): 'use law = "face" with a scan and direction',
-    ("surface.law", "persson"): 'use law = "face" with a scan, or law = "rough" without one',
-    ("surface.law", "scan"): 'use law = "face", the scan point by point',
-    ("surface.law", "drawing"): 'use law = "rough" with ra or rq, roll_off and shortest',
-    ("surface.law", "two-faces"): 'use law = "face" with a scan of the gap, or law = "rough"',
+    ("surface.law", "scan"): 'write law = "face" with the same scan, solved point by point',
+    ("surface.law", "rough"): 'write law = "face" with rq or ra, and rdq',
+    ("surface.law", "persson"): 'write law = "face" with rq and rdq, or with a scan',
+    ("surface.law", "drawing"): 'write law = "face" with the same ra, rq, rz, rsm and process',
+    ("surface.law", "two-faces"): 'write law = "face" with ra or rq, rsm or rdq of one face, and '
+    "second = { ra = … } of the other",
 }
 """Key and value as a study writes them (such as ``("surface.law", "persson")``), and the remedy."""
 
 _ITEM_NUMBER = re.compile(r", item \d+")
 
 
-def removed_key(key: str) -> str | None:
-    """Return the message for a key that earlier versions accepted, or None."""
-    remedy = REMOVED_KEYS.get(_ITEM_NUMBER.sub("", key))
-    return f"removed in 0.3; {remedy}" if remedy else None
+def removed_key(key: str, tables: Mapping[str, Any] = MappingProxyType({})) -> str | None:
+    """Return the message for a key that earlier versions accepted, or None.
+
+    Numbers of the ``tables`` of the study are converted where they can be.
+    """
+    key = _ITEM_NUMBER.sub("", key)
+    remedy = REMOVED_KEYS.get(key)
+    if remedy is None:
+        return None
+    joint, surface = (_table(tables, name) for name in ("joint", "surface"))
+    if key == "joint.tightening_load":
+        load, area = _si(joint.get("tightening_load"), FORCE), _si(surface.get("area"), AREA)
+        if load and area:
+            pressure = _written(load / area, "Pa")
+            remedy = f"write tightening_pressure = {pressure} in [surface]"
+        if surface.get("law") in ("greenwood-williamson", "population"):
+            remedy = (
+                f'{remedy}, with law = "face" and rq and rdq: summits of law = '
+                f'"{surface["law"]}" stay elastic'
+            )
+    elif key == "joint.yield_stress" and (stress := _si(joint.get("yield_stress"), PRESSURE)):
+        remedy = f"write hardness = {_written(2.84 * stress, 'Pa')} of the material"
+    return f"removed in 0.3; {remedy}"
 
 
-def removed_value(key: str, value: str) -> str | None:
-    """Return the message for a value that earlier versions accepted, or None."""
+def removed_value(
+    key: str, value: str, table: Mapping[str, Any] = MappingProxyType({})
+) -> str | None:
+    """Return the message for a value that earlier versions accepted, or None.
+
+    The numbers of its ``table`` are converted where they can be.
+    """
     remedy = REMOVED_VALUES.get((_ITEM_NUMBER.sub("", key), value))
-    return f'"{value}" was removed in 0.3; {remedy}' if remedy else None
+    if remedy is None:
+        return None
+    # A number that is missing or uncertain leaves the remedy without numbers.
+    with suppress(KeyError, TypeError, ValueError, ArithmeticError, StopIteration):
+        remedy = _face_by_spectrum(value, table) or remedy
+    return f'"{value}" was removed in 0.3; {remedy}'
+
+
+def _face_by_spectrum(law: str, table: Mapping[str, Any]) -> str | None:
+    """Return the keys of the face that has the height and spectrum of a removed law."""
+    if law not in ("rough", "persson") or "spectrum" in table:
+        return None
+    name = next(name for name in ("rq", "ra", "rms") if name in table)
+    rms: float = _length(table[name]) * (GAUSSIAN_RQ if name == "ra" else 1.0)
+    if (slope := table.get("slope")) is None:
+        roll_off = _length(table.get("roll_off", table.get("longest")))
+        longest = _length(table["longest"]) if "longest" in table else roll_off
+        sizes = longest, roll_off, _length(table["shortest"])
+        slope = significant(_rms_slope(rms, float(table.get("hurst", 0.8)), *sizes))
+    kept = [f"area = {json.dumps(table['area'])}"] if "area" in table else []
+    height = "ra" if name == "ra" else "rq"
+    keys = [f"{height} = {json.dumps(table[name], ensure_ascii=False)}", f"rdq = {slope}", *kept]
+    return f'write law = "face" with {", ".join(keys)}, in place of its waves'
+
+
+def _rms_slope(rms: float, hurst: float, longest: float, roll_off: float, shortest: float) -> float:
+    """Return the rms slope of profiles of a self-affine face, flat above the roll-off."""
+    low, middle, high = (2.0 * math.pi / size for size in (longest, roll_off, shortest))
+    if not low <= middle < high:
+        raise ValueError
+
+    def moment(n: int) -> float:
+        """Integral of q^(n + 1) times the power spectral density."""
+        steep = math.pow(middle, -2.0 - 2.0 * hurst)
+        flat = steep * (middle ** (n + 2) - low ** (n + 2)) / (n + 2)
+        power = n - 2.0 * hurst
+        if abs(power) < 1e-9:
+            return flat + math.log(high / middle)
+        return flat + (math.pow(high, power) - math.pow(middle, power)) / power
+
+    return rms * math.sqrt(0.5 * moment(2) / moment(0))
+
+
+def _table(tables: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    table = tables.get(name)
+    return table if isinstance(table, Mapping) else {}
+
+
+def _length(value: Any) -> float:
+    return to_si(value, LENGTH, "1 um")
+
+
+def _si(value: Any, kind: Kind) -> float | None:
+    """Return a plain number in SI units; None where it is missing or uncertain."""
+    try:
+        return to_si(value, kind, "")
+    except ValueError:
+        return None
+
+
+def _written(value: float, unit: str) -> str:
+    return f'"{engineering(value, unit, 4, trim=True)}"'.replace("µ", "u")

@@ -3,42 +3,31 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Iterator, Mapping
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
 from microslip._core.parameters import JsonSchema, key_of, parameter_of, parameters_of
-from microslip._core.quantities import named
 from microslip._core.units import (
     FORCE,
-    engineering,
-    significant,
 )
 from microslip._core.wording import nearest
 from microslip.contact import (
     NORMAL_LAWS,
     AsperityPopulation,
     NormalLaw,
-    RoughSurface,
     TabulatedNormalLaw,
 )
-from microslip.contact.finish import GAUSSIAN_RQ
 from microslip.contact.materials import Material, MaterialPair, metals
-from microslip.contact.rough import ERROR as ROUGH_ERROR
 from microslip.study.drawn_face import DrawnSurface
 from microslip.study.fields import (
-    AREA,
     HEIGHT,
     MATERIALS,
     RADIUS,
-    ROUGHNESS,
-    SHARE,
     Described,
     Numbers,
     key_for,
-    number,
     one_of,
     quantity,
     table_of,
@@ -47,8 +36,6 @@ from microslip.study.heights import ANY_HEIGHTS, HEIGHTS_TABLES, GivenHeights, S
 from microslip.study.measured_face import MeasuredFace
 from microslip.study.part import Key, Part, SubTable, SurfaceTable, key, optional_key, tag
 from microslip.study.readers import KeyedError, Place
-from microslip.study.uncertain import Spread, Unsure
-from microslip.surfaces.options import RA, RQ
 
 __all__ = [
     "SURFACE_TABLES",
@@ -191,92 +178,9 @@ class TableSurface(Surface):
         return TabulatedNormalLaw(pair, separation=separation, load=load, tail=self.tail)  # type: ignore[arg-type]
 
 
-_STEEPEST = 0.1  # Rq or Ra over the longest wave, whose slope is then 0.6
-
-
-class RoughFaceSurface(Surface):
-    """A rough face by what a drawing says of it; no summits, and what is pressed flat yields."""
-
-    law: str = tag("rough", "A rough face by Rq or Ra, its cut-offs and Hurst exponent.")
-    rq: float | None = optional_key(Unsure(RQ))
-    ra: float | None = optional_key(Unsure(RA))
-    roll_off: float = key_for(
-        parameter_of(RoughSurface, "roll_off"),
-        help="Longest wave of the roughness: the cut-off of the filter, or RSm times two to four.",
-        example='"0.8 mm"',
-    )
-    shortest: float | None = optional_key(
-        ROUGHNESS, "Shortest wave; or the slope says it.", '"10 um"'
-    )
-    slope: float | None = optional_key(
-        Unsure(number("0.1", above=0.0, most=2.0)),
-        "Rms slope Rdq of profiles, in place of the shortest wave.",
-    )
-    hurst: float = key(
-        Unsure(SHARE), "Hurst exponent; 0.8 if it was not measured.", "0.8", default=0.8
-    )
-    area: float = key(AREA, "Apparent area.")
-    stiffness_factor: float = key_for(
-        parameter_of(RoughSurface, "stiffness_factor"),
-        help="Factor on the normal stiffness; bands of what is uncertain draw it with 12 % unless "
-        "it is given.",
-        default=1.0,
-    )
-
-    def check(self, place: Place) -> None:
-        """One height and one end of the spectrum."""
-        for names in (("rq", "ra"), ("shortest", "slope")):
-            given = [name for name in names if getattr(self, name) is not None]
-            if len(given) != 1:
-                came = "both; remove one" if given else "neither"
-                where = names[1 if given else 0]
-                raise KeyedError(f".{where}", f"wanted {names[0]} or {names[1]}, got {came}")
-        name = "ra" if self.rq is None else "rq"
-        height = float(getattr(self, name))
-        if height > _STEEPEST * self.roll_off:
-            raise KeyedError(
-                f".{name}",
-                f"wanted at most a tenth of roll_off, {engineering(self.roll_off, 'm')}, as waves "
-                f"of roughness are flat, got {engineering(height, 'm')}; is the unit right?",
-            )
-        super().check(place)
-
-    @property
-    def model_spreads(self) -> dict[str, Spread]:
-        """Model error of the law, by the key that it is drawn at."""
-        if "stiffness_factor" in self._keys_in_file:
-            return {}
-        return {"stiffness_factor": Spread.about(1.0, ROUGH_ERROR)}
-
-    def build(self, pair: MaterialPair) -> NormalLaw:
-        """The law; of Ra as of Gaussian heights."""
-        rms = self.rq if self.rq is not None else GAUSSIAN_RQ * float(self.ra or 0.0)
-        numbers = {"rms": rms, **named(self, "roll_off", "area", "hurst")}
-        factor = self.stiffness_factor
-        if self.slope is None:
-            shortest = cast(float, self.shortest)
-            return RoughSurface(pair, shortest=shortest, stiffness_factor=factor, **numbers)
-        law = RoughSurface.from_slope(pair, slope=self.slope, **numbers)
-        return dataclasses.replace(law, stiffness_factor=factor)
-
-    def sentences(self) -> list[str]:
-        """Basis of the law, and what no drawing says."""
-        law = cast(RoughSurface, self.build(_ANY_PAIR))
-        left_out = "the Hurst exponent, " if "hurst" not in self._keys_in_file else ""
-        return [
-            f"surface: waves from {engineering(law.roll_off, 'm')} to "
-            f"{engineering(law.shortest, 'm')}, Rq {engineering(law.rms, 'm')}, Rdq "
-            f"{significant(law.rms_slope / math.sqrt(2.0))}. The stiffness of such Gaussian, "
-            f"isotropic faces is within {100.0 * ROUGH_ERROR:.0f} % of boundary elements (the "
-            f"worst 30 %). The drawing leaves open {left_out}the distribution of the "
-            "heights, the lay, and form and waviness beyond the cut-off."
-        ]
-
-
 _OWN_TABLES: dict[str, type[Part]] = {
     "population": PopulationSurface,
     "table": TableSurface,
-    "rough": RoughFaceSurface,
 }
 _HEIGHTS = key(
     ANY_HEIGHTS, "Distribution of the summit heights.", '{ kind = "gaussian", std = "0.5 um" }'

@@ -114,7 +114,7 @@ class FieldState(Resumable):
     @property
     def separation(self) -> Floats:
         """Committed separations [m]."""
-        return self._nodes.curve.origin + (self._nodes.rests + self._step)
+        return self._nodes.separations_of(self._nodes.rests + self._step)
 
     @property
     def force(self) -> Floats:
@@ -189,8 +189,8 @@ class FieldState(Resumable):
         force = value * nodes.weights
         tangent = np.zeros((size, 2, 2))
         tangent[:, 0, 0] = stiffness
-        tangent[:, 0, 1] = nodes.weights * by_step
-        tangent[:, 1, 1] = -nodes.scales * fall
+        tangent[:, 0, 1] = nodes.per_length(nodes.weights * by_step)
+        tangent[:, 1, 1] = -nodes.per_length(nodes.scales * fall)
         pair = stiffness if step is None else None
         return FieldResponse(force, nodes.scales * load, tangent, pair)
 

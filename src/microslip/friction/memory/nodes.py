@@ -22,7 +22,7 @@ class Nodes:
     """Joints that share a load curve, one entry a joint in each array; one joint is one node.
 
     Places are displacements over ``slips``; steps are separations, from the origin of the curve or
-    from those at rest.
+    from those at rest, over ``lengths``.
     """
 
     curve: LoadCurve
@@ -31,9 +31,13 @@ class Nodes:
     scales: Floats
     """Normal load of a node over that of the curve."""
     slips: Floats
-    """Displacement per place, kappa."""
+    """Displacement per place, kappa times the length."""
     rests: Floats
     """Steps at rest from the origin of the curve."""
+    origins: Floats | None = None
+    """Separations [m] of step zero, one a node; None is the origin of the curve."""
+    lengths: Floats | None = None
+    """Separation per step [-], beside origins: 1 where a node has the law of the surface."""
 
     @property
     def size(self) -> int:
@@ -51,7 +55,27 @@ class Nodes:
 
     def steps_at(self, name: str, separations: ArrayLike) -> Floats:
         """Steps from the origin of separations [m], one a node or one for all, checked."""
-        return self.checked(self.per_node(name, separations, "m")) - self.curve.origin
+        return self.steps_of(self.per_node(name, separations, "m"))
+
+    def steps_of(self, separations: Floats) -> Floats:
+        """Steps of separations [m], nodes along the first axis, checked."""
+        separations = self.checked(separations)
+        if self.origins is None:
+            return separations - self.curve.origin
+        origins = self.origins.reshape(-1, *[1] * (separations.ndim - 1))
+        return self.per_length(separations - origins)
+
+    def separations_of(self, steps: Floats) -> Floats:
+        """Separations [m] of steps from the origin, one a node."""
+        if self.origins is None or self.lengths is None:
+            return self.curve.origin + steps
+        return self.origins + self.lengths * steps
+
+    def per_length(self, values: Floats) -> Floats:
+        """Values over the lengths of their nodes, which are along the first axis."""
+        if self.lengths is None:
+            return values
+        return np.asarray(values / self.lengths.reshape(-1, *[1] * (values.ndim - 1)))
 
     def checked(self, separations: Floats) -> Floats:
         """Separations for which the surface has an answer, nodes along the first axis."""

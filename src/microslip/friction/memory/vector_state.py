@@ -104,7 +104,12 @@ class SliderBank:
             return np.full(step.shape, np.nan), np.full(step.shape, np.nan)
         load, fall = self.nodes.curve.load(step.reshape(-1))
         scales = self.nodes.scales.reshape(-1, *[1] * (step.ndim - 1))
-        return scales * load.reshape(step.shape), -scales * fall.reshape(step.shape)
+        fall = self.nodes.per_length(scales * fall.reshape(step.shape))
+        return scales * load.reshape(step.shape), -fall
+
+    def per_length(self, values: Floats) -> Floats:
+        """Derivatives by steps as those by separations, nodes along the first axis."""
+        return values if self.nodes is None else self.nodes.per_length(values)
 
     def steps_at(self, separations: Floats) -> Floats:
         """Steps of separations [m], nodes along the first axis, that the sliders reach."""
@@ -113,13 +118,14 @@ class SliderBank:
                 "separations have no meaning for a joint whose load is held; "
                 "write JointField(...).two_directions() for nodes whose separation varies"
             )
-        origin = self.nodes.curve.origin
-        steps = self.nodes.checked(separations) - origin
+        steps = self.nodes.steps_of(separations)
         if steps.min() < self.nearest:
-            node = int(np.unravel_index(np.argmin(steps), steps.shape)[0])
+            place = np.unravel_index(np.argmin(steps), steps.shape)
+            node = int(place[0])
+            nearest = self.nodes.separations_of(np.full(self.size, self.nearest))[node]
             raise InputError(
                 f"separations must not go below the nearest one that the sliders reach, "
-                f"{self.nearest + origin:g} m, got {steps.min() + origin:g} at node {node}; "
+                f"{nearest:g} m, got {separations[place]:g} at node {node}; "
                 "write two_directions(nearest=...)"
             )
         return steps
@@ -221,7 +227,7 @@ class VectorState(Resumable):
         load, by_step = bank.loads(self._step if step is None else step)
         tangent = np.zeros((nodes, 3, 3))
         tangent[:, :2, :2] = stiffness
-        tangent[:, :2, 2] = slope[:, :, 2] * bank.scales[:, None]
+        tangent[:, :2, 2] = bank.per_length(slope[:, :, 2] * bank.scales[:, None])
         tangent[:, 2, 2] = by_step
         pair = self._out(stiffness) if step is None else None
         return VectorResponse(self._out(force), self._out(load), self._out(tangent), pair)

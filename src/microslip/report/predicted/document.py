@@ -154,8 +154,6 @@ def _of(study: StudyDescription) -> str:
     law = study.surface.law
     _, surface = LAW_WORDS.get(law, ("", f"of the surface {law}"))
     loads = _range_text("normal load", [*study.joint.loads], "N")
-    if study.joint.tightening_load is not None:
-        surface += f" tightened to {_written(study.joint.tightening_load, 'N')}"
     if study.joint.pressure is not None:
         surface += f" under a pressure spread as {study.joint.pressure.kind}"
     return f"{surface}, friction coefficient {study.joint.friction_coefficient:g}, at {loads}"
@@ -194,8 +192,7 @@ LAW_WORDS = {
     "population": ("given summits", "of a given population of summits"),
     "sphere": ("one sphere on a flat", "of one sphere on a flat"),
     "table": ("a table", "with a tabulated normal law"),
-    "face": ("a measured face", "of a measured face"),
-    "rough": ("rough, by its drawing", "of a rough face by its drawing"),
+    "face": ("a rough face", "of a rough face"),
 }
 """Normal laws by themselves, and in a sentence about their joint."""
 _KIND = "Summit heights"

@@ -7,11 +7,9 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
-import numpy as np
-
 from microslip._core.quantities import UNITS, json_value, named
 from microslip._core.units import engineering, significant
-from microslip.contact import SphereOnFlat, TightenedSurface, Verdict
+from microslip.contact import SphereOnFlat, Verdict
 from microslip.friction import Interface, PressedJoint
 from microslip.report.files import header
 from microslip.report.predicted.scatter_document import SCATTER_FIGURES, scatter_numbers
@@ -104,7 +102,6 @@ def summarise(result: Prediction, defaults: Defaults) -> dict[str, Any]:
     ]
     parts = {
         **({} if surface is None else surface.findings()),
-        "tightening": tightening(joint),
         "pressure": pressure_numbers(joint),
         "bolts": force_numbers(_bolt_forces(study)),
         "structure": None if structure is None else structure_numbers(structure),
@@ -127,25 +124,6 @@ def _bolt_forces(study: StudyDescription) -> BoltForces | None:
     return forces
 
 
-def tightening(joint: Any) -> dict[str, Any] | None:
-    """Effect of tightening on the surface, if it was tightened."""
-    law = getattr(joint, "surface", None)
-    if not isinstance(law, TightenedSurface):
-        return None
-    parts, worst = [law], law
-    if isinstance(joint, PressedJoint):  # each place yielded under its own pressure
-        parts = [place.surface for place in joint.laws]  # type: ignore[attr-defined]
-        worst = parts[int(np.argmax(joint.pressures))]
-    tightest = math.fsum(float(part.contact_area(part.closest_separation)) for part in parts)
-    return {
-        **named(law, "tightening_load", "yield_stress", "model"),
-        **named(worst, "closest_separation", "yielded_share"),
-        "mean_indentation_over_yield": worst.mean_indentation,
-        "contact_area": tightest,
-        "contact_area_fraction": tightest / law.area if law.area else None,
-    }
-
-
 def pressure_numbers(joint: Any) -> dict[str, Any] | None:
     """Distribution of the load, if there is one."""
     if not isinstance(joint, PressedJoint):
@@ -156,22 +134,8 @@ def pressure_numbers(joint: Any) -> dict[str, Any] | None:
 
 
 def load_notes(study: StudyDescription, joint: Interface) -> list[str]:
-    """Notes on the scan, tightening and constant normal load, in sentences."""
+    """Notes on the surface, the pressure and the bolts, in sentences."""
     notes = [] if study.surface is None else study.surface.sentences()
-    if (state := tightening(joint)) is not None:
-        fraction = state["contact_area_fraction"]
-        of = "" if fraction is None else f" ({100.0 * fraction:.3g} % of the apparent)"
-        where = " where most was pressed" if isinstance(joint, PressedJoint) else ""
-        tightened_by = engineering(state["tightening_load"], "N", 6, trim=True)
-        notes.append(
-            f"joint.tightening_load: at {tightened_by} "
-            f"{100.0 * state['yielded_share']:.3g} % of the contacts{where} yielded, "
-            f"{state['mean_indentation_over_yield']:.3g} times as deep as at first yield in the "
-            f"mean over the load, and the real area was "
-            f"{significant(1e6 * state['contact_area'])} mm²{of} (yield stress "
-            f"{engineering(state['yield_stress'], 'Pa', 4, trim=True)}, {state['model']}). Loads "
-            "up to that are elastic."
-        )
     if (spread := pressure_numbers(joint)) is not None:
         notes.append(
             f"joint.pressure: {spread['kind']}, on {significant(1e6 * spread['area'])} mm², "
@@ -186,8 +150,8 @@ def load_notes(study: StudyDescription, joint: Interface) -> list[str]:
     if index is not None and index > 1.0:
         notes.append(
             f"surface.law: summits that stay elastic bear the bolts here, though at a plasticity "
-            f'index of {index:.3g} most yield. law = "rough" (rq, roll_off, shortest) and law = '
-            '"face" yield under the pressure of each patch: take one of these.'
+            f"index of {index:.3g} most yield. Faces yield under the pressure of each patch: take "
+            'law = "face", with rq and rdq of a drawing or with a scan.'
         )
     return notes
 

@@ -35,11 +35,8 @@ _INPUTS = {
     "rms_slope": "rms slope",
     "copies": "number of summits",
     "cutoff": "short-wave cut-off",
-    "yield_stress": "yield stress",
-    "tightening_load": "tightening load",
-    "roll_off": "longest wave",
-    "shortest": "shortest wave",
-    "hurst": "Hurst exponent",
+    "hardness": "hardness",
+    "tightening_pressure": "tightening pressure",
 }
 _MOST_INPUTS = 3
 

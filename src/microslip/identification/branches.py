@@ -92,7 +92,7 @@ def cycle_of(folded: Folded, even: float = 1.0) -> Cycle:
         ]
         share = np.append(share, np.ones(alone.size))
     return Cycle(
-        np.maximum(tree.half - folded.play, 0.0) if folded.play else tree.half,
+        tree.half,
         tree.sign,
         tree.parent,
         np.ascontiguousarray(np.roll(basis, -root, axis=0).T),

@@ -6,7 +6,7 @@ and loads that change are found here, for `measure`, for a fit and for what seve
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
@@ -380,11 +380,7 @@ class Cycles:
 @once_a_record
 def cycles_of(record: Record) -> Cycles:
     """The cycles of a record; they are made and judged once."""
-    return judged(record, spikes_of(record))
-
-
-def judged(record: Record, spikes: Sequence[Spike]) -> Cycles:
-    """The cycles of a record with these spikes."""
+    spikes = spikes_of(record)
     record = without_spikes(record, spikes)
     # Split where the transducer turns: behind a compliant rig the contact stands still for long.
     blocks, force = blocks_of(record), record.force
@@ -407,7 +403,7 @@ def judged(record: Record, spikes: Sequence[Spike]) -> Cycles:
         )
     return Cycles(
         record,
-        tuple(spikes),
+        spikes,
         blocks,
         MappingProxyType(columns),
         has_spike,

@@ -15,7 +15,7 @@ from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering
 from microslip.friction.loops import Loop
 from microslip.laboratory.cuts import FEWEST_SAMPLES, one_loop
-from microslip.laboratory.cycles import Cycles, cycles_of, judged, step_of
+from microslip.laboratory.cycles import Cycles, cycles_of, step_of
 from microslip.laboratory.estimates import Estimate, trend
 from microslip.laboratory.mean_cycle import (
     MeanCycle,
@@ -29,7 +29,7 @@ from microslip.laboratory.mean_cycle import (
 )
 from microslip.laboratory.motion import QUIET, basis, motion_of
 from microslip.laboratory.record import Record
-from microslip.laboratory.spikes import Spike, jumps
+from microslip.laboratory.spikes import Spike
 
 FEWEST_CYCLES = 3
 MOST_BINS = 512
@@ -39,9 +39,9 @@ _CHANGED = 0.2
 """Range of the loads of the cycles, of their mean, that no law with one load stands for."""
 
 
-_LOAD_HARMONICS, _LOAD_BINS, _STANDS_OUT, _UNVARIED = 32, 512, 3.5, 3e-4
-"""Most harmonics of the normal load within a cycle, and bins of its mean; standard errors from
-which on a harmonic counts, and its share of the mean that goes unnoticed."""
+_LOAD_HARMONICS, _STANDS_OUT, _UNVARIED = 32, 3.5, 3e-4
+"""Most harmonics of the normal load within a cycle; standard errors from which on one counts, and
+its share of the mean that goes unnoticed."""
 
 CLIPPED = "found from a record that looks clipped"
 """The doubt on a record whose sensors reached the ends of their range."""
@@ -85,8 +85,6 @@ class Folded(Locked):
     """Cycles a second [Hz]; None without a time base."""
     cycles: int
     """Number of settled cycles."""
-    left_out: int
-    """Number of cycles that were left out."""
     notes: tuple[str, ...]
     said: tuple[str, ...] = ()
     """Notes on the folding itself, not on the record."""
@@ -110,10 +108,6 @@ class Folded(Locked):
     """Reason why nothing can be identified from the record; empty where it can."""
     freedom: float = math.inf
     """Degrees of freedom from which the noise of the force is known."""
-    play: float = 0.0
-    """Half the play [m] between joint and transducer, of which the joint sees nothing,"""
-    play_error: float = 0.0
-    """and its standard error [m]."""
     corners: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros(0)))
     """Phases [rad] at which the displacement has a corner, as that of a triangle does."""
 
@@ -192,19 +186,7 @@ def fold(
             f"`records` must be Records, got {show(record)}; write Record(displacement, "
             "force) or Record.read(path)"
         )
-    cycles_there = cycles_of(record)
-    folded, jumps_there = _fold(record, cycles_there, cycles, bins, running_in)
-    if not jumps_there:
-        return folded
-    # Spikes that show only against other cycles are found after folding.
-    judged_again = judged(record, (*cycles_there.spikes, *jumps_there))
-    return _fold(record, judged_again, cycles, bins, running_in)[0]
-
-
-def _fold(
-    record: Record, judgement: Cycles, cycles: slice | None, bins: int, running_in: int
-) -> tuple[Folded, list[Spike]]:
-    """The folded record without its spikes, and further ones."""
+    judgement = cycles_of(record)
     record = judgement.record
     x, force = record.displacement, record.force
     time = np.arange(x.size, dtype=float)
@@ -214,7 +196,7 @@ def _fold(
         time = time / record.sample_rate
     phases = all_turns(time, x, judgement.blocks)
     del time
-    cycle_count, rate, samples_a_cycle = phases.cycle_count, phases.rate, phases.samples_a_cycle
+    rate, samples_a_cycle = phases.rate, phases.samples_a_cycle
     is_settled = _settled_cycles(judgement, phases, cycles, running_in)
     is_settled, spike_notes = _without_spikes(is_settled, judgement.spikes, phases.place)
     counting = judgement.settled if cycles is None else judgement.near(is_settled, phases.place)
@@ -264,7 +246,7 @@ def _fold(
     del gone
     noise_f = curve.noise(level.residual, 1)
     load, load_error = _mean_load(record, inside, place, curve)
-    load_terms = _load_terms(record, inside, phase)
+    load_terms = _load_terms(record, inside, curve)
     drifts = judgement.drifts(counting.selection)
     said = (
         *(note for note in judgement.notes(counting) if note not in judgement.excess_loss),
@@ -277,7 +259,6 @@ def _fold(
         stepped = 0.5 * step * errors_of_steps(force, step, column)
         if stepped.size:  # nor do the means of single bins know more of it
             noise_f = math.hypot(noise_f, 0.5 * step * math.sqrt(float(total.mean())))
-    further_spikes = jumps(level.residual, column, inside, force)
     del force
     place *= size
     place += column
@@ -293,7 +274,7 @@ def _fold(
     elif judgement.is_clipped:
         doubt = CLIPPED
     timed = record.time is not None or record.sample_rate is not None
-    folded = Folded(
+    return Folded(
         name=record.name,
         phase=lock(curve.middle),
         spread=lock(spread),
@@ -309,7 +290,6 @@ def _fold(
         normal_load=load,
         frequency=rate if timed else None,
         cycles=int(rows.size),
-        left_out=int(cycle_count - rows.size),
         notes=(*record.notes, *said),
         said=said,
         late="" if judgement.delay is None else judgement.delay.note(),
@@ -323,7 +303,6 @@ def _fold(
         freedom=max(curve.freedom - 1.0, 1.0),
         corners=lock(motion.corners),
     )
-    return folded, further_spikes
 
 
 def _growth(sums: Floats, counts: Floats, mean: Floats) -> Estimate:
@@ -409,27 +388,17 @@ def load_basis(phase: Floats, terms: int) -> Floats:
     return np.stack((np.cos(angles), np.sin(angles)), axis=2).reshape(phase.size, terms)
 
 
-def _load_terms(record: Record, inside: NDArray[np.bool_], phase: Floats) -> Floats:
+def _load_terms(record: Record, inside: NDArray[np.bool_], curve: MeanCycle) -> Floats:
     """Return the course of the normal load over the cycle [N], where it stands out of its noise."""
-    if not isinstance(record.normal_load, np.ndarray):
+    number = min(_LOAD_HARMONICS, curve.size // 4)
+    if not isinstance(record.normal_load, np.ndarray) or not number:
         return np.zeros(0)
     load = record.normal_load[inside]
-    column = np.minimum(
-        (np.mod(phase, 2.0 * math.pi) * _LOAD_BINS / (2.0 * math.pi)).astype(int), _LOAD_BINS - 1
-    )
-    count = np.bincount(column, minlength=_LOAD_BINS).astype(float)
-    full = count > 0.0
-    count = count[full]
-    middle = np.bincount(column, np.mod(phase, 2.0 * math.pi), minlength=_LOAD_BINS)[full] / count
-    mean = np.bincount(column, load, minlength=_LOAD_BINS)[full] / count
-    number = min(_LOAD_HARMONICS, count.size // 4)
-    if not number:
-        return np.zeros(0)
-    basis = np.hstack((np.ones((count.size, 1)), load_basis(middle, 2 * number)))
-    gram = basis.T @ (count[:, None] * basis)
-    terms = np.linalg.lstsq(gram, basis.T @ (count * mean), rcond=None)[0]
-    rest = load - np.interp(np.mod(phase, 2.0 * math.pi), middle, basis @ terms, period=2 * math.pi)
-    error = float(np.std(rest)) * math.sqrt(2.0 / load.size)
+    level = curve.of(load)
+    basis = np.hstack((np.ones((curve.size, 1)), load_basis(curve.middle, 2 * number)))
+    gram = basis.T @ (curve.total[:, None] * basis)
+    terms = np.linalg.lstsq(gram, basis.T @ (curve.total * level.mean), rcond=None)[0]
+    error = curve.noise(level.residual) * math.sqrt(2.0 / load.size)
     sizes = np.hypot(terms[1::2], terms[2::2])
     counts = sizes > max(_STANDS_OUT * error, _UNVARIED * abs(float(load.mean())))
     if not counts.any():
@@ -510,7 +479,6 @@ def averaged(record: Record, noise: tuple[float, float], bins: int = MOST_BINS) 
         normal_load=float(load.mean()) if isinstance(load, np.ndarray) else load,
         frequency=rate,
         cycles=1,
-        left_out=0,
         notes=(*record.notes, *said),
         said=said,
         corners=lock(motion.corners),

@@ -128,8 +128,6 @@ class Measurement(Plottable):
         Force over displacement of some of the cycles, for a picture.
     gain_errors : mapping of str to float
         Relative standard deviations [-] of the gains of the sensors that ``mean`` knows.
-    own_mean : mapping of str to Estimate
-        The means without these errors, which all cycles and records of a rig share.
 
     Notes
     -----
@@ -161,7 +159,6 @@ class Measurement(Plottable):
     count: Count | None = None
     friction_log: FrictionLog | None = None
     gain_errors: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
-    own_mean: Mapping[str, Estimate] = field(default_factory=lambda: MappingProxyType({}))
 
     def __len__(self) -> int:
         return len(self.regimes)
@@ -380,16 +377,12 @@ def measure(
         )
     steps = judged.step_errors
     shared = {k: math.hypot(steps.get(k, 0.0), gains.get(k, 0.0)) for k in {**steps, **gains}}
-    own_mean = _means(columns, counting.selection, level, counting.is_moving, steps, coarse)
     return Measurement(
         name=record.name,
         cycles=MappingProxyType({name: lock(values) for name, values in columns.items()}),
         regimes=record_regimes.of_each,
         thresholds=limits,
-        mean=_means(columns, counting.selection, level, counting.is_moving, shared, coarse)
-        if gains
-        else own_mean,
-        own_mean=own_mean,
+        mean=_means(columns, counting.selection, level, counting.is_moving, shared, coarse),
         gain_errors=MappingProxyType(gains),
         probability=MappingProxyType(record_regimes.probability),
         confidence=level,

@@ -142,25 +142,3 @@ def _peaks_in(channel: str, values: NDArray[np.float64], span: float) -> list[Sp
         value = float(values[first + int(np.argmax(np.abs(values[first:stop] - middle)))])
         spikes.append(Spike(channel, first, stop - 1, value, 0.5 * span))
     return spikes
-
-
-def jumps(
-    residual: Floats, column: NDArray[np.int64], inside: NDArray[np.bool_], force: Floats
-) -> list[Spike]:
-    """Single forces far from those of the other cycles at their phase, no spikes by themselves."""
-    noise = 1.4826 * float(np.median(np.abs(residual), overwrite_input=True))
-    low, high = np.percentile(force, (5.0, 95.0))
-    threshold = max(_NOISES * noise, _PART * float(high - low))
-    is_far = np.zeros(residual.size, dtype=bool)
-    # A spike moves the mean of its bin, and with it what is left of all others there.
-    for bin_ in np.unique(column[np.abs(residual) > 0.5 * threshold]):
-        of_bin = np.flatnonzero(column == bin_)
-        is_far[of_bin] = np.abs(residual[of_bin] - np.median(residual[of_bin])) > threshold
-    spikes: list[Spike] = []
-    rows, usual = np.flatnonzero(inside), 0.5 * float(high - low)
-    for first, stop in runs_of(is_far).tolist():
-        if stop - first <= LONGEST:
-            at = first + int(np.argmax(np.abs(residual[first:stop])))
-            ends = int(rows[first]), int(rows[stop - 1])
-            spikes.append(Spike("force", *ends, float(force[at]), usual))
-    return spikes

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 import numpy as np
@@ -131,6 +132,10 @@ def test_a_workbook_is_a_manifest_and_a_record(campaign: Path, tmp_path: Path) -
         ("file,specimen\n,A\n", 'row 2: the column "file" is empty'),
         ("file,load [N],normal force [N]\na,1,1\n", "two columns"),
         ("file\n", "a row for each file, got none"),
+        ("file,oil\na,x\nb,x\n./a,y\n", 'row 4: "./a" is in row 2 already'),
+        ("My campaign, May\nfile,cycle\na,1\nb,-2\n", 'row 4, column "cycle": wanted a number'),
+        ("file,sample rate\na,fast\n", 'row 2, column "sample_rate": wanted a number in Hz'),
+        ("file,wear [mm^3]\na,0.1\nb,much\n", 'row 3, column "worn_volume": wanted a volume'),
     ],
 )
 def test_wrong_manifests(tmp_path: Path, text: str, words: str) -> None:
@@ -140,4 +145,107 @@ def test_wrong_manifests(tmp_path: Path, text: str, words: str) -> None:
         Manifest.read(path)
     outcome = run("measure", "--manifest", str(path))
     assert outcome.exit_code == 2
+    assert outcome.stderr.count("\n") == 1
+
+
+def test_a_title_stands_above_the_names(tmp_path: Path) -> None:
+    path = tmp_path / "manifest.csv"
+    path.write_text("Fretting of steel, May\n\nfile;load\na.csv;500 N\n")
+    read = Manifest.read(path)
+    assert read.paths == (str(tmp_path / "a.csv"),)
+    assert read.columns["normal_load"] == (500.0,)
+
+
+def test_a_workbook_is_read_as_it_is_seen(tmp_path: Path) -> None:
+    """The first visible sheet, merged cells in all of their rows."""
+    openpyxl = pytest.importorskip("openpyxl", reason="the extra excel is not installed")
+    book = openpyxl.Workbook()
+    book.active.append(["file", "specimen"])
+    book.active.append(["wrong.csv", "X"])
+    book.active.sheet_state = "hidden"
+    sheet = book.create_sheet("records")
+    sheet.append(["Campaign of May"])
+    sheet.merge_cells("A1:D1")
+    sheet.append(["file", "specimen", "oil", "load [N]"])
+    for file in "abcd":
+        sheet.append([f"{file}.csv", None, None, 500])
+    for first, last, name in ((3, 4, "S1"), (5, 6, "S2")):
+        sheet[f"B{first}"] = name
+        sheet.merge_cells(f"B{first}:B{last}")
+    sheet["C3"] = "PAO"
+    sheet.merge_cells("C3:C6")
+    book.active = 1
+    book.save(tmp_path / "manifest.xlsx")
+    read = Manifest.read(tmp_path / "manifest.xlsx")
+    assert [Path(path).name for path in read.paths] == ["a.csv", "b.csv", "c.csv", "d.csv"]
+    assert read.columns["specimen"] == ("S1", "S1", "S2", "S2")
+    assert read.columns["oil"] == ("PAO",) * 4
+
+
+def test_a_formula_without_its_value_is_refused(tmp_path: Path) -> None:
+    openpyxl = pytest.importorskip("openpyxl", reason="the extra excel is not installed")
+    book = openpyxl.Workbook()
+    book.active.append(["file", "load [N]"])
+    book.active.append(["a.csv", "=250*2"])
+    book.save(tmp_path / "manifest.xlsx")
+    with pytest.raises(ms.InputError, match="cell B2: a formula without its value"):
+        Manifest.read(tmp_path / "manifest.xlsx")
+
+
+def test_a_record_is_named_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    cell_record(0.5, 400.0, 3e-5, 1, 0.0).to_csv("a.csv")
+    for words in (("a.csv", "./a.csv"), ("a.csv", ".")):
+        outcome = run("measure", *words)
+        assert (outcome.exit_code, outcome.stdout) == (2, "")
+        assert "a.csv is named twice" in outcome.stderr
+
+
+def test_no_wear_of_a_specimen_counted_twice(campaign: Path, tmp_path: Path) -> None:
+    """Two series from cycle 1 hide the life of their specimen; another specimen has its wear."""
+    rows = ["file,specimen,cycle,load,worn volume [mm^3]"]
+    rows += [
+        f"{campaign / f's0-{stage}.csv'},A,1,,{volume}" for stage, volume in ((1, 0.1), (2, 0.2))
+    ]
+    rows += [f"{campaign / 's1-1.csv'},B,1,,0.05"]
+    (tmp_path / "manifest.csv").write_text("\n".join(rows) + "\n")
+    outcome = run("measure", "--manifest", str(tmp_path / "manifest.csv"), "--all")
+    assert outcome.exit_code == 0, outcome.output
+    said = " ".join(outcome.stdout.split())
+    assert "several series whose cycles are counted from the same number" in said
+    assert "1 worn volume" in said
+    found = json.loads(
+        run("measure", "--manifest", str(tmp_path / "manifest.csv"), "--json").stdout
+    )
+    alone = ms.measure(ms.Record.read(campaign / "s1-1.csv")).cycles["dissipated_energy"].sum()
+    assert found["campaign"]["wear"]["value"] == pytest.approx(0.05e-9 / alone, rel=1e-6)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("measure", "pipe"),
+        ("measure", "--manifest", "pipe"),
+        ("measure", "--manifest", "manifest.csv"),
+        ("identify", "pipe"),
+        ("identify", "--manifest", "pipe"),
+        ("measure", "run.csv", "--model", "pipe"),
+        ("check", "pipe"),
+        ("predict", "pipe"),
+        ("surface", "pipe"),
+        ("batch", "pipe"),
+    ],
+)
+def test_named_pipes_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...]
+) -> None:
+    """A pipe without a writer blocks whoever opens it, so that a test of it would never end."""
+    monkeypatch.chdir(tmp_path)
+    os.mkfifo("pipe")
+    Path("manifest.csv").write_text("file\npipe\n")
+    Path("run.csv").write_text("x [um],F [N]\n0,1\n1,2\n")
+    outcome = run(*words)
+    assert outcome.exit_code == 2, outcome.output
+    assert "got a named pipe" in outcome.stderr
     assert outcome.stderr.count("\n") == 1

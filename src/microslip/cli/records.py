@@ -235,6 +235,11 @@ def listed(names: Sequence[str], manifest: Path | None) -> Listed:
         raise click.UsageError("Missing argument 'RECORD...', or --manifest FILE")
     if manifest is None:
         paths, labels = records_in(names)
+        seen: set[Path] = set()
+        for path in paths:
+            if (place := Path(path).resolve()) in seen:
+                raise click.UsageError(f"{shorten(path, 200)} is named twice")
+            seen.add(place)
         return Listed(paths, labels, [], None)
     from microslip.laboratory.manifest import Manifest
 

@@ -50,6 +50,8 @@ _READING = {
     "sample_rate": "sample_rate",
 }
 """Columns that say how a file is read, and the arguments that they are."""
+_LEAST = {"cycle": (0.0, "a number"), "sample_rate": (1e-9, "a number in Hz above zero")}
+"""Columns that hold numbers only: the least of these, and what a message asks for."""
 _FILE = "file"
 _NONE = ("", "-", "–", "none", "nan", "n/a")
 _BESIDE = 0.25
@@ -116,6 +118,7 @@ class Manifest:
         if not filled_rows:
             raise ValueError("wanted a row for each file, got none")
         texts: dict[str, list[str]] = {name: [] for name in names if name}
+        seen: dict[str, int] = {}
         for at, row in filled_rows:
             if any(row[len(names) :]):
                 raise ValueError(f"row {at + 1}: {len(row)} cells for {len(names)} columns")
@@ -125,9 +128,10 @@ class Manifest:
             file = texts[_FILE][-1]
             if not file:
                 raise ValueError(f'row {at + 1}: the column "file" is empty')
-            if file in texts[_FILE][:-1]:
-                earlier = filled_rows[texts[_FILE].index(file)][0] + 1
-                raise ValueError(f"row {at + 1}: {quote(file)} is in row {earlier} already")
+            place = os.path.normpath(folder / file)
+            if place in seen:
+                raise ValueError(f"row {at + 1}: {quote(file)} is in row {seen[place]} already")
+            seen[place] = at + 1
         numbers = [at + 1 for at, _ in filled_rows]
         columns = {}
         units = {}
@@ -157,15 +161,11 @@ class Manifest:
 
     def reading(self, row: int) -> dict[str, Any]:
         """Arguments of :meth:`Record.read` of a row: its columns, and its sample rate [Hz]."""
-        found = {
-            argument: value
+        return {
+            argument: value if name == "sample_rate" else text_of(value)
             for name, argument in _READING.items()
             if (value := self._cell(name, row)) is not None
         }
-        rate = found.get("sample_rate")
-        if rate is not None and not isinstance(rate, float):
-            raise InputError(f'the column "sample rate" wants numbers in Hz, got {quote(rate)}')
-        return {k: v if k == "sample_rate" else text_of(v) for k, v in found.items()}
 
     def counted(self, measured: Measurement, row: int) -> Measurement:
         """A measured record whose first cycle has the number of its row, and what differs."""
@@ -212,16 +212,16 @@ def _column(name: str, unit: str | None, texts: list[str], rows: list[int]) -> t
     numbers = [_number(text) for text in texts]
     if name in ("specimen", "run", "rig"):
         return tuple(text or None for text in texts)
-    given = [number for number, text in zip(numbers, texts, strict=True) if text not in _NONE]
+    is_given = [text.casefold() not in _NONE for text in texts]
+    if name in _LEAST:
+        least, wanted = _LEAST[name]
+        for row, text, number, here in zip(rows, texts, numbers, is_given, strict=True):
+            if here and (number is None or number < least):
+                raise ValueError(f'row {row}, column "{name}": wanted {wanted}, got {quote(text)}')
+        return tuple(numbers)
+    given = [number for number, here in zip(numbers, is_given, strict=True) if here]
     if given and None not in given:
         return tuple(numbers)
-    if name == "cycle":
-        row, text = next(
-            (row, text)
-            for row, text, number in zip(rows, texts, numbers, strict=True)
-            if number is None
-        )
-        raise ValueError(f'row {row}, column "cycle": wanted a number, got {quote(text)}')
     return tuple(text or None for text in texts)
 
 

@@ -231,7 +231,7 @@ _MERGED = re.compile(rb'<mergeCell\b[^>]*\bref="([A-Z]+)(\d+):([A-Z]+)(\d+)"')
 
 
 def _cells(sheet: Any, archive: zipfile.ZipFile) -> Rows:
-    """Return the cells of a sheet; merged cells of a column all get the text of the first."""
+    """Return the cells of a sheet; merged cells all get the text of the first."""
     content = archive.read(sheet._worksheet_path)
     if (formula := _NO_VALUE.search(content)) is not None:
         raise Unusable(
@@ -241,11 +241,14 @@ def _cells(sheet: Any, archive: zipfile.ZipFile) -> Rows:
     sheet.reset_dimensions()  # declared dimensions may be wrong
     rows = [list(map(_text, row)) for row in sheet.iter_rows(values_only=True)]
     for left, first, right, last in _MERGED.findall(content):
-        column = _place_of(left.decode())
-        if left == right and int(first) <= len(rows) and column < len(rows[int(first) - 1]):
-            for row in rows[int(first) : int(last)]:
-                row += [""] * (column + 1 - len(row))
-                row[column] = rows[int(first) - 1][column]
+        begin, end, top = _place_of(left.decode()), _place_of(right.decode()) + 1, int(first) - 1
+        # A title over several columns stays a title.
+        if first == last or top >= len(rows) or begin >= len(rows[top]):
+            continue
+        end = min(end, max(map(len, rows)))
+        for row in rows[top : int(last)]:
+            row += [""] * (end - len(row))
+            row[begin:end] = [rows[top][begin]] * (end - begin)
     while rows and not any(rows[-1]):
         rows.pop()
     return rows

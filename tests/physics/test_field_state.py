@@ -233,7 +233,7 @@ def test_try_changes_nothing_and_copies_are_independent() -> None:
     for one, two in zip(before, after, strict=True):
         np.testing.assert_array_equal(one, two)
     state.rollback()
-    with pytest.raises(ms.InputError, match="not counted: start the state with"):
+    with pytest.raises(ms.InputError, match="not accumulated; start the state with"):
         _ = FIELD.start().dissipated_energy
 
 
@@ -287,12 +287,12 @@ def test_states_go_through_plain_arrays(surface: ms.NormalLaw, counts: bool) -> 
 DAMAGE: list[tuple[str, Any, float, str]] = [
     ("now", (0, 0), 1e-3, "rows do not lead"),
     ("now", (0, 2), 1e300, "forces are not those of its rows"),
-    ("rows", (0, 0), 99.0, "belong to no node"),
+    ("rows", (0, 0), 99.0, "rows of an unknown node"),
     ("rows", (0, 2), 1.5, "no memory diagram"),
     ("rows", (0, 3), 1e-3, "rows do not lead"),
     ("rows", (0, 4), 1e300, "rows"),
     ("joint", 0, 2.0, "must be of format 1"),
-    ("joint", 1, 1.0, "another one"),
+    ("joint", 1, 1.0, "another joint"),
     ("dissipated", 0, -1.0, "no memory diagram"),
 ]
 

@@ -367,8 +367,8 @@ def test_states_in_two_directions_go_through_plain_arrays() -> None:
         for one, same in zip(other.try_([1e-7, 2e-7]), state.try_([1e-7, 2e-7]), strict=True):
             np.testing.assert_allclose(one, same, rtol=1e-12)
         for key, value, message in (
-            ("vectors", 1.0, "hold more than they can"),
-            ("joint", 7.0, "format|another one"),
+            ("vectors", 1.0, "sliders above their limit"),
+            ("joint", 7.0, "format|another joint"),
         ):
             damaged = {name: array.copy() for name, array in arrays.items()}
             damaged[key].flat[0] = value

@@ -167,7 +167,7 @@ DAMAGE = [
     ("reversals", (0, 0), 1e-9, "do not nest|forces are not"),
     ("now", 1, 237.0, "forces are not those of its displacements"),
     ("joint", 0, 2.0, "must be of format 1, got 2"),
-    ("joint", 2, 1.0, "got those of another one"),
+    ("joint", 2, 1.0, "got those of another joint"),
 ]
 
 
@@ -235,6 +235,6 @@ def test_other_refusals() -> None:
         lambda: spring.normal_load,
         lambda: spring.advance([1e-7], separation=[0.0]),
     ):
-        with pytest.raises(ms.InputError, match="has no meaning for this law"):
+        with pytest.raises(ms.InputError, match="has no meaning for a law without a surface"):
             call()
     assert spring.try_(1e-7).stiffness == 1e7

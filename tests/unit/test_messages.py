@@ -29,7 +29,7 @@ MESSAGES: dict[str, Callable[[], object]] = {
     "largest_amplitude must be above the smallest, 1e-05 m, got 1e-06 m": lambda: JOINT.to_iwan(
         20, smallest_amplitude=1e-5, largest_amplitude=1e-6
     ),
-    "commit needs a trial: call try_(displacement) first": lambda: JOINT.start().commit(),
+    "commit needs a trial; call try_(displacement) first": lambda: JOINT.start().commit(),
     "poisson_ratio must be in (-1, 0.5], got 0.7": lambda: ms.Material(69e9, 0.7),
     'units("69 GPa") wants a number with its unit, got "3 frob" (no such unit)': lambda: ms.units(
         "3 frob"

@@ -134,7 +134,7 @@ def test_rows_that_are_gone_take_no_room() -> None:
 
 
 def test_commit_needs_a_trial() -> None:
-    message = "commit needs a trial: call try_(displacement) first"
+    message = "commit needs a trial; call try_(displacement) first"
     state = HEAVY.start()
     state.rollback()  # nothing to forget is fine
     assert refusal(state.commit) == message
@@ -220,7 +220,7 @@ def test_a_limited_depth_tells_a_bound_that_holds(seed):
 def test_a_depth_is_refused_where_it_cannot_be_kept():
     with pytest.raises(ms.InputError, match="depth must be an integer from 4"):
         DEPTH_JOINT.start(depth=3)
-    with pytest.raises(ms.InputError, match="depth must be left out for a law without a surface"):
+    with pytest.raises(ms.InputError, match="depth must be None for a law without a surface"):
         ms.Jenkins(1e8, 10.0).start(depth=8)
     saved = DEPTH_JOINT.start(depth=8).to_arrays()
     saved["depth"] = saved["depth"][:3]

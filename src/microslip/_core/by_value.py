@@ -1,4 +1,4 @@
-"""Equality of frozen objects by their fields. NumPy is loaded when two are compared."""
+"""Equality of frozen objects by their fields. NumPy is imported only for a comparison."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 
 class ByValue:
-    """A frozen dataclass that equals another of its type with the same fields, arrays included."""
+    """Mixin of a frozen dataclass that compares public fields by value, including arrays."""
 
     def __eq__(self, other: object) -> bool:
         if self is other:
@@ -22,7 +22,7 @@ class ByValue:
 
 
 def _fields(instance: Any) -> list[tuple[str, Any]]:
-    # Private fields follow from the others.
+    # Private fields are derived from public ones.
     values = vars(instance)
     names = (item.name for item in fields(instance) if not item.name.startswith("_"))
     return [(name, values[name]) for name in names if name in values]

@@ -1,4 +1,4 @@
-"""Checks of numbers at public entrances: one wording for one kind of mistake.
+"""Checks of arguments at public entry points, with one wording for each kind of mistake.
 
 Numbers are in SI units. A quantity that carries a unit (pint, astropy, unyt) is converted to the
 unit of its argument, and refused where the dimension is another one or where the argument has no
@@ -26,16 +26,16 @@ Progress = Callable[[float], None]
 
 
 def show(value: Any) -> str:
-    """A value as an error message shows it: short, whatever it is."""
+    """Format a value for an error message, shortened to 60 characters."""
     try:
         text = " ".join(repr(value).split())
-    except Exception:  # what came is not ours: its repr may raise anything, or never end a depth
+    except Exception:  # the repr of a foreign object may raise anything
         text = f"a {type(value).__name__} that cannot be shown"
     return text if len(text) <= 60 else text[:57] + "..."
 
 
 def exact(value: float) -> str:
-    """A number as short as it can be without becoming another one."""
+    """Format a number with the fewest digits that identify it."""
     short = f"{value:g}"
     return short if float(short) == value else repr(float(value))
 
@@ -44,7 +44,7 @@ _PLAIN: frozenset[type] = frozenset({np.ndarray, float, int, bool, np.float64, n
 
 
 _DEEPEST_LIST = 4
-"""Levels of nested lists in which quantities are looked for; an input has at most three."""
+"""Depth of nested lists searched for quantities; inputs have at most three levels."""
 
 
 def without_unit(name: str, value: Any, unit: str, depth: int = 0) -> Any:
@@ -66,7 +66,7 @@ def without_unit(name: str, value: Any, unit: str, depth: int = 0) -> Any:
     try:
         converted = quantity.to(unit)
         return converted.magnitude if hasattr(converted, "magnitude") else converted.value
-    except Exception:  # each library raises its own
+    except Exception:  # each library has its own exceptions
         came = getattr(quantity, "units", None) or getattr(quantity, "unit", None)
         expected = f"a quantity in {unit}" if unit else "a plain number without a unit"
         raise InputError(f"`{name}` must be {expected}, got one in {came}") from None
@@ -86,8 +86,8 @@ def _quantity_of(value: Any) -> Any:
 
 
 def number(name: str, value: Any, unit: str = "", example: float = 1.0) -> float:
-    """Validate a finite real number; convert a quantity to ``unit``."""
-    if type(value) is float and math.isfinite(value):  # a solver's step, a million times
+    """Check a finite real number; convert a quantity to ``unit``."""
+    if type(value) is float and math.isfinite(value):  # fast path for solvers
         return value
     if not isinstance(value, (list, tuple)):
         value = without_unit(name, value, unit)
@@ -100,7 +100,7 @@ def number(name: str, value: Any, unit: str = "", example: float = 1.0) -> float
     try:
         with np.errstate(over="ignore"):
             result = float(value)
-    except Exception:  # an integer beyond all floats, or a conversion that raises what it likes
+    except Exception:  # overflow, or any error of a foreign conversion
         result = math.nan
     if not math.isfinite(result):
         raise InputError(f"`{name}` must be {expected}, got {show(value)}")
@@ -108,7 +108,7 @@ def number(name: str, value: Any, unit: str = "", example: float = 1.0) -> float
 
 
 def positive(name: str, value: Any, unit: str = "", example: float = 1.0) -> float:
-    """A number above zero, and of a size that a joint can have."""
+    """Check a number above zero, between SMALLEST and LARGEST."""
     result = number(name, value, unit, example)
     _check_size(name, result, result, unit)
     return result
@@ -124,16 +124,16 @@ def _check_size(name: str, smallest: float, largest: float, unit: str) -> None:
         raise InputError(f"`{name}` must be {limits}, got {worst}")
 
 
-_FEW = 4096  # numbers that are looked at one by one sooner than they are added
+_FEW = 4096  # size up to which isfinite is faster than the sum below
 
 
 def floats(
     name: str, value: ArrayLike, unit: str = "", *, missing: bool = False, endless: bool = False
 ) -> Floats:
-    """Validate finite numbers of any shape and return them as a contiguous float64 array.
+    """Check finite numbers of any shape and return them as a contiguous float64 array.
 
-    Quantities are converted to ``unit``. Empty arrays are refused. With ``missing`` NaN is allowed
-    (missing values), with ``endless`` infinity.
+    Quantities are converted to ``unit``. Empty arrays raise InputError. ``missing`` allows NaN,
+    ``endless`` allows infinity.
     """
     if (
         type(value) is np.ndarray
@@ -150,7 +150,7 @@ def floats(
         raw_values = np.asarray(value)
         if raw_values.dtype.kind not in "iuf":
             raise TypeError
-        with np.errstate(over="ignore"):  # beyond double is infinite, and refused as that
+        with np.errstate(over="ignore"):  # overflow becomes infinity, checked below
             array = np.ascontiguousarray(raw_values, dtype=float).reshape(raw_values.shape)
     except InputError:
         raise
@@ -160,7 +160,7 @@ def floats(
         ) from None
     if array.size == 0:
         raise InputError(f"`{name}` must hold at least one number, got an empty array")
-    # a sum is quick and finite unless something is not; only then look closer.
+    # The sum is a fast test: it is finite unless a value is not, or it overflows.
     with np.errstate(all="ignore"):
         total = float(np.add.reduce(array, axis=None))
     if not math.isfinite(total):
@@ -175,33 +175,33 @@ def floats(
 
 
 def positives(name: str, value: ArrayLike, unit: str = "") -> Floats:
-    """Validate numbers above zero of any shape, and of a size that a joint can have."""
+    """Check numbers above zero of any shape, between SMALLEST and LARGEST."""
     array = floats(name, value, unit)
     _check_size(name, float(array.min()), float(array.max()), unit)
     return array
 
 
 def _is_text(value: Any) -> bool:
-    """Whether something is bytes, which NumPy takes for small integers."""
+    """Return True for bytes, which NumPy would convert to small integers."""
     if isinstance(value, memoryview):
         return value.format in ("B", "b", "c")
     return isinstance(value, (bytes, bytearray))
 
 
 def check_one_of(wording: str, first: Any, second: Any) -> None:
-    """Refuse both or neither of two arguments; the wording says them with their units."""
+    """Check that exactly one of two arguments is given; ``wording`` names them with units."""
     if (first is None) == (second is None):
         came = "neither" if first is None else "both"
         raise InputError(f"{wording} must be given, one of them, got {came}")
 
 
 def is_whole(value: Any) -> bool:
-    """Whether something is an integer: not a truth value, not a span of time."""
+    """Return True for an integer other than bool and timedelta64."""
     return isinstance(value, (int, np.integer)) and not isinstance(value, (bool, np.timedelta64))
 
 
 def whole_number(name: str, value: Any, low: int = 1, high: int | None = None) -> int:
-    """An integer in a range, or an error that says which; the bound on work is in it."""
+    """Check an integer between ``low`` and ``high``, which may also limit the work."""
     if not is_whole(value) or value < low or (high is not None and value > high):
         span = f"of at least {low}" if high is None else f"from {low} to {high}"
         raise InputError(f"`{name}` must be an integer {span}, got {show(value)}")
@@ -209,7 +209,7 @@ def whole_number(name: str, value: Any, low: int = 1, high: int | None = None) -
 
 
 def rising_orders(name: str, value: Any) -> tuple[int, ...]:
-    """Rising whole numbers from 0 on, as harmonics are, or an error that says so."""
+    """Check increasing whole numbers from 0 on, such as harmonics."""
     try:
         orders = np.asarray(value)
         fit = orders.dtype.kind in "iu" and orders.ndim == 1 and not np.ma.is_masked(value)
@@ -217,24 +217,24 @@ def rising_orders(name: str, value: Any) -> tuple[int, ...]:
         fit = False
     if not fit or orders.min(initial=0) < 0 or np.any(orders[1:] <= orders[:-1]):
         raise InputError(
-            f"`{name}` must be whole numbers that rise, such as [0, 1, 3], got {show(value)}"
+            f"`{name}` must be increasing whole numbers, such as [0, 1, 3], got {show(value)}"
         )
     return tuple(orders.tolist())
 
 
 def members(name: str, value: Any, kind: type, expected: str) -> list[Any]:
-    """Objects of one kind, at least one, or an error that says which one is not."""
+    """Check a nonempty sequence of instances of one class."""
     checked: list[Any] = []
     try:
         for member in value.ravel().tolist() if isinstance(value, np.ndarray) else value:
-            if not isinstance(member, kind):  # what never ends is none of ours, or fills no memory
+            if not isinstance(member, kind):
                 raise InputError(
                     f"`{name}` must be {expected}, got {show(member)} at index {len(checked)}"
                 )
             checked.append(member)
     except InputError:
         raise
-    except Exception:  # nothing to go through, or an iteration that raises what it likes
+    except Exception:  # not iterable, or any error of a foreign iterator
         raise InputError(f"`{name}` must be {expected}, got {show(value)}") from None
     if not checked:
         raise InputError(f"`{name}` must be {expected}, got none")
@@ -242,13 +242,13 @@ def members(name: str, value: Any, kind: type, expected: str) -> list[Any]:
 
 
 def beyond(values: Any, scale: Any) -> Any:
-    """Values over a scale; what lies beyond all numbers is infinite, without a warning."""
+    """Divide without a warning if the quotient overflows to infinity."""
     with np.errstate(over="ignore"):
         return values / scale
 
 
 def sized(name: str, value: ArrayLike, unit: str = "m") -> Floats:
-    """Validate numbers of a size for which energies stay finite."""
+    """Check numbers up to LARGEST in magnitude, for which energies stay finite."""
     array = floats(name, value, unit)
     if max(-float(array.min()), float(array.max())) > LARGEST:
         worst = float(np.abs(array).max())
@@ -257,7 +257,7 @@ def sized(name: str, value: ArrayLike, unit: str = "m") -> Floats:
 
 
 def record(name: str, value: ArrayLike, unit: str = "") -> Floats:
-    """Validate a one-dimensional series (a single number counts as one sample)."""
+    """Check a one-dimensional series; a single number is one sample."""
     array = floats(name, value, unit)
     if array.ndim > 1:
         raise InputError(f"`{name}` must be one-dimensional, got shape {array.shape}")

@@ -1,4 +1,4 @@
-"""Named arrays with dimensions and units: the data set of a result, and its rows and columns."""
+"""Data set of a result: named arrays with dimensions and units, with rows and CSV lines."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from microslip._core.packages import needed_for
 from microslip._core.quantities import json_value
 from microslip._core.wording import quote
 
-_BLOCK = 20_000  # rows of a CSV file that are made at once
+_BLOCK = 20_000  # rows of a CSV file formatted at once
 
 
 class Variable(NamedTuple):
-    """An array with the names of its dimensions and its attributes (``units``, ``long_name``)."""
+    """Array with the names of its dimensions and its attributes (``units``, ``long_name``)."""
 
     dims: tuple[str, ...]
     values: NDArray[Any]
@@ -27,14 +27,14 @@ class Variable(NamedTuple):
 
     @property
     def unit(self) -> str:
-        """Unit as tables show it, "-" for a plain number."""
+        """Unit for tables, "-" for a dimensionless number."""
         unit = str(self.attributes["units"])
         return "-" if unit == "1" else unit
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DataSet(Mapping[str, Variable]):
-    """All numbers of a result as a mapping of names to variables.
+    """Mapping of names to the variables of a result.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class DataSet(Mapping[str, Variable]):
     coords, variables : mapping of str to Variable
         Coordinates and results by name.
     attributes : mapping of str to object
-        Description of the whole.
+        Description of the data set.
     """
 
     sizes: Mapping[str, int]
@@ -67,7 +67,7 @@ class DataSet(Mapping[str, Variable]):
         return len({**self.coords, **self.variables})
 
     def spread(self, name: str, dims: tuple[str, ...]) -> NDArray[Any]:
-        """Return a variable along given dimensions, repeated where it lacks one (a view)."""
+        """Return a view of a variable along ``dims``, broadcast along missing dimensions."""
         variable = self[name]
         order = [variable.dims.index(dim) for dim in dims if dim in variable.dims]
         places = tuple(slice(None) if dim in variable.dims else None for dim in dims)
@@ -77,9 +77,9 @@ class DataSet(Mapping[str, Variable]):
     def rows(
         self, columns: Mapping[str, str], dims: tuple[str, ...], **at: int
     ) -> list[dict[str, Any]]:
-        """Return plain rows along dimensions, as JSON holds them; ``at`` fixes some dimensions.
+        """Return rows along dimensions as plain values for JSON; ``at`` fixes some dimensions.
 
-        ``columns`` gives for each key of a row the name of its variable.
+        ``columns`` maps the keys of a row to names of variables.
         """
         fixed = tuple(at.get(dim, slice(None)) for dim in dims)
         flat = [json_value(self.spread(name, dims)[fixed].reshape(-1)) for name in columns.values()]
@@ -90,7 +90,8 @@ class DataSet(Mapping[str, Variable]):
     ) -> Iterator[tuple[int, str]]:
         """Yield the header and blocks of lines of a CSV table, each with its number of rows.
 
-        The first of ``dims`` varies slowest. Numbers are the shortest that read back bit for bit.
+        The first of ``dims`` varies slowest. Numbers have the fewest digits that restore them
+        exactly.
         """
         yield 0, ",".join(f"{key} [{self[name].unit}]" for key, name in columns.items()) + "\n"
         arrays = [np.asarray(self.spread(name, dims), dtype=float) for name in columns.values()]
@@ -104,7 +105,7 @@ class DataSet(Mapping[str, Variable]):
         return math.prod(self.sizes[dim] for dim in dims)
 
     def to_xarray(self, instead: str) -> Any:
-        """Convert to an ``xarray.Dataset``; ``instead`` names what needs no xarray."""
+        """Convert to an ``xarray.Dataset``; ``instead`` names alternatives without xarray."""
         with needed_for("to_xarray needs", "xarray", instead):
             import xarray
         coords, variables = (

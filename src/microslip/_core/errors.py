@@ -1,9 +1,8 @@
-"""Errors about wrong input.
+"""Errors of invalid input.
 
-A message is plain text in which the arguments of a function stand between backticks, alone or with
-a value to write: "`normal_load` must be above zero", "give `start=...`". The text of an error has
-no backticks; a command writes the arguments that are options of its own as such, see
-:func:`microslip.cli.options.in_options`.
+In the message, arguments of a function are in backticks, alone or with a value to write:
+"`normal_load` must be above zero", "write `start=...`". ``str`` of the error has no backticks; a
+command converts arguments to its options, see :func:`microslip.cli.options.in_options`.
 """
 
 from __future__ import annotations
@@ -12,32 +11,32 @@ from typing import Self
 
 
 class InputError(ValueError):
-    """Input that cannot be used; the message says what was given and what is accepted.
+    """Invalid input; the message states the value received and what is accepted.
 
     Parameters
     ----------
     text : str
-        Message with its arguments between backticks, which `str` of the error leaves out.
+        Message with its arguments in backticks, which ``str`` of the error omits.
     """
 
     @property
     def text(self) -> str:
-        """Message with its arguments between backticks."""
+        """Message with its arguments in backticks."""
         return "".join(map(str, self.args))
 
     @property
     def argument(self) -> str | None:
-        """Name of the argument with which the message begins, or None."""
+        """Name of the argument at the beginning of the message, or None."""
         before, *parts = self.text.split("`", 2)
         return parts[0].partition("=")[0] if len(parts) == 2 and not before else None
 
     @property
     def statement(self) -> str:
-        """Message without the argument with which it begins."""
+        """Message without the argument at its beginning."""
         return self.text.split("`", 2)[2].strip() if self.argument else self.text
 
     def within(self, place: str) -> Self:
-        """Return the error with a place before its message, such as a file and ": "."""
+        """Return the error with a prefix, such as a file name and ": "."""
         return type(self)(place + self.text)
 
     def __str__(self) -> str:
@@ -45,4 +44,4 @@ class InputError(ValueError):
 
 
 class StudyError(InputError):
-    """A study file that cannot be used; the message names the file and the key."""
+    """Invalid study file; the message names the file and the key."""

@@ -1,4 +1,4 @@
-"""Files written whole or not at all, and the reasons why they cannot be."""
+"""Atomic writing of files, and error messages of the operating system."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from microslip._core.errors import InputError
 
 
 def reason(error: Exception) -> str:
-    """The system's own message of what went wrong, to follow a colon."""
+    """Return the message of the operating system in lower case, to follow a colon."""
     return (getattr(error, "strerror", None) or str(error) or type(error).__name__).lower()
 
 
 @contextmanager
 def whole_file(path: str | Path, overwrite: bool) -> Iterator[Path]:
-    """A name beside the file to be, which takes its place when all has gone well."""
+    """Yield a temporary path that replaces ``path`` if the block succeeds."""
     target = Path(path)
     try:
         if target.is_dir() or (target.exists() and not overwrite):
@@ -33,7 +33,7 @@ def whole_file(path: str | Path, overwrite: bool) -> Iterator[Path]:
     os.close(handle)
     stage = Path(name)
     try:
-        stage.unlink()  # the writer makes it anew, with the permissions of a new file
+        stage.unlink()  # the writer creates it with the permissions of a new file
         yield stage
         if overwrite:
             stage.replace(target)
@@ -50,7 +50,7 @@ def _exists(target: Path) -> InputError:
 
 
 def _claim(stage: Path, target: Path) -> None:
-    """Give the file its name, unless somebody was quicker."""
+    """Move the file to its name unless it exists by now."""
     try:
         os.link(stage, target)
     except FileExistsError:
@@ -62,8 +62,8 @@ def _claim(stage: Path, target: Path) -> None:
 
 
 def seen_from(folder: Path, path: Path) -> str:
-    """The way from a folder to a file, with slashes; the file's own where there is none."""
-    # Links are followed, but for one that is the file itself: two dots lead up from where they go.
+    """Return the relative path from a folder to a file with slashes, absolute if there is none."""
+    # Resolve links of folders, since ".." leads up from their targets, but not the file itself.
     here = Path(os.path.realpath(path.parent)) / path.name
     try:
         return Path(os.path.relpath(here, os.path.realpath(folder))).as_posix()

@@ -14,30 +14,30 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 def made_once(function: _Function) -> _Function:
-    """A function that makes frozen objects, made at its first call: costly examples, for one."""
+    """Cache a function without arguments that creates frozen objects, such as examples."""
     return cast("_Function", cache(function))
 
 
 def lock(array: NDArray[Any]) -> NDArray[Any]:
-    """The array, from now on read-only."""
+    """Make an array read-only and return it."""
     array.setflags(write=False)
     return array
 
 
 def assign(instance: object, **values: Any) -> None:
-    """Set fields of a frozen object while it is made."""
+    """Set fields of a frozen object during its creation."""
     for name, value in values.items():
         object.__setattr__(instance, name, value)
 
 
 class _Proxied(dict[Any, Any]):
-    """Content of a read-only mapping while it is pickled: Python cannot pickle the view."""
+    """Content of a read-only mapping during pickling, since a MappingProxyType has no pickle."""
 
 
 class Locked:
-    """A frozen object whose arrays and mappings stay read-only in its copies.
+    """Frozen object whose arrays and mappings stay read-only in copies and pickles.
 
-    NumPy forgets to pickle that, and Python does not pickle read-only mappings at all.
+    NumPy does not pickle the write flag, and Python does not pickle read-only mappings.
     """
 
     def __getstate__(self) -> dict[str, Any]:
@@ -51,7 +51,7 @@ class Locked:
 
 
 class LockedArrays(Locked):
-    """A frozen dataclass of results, whose arrays are read-only from the beginning."""
+    """Frozen dataclass of results whose arrays are read-only."""
 
     def __post_init__(self) -> None:
         for value in vars(self).values():

@@ -1,4 +1,4 @@
-"""Numerics that a backbone law without formulas of its own falls back on."""
+"""Numerical integration and inversion for laws without closed forms."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
 
-# Gauss-Lobatto: with the ends among its nodes a rule sees a kink close to one of them.
+# Gauss-Lobatto: nodes at both ends detect a kink close to an end.
 _BASIS = np.polynomial.legendre.Legendre.basis(11)
 _NODES = np.concatenate(([-1.0], np.sort(_BASIS.deriv().roots().real), [1.0]))
 _WEIGHTS = 1.0 / (132.0 * _BASIS(_NODES) ** 2)
@@ -17,7 +17,7 @@ _NODES = 0.5 * (1.0 + _NODES)
 
 
 def lobatto(function: Callable[[Floats], Floats], low: Floats, high: Floats) -> Floats:
-    """Integral of a function over each of many intervals."""
+    """Integrate a function over each of many intervals."""
     width = high - low
     places = low[:, None] + width[:, None] * _NODES
     return np.asarray(width * (function(places.ravel()).reshape(places.shape) @ _WEIGHTS))
@@ -30,11 +30,11 @@ def adaptive(
     halvings: int,
     noise: Callable[[Floats, Floats], Floats] = lambda low, high: np.zeros_like(low),
 ) -> Floats:
-    """Integrals of many functions from 0, of function i to ``span[i]``, which may have kinks.
+    """Integrate function i from 0 to ``span[i]``, for all i; functions may have kinks.
 
-    ``function`` takes places and the index i of each; most is expected close to 0. Intervals are
-    halved until that changes less than ``tolerance`` of the integral and the ``noise`` between
-    their ends, or so many times.
+    ``function`` is called with places and the index i of each. Intervals are graded towards 0 and
+    bisected up to ``halvings`` times, until bisection changes the integral by less than
+    ``tolerance`` relative to the whole plus ``noise``, a function of both ends.
     """
     edges = np.append(0.0, 0.25 ** np.arange(12.0, -1.0, -1.0))
     low, high = (np.outer(span, side).ravel() for side in (edges[:-1], edges[1:]))
@@ -68,7 +68,7 @@ def invert(
     low: Floats,
     high: Floats,
 ) -> Floats:
-    """Newton's method on a rising function, kept in brackets, for all targets at once."""
+    """Solve for many targets of an increasing function by Newton's method within brackets."""
     low, high = low.copy(), high.copy()
     x = low.copy()
     active = np.arange(target.size)

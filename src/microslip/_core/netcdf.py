@@ -1,4 +1,4 @@
-"""Labelled arrays as one netCDF-4 file, the same bytes for the same numbers."""
+"""Data sets as netCDF-4 files, byte for byte reproducible."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from microslip._core.checks import Progress
 from microslip._core.dataset import DataSet
 from microslip._core.packages import needed_for
 
-_COMPRESSED = 4096  # bytes, from which on an array is
+_COMPRESSED = 4096  # size in bytes from which arrays are compressed
 
 
 def write(path: str | Path, data: DataSet, progress: Progress | None = None) -> None:
-    """Write a new netCDF-4 file that xarray, netCDF4, h5py and MATLAB read."""
+    """Write a new netCDF-4 file, readable by xarray, netCDF4, h5py and MATLAB."""
     coords, variables = data.coords, data.variables
     with needed_for("netCDF files need"):
         import h5netcdf
@@ -51,10 +51,9 @@ def write(path: str | Path, data: DataSet, progress: Progress | None = None) -> 
 
 
 def _set(owner: Any, name: str, value: Any) -> None:
-    """Set an attribute; text as an array of characters, the only kind that all readers know.
+    """Set an attribute, text as a fixed-length string.
 
-    Strings of varying length are what h5py makes of text. MATLAB and Fortran programs that expect
-    characters refuse them.
+    MATLAB and Fortran programs do not read the variable-length strings that h5py writes by default.
     """
     import h5py
 

@@ -1,4 +1,4 @@
-"""Declaration of a choice, a text or a number of commands and studies that no class owns."""
+"""Declaration of choices, texts and numbers of commands and studies that belong to no class."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from microslip._core.wording import did_you_mean, quoted
 
 @dataclass(frozen=True)
 class Option(Number):
-    """One number, text, choice or switch as a command or a file writes it, or several."""
+    """Declaration of one or several numbers, texts, choices or switches of a command or study."""
 
     kind: Kind | type | None = str
-    """A kind of quantity, which edges write with its unit; else float, int, bool or str."""
+    """Kind of quantity, written with its unit in files and commands, or float, int, bool or str."""
     example: float | str = ""
-    label: str = ""  # what stands for it in tables and axes; by default its meaning
-    help: str = ""  # what it is, in a sentence with its point; by default its meaning
-    noun: str = ""  # what its values are called where they are wanted, "the name of a column"
-    choices: tuple[str, ...] = ()  # the words that it may be
-    none: str = ""  # word that stands for None at the edges, such as "none"
-    bare: bool = False  # whether a plain number counts as SI at the edges
+    label: str = ""  # heading in tables and axes; by default the meaning
+    help: str = ""  # description as a full sentence; by default the meaning
+    noun: str = ""  # name of the values in messages, such as "the name of a column"
+    choices: tuple[str, ...] = ()  # accepted words
+    none: str = ""  # word for None in files and commands, such as "none"
+    bare: bool = False  # accept a number without a unit as SI
     items: tuple[int, int] = (1, 1)
-    """Least and largest number of values; several are given as a tuple."""
-    flag: str = ""  # name on the command line without dashes, where it is another one
-    metavar: str = ""  # what stands for the value in the help of a command
+    """Smallest and largest number of values; several values are a tuple."""
+    flag: str = ""  # name on the command line without dashes, if different
+    metavar: str = ""  # placeholder of the value in the help of a command
 
     @property
     def heading(self) -> str:
@@ -36,12 +36,12 @@ class Option(Number):
 
     @property
     def sentence(self) -> str:
-        """Meaning in a sentence, for a help or a schema."""
+        """Description as a full sentence, for help and schema."""
         return self.help or super().sentence
 
     @property
     def values_in_words(self) -> str:
-        """Expected values in words with an example, for an error message."""
+        """Expected values in words with an example, for error messages."""
         if self.choices:
             return quoted((*self.choices, *(self.none,) * bool(self.none)))
         return "true or false" if self.kind is bool else super().values_in_words
@@ -60,11 +60,11 @@ class Option(Number):
 
     @property
     def _longest(self) -> int:
-        """Letters that a text may have."""
+        """Largest length of a text."""
         return int(min(self.most, 1000))
 
     def checked(self, value: Any) -> Any:
-        """Validate a keyword argument and convert it to SI units; several become a tuple."""
+        """Check a keyword argument and convert it to SI units; several values become a tuple."""
         if value is None and self.none and not self.required:
             return None
         low, high = self.items
@@ -76,12 +76,12 @@ class Option(Number):
         return super().checked(value)
 
     def read(self, raw_value: object) -> Any:
-        """Return what a study or a command writes in SI units; several values as a tuple.
+        """Convert the value in a study or a command to SI units; several values become a tuple.
 
         Raises
         ------
         ValueError
-            If the value is not allowed; the message says what was wanted and what came.
+            If the value is not allowed; the message states the accepted and the received value.
         """
         if self.none and raw_value == self.none:
             return None
@@ -95,7 +95,7 @@ class Option(Number):
         return tuple(self.read_item(item) for item in items)
 
     def read_text(self, text: str) -> Any:
-        """Return one value on a command line, where numbers are text as well."""
+        """Convert one value of a command line, where numbers are text."""
         if self.none and text == self.none:
             return None
         if self.kind not in (float, int):
@@ -109,7 +109,7 @@ class Option(Number):
         self._refuse(text)
 
     def read_item(self, raw_value: Any) -> Any:
-        """Return one of its values in SI units."""
+        """Convert one value to SI units."""
         if isinstance(self.kind, Kind):
             if self.bare and is_number(raw_value):
                 raw_value = f"{raw_value} {self.unit}".strip()
@@ -130,7 +130,7 @@ class Option(Number):
         self._refuse(raw_value)
 
     def schema(self) -> JsonSchema:
-        """Return the JSON Schema of its value in a study, without title and description."""
+        """Return the JSON Schema of the value in a study, without title and description."""
         if self.choices:
             item: JsonSchema = {"type": "string", "enum": list(self.choices)}
         elif self.kind is str:
@@ -152,7 +152,7 @@ class Option(Number):
 
 
 def is_number(raw_value: object) -> bool:
-    """Whether something is a plain number, or a text of one."""
+    """Return True for a number, or a text that is a number."""
     if isinstance(raw_value, bool) or not isinstance(raw_value, (str, int, float)):
         return False
     try:
@@ -165,9 +165,9 @@ def is_number(raw_value: object) -> bool:
 def option(
     name: str, help: str, kind: Kind | type = str, label: str = "", **settings: Any
 ) -> Option:
-    """Declare an option of commands and studies that no class owns, by its help and kind.
+    """Declare an option of commands and studies that belongs to no class.
 
-    Unless something else is said it may be left out, and quantities are above zero.
+    By default it is optional, and quantities must be above zero.
     """
     settings = {"default": None, **settings}
     if isinstance(kind, Kind) and settings.pop("sign", "positive") == "positive":

@@ -1,8 +1,7 @@
-"""Names and packages that are loaded when they are first used.
+"""Lazy imports of names and optional packages.
 
-The core of the library runs where only NumPy and SciPy are installed. What reads units, validates
-studies, draws or writes files loads its package in a function, and says in one line which one is
-missing.
+The core of the library needs only NumPy and SciPy. Functions that read units, validate studies,
+draw or write files import their packages when called, and report a missing package in one line.
 """
 
 from __future__ import annotations
@@ -19,21 +18,21 @@ from microslip._core.errors import InputError
 
 
 class MissingPackageError(InputError, ImportError):
-    """A package is not installed; the message says what needs it and how it is installed."""
+    """Optional package that is not installed; the message gives the pip command."""
 
 
 @contextmanager
 def needed_for(purpose: str, extra: str = "", instead: str = "") -> Iterator[None]:
-    """Say in one line that a package is missing, where one is that the block imports.
+    """Convert the error of a missing package inside the block to a one-line message.
 
     Parameters
     ----------
     purpose : str
-        Subject that needs it, with its verb, such as ``"units need"``.
+        Subject that needs the package, with its verb, such as ``"units need"``.
     extra : str
-        Extra of microslip that brings it; none for what an installation has by itself.
+        Extra of microslip that installs the package; empty if it is a dependency.
     instead : str
-        Alternative that needs no package.
+        Alternative without the package.
     """
     try:
         yield
@@ -49,23 +48,23 @@ def needed_for(purpose: str, extra: str = "", instead: str = "") -> Iterator[Non
 
 
 _DISTRIBUTIONS = {"skfem": "scikit-fem"}
-"""Packages that are installed under another name than they are imported by."""
+"""Names on PyPI of packages with a different import name."""
 
 
 def names_of_stub(
     package: str, file: str, removed: Mapping[str, str] | None = None
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
-    """Make ``__getattr__``, ``__dir__`` and ``__all__`` of a package from its stub.
+    """Create ``__getattr__``, ``__dir__`` and ``__all__`` of a package from its stub.
 
     Parameters
     ----------
     package : str
         Name of the package, its ``__name__``.
     file : str
-        Its ``__file__``. The stub beside it imports every public name from the module that holds
-        it, ``from .module import name as name``.
+        ``__file__`` of the package. The stub beside it imports each public name from its module,
+        ``from .module import name as name``.
     removed : mapping, optional
-        Names of earlier versions, and what to use instead.
+        Names of earlier versions with their replacements.
     """
     tree = ast.parse(Path(file).with_suffix(".pyi").read_text(encoding="utf-8"))
     modules = {

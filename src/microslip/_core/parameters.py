@@ -1,12 +1,13 @@
-"""Declaration of a number, from which every interface of the package reads.
+"""Declaration of a number, used by all interfaces of the package.
 
-A field of a frozen dataclass brings its symbol, unit, range and meaning as metadata::
+A field of a frozen dataclass declares its symbol, unit, range and meaning as metadata::
 
     stiffness: float = field(metadata=parameter("k", "N/m", "stiffness at rest", above=0.0))
 
-Checks when it is made, `guess`, the fit, the key of a study, its schema, the option of a command
-with its help, the form of the workbench, the label in tables and the attributes in files follow.
-What belongs to no class, such as how a file is read, is an option (`microslip._core.options`).
+The check at creation, `guess`, the fit, the study key and its schema, the command option and its
+help, the form of the workbench, the label in tables and the attributes in files are derived from
+it. Inputs that belong to no class, such as how a file is read, are options
+(`microslip._core.options`).
 """
 
 from __future__ import annotations
@@ -28,12 +29,11 @@ JsonSchema = dict[str, Any]
 
 
 class REQUIRED:
-    """Default of a value that has to be given."""
+    """Default of a value that must be given."""
 
 
 _KEY = "microslip"
-# Units in which people write an example, the first one in which it is no small fraction, and what
-# an example is where none is declared.
+# Units for written examples, of which the first suitable one is used, and default examples.
 _WRITTEN: dict[str, tuple[tuple[float, str], ...]] = {
     "m": ((1e-3, "mm"), (1e-6, "um"), (1e-9, "nm")),
     "m^2": ((1e-4, "cm^2"), (1e-6, "mm^2")),
@@ -51,25 +51,25 @@ UNIT_PATTERN = r"(1 ?/|/)?[^\s\d.,+-][^,]*"
 
 @dataclass(frozen=True)
 class Number:
-    """A declared number, or a list of numbers; sizes are in SI units."""
+    """Declaration of a number, or a list of numbers, in SI units."""
 
-    name: str  # as Python, a study and a table call it
-    symbol: str = ""  # its sign in formulas and tables, such as "k"
-    unit: str = ""  # its SI unit, "" for none
-    meaning: str = ""  # what it is, in a few words that begin small
-    # Its limits: more than ``above``, at least ``least``, at most ``most``, less than ``below``.
+    name: str  # name in Python, studies and tables
+    symbol: str = ""  # symbol in formulas and tables, such as "k"
+    unit: str = ""  # SI unit, "" for none
+    meaning: str = ""  # short description, beginning in lower case
+    # Limits: more than ``above``, at least ``least``, at most ``most``, less than ``below``.
     above: float = -math.inf
     least: float = -math.inf
     most: float = math.inf
     below: float = math.inf
-    why: str = ""  # why it has these limits, for the message
+    why: str = ""  # reason for the limits, for the message
     default: Any = REQUIRED
-    """Its value where none is given; :data:`REQUIRED` where one has to be."""
-    many: bool = False  # whether it is a list of such numbers
+    """Default value; :data:`REQUIRED` if there is none."""
+    many: bool = False  # True for a list of numbers
     example: float | str = 1.0
-    """A value in SI, or as a file or a command line has it, without quotes: "10 um"."""
+    """Example in SI units, or as text in a file or command line, without quotes: "10 um"."""
     kind: Kind | type | None = None
-    """A kind of quantity, which edges write with its unit, or float or int."""
+    """Kind of quantity, written with its unit in files and commands, or float or int."""
 
     def __post_init__(self) -> None:
         kind = self.kind or (kind_of(self.unit) if self.unit else float)
@@ -77,14 +77,14 @@ class Number:
         object.__setattr__(self, "unit", kind.unit if isinstance(kind, Kind) else self.unit)
 
     def but(self, **changes: Any) -> Self:
-        """Return the declaration with other words or limits."""
+        """Return the declaration with changed fields."""
         return dataclasses.replace(self, **changes)
 
     # -- in words ------------------------------------------------------------------------------
 
     @property
     def required(self) -> bool:
-        """Whether it has to be given."""
+        """True if a value must be given."""
         return self.default is REQUIRED
 
     @property
@@ -95,12 +95,12 @@ class Number:
 
     @property
     def sentence(self) -> str:
-        """Meaning in a sentence, for a help or a schema."""
+        """Description as a full sentence, for help and schema."""
         return f"{self.heading}."
 
     @property
     def example_text(self) -> str:
-        """Its example as a file or a command line has it, without quotes."""
+        """Example as text in a file or a command line, without quotes."""
         value = self.example
         if isinstance(value, str):
             return value
@@ -109,14 +109,14 @@ class Number:
         return f"{value / factor:.6g} {name}".strip()
 
     def written_unit(self, value: float) -> tuple[float, str]:
-        """Return the unit in which people write a value of this size: its size in SI, its name."""
+        """Return the factor and the name of the usual unit for a value of this magnitude."""
         units = _WRITTEN.get(self.unit, ())
         fit = (unit for unit in units if abs(value) >= 0.099 * unit[0])
         return next(fit, (1.0, self.unit))
 
     @property
     def written(self) -> str:
-        """Its example as TOML; "" where there is none."""
+        """Example as TOML, "" if there is none."""
         text = self.example_text
         return text if self.kind in (float, int, bool) or not text else f'"{text}"'
 
@@ -142,7 +142,7 @@ class Number:
 
     @property
     def values_in_words(self) -> str:
-        """Expected values in words with an example, for an error message."""
+        """Expected values in words with an example, for error messages."""
         written = self._written_values
         return f"{self._noun} such as {written}" if written else self._noun
 
@@ -157,7 +157,7 @@ class Number:
         return self.limited("a whole number" if self.kind is int else "a number")
 
     def limited(self, noun: str) -> str:
-        """A noun with what it may be."""
+        """Return a noun with the limits of its values."""
         limits = self.allowed
         if limits.startswith("a finite"):
             return noun
@@ -168,12 +168,12 @@ class Number:
 
     @property
     def is_positive(self) -> bool:
-        """Whether it must be above zero."""
+        """True if the value must be above zero."""
         return max(self.above, self.least) >= 0.0 and self.least != 0.0
 
     @property
     def dimension(self) -> tuple[int, int] | None:
-        """Powers of newton and metre in its unit; None where there is something else in it."""
+        """Powers of newton and metre in the unit, None for other units."""
         above, _, under = self.unit.partition("/")
         powers = {"N": 0, "m": 0}
         for part, sign in ((above, 1), (under, -1)):
@@ -187,13 +187,13 @@ class Number:
         return powers["N"], powers["m"]
 
     def holds(self, value: float) -> bool:
-        """Whether a value is in its range."""
+        """Return True if a value is in the range."""
         return self.above < value < self.below and self.least <= value <= self.most
 
-    # -- as Python gives it --------------------------------------------------------------------
+    # -- arguments of Python functions ---------------------------------------------------------
 
     def checked(self, value: Any) -> Any:
-        """Validate a keyword argument and convert it to SI units. Lists become read-only arrays."""
+        """Check a keyword argument and convert it to SI units. Lists become read-only arrays."""
         if value is None and self.default is None:
             return None
         return self._checked_many(value) if self.many else self._checked_item(value)
@@ -226,7 +226,7 @@ class Number:
             raise InputError(f"`{self.name}` must be {error.expected}, got {error.came}") from None
 
     def _allowed_instead(self, value: float) -> str:
-        """Allowed values in words, for a value outside them; empty for one inside."""
+        """Return the allowed values in words for an invalid value, "" for a valid one."""
         in_unit = f" [{self.unit}]" if self.unit else ""
         if not self.holds(value):
             return self.allowed + (f" ({self.why})" if self.why else "")
@@ -237,20 +237,20 @@ class Number:
             return f"{end}{LARGEST:g}{in_unit}"
         return ""
 
-    # -- as it is written at an edge -----------------------------------------------------------
+    # -- values in files and commands ----------------------------------------------------------
 
     def read(self, raw_value: object) -> Any:
-        """Return a value in SI units from what a study or a command writes.
+        """Convert a value in a study or a command to SI units.
 
         Raises
         ------
         ValueError
-            If the value is not allowed; the message says what was wanted and what came.
+            If the value is not allowed; the message states the accepted and the received value.
         """
         return self.read_item(raw_value)
 
     def read_item(self, raw_value: object) -> Any:
-        """Return one value in SI units."""
+        """Convert one value to SI units."""
         if isinstance(self.kind, Kind):
             return self._read_quantity(raw_value, self.kind, self.example_text)
         accepted = (int, float) if self.kind is float else (int,)
@@ -273,7 +273,7 @@ class Number:
         raise WrongValue(self.values_in_words, f"{quote(raw_value)}{hint}")
 
     def schema(self) -> JsonSchema:
-        """Return the JSON Schema of its value in a study, without title and description."""
+        """Return the JSON Schema of the value in a study, without title and description."""
         if isinstance(self.kind, Kind):
             signs = r"\+?" if self.is_positive else "[+\N{MINUS SIGN}-]?"
             unit = self.kind.pattern or UNIT_PATTERN
@@ -291,7 +291,7 @@ class Number:
 
 
 class WrongValue(ValueError):
-    """A value that an edge cannot use: what was wanted, and what came."""
+    """Invalid value in a file or command, with the expected and the received value."""
 
     def __init__(self, expected: str, came: str) -> None:
         super().__init__(f"wanted {expected}, got {came}")
@@ -304,13 +304,13 @@ class WrongValue(ValueError):
 def parameter(
     symbol: str = "", unit: str = "", meaning: str = "", **settings: Any
 ) -> dict[str, Any]:
-    """Metadata of a field, ``field(metadata=parameter(...))``; see :class:`Number`."""
-    # Checked at once, so that a mistake shows where the class is written.
+    """Return the metadata of a field, ``field(metadata=parameter(...))``; see :class:`Number`."""
+    # Created here, so that a mistake raises an error where the class is defined.
     return {_KEY: Number("", symbol, unit, meaning, **settings)}
 
 
 def parameters_of(kind: type) -> tuple[Number, ...]:
-    """Return the parameters of a class, in the order in which it takes them."""
+    """Return the parameters of a class in the order of its arguments."""
     return _parameters_of(kind)
 
 
@@ -329,7 +329,7 @@ def _parameters_of(kind: Any) -> tuple[Number, ...]:
     return tuple(parameters)
 
 
-# Fields of these names need no words of their own.
+# Default declarations of fields with these names.
 _COMMON = {
     "stiffness": Number("stiffness", "k", "N/m", "stiffness at rest", above=0.0),
     "force_limit": Number("force_limit", "F", "N", "force of gross slip", above=0.0),
@@ -337,12 +337,12 @@ _COMMON = {
 
 
 def parameter_of(kind: type, name: str) -> Number:
-    """One parameter of a class."""
+    """Return one parameter of a class by name."""
     return next(item for item in parameters_of(kind) if item.name == name)
 
 
 def says_all(kind: type) -> bool:
-    """Whether the parameters of a class are all that it takes."""
+    """Return True if all arguments of a class are declared parameters."""
     if not dataclasses.is_dataclass(kind):
         return False
     names = {item.name for item in dataclasses.fields(kind) if item.init}
@@ -350,10 +350,10 @@ def says_all(kind: type) -> bool:
 
 
 class Parametric(ByValue):
-    """A frozen dataclass whose numbers are checked when it is made, by what their fields say."""
+    """Frozen dataclass whose parameters are checked at creation against their declarations."""
 
     key: ClassVar[str] = ""
-    """Its name in studies and commands; without it that of the class in small letters."""
+    """Name in studies and commands, by default the class name in lower case."""
 
     def __post_init__(self) -> None:
         self._check_parameters()
@@ -364,18 +364,18 @@ class Parametric(ByValue):
 
 
 def key_of(kind: type) -> str:
-    """Name of a class in studies and commands: "smooth-step" for ``SmoothStep``."""
+    """Return the name of a class in studies and commands: "smooth-step" for ``SmoothStep``."""
     stated: str = vars(kind).get("key", "")
     return stated or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", kind.__name__).lower()
 
 
 def values_of(item: Any) -> dict[str, Any]:
-    """Values of all parameters of an instance, by their names."""
+    """Return the values of all parameters of an instance by name."""
     return {entry.name: getattr(item, entry.name) for entry in parameters_of(type(item))}
 
 
 def rescaled(kind: type, values: Mapping[str, Any], force: float, length: float) -> dict[str, Any]:
-    """Values of a class in units of force [N] and length [m] that are so many times as large."""
+    """Multiply parameters by a force [N] and a length [m] according to their dimensions."""
     import numpy as np
 
     result = {}

@@ -1,4 +1,4 @@
-"""Differences that must not cancel, as integrals with a positive integrand.
+"""Differences without cancellation, as integrals with a positive integrand.
 
 Let f be decreasing and convex with derivatives f', f'' and tail integral M(t) (from t to
 infinity). Wanted for steps u >= 0 from a given t, small steps included:
@@ -7,15 +7,15 @@ infinity). Wanted for steps u >= 0 from a given t, small steps included:
     excess(u)  = (u/2) (f(t) + f(t + u)) - (M(t) - M(t + u)) = 1/2 integral of v (u - v) f''(t + v)
     excess'(u) = (f(t) - f(t + u) + u f'(t + u)) / 2         = 1/2 integral of v f''(t + v)
 
-over 0 <= v <= u: the fall of f, and by how much the trapezoidal rule overestimates its integral.
+over 0 <= v <= u: the decrease of f, and the error of the trapezoidal rule for its integral.
 
 The left sides lose all digits for small u, the right sides none. Up to a fraction of the decay
 length f/|f'| Gauss-Legendre quadrature of the right side is exact to rounding; beyond it the left
-side is good.
+side is accurate.
 
 Where f'' is singular like (edge - t)^(-1/2) below an edge (the lower end of a bounded height
-distribution), the part below it is integrated in the root of the distance. Where f has other
-breaks, the integral is taken piece by piece between them.
+distribution), the part below it is integrated in the root of the distance. For other breaks of f
+the integral is split at the breaks.
 """
 
 from __future__ import annotations
@@ -36,17 +36,17 @@ Function = Callable[[Floats, Floats, Floats | float], Floats]
 
 @lru_cache
 def gauss_legendre(count: int) -> tuple[Floats, Floats]:
-    """Nodes and weights on [0, 1], exact for polynomials of degree 2 count - 1."""
+    """Return nodes and weights on [0, 1], exact for polynomials of degree 2 count - 1."""
     nodes, weights = np.polynomial.legendre.leggauss(count)
     return lock(0.5 * (1.0 + nodes)), lock(0.5 * weights)
 
 
 _NODES, _WEIGHTS = gauss_legendre(20)
-_BLOCK = 1 << 14  # rows of nodes at a time, as many as a cache holds
+_BLOCK = 1 << 14  # rows of nodes per block, sized for the cache
 
 
 def _integral(g: Function, u: Floats, t: Floats | float, f: Convex) -> Floats:
-    """Integral of g(v, u, t) over v in [0, u], one row of nodes for each of the ``u``."""
+    """Integrate g(v, u, t) over v in [0, u], with one row of nodes per value of ``u``."""
     if isinstance(t, np.ndarray):
         return _integrals(g, u, t, f)
     breaks = f._breaks
@@ -60,7 +60,7 @@ def _integral(g: Function, u: Floats, t: Floats | float, f: Convex) -> Floats:
 
 
 def _integrals(g: Function, u: Floats, t: Floats, f: Convex) -> Floats:
-    """The same where each row has a t of its own."""
+    """Integrate like :func:`_integral` with one t per row."""
     total = np.zeros_like(u)
     breaks = f._breaks
     first, last = (np.searchsorted(breaks, end, side="right") for end in (t, t + u))
@@ -88,7 +88,7 @@ def _integrals(g: Function, u: Floats, t: Floats, f: Convex) -> Floats:
 
 
 def _smooth(g: Function, u: Floats, t: Floats | float, edge: float) -> Floats:
-    """The same but for a singularity below ``edge``."""
+    """Integrate a function that is smooth except for a singularity below ``edge``."""
     here = t[:, None] if isinstance(t, np.ndarray) else t
     if not np.any(edge > t):
         v = u[:, None] * _NODES
@@ -97,7 +97,7 @@ def _smooth(g: Function, u: Floats, t: Floats | float, edge: float) -> Floats:
     left = np.minimum(u, below)
     right = u - left
     near = np.sqrt(below)
-    # Difference of the roots, not cancelling.
+    # Difference of the roots without cancellation.
     reach = np.divide(left, near + np.sqrt(below - left), out=np.zeros_like(u), where=left > 0.0)
     step = reach[:, None] * _NODES
     twice = 2.0 * (near[:, None] if isinstance(near, np.ndarray) else near)
@@ -110,10 +110,10 @@ def _smooth(g: Function, u: Floats, t: Floats | float, edge: float) -> Floats:
 
 
 def _piecewise(g: Function, u: Floats, t: float, marks: Floats) -> Floats:
-    """The same between marks 0 = v_0 < v_1 ... , each piece for the steps that reach into it."""
+    """Integrate between marks 0 = v_0 < v_1 < ..., each piece for the steps that reach it."""
     total = np.zeros_like(u)
     for low, high in pairwise(marks):
-        # Steps beyond a piece have its nodes in common.
+        # Steps that cover the whole piece share its nodes.
         beyond = np.flatnonzero(u > high)
         if beyond.size:
             v = (low + (high - low) * _NODES)[None, :]
@@ -128,7 +128,7 @@ def _piecewise(g: Function, u: Floats, t: float, marks: Floats) -> Floats:
 
 
 class Convex(Protocol):
-    """A decreasing convex function: derivatives of order -1 (tail integral), 0, 1 and 2."""
+    """Decreasing convex function: derivatives of order -1 (tail integral), 0, 1 and 2."""
 
     @property
     def _edge(self) -> float: ...
@@ -142,7 +142,7 @@ class Convex(Protocol):
 
 
 class Pieces:
-    """A function with many small known kinks, for steps so short that they meet few of them."""
+    """Function with many small known kinks, for steps so short that they contain few kinks."""
 
     _edge = -math.inf
 
@@ -152,16 +152,16 @@ class Pieces:
         self._derivative_at = f._derivative_at
 
 
-# One rule over many kinks is not exact, and a piece for each is slow. So with ``pieces`` a step
-# takes the difference itself as soon as that keeps enough digits: what it loses there is rounding
-# over the step, in decay lengths, for the drop, and over its square for the other two.
+# One rule across many kinks is not exact, and splitting at each is slow. With ``pieces`` the plain
+# difference is used for all steps for which it keeps enough digits: its error is rounding over the
+# step, in decay lengths, for the drop, and over the squared step for the other two functions.
 
 
 def drop(f: Convex, t: Floats | float, u: Floats, pieces: Pieces | None = None) -> Floats:
-    """f(t) - f(t + u), to a few units in the last place.
+    """Return f(t) - f(t + u), accurate to a few units in the last place.
 
-    The steps ``u`` are one-dimensional; ``t`` is one number for all of them or an array of their
-    size. So it is for the other two functions.
+    The steps ``u`` are one-dimensional; ``t`` is a number or an array of the same size. This also
+    holds for :func:`excess` and :func:`excess_slope`.
     """
     here, length = _decay(f, t)
     result = here - f._derivative(t + u, 0)
@@ -170,7 +170,7 @@ def drop(f: Convex, t: Floats | float, u: Floats, pieces: Pieces | None = None) 
 
 
 def excess(f: Convex, t: Floats | float, u: Floats, pieces: Pieces | None = None) -> Floats:
-    """Half the integral of v (u - v) f''(t + v) over [0, u]."""
+    """Return half the integral of v (u - v) f''(t + v) over [0, u]."""
     here, length = _decay(f, t)
     end = t + u
     area = _at(f, t, -1) - f._derivative(end, -1)
@@ -187,7 +187,7 @@ def excess(f: Convex, t: Floats | float, u: Floats, pieces: Pieces | None = None
 
 
 def excess_slope(f: Convex, t: Floats | float, u: Floats, pieces: Pieces | None = None) -> Floats:
-    """Half the integral of v f''(t + v) over [0, u]."""
+    """Return half the integral of v f''(t + v) over [0, u]."""
     here, length = _decay(f, t)
     end = t + u
     result = 0.5 * (here - f._derivative(end, 0) + u * f._derivative(end, 1))
@@ -200,7 +200,7 @@ def excess_slope(f: Convex, t: Floats | float, u: Floats, pieces: Pieces | None 
 def _mend(
     result: Floats, small: Floats, f: Convex, u: Floats, t: Floats | float, g: Function
 ) -> Floats:
-    """Put the integral of g where the steps are small."""
+    """Replace the result for small steps by the integral of g."""
     if small.any():
         there = t[small] if isinstance(t, np.ndarray) else t
         result[small] = _integral(g, u[small], there, f)
@@ -212,7 +212,7 @@ def _at(f: Convex, t: Floats | float, order: int) -> Any:
 
 
 def _decay(f: Convex, t: Floats | float) -> tuple[Any, Any]:
-    """f(t) and the length f/|f'| on which it decays there; where nothing is left it is 0."""
+    """Return f(t) and the decay length f/|f'|, 0 where f vanishes."""
     here, slope = _at(f, t, 0), _at(f, t, 1)
     if not isinstance(here, np.ndarray):
         return here, here / -slope if slope < 0.0 else 0.0

@@ -1,4 +1,4 @@
-"""Every quantity of a result by its name: unit and meaning, in one place."""
+"""Unit and meaning of every quantity in results."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from typing import Any, NamedTuple
 
 
 def named(source: Any, *names: str) -> dict[str, Any]:
-    """Attributes by their names, all of a record without any; records in them as well."""
+    """Return attributes by name, by default all fields of a NamedTuple, recursively."""
     values = {name: getattr(source, name) for name in names or source._fields}
     return {n: named(v) if hasattr(v, "_asdict") else v for n, v in values.items()}
 
 
 def json_value(value: Any) -> Any:
-    """Return a value as JSON holds it: lists for arrays, None for a number that is not finite."""
+    """Convert a value for JSON: lists for arrays, None for numbers that are not finite."""
     if isinstance(value, Mapping):
         return {name: json_value(part) for name, part in value.items()}
-    if hasattr(value, "tolist"):  # NumPy's; help and lists of the command start without NumPy
+    if hasattr(value, "tolist"):  # avoids importing NumPy, which slows down the help of commands
         value = value.tolist()
     if isinstance(value, (list, tuple)):
         return [json_value(part) for part in value]
@@ -25,22 +25,22 @@ def json_value(value: Any) -> Any:
 
 
 class Quantity(NamedTuple):
-    """Unit, meaning and look of a number: the same in tables, figures, summary and netCDF."""
+    """Unit, meaning and format of a number in tables, figures, summaries and netCDF files."""
 
     unit: str
-    """SI unit, "-" for a plain number."""
+    """SI unit, "-" for a dimensionless number."""
     meaning: str
     label: str = ""
-    """Heading of its column on a page."""
+    """Column heading in reports."""
     symbol: str = ""
-    """Heading of its column on a terminal; by default the label."""
+    """Column heading in the terminal, by default the label."""
     form: str = "4"
-    """Number of significant digits, or the name of a writer of
+    """Number of significant digits, or the name of a format in
     :data:`microslip.report.cells.FORMS`."""
 
     @property
     def attributes(self) -> dict[str, str]:
-        """The same as the CF conventions want it, where "1" is the unit of a plain number."""
+        """Attributes of the CF conventions, with the unit "1" for a dimensionless number."""
         unit = "1" if self.unit == "-" else self.unit
         return {"units": unit, "long_name": self.meaning}
 
@@ -50,7 +50,7 @@ QUANTITIES: dict[str, Quantity] = {
     "amplitude": Quantity("m", "displacement amplitude", "Amplitude", "amplitude", "chosen"),
     "displacement": Quantity("m", "tangential displacement"),
     "force": Quantity("N", "force that holds the displacement"),
-    # what belongs to an amplitude
+    # by amplitude
     "force_amplitude": Quantity("N", "force amplitude", "Force amplitude", "force", "chosen"),
     "force_ratio": Quantity("-", "force amplitude over force limit", "T/μN", "", "saturating"),
     "dissipated_energy": Quantity(
@@ -73,7 +73,7 @@ QUANTITIES: dict[str, Quantity] = {
     "stick_share": Quantity(
         "-", "stick area over real contact area", "Sticking share", "", "percent"
     ),
-    # what belongs to a load
+    # by load
     "separation": Quantity("m", "separation of the surfaces"),
     "standardised_separation": Quantity(
         "-", "separation over the spread of the heights", "h", "", "decimals"
@@ -103,7 +103,7 @@ QUANTITIES: dict[str, Quantity] = {
     ),
     "cubic_coefficient": Quantity("J/m^3", "c of the energy at small amplitudes a, c a^3"),
     "linear_offset": Quantity("m", "b of the energy at large amplitudes a, 4 mu N (a - b)"),
-    # a history
+    # of a history
     "largest_displacement": Quantity(
         "m", "largest displacement of the history in size",
         "Largest displacement", "largest displacement", "3",
@@ -131,7 +131,7 @@ QUANTITIES: dict[str, Quantity] = {
     },
     "quantile": Quantity("-", "share of the samples below"),
 }  # fmt: skip
-"""Meanings of the names of columns, keys and variables; all numbers are in SI units."""
+"""Meaning of the names of columns, keys and variables, in SI units."""
 
 UNITS: dict[str, str] = {name: quantity.unit for name, quantity in QUANTITIES.items()}
-"""Unit of every quantity in the tables and in the summary."""
+"""Unit of every quantity in tables and summaries."""

@@ -1,4 +1,4 @@
-"""Threads: one of BLAS for small systems, where a second one costs; many for rows of kernels."""
+"""Thread control: one BLAS thread for small systems, many threads for rows of kernels."""
 
 from __future__ import annotations
 
@@ -12,26 +12,25 @@ from typing import Any, ParamSpec, TypeVar
 P = ParamSpec("P")
 R = TypeVar("R")
 
-# The limit is one of the process. Who sets it takes it back, and who comes meanwhile, from within
-# or in another thread, leaves it alone: else calls that overlap would take each other's limit for
-# what was before, and leave it behind.
+# The limit applies to the whole process. Only the outermost call sets and resets it: overlapping
+# calls would otherwise save the limit of another call as the original value and leave it set.
 _LIMITING = Lock()
 
 
 @cache
 def _limit() -> Callable[[], Any]:
-    from scipy import linalg  # brings the BLAS that is to be limited
+    from scipy import linalg  # loads the BLAS library to be limited
 
     del linalg
     try:
         from threadpoolctl import ThreadpoolController
-    except ModuleNotFoundError:  # then it takes as long as it takes: the numbers are the same
+    except ModuleNotFoundError:  # slower, with the same results
         return nullcontext
     return partial(ThreadpoolController().limit, limits=1, user_api="blas")
 
 
 def single_threaded(function: Callable[P, R]) -> Callable[P, R]:
-    """The function, with BLAS held to one thread while it runs."""
+    """Decorate a function to run with a single BLAS thread."""
 
     @wraps(function)
     def limited(*args: P.args, **kwargs: P.kwargs) -> R:
@@ -46,22 +45,22 @@ def single_threaded(function: Callable[P, R]) -> Callable[P, R]:
     return limited
 
 
-_LEAST = 32  # rows of a part: fewer are done before a thread has begun
+_LEAST = 32  # smallest number of rows worth a thread
 
 
 def in_parts(size: int, work: Callable[[slice], object]) -> list[object]:
-    """Results of ``work`` for slices of independent rows, in threads.
+    """Return the results of ``work`` for slices of independent rows, run in threads.
 
-    There are as many threads as ``OMP_NUM_THREADS`` says, or as the process may run on, and no more
-    than are worth it. Kernels let other threads run, and a row's numbers do not depend on the part
-    that it is in.
+    The number of threads is ``OMP_NUM_THREADS``, or the number of available processors, and at most
+    one per 32 rows. Kernels release the global interpreter lock, and results of a row do not depend
+    on its slice.
     """
     count = min(_threads(), size // _LEAST)
     if count < 2:
         return [work(slice(0, size))]
     from concurrent.futures import ThreadPoolExecutor
 
-    parts = min(4 * count, size // _LEAST)  # rows differ in what they take
+    parts = min(4 * count, size // _LEAST)  # more parts than threads, since rows differ in cost
     ends = [size * k // parts for k in range(parts + 1)]
     with ThreadPoolExecutor(count) as pool:
         return list(pool.map(work, map(slice, ends[:-1], ends[1:])))

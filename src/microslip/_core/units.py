@@ -1,7 +1,7 @@
-"""Quantities as text ("0.5 um") to SI floats, and SI floats to readable text.
+"""Conversion of text with units ("0.5 um") to SI numbers, and of SI numbers to text.
 
-Inside the library every number is a float in SI units. Here is the only place where a unit is
-read, and pint is imported only once there is a unit to read.
+All numbers inside the library are floats in SI units. Units are read only here, and pint is
+imported only for uncommon units.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from microslip._core.wording import nearest, quote, shorten
 Sign = Literal["positive", "any"]
 
 SMALLEST, LARGEST = 1e-40, 1e40
-"""Sizes in SI units between which products of a few quantities stay representable."""
+"""Range of magnitudes in SI units for which products of a few quantities are representable."""
 
 _NUMBER = re.compile(
     r"\s*([+-]?(?:\d[\d_]*(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf(?:inity)?)(?![a-z]))\s*",
@@ -30,11 +30,11 @@ _NUMBER = re.compile(
 _UNIT = re.compile(r"[\w%°^*/·⋅().⁻⁰¹²³⁴⁵⁶⁷⁸⁹ +-]{1,60}")
 
 
-# Keys that lie side by side.
+# Adjacent keys of a keyboard.
 _NEIGHBOURS = [{*pair} for pair in ("mn", "mk", "as", "po", "ui", "cv", "cx", "hg", "gf")]
 
 
-# What may follow a number where a unit should, and what is wrong with that number then.
+# Patterns of text after a number that indicate a mistake in the number, with the mistake.
 _NOT_A_UNIT = (
     (r",\d", 'the decimal sign is the point, "."'),
     (r"(?!1\s*/)\d", "write the number without spaces"),
@@ -45,18 +45,18 @@ _NOT_A_UNIT = (
 
 
 class QuantityError(ValueError):
-    """A quantity that cannot be used; the message says what was wanted and what came."""
+    """Invalid quantity; the message states the accepted and the received value."""
 
 
 @dataclass(frozen=True)
 class Kind:
-    """One kind of quantity: its name, its SI unit and the units that people usually write."""
+    """Kind of quantity: name, SI unit and usual units."""
 
     name: str
     unit: str
     usual: tuple[str, ...]
-    pattern: str = ""  # of its units, where not all of its dimension are taken
-    by_torque: bool = False  # whether bolts with a torque say it, too
+    pattern: str = ""  # of accepted units, if not all of its dimension are
+    by_torque: bool = False  # True if it may be given by the torque of bolts
 
     @property
     def with_article(self) -> str:
@@ -99,11 +99,11 @@ _KINDS = {
 
 
 def kind_of(unit: str) -> Kind:
-    """The kind of quantity that has an SI unit."""
+    """Return the kind of quantity with an SI unit."""
     return _KINDS.get(unit) or Kind(f"value in {unit}", unit, (unit,))
 
 
-# Names for what came instead of what was wanted; the first of equal dimensions is used.
+# Names of received dimensions; the first of equal dimensions is used.
 _NAMED_DIMENSIONS = {
     "": "a plain number",
     "J": "an energy or a torque",
@@ -120,7 +120,7 @@ _NAMED_DIMENSIONS = {
 
 
 def to_si(raw_value: object, kind: Kind, example: str, sign: Sign = "positive") -> float:
-    """Turn a quantity written with its unit into a float in SI units."""
+    """Convert a quantity with its unit to a float in SI units."""
     message = f'wanted {kind.with_article} such as "{example}", got '
     if isinstance(raw_value, (int, float)) and not isinstance(raw_value, bool):
         raise QuantityError(f"{message}{quote(raw_value)} (a number without a unit)")
@@ -153,7 +153,7 @@ _ON_BOLTS = r"\s+on\s+(?:(\d{1,4})\s+)?M(\d{1,3})\s*,\s*K\s*=?\s*(\d?\.\d{1,6})\
 
 
 def _of_bolts(text: str) -> float | None:
-    """Load [N] of bolts by their torque, n M/(K d): "20 N m on 4 M8, K 0.2"; None of no torque."""
+    """Return the load [N] of tightened bolts, n M/(K d): "20 N m on 4 M8, K 0.2", or None."""
     torque, on, _ = text.partition(" on ")
     try:
         value = to_si(torque, TORQUE, "20 N m")
@@ -171,7 +171,7 @@ def _of_bolts(text: str) -> float | None:
 
 
 def times(number: str, factor: Decimal) -> float:
-    """The double nearest to a decimal number times a factor; infinite where there is none."""
+    """Return the double nearest to a decimal number times a factor, infinite on overflow."""
     try:
         return float(Decimal(number) * factor)
     except (DecimalException, OverflowError):
@@ -179,7 +179,7 @@ def times(number: str, factor: Decimal) -> float:
 
 
 def units(text: str) -> float:
-    """A quantity written with its unit, in SI units: 69e9 for "69 GPa".
+    """Convert a quantity with its unit to SI units: 69e9 for "69 GPa".
 
     Parameters
     ----------
@@ -189,7 +189,7 @@ def units(text: str) -> float:
     Returns
     -------
     float
-        The same in SI units, such as [Pa], the double nearest to what was written.
+        Value in SI units, such as [Pa], correctly rounded.
     """
     message = 'units("69 GPa") wants a number with its unit, got '
     came = quote(text)
@@ -198,7 +198,7 @@ def units(text: str) -> float:
         raise InputError(f"{message}{came}")
     unit = text[number.end() :].strip()
     parsed = _parse(unit) if unit else None
-    # Degrees have no factor: nothing here is measured in them.
+    # Temperatures have an offset and are not supported.
     if parsed is None or any(name == "[temperature]" for name, _ in parsed[1]):
         raise InputError(f"{message}{came} ({'no such unit' if unit else 'no unit'})")
     value = times(number[1], parsed[0])
@@ -211,7 +211,7 @@ _NUMBER_AND_UNIT = re.compile(rf"{_NUMBER.pattern}(.*)", re.IGNORECASE)
 
 
 def with_one_unit(texts: Sequence[str]) -> tuple[str, ...]:
-    """Quantities of which one may have the unit of all: "0.1 um", "1 um" for "0.1", "1 um"."""
+    """Append a common unit to quantities without unit: "0.1", "1 um" to "0.1 um", "1 um"."""
     matches = [_NUMBER_AND_UNIT.fullmatch(text.strip()) for text in texts]
     units = [match[2].strip() if match else "" for match in matches]
     unit = next(filter(None, units), "")
@@ -222,23 +222,23 @@ def with_one_unit(texts: Sequence[str]) -> tuple[str, ...]:
 
 
 def ends_of(text: str) -> tuple[str, str] | None:
-    """The ends of LOW..HIGH, of which the unit may be written once; None for another text."""
+    """Return both ends of LOW..HIGH with the common unit, None for other text."""
     low, dots, high = (part.strip() for part in text.partition(".."))
     return None if not dots or not low or not high else with_one_unit((low, high))  # type: ignore[return-value]
 
 
 def is_unit(text: str) -> bool:
-    """Whether a text is a unit of whatever dimension."""
+    """Return True if a text is a unit of any dimension."""
     return bool(text) and _parse(text) is not None
 
 
-# Brinell's and Vickers's numbers, with the load and times that may follow, are kgf/mm^2.
+# Brinell and Vickers hardness, optionally with load and time, are in kgf/mm^2.
 _HARDNESS = re.compile(r"H(?:BW?|V)(?:\s*[\d./]+)?", re.IGNORECASE)
 _NO_STRESS = re.compile(r"H(?:R[A-C]|K|L|S|D)\w*", re.IGNORECASE)
 
 
 def factor_of(unit: str, kind: Kind, message: str) -> Decimal:
-    """SI value of one `unit`."""
+    """Return the SI value of one `unit`."""
     if kind is HARDNESS:
         if _HARDNESS.fullmatch(unit):
             return Decimal("9.80665e6")
@@ -246,7 +246,7 @@ def factor_of(unit: str, kind: Kind, message: str) -> Decimal:
             raise QuantityError(
                 f"{message} (no force over an area: turn it into HB or HV, as ISO 18265 does)"
             )
-    if kind is TORQUE:  # which is a yarn count to pint
+    if kind is TORQUE:  # "Nm" is a yarn count in pint
         unit = unit.replace("Nm", "N m")
     usual = {text.casefold(): text for text in kind.usual}
     near = usual.get(unit.casefold().replace(" ", ""))
@@ -257,7 +257,7 @@ def factor_of(unit: str, kind: Kind, message: str) -> Decimal:
         raise QuantityError(f'{message} (unknown unit "{shorten(unit, 24)}"{hint})')
     factor, dimension = parsed
     if (expected := _parse(kind.unit)) is None or dimension != expected[1]:
-        # "2 kn" is a velocity to pint (knots); the other case is what was meant.
+        # "2 kn" is a velocity in pint (knots); suggest the unit with other case.
         name = _dimension_name(dimension)
         near = near or _slipped(unit, kind.usual)
         if near is None and name.startswith("of dimension"):
@@ -270,9 +270,9 @@ def factor_of(unit: str, kind: Kind, message: str) -> Decimal:
 
 
 def _slipped(unit: str, usual: tuple[str, ...]) -> str | None:
-    """The usual unit that a slip of a finger ("un") or of the order ("mu") made this one of.
+    """Return the usual unit of which this is a misspelling: adjacent key or swapped letters.
 
-    Most units are too short for a likeness of words.
+    Most units are too short for a similarity of words.
     """
     for text in usual:
         if len(unit) == len(text) > 1 and unit[0] == text[0]:
@@ -287,12 +287,12 @@ def _registry() -> Any:
     with needed_for("units other than multiples of m, g, s, N, Hz and Pa need"):
         import pint
 
-    # With decimal factors "0.3 um" becomes the double 3e-7 and not its neighbour.
+    # Decimal factors convert "0.3 um" to the correctly rounded double 3e-7.
     return pint.UnitRegistry(non_int_type=Decimal)
 
 
-# Units that nearly all input is in, with their powers of length, mass and time: pint, which knows
-# all others, takes longer to load than most commands take.
+# Common units, with their powers of length, mass and time. Importing pint for other units takes
+# longer than most commands.
 _SIMPLE = {
     "m": (1, 0, 0),
     "g": (0, 1, 0),
@@ -309,7 +309,7 @@ _FACTOR = re.compile(r"(p|c|n|u|µ|μ|m|k|M|G|)(m|g|N|s|Hz|Pa)(?:\^([1-4]))?")
 
 
 def _simple(unit: str) -> tuple[Decimal, tuple[tuple[str, str], ...]] | None:
-    """Result of :func:`_parse` for a common unit, or one over another; None for all others."""
+    """Parse a common unit, or the quotient of two, like :func:`_parse`; None for other units."""
     if unit.count("/") > 1:
         return None
     exponent, powers = 0, [0, 0, 0]
@@ -329,24 +329,24 @@ def _simple(unit: str) -> tuple[Decimal, tuple[tuple[str, str], ...]] | None:
 
 @lru_cache(maxsize=256)
 def _parse(unit: str) -> tuple[Decimal, tuple[tuple[str, str], ...]] | None:
-    """SI factor and dimension of a unit, or None if there is no such unit."""
+    """Return SI factor and dimension of a unit, None if it is not a unit."""
     text = f"1{unit}" if unit.startswith("/") else unit
     if not _UNIT.fullmatch(text):
         return None
     if (simple := _simple(unit)) is not None:
         return simple
     registry = _registry()
-    text = re.sub(r"\bmils?\b", "thou", text)  # which pint takes for an angle
+    text = re.sub(r"\bmils?\b", "thou", text)  # "mil" is an angle in pint
     try:
         unit_value = registry.Quantity(Decimal(1), registry.parse_units(text)).to_base_units()
         powers = {str(name): str(float(power)) for name, power in unit_value.dimensionality.items()}
         return Decimal(unit_value.magnitude), tuple(sorted(powers.items()))
-    except Exception:  # pint raises many kinds, the tokenizer's and NumPy's errors among them
+    except Exception:  # pint raises many types, including errors of the tokenizer and NumPy
         return None
 
 
 def _dimension_name(dimension: tuple[tuple[str, str], ...]) -> str:
-    # Those that need pint last.
+    # Units that need pint come last.
     known = sorted(
         _NAMED_DIMENSIONS.items(), key=lambda pair: bool(pair[0] and not _simple(pair[0]))
     )
@@ -359,17 +359,17 @@ def _dimension_name(dimension: tuple[tuple[str, str], ...]) -> str:
 
 
 def prefix(value: float) -> tuple[float, str]:
-    """Power of a thousand, and its SI prefix, that suits a number."""
+    """Return the power of a thousand suitable for a number, and its SI prefix."""
     if value == 0.0 or not math.isfinite(value):
         return 1.0, ""
-    # Rounded first, so that 999.96 becomes "1.00 k" and not "1000".
+    # Round first, so that 999.96 becomes "1.00 k" instead of "1000".
     exponent = math.floor(math.log10(float(f"{abs(value):.2e}")) + 1e-12)
     exponent = min(max(3 * (exponent // 3), min(_PREFIXES)), max(_PREFIXES))
     return float(f"1e{exponent}"), _PREFIXES[exponent]
 
 
 def engineering(value: float | None, unit: str, digits: int = 3, *, trim: bool = False) -> str:
-    """Write a number with an SI prefix, such as "1.10 kN"; "–" for None."""
+    """Format a number with an SI prefix, such as "1.10 kN"; "–" for None."""
     if value is None:
         return "–"
     factor, letter = prefix(value)
@@ -382,7 +382,7 @@ def engineering(value: float | None, unit: str, digits: int = 3, *, trim: bool =
 
 
 def interval_digits(low: float | None, high: float | None, value: float | None = None) -> int:
-    """Return how many significant digits an estimate and its interval are written with.
+    """Return the number of significant digits for an estimate and its interval.
 
     The width of the interval gets one or two digits, the numbers get three to eight. Without a
     finite interval, four digits are used. ``value`` is the estimate, by default the larger end.
@@ -396,7 +396,7 @@ def interval_digits(low: float | None, high: float | None, value: float | None =
 
 
 def significant(value: float | None, digits: int = 3) -> str:
-    """Write a number with so many significant digits, without an exponent where it is readable."""
+    """Format a number with significant digits, without exponent for usual magnitudes."""
     if value is None:
         return "–"
     if value == 0.0 or not math.isfinite(value):

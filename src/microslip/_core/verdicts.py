@@ -1,4 +1,4 @@
-"""Verdicts as data: a rule is a name, a quantity, limits, words, a reason and a remedy."""
+"""Verdicts as data: a rule has a name, limits, meaning, reason and remedy."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ from typing import Literal, NamedTuple, Self, get_args
 
 Word = Literal["ok", "not judged", "watch", "outside"]
 WORDS: tuple[str, ...] = get_args(Word)
-"""From the best to the worst; what is not judged is not fine."""
+"""Words from best to worst; "not judged" is worse than "ok"."""
 
 
 class Verdict(NamedTuple):
-    """One assumption held to its limit.
+    """Result of comparing an assumption with its limit.
 
-    Of interfaces those of Greenwood and Williamson (DOI 10.1098/rspa.1966.0242).
+    For interfaces, the assumptions of Greenwood and Williamson (DOI 10.1098/rspa.1966.0242).
     """
 
     name: str
     """Name of the judged quantity."""
     value: float | None
-    """Its value [-]; None where it is not known."""
+    """Value of the quantity [-]; None if unknown."""
     limit: float
-    """Limit of ``ok``; that of ``outside`` is further out."""
+    """Limit of ``ok``; the limit of ``outside`` is further away."""
     word: Word
     """``ok``, ``watch`` (the result depends on it), ``outside``, or ``not judged``."""
     meaning: str
-    """The assumption, in a sentence."""
+    """Assumption, as a sentence."""
     reason: str = ""
     """Source of the limits or, if not judged, the missing input."""
     remedy: str = ""
@@ -35,13 +35,10 @@ class Verdict(NamedTuple):
 
 
 class Remark(str):
-    """A note that is to be read with a result: a text that knows its kind and the words after it.
-
-    So whoever shows notes picks them by their kind and need not read the text.
-    """
+    """Note to a result: text with its kind, so that notes are selected without parsing."""
 
     def __new__(cls, kind: str, words: str) -> Self:
-        """Make ``"kind: words"``."""
+        """Create the text ``"kind: words"``."""
         self = super().__new__(cls, f"{kind}: {words}")
         self.kind, self.words = kind, words
         return self
@@ -49,7 +46,7 @@ class Remark(str):
     kind: str
     """Kind of the remark, such as "suspect"."""
     words: str
-    """The remark in a sentence."""
+    """Remark as a sentence."""
 
     def __getnewargs__(self) -> tuple[str, str]:  # type: ignore[override]
         return self.kind, self.words
@@ -59,18 +56,17 @@ class Remark(str):
 class Rule:
     """Rule by which a quantity is judged."""
 
-    name: str  # what is judged
-    # Where ``ok`` ends and where ``outside`` begins; falling limits (``outside`` below
-    # ``watch``) judge what must not be too small.
+    name: str  # judged quantity
+    # Limits of ``ok`` and of ``outside``; for ``outside`` below ``watch`` small values are worse.
     watch: float
     outside: float
-    meaning: str  # the assumption in a sentence
+    meaning: str  # assumption, as a sentence
     reason: str = ""  # evidence for the limits, with its source
-    remedy: str = ""  # what to do where it does not hold
-    missing: str = ""  # what has to be given before it can be judged
+    remedy: str = ""  # action if the assumption fails
+    missing: str = ""  # input needed to judge the quantity
 
     def judge(self, value: float | None) -> Verdict:
-        """Hold a value to the limits; None or not a number is not judged."""
+        """Compare a value with the limits; None and NaN are not judged."""
         if value is None or math.isnan(value):
             return Verdict(
                 self.name, None, self.watch, "not judged", self.meaning, self.missing, self.remedy
@@ -83,5 +79,5 @@ class Rule:
 
 
 def worst(verdicts: Iterable[Verdict]) -> Word:
-    """The worst word of all; only where all was judged and holds it is ``ok``."""
+    """Return the worst word of verdicts, "not judged" if there are none."""
     return max((verdict.word for verdict in verdicts), key=WORDS.index, default="not judged")

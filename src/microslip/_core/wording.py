@@ -1,4 +1,4 @@
-"""Wording of error messages: the value received and the name of the argument."""
+"""Formatting of values and names in error messages."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from difflib import get_close_matches
 from typing import Final
 
 ESCAPED: Final = "backslashreplace"
-"""Error handler for text that UTF-8 cannot encode, such as bytes in the name of a file."""
+"""Error handler for text that UTF-8 cannot encode, such as bytes in a file name."""
 
 
 def one_line(text: str) -> str:
-    """Text on one line, printable."""
-    # Escaping keeps a message on one line and the terminal safe from control characters.
+    """Escape characters that are not printable, so that the text is on one line."""
+    # Control characters must not reach the terminal.
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def shorten(text: str, length: int) -> str:
-    """Text on one line, printable, and cut to a length."""
+    """Return text on one line, printable, and cut to a length."""
     text = one_line(text)
     return text if len(text) <= length else text[: length - 1] + "…"
 
 
 def quote(value: object) -> str:
-    """A received value as the user would recognise it, short and on one line."""
+    """Format a received value as the user wrote it, short and on one line."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
@@ -44,42 +44,42 @@ def quote(value: object) -> str:
 
 
 def quoted(words: Iterable[str], join: str = "or") -> str:
-    """Words as a choice, such as '"a", "b" or "c"'."""
+    """Join words as a choice, such as '"a", "b" or "c"'."""
     texts = [f'"{shorten(word, 40)}"' for word in words]
     return texts[0] if len(texts) == 1 else f"{', '.join(texts[:-1])} {join} {texts[-1]}"
 
 
 def nearest(word: str, words: Iterable[str], cutoff: float = 0.6) -> str | None:
-    """The one of `words` that `word` was probably meant to be, or None."""
+    """Return the most similar word of `words`, or None."""
     folded = {candidate.casefold(): candidate for candidate in words}
     plain = word.casefold().replace(" ", "_")
     match = get_close_matches(plain, folded, n=1, cutoff=cutoff)
     if not match and len(plain) >= 3:
-        # Only the beginning was written, such as "greenwod" of "greenwood-williamson".
+        # Compare with beginnings too, such as "greenwod" with "greenwood-williamson".
         starts = {name[: len(plain)]: name for name in folded}
         match = [starts[start] for start in get_close_matches(plain, starts, n=1, cutoff=0.7)]
-    # One letter is no suggestion for two or more: it would be right by chance.
+    # Do not suggest a single letter for a longer word.
     if not match or len(match[0]) < min(len(plain), 2):
         return None
     return folded[match[0]]
 
 
 def did_you_mean(word: str, words: Iterable[str], cutoff: float = 0.6) -> str:
-    """A question to append to a message, or nothing."""
+    """Return a suggestion to append to a message, or ""."""
     match = nearest(word, words, cutoff)
     return f'; did you mean "{match}"?' if match else ""
 
 
 def plural(count: int, noun: str) -> str:
-    """A number of things, such as "1 cycle" or "3 cycles"."""
+    """Format a count with its noun, such as "1 cycle" or "3 cycles"."""
     return f"{count} {noun}{'' if count == 1 else 's'}"
 
 
 def joined(texts: Sequence[str]) -> str:
-    """Texts as one, such as "a, b and c"."""
+    """Join texts, such as "a, b and c"."""
     return " and ".join(filter(None, (", ".join(texts[:-1]), texts[-1])))
 
 
 def capital(text: str) -> str:
-    """A sentence that begins with a capital."""
+    """Capitalise the first letter of a sentence."""
     return f"{text[:1].upper()}{text[1:]}"

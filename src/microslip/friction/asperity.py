@@ -162,10 +162,8 @@ class Asperity(Interface):
         """Compute the normal surface displacement [m], inside and outside the contact.
 
         Distances [m] are as :meth:`pressure` has them. ``body`` is "first" or "second"; the
-        displacement
-        is into the body, relative to its distant points. By default it is the sum of both bodies,
-        which
-        in the contact is s - r^2/2 rho. Another body raises InputError.
+        displacement is into the body, relative to its distant points. By default it is the sum of
+        both bodies, which in the contact is s - r^2/2 rho. Another body raises InputError.
 
         Notes
         -----
@@ -190,8 +188,7 @@ class Asperity(Interface):
         """Compute the radius c [m] of the stick circle on first loading (19.9).
 
         For displacements [m] from rest, or forces T [N] up to the force limit, of any shape; signs
-        are
-        ignored. c = a (1 - T/mu N)^(1/3), and 0 from the slip limit on.
+        are ignored. c = a (1 - T/mu N)^(1/3), and 0 from the slip limit on.
         """
         name, values = _one_of(displacement, force)
         if name == "displacement":
@@ -254,8 +251,7 @@ class Asperity(Interface):
         """Compute zones, tractions and surface displacements at the end of a record from rest.
 
         The record is one-dimensional, displacements [m] or forces [N] below the force limit.
-        Turning
-        points are sufficient; a single number is first loading.
+        Turning points are sufficient; a single number is first loading.
         """
         name, values = _one_of(displacement, force)
         x = record(name, values, "N" if name == "force" else "m").reshape(-1)
@@ -288,8 +284,7 @@ class Asperity(Interface):
         """Return an initial guess for a fit: friction from the limit, radius from the slip limit.
 
         ``pair`` is required, and ``normal_load`` [N], a number or one per record, if the records do
-        not
-        hold it. The asperity is at the mean load. ``data`` as for :meth:`BackboneLaw.guess`.
+        not hold it. The asperity is at the mean load. ``data`` as for :meth:`BackboneLaw.guess`.
         """
         check_pair(pair)
         assert pair is not None

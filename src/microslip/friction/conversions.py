@@ -31,10 +31,9 @@ def discretise(law: BackboneLaw, count: int) -> Iwan:
     """Return at most ``count`` cells whose backbone is the polygon of the law's tangents.
 
     One cell replaces all sliders that yield between two knots. Its stiffness is the decrease of
-    T0',
-    its force limit the increase of T0 - u T0'. Force and slope are exact at every knot, as are the
-    stiffness at rest and the force limit. Between knots h apart the polygon is above the law by up
-    to h^2 |T0''|/8.
+    T0', its force limit the increase of T0 - u T0'. Force and slope are exact at every knot, as are
+    the stiffness at rest and the force limit. Between knots h apart the polygon is above the law by
+    up to h^2 |T0''|/8.
     """
     sliders = law.sliders()
     places = sliders.yield_displacements
@@ -56,12 +55,11 @@ def discretise_over(law: BackboneLaw, count: int, smallest: float, largest: floa
     """Return at most ``count`` cells with uniform relative error over a range of amplitudes.
 
     Knots are geometric up to the largest amplitude, so each cycle of the range has the same number
-    of
-    yielding cells relative to its size, and denser where the slider density is high, as at the slip
-    limit of a sphere. Between knots h apart the polygon is above the law by up to h^2 |T0''|/8, and
-    the energy E of a cycle of amplitude a is wrong by 4 a times that; knots therefore divide the
-    integral of sqrt(a |T0''|/E) evenly. The first knots are below the smallest amplitude, since
-    sliders that yield there contribute too.
+    of yielding cells relative to its size, and denser where the slider density is high, as at the
+    slip limit of a sphere. Between knots h apart the polygon is above the law by up to h^2
+    |T0''|/8, and the energy E of a cycle of amplitude a is wrong by 4 a times that; knots therefore
+    divide the integral of sqrt(a |T0''|/E) evenly. The first knots are below the smallest
+    amplitude, since sliders that yield there contribute too.
     """
     sliders = law.sliders()
     places = sliders.yield_displacements

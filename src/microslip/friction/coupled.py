@@ -61,8 +61,7 @@ class CoupledResponse(Locked):
         """Energy dissipated from rest up to each sample [J], nondecreasing.
 
         In a settled periodic history the increase over a cycle is the area of its loop. In the
-        first
-        cycles the area of the loop also includes stored energy.
+        first cycles the area of the loop also includes stored energy.
         """
         return lock(np.cumsum(self.energy_per_step))
 
@@ -79,9 +78,8 @@ class CoupledResponse(Locked):
         """Compute the net displacement [m] in each cycle of a periodic history.
 
         Under force control a varying load moves a joint, because contacts slip while the load is
-        low.
-        The joint has settled if the values vanish within rounding; otherwise it ratchets, which is
-        physical close to gross slip. Cycles and errors as for :meth:`energy_per_cycle`.
+        low. The joint has settled if the values vanish within rounding; otherwise it ratchets,
+        which is physical close to gross slip. Cycles and errors as for :meth:`energy_per_cycle`.
         """
         count, first = self._cycles(samples_per_cycle)
         return np.diff(self.displacement[first::count])
@@ -190,15 +188,12 @@ class CoupledLaw(BackboneLaw):
         """Compute the displacement for a record of force and normal load.
 
         Inverse of :meth:`coupled_force`. A varying load moves a joint under a constant force,
-        because
-        contacts slip while the load is low. Below mu N a periodic history settles in its first
-        cycle.
-        In gross slip a joint may ratchet, which is physical and reported by
+        because contacts slip while the load is low. Below mu N a periodic history settles in its
+        first cycle. In gross slip a joint may ratchet, which is physical and reported by
         :meth:`microslip.friction.CoupledResponse.ratcheting`.
 
         Forces [N] must be below mu N at each sample, otherwise InputError is raised. Displacements
-        are
-        in [m]. Parameters, shapes and errors are otherwise as :meth:`coupled_force` has them.
+        are in [m]. Parameters, shapes and errors are otherwise as :meth:`coupled_force` has them.
         """
         x = self._respond_to_force(force, normal_load, separation).displacement
         return float(x[0]) if np.ndim(force) == 0 else x.copy()
@@ -391,11 +386,9 @@ class CoupledLaw(BackboneLaw):
         """Compute force, load and tangents after one straight step from rest.
 
         Displacements [m], and either normal loads [N] above zero or separations [m], at the end of
-        the
-        step, of any shapes that broadcast. The step starts at the load of the joint. Returns the
-        same as
-        :func:`microslip.friction.first_loading`, which takes the separations before the step as
-        well.
+        the step, of any shapes that broadcast. The step starts at the load of the joint. Returns
+        the same as :func:`microslip.friction.first_loading`, which takes the separations before the
+        step as well.
         """
         check_one_of("normal_load [N] or separation=... [m]", normal_load, separation)
         if separation is None:

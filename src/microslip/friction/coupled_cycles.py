@@ -52,12 +52,10 @@ class CoupledCycle(Locked):
         """Compute derivatives of the forces along directions of displacement and separation.
 
         Directions are derivatives of the displacement [m], and of the separation [m] or the normal
-        load
-        [N], with respect to each parameter, shape (samples, parameters) or (samples,). The result
-        has
-        the same shape [N]. The derivative of the normal load is ``-normal_stiffness`` times that of
-        the
-        separation. InputError is raised if the load changes at a sample without contact.
+        load [N], with respect to each parameter, shape (samples, parameters) or (samples,). The
+        result has the same shape [N]. The derivative of the normal load is ``-normal_stiffness``
+        times that of the separation. InputError is raised if the load changes at a sample without
+        contact.
         """
         if separation is not None and normal_load is not None:
             raise InputError("`separation` or `normal_load` must be given, not both")

@@ -325,10 +325,8 @@ class JointField(ByValue, SettledField, Locked):
         """Compute forces and tangents at the end of a straight path from rest, in closed form.
 
         Tangential displacements [m] and separations [m] are numbers or one-dimensional, one per
-        node.
-        The result has ``force`` [N], ``load`` [N] and ``tangent`` [N/m] of shape (nodes, 2, 2),
-        after
-        :func:`microslip.first_loading` (Jaeger 1998, DOI 10.1115/1.2833765).
+        node. The result has ``force`` [N], ``load`` [N] and ``tangent`` [N/m] of shape (nodes, 2,
+        2), after :func:`microslip.first_loading` (Jaeger 1998, DOI 10.1115/1.2833765).
         """
         nodes = self._nodes
         place = beyond(nodes.per_node("displacement", displacement, "m"), nodes.slips)
@@ -344,8 +342,7 @@ class JointField(ByValue, SettledField, Locked):
         """Compute the energy [J] of a closed cycle about rest, at the separations of rest.
 
         Amplitudes [m] are not negative: a number, shape (nodes,), or (cycles, nodes) for many
-        cycles at
-        once. Energies have shape (nodes,) or (cycles, nodes), as
+        cycles at once. Energies have shape (nodes,) or (cycles, nodes), as
         :meth:`microslip.Interface.dissipated_energy`.
         """
         a = sized("amplitude", amplitude)

@@ -23,8 +23,7 @@ class FieldBackbone(Locked, BackboneLaw):
     """Backbone of a field whose nodes share the displacement, returned by ``JointField.rigid``.
 
     T0(delta) = sum of mu_i [N_i(d_i) - N_i(d_i + delta/kappa_i)], each node at its separation at
-    rest
-    (Jaeger 1998, DOI 10.1115/1.2833765, summed).
+    rest (Jaeger 1998, DOI 10.1115/1.2833765, summed).
     """
 
     _curve: LoadCurve

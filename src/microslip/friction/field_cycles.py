@@ -33,8 +33,7 @@ class NodeCycles:
     """Cycles of nodes given by displacements [m] and steps of the separation [m] from rest.
 
     Shapes are (nodes, samples); ``steps`` is None at constant separations. ``rest`` is the result
-    of
-    :func:`rest_of`; a mean rest displacement changes with the displacements.
+    of :func:`rest_of`; a mean rest displacement changes with the displacements.
 
     Each node moves from rest in a straight line to the sample with the largest step + |place|, its
     root, which wipes out all memory. If the root is within the region that this path pressed down
@@ -93,10 +92,8 @@ class NodeCycles:
         """Return Fourier coefficients of forces and loads [N], and the derivatives of both.
 
         ``analysis``, shape (samples, coefficients), transforms samples to coefficients. Derivatives
-        have
-        shape (nodes, coefficients, directions): directions of the displacements first, then those
-        of the
-        separations. Loads depend on the separations alone.
+        have shape (nodes, coefficients, directions): directions of the displacements first, then
+        those of the separations. Loads depend on the separations alone.
         """
         size, count = self.nodes.size, analysis.shape[1]
         directions = by_displacement.shape[2] + by_separation.shape[2]
@@ -157,10 +154,9 @@ class FieldCycle(Locked):
     ) -> tuple[Floats, Floats]:
         """Compute derivatives of forces and loads [N per unit] along directions.
 
-        Directions are derivatives of displacements and separations [m per unit], shape
-        (samples, directions) if equal for all nodes, or (nodes, samples, directions). Both results
-        have
-        the shape (nodes, samples, directions). Separations are constant by default.
+        Directions are derivatives of displacements and separations [m per unit], shape (samples,
+        directions) if equal for all nodes, or (nodes, samples, directions). Both results have the
+        shape (nodes, samples, directions). Separations are constant by default.
         """
         by_place, by_step = self._directions("displacements", displacements), None
         if separations is not None:

@@ -128,8 +128,7 @@ class AsperityFields(Locked):
         """Inner radius c' [m] of the slip after the first reversal (19.18).
 
         (c'/a)^3 = 1 - |T - T_r|/2 mu N with T at the end of this move. The contact radius if there
-        was
-        no reversal.
+        was no reversal.
         """
         return self._radius(1) if self._factors.size > 1 else self.asperity.contact_radius
 

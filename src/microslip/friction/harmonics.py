@@ -2,9 +2,8 @@
 
 Between turning points, closures of inner loops and kinks of the law the settled force is smooth.
 Gauss-Legendre quadrature then gives its coefficients to rounding error with a few dozen nodes,
-where
-equidistant samples would miss the turning points. With D = dT/dp and c = dx/dp, on the branch that
-began at reversal r, D = D_r + k (c - c_r), with k the stiffness of the branch.
+where equidistant samples would miss the turning points. With D = dT/dp and c = dx/dp, on the branch
+that began at reversal r, D = D_r + k (c - c_r), with k the stiffness of the branch.
 
 Laws with a table, and fields, are integrated in the kernel (`_harmonics.h`). The code here is for
 laws without a table, cut at their kinks.
@@ -131,8 +130,7 @@ class Basis:
         """Integrate coefficients of forces and their Jacobians with a compiled kernel.
 
         ``rows`` are displacement coefficients (rows, size), ``begin`` the rest displacements [m],
-        one or
-        one per row. ``line`` holds the arguments of the law.
+        one or one per row. ``line`` holds the arguments of the law.
         """
         dense, columns = self.dense(rows)
         dense[:, 0] -= begin

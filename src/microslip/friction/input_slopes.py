@@ -107,8 +107,7 @@ def _like(joint: Interface, name: str, factor: float) -> DrawnFace:
     """Return the Gaussian face equivalent to a measured one, with one input multiplied.
 
     It has the rms height, slope and tightening of the measured face, and is scaled to its
-    stiffness,
-    which avoids a second solution of the scan.
+    stiffness, which avoids a second solution of the scan.
     """
     surface: Any = joint.surface
     numbers, pair = surface.numbers, surface.pair

@@ -157,8 +157,7 @@ class Interface(CoupledLaw):
         """Displacement scale of the transition from sticking to sliding [m].
 
         The slip per indentation times the spread of the heights if the surface has one, otherwise
-        the
-        force limit over the stiffness at rest.
+        the force limit over the stiffness at rest.
         """
         return self._slip_scale[0]
 
@@ -294,8 +293,7 @@ class Interface(CoupledLaw):
         """Return the interface as a parallel Iwan model (Iwan 1966, DOI 10.1115/1.3625199).
 
         The density is -T0'' = (mu/kappa^2) N''(d + u/kappa) [N/m^2]. There are discrete sliders
-        only
-        where N' jumps, as in a piecewise-linear table.
+        only where N' jumps, as in a piecewise-linear table.
         """
         places, jumps = self.surface._corners(self.separation)
         kappa = self.slip_per_indentation

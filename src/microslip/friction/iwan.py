@@ -148,8 +148,7 @@ class Iwan(Locked, CellModel):
         """Return an initial guess for a fit: stiffnesses by nonnegative least squares.
 
         The yield displacements form a geometric grid of ``cells`` values, 1 to 1000. Cells with
-        zero
-        stiffness are dropped. ``data`` as for :meth:`BackboneLaw.guess`.
+        zero stiffness are dropped. ``data`` as for :meth:`BackboneLaw.guess`.
         """
         yields = yield_grid(data, whole_number("cells", cells, 1, 1000))
         stiffnesses = cell_stiffnesses(data, yields)

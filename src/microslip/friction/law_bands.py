@@ -67,8 +67,7 @@ class LawBand(Locked):
         """Interpolate the intervals to other amplitudes; NaN outside the range of the band.
 
         The distances of both ends from the value of the law are interpolated, so the interval
-        always
-        contains the value of the law.
+        always contains the value of the law.
 
         Parameters
         ----------

@@ -95,8 +95,7 @@ class Loop(Locked):
         """Width of the loop at mid force relative to the range of displacement, D [-].
 
         The sliding ratio of Fouvry, Kapsa and Vincent (Wear 185, 35, 1995): 0 for an elastic loop,
-        1
-        for a rigid-plastic loop.
+        1 for a rigid-plastic loop.
         """
         middle = 0.5 * (float(self.force.max()) + float(self.force.min()))
         t = np.append(self.force, self.force[0]) - middle
@@ -135,8 +134,7 @@ class Loop(Locked):
         """Draw force over displacement.
 
         With ``minus_secant`` the secant line is subtracted, which shows the width of a thin loop.
-        Loops
-        drawn on the same axes share their units. ``ax``, ``color`` and ``label`` as for
+        Loops drawn on the same axes share their units. ``ax``, ``color`` and ``label`` as for
         :meth:`microslip.BackboneLaw.plot`.
         """
         from microslip.figures import draw

@@ -207,8 +207,7 @@ class PressedJoint(Parallel):
         """Return an initial guess for a fit: :meth:`Interface.guess` under a given pressure.
 
         ``pressure`` is required. ``area`` [m^2] defaults to the area of the pressure.
-        ``normal_load``
-        [N] is a number or one-dimensional, one per record. Other parameters as for
+        ``normal_load`` [N] is a number or one-dimensional, one per record. Other parameters as for
         :meth:`Interface.guess`.
         """
         spread = _checked_pressure(pressure)

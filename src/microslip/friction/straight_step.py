@@ -67,10 +67,10 @@ def first_loading(
 
     Notes
     -----
-    For slip, T = mu [N(d) - N(d + abs(delta)/kappa)] with kappa = mu E*/4G*. If the approach
-    w = d0 - d >= abs(delta)/kappa, new contact sticks as it forms and
-    T = mu delta/(kappa w) [N(d) - N(d0)] (Jaeger 1998, DOI 10.1115/1.2833765). The tangent jumps
-    between the two cases; on their boundary it is that of sticking.
+    For slip, T = mu [N(d) - N(d + abs(delta)/kappa)] with kappa = mu E*/4G*. If the approach w = d0
+    - d >= abs(delta)/kappa, new contact sticks as it forms and T = mu delta/(kappa w) [N(d) -
+    N(d0)] (Jaeger 1998, DOI 10.1115/1.2833765). The tangent jumps between the two cases; on their
+    boundary it is that of sticking.
     """
     check_surface(surface)
     mu = positive("friction_coefficient", friction_coefficient)

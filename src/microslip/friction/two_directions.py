@@ -106,10 +106,8 @@ class IsotropicJoint(Locked):
         """Return a state at rest, of this joint or of ``nodes`` independent equal joints [-].
 
         The state of a single joint has no axis of nodes. ``energies`` accumulates the dissipated
-        energy.
-        ``arrays`` is the output of ``to_arrays`` of a state [m, J], shapes as described there; the
-        new
-        state continues from it.
+        energy. ``arrays`` is the output of ``to_arrays`` of a state [m, J], shapes as described
+        there; the new state continues from it.
         """
         if nodes is not None:
             whole_number("nodes", nodes, 1, _MOST_IN_STATE // self._bank.tops.size)
@@ -131,8 +129,7 @@ class IsotropicJoint(Locked):
         """Compute the energy [J] of a settled circular motion in closed form.
 
         For radii a [m] of any shape, the sum of 2 pi k u sqrt(a^2 - u^2) over the sliders with
-        yield
-        displacement u < a.
+        yield displacement u < a.
         """
         a = sized("amplitude", amplitude)
         if a.min() < 0.0:
@@ -229,15 +226,12 @@ class IsotropicField(Locked):
     -----
     In one direction, the memory of a varying load equals that of sliders over the separations eta.
     Each holds g = integral of D from d to eta, with |g| <= eta - d, and T = mu times the integral
-    of
-    N''(eta) g over eta (the method of memory diagrams, DOI 10.3389/fmech.2020.00030, integrated by
-    parts). Here g is a vector that follows every step and slips along itself where it would exceed
-    the radius eta - d. The assumptions are those of :class:`microslip.IsotropicJoint`; in addition
-    a
-    slider whose radius shrinks as contact is lost slips along its force. Along a line the model
-    equals the coupled joint, at constant separations the isotropic one, both with a piecewise
-    linear
-    load curve.
+    of N''(eta) g over eta (the method of memory diagrams, DOI 10.3389/fmech.2020.00030, integrated
+    by parts). Here g is a vector that follows every step and slips along itself where it would
+    exceed the radius eta - d. The assumptions are those of :class:`microslip.IsotropicJoint`; in
+    addition a slider whose radius shrinks as contact is lost slips along its force. Along a line
+    the model equals the coupled joint, at constant separations the isotropic one, both with a
+    piecewise linear load curve.
 
     For a :class:`microslip.MeasuredContact` with a ``direction``, the direction of the first
     displacement, the stiffness is the tensor of the lay, and slip is along the force of the slider.
@@ -254,8 +248,7 @@ class IsotropicField(Locked):
         """Largest relative error of the piecewise linear load curve [-].
 
         From the nearest separation to that of the lightest node at rest. The relative error of mu N
-        at
-        both ends of slip bounds that of the forces.
+        at both ends of slip bounds that of the forces.
         """
         last = float(_places_at_rest(self.field)[self.field.normal_loads > 0.0].max())
         inner = self.knots[:-1][self.knots[1:] <= last]
@@ -298,8 +291,7 @@ class IsotropicField(Locked):
         """Return a state of all nodes at rest.
 
         ``energies`` accumulates the dissipated energy. ``arrays`` is the output of ``to_arrays`` of
-        a
-        state [m, J], shapes as described there; the new state continues from it.
+        a state [m, J], shapes as described there; the new state continues from it.
         """
         if arrays is not None:
             return VectorState._from_arrays(self._bank, False, arrays)

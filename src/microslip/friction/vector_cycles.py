@@ -51,11 +51,9 @@ class VectorCycle(Locked):
         """Compute derivatives of the forces [N per unit] along directions common to all nodes.
 
         ``directions`` are derivatives of a displacement [m per unit], shape (samples, directions).
-        They
-        apply to the first displacement, then to the second, followed by those of ``separations``.
-        The
-        last axis of the result has 2 directions + separations columns: shape (nodes, samples, 2,
-        columns), without the first axis for a single joint.
+        They apply to the first displacement, then to the second, followed by those of
+        ``separations``. The last axis of the result has 2 directions + separations columns: shape
+        (nodes, samples, 2, columns), without the first axis for a single joint.
         """
         samples = self._places.shape[1]
         by = [_directions("directions", directions, samples)]

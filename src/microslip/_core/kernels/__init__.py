@@ -1,7 +1,7 @@
-"""The inner loops, compiled from C, and the polynomials that they evaluate.
+"""Compiled kernels and their Python interface.
 
-What each kernel takes and gives back is its own docstring: ``help(kernels.compiled.coupled)``. They
-write into arrays that they are given, C-contiguous float64 (codes and parents: int64).
+Each kernel documents its arguments: ``help(kernels.compiled.coupled)``. Results are written to
+given arrays, C-contiguous float64 (codes and parents: int64).
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 TERMS = 12
-"""Coefficients of a panel of a table."""
+"""Number of coefficients of a panel of a table."""
 PROFILE_TERMS = 14
-"""Coefficients of a panel of a load curve."""
+"""Number of coefficients of a panel of a load curve."""
 RULES = ((0.05, 4), (1.0, 8), (16.0, 16))
-"""Rules for what slip loses: for pieces of so many panels at most, so many nodes each."""
+"""Quadrature of slip losses: (largest length in panels, number of nodes)."""
 
 try:
     compiled: Any = import_module("microslip._core.kernels._compiled")
 except ImportError as error:
     raise ImportError(
-        f"microslip's compiled kernel does not load ({error}): install microslip again; "
-        "no C compiler is needed, pip brings one where there is none"
+        f"the compiled kernel of microslip cannot be loaded ({error}): install microslip again; "
+        "wheels need no C compiler"
     ) from error
 if (compiled.TERMS, compiled.PROFILE_TERMS) != (TERMS, PROFILE_TERMS):
     raise ImportError("the compiled kernel is older than the package: install microslip again")
@@ -51,23 +51,23 @@ __all__ = [
 ]
 
 NAME = "compiled"
-"""Name of the kernel in results."""
+"""Name of the kernel written to results."""
 
 
 class Curve(Protocol):
-    """A load curve that no profile gives, asked at many separations at once."""
+    """Load curve without a profile, evaluated at many separations at once."""
 
     def drop(self, base: Floats, width: Floats) -> Floats:
-        """N(b) - N(b + w)."""
+        """Return N(b) - N(b + w)."""
 
     def load(self, separation: Floats) -> tuple[Floats, Floats]:
-        """N and -N'."""
+        """Return N and -N'."""
 
 
 def curve_arguments(curve: Curve) -> tuple[Callable[[memoryview, memoryview], None]]:
-    """A curve as kernels take it in the place of ``Profile.arguments``, after all other arguments.
+    """Return the kernel arguments of a curve, in place of ``Profile.arguments``.
 
-    The kernel asks all that it has to know of the curve in one go.
+    The kernel collects all evaluations of the curve and requests them in one call.
     """
 
     def answer(drops: memoryview, loads: memoryview) -> None:
@@ -89,9 +89,9 @@ def slip_runs(
     last_separation: float,
     last_place: float,
 ) -> Floats:
-    """Runs of the slip front along a record from a diagram, one a column of eight numbers."""
+    """Return the runs of the slip front along a record, one per column of eight numbers."""
     count = room = 4 * separation.size + depth
-    while count >= room:  # a step has few as a rule; where there are more, their number is told
+    while count >= room:  # a step usually has few; otherwise the kernel returns the number needed
         room = count + 1
         runs, rows = np.empty((room, 8)), np.empty((depth + separation.size, 3))
         rows[:depth] = stack[:depth]
@@ -104,14 +104,14 @@ def slip_runs(
 
 @cache
 def _moment_coefficients(twice_order: int) -> Floats:
-    """Series by (piece, term); made, and explained, by tools/make_gaussian_tables.py."""
-    # By its path: importlib.resources would take longer to import than all of this.
+    """Return the series by (piece, term), see tools/make_gaussian_tables.py."""
+    # Load by path, since importing importlib.resources is slow.
     tables = np.load(Path(__file__).with_name("gaussian_moments.npy"), allow_pickle=False)
     return np.ascontiguousarray(tables[twice_order + 1].ravel())
 
 
 def gaussian_moment(h: Floats, twice_order: int) -> Floats:
-    """F_n(h), n = twice_order/2 in -1/2 ... 5/2, of the standard Gaussian; any shape."""
+    """Compute F_n(h), n = twice_order/2 from -1/2 to 5/2, of the standard Gaussian."""
     flat = np.ascontiguousarray(h, dtype=float).reshape(-1)
     out = np.empty_like(flat)
     compiled.gaussian_moment(flat, out, _moment_coefficients(twice_order), twice_order)
@@ -119,6 +119,6 @@ def gaussian_moment(h: Floats, twice_order: int) -> Floats:
 
 
 def gaussian_moment_at(h: float, twice_order: int) -> float:
-    """F_n(h) at one h."""
+    """Compute F_n(h) at one h."""
     value: float = compiled.gaussian_moment_at(h, _moment_coefficients(twice_order), twice_order)
     return value

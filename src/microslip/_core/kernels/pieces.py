@@ -1,4 +1,4 @@
-"""Curves that are smooth between given places only, as pieces that are exact to rounding."""
+"""Piecewise polynomials of curves that are smooth between given breaks."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from microslip._core.frozen import Locked, lock
 from microslip._core.kernels.table import NODES, TO_POWERS, TO_SERIES
 from microslip._core.quadrature import gauss_legendre
 
-_ROUNDING = 4e-15  # of the slope on a piece, for the terms left out
-_NOTHING = 2e-17  # of the load, for what a piece leaves out of it
+_ROUNDING = 4e-15  # truncation error over the slope on a piece
+_NOTHING = 2e-17  # truncation error over the load
 _LEVELS = 60
 _MOST_PIECES = 60_000
 _EPS = 2.3e-16
@@ -27,10 +27,10 @@ _SHARES, _WEIGHTS = gauss_legendre(16)
 
 
 def _mean_matrix(roots: bool) -> Floats:
-    """Return what takes a Chebyshev series of the slope to the powers of its mean from the end.
+    """Return the matrix from a Chebyshev series of the slope to powers of its mean from the end.
 
-    The mean over 0 <= t <= 1 at z t is G of ``_pieces.h`` over the width of the piece; where roots
-    are taken, t is the square of the variable of integration.
+    The mean over 0 <= t <= 1 at z t is G of ``_pieces.h`` over the width of the piece. With
+    ``roots``, t is the square of the variable of integration.
     """
     weights = 2.0 * _SHARES * _WEIGHTS if roots else _WEIGHTS
     places = 2.0 * _Y[:, None] * _SHARES - 1.0
@@ -46,11 +46,11 @@ _MEANS = _mean_matrix(False), _mean_matrix(True)
 
 @dataclass(frozen=True, eq=False)
 class Pieces(Locked):
-    """A decreasing convex N(x), such as a load curve or the force limit less a backbone.
+    """Decreasing convex N(x), such as a load curve or the force limit minus a backbone.
 
-    Between ``breaks`` N is smooth but for roots of the distance to the next break above, as a
-    contact of spheres has them where it ends. What is sampled is -N'; N follows by integration from
-    the last edge on, so that both keep their relative accuracy.
+    Between ``breaks`` N is smooth except for square roots of the distance to the next break, as at
+    the end of a contact of spheres. -N' is sampled, and N follows by integration from the last
+    edge, so both keep their relative accuracy.
     """
 
     edges: Floats
@@ -68,11 +68,11 @@ class Pieces(Locked):
         origin: float = 0.0,
         cuts: Floats | None = None,
     ) -> Pieces | None:
-        """Return the pieces of N on [low, high] by -N' and N; None where there would be too many.
+        """Sample N on [low, high] from -N' and N; None if too many pieces are needed.
 
-        Places are exact to the rounding of ``origin`` plus a place. Further edges may stand at
-        ``cuts`` to begin with, where N changes on scales of many sizes. Pieces are halved until the
-        terms that they leave out are rounding of the slope, or nothing beside the load.
+        Places are exact to the rounding of ``origin`` plus a place. ``cuts`` are further initial
+        edges, for N with several length scales. Pieces are bisected until the truncation error is
+        rounding of the slope, or negligible relative to the load.
         """
         inner = breaks[(breaks > low) & (breaks < high)]
         edges = np.concatenate(([low], inner, [high]))
@@ -107,7 +107,7 @@ class Pieces(Locked):
         begin, end, roots, series = (np.concatenate(part) for part in zip(*done, strict=True))
         order = np.argsort(begin)
         begin, end, roots, series = begin[order], end[order], roots[order] > 0, series[order]
-        # What is rounding of the first term is taken off: straight pieces stay straight.
+        # Remove terms at rounding level, so that linear pieces stay linear.
         straight = np.abs(series[:, 1:]).max(axis=1) <= 8.0 * _EPS * np.abs(series[:, 0])
         means = [series[:, : kernels.TERMS] @ matrix for matrix in _MEANS]
         powers = np.where(roots[:, None], means[1], means[0]) * (end - begin)[:, None]
@@ -123,7 +123,7 @@ class Pieces(Locked):
 
     @cached_property
     def arguments(self) -> tuple[Any, ...]:
-        """The pieces as kernels of harmonics take them, after their other arguments."""
+        """Arguments of the pieces for kernels of harmonics."""
         return self.edges, self.rows, self.breaks
 
 
@@ -135,7 +135,7 @@ def _fit(
     width: Floats,
     origin: float,
 ) -> tuple[Floats, Any]:
-    """Return Chebyshev series of the slope at rows of places, and whether they are resolved."""
+    """Return Chebyshev series of the slope for rows of places, and True for resolved rows."""
     values = fall(x.reshape(-1)).reshape(x.shape)
     series = values @ TO_SERIES
     left_out = np.abs(series[:, kernels.TERMS - 1 :]).max(axis=1)
@@ -154,7 +154,7 @@ def backbone_pieces(
     limit: float,
     stiffness: float,
 ) -> Pieces | None:
-    """Return the force limit less a backbone as pieces, from rest to where it is reached."""
+    """Return the force limit minus a backbone as pieces, from rest to full slip."""
     end = reach = limit / stiffness
     kinks = kinks[kinks > 0.0]
     if kinks.size:

@@ -1,4 +1,4 @@
-"""Load curves N(d) as piecewise polynomials, with their slopes, differences and inverse."""
+"""Load curves N(d) as piecewise polynomials, with slopes, differences and inverse."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ from microslip._core.kernels.table import NODES, TO_POWERS, TO_SERIES
 from microslip._core.quadrature import gauss_legendre
 
 Derivative = Callable[[Floats, int], Floats]
-"""Derivatives of N by the separation, of order 0, 1 and 2."""
+"""Derivatives of N with respect to the separation, of order 0, 1 and 2."""
 
-_ROUNDING = 2e-15  # of N'' on a panel, for the terms left out
-_TOLERANCE = 1e-13  # the same where they no longer fall: the rounding of the law itself
+_ROUNDING = 2e-15  # truncation error over N'' on a panel
+_TOLERANCE = 1e-13  # the same once it stops falling, at the rounding error of the law
 _WIDTHS = (2.0, 1.4, 1.0, 0.7, 0.5, 0.35, 0.25, 0.18)  # of panels, in decay lengths
-_MAX_PANELS = 4096  # panels
+_MAX_PANELS = 4096
 _KINKED_PANELS = (512, 1024, 2048, 4096)  # panels of a law with many small kinks
-_KINKED_TOLERANCE = 3e-12  # of N, beside that at rest
-_INVERSE_TOLERANCE = 1e-9  # decay lengths, for the inverse before a step of Newton's method
+_KINKED_TOLERANCE = 3e-12  # error of N over N at rest
+_INVERSE_TOLERANCE = 1e-9  # error of the inverse before a Newton step, in decay lengths
 _LOSS_RULES = np.concatenate([np.concatenate(gauss_legendre(count)) for _, count in RULES])
 
 
 class _Grid(NamedTuple):
-    """Panels of one width, of which number ``first`` begins at ``anchor``."""
+    """Panels of equal width; panel ``first`` begins at ``anchor``."""
 
     anchor: float
     width: float
@@ -42,8 +42,8 @@ class _Grid(NamedTuple):
     def of(
         cls, low: float, end: float, width: float, edge: float, panels: int | None = None
     ) -> _Grid:
-        """Panels from low on, to the end or so many."""
-        # A panel begins at 0, or at the edge, so that places near it keep their digits.
+        """Return panels from ``low`` to ``end``, or the given number of panels."""
+        # A panel begins at 0 or at the edge, so that nearby places keep their digits.
         anchor = 0.0 if low - width >= edge else edge
         first = -math.floor((low - anchor) / width)
         count = panels or first + math.ceil((end - anchor) / width)
@@ -51,7 +51,7 @@ class _Grid(NamedTuple):
         return cls(anchor, width, first, middles)
 
     def series(self, derivative: Derivative, bend: float) -> tuple[Floats, float]:
-        """Chebyshev series of N'' in each panel, and the largest share of what they leave out."""
+        """Return Chebyshev series of N'' by panel, and the largest relative truncation error."""
         x = self.middles[:, None] + 0.5 * self.width * NODES
         series = np.asarray(
             derivative(x.reshape(-1), 2).reshape(x.shape) @ TO_SERIES, dtype=np.float64
@@ -62,9 +62,9 @@ class _Grid(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Profile(Locked):
-    """A decreasing convex N(d) on [low, high]; past it N only fades away and is known roughly.
+    """Decreasing convex N(d) on [low, high], approximate beyond high.
 
-    N'' is what is sampled: it keeps its relative accuracy then, and so do N' and N with it.
+    N'' is sampled, so that N'', N' and N keep their relative accuracy.
     """
 
     coefficients: Floats  # (panels, PROFILE_TERMS)
@@ -78,9 +78,9 @@ class Profile(Locked):
     def sample(
         cls, derivative: Derivative, low: float, high: float, end: float, edge: float
     ) -> Profile | None:
-        """A profile on [low, high]; None where panels do not resolve N'' there.
+        """Sample a profile on [low, high]; None if panels do not resolve N''.
 
-        At ``end`` no load is left; below ``edge`` <= low the function is not smooth.
+        The load vanishes at ``end``; below ``edge`` <= low the function is not smooth.
         """
         load, slope, bend = (float(derivative(np.array([high]), k)[0]) for k in range(3))
         if not (load > 0.0 and slope < 0.0 and bend > 0.0):
@@ -104,10 +104,11 @@ class Profile(Locked):
     def sample_kinked(
         cls, derivative: Derivative, low: float, end: float, edge: float
     ) -> Profile | None:
-        """A profile of a law with many small kinks in N'', as of a density given by a table.
+        """Sample a profile with many small kinks in N'', as for a tabulated density.
 
-        Panels as narrow as the kinks are dense keep N to 3e-12 of that at 0, and N' to about 1e-10:
-        what N'' misses in a panel counts in N by the square of its width over the decay length.
+        Panels as narrow as the spacing of the kinks keep the error of N below 3e-12 of N(0), and
+        that of N' at about 1e-10: errors of N'' enter N multiplied by the squared width over decay
+        length.
         """
         load, slope, bend = (float(derivative(np.zeros(1), k)[0]) for k in range(3))
         if not (load > 0.0 and slope < 0.0 and bend > 0.0):
@@ -136,12 +137,12 @@ class Profile(Locked):
 
     @cached_property
     def arguments(self) -> tuple[Any, ...]:
-        """The profile as every kernel takes it, after its other arguments."""
+        """Arguments of the profile for kernels."""
         return self.coefficients, self.anchor, self.inverse_width, self.first
 
     @cached_property
     def loss_rules(self) -> Floats:
-        """Nodes and weights for what slip loses, then the integrals of N past panels' middles."""
+        """Quadrature of slip losses, then the integrals of N beyond the middle of each panel."""
         odd = self.coefficients * (-1.0) ** np.arange(kernels.PROFILE_TERMS)
         left, right = (
             0.5 / self.inverse_width * (c / np.arange(1.0, kernels.PROFILE_TERMS + 1.0)).sum(axis=1)
@@ -151,20 +152,20 @@ class Profile(Locked):
         return lock(np.concatenate((_LOSS_RULES, after)))
 
     def load(self, separation: Floats) -> Floats:
-        """N at separations (one-dimensional)."""
+        """Return N at separations, one-dimensional."""
         value = np.empty(separation.size)
         kernels.compiled.loads(separation, value, None, *self.arguments)
         return value
 
     @cached_property
     def span(self) -> tuple[float, float]:
-        """The least and the largest load whose separations :meth:`separations` gives."""
+        """Smallest and largest load in the range of :meth:`separations`."""
         lightest, heaviest = self.load(np.array([self.high, self.low])).tolist()
         return (lightest, heaviest) if self._inverse is not None else (math.inf, 0.0)
 
     @cached_property
     def _inverse(self) -> tuple[Any, ...] | None:
-        """Separations over log N, roughly."""
+        """Approximate series of the separation over log N, None if N is not decreasing."""
         grid = np.linspace(self.low, self.high, 8 * len(self.coefficients) + 1)
         heights = np.log(self.load(grid))
         start, reach = heights[-1], float(heights[0] - heights[-1])
@@ -187,7 +188,7 @@ class Profile(Locked):
         return None
 
     def separations(self, load: Floats) -> Floats:
-        """Separations of loads (one-dimensional) within :attr:`span`."""
+        """Return the separations of loads within :attr:`span`, one-dimensional."""
         result = np.empty(load.size)
         kernels.compiled.separations(load, result, *self.arguments, *(self._inverse or ()))
         return result

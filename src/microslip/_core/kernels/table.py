@@ -1,4 +1,4 @@
-"""Smooth backbones as piecewise polynomials, exact to rounding and quick to evaluate."""
+"""Smooth backbones as piecewise polynomials, exact to rounding and fast to evaluate."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ from microslip._core.frozen import Locked, lock
 _POINTS = kernels.TERMS + 2
 _ANGLES = math.pi * (np.arange(_POINTS) + 0.5) / _POINTS
 NODES = np.cos(_ANGLES)
-"""Places in [-1, 1] at which a panel is sampled."""
+"""Nodes of a panel in [-1, 1]."""
 TO_SERIES = 2.0 / _POINTS * np.cos(np.outer(_ANGLES, np.arange(_POINTS)))
 TO_SERIES[:, 0] *= 0.5
-"""Takes samples on a panel, in rows, to its Chebyshev series."""
-# Series to powers of s in a step of its own: high coefficients are at rounding level by then, so
-# that the large numbers in here do not matter.
+"""Matrix from samples on a panel, in rows, to its Chebyshev series."""
+# A separate step from series to powers of s: high coefficients are then at rounding level, so the
+# large entries of this matrix do no harm.
 TO_POWERS = np.array(
     [
         np.pad(chebyshev.cheb2poly(row), (0, kernels.TERMS))[: kernels.TERMS]
         for row in np.eye(kernels.TERMS)
     ]
 )
-_ROUNDING = 2e-15  # of the value on a panel, for the terms left out
+_ROUNDING = 2e-15  # truncation error over the value on a panel
 _PANELS = (16, 24, 32, 48, 64, 96, 128, 192, 256)
 
 
 @dataclass(frozen=True, eq=False)
 class Table(Locked):
-    """A function u^power S(u) of u >= 0, S in panels of equal width, linear past the last one."""
+    """Function u^power S(u) of u >= 0, with S in equal panels, linear past the last one."""
 
     coefficients: Floats  # (panels, TERMS)
     inverse_width: float
@@ -54,11 +54,11 @@ class Table(Locked):
         rate: float = 0.0,
         tolerance: float = 1e-13,
     ) -> Table | None:
-        """A table of ``shape`` on (0, end]; None where panels do not resolve it to a tolerance.
+        """Sample the shape S on (0, end]; None if panels do not resolve it to ``tolerance``.
 
-        Storing the shape S instead of the function keeps the relative accuracy for u towards 0.
-        Panels are halved until what they leave out is rounding, or no longer falls: then it is the
-        rounding of the function itself.
+        Storing S instead of the function keeps the relative accuracy for u towards 0. Panels are
+        halved until the truncation error is at rounding level or stops falling, which indicates the
+        rounding error of the function itself.
         """
         before = math.inf
         for panels in _PANELS:
@@ -67,7 +67,7 @@ class Table(Locked):
             series = shape(u.reshape(-1)).reshape(u.shape) @ TO_SERIES
             left_out = np.abs(series[:, kernels.TERMS - 1 :]).max(axis=1)
             size = np.abs(series[:, 0])
-            if not size.min() > 0.0:  # fainter than the smallest number: no table
+            if not size.min() > 0.0:  # underflow: no table
                 return None
             worst = float((left_out / size).max())
             if worst <= _ROUNDING or (worst <= tolerance and worst > 0.3 * before):
@@ -79,31 +79,31 @@ class Table(Locked):
     def from_series(
         cls, series: Floats, end: float, power: int, limit: float, rate: float = 0.0
     ) -> Table:
-        """A table of Chebyshev series, one a panel, in rows of at least TERMS terms."""
+        """Create a table from Chebyshev series, one row per panel of at least TERMS terms."""
         powers = np.ascontiguousarray(series[:, : kernels.TERMS] @ TO_POWERS)
         return cls(lock(powers), len(series) / end, power, limit, rate)
 
     @cached_property
     def arguments(self) -> tuple[Any, ...]:
-        """The table as every kernel takes it, after its other arguments."""
+        """Arguments of the table for kernels."""
         return self.coefficients, self.inverse_width, self.power, self.limit, self.rate
 
     def value(self, u: Floats) -> Floats:
-        """The function at ``u``, of any shape."""
+        """Return the function at ``u``, any shape."""
         flat = np.ascontiguousarray(u, dtype=float).reshape(-1)
         out = np.empty_like(flat)
-        with np.errstate(over="ignore"):  # what lies beyond all numbers lies past the end
+        with np.errstate(over="ignore"):  # overflow is past the end
             kernels.compiled.evaluate(flat, out, None, *self.arguments)
         return out.reshape(np.shape(u))
 
     def value_and_slope(self, u: Floats) -> tuple[Floats, Floats]:
-        """The function and its derivative at ``u``, of any shape."""
+        """Return the function and its derivative at ``u``, any shape."""
         flat = np.ascontiguousarray(u, dtype=float).reshape(-1)
         out, slope = np.empty_like(flat), np.empty_like(flat)
         kernels.compiled.evaluate(flat, out, slope, *self.arguments)
         return out.reshape(np.shape(u)), slope.reshape(np.shape(u))
 
     def at(self, u: float) -> tuple[float, float]:
-        """The function and its derivative at one place."""
+        """Return the function and its derivative at one place."""
         pair: tuple[float, float] = kernels.compiled.evaluate_one(u, *self.arguments)
         return pair

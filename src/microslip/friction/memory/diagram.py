@@ -7,9 +7,8 @@ constant with |D| <= 1. With place = displacement/kappa
 
 New contact in sticking has D = (change of place)/(decrease of d). Contact that is lost loses its D.
 If the resulting integral differs from the place, slip spreads from d outwards, D = 1 or -1, until
-it
-agrees. This is the superposition of Jaeger (1998), DOI 10.1115/1.2833765, and Ciavarella (1998, J.
-Appl. Mech. 65, 998) along a history, known as the method of memory diagrams (Aleshin and others
+it agrees. This is the superposition of Jaeger (1998), DOI 10.1115/1.2833765, and Ciavarella (1998,
+J. Appl. Mech. 65, 998) along a history, known as the method of memory diagrams (Aleshin and others
 2020, DOI 10.3389/fmech.2020.00030). D is independent of the surface, which enters once, vectorised,
 as differences of N over the rows of all diagrams, or in the kernel as a profile of N(d).
 """
@@ -126,8 +125,8 @@ class Diagram:
         """Return the elastic energy of all sliders [J], see :attr:`microslip.State.stored_energy`.
 
         A slider at eta holds g, the integral of D from the separation d to eta. Integration by
-        parts
-        turns the integral of N'' g^2/2 into that of (-N') g D, in which g is linear on each row.
+        parts turns the integral of N'' g^2/2 into that of (-N') g D, in which g is linear on each
+        row.
         """
         if not self.depth:
             return 0.0

@@ -1,4 +1,4 @@
-"""A resumable state of many nodes at once."""
+"""Resumable state of the nodes of a field."""
 
 from __future__ import annotations
 
@@ -23,28 +23,27 @@ from microslip.friction.memory.saved import (
     saved_array,
 )
 
-_ROWS = 2  # rows of a node at the start; a move to and fro needs no more
+_ROWS = 2  # initial rows per node, sufficient for a move to and fro
 
 
 class FieldResponse(tuple[Floats, ...]):
     """Response of the nodes of a field to displacements and separations.
 
-    It unpacks as ``force, stiffness`` where separations were not given, else as ``force, load,
-    tangent``, and has all of them by name. Within Cattaneo and Mindlin's theory, after Jaeger
-    (1998), DOI 10.1115/1.2833765.
+    Unpacks as ``force, stiffness`` for constant separations, otherwise as ``force, load, tangent``.
+    Within the theory of Cattaneo and Mindlin, after Jaeger (1998), DOI 10.1115/1.2833765.
     """
 
     force: Floats
-    """Tangential forces T [N], one a node."""
+    """Tangential forces T [N], shape (nodes,)."""
     load: Floats
-    """Normal loads N [N], one a node."""
+    """Normal loads N [N], shape (nodes,)."""
     tangent: Floats
-    """Derivatives of (T, N) by (displacement, separation) [N/m], shape (nodes, 2, 2)."""
+    """Derivatives of (T, N) with respect to (displacement, separation) [N/m], (nodes, 2, 2)."""
 
     def __new__(
         cls, force: Floats, load: Floats, tangent: Floats, stiffness: Floats | None = None
     ) -> Self:
-        """With the ``stiffness`` it unpacks as a step at held separations."""
+        """Create the response; with ``stiffness`` it unpacks as for constant separations."""
         parts = (force, load, tangent) if stiffness is None else (force, stiffness)
         response = super().__new__(cls, parts)
         response.force, response.load, response.tangent = force, load, tangent
@@ -57,23 +56,23 @@ class FieldResponse(tuple[Floats, ...]):
 
 
 def _with_spare(rows: Integers) -> Integers:
-    """Room for rows: what is deep grows by more, so that rough noise seldom asks for more."""
+    """Add spare rows, more for deep memories, so that rough noise seldom requires a move."""
     return rows + rows // 2 + np.clip(2 * rows - 5, 0, 6)
 
 
 class FieldState(Resumable):
-    """The place of all nodes of a field on their hysteresis, made by :meth:`JointField.start`.
+    """Hysteresis state of all nodes of a field, returned by :meth:`JointField.start`.
 
-    A trial moves nothing until it is committed, as in :class:`microslip.State`::
+    A trial does not change the state until it is committed, as in :class:`microslip.State`::
 
         forces, stiffnesses = state.try_(displacements)
         forces, loads, tangents = state.try_(displacements, separations=d)
         state.commit()  # or state.rollback()
 
-    The method of memory diagrams (DOI 10.3389/fmech.2020.00030) node by node: exact within Cattaneo
-    and Mindlin's theory. It holds 128 bytes a node, 48 more while there is a trial, and some 60 for
-    each row of a node's diagram beyond two: a reversal that is open, or a step of new contact that
-    sticks; with a ``depth`` there are no more rows than that.
+    The method of memory diagrams (DOI 10.3389/fmech.2020.00030) for each node, exact within the
+    theory of Cattaneo and Mindlin. Memory is 128 bytes per node, 48 more during a trial, and some
+    60 for each row of a memory diagram beyond two: an open reversal, or a step of new contact in
+    sticking. A ``depth`` limits the number of rows.
     """
 
     __slots__ = (
@@ -85,10 +84,10 @@ class FieldState(Resumable):
         "_begin", "_depth", "_doubt", "_loss", "_marks", "_place", "_room", "_rows", "_step",
         "_value",
     )  # fmt: skip
-    # Places, steps if they vary, how far the curve is asked for, and what the kernel makes of them.
+    # Places, varying steps or None, range of the curve, and results of the kernel.
     _trial: tuple[Floats, Floats | None, tuple[float, float], tuple[Any, ...]] | None
     _doubt: Floats | None
-    # How far the curve is asked for while separations stay, and what kernels take of it.
+    # Range and kernel arguments of the curve at constant separations.
     _held: tuple[tuple[float, float], tuple[Any, ...]] | None
 
     def __init__(self, nodes: Nodes, energies: bool, depth: int | None = None) -> None:
@@ -128,41 +127,44 @@ class FieldState(Resumable):
 
     @property
     def open_reversals(self) -> Integers:
-        """Rows of each node's memory diagram; what the state stores grows with them."""
+        """Number of rows of the memory diagram of each node; memory use grows with it."""
         return self._depth.copy()
 
     @property
     def dissipated_energy(self) -> Floats:
-        """Energies dissipated so far [J], one a node; refused where they are not counted."""
+        """Energies dissipated since rest [J], shape (nodes,).
+
+        InputError unless the state was started with ``energies=True``.
+        """
         return counted(self._loss) * self._nodes.weights * self._nodes.slips
 
     @property
     def error_bound(self) -> Floats:
-        """Bounds of the force errors [N] that a limited depth has made so far, one a node."""
+        """Bounds of the force errors [N] due to a limited depth, shape (nodes,)."""
         if self._doubt is None:
             return np.zeros(self._nodes.size)
         return self._doubt[:, -1] * self._nodes.weights
 
     @one_at_a_time
     def try_(self, displacement: ArrayLike, separations: ArrayLike | None = None) -> FieldResponse:
-        """Forces and tangents at trial displacements and, if they vary, separations.
+        """Compute forces and tangents at trial displacements and separations.
 
         Parameters
         ----------
         displacement : array_like
-            Trial displacements [m], one-dimensional, one a node, or one number.
+            Trial displacements [m], a number or one-dimensional, one per node.
         separations : array_like, optional
-            Trial separations [m], likewise; without them they stay what they are. The step from
-            the committed state is a straight line of separation and displacement.
+            Trial separations [m], same shapes; by default they do not change. The step from the
+            committed state is straight in separation and displacement.
 
         Returns
         -------
         FieldResponse
             ``force``, ``load`` [N], ``stiffness`` and ``tangent`` [N/m], shape (nodes, 2, 2),
-            consistent with the step. It unpacks as ``force, stiffness`` without separations, as
-            ``force, load, tangent`` with them.
+            consistent with the step. Unpacks as ``force, stiffness`` without separations, as
+            ``force, load, tangent`` with separations.
         """
-        self._trial = None  # should this one fail, no earlier one is left to commit
+        self._trial = None  # after an error there is no trial to commit
         nodes = self._nodes
         place = beyond(nodes.per_node("displacement", displacement, "m"), nodes.slips)
         step = None
@@ -220,20 +222,20 @@ class FieldState(Resumable):
 
     @one_at_a_time
     def to_arrays(self) -> dict[str, Floats]:
-        """The whole state as plain arrays, as ``numpy.savez`` takes them.
+        """Return the state as a dictionary of arrays, for ``numpy.savez``.
 
         Returns
         -------
         dict of str to ndarray
-            ``now``: displacement [m], separation from that at rest [m] and force over mu of the
-            whole surface [N], a row a node. ``rows``: those of all memory diagrams, node by node,
-            outermost first: node, its end [m from rest], D [-], integral of D beyond the end [m];
-            force over mu of the step that made it [N] and that step [m]. ``dissipated``: energies
-            [J], empty where they are not counted. ``depth``: the most rows of each node, and what
-            they may have wrong as of :meth:`microslip.State.to_arrays`, empty where all is
-            remembered. ``joint``: the format, 1, and of all nodes force
-            limit [N], stiffness [N/m] and kappa [-], by which a field is known again. An open trial
-            is not among them. ``field.start(arrays)`` goes on from them.
+            ``now``: displacement [m], separation relative to rest [m] and force over mu of the
+            whole surface [N], one row per node. ``rows``: rows of all memory diagrams by node,
+            outermost first: node, end [m from rest], D [-], integral of D beyond the end [m], force
+            over mu of the step that created the row [N] and that step [m]. ``dissipated``:
+            energies [J], empty if not accumulated. ``depth``: the row limit and error state of each
+            node, see :meth:`microslip.State.to_arrays`, empty without a limit. ``joint``: the
+            format, 1, and force limit [N], stiffness [N/m] and kappa [-] of all nodes, which
+            identify the field. An open trial is not included. ``field.start(arrays)`` continues
+            from the arrays.
         """
         places = [
             np.arange(begin, begin + depth)
@@ -259,14 +261,14 @@ class FieldState(Resumable):
 
     @classmethod
     def _from_arrays(cls, nodes: Nodes, arrays: Mapping[str, ArrayLike]) -> FieldState:
-        """The state of nodes that goes on as the saved one would; ``field.start(arrays)``."""
+        """Restore a saved state; see ``field.start(arrays)``."""
         lost = saved_array(arrays, "dissipated", -1)
         deep = newer_array(arrays, "depth", -1, DOUBTS + 1)
         state = cls(nodes, bool(lost.size), int(deep[0, 0]) if deep.size else None)
         if deep.size:
             state._doubt = saved_array(arrays, "depth", nodes.size, DOUBTS + 1)[:, 1:].copy()
             if (state._doubt[:, [0, 3, 4]] < 0.0).any() or (deep[:, 0] != deep[0, 0]).any():
-                raise InputError("arrays must be those of a state: its depth is none")
+                raise InputError("`arrays` must be those of a state, got an invalid depth")
         check_joint(arrays, state._identity())
         last, rows = saved_array(arrays, "now", nodes.size, 3), saved_array(arrays, "rows", -1, 6)
         displacement, state._step, state._value = (column.copy() for column in last.T)
@@ -275,15 +277,15 @@ class FieldState(Resumable):
             lost = saved_array(arrays, "dissipated", nodes.size)
             state._loss = lost / (nodes.weights * nodes.slips)
         owner, (end, density, beyond, value, base) = rows[:, 0].astype(np.int64), rows[:, 1:].T
-        inner = np.diff(owner) == 0  # of one node
+        inner = np.diff(owner) == 0  # pairs of rows of the same node
         wrong = (rows[:, 0] != owner).any() or (np.diff(owner) < 0).any()
         if wrong or (len(owner) and not 0 <= owner[0] <= owner[-1] < nodes.size):
-            raise InputError("arrays must be those of a state: its rows belong to no node")
+            raise InputError("`arrays` must be those of a state, got rows of an unknown node")
         begin = state._step[owner]
         begin[:-1][inner] = end[1:][inner]
         if (np.abs(density) > 1.0).any() or (begin > end).any() or (lost < 0.0).any():
-            raise InputError("arrays must be those of a state: its rows are no memory diagram")
-        # Where the row of a node ends the next begins; after its last one the place is reached.
+            raise InputError("`arrays` must be those of a state, got rows of no memory diagram")
+        # Each row of a node begins at the end of the one before; the last one ends at the place.
         ahead = beyond + density * (end - begin)
         reached = state._place[owner]
         reached[:-1][inner] = beyond[1:][inner]
@@ -300,7 +302,7 @@ class FieldState(Resumable):
         if len(owner):
             load_there = nodes.curve.load(nodes.rests[owner] + base)[0]
             if (np.abs(value) > (1.0 + 1e-9) * load_there).any():
-                raise InputError("arrays must be those of a state: its rows bear more than mu N")
+                raise InputError("`arrays` must be those of a state, got rows above mu N")
         depth = np.bincount(owner, minlength=nodes.size)
         state._repack(state._depth, depth)
         index = np.repeat(state._begin - (np.cumsum(depth) - depth), depth) + np.arange(len(owner))
@@ -309,10 +311,9 @@ class FieldState(Resumable):
         return state
 
     def _make_room(self, kept: Integers, rows: Integers) -> None:
-        """Grow the pool so that each node has room for its rows after the step.
+        """Move nodes whose rows exceed their slot to the end of the pool.
 
-        Nodes that outgrow their slot move to the end, with the rows that the step keeps. A step
-        that closes rows may leave a node with fewer than it has now; those rows are never copied.
+        Only the rows that remain after the step are copied.
         """
         more = rows > self._room
         if not more.any():
@@ -342,13 +343,12 @@ class FieldState(Resumable):
     def _move(
         self, before: tuple[Floats, Floats], kept: Integers, old: Integers, new: Integers
     ) -> None:
-        """Copy the kept rows and marks of nodes from their old slots to their new ones."""
         place = np.arange(kept.sum()) - np.repeat(np.cumsum(kept) - kept, kept)
         source, target = np.repeat(old, kept) + place, np.repeat(new, kept) + place
         self._rows[target], self._marks[target] = before[0][source], before[1][source]
 
     def _losses(self, place: Floats, step: Floats, code: Integers, reach: Any) -> Floats:
-        """Energy dissipated in the trial, over mu kappa."""
+        """Return the energy dissipated in the trial over mu kappa."""
         nodes, lost = self._nodes, np.empty(place.size)
         profile = nodes.curve.profile(*reach)
         if profile is not None:
@@ -365,7 +365,7 @@ class FieldState(Resumable):
             diagram.separation, diagram.place = float(origin + self._step[i]), float(self._place[i])
             runs.append(diagram.runs(origin + step[i : i + 1], place[i : i + 1]))
             runs[-1][0] = i
-        # All at once; a shared curve knows of no friction and no slip.
+        # All nodes at once; a shared curve has no coefficient of friction and no kappa.
         return nodes.curve.slip_losses.of(np.concatenate(runs, axis=1), place.size)
 
     def __repr__(self) -> str:

@@ -1,4 +1,4 @@
-"""Joints on one load curve, with their records and cycles."""
+"""Nodes on a common load curve, with their records and cycles."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Nodes:
-    """Joints that share a load curve, one entry a joint in each array; one joint is one node.
+    """Joints that share a load curve, one entry per joint in each array.
 
-    Places are displacements over ``slips``; steps are separations, from the origin of the curve or
-    from those at rest, over ``lengths``.
+    Places are displacements over ``slips``. Steps are separations over ``lengths``, relative to the
+    origin of the curve or to those at rest.
     """
 
     curve: LoadCurve
     weights: Floats
-    """Tangential force of a node over the one of the curve, mu included."""
+    """Tangential force of a node over the load of the curve, including mu."""
     scales: Floats
     """Normal load of a node over that of the curve."""
     slips: Floats
     """Displacement per place, kappa times the length."""
     rests: Floats
-    """Steps at rest from the origin of the curve."""
+    """Steps at rest relative to the origin of the curve."""
     origins: Floats | None = None
-    """Separations [m] of step zero, one a node; None is the origin of the curve."""
+    """Separations [m] of step zero, shape (nodes,); None is the origin of the curve."""
     lengths: Floats | None = None
-    """Separation per step [-], beside origins: 1 where a node has the law of the surface."""
+    """Separation per step [-], with origins: 1 for a node with the law of the surface."""
 
     @property
     def size(self) -> int:
@@ -50,15 +50,15 @@ class Nodes:
         return self.weights / self.slips
 
     def per_node(self, name: str, value: ArrayLike, unit: str) -> Floats:
-        """Validate numbers, one a node or one for all; convert quantities to ``unit``."""
+        """Check values, a number or one per node, and convert quantities to ``unit``."""
         return along(name, value, self.size, unit, "nodes")
 
     def steps_at(self, name: str, separations: ArrayLike) -> Floats:
-        """Steps from the origin of separations [m], one a node or one for all, checked."""
+        """Check separations [m], a number or one per node, and convert them to steps."""
         return self.steps_of(self.per_node(name, separations, "m"))
 
     def steps_of(self, separations: Floats) -> Floats:
-        """Steps of separations [m], nodes along the first axis, checked."""
+        """Check separations [m], with nodes on the first axis, and convert them to steps."""
         separations = self.checked(separations)
         if self.origins is None:
             return separations - self.curve.origin
@@ -66,32 +66,32 @@ class Nodes:
         return self.per_length(separations - origins)
 
     def separations_of(self, steps: Floats) -> Floats:
-        """Separations [m] of steps from the origin, one a node."""
+        """Convert steps from the origin, one per node, to separations [m]."""
         if self.origins is None or self.lengths is None:
             return self.curve.origin + steps
         return self.origins + self.lengths * steps
 
     def per_length(self, values: Floats) -> Floats:
-        """Values over the lengths of their nodes, which are along the first axis."""
+        """Divide values, with nodes on the first axis, by the lengths of the nodes."""
         if self.lengths is None:
             return values
         return np.asarray(values / self.lengths.reshape(-1, *[1] * (values.ndim - 1)))
 
     def checked(self, separations: Floats) -> Floats:
-        """Separations for which the surface has an answer, nodes along the first axis."""
+        """Check that separations, with nodes on the first axis, are in the range of the surface."""
         return checked_separations(self.curve.surface, separations)
 
     def reach(self, *steps: Floats | None) -> tuple[float, float]:
-        """Least and largest step of the curve for steps from rest, nodes along the first axis."""
+        """Return the range of the curve for steps from rest, with nodes on the first axis."""
         moved = [s + self.rests.reshape(-1, *[1] * (s.ndim - 1)) for s in steps if s is not None]
         low = min(float(s.min()) for s in [self.rests, *moved])
-        # A curve that is shared goes as far out as there is any load.
+        # A shared curve extends to zero load.
         high = low if self.curve.shared else max(float(s.max()) for s in [self.rests, *moved])
         return low, high
 
 
 def checked_separations(surface: NormalLaw, separations: Floats) -> Floats:
-    """Separations for which a surface has an answer; what is refused says at which node."""
+    """Check that separations are in the range of a surface; errors name the node."""
     try:
         return surface._separations(separations)
     except InputError as error:
@@ -101,7 +101,7 @@ def checked_separations(surface: NormalLaw, separations: Floats) -> Floats:
 
 
 def along(name: str, numbers: ArrayLike, size: int, unit: str, kind: str = "samples") -> Floats:
-    """Validate numbers along ``size`` samples or nodes: one for each, or one for all."""
+    """Check ``size`` values, a number or one per sample or node."""
     values = floats(name, numbers, unit)
     if values.shape == (size,):
         return values
@@ -114,7 +114,7 @@ def along(name: str, numbers: ArrayLike, size: int, unit: str, kind: str = "samp
 
 
 def loads_along(name: str, loads: ArrayLike, size: int) -> Floats:
-    """Normal loads [N] >= 0 of a record of ``size`` samples: one for each, or one for all."""
+    """Check normal loads [N] >= 0 of a record, a number or one per sample."""
     values = along(name, loads, size, "N")
     if values.min() < 0.0:
         i = int(np.argmax(values < 0.0))
@@ -126,7 +126,7 @@ def loads_along(name: str, loads: ArrayLike, size: int) -> Floats:
 def steps_along(
     curve: LoadCurve, size: int, normal_load: ArrayLike | None, separation: ArrayLike | None
 ) -> Floats:
-    """Steps of a curve along a record, of which one of loads [N] and separations [m] is given."""
+    """Return the steps of a curve [m] along a record of either loads [N] or separations [m]."""
     if separation is not None:
         return curve.steps_at(along("separation", separation, size, "m"))
     loads = loads_along("normal_load", normal_load, size)  # type: ignore[arg-type]

@@ -1,12 +1,12 @@
-"""The memory of a record: which reversals are open, and where the last sample lies.
+"""Memory of a record: open reversals and the last sample.
 
 Masing's rule with factor two, wiping-out and return to the first loading curve (Madelung's rules;
-Jaeger 1998, Ciavarella 1998 for the contact) are geometry: they ask for displacements alone. The
-law enters once, vectorised, on the distances along its backbone that the geometry gives.
+Jaeger 1998, Ciavarella 1998 for the contact) depend on displacements alone. The law enters once,
+vectorised, evaluated at the resulting distances along its backbone.
 
 In the chapter (DOI 10.1007/978-3-319-56818-8_19) the branches are first loading (19.19), unloading
 (19.20), reloading (19.21) with its offset (19.22), and unloading (19.23) with its offset (19.24).
-Here each of them starts from the force at its reversal, whatever the sign of that force.
+Here each branch starts from the force at its reversal, whatever its sign.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ Backbone = Callable[[Floats], Floats]
 
 
 class Tree(NamedTuple):
-    """The branches of a record: sample i has the value sign[i] B(half[i]) + value of parent[i].
+    """Branches of a record: sample i has the value sign[i] B(half[i]) + value of parent[i].
 
-    The branches of (19.19)-(19.21) and (19.23): half the distance from the reversal, with factor 2,
-    or the distance from rest, with factor 1.
+    The branches of (19.19)-(19.21) and (19.23): half the distance from the reversal with factor 2,
+    or the distance from rest with factor 1.
 
-    ``parent`` is the index of a sample, -1 for the origin, or -2 - k for entry k of the memory at
-    the start (its last entry stands for the last displacement before the record).
+    ``parent`` is the index of a sample, -1 for the origin, or -2 - k for entry k of the initial
+    memory, whose last entry is the last displacement before the record.
     """
 
     half: Floats
@@ -42,7 +42,7 @@ class Tree(NamedTuple):
 class Memory:
     """Open reversals (places and values, oldest first) with the last place, value and direction.
 
-    What is stored grows with the number of open loops only.
+    Memory use grows with the number of open loops only.
     """
 
     __slots__ = ("depth", "direction", "last", "stack", "value")
@@ -55,7 +55,7 @@ class Memory:
         self.direction = 0
 
     def copy(self) -> Memory:
-        """An independent memory with the same content."""
+        """Return an independent copy."""
         memory = Memory()
         memory.stack = self.stack.copy()
         memory.depth, memory.direction = self.depth, self.direction
@@ -65,10 +65,10 @@ class Memory:
     __copy__ = copy
 
     def _reserve(self, extra: int) -> Floats:
-        """A stack with room for ``extra`` more entries than are open."""
+        """Return a stack with room for ``extra`` more entries."""
         if self.stack.shape[0] >= self.depth + extra:
             return self.stack
-        # Doubling keeps one-sample chunks at amortised constant cost.
+        # Doubling gives amortised constant cost for chunks of one sample.
         stack = np.empty((max(self.depth + extra, 2 * self.depth), 2))
         stack[: self.depth] = self.stack[: self.depth]
         return stack
@@ -79,28 +79,23 @@ class Memory:
         self.stack, self.depth = stack, depth
 
     def respond(self, x: Floats, backbone: Backbone, table: Table | None) -> Floats:
-        """Values at the samples ``x`` (one-dimensional, not empty), after which memory is updated.
+        """Return the values at samples ``x``, one-dimensional, and update the memory.
 
-        With a table of the backbone the kernel does it all in one pass.
+        With a table of the backbone the kernel does this in one pass.
         """
-        with np.errstate(over="ignore"):  # distances beyond all numbers are far in gross slip
-            return self._respond(x, backbone, table)
-
-    def _respond(self, x: Floats, backbone: Backbone, table: Table | None) -> Floats:
-        if table is None:
-            return self._respond_through_tree(x, backbone)
-        values = np.empty(x.size)
-        stack = self._reserve(x.size + 1)
-        depth, self.last, self.value, self.direction = kernels.compiled.respond(
-            x, values, stack, self.depth, self.last, self.value, self.direction, *table.arguments
-        )
-        self._store(stack, depth)
-        return values
-
-    def _respond_through_tree(self, x: Floats, backbone: Backbone) -> Floats:
+        if table is not None:
+            values, stack = np.empty(x.size), self._reserve(x.size + 1)
+            with np.errstate(over="ignore"):  # overflowing distances are in gross slip
+                depth, self.last, self.value, self.direction = kernels.compiled.respond(
+                    x, values, stack, self.depth, self.last, self.value, self.direction,
+                    *table.arguments,
+                )  # fmt: skip
+            self._store(stack, depth)
+            return values
         base = np.append(self.stack[: self.depth, 1], self.value)
-        tree, places, codes, last, direction = self._branches(x)
-        values = backbone(tree.half) * tree.sign
+        with np.errstate(over="ignore"):
+            tree, places, codes, last, direction = self._branches(x)
+            values = backbone(tree.half) * tree.sign
         kernels.compiled.accumulate(tree.parent, values, base)
         old = np.where(codes < 0, -2 - codes, 0)
         new = np.where(codes >= 0, values[np.maximum(codes, 0)], base[old])
@@ -120,14 +115,14 @@ class Memory:
         return tree, places[:depth], codes[:depth], last, direction
 
     def tree(self, x: Floats) -> Tree:
-        """The branches of a record from here on; the memory stays as it is."""
+        """Return the branches of a record from the current state without updating the memory."""
         return self._branches(x)[0]
 
     def closed(self, x: Floats, first: int = 0) -> Floats:
-        """Amplitudes of the loops that a record from here on closes; the memory stays as it is.
+        """Return the amplitudes of the loops that a record closes without updating the memory.
 
-        Negative where it is half a loop: first loading that turned and went on beyond its mirror.
-        Reversals before number ``first`` are not looked at: two that stay open, or none.
+        Negative for half a loop: first loading that reversed and passed its mirror point. Reversals
+        before number ``first`` are ignored; it must leave two open reversals or be 0.
         """
         depth = self.depth - first
         places, result = (np.empty(depth + x.size + 1) for _ in range(2))
@@ -136,10 +131,10 @@ class Memory:
         return result[:count]
 
     def probe(self, x: float) -> tuple[float, float, float, tuple[int, int, int]]:
-        """Memory after a move to ``x``; the memory itself stays as it is.
+        """Return the result of a move to ``x`` without updating the memory.
 
-        Distance along the backbone, its factor and the value it starts from, with what
-        :meth:`move` needs to make that move.
+        Distance along the backbone, its factor, the value at its start, and the arguments for
+        :meth:`move`.
         """
         move: tuple[int, int, int] = kernels.compiled.locate(
             x, self.stack, self.depth, self.last, self.direction
@@ -154,7 +149,7 @@ class Memory:
         return 0.5 * abs(x - place), 2.0 if direction > 0 else -2.0, start, move
 
     def move(self, x: float, value: float, move: tuple[int, int, int]) -> None:
-        """Go to ``x``, where the value is ``value``, along a probed move."""
+        """Apply a probed move to ``x``, with the new value ``value``."""
         depth, pushed, direction = move
         if pushed:
             self.stack = self._reserve(1)

@@ -1,4 +1,4 @@
-"""Common base of all states: trials that move nothing until committed, one thread at a time."""
+"""Base class of all states: trials are committed explicitly, and threads take turns."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from microslip._core.errors import InputError
 Method = TypeVar("Method", bound=Callable[..., Any])
 
 
-class StateLock(type(threading.RLock())):  # type: ignore[misc]  # a type that only C names
-    """A lock that copies and pickles as a new one, so that what holds it does too."""
+class StateLock(type(threading.RLock())):  # type: ignore[misc]  # no public name in Python
+    """Reentrant lock that is replaced by a new one when copied or pickled."""
 
     def __reduce__(self) -> tuple[type[StateLock], tuple[()]]:
         return StateLock, ()
 
 
 def one_at_a_time(method: Method) -> Method:
-    """Let a method wait until no other thread is in one of the same object."""
+    """Decorate a method so that only one thread at a time uses its object."""
 
     @wraps(method)
     def waiting(self: Any, *args: Any, **named: Any) -> Any:
@@ -33,15 +33,15 @@ def one_at_a_time(method: Method) -> Method:
 
 
 class Resumable:
-    """A place on a hysteresis from which steps are tried; threads that share it take turns.
+    """Hysteresis state with trial steps, usable from several threads.
 
-    A subclass tries steps, keeps the last in ``_trial`` and goes along it in :meth:`_take`.
+    A subclass computes a trial, stores it in ``_trial`` and applies it in :meth:`_take`.
     """
 
     __slots__ = ("_trial", "_turn")
 
     _changing: ClassVar[tuple[str, ...]] = ()
-    """Slots whose content changes in place; that of the others is replaced."""
+    """Slots whose content changes in place, which must be copied."""
 
     _trial: Any
 
@@ -49,25 +49,24 @@ class Resumable:
         self._turn, self._trial = StateLock(), None
 
     def _take(self, trial: Any) -> None:
-        """Go along a trial."""
         raise NotImplementedError
 
     @one_at_a_time
     def commit(self) -> None:
-        """Make the last trial the state; without a trial it is an InputError."""
+        """Make the last trial the state; without a trial InputError is raised."""
         if self._trial is None:
-            raise InputError("commit needs a trial: call try_(displacement) first")
+            raise InputError("commit needs a trial; call try_(displacement) first")
         self._take(self._trial)
         self._trial = None
 
     @one_at_a_time
     def rollback(self) -> None:
-        """Forget the last trial, if there is one."""
+        """Discard the last trial, if there is one."""
         self._trial = None
 
     @one_at_a_time
     def copy(self) -> Self:
-        """An independent state at the same place, an open trial included."""
+        """Return an independent copy, including an open trial."""
         state = object.__new__(type(self))
         for name in (*type(self).__slots__, *Resumable.__slots__):
             value = getattr(self, name)
@@ -79,9 +78,9 @@ class Resumable:
 
 
 def counted(losses: Floats | None) -> Floats:
-    """Dissipated energy, where it is counted."""
+    """Return the dissipated energies; InputError if they are not accumulated."""
     if losses is None:
         raise InputError(
-            "dissipated_energy is not counted: start the state with start(energies=True)"
+            "dissipated_energy is not accumulated; start the state with start(energies=True)"
         )
     return losses

@@ -1,4 +1,4 @@
-"""A resumable state, for time integrators and long records."""
+"""Resumable state of a joint, for time integration and long records."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ from microslip.friction.memory.trial import Trial
 if TYPE_CHECKING:
     from microslip.contact.load_curve import LoadCurve
 
-_MARKS = np.array([1e-9, 1e-7, 1e-5, 1e-3])  # displacements [m] at which a law is known again
+_MARKS = np.array([1e-9, 1e-7, 1e-5, 1e-3])  # displacements [m] whose forces identify a law
 
 
 class Law(Protocol):
-    """Interface of a law to a state."""
+    """Interface of a law for a state."""
 
     @property
     def _coupling(self) -> LoadCurve | None: ...
@@ -54,18 +54,18 @@ class Law(Protocol):
 
 
 class State(Resumable):
-    """The place of one joint on its hysteresis, made by ``joint.start()``: (19.19)-(19.24).
+    """Hysteresis state of one joint, returned by ``joint.start()``: (19.19)-(19.24).
 
-    A trial moves nothing until it is committed::
+    A trial does not change the state until it is committed::
 
-        force, stiffness = state.try_(1.2e-6)  # as often as a solver's iteration wants
+        force, stiffness = state.try_(1.2e-6)  # in each iteration of a solver
         trial = state.try_(1.2e-6, separation=d)  # also trial.normal_load, trial.tangent
         state.commit()  # the last trial becomes the state
-        state.rollback()  # or it is forgotten
-        forces = state.advance(chunk)  # whole pieces of a record, committed at once
+        state.rollback()  # or it is discarded
+        forces = state.advance(chunk)  # a chunk of a record, committed
 
-    Every trial starts from the last committed state, never from another trial. Where the law has a
-    surface, each trial may come with a normal load of its own. Threads that share it take turns.
+    Every trial starts from the last committed state. If the law has a surface, each trial may have
+    its own normal load. Calls from several threads are serialised.
     """
 
     __slots__ = ("_diagram", "_law", "_ledger", "_lost", "_memory")
@@ -76,19 +76,18 @@ class State(Resumable):
 
     def __init__(self, law: Law, depth: int | None = None) -> None:
         if not hasattr(law, "_backbone_at"):
-            message = f" must be a backbone law, got {show(law)}; write joint.start()"
-            raise InputError(f"`law`{message}")
+            raise InputError(f"`law` must be a backbone law, got {show(law)}; write joint.start()")
         super().__init__()
         self._law, self._memory = law, Memory()
-        # Once the load has varied, this is the memory.
+        # Replaces the memory once the load has varied.
         self._diagram: Diagram | None = None
         self._ledger: Ledger | None = None
-        self._lost = 0.0  # in closed loops, while the load was constant [J]
+        self._lost = 0.0  # energy dissipated in closed loops at constant load [J]
         if depth is not None:
             if law._coupling is None:
                 raise InputError(
-                    "`depth` must be left out for a law without a surface, which remembers all; "
-                    'exported code holds it with a depth: microslip.export.write("c", law, ...)'
+                    "`depth` must be None for a law without a surface; exported code has a limit: "
+                    'microslip.export.write("c", law, ...)'
                 )
             limit = bounded(depth)
             bounding_profile(law._coupling, 0.0)
@@ -107,23 +106,23 @@ class State(Resumable):
 
     @property
     def normal_load(self) -> float:
-        """Committed normal load [N]; only an interface has one."""
+        """Committed normal load [N], for an interface only."""
         return self._here().normal_load
 
     @property
     def separation(self) -> float:
-        """Committed separation [m]; only an interface has one."""
+        """Committed separation [m], for an interface only."""
         return self._here().separation
 
     @property
     def stiffness(self) -> float:
-        """Tangent stiffness [N/m] at this load of a move that goes on in the same direction."""
+        """Tangent stiffness [N/m] at constant load for further motion in the same direction."""
         return self._here().stiffness
 
     @property
     @one_at_a_time
     def dissipated_energy(self) -> float:
-        """Energy dissipated since the joint was at rest [J]; it never falls."""
+        """Energy dissipated since rest [J], nondecreasing."""
         if self._ledger is not None and self._diagram is not None:
             return self._ledger.settle(self._diagram, self._curve())
         memory = self._memory
@@ -138,12 +137,12 @@ class State(Resumable):
     @property
     @one_at_a_time
     def stored_energy(self) -> float:
-        """Elastic energy that the tangential springs hold now [J].
+        """Elastic energy of the tangential springs [J].
 
-        Half the square of what each slider holds over its stiffness (Iwan 1966, DOI
-        10.1115/1.3625199), in closed form along the memory. At a constant load the work done on the
-        joint is stored plus dissipated energy; under a load that varies the normal force does work
-        on the slipping contacts, too.
+        The sum of force^2/(2 stiffness) over the sliders (Iwan 1966, DOI 10.1115/1.3625199), in
+        closed form from the memory. At a constant load the work done on the joint equals stored
+        plus dissipated energy; at a varying load the normal force also does work on slipping
+        contacts.
         """
         if self._diagram is not None:
             return self._diagram.stored(self._curve())
@@ -159,18 +158,18 @@ class State(Resumable):
 
     @property
     def open_reversals(self) -> int:
-        """Number of reversals that are remembered; all that the state stores grows with it.
+        """Number of open reversals; memory use grows with it.
 
-        After the load has varied, and where there is a ``depth``: the rows of the memory diagram.
+        Once the load has varied, or with a ``depth``: the number of rows of the memory diagram.
         """
         return self._memory.depth if self._diagram is None else self._diagram.depth
 
     @property
     def error_bound(self) -> float:
-        """Bound of the force error [N] caused by a limited depth so far; 0 without a limit.
+        """Bound of the force error [N] due to a limited depth; 0 without a limit.
 
-        The largest bound is twice the friction limit: two forces never differ by more, so that
-        this value carries no information. Errors themselves are smaller by an order or more.
+        At most twice the friction limit, which carries no information. Actual errors are smaller
+        by an order of magnitude or more.
         """
         if self._diagram is None or self._diagram.limit is None:
             return 0.0
@@ -184,30 +183,30 @@ class State(Resumable):
         *,
         separation: float | None = None,
     ) -> Trial:
-        """Force and tangents at a trial displacement and, if it varies, load or separation.
+        """Compute force and tangents at a trial displacement and load or separation.
 
         Parameters
         ----------
         displacement : float
             Trial displacement [m].
         normal_load : float, optional
-            Trial normal load [N], not negative; without it the load stays what it is. The step from
-            the committed state is a straight line of separation and displacement.
+            Trial normal load [N], not negative; by default it does not change. The step from the
+            committed state is straight in separation and displacement.
         separation : float, optional
-            Trial separation [m] in its place.
+            Trial separation [m], given instead of the load.
 
         Returns
         -------
         Trial
-            It unpacks as ``force, stiffness``: the force needed to hold the displacement [N] and
-            the tangent stiffness [N/m], at this load, of the branch that the step ends on. It also
-            has ``normal_load`` and the tangents of both by both, see there.
+            Unpacks as ``force, stiffness``: the force needed to hold the displacement [N] and the
+            tangent stiffness [N/m] at this load of the branch at the end of the step. It also has
+            ``normal_load`` and the tangents with respect to displacement and separation or load.
         """
-        self._trial = None  # should this one fail, no earlier one is left to commit
+        self._trial = None  # after an error there is no trial to commit
         x = number("displacement", displacement, "m")
         if separation is not None:
             if normal_load is not None:
-                raise InputError("normal_load or separation must be given, not both")
+                raise InputError("`normal_load` or `separation` must be given, not both")
             d = number("separation", separation, "m")
             step: float | None = float(self._curve("separation").steps_at(d))
         else:
@@ -240,28 +239,28 @@ class State(Resumable):
         *,
         separation: ArrayLike | None = None,
     ) -> Any:
-        """Forces along a piece of a record, which becomes part of the state.
+        """Compute forces along a chunk of a record and update the state.
 
         Parameters
         ----------
         displacement : array_like
-            Displacements [m], one-dimensional, not empty; one number counts as one sample.
+            Displacements [m], one-dimensional, not empty; a number is one sample.
         normal_load : array_like, optional
-            Normal loads [N], one for each displacement or one number; without it the load stays.
+            Normal loads [N], a number or one per displacement; by default constant.
         separation : array_like, optional
-            Separations [m] in their place.
+            Separations [m], given instead of the loads.
 
         Returns
         -------
         ndarray or float
-            Forces [N], one for each displacement. Pieces in a row give what the whole gives.
+            Forces [N], one per displacement, the same as without splitting into chunks.
         """
         x = record("displacement", displacement, "m")
         self._trial = None
         if normal_load is not None or separation is not None or self._diagram is not None:
             forces = self._advance_coupled(x.reshape(-1), normal_load, separation)
             return float(forces[0]) if x.ndim == 0 else forces
-        if x.size == 1:  # in constant time, however many reversals are open
+        if x.size == 1:  # constant time for any number of open reversals
             force = self.try_(float(x.reshape(-1)[0]))[0]
             self.commit()
             return force if x.ndim == 0 else np.array([force])
@@ -272,57 +271,46 @@ class State(Resumable):
 
     @one_at_a_time
     def to_arrays(self) -> dict[str, Floats]:
-        """The whole state as plain arrays, as ``numpy.savez`` takes them.
+        """Return the state as a dictionary of arrays, for ``numpy.savez``.
 
         Returns
         -------
         dict of str to ndarray
             ``now``: displacement [m], force [N], direction of the last move (-1, 0 or 1), energy
-            dissipated [J], and, where the load has varied, 1, separation from the joint's own [m]
-            and force over mu [N], else three zeros. ``reversals``: displacements [m] and forces [N]
-            of the open ones, oldest first, shape (reversals, 2). ``rows``: those of the memory
-            diagram, outermost first: its end [m from the joint's own separation], D [-], integral
-            of D beyond the end [m], integral of D (-N') from where the row begins [N], shape
-            (rows, 4). ``depth``: the most rows there may be, bound of what they have wrong over mu
-            [N], the separations [m] between which that counts, whether it did, and the largest that
-            did [N]; empty where all is remembered. ``joint``: the format, 1, and the backbone [N]
-            at 1 nm, 100 nm, 10 um and 1 mm, by which a joint is known again. An open trial is not
-            among them. ``joint.start(arrays)`` goes on from them.
+            dissipated [J], and, once the load has varied, 1, separation relative to that of the
+            joint [m] and force over mu [N], otherwise three zeros. ``reversals``: displacements [m]
+            and forces [N] of the open reversals, oldest first, shape (reversals, 2). ``rows``: rows
+            of the memory diagram, outermost first, shape (rows, 4): end [m from the separation of
+            the joint], D [-], integral of D beyond the end [m], integral of D (-N') from the start
+            of the row [N]. ``depth``: the row limit, error bound of merged rows over mu [N], the
+            separations [m] between which it applies, a flag for moves in this range, and the
+            largest bound so far [N]; empty without a limit. ``joint``: the format, 1, and the
+            backbone [N] at 1 nm, 100 nm, 10 um and 1 mm, which identify the joint. An open trial is
+            not included. ``joint.start(arrays)`` continues from the arrays.
         """
         memory, diagram = self._memory, self._diagram
         varied = (0.0, 0.0, 0.0) if diagram is None else (1.0, diagram.separation, diagram.value)
-        ends = (
-            memory.last,
-            memory.value,
-            float(memory.direction),
-            self.dissipated_energy,
-            *varied,
-        )
-        rows = np.zeros((0, 4))
+        now = (memory.last, memory.value, float(memory.direction), self.dissipated_energy, *varied)
+        rows, limit = np.zeros((0, 4)), np.zeros(0)
         if diagram is not None:
             depth = diagram.depth
             rows = np.column_stack((diagram.stack[:depth], diagram.values[:depth]))
+            if diagram.limit is not None:
+                limit = np.append(diagram.limit, diagram.doubt)
         return {
-            "now": np.array(ends),
+            "now": np.array(now),
             "reversals": memory.stack[: memory.depth].copy(),
             "rows": rows,
-            "depth": self._depth_array(),
+            "depth": limit,
             "joint": joint_array(self._law._backbone(_MARKS)),
         }
 
-    def _depth_array(self) -> Floats:
-        """The limit of rows and what they have wrong; empty without one."""
-        diagram = self._diagram
-        if diagram is None or diagram.limit is None:
-            return np.zeros(0)
-        return np.append(diagram.limit, diagram.doubt)
-
     @classmethod
     def from_arrays(cls, law: Law, arrays: Mapping[str, ArrayLike]) -> State:
-        """The state of a law, the same as before, that goes on as the saved one would.
+        """Restore a saved state of a law; the same as ``joint.start(arrays)``.
 
-        Its arrays are as :meth:`to_arrays` gave them, or ``numpy.load`` of that;
-        ``joint.start(arrays)`` makes it.
+        ``arrays`` is the output of :meth:`to_arrays` [m, N, J], shapes as described there, or the
+        same arrays read by ``numpy.load``.
         """
         deep = newer_array(arrays, "depth", -1)
         state = cls(law, int(deep[0]) if deep.size else None)
@@ -338,14 +326,14 @@ class State(Resumable):
         memory.last, memory.value, memory.direction = float(ends[0]), float(ends[1]), int(ends[2])
         inside = np.abs(np.diff(reversals[:, 0], append=memory.last))
         if ends[2] not in (-1.0, 0.0, 1.0) or np.any(np.diff(inside) > 0.0) or ends[3] < 0.0:
-            raise InputError("arrays must be those of a state: its reversals do not nest")
+            raise InputError("`arrays` must be those of a state, got reversals that do not nest")
         state._lost = float(ends[3])
         if ends[4] != 0.0:
             curve, diagram = state._curve("rows"), state._diagram or Diagram()
             if deep.size:
                 diagram.doubt = saved_array(arrays, "depth", DOUBTS + 1)[1:]
                 if (diagram.doubt[[0, 3, 4]] < 0.0).any() or len(rows) > deep[0]:
-                    raise InputError("arrays must be those of a state: its depth is none")
+                    raise InputError("`arrays` must be those of a state, got an invalid depth")
             diagram.restore(rows, float(ends[5]), memory.last / curve.slip, float(ends[6]), curve)
             state._diagram, state._ledger = diagram, Ledger(diagram, state._lost)
             return state
@@ -358,17 +346,17 @@ class State(Resumable):
         return state
 
     def _close(self, x: Floats, first: int = 0) -> None:
-        """Count what the loops lose that a record from here on closes, ``first`` as there."""
+        """Accumulate the energy of loops that a record closes; ``first`` as in Memory.closed."""
         closed = self._memory.closed(x, first)
         if closed.size:
-            # Moves beyond all joints must not lose beyond all floats.
+            # Limit the amplitude to avoid overflow.
             energy = self._law._energy(np.minimum(np.abs(closed), LARGEST))
             self._lost += float(np.where(closed < 0.0, 0.5 * energy, energy).sum())
 
     # -- a step -----------------------------------------------------------------------------------
 
     def _trial_of(self, x: float, step: float | None, normal_load: float | None = None) -> Any:
-        """A trial, and what goes along it; without a ``step`` the load has never varied."""
+        """Return a trial and the arguments to commit it; ``step`` is None at constant load."""
         if step is None:
             half, sign, start, move = self._memory.probe(x)
             value, slope = self._law._backbone_at(half)
@@ -382,17 +370,16 @@ class State(Resumable):
         return Trial._of(force, stiffness, x, density, curve, step, normal_load), (x, probed)
 
     def _here(self) -> Trial:
-        """The committed state as a trial."""
         step = None if self._diagram is None else self._diagram.separation
         trial: Trial = self._trial_of(self._memory.last, step)[0]
         return trial
 
-    # -- a load that varies -----------------------------------------------------------------------
+    # -- varying load -----------------------------------------------------------------------------
 
     def _curve(self, name: str = "normal_load") -> LoadCurve:
         curve = self._law._coupling
         if curve is None:
-            raise InputError(f"{name} has no meaning for this law: it has no surface")
+            raise InputError(f"`{name}` has no meaning for a law without a surface")
         return curve
 
     def _open_ledger(self, diagram: Diagram) -> Ledger:
@@ -401,7 +388,7 @@ class State(Resumable):
         return self._ledger
 
     def _step(self, normal_load: float | None) -> float | None:
-        """Separation of a trial from the joint's own; None where the load has never varied."""
+        """Return the trial separation relative to the joint, None if the load never varied."""
         if normal_load is None:
             return None if self._diagram is None else self._diagram.separation
         if normal_load < 0.0:
@@ -410,7 +397,7 @@ class State(Resumable):
         return None if step == 0.0 and self._diagram is None else step
 
     def _current(self) -> Diagram:
-        """The diagram of the committed state; from the open reversals while there is none."""
+        """Return the committed diagram, created from the open reversals if there is none."""
         if self._diagram is not None:
             return self._diagram
         memory, curve, diagram = self._memory, self._curve(), Diagram()

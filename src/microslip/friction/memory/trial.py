@@ -1,4 +1,4 @@
-"""The result of a trial of a state, as Newton's method needs it from a contact."""
+"""Result of a trial step, with the tangents for Newton's method."""
 
 from __future__ import annotations
 
@@ -14,10 +14,11 @@ if TYPE_CHECKING:
 
 
 class Trial(tuple[float, float]):
-    """The end of a trial step, which unpacks as ``force, stiffness``.
+    """End of a trial step, which unpacks as ``force, stiffness``.
 
-    Made by :meth:`microslip.State.try_`. The tangents are those of the step, straight in separation
-    and displacement, as it ends (Jaeger 1998, DOI 10.1115/1.2833765): what Newton's method needs.
+    Returned by :meth:`microslip.State.try_`. The tangents are those of the step, straight in
+    separation and displacement, at its end (Jaeger 1998, DOI 10.1115/1.2833765), as needed by
+    Newton's method.
     """
 
     _displacement: float
@@ -37,7 +38,6 @@ class Trial(tuple[float, float]):
         step: float = 0.0,
         normal_load: float | None = None,
     ) -> Trial:
-        """A trial whose last contact has the D ``density``."""
         trial = cls((force, stiffness))
         trial._displacement, trial._density, trial._curve = displacement, density, curve
         trial._step, trial._normal_load = step, normal_load
@@ -50,7 +50,7 @@ class Trial(tuple[float, float]):
 
     @property
     def stiffness(self) -> float:
-        """Tangent stiffness [N/m] at this load: dT/d(displacement)."""
+        """Tangent stiffness dT/d(displacement) [N/m] at this load."""
         return self[1]
 
     @property
@@ -60,12 +60,12 @@ class Trial(tuple[float, float]):
 
     @property
     def separation(self) -> float:
-        """Separation [m]; only an interface has one."""
+        """Separation [m], for an interface only."""
         return self._curve_for("separation").origin + self._step
 
     @property
     def normal_load(self) -> float:
-        """Normal load [N]; only an interface has one."""
+        """Normal load [N], for an interface only."""
         curve = self._curve_for("normal_load")
         return (
             curve.derivative_at(self._step, 0) if self._normal_load is None else self._normal_load
@@ -75,29 +75,29 @@ class Trial(tuple[float, float]):
 
     @property
     def tangent(self) -> Floats:
-        """d(force, normal_load)/d(displacement, separation) [N/m], shape (2, 2)."""
+        """Derivatives of (force, normal_load) by (displacement, separation) [N/m], shape (2, 2)."""
         fall, by_separation = self._by_separation("tangent")
         return np.array([[self[1], by_separation], [0.0, -fall]])
 
     @property
     def tangent_by_load(self) -> Floats:
-        """d(force, normal_load)/d(displacement, normal_load), [N/m] and [-], shape (2, 2).
+        """Derivatives of (force, normal_load) by (displacement, normal_load), shape (2, 2).
 
-        Where there is no contact the force does not change with the load to first order: 0.
+        Units are [N/m] and [-]. Without contact the derivative of the force by the load is 0.
         """
         fall, by_separation = self._by_separation("tangent_by_load")
         return np.array([[self[1], by_separation / -fall if fall > 0.0 else 0.0], [0.0, 1.0]])
 
     def _by_separation(self, name: str) -> tuple[float, float]:
-        """-N' [N/m], and the derivative of the force by the separation."""
+        """Return -N' [N/m] and the derivative of the force by the separation [N/m]."""
         curve = self._curve_for(name)
         fall = -curve.derivative_at(self._step, 1)
-        # mu s [N'(d) - N'(q)] where the front q slipped; with the mean fall where it stuck.
+        # mu s [N'(d) - N'(q)] for a slipping front q; the mean decrease for sticking.
         return fall, -self._density * (curve.friction * fall - curve.slip * self[1])
 
     def _curve_for(self, name: str) -> LoadCurve:
         if self._curve is None:
-            raise InputError(f"{name} has no meaning for this law: it has no surface")
+            raise InputError(f"`{name}` has no meaning for a law without a surface")
         return self._curve
 
     def __repr__(self) -> str:

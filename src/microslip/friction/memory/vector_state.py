@@ -1,4 +1,4 @@
-"""A resumable state of nodes that move in two directions."""
+"""Resumable state of nodes in two tangential directions."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from microslip.friction.memory.saved import check_joint, joint_array, saved_arra
 class VectorResponse(FieldResponse):
     """Response of nodes to displacements in two directions and separations.
 
-    It unpacks as a :class:`FieldResponse` does. Sliders as Iwan's (1966, DOI 10.1115/1.3625199),
-    each with a vector.
+    Unpacks as :class:`FieldResponse`. Sliders after Iwan (1966, DOI 10.1115/1.3625199), each with a
+    vector of displacement.
     """
 
     force: Floats
-    """Tangential forces (T1, T2) [N], shape (nodes, 2), or (2,) of one joint."""
+    """Tangential forces (T1, T2) [N], shape (nodes, 2), or (2,) for a single joint."""
     load: Floats
-    """Normal loads N [N], one a node; not a number for a law whose load is held."""
+    """Normal loads N [N], shape (nodes,); NaN for a law at constant load."""
     tangent: Floats
-    """Derivatives of (T1, T2, N) by both displacements and the separation [N/m], (nodes, 3, 3)."""
+    """Derivatives of (T1, T2, N) by displacements and separation [N/m], shape (nodes, 3, 3)."""
 
     @property
     def stiffness(self) -> Floats:
@@ -41,39 +41,39 @@ class VectorResponse(FieldResponse):
 
 @dataclass(frozen=True, eq=False)
 class SliderBank:
-    """Sliders that nodes share, and what makes forces of them; without a curve the load is held."""
+    """Sliders common to all nodes, with the factors that convert them to forces."""
 
     tops: Floats
-    """Separation, or displacement, at which each slider begins to slip from rest."""
+    """Separation, or displacement at constant load, at which each slider begins to slip [m]."""
     weights: Floats
     """Slider weights."""
     nodes: Nodes | None
-    """The nodes; None of a law whose load is held, whose place is the displacement itself."""
+    """The nodes, or None for a law at constant load, whose place is the displacement."""
     size: int
     """Number of nodes."""
     nearest: float = 0.0
-    """Least step for which there are sliders."""
+    """Smallest step covered by the sliders [m]."""
     lay: Floats | None = None
-    """Stiffness in the plane over that along the first axis, (2, 2); None: all ways alike."""
+    """In-plane stiffness over that along the first axis, shape (2, 2); None if isotropic."""
 
     @cached_property
     def scales(self) -> Floats:
-        """Force of each node for what the sliders hold, times the slip of a place."""
+        """Force of each node per unit of the slider sum, times the slip per place."""
         return np.ones(self.size) if self.nodes is None else self.nodes.weights
 
     @cached_property
     def slips(self) -> Floats:
-        """Displacement per place of each node."""
+        """Displacement per place of each node, kappa [-]."""
         return np.ones(self.size) if self.nodes is None else self.nodes.slips
 
     @cached_property
     def rests(self) -> Floats:
-        """Step of each node at rest, as the sliders count it."""
+        """Step of each node at rest [m]."""
         return np.zeros(self.size) if self.nodes is None else self.nodes.rests
 
     @cached_property
     def compliances(self) -> Floats | None:
-        """Both compliances of a place, then the cosine and sine of the axis of the first."""
+        """Both principal compliances, then cosine and sine of the axis of the first."""
         if self.lay is None:
             return None
         stiffnesses, axes = np.linalg.eigh(self.lay)
@@ -82,25 +82,25 @@ class SliderBank:
         return np.array([*(1.0 / stiffnesses), *axes[:, 0]])
 
     def places(self, displacements: Floats) -> Floats:
-        """Displacements [m] in the plane, of nodes along the first axis, as the sliders go."""
+        """Convert displacements [m], with nodes on the first axis, to places."""
         slips = self.slips.reshape(-1, *[1] * (displacements.ndim - 1))
         return (displacements if self.lay is None else displacements @ self.lay) / slips
 
     def displacements(self, places: Floats) -> Floats:
-        """Displacements [m] of places, both of shape (nodes, 2)."""
+        """Convert places to displacements [m], shape (nodes, 2)."""
         moved = places if self.lay is None else np.linalg.solve(self.lay, places.T).T
         return np.asarray(moved * self.slips[:, None])
 
     def identity(self) -> Floats:
-        """Identity of the law of a saved state."""
+        """Return the numbers that identify the law of a saved state."""
         sums = np.array([self.tops.size, self.tops.sum(), self.weights.sum()])
         if self.lay is not None:
             sums = np.append(sums, self.lay)
         return joint_array(sums, self.scales, self.slips, self.rests)
 
     def loads(self, step: Floats) -> tuple[Floats, Floats]:
-        """Normal loads [N] and their derivatives [N/m] at steps, nodes along the first axis."""
-        if self.nodes is None:  # a law knows none
+        """Return normal loads [N] and derivatives [N/m] at steps, nodes on the first axis."""
+        if self.nodes is None:
             return np.full(step.shape, np.nan), np.full(step.shape, np.nan)
         load, fall = self.nodes.curve.load(step.reshape(-1))
         scales = self.nodes.scales.reshape(-1, *[1] * (step.ndim - 1))
@@ -112,11 +112,11 @@ class SliderBank:
         return values if self.nodes is None else self.nodes.per_length(values)
 
     def steps_at(self, separations: Floats) -> Floats:
-        """Steps of separations [m], nodes along the first axis, that the sliders reach."""
+        """Check separations [m], with nodes on the first axis, and convert them to steps."""
         if self.nodes is None:
             raise InputError(
-                "separations have no meaning for a joint whose load is held; "
-                "write JointField(...).two_directions() for nodes whose separation varies"
+                "`separations` have no meaning for a joint at constant load; write "
+                "JointField(...).two_directions() for varying separations"
             )
         steps = self.nodes.steps_of(separations)
         if steps.min() < self.nearest:
@@ -124,23 +124,23 @@ class SliderBank:
             node = int(place[0])
             nearest = self.nodes.separations_of(np.full(self.size, self.nearest))[node]
             raise InputError(
-                f"separations must not go below the nearest one that the sliders reach, "
-                f"{nearest:g} m, got {separations[place]:g} at node {node}; "
+                f"`separations` must not be below the nearest one of the sliders, {nearest:g} m, "
+                f"got {separations[place]:g} at node {node}; "
                 "write two_directions(nearest=...)"
             )
         return steps
 
 
 class VectorState(Resumable):
-    """The place of nodes on their hysteresis in two directions.
+    """Hysteresis state of nodes in two tangential directions.
 
-    A trial moves nothing until it is committed, as in :class:`microslip.State`::
+    A trial does not change the state until it is committed, as in :class:`microslip.State`::
 
         force, stiffness = state.try_([1e-7, -2e-7])
         state.commit()  # or state.rollback()
 
-    Each slider holds a vector (Iwan 1966, DOI 10.1115/1.3625199, in two directions): 16 bytes a
-    slider and node, twice that while there is a trial.
+    Each slider has a vector (Iwan 1966, DOI 10.1115/1.3625199, in two directions). Memory is 16
+    bytes per slider and node, twice as much during a trial.
     """
 
     __slots__ = ("_bank", "_loss", "_place", "_single", "_step", "_value", "_vectors")
@@ -161,17 +161,17 @@ class VectorState(Resumable):
 
     @property
     def displacement(self) -> Floats:
-        """Committed displacements [m], shape (nodes, 2), or (2,) of one node."""
+        """Committed displacements [m], shape (nodes, 2), or (2,) for a single joint."""
         return np.asarray(self._out(self._bank.displacements(self._place)))
 
     @property
     def force(self) -> Floats:
-        """Committed forces [N], shape (nodes, 2), or (2,) of one node."""
+        """Committed forces [N], shape (nodes, 2), or (2,) for a single joint."""
         return np.asarray(self._out(self._value * self._bank.scales[:, None]))
 
     @property
     def stored_energy(self) -> Any:
-        """Elastic energies of the sliders [J], one a node."""
+        """Elastic energies of the sliders [J], shape (nodes,)."""
         moved = self._vectors
         if self._bank.lay is not None:
             moved = moved @ np.linalg.inv(self._bank.lay)
@@ -180,34 +180,38 @@ class VectorState(Resumable):
 
     @property
     def dissipated_energy(self) -> Any:
-        """Energies dissipated so far [J], one a node, if counted."""
+        """Energies dissipated since rest [J], shape (nodes,).
+
+        InputError unless the state was started with ``energies=True``.
+        """
         return self._out(counted(self._loss) * self._bank.scales * self._bank.slips)
 
     @one_at_a_time
     def try_(self, displacement: ArrayLike, separations: ArrayLike | None = None) -> VectorResponse:
-        """Forces and tangents at trial displacements and, if they vary, separations.
+        """Compute forces and tangents at trial displacements and separations.
 
         Parameters
         ----------
         displacement : array_like
             Trial displacements [m] in both directions, shape (nodes, 2), or (2,).
         separations : array_like, optional
-            Trial separations [m], one a node; without them they stay what they are. The step from
-            the committed state is a straight line.
+            Trial separations [m], a number or one per node; by default they do not change. The step
+            from the committed state is straight.
 
         Returns
         -------
         VectorResponse
             ``force`` [N], shape (nodes, 2), ``load`` [N], ``stiffness`` [N/m], shape (nodes, 2, 2),
-            and ``tangent``; of one joint without the first axis. It unpacks as ``force,
-            stiffness`` without separations, as ``force, load, tangent`` with them.
+            and ``tangent``, without the first axis for a single joint. Unpacks as ``force,
+            stiffness`` without separations, as ``force, load, tangent`` with separations.
         """
-        self._trial = None  # should this one fail, no earlier one is left to commit
+        self._trial = None  # after an error there is no trial to commit
         bank, nodes = self._bank, self._bank.size
         displacements = floats("displacement", displacement, "m")
         if displacements.shape not in ((2,), (nodes, 2)):
             raise InputError(
-                f"displacement must have the shape ({nodes}, 2), or (2,), got {displacements.shape}"
+                f"`displacement` must have the shape ({nodes}, 2) or (2,), got "
+                f"{displacements.shape}"
             )
         place = np.ascontiguousarray(bank.places(np.broadcast_to(displacements, (nodes, 2))))
         step = None
@@ -246,16 +250,16 @@ class VectorState(Resumable):
 
     @one_at_a_time
     def to_arrays(self) -> dict[str, Floats]:
-        """The whole state as plain arrays, as ``numpy.savez`` takes them.
+        """Return the state as a dictionary of arrays, for ``numpy.savez``.
 
         Returns
         -------
         dict of str to ndarray
-            ``now``: both displacements [m] and the separation as the sliders count it [m], a row a
-            node. ``vectors``: what each slider holds [m], shape (nodes, sliders, 2).
-            ``dissipated``: energies [J], empty where they are not counted. ``joint``: the format,
-            1, and sums and factors of the sliders, by which they are known again. An open trial is
-            not among them. ``start(arrays=...)`` goes on from them.
+            ``now``: both displacements [m] and the step of the separation [m], one row per node.
+            ``vectors``: elastic displacement of each slider [m], shape (nodes, sliders, 2).
+            ``dissipated``: energies [J], empty if not accumulated. ``joint``: the format, 1, and
+            sums and factors that identify the sliders. An open trial is not included.
+            ``start(arrays=...)`` continues from the arrays.
         """
         places = self._bank.displacements(self._place)
         lost = np.zeros(0) if self._loss is None else np.atleast_1d(self.dissipated_energy)
@@ -270,7 +274,7 @@ class VectorState(Resumable):
     def _from_arrays(
         cls, bank: SliderBank, single: bool, arrays: Mapping[str, ArrayLike]
     ) -> VectorState:
-        """The state of sliders that goes on as the saved one would; ``start(arrays=...)``."""
+        """Restore a saved state; see ``start(arrays=...)``."""
         lost = saved_array(arrays, "dissipated", -1)
         check_joint(arrays, bank.identity())
         state = cls(bank, single, bool(lost.size))
@@ -283,7 +287,7 @@ class VectorState(Resumable):
         radii = np.maximum(bank.tops - state._step[:, None], 0.0)
         sizes = np.sqrt((vectors**2).sum(axis=2))
         if (sizes > radii + 1e-9 * bank.tops.max()).any() or (lost < 0.0).any():
-            raise InputError("arrays must be those of a state: its sliders hold more than they can")
+            raise InputError("`arrays` must be those of a state, got sliders above their limit")
         state._vectors = vectors
         state._value = np.einsum("nsi,s->ni", vectors, bank.weights)
         return state

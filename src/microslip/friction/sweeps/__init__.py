@@ -1,4 +1,4 @@
-"""Many loads, amplitudes and coefficients of friction at once, as labelled arrays."""
+"""Evaluation at many loads, amplitudes and coefficients of friction, as labelled arrays."""
 
 from microslip.friction.sweeps.arrays import Sweep
 from microslip.friction.sweeps.evaluation import evaluate

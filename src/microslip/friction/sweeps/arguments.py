@@ -1,4 +1,4 @@
-"""The arguments of many joints: arrays within their ranges, complete and without surplus ones."""
+"""Check of the arguments of many joints."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from microslip.contact import NormalLaw
 Arguments = dict[str, Any]
 
 NO_ARRAYS = ("heights", "surface", "samples", "quantities")
-"""Arguments that are one for all joints."""
+"""Arguments common to all joints."""
 _OTHER_BODY = ("other_young_modulus", "other_poisson_ratio")
 
 
 def checked(args: Arguments) -> Arguments:
-    """Arrays within their ranges; no argument too many and none missing."""
+    """Check that arguments are complete and consistent, and arrays within their ranges."""
     needs = ["friction_coefficient"]
     of_surface = ("young_modulus", "poisson_ratio", "radius", "density", "area", "std")
     if "surface" in args:
@@ -27,7 +27,7 @@ def checked(args: Arguments) -> Arguments:
             raise InputError(f"`surface` must be a normal load law, got {show(args['surface'])}")
         extra = [name for name in (*of_surface, "mean", "heights", *_OTHER_BODY) if name in args]
         if extra:
-            raise InputError(f"`{extra[0]}` must be left out: the surface has its own")
+            raise InputError(f"`{extra[0]}` must not be given with a surface")
     else:
         needs += of_surface[: 5 if "heights" in args else 6]
     for name in needs:
@@ -38,7 +38,7 @@ def checked(args: Arguments) -> Arguments:
     load, separation = (args.get(name) for name in ("normal_load", "separation"))
     check_one_of("normal_load [N] or separation [m]", load, separation)
     if "mean" in args and "heights" in args:
-        raise InputError("`mean` must be left out: the heights have their own")
+        raise InputError("`mean` must not be given with heights")
     result: Arguments = {k: v for k, v in args.items() if k in ("surface", "heights", "samples")}
     for name, value in args.items():
         if name in NO_ARRAYS:
@@ -46,7 +46,7 @@ def checked(args: Arguments) -> Arguments:
         if name in ("separation", "mean"):
             length = result[name] = floats(name, value, "m")
             if (largest := np.abs(length).max()) > LARGEST:
-                raise InputError(f"`{name}` must be at most {LARGEST:g} m in size, got {largest:g}")
+                raise InputError(f"`{name}` must be at most {LARGEST:g} m, got {largest:g}")
         elif name in ("poisson_ratio", "other_poisson_ratio"):
             ratio = result[name] = floats(name, value)
             bad = ratio[(ratio <= -1.0) | (ratio > 0.5)]
@@ -79,7 +79,7 @@ def checked(args: Arguments) -> Arguments:
 def check_names(
     quantities: Any, available: Sequence[str], example: str, of_amplitudes: Sequence[str] = ()
 ) -> None:
-    """Quantities are a list of names that there are, some only beside amplitudes."""
+    """Check that quantities are a list of available names."""
     if isinstance(quantities, str) or not isinstance(quantities, Sequence) or not quantities:
         raise InputError(
             f"`quantities` must be a list of names, got {show(quantities)}; for example "
@@ -87,7 +87,7 @@ def check_names(
         )
     for name in quantities:
         if name not in available:
-            hint = " beside amplitude" if name in of_amplitudes else ""
+            hint = ", which needs amplitude" if name in of_amplitudes else ""
             raise InputError(
                 f"`quantities` must be among {', '.join(available)}, got {show(name)}{hint}"
             )
@@ -108,13 +108,13 @@ def evaluate_labelled(
     settings: Mapping[str, Any],
     outputs: tuple[str, ...],
 ) -> dict[str, Any]:
-    """The results as DataArrays or Dask arrays, lazy where the arguments are."""
+    """Return DataArrays or Dask arrays, lazy if the arguments are."""
     names = tuple(arrays)
     keys = {**settings, "quantities": [name for name in outputs if not name.startswith("loop_")]}
 
     def blockwise(*values: Any) -> tuple[Any, ...]:
         shape = np.broadcast_shapes(*map(np.shape, values))
-        if 0 in shape:  # Dask asks once for nothing
+        if 0 in shape:  # Dask calls the function once with empty arrays
             return tuple(
                 np.zeros((*shape, *(settings["samples"],) * n.startswith("loop_"))) for n in outputs
             )

@@ -1,4 +1,4 @@
-"""Labelled arrays, and their export to files and data sets."""
+"""Labelled arrays of a sweep and their export to files and data sets."""
 
 from __future__ import annotations
 
@@ -28,22 +28,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
-    """Arrays with names, dimensions and coordinates, as :func:`microslip.sweep` makes them.
+    """Named arrays with dimensions and coordinates, the result of :func:`microslip.sweep`.
 
     Parameters
     ----------
     coords : mapping of str to Variable
-        Coordinates by name: along a dimension of that name, or one number.
+        Coordinates by name: along a dimension of that name, or a number.
     variables : mapping of str to Variable
         Results by name. A Variable is a tuple of ``dims``, ``values`` and ``attributes`` (units
-        and what it is).
+        and long name).
     attributes : mapping of str to str
-        Description of the sweep, and the version.
+        Description of the sweep and version of the package.
 
     Notes
     -----
-    What an interface says of itself, for many at once: ``loss_factor`` is (19.30), and none of the
-    damping ratios is that of a mode, see :class:`microslip.Oscillator`.
+    Quantities are those of an interface: ``loss_factor`` is (19.30). Damping ratios are not those
+    of a mode of a structure, see :class:`microslip.Oscillator`.
     """
 
     coords: Mapping[str, Variable]
@@ -65,14 +65,14 @@ class Sweep:
 
     @property
     def sizes(self) -> dict[str, int]:
-        """Lengths of the dimensions by name, in their order."""
+        """Lengths of the dimensions by name, in order."""
         return {
             name: variable.values.size for name, variable in self.coords.items() if variable.dims
         }
 
     @property
     def dims(self) -> tuple[str, ...]:
-        """Names of the dimensions, in the order that all arrays have them in."""
+        """Names of the dimensions, in the common order of all arrays."""
         return tuple(self.sizes)
 
     @property
@@ -81,7 +81,7 @@ class Sweep:
         return tuple(self.sizes.values())
 
     def __getitem__(self, name: str) -> Any:
-        """Values of a variable or a coordinate; a float where it has no dimension."""
+        """Values of a variable or a coordinate, a float if it has no dimension."""
         for group in (self.variables, self.coords):
             if isinstance(name, str) and name in group:
                 values = group[name].values
@@ -119,18 +119,19 @@ class Sweep:
         color: str | None = None,
         label: str = "",
     ) -> Any:
-        """Draw a quantity in its unit [SI] along one dimension, a few lines for the others.
+        """Draw a quantity, in its unit [SI], along one dimension.
 
-        By default along the longest. Axes, colour and label, those of the first line, are as of
-        :meth:`microslip.BackboneLaw.plot`.
+        ``along`` defaults to the longest dimension; a few evenly spaced combinations of the other
+        dimensions are drawn as lines. ``ax``, ``color`` and ``label`` (of the first line) are as
+        for :meth:`microslip.BackboneLaw.plot`.
         """
         from microslip.figures import draw
 
         return draw(sweep_figure(self, quantity, along), ax, color=color, label=label)
 
     def to_xarray(self) -> xarray.Dataset:
-        """The same as an ``xarray.Dataset``."""
-        instead = "to_netcdf(...) and to_csv(...) need nothing more"
+        """Convert to an ``xarray.Dataset``."""
+        instead = "to_netcdf(...) and to_csv(...) do not need it"
         data: xarray.Dataset = self._data.to_xarray(instead)
         return data
 
@@ -139,18 +140,18 @@ class Sweep:
         return DataSet(self.sizes, self.coords, self.variables, self.attributes)
 
     def to_netcdf(self, path: str | Path, overwrite: bool = False) -> Path:
-        """Write one netCDF-4 file, whole or not at all, and return its path.
+        """Write a netCDF-4 file and return its path.
 
-        A file in its place is replaced only with ``overwrite``.
+        The write is atomic. An existing file is replaced only with ``overwrite``.
         """
         with whole_file(path, overwrite) as stage:
             netcdf.write(stage, self._data)
         return Path(path)
 
     def to_csv(self, path: str | Path, overwrite: bool = False) -> Path:
-        """Write one table, whole or not at all: a line a point, coordinates first, in SI units.
+        """Write a CSV table in SI units, one line per point, coordinates first.
 
-        Parameters and errors as :meth:`to_netcdf`; numbers read back bit for bit.
+        Numbers are written exactly. Parameters and errors as :meth:`to_netcdf`.
         """
         data = self._data
         with (
@@ -171,13 +172,13 @@ _MOST_POINTS = 5000
 
 
 def sweep_figure(sweep: Any, quantity: Any, along: Any) -> Plot:
-    """Lines along one dimension; a few, evenly, of all combinations of the others."""
+    """Return the plot of a quantity along one dimension for a few of the other combinations."""
     if not isinstance(quantity, str) or quantity not in sweep.variables:
         names = ", ".join(sweep.variables)
         raise InputError(f"`quantity` must be one of {names}, got {show(quantity)}")
     dims, values, about = sweep.variables[quantity]
     if not dims:
-        raise InputError(f"`quantity` must have a dimension, {quantity} is one number")
+        raise InputError(f"`quantity` must have a dimension, got {quantity}, which is a number")
     if along is None:
         along = max(dims, key=lambda dim: sweep.sizes[dim])
     if along not in dims:
@@ -207,7 +208,7 @@ def sweep_figure(sweep: Any, quantity: Any, along: Any) -> Plot:
 
 
 def _axis(name: str, values: Any, unit: str) -> tuple[Axis, float]:
-    """An axis in a suitable prefix; logarithmic where values span more than a decade."""
+    """Return an axis with a suitable prefix, logarithmic for more than a decade, and its unit."""
     fine = values[np.isfinite(values)]
     largest = float(np.abs(fine).max(initial=0.0))
     simple = unit in ("m", "N", "J", "Hz", "Pa", "N/m")

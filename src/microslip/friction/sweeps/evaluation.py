@@ -1,4 +1,4 @@
-"""Many joints at once: every argument an array, each point a joint of its own."""
+"""Vectorised evaluation of many joints: each point of the broadcast arguments is a joint."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from microslip.friction.sweeps.arguments import (
     evaluate_labelled,
 )
 
-_BLOCK = 1 << 14  # points at a time, as many as a cache holds
+_BLOCK = 1 << 14  # points per block, sized for the cache
 _RATIOS = {"energy_ratio": 1.0, "loss_factor": 4.0 / math.pi, "damping_ratio": 2.0 / math.pi}
 _OF_POINTS = (
     "amplitude",
@@ -56,7 +56,7 @@ _LOOPS = ("loop_displacement", "loop_force")
 _COSTLY = (
     *("tangent_stiffness", "dissipation_exponent", "stick_area", "contact_count", "contact_area"),
 )
-"""Only where they are asked for: they cost as much as all others."""
+"""Quantities computed only on request, since they cost as much as all others."""
 
 
 def evaluate(
@@ -80,56 +80,58 @@ def evaluate(
     samples: int | None = None,
     quantities: Sequence[str] | None = None,
 ) -> Mapping[str, Any]:
-    """Many joints at once: any argument an array, all broadcast pointwise.
+    """Evaluate many joints: arguments are numbers or arrays that broadcast.
 
     Parameters
     ----------
     young_modulus, poisson_ratio : array_like
         Elastic constants of both bodies, or of the first [Pa], [-].
     other_young_modulus, other_poisson_ratio : array_like, optional
-        Those of the second body, if it differs; a modulus of infinity is a rigid body.
+        Elastic constants of the second body [Pa], [-], by default those of the first. An
+        infinite modulus is a rigid body.
     std : array_like
-        Standard deviation of Gaussian heights [m]; beside ``heights`` their spread.
+        Standard deviation of the heights [m]. Optional if ``heights`` are given.
     mean : array_like, optional
-        Mean of Gaussian heights [m]; 0 without it.
+        Mean of Gaussian heights [m], 0 by default.
     heights : HeightDistribution, frozen scipy.stats distribution or array_like, optional
-        Other heights [m], the same for all joints; with ``std`` only their shape counts.
+        Heights [m] common to all joints; with ``std`` only their shape is used.
     radius, density, area : array_like
         Summit radius [m], summits per apparent area [1/m^2], apparent area [m^2].
     surface : NormalLaw, optional
-        One surface for all joints, in place of all of the above.
+        Surface common to all joints, given instead of the arguments above.
     friction_coefficient : array_like
         Coefficients of friction [-].
     normal_load : array_like
         Normal loads [N].
     separation : array_like, optional
-        Separations [m] instead.
+        Separations [m], given instead of the loads.
     amplitude : array_like, optional
-        Displacement amplitudes [m], not negative. Without any the joints at rest.
+        Displacement amplitudes [m], not negative. Without amplitudes, joints at rest.
     force_amplitude : array_like, optional
-        Force amplitudes [N] instead, below the force limit of each joint.
+        Force amplitudes [N], below the force limit of each joint, given instead.
     samples : int, optional
-        Samples of closed loops, at least 5, which are added then.
+        Number of samples of closed loops, at least 5. If given, loops are added to the result.
     quantities : sequence of str, optional
-        Quantities wanted: amplitude, force_amplitude (or backbone, the same), dissipated_energy,
-        energy_ratio, loss_factor, damping_ratio, secant_stiffness, tangent_stiffness,
-        dissipation_exponent, stick_area; normal_load, separation, standardised_separation,
-        slip_per_indentation, normal_stiffness, tangential_stiffness, force_limit, contact_count,
-        contact_area. Without it all but tangent_stiffness, dissipation_exponent, areas and
-        contacts.
+        Names of the results: amplitude, force_amplitude (or backbone, the same),
+        dissipated_energy, energy_ratio, loss_factor, damping_ratio, secant_stiffness,
+        tangent_stiffness, dissipation_exponent, stick_area; normal_load, separation,
+        standardised_separation, slip_per_indentation, normal_stiffness, tangential_stiffness,
+        force_limit, contact_count, contact_area. By default all but tangent_stiffness,
+        dissipation_exponent, stick_area, contact_count and contact_area.
 
     Returns
     -------
     mapping of str to float or ndarray
-        Results by name, SI units, of the shape that all arguments broadcast to; loop_displacement
-        and loop_force with a last axis of the samples of :meth:`microslip.Interface.loop`. Of
-        ``xarray.DataArray`` and Dask arrays the same kind, computed when it is asked for.
+        Results by name in SI units, with the broadcast shape of the arguments. loop_displacement
+        and loop_force have a last axis of samples, see :meth:`microslip.Interface.loop`. For
+        ``xarray.DataArray`` and Dask arguments the results are of the same type, and lazy if
+        the arguments are.
 
     Notes
     -----
-    The numbers of :class:`microslip.Interface`, to 1e-13: (19.8), (19.15), (19.29) and (19.30), the
-    normal law after Greenwood and Williamson (1966), DOI 10.1098/rspa.1966.0242. A Gaussian joint
-    depends on (d/sigma, delta/(kappa sigma)) alone: one profile of F_3/2 serves all of them.
+    Results agree with :class:`microslip.Interface` to 1e-13: (19.8), (19.15), (19.29) and (19.30),
+    with the normal law of Greenwood and Williamson (1966), DOI 10.1098/rspa.1966.0242. A Gaussian
+    joint depends on d/sigma and delta/(kappa sigma) alone, so one profile of F_3/2 is used for all.
     """
     arguments = {name: value for name, value in locals().items() if value is not None}
     names = _quantity_names(arguments)
@@ -144,9 +146,8 @@ _ARRAYS = frozenset(evaluate.__kwdefaults__ or ()) - {*NO_ARRAYS}
 
 
 def _quantity_names(args: Arguments) -> tuple[str, ...]:
-    """Names of the results."""
     if "amplitude" in args and "force_amplitude" in args:
-        raise InputError("amplitude [m] or force_amplitude [N] must be given, not both")
+        raise InputError("`amplitude` [m] or `force_amplitude` [N] must be given, not both")
     cycles = "amplitude" in args or "force_amplitude" in args
     names = (*_OF_JOINTS, *(_OF_POINTS if cycles else ()))
     quantities = args.get("quantities")
@@ -154,7 +155,9 @@ def _quantity_names(args: Arguments) -> tuple[str, ...]:
     if "samples" in args:
         whole_number("samples", args["samples"], 5, MOST_SAMPLES)
         if not cycles:
-            raise InputError("`samples` must stand beside amplitude, got none")
+            raise InputError(
+                "`samples` must be given with amplitude or force_amplitude, got neither"
+            )
         loops = _LOOPS
     if quantities is None:
         return (*(name for name in names if name not in _COSTLY), *loops)
@@ -168,19 +171,16 @@ def _unit_gaussian() -> GreenwoodWilliamson:
 
 
 def _unit(heights: Any) -> GreenwoodWilliamson:
-    """One summit of radius 1 on an area of 1, of which any surface with such heights is a multiple.
-
-    Only its load constant has a modulus, which is divided out.
-    """
+    """Return one summit of radius 1 on unit area, of which every such surface is a multiple."""
     metal = Material(1.0, 0.0)
     surface = GreenwoodWilliamson(MaterialPair(metal, metal), heights, 1.0, 1.0, 1.0)
-    # How deep a surface goes depends on its own radius, which is not that of its multiple.
+    # The deepest separation depends on the true radius, so it is not limited here.
     surface.__dict__["_deepest"] = -math.inf
     return surface
 
 
 class Joints:
-    """Joints of one shape of surface: loads over ``scale`` and separations over ``length``."""
+    """Joints on surfaces of one shape, with load unit ``scale`` and length unit ``length``."""
 
     def __init__(self, args: Arguments) -> None:
         self.surface: NormalLaw
@@ -206,8 +206,8 @@ class Joints:
             self.load = args.get("normal_load", self.scale * self.unit_load)
             if float(self.load.min()) < FAINTEST:
                 raise InputError(
-                    "`separation` must be one at which the surface carries a load, and at "
-                    f"{float(np.max(args['separation'])):g} m it carries none"
+                    "`separation` must be one at which the surface carries a load, got "
+                    f"{float(np.max(args['separation'])):g} m, where there is no load"
                 )
         else:
             self.load = args["normal_load"]
@@ -223,11 +223,11 @@ class Joints:
             if np.any(self.place < deepest):
                 name = "separation" if "separation" in args else "normal_load"
                 raise InputError(
-                    f"`{name}` must be one that the surface can carry, and {np.max(args[name]):g} "
-                    "would press summits by more than their radius"
+                    f"`{name}` must not press summits by more than their radius, got "
+                    f"{np.max(args[name]):g}"
                 )
         self.limit = self.friction * self.load
-        # As in an interface: with it the limit is met exactly.
+        # As in Interface, so that the limit is exactly mu N.
         self.factor = self.limit / self.unit_load
 
     def _of_summits(self, args: Arguments, composite: Floats) -> None:
@@ -248,23 +248,22 @@ class Joints:
         )
 
     def _at_places(self) -> tuple[Floats, Floats]:
-        """The unit law's load and its fall."""
         flat = np.ascontiguousarray(self.place).reshape(-1)
         load, fall = self.law.load_and_fall(flat)
         return load.reshape(self.place.shape), fall.reshape(self.place.shape)
 
     @property
     def normal_stiffness(self) -> Floats:
-        """-N'(d) [N/m]."""
+        """Normal stiffness -N'(d) [N/m]."""
         return np.asarray(self.scale / self.length * self.fall)
 
     @property
     def tangential_stiffness(self) -> Floats:
-        """At rest [N/m]."""
+        """Tangential stiffness at rest [N/m]."""
         return np.asarray(self.normal_stiffness / self.ratio)
 
     def joint(self, name: str) -> Floats:
-        """Quantities of a joint at rest."""
+        """Return a quantity of the joints at rest."""
         if name == "separation":
             return np.asarray(self.origin + self.length * self.place)
         if name in ("contact_count", "contact_area"):
@@ -280,7 +279,7 @@ class Joints:
 
 
 def _composite(args: Arguments) -> tuple[Floats, Floats]:
-    """E* (19.4) and G* (19.11) [Pa]."""
+    """Return E* (19.4) and G* (19.11) [Pa]."""
     first: Floats = args["young_modulus"]
     ratio: Floats = args["poisson_ratio"]
     second: Floats = args.get("other_young_modulus", first)
@@ -292,7 +291,7 @@ def _composite(args: Arguments) -> tuple[Floats, Floats]:
 
 
 def evaluated(args: Arguments, names: tuple[str, ...]) -> Mapping[str, Any]:
-    """The results of checked arguments."""
+    """Return the results for checked arguments."""
     shape = args["shape"]
     arrays = {name: value for name, value in args.items() if name in _ARRAYS}
     driven = {"amplitude", "force_amplitude"}
@@ -301,7 +300,7 @@ def evaluated(args: Arguments, names: tuple[str, ...]) -> Mapping[str, Any]:
     if count < size or size <= _BLOCK:
         results = _block(args, names, shape)
     else:
-        # Each point is a joint of its own, computed from its arguments to its results.
+        # Every point is a different joint: process blocks from arguments to results.
         buffers = {name: np.empty(shape) for name in names if name not in _LOOPS}
         buffers |= {name: np.empty((*shape, args["samples"])) for name in names if name in _LOOPS}
         rows = {
@@ -319,7 +318,7 @@ def evaluated(args: Arguments, names: tuple[str, ...]) -> Mapping[str, Any]:
 
 
 def _blocks(arrays: Sequence[Floats], shape: tuple[int, ...]) -> Iterator[list[Floats]]:
-    """Arrays of one shape in flat blocks, broadcast and cut by NumPy's iterator in one go."""
+    """Yield broadcast arrays in flat blocks."""
     for block in np.nditer(  # type: ignore[call-overload]
         [np.broadcast_to(array, shape) for array in arrays],
         flags=["external_loop", "buffered"],
@@ -327,7 +326,7 @@ def _blocks(arrays: Sequence[Floats], shape: tuple[int, ...]) -> Iterator[list[F
         order="C",
         buffersize=_BLOCK,
     ):
-        # Of a single array the iterator gives just that.
+        # For a single array the iterator yields the array, not a tuple.
         yield [np.ascontiguousarray(part) for part in (block if len(arrays) > 1 else (block,))]
 
 
@@ -351,7 +350,7 @@ def _points(
     shape: tuple[int, ...],
     loops: int | None,
 ) -> dict[str, Floats]:
-    """Quantities of an amplitude, block by block of all points."""
+    """Return the quantities of amplitudes, block by block."""
     by_force = "force_amplitude" in args
     driven = args["force_amplitude" if by_force else "amplitude"]
     stretch = joints.kappa * joints.length
@@ -409,7 +408,7 @@ def _cycles(
     factor: Floats,
     stiffness: Floats,
 ) -> dict[str, Floats]:
-    """The cyclic quantities of a block."""
+    """Return the cyclic quantities of a block."""
     results = {"amplitude": a, "force_amplitude": force}
     if names.keys() & {"dissipated_energy", "dissipation_exponent", *_RATIOS}:
         lost = results["dissipated_energy"] = 8.0 * factor * unit * law.sum("excess", place, step)
@@ -434,13 +433,13 @@ def _below(force: Floats, limit: Floats) -> None:
     worst = int(np.argmax(force - limit))
     if force[worst] >= limit[worst]:
         raise InputError(
-            "`force_amplitude` must be below the force limit of each joint, "
-            f"{limit[worst]:.10g} N of one; got {force[worst]:.10g} N"
+            "`force_amplitude` must be below the force limit of each joint, got "
+            f"{force[worst]:.10g} N for a limit of {limit[worst]:.10g} N"
         )
 
 
 def _inverse(law: Pointwise, place: Floats, drop: Floats) -> Floats:
-    """Steps whose drops are given: Newton's method from the left, where it stays."""
+    """Return the steps at which the drop is given, by Newton's method from the left."""
     step = drop / law.sum("fall", place, np.zeros(place.size))
     active = np.arange(place.size)
     for _ in range(200):
@@ -458,7 +457,7 @@ def _inverse(law: Pointwise, place: Floats, drop: Floats) -> Floats:
 def _loop(
     law: Pointwise, samples: int, a: float, place: float, unit: float, factor: float, limit: float
 ) -> tuple[Floats, Floats]:
-    """A closed loop, as an interface samples it."""
+    """Return a closed loop with the samples of an interface."""
     shape, turn = unit_cycle(samples)
 
     def backbone(u: Floats) -> Floats:

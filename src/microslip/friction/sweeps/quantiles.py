@@ -1,4 +1,4 @@
-"""Quantiles from few points of the inputs, and their sampling error."""
+"""Quantiles from few samples of the inputs, with confidence intervals."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ import numpy as np
 from microslip._core.checks import Floats
 
 CONFIDENCE = 0.9
-"""Confidence level of all intervals of quantiles."""
+"""Confidence level of the intervals of quantiles."""
 _TAIL = 0.5 * (1.0 + CONFIDENCE)
 _GROUPS = 8
-_NEAR, _FEWEST_NEAR = 5, 6  # one of how many points is near a quantile, and how many are at least
-_TELLING = 0.9  # share of the scatter that points left out must follow from the others
+_NEAR, _FEWEST_NEAR = 5, 6  # a fifth of the points is near a quantile, at least six
+_TELLING = 0.9  # fraction of the variance that cross-validation must explain
 
 
 def intervals(samples: Floats, shares: Sequence[float], draws: int | None = None) -> Floats:
-    """Intervals of quantiles of ``samples`` (groups, points of each, ...), from order statistics.
+    """Return confidence intervals of quantiles of ``samples`` from order statistics.
 
-    Gives low and high ends (2, shares, ...) that hold the quantiles of what is sampled with a
-    confidence of 90 %: the share below the quantile scatters between the groups, each a scrambling
-    of its own, and Student's t over them says between which samples in their order the quantile
-    lies. Infinite where that is beyond all samples: there are too few. Groups of quasi-random
-    points are unbiased and independent of each other, whatever happens within them (L'Ecuyer and
-    Lemieux 2002, DOI 10.1007/0-306-48102-2_20). One group is taken for independent draws, whose
-    count below a quantile is binomial: too wide, never too narrow, for quasi-random ones. Where
-    several points belong to each draw, ``draws`` says how many of these there are.
+    ``samples`` has shape (groups, points per group, ...); the result has the low and high ends (2,
+    shares, ...) at a confidence of 90 %. Groups are independent scramblings of quasi-random points.
+    The fraction below a quantile scatters between groups, and Student's t determines the order
+    statistics that enclose the quantile; an end is infinite if there are too few samples. Groups
+    are unbiased and independent whatever the dependence within a group (L'Ecuyer and Lemieux 2002,
+    DOI 10.1007/0-306-48102-2_20). A single group is treated as independent draws with a binomial
+    count below the quantile, which is conservative for quasi-random points. ``draws`` is the number
+    of draws if each draw has several points.
     """
     from scipy.special import stdtrit
 
@@ -57,9 +57,10 @@ def intervals(samples: Floats, shares: Sequence[float], draws: int | None = None
 
 
 def samples_for(count: int, error: float, target: float) -> int:
-    """Samples that bring an error of ``count`` of them to a target, at most.
+    """Return the number of samples that reduces an error to a target.
 
-    Errors of independent draws halve for four times as many, of quasi-random points sooner.
+    Assumes that the error halves with four times as many samples, which is conservative for
+    quasi-random points.
     """
     return math.ceil(count * max(error / target, 1.0) ** 2)
 
@@ -72,19 +73,20 @@ def quantiles(
     added: tuple[Floats, Floats] | None = None,
     of: Callable[[Floats, Floats], Floats] | None = None,
 ) -> tuple[Floats, Floats]:
-    """Quantiles of each column of values, and the half-widths of their 90 % intervals.
+    """Return quantiles of each column of values and the half-widths of their 90 % intervals.
 
     ``scores`` (n, inputs) are the normal scores of the inputs at which ``values`` (n, columns) are
-    known, not a number where they are not; ``dense`` are many more, in eight groups one after the
-    other, each a scrambling of its own. Where what is left out follows from the rest, quantiles are
-    those of a cubic interpolation at all of ``dense``: a smooth function of a few inputs has them
-    within 1 % from 32 points, whose own order tells them within 10 %. Their error is that of the
-    quantiles of ``dense``, and what the interpolation misses of left-out points near the quantile:
-    the mean of it, which moves the quantile, and its standard error. Elsewhere quantiles are those
-    of the points, their intervals of order statistics, infinite where there are too few. Where
-    there is something ``added``, known at the scores and at all of ``dense``, the values are
-    logarithms of what it is added to, and quantiles are those of the logarithm of the sum, or of
-    the columns that a function ``of`` makes of both, all of them finite.
+    known, NaN where a value is missing. ``dense`` are many more scores, in eight groups one after
+    the other, each an independent scrambling. If cross-validation explains 90 % of the variance,
+    quantiles are those of a cubic interpolation at ``dense``: for a smooth function of a few inputs
+    32 points give them within 1 %, their order statistics within 10 %. The error then combines that
+    of the quantiles of ``dense`` with the cross-validation residuals near the quantile (mean and
+    standard error). Otherwise quantiles are those of the points, with intervals from order
+    statistics, infinite for too few points.
+
+    If ``added`` is given, known at the scores and at ``dense``, values are logarithms of one term
+    of a sum, and quantiles are those of the logarithm of the sum, or of the finite columns that the
+    function ``of`` computes from both.
     """
     if of is not None:
         return _of_columns(scores, values, dense, shares, added, of)
@@ -113,13 +115,13 @@ def _of_columns(
     count = len(values)
     smooth, residual = False, np.zeros_like(values)
     if count >= 2 * (scores.shape[1] + 1) + _GROUPS:
-        group = np.arange(count) * _GROUPS // count  # points in a row fill the cube
+        group = np.arange(count) * _GROUPS // count  # consecutive points fill the cube
         for fold in (group != g for g in range(_GROUPS)):
             residual[~fold] = values[~fold] - _interpolated(
                 scores[fold], values[fold], scores[~fold]
             )
         scatter = ((values - values.mean(axis=0)) ** 2).sum()
-        rounding = 1e-24 * residual.size  # of logarithms that are all the same
+        rounding = 1e-24 * residual.size  # for equal logarithms
         smooth = bool((residual**2).sum() <= (1.0 - _TELLING) * scatter + rounding)
 
     def of(points: Floats, at_all: bool = False) -> Floats:
@@ -142,7 +144,7 @@ def _of_columns(
 
 
 def _missed_near(values: Floats, misses: Floats, middle: Floats) -> Floats:
-    """Mean of what is missed of the values nearest to each quantile, with its standard error."""
+    """Return the root mean square residual of the values nearest to each quantile."""
     count = max(_FEWEST_NEAR, len(values) // _NEAR)
     order = np.argsort(abs(values[None] - middle[:, None]), axis=1)[:, :count]
     near = np.take_along_axis(np.broadcast_to(misses, (len(middle), *misses.shape)), order, axis=1)
@@ -156,9 +158,10 @@ def _interpolated(scores: Floats, values: Floats, places: Floats) -> Floats:
 
 
 def ranking(scores: Floats, logs: Floats) -> tuple[Floats, float]:
-    """Shares of the inputs in the scatter of a logarithm, from their normal scores (n, inputs).
+    """Return the fraction of the variance of a logarithm due to each input.
 
-    And the share of the scatter that the regression explains. What is not finite is left out.
+    By linear regression on the normal scores (n, inputs). The second value is the fraction of the
+    variance explained by the regression. Values that are not finite are ignored.
     """
     finite = np.isfinite(logs)
     matrix = np.column_stack([np.ones(int(finite.sum())), scores[finite]])

@@ -1,4 +1,4 @@
-"""The sweep: request, computation and labels."""
+"""Sweep of a joint: arguments, evaluation and labels."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from microslip.friction.sweeps.arrays import Sweep
 from microslip.friction.sweeps.evaluation import evaluated
 
 _GRID = ("friction_coefficient", "normal_load", "amplitude")
-_POINTS = 1 << 13  # at a time, after which progress is told; of large grids a thirtieth
-_MANY = 10_000  # amplitudes for which an interface makes its tables
+_POINTS = 1 << 13  # points between progress reports; a thirtieth of a large grid
+_MANY = 10_000  # amplitudes from which the tables of an interface are faster
 _OF_CYCLES = (
     "dissipated_energy",
     "energy_ratio",
@@ -44,7 +44,7 @@ DIMENSIONS: dict[str, tuple[str, ...]] = {
     "force_limit": _GRID[:2],
     "slip_per_indentation": _GRID[:1],
 }
-"""Arguments on which each quantity depends."""
+"""Dimensions of each quantity."""
 
 _MEANINGS = {**QUANTITIES, "friction_coefficient": Quantity("-", "coefficient of friction")}
 _DEFAULT_QUANTITIES = ("dissipated_energy", "loss_factor", "damping_ratio", "secant_stiffness")
@@ -60,40 +60,40 @@ def sweep(
     quantities: Sequence[str] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Sweep:
-    """One joint at many loads, amplitudes and coefficients of friction, as labelled arrays.
+    """Evaluate a joint at many loads, amplitudes and coefficients of friction.
 
     Parameters
     ----------
     joint : BackboneLaw
-        An :class:`microslip.Interface`; any other law has amplitudes only.
+        An :class:`microslip.Interface`, or another law, for which only amplitudes may be given.
     normal_load : array_like, optional
-        Normal loads [N], above zero, one-dimensional; without them that of the joint.
+        Normal loads [N], above zero, one-dimensional, by default that of the joint.
     amplitude : array_like, optional
         Displacement amplitudes [m], not negative, one-dimensional.
     force_amplitude : array_like, optional
-        Force amplitudes [N] instead, below the force limit at every load.
+        Force amplitudes [N], below the force limit at every load, given instead.
     friction_coefficient : array_like, optional
-        Coefficients of friction [-], above zero, one-dimensional; without them that of the joint.
+        Coefficients of friction [-], above zero, one-dimensional, by default that of the joint.
     quantities : sequence of str, optional
-        Quantities wanted, by their names on an interface: force_amplitude (or amplitude),
-        dissipated_energy, energy_ratio, loss_factor, damping_ratio, secant_stiffness,
-        tangent_stiffness, dissipation_exponent, stick_area; and, without amplitudes, separation,
-        normal_stiffness, tangential_stiffness, contact_count, contact_area, force_limit,
-        slip_per_indentation. Without it the other amplitude, dissipated_energy, loss_factor,
-        damping_ratio and secant_stiffness.
+        Names of the results: force_amplitude (or amplitude), dissipated_energy, energy_ratio,
+        loss_factor, damping_ratio, secant_stiffness, tangent_stiffness, dissipation_exponent,
+        stick_area, and, independent of amplitude, separation, normal_stiffness,
+        tangential_stiffness, contact_count, contact_area, force_limit, slip_per_indentation. By
+        default the other amplitude, dissipated_energy, loss_factor, damping_ratio and
+        secant_stiffness.
     progress : callable, optional
-        Called now and then with the share that is done, 0 … 1.
+        Called with the completed fraction, from 0 to 1.
 
     Returns
     -------
     Sweep
-        Each list is a dimension, in the order friction_coefficient, normal_load, amplitude; a
-        number, or what was not given, is a coordinate without one.
+        Labelled arrays. Each array argument is a dimension, in the order friction_coefficient,
+        normal_load, amplitude; a number or a default is a scalar coordinate.
 
     Notes
     -----
-    The same numbers as of one interface after the other, to rounding (1e-13), as
-    :func:`microslip.evaluate` computes (19.15) and (19.29): all points at once.
+    Vectorised like :func:`microslip.evaluate`, (19.15) and (19.29). Results agree with those of
+    single interfaces to 1e-13.
     """
     if not isinstance(joint, BackboneLaw):
         raise InputError(
@@ -112,8 +112,10 @@ def sweep(
         raise InputError(f"`{name}` must be at most {LARGEST:g} m, got {along.max():g} m")
     names = _quantity_names(quantities, name)
     if progress is not None and not callable(progress):
-        raise InputError(f"`progress` must be a function of the share done, got {show(progress)}")
-    axes = {name: np.abs(along)}  # -0.0 is 0.0 here
+        raise InputError(
+            f"`progress` must be a function of the completed fraction, got {show(progress)}"
+        )
+    axes = {name: np.abs(along)}  # -0.0 becomes 0.0
     if not isinstance(joint, Interface):
         for key, value in (
             ("friction_coefficient", friction_coefficient),
@@ -121,8 +123,8 @@ def sweep(
         ):
             if value is not None:
                 raise InputError(
-                    f"{key} has no meaning for {type(joint).__name__}, "
-                    "only an Interface has one; sweep its amplitudes alone"
+                    f"`{key}` must be None for {type(joint).__name__}, since only an Interface "
+                    "has one; sweep its amplitudes alone"
                 )
         values = _of_law(joint, axes, names)
         if progress is not None:
@@ -155,11 +157,11 @@ def _quantity_names(quantities: Any, name: str) -> tuple[str, ...]:
         return (converse, *_DEFAULT_QUANTITIES)
     available = [quantity for quantity in DIMENSIONS if quantity != name]
     if isinstance(quantities, (list, tuple)) and name in quantities:
-        raise InputError(f"`quantities` must not name {name}: it is a coordinate already")
+        raise InputError(f"`quantities` must not include {name}, which is a coordinate")
     check_names(quantities, available, "dissipated_energy")
     if len(set(quantities)) < len(quantities):
         twice = next(q for q in quantities if list(quantities).count(q) > 1)
-        raise InputError(f"`quantities` must name each once, got {twice} twice")
+        raise InputError(f"`quantities` must be unique, got {twice} twice")
     return tuple(quantities)
 
 
@@ -174,7 +176,7 @@ def _labelled(
     for name, array in values.items():
         over = [along if dim == "amplitude" else dim for dim in DIMENSIONS[name]]
         dims = tuple(dim for dim in over if dim in axes and axes[dim].ndim)
-        # Of an axis that was one number there is no dimension.
+        # An axis that is a number has no dimension.
         shape = tuple(axes[dim].size for dim in dims)
         variables[name] = Variable(
             dims, np.ascontiguousarray(array).reshape(shape), _MEANINGS[name].attributes
@@ -191,7 +193,7 @@ def _labelled(
 def _of_law(
     joint: BackboneLaw, axes: Mapping[str, Floats], names: Sequence[str]
 ) -> dict[str, Floats]:
-    """Results of a law without a load at its amplitudes."""
+    """Return the results of a law without a load, by amplitude."""
     amplitudes = {name: axis.reshape(-1) for name, axis in axes.items()}
     force = amplitudes.get("force_amplitude")
     a = amplitudes["amplitude"] if force is None else joint._amplitudes(None, force)
@@ -210,7 +212,7 @@ def _of_law(
     for name in names:
         if name not in calls:
             raise InputError(
-                f"`quantities` must be what {type(joint).__name__} knows, which has no {name}"
+                f"`quantities` must be available for {type(joint).__name__}, which has no {name}"
             )
     return {name: np.asarray(calls[name](), dtype=float) for name in names}
 
@@ -221,20 +223,20 @@ def _of_interface(
     names: Sequence[str],
     progress: Callable[[float], None] | None,
 ) -> dict[str, Floats]:
-    """Results of an interface on the grid of its axes, some loads at a time."""
+    """Return the results of an interface on the grid of its axes, by blocks of loads."""
     friction, load, given = (axis.reshape(-1) for axis in axes.values())
     along = tuple(axes)[-1]
     args: Arguments = {"surface": joint.surface, "normal_load": load}
     if np.all(load == joint.normal_load):
-        # Of a joint that was given by its separation that very one.
+        # Keep the exact separation of a joint that was given by its separation.
         args["separation"] = np.full(load.size, joint.separation)
     if along == "force_amplitude":
         limits, largest = friction.min() * load, float(given.max())
         if largest >= limits.min():
             raise InputError(
-                "`force_amplitude` must be below the force limit at every load, and at "
-                f"{exact(load[np.argmin(limits)])} N it is {limits.min():.10g} N; "
-                f"got {largest:.10g} N"
+                "`force_amplitude` must be below the force limit at every load, "
+                f"{limits.min():.10g} N at {exact(load[np.argmin(limits)])} N, got "
+                f"{largest:.10g} N"
             )
     at_rest = tuple(name for name in names if DIMENSIONS[name] != _GRID)
     shape = friction.size, load.size
@@ -247,7 +249,7 @@ def _of_interface(
         values = {name: np.asarray(fixed[name][places[DIMENSIONS[name]]]) for name in at_rest}
     cyclic = tuple(name for name in names if name not in values)
     values |= {name: np.empty((*shape, given.size)) for name in cyclic}
-    # Many amplitudes are a table of one interface.
+    # For many amplitudes the tables of single interfaces are faster.
     alone = along == "amplitude" and given.size >= _MANY
     row = friction.size * given.size
     step = 1 if alone else max(1, _POINTS // row, load.size // 30) if cyclic else load.size

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -226,20 +227,31 @@ def _between(flat: Floats, inverse: Floats) -> Floats:
     return np.asarray(flat.T @ (part[:, None] * flat if part.ndim == 1 else part @ flat))
 
 
-def _balanced_solve(matrix: Floats, right: Floats) -> Floats | None:
-    """Elimination after rows and columns were scaled to one."""
-    rows = np.abs(matrix).max(axis=1)
-    if not np.isfinite(rows).all() or (rows == 0.0).any():
-        return None
-    matrix /= rows[:, None]
-    columns = np.abs(matrix).max(axis=0)
-    if (columns == 0.0).any():
-        return None
-    matrix /= columns
-    try:
-        return np.asarray(np.linalg.solve(matrix, right / rows) / columns)
-    except np.linalg.LinAlgError:
-        return None
+class _Factors:
+    """Factors of a matrix whose rows and columns were scaled to one; the matrix is overwritten."""
+
+    def __init__(self, matrix: Floats) -> None:
+        from scipy.linalg.lapack import dgetrf
+
+        self._rows = np.abs(matrix).max(axis=1)
+        self.regular = bool(np.isfinite(self._rows).all()) and bool((self._rows > 0.0).all())
+        if not self.regular:
+            return
+        matrix /= self._rows[:, None]
+        self._columns = np.abs(matrix).max(axis=0)
+        self.regular = bool((self._columns > 0.0).all())
+        if self.regular:
+            matrix /= self._columns
+            # The transpose of an array in rows is one in columns, which LAPACK takes as it is.
+            self._factors, self._pivots, info = dgetrf(matrix.T, overwrite_a=True)
+            self.regular = info == 0
+
+    def solve(self, right: Floats) -> Floats:
+        """Solve for a right-hand side."""
+        from scipy.linalg.lapack import dgetrs
+
+        solved, _ = dgetrs(self._factors, self._pivots, right / self._rows, trans=1)
+        return np.asarray(solved / self._columns)
 
 
 def _loose(balance: Balance, answers: list[HarmonicForces]) -> list[_Loose]:
@@ -260,6 +272,36 @@ def _loose(balance: Balance, answers: list[HarmonicForces]) -> list[_Loose]:
         columns = directions[:, joints][:, :, coordinates].reshape(directions.shape[0], -1)
         result.append(_Loose(columns, selected.reshape(joints.size, width, width)))
     return result
+
+
+class Elimination(NamedTuple):
+    """Factorised system of a step of Newton's method, for any residual."""
+
+    compliance: _Compliance
+    flat: Floats
+    """Directions of the coordinates that do not stick, (modes, coordinates)."""
+    columns: Floats
+    """Forces of the borders, (modes, size, borders)."""
+    turned: Floats
+    """Equations of the borders times the compliance, (borders, modes * size)."""
+    blocks: list[Floats]
+    rows: list[slice]
+    factors: _Factors
+
+    def step(self, residual: ModeResidual) -> Floats:
+        """Return the change of all unknowns that takes a residual away."""
+        forces = residual.forces
+        right = np.zeros(self.flat.shape[1] * forces.shape[1] + self.columns.shape[2])
+        total = right.size - self.columns.shape[2]
+        right[:total] = np.tensordot(self.flat, self.compliance.on(forces), axes=(0, 0)).reshape(-1)
+        for block, part in zip(self.blocks, self.rows, strict=True):
+            right[part] = block @ right[part]
+        right[total : total + 2] = residual.border
+        right[total:] -= self.turned @ forces.reshape(-1)
+        unknowns = self.factors.solve(right)
+        pull, borders = unknowns[:total].reshape(-1, forces.shape[1]), unknowns[total:]
+        coefficients = self.compliance.on(forces - self.flat @ pull - self.columns @ borders)
+        return np.append(coefficients.reshape(-1), borders[:2])
 
 
 @dataclass(frozen=True, eq=False)
@@ -287,17 +329,16 @@ class ModeStep:
         forces = (self.current.forces / self._scale).reshape(-1) / unit
         return np.append(forces, [self.current.border[0], self.current.border[1] / unit])
 
-    def eliminate(self) -> Floats | None:
-        """By Gauss's elimination, of the joints that do not stick and of the borders alone."""
+    def eliminate(self) -> Elimination | None:
+        """Factorise the system of the joints that do not stick and of the borders; or None."""
         modes, size = self.balance.shape
         compliance = _Compliance(self.balance, self.point.omega, self._damping)
         loose = [part for part in _loose(self.balance, self.current.answers) if part.tangent.size]
         flat = np.concatenate([np.zeros((modes, 0)), *(part.directions for part in loose)], axis=1)
-        forces = self.current.forces
         # Borders: amplitude and phase, then each coefficient near resonance, which is itself.
         places = np.argwhere(compliance.added)
         count, total = 2 + len(places), flat.shape[1] * size
-        matrix, right = np.zeros((total + count, total + count)), np.zeros(total + count)
+        matrix = np.zeros((total + count, total + count))
         compliance.between(flat, matrix[:total, :total])
         columns, weights = np.zeros((2, modes, size, count))
         columns[..., :2] = self.columns
@@ -306,15 +347,14 @@ class ModeStep:
             columns[mode, k, border], weights[mode, k, border] = -compliance.added[mode, k], 1.0
         corner = np.diag([0.0, 0.0] + [-1.0] * len(places))
         corner[0, 0] = self.current.by_omega
-        # What the borders and the forces on the modes do to the loose coordinates.
+        # What the borders do to the loose coordinates.
         moved = np.tensordot(flat, compliance.on(columns), axes=(0, 0))
-        start = np.tensordot(flat, compliance.on(forces), axes=(0, 0))
         matrix[:total, total:] = moved.reshape(total, count)
-        right[:total] = start.reshape(-1)
         blocks = [block for part in loose for block in part.tangent]
         ends = np.cumsum([0, *map(len, blocks)])
-        for block, rows in zip(blocks, map(slice, ends[:-1], ends[1:]), strict=True):
-            matrix[rows], right[rows] = block @ matrix[rows], block @ right[rows]
+        rows = [slice(start, stop) for start, stop in pairwise(ends)]
+        for block, part in zip(blocks, rows, strict=True):
+            matrix[part] = block @ matrix[part]
         matrix[np.arange(total), np.arange(total)] += 1.0
         # The borders' equations, with the coefficients expressed by forces.
         turned = compliance.on(weights, transposed=True)
@@ -322,14 +362,10 @@ class ModeStep:
         matrix[total:, :total] = -by_pull.transpose(1, 2, 0).reshape(count, total)
         turned = turned.reshape(-1, count).T
         matrix[total:, total:] = corner - turned @ columns.reshape(-1, count)
-        right[total : total + 2] = self.current.border
-        right[total:] -= turned @ forces.reshape(-1)
-        unknowns = _balanced_solve(matrix, right)
-        if unknowns is None:
+        factors = _Factors(matrix)
+        if not factors.regular:
             return None
-        pull, borders = unknowns[:total].reshape(-1, size), unknowns[total:]
-        coefficients = compliance.on(forces - flat @ pull - columns @ borders)
-        return np.append(coefficients.reshape(-1), borders[:2])
+        return Elimination(compliance, flat, columns, turned, blocks, rows, factors)
 
     def iterate(self) -> Floats | None:
         """By GMRES, preconditioned with the structure whose joints stick."""

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from microslip._core.checks import Floats, show, whole_number
 from microslip._core.errors import InputError
 from microslip._core.wording import quoted
-from microslip.structures.balance import Balance, ModePoint, ModeResidual, ModeStep
+from microslip.structures.balance import Balance, Elimination, ModePoint, ModeResidual, ModeStep
 from microslip.structures.modal_curve import ModalCurve, Resonance
 from microslip.structures.modal_model import ModalJoints, ModalModel
 from microslip.structures.periodic_motion import (
@@ -34,6 +34,7 @@ LARGEST_DIRECT = 900
 _ITERATIONS = 40
 _STEP = 1e-10  # relative size of the last step of Newton's method
 _BALANCED = 1e-13  # residual at which a step more changes nothing but rounding
+_FALLING = 0.01  # change of the residual by a step up to which its factors serve again
 _STALLED = 1e-7  # residual with which a stalled line search counts as rounding
 
 
@@ -58,12 +59,18 @@ class ModeEquations:
     measure: AmplitudeMeasure
 
     def solve(self, guess: ModePoint, amplitude: float) -> Solution:
-        """Newton's method with a line search on the scaled residual."""
+        """Newton's method with a line search on the scaled residual.
+
+        While steps shrink the residual a hundredfold the factors of the last one serve again,
+        which leaves the solution and its tolerance as they are.
+        """
         point, converged, iterations = guess, False, 0
         current = self._residual(point, amplitude)
+        factors: Elimination | None = None
         while iterations < _ITERATIONS:
             iterations += 1
-            step = self._newton_step(point, amplitude, current)
+            reused = factors is not None
+            step, factors = self._newton_step(point, current, factors)
             if step is None:
                 break
             q = np.abs(step.coefficients).max() / np.abs(point.coefficients).max()
@@ -76,9 +83,14 @@ class ModeEquations:
                     break
                 share *= 0.5
             else:
+                if reused:
+                    factors = None
+                    continue
                 # Nothing better lies that way: either this is rounding, or it is the end.
                 converged = current.merit < _STALLED
                 break
+            if after.merit > _FALLING * current.merit:
+                factors = None
             point, current = trial, after
             if share == 1.0 and (size < _STEP or (size < 1e-6 and after.merit < _BALANCED)):
                 converged = True
@@ -92,7 +104,7 @@ class ModeEquations:
         q = np.zeros((self.balance.model.size, basis.size))
         q[:, np.isin(basis.orders, self.balance.basis.orders)] = point.coefficients
         padded = point._replace(coefficients=q)
-        step = richer._newton_step(padded, amplitude, richer._residual(padded, amplitude))
+        step, _ = richer._newton_step(padded, richer._residual(padded, amplitude))
         if step is None:
             return math.nan, math.nan
         damping = -step.damping / point.damping if point.damping else 0.0
@@ -113,23 +125,29 @@ class ModeEquations:
         )
 
     def _newton_step(
-        self, point: ModePoint, amplitude: float, current: ModeResidual
-    ) -> ModePoint | None:
+        self, point: ModePoint, current: ModeResidual, factors: Elimination | None = None
+    ) -> tuple[ModePoint | None, Elimination | None]:
+        """Return a step, by given factors where there are any, and the factors that made it."""
         modes, size = self.balance.shape
-        q, omega, zeta = point
-        velocity = self.balance.velocity(q, omega)
-        by_omega = self.balance.by_omega(q, omega) - 4.0 * zeta * velocity
-        columns = np.stack([by_omega, -2.0 * omega * velocity], axis=-1)
-        system = ModeStep(self.balance, self.index, point, current, columns)
-        damped = self.balance.model.damping is not None
-        unknowns = modes if damped else min(modes, self.balance.joints.flat.shape[1])
-        direct = unknowns * size <= LARGEST_DIRECT
-        change = system.eliminate() if direct else system.iterate()
-        if change is None and not direct:
-            change = system.eliminate()
+        change = None
+        if factors is None:
+            q, omega, zeta = point
+            velocity = self.balance.velocity(q, omega)
+            by_omega = self.balance.by_omega(q, omega) - 4.0 * zeta * velocity
+            columns = np.stack([by_omega, -2.0 * omega * velocity], axis=-1)
+            system = ModeStep(self.balance, self.index, point, current, columns)
+            damped = self.balance.model.damping is not None
+            unknowns = modes if damped else min(modes, self.balance.joints.flat.shape[1])
+            if unknowns * size > LARGEST_DIRECT:
+                change = system.iterate()
+            if change is None:
+                factors = system.eliminate()
+        if factors is not None:
+            change = factors.step(current)
         if change is None or not np.isfinite(change).all():
-            return None
-        return ModePoint(change[:-2].reshape(modes, size), float(change[-2]), float(change[-1]))
+            return None, None
+        step = ModePoint(change[:-2].reshape(modes, size), float(change[-2]), float(change[-1]))
+        return step, factors
 
     def _moved(self, point: ModePoint, step: ModePoint, share: float) -> ModePoint:
         # A frequency does not change sign, however bad a guess was.

@@ -38,20 +38,25 @@ _PANEL = 4  # quadrature nodes between two points of a table
 
 @dataclass(frozen=True)
 class BoltSize:
-    """Dimensions of a metric bolt with its nut and washers [m]."""
+    """Dimensions of a metric bolt with its nut and washers [m].
+
+    Heads of ISO 4014:2011, nuts of ISO 4032:2012 (style 1), washers of ISO 7089:2000 (normal
+    series), holes of ISO 273:1979 and coarse threads of ISO 261:1998; greatest values where the
+    standard has a tolerance, but for the bearing diameter.
+    """
 
     diameter: float
     pitch: float
     head: float
-    """Smallest bearing diameter d_w of head and nut (ISO 4014)."""
+    """Smallest bearing diameter d_w of the head."""
     hole: float
-    """Clearance hole, medium series (ISO 273)."""
+    """Clearance hole, medium series."""
     flats: float
-    """Width s across the flats of head and nut (ISO 4014, ISO 4032)."""
+    """Width s across the flats of head and nut."""
     heights: float
     """Sum of the heights k of the head and m of the nut."""
     washer: float
-    """Outer diameter of the washers (ISO 7089)."""
+    """Outer diameter of the washers."""
     washer_thickness: float
 
 

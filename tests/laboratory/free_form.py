@@ -358,8 +358,10 @@ def covered(seed: int) -> Coverage:
         at = {} if len(loops.truth) == 1 else {"normal_load": load}
         name = f"at {load:.4g} N"
         smallest, largest = min(sizes), max(sizes)
-        # Amplitudes of a joint behind a rig of uncertain stiffness are known as well as the rig.
-        largest *= 0.98 if loops.options else 1.0
+        if loops.options:
+            # Amplitudes of a joint behind an uncertain rig are known as well as the rig.
+            largest = min(0.98 * largest, found.amplitudes[1])
+            smallest = min(smallest, largest)
         places = {"at most": largest, "middle": 0.5 * (smallest + largest), "least": smallest}
         if (load, sliders) == top[:2]:
             places["half the least"] = 0.5 * smallest

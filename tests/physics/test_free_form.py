@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize, nnls
 
 import microslip as ms
-from microslip.identification.free_form import FreeForm, Rows, backbone_of
+from microslip.identification.free_form import FreeForm, backbone_of
 from microslip.identification.nonnegative import Path, cone_of, minimum
+from microslip.identification.rows import Rows
 from microslip.laboratory.folding import Folded, fold, load_basis
 
 Floats = NDArray[np.float64]
@@ -125,8 +126,11 @@ def test_a_load_that_varies_is_that_of_memory_diagrams() -> None:
     folded = replace(folded, normal_load=load, load_terms=terms)
     rows = Rows(folded, 0)
     assert rows.loads is not None
-    shift = -np.interp(joint.friction_coefficient * (high.normal_load - rows.loads), force, edges)
-    found = rows.varying_columns(y, shift) @ k
+    shift, middle = (
+        -np.interp(joint.friction_coefficient * (high.normal_load - loads), force, edges)
+        for loads in (rows.loads, rows.middle_loads)
+    )
+    found = rows.varying_columns(y, shift, middle) @ k
     angle = 2.0 * np.pi * np.arange(8001) / 2000
     at = np.mod(folded.phase[0] + angle, 2.0 * np.pi)
     course = load + load_basis(at, 2) @ terms

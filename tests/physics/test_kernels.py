@@ -310,6 +310,56 @@ def test_accumulate(data, size, open_ends):
     np.testing.assert_array_equal(rise, wanted)
 
 
+def stops_in_small_steps(x, shift, y, fine=400):
+    """A stop element moved in small straight steps along two cycles; ends and means of steps."""
+    state, ends, means = min(max(y + shift[0], 0.0), x[0]), np.zeros(x.size), np.zeros(x.size)
+    for step in range(1, 2 * x.size + 1):
+        i, before, total = step % x.size, (step - 1) % x.size, 0.0
+        for part in range(fine):
+            limit = y + shift[before] + (part + 1) / fine * (shift[i] - shift[before])
+            moved = 0.0 if limit <= 0.0 else state + (x[i] - x[before]) / fine
+            new = min(max(moved, -limit), limit) if limit > 0.0 else 0.0
+            total += 0.5 * (state + new) / fine
+            state = new
+        ends[i], means[i] = state, total
+    return ends, means
+
+
+@given(seed=st.integers(0, 200), size=st.integers(3, 30), ripple=st.floats(0.0, 2.0))
+@settings(max_examples=40)
+def test_stops(seed, size, ripple):
+    """Elements that yield, enter and leave as their limits move."""
+    rng = np.random.default_rng(seed)
+    angle = 2.0 * np.pi * np.arange(size) / size
+    x, shift = np.cos(angle), ripple * np.sin(angle * rng.integers(1, 3) + rng.uniform(0.0, 6.0))
+    y = rng.uniform(-0.5, 1.5, 5)
+    values, means = np.empty((2, size, y.size))
+    none = np.zeros(size)
+    compiled.stops(x - np.roll(x, 1), none, shift, none, y, 1.0, values, means)
+    for j, one in enumerate(y):
+        ends, wanted = stops_in_small_steps(x, shift, float(one))
+        np.testing.assert_allclose(values[:, j], ends, atol=0.02)
+        np.testing.assert_allclose(means[:, j], wanted, atol=0.02)
+
+
+@pytest.mark.parametrize(("size", "error"), [(24, 2.5e-3), (96, 2e-4)])
+def test_stops_bend_within_a_step(size, error):
+    """A coarse cosine with its bends has the means of a fine one, with an error of second order."""
+    fine, y = 4800, np.array([0.1, 0.4, 0.9, 5.0])
+    columns = []
+    for n in (size, fine):
+        angle = 2.0 * np.pi * np.arange(n) / n
+        middle = angle - np.pi / n
+        x, shift = np.cos(angle), 0.2 * np.sin(angle)
+        bend = (2.0 * np.cos(middle) - x - np.roll(x, 1)) / 3.0
+        shift_bend = (0.4 * np.sin(middle) - shift - np.roll(shift, 1)) / 3.0
+        values, means = np.empty((2, n, y.size))
+        move = x - np.roll(x, 1)
+        compiled.stops(move, bend, shift, shift_bend, y, 1.0, values, means)
+        columns.append(np.roll(means, -1, axis=0).reshape(size, -1, y.size).mean(axis=1))
+    np.testing.assert_allclose(columns[0], columns[1], atol=error)
+
+
 # Load curves and memory diagrams
 
 

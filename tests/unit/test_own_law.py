@@ -8,8 +8,7 @@ from own_laws import Hyperbola, Ramp
 
 import microslip as ms
 from microslip._core.parameters import parameters_of
-from microslip.identification.models.base import Materials
-from microslip.identification.models.interface import InterfaceModel
+from microslip.identification.models.interface import InterfaceModel, Materials
 
 LAW = Hyperbola(stiffness=2e7, force_limit=300.0)
 REACH = LAW.force_limit / LAW.stiffness

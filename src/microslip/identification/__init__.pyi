@@ -3,7 +3,7 @@ from .compared import Comparison as Comparison
 from .compared import compare as compare
 from .estimate import Estimate as Estimate
 from .found import Identification as Identification
-from .found import InterfaceStep as InterfaceStep
+from .interface_step import InterfaceStep as InterfaceStep
 from .masing import Masing as Masing
 from .record_fit import RecordFit as RecordFit
 from .run import Folded as Folded

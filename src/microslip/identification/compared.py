@@ -18,9 +18,10 @@ from microslip._core.units import significant
 from microslip.friction import Jenkins, SegalmanIwan
 from microslip.identification.bands import Bands
 from microslip.identification.found import Identification
-from microslip.identification.free_form import FreeForm, Rows
+from microslip.identification.free_form import FreeForm
 from microslip.identification.interface_step import interface_law, interface_starts
 from microslip.identification.nonnegative import cone_of, minimum
+from microslip.identification.rows import Rows
 from microslip.identification.run import fitted_records
 from microslip.identification.second_step import Law, Statistics, Unknown, Values, solve
 from microslip.laboratory.record import Record
@@ -290,7 +291,7 @@ def _held_back(
             k, moved = x[: fit.y.size], x[fit.y.size :]
             for one in fit.rows:
                 level = fit.level[one.load]
-                shift = fit.shifts[level] + (moved[level - 1] if level else 0.0)
+                shift = fit.shifts[level] + fit.shift_gradient(level) @ moved
                 held = Rows(back[id(one)], one.load)
                 force = held.columns(fit.y + shift) @ k
                 miss = held.folded.force - force

@@ -17,15 +17,15 @@ from microslip._core.frozen import Locked, lock
 from microslip.contact.materials import MaterialPair
 from microslip.figures.plot import Plot
 from microslip.figures.plottable import Plottable
-from microslip.friction import Interface
 from microslip.friction.slider_law import SliderLaw
 from microslip.identification.bands import QUANTILE, Bands, widened
 from microslip.identification.estimate import Estimate as Estimate
-from microslip.identification.free_form import NEVER, FreeForm, Rows
-from microslip.identification.interface_step import interface_step
+from microslip.identification.free_form import FreeForm
+from microslip.identification.interface_step import InterfaceStep, interface_step
 from microslip.identification.masing import Masing, masing_of
 from microslip.identification.record_fit import RecordFit as RecordFit
-from microslip.identification.second_step import NOT, Parameter, SecondStep, Statistics
+from microslip.identification.rows import Rows
+from microslip.identification.second_step import Parameter, Statistics
 
 _STEP = 0.02
 """Step of a difference, over the displacement, where a polygon is taken for a smooth curve."""
@@ -46,46 +46,6 @@ class _At(NamedTuple):
     """Thresholds [m]."""
     by_shift: Floats
     """Weights of the shifts of the fit in the shift at this load."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class InterfaceStep(SecondStep):
-    """A Greenwood interface fitted to what loops determine."""
-
-    _model: Any = None
-    _materials: Any = None
-    _loads: tuple[float, ...] = ()
-
-    def joint(self, normal_load: float | None = None) -> Interface:
-        """Return the interface of the best values, without its rig.
-
-        Parameters
-        ----------
-        normal_load : float, optional
-            Normal load [N]; without it the highest measured.
-
-        Raises
-        ------
-        InputError
-            If the rig is unknown, because the stiffness of the joint is then not determined.
-        """
-        undetermined = [one.name for one in self.parameters.values() if one.verdict == NOT]
-        if undetermined:
-            raise InputError(
-                f"the loops do not determine {', '.join(undetermined)}: they cannot tell the joint "
-                "from the rig; give `rig_stiffness=(value, error)`"
-            )
-        load = (
-            max(self._loads)
-            if normal_load is None
-            else positive("normal_load", normal_load, "N", 500.0)
-        )
-        radius = self.parameters.get("radius")
-        materials = self._materials
-        if radius is not None:
-            materials = materials._replace(radius=radius.value)
-        joint: Interface = self._model.build(self.values, load, materials)
-        return joint
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -178,8 +138,8 @@ class Identification(Locked, Plottable):
                 + f", got {load:.4g} N; measure at this load"
             )
         if fit.friction is not None:
-            shift, slope = fit.shift_at(load)
-            return _At(fit, self._bands[id(fit)], fit.y + shift, np.array([slope]))
+            slope = np.array([fit.friction_gradient(load)])
+            return _At(fit, self._bands[id(fit)], fit.y + fit.shift_at(load), slope)
         # B(u*) = mu (N_high - N), with mu that of the two measured loads about this one.
         reach = fit.backbone(-fit.shifts)
         after = next(i for i, measured in enumerate(loads) if measured <= load)
@@ -210,18 +170,17 @@ class Identification(Locked, Plottable):
     def _force_of(self, at: _At, u: float) -> tuple[Floats, float, float]:
         """Coefficients of the force, the force and the stiffness at a displacement in series."""
         c = self._coefficients(at, lambda y: np.minimum(u, y))
-        k, y = at.fit.k, np.maximum(at.y, 0.0)
-        low, here, high = (
-            float(k @ np.minimum(v, y)) for v in ((1 - _STEP) * u, u, (1 + _STEP) * u)
-        )
-        return c, here, (high - low) / (2.0 * _STEP * u)
+        low, here, high = _sum(at, u * np.array([1.0 - _STEP, 1.0, 1.0 + _STEP]))
+        if (1.0 + _STEP) * u > at.y[-2]:  # beyond it nothing is measured
+            high = 2.0 * here - low
+        return c, float(here), float(high - low) / (2.0 * _STEP * u)
 
-    def _in_series(self, at: _At, a: float) -> float:
+    def _in_series(self, at: _At, a: float, compliance: float) -> float:
         """Return the displacement of joint and rig at which the joint has one of ``a``."""
-        if not self._compliance:
+        if not compliance:
             return a
         y = np.append(0.0, np.sort(np.maximum(at.y, 0.0)))
-        x = y - self._compliance * _sum(at, y)
+        x = y - compliance * _sum(at, y)
         return float(np.interp(a, np.maximum.accumulate(x), y))
 
     def _measure(self, name: str, amplitude: ArrayLike, normal_load: float | None) -> Estimate:
@@ -240,45 +199,45 @@ class Identification(Locked, Plottable):
         return Estimate(value, low, high)
 
     def _one(self, name: str, at: _At, a: float) -> tuple[float, float, float]:
-        u = self._in_series(at, a)
+        u = self._in_series(at, a, self._compliance)
         c_force, force, slope = self._force_of(at, u)
         c_energy = self._coefficients(at, lambda y: 4.0 * y * np.maximum(u - y, 0.0))
         energy = float(c_energy[: at.y.size] @ at.fit.k)
         energy_slope = 4.0 * max(force - u * slope, 0.0)
-        # By the amplitude and by the compliance of the rig: u = a + c B(u).
+        # The joint's amplitude is given: u = a + c B(u).
         softer = 1.0 / max(1.0 - self._compliance * slope, 1e-3)
         c_energy = c_energy + energy_slope * self._compliance * softer * c_force
         c_force = c_force * softer
-        by_c = (slope * force * softer, energy_slope * force * softer)
-        inner = slope * softer, energy_slope * softer
+        value, by_force, by_energy = _quantity(name, force, energy, a)
         gain_f, gain_x = (self.gain_errors.get(key, 0.0) for key in ("force", "displacement"))
+        moved = by_force * slope + by_energy * energy_slope
+        # A gain g of the displacement makes T(a/g) of T(a) and g E(a/g) of E(a).
         by_gain = (
-            (gain_f * force, gain_x * a * inner[0]),
-            (gain_f * energy, gain_x * (energy - a * inner[1])),
+            gain_f * (by_force * force + by_energy * energy),
+            gain_x * (by_energy * energy - a * softer * moved),
         )
-        c_error = 0.0
-        if self.rig_stiffness is not None:
-            c_error = self.rig_stiffness[1] * self._compliance**2
-        errors_f, errors_e = (np.array([by_c[i] * c_error, *by_gain[i]]) for i in (0, 1))
-        if name == "force":
-            c, errors, value = c_force, errors_f, force
-        elif name == "energy":
-            c, errors, value = c_energy, errors_e, energy
-        elif name == "secant":
-            c, value = c_force / a, force / a
-            errors = errors_f / a
-            errors[2] -= gain_x * force / a
-        else:
-            factor = (1.0 if name == "loss" else 0.5) / (math.pi * a * force)
-            value = factor * energy
-            c = factor * (c_energy - energy / force * c_force)
-            errors = factor * (errors_e - energy / force * errors_f)
-            errors[2] -= gain_x * value
-        middle, low, high = at.bands.interval(c)
-        ends = widened(value, value + low - middle, value + high - middle, errors.tolist())
+        middle, low, high = at.bands.interval(by_force * c_force + by_energy * c_energy)
+        ends = widened(value, value + low - middle, value + high - middle, by_gain)
+        low, high = self._with_rig(name, at, a, ends)
         # All quantities are sums of stiffnesses with factors that are not negative.
-        low = ends[1] if ends[1] > _NOTHING * abs(ends[2]) else 0.0
-        return ends[0], low, ends[2]
+        return value, low if low > _NOTHING * abs(high) else 0.0, high
+
+    def _with_rig(
+        self, name: str, at: _At, a: float, ends: tuple[float, float, float]
+    ) -> tuple[float, float]:
+        """Return the ends of an interval with the error of the rig, which is not linear."""
+        value, low, high = ends
+        if self.rig_stiffness is None or not self.rig_stiffness[1]:
+            return low, high
+        part = math.sqrt(QUANTILE) * self.rig_stiffness[1] / self.rig_stiffness[0]
+        others = []
+        for compliance in (self._compliance * (1.0 - part), self._compliance * (1.0 + part)):
+            u = self._in_series(at, a, max(compliance, 0.0))
+            y = np.maximum(at.y, 0.0)
+            energy = float(at.fit.k @ (4.0 * y * np.maximum(u - y, 0.0)))
+            others.append(_quantity(name, float(_sum(at, np.array([u]))[0]), energy, a)[0])
+        less, more = value - min(*others, value), max(*others, value) - value
+        return value - math.hypot(value - low, less), value + math.hypot(high - value, more)
 
     def force(self, amplitude: ArrayLike, *, normal_load: float | None = None) -> Estimate:
         """Return the force T [N] at an amplitude.
@@ -487,6 +446,18 @@ class Identification(Locked, Plottable):
         )
 
 
+def _quantity(name: str, force: float, energy: float, a: float) -> tuple[float, float, float]:
+    """Return a quantity at an amplitude and its derivatives by force and energy."""
+    if name == "force":
+        return force, 1.0, 0.0
+    if name == "energy":
+        return energy, 0.0, 1.0
+    if name == "secant":
+        return force / a, 1.0 / a, 0.0
+    factor = (1.0 if name == "loss" else 0.5) / (math.pi * a * force)
+    return factor * energy, -factor * energy / force, factor
+
+
 def _sum(at: _At, u: Floats) -> Floats:
     y = np.maximum(at.y, 0.0)
     return np.minimum(u[:, None], y) @ at.fit.k
@@ -527,4 +498,4 @@ def result_of(
     return Identification(tuple(fits), tuple(records), rig, dict(gains), tuple(notes))
 
 
-__all__ = ["NEVER", "Estimate", "Identification", "RecordFit", "result_of"]
+__all__ = ["Estimate", "Identification", "RecordFit", "result_of"]

@@ -5,24 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
-from scipy.sparse import csr_array
 
-from microslip._core import kernels
 from microslip._core.checks import Floats
-from microslip.identification.branches import Cycle, cycle_of
 from microslip.identification.nonnegative import Cone, cone_of, minimum
-from microslip.identification.whitening import Metric, metric_of
-from microslip.laboratory.folding import Folded, load_basis
+from microslip.identification.rows import Rows
 
 THRESHOLDS = 110
 """Thresholds of the first grid, in geometric steps."""
 _FINEST = 150.0
 """Smallest amplitude over the finest threshold."""
-_FLOOR = 1e-5
-"""Noise of a force over its range below which the grid of thresholds counts more."""
 _REFINEMENTS, _BETWEEN, _VISIBLE = 2, 3, 1.0
 """Rounds in which thresholds are put beside those that carry stiffness, and how many."""
 _OF_LOWER, _APART, _REGRIDS = 0.6, 0.6, 2
@@ -32,163 +25,9 @@ NEVER = 1e3
 """Threshold of the slider that never slips, over the largest amplitude."""
 _FRICTION_STEP = 0.01
 """Step of the difference by the friction, over it."""
-_SHIFT_STEP, _SHIFT_ROUNDS, _ROUGH, _STILL = 0.02, 12, 1e-3, 2e-5
+_SHIFT_STEP, _SHIFT_ROUNDS, _ROUGH, _STILL = 0.02, 12, 0.5, 0.1
 """Step of the difference by a shift, over the largest amplitude; most steps of the search of the
-shifts, and the steps over the largest amplitude at which it ends, in between and at last."""
-
-
-@dataclass(eq=False)
-class Rows:
-    """Columns of stop elements of one record, in the bins of its phase."""
-
-    folded: Folded
-    load: int
-    """Number of its load among the different ones, the highest being 0."""
-
-    def __post_init__(self) -> None:
-        self.cycle: Cycle = cycle_of(self.folded, math.sqrt(3.0))
-        self.weight = np.sqrt(self.folded.count) / self.noise
-        self.metric: Metric = metric_of(self.weight[:, None], np.zeros((self.weight.size, 0)))
-
-    @cached_property
-    def noise(self) -> float:
-        """Standard deviation of one sample of force [N], not below what the grid resolves."""
-        floor = _FLOOR * 0.5 * float(np.ptp(self.folded.force))
-        return max(self.folded.force_noise, floor * math.sqrt(float(self.folded.count.mean())))
-
-    @cached_property
-    def amplitude(self) -> float:
-        """Half the range of the displacement [m]."""
-        return float(self.cycle.half.max())
-
-    def sums(self, rises: Floats) -> Floats:
-        """Return means over the bins of what accumulates along the branches (places, columns)."""
-        cycle = self.cycle
-        rises = np.ascontiguousarray(rises)
-        kernels.compiled.accumulate(cycle.parent, rises, np.zeros(rises.shape[1]))
-        if not cycle.bin.size:
-            return np.asarray(rises[cycle.first])
-        return self._means(0.5 * (rises[cycle.begin] + rises[cycle.end]))
-
-    def _means(self, pieces: Floats) -> Floats:
-        """Return means over the bins of means over their pieces (pieces, columns)."""
-        return np.asarray(self._bins @ pieces)
-
-    @cached_property
-    def _bins(self) -> csr_array:
-        cycle = self.cycle
-        shape = self.weight.size, cycle.bin.size
-        return csr_array((cycle.share, (cycle.bin, np.arange(cycle.bin.size))), shape=shape)
-
-    @cached_property
-    def _bends(self) -> Floats:
-        """Mean of the displacement over each piece less the mean of its ends [m]."""
-        cycle, folded = self.cycle, self.folded
-        begin = cycle.phase[cycle.begin]
-        end = begin + np.mod(cycle.phase[cycle.end] - begin, 2.0 * math.pi)
-        ends = folded.displacement(np.concatenate((begin, 0.5 * (begin + end), end)))
-        first, middle, last = ends.reshape(3, -1)
-        return np.asarray((2.0 * middle - first - last) / 3.0)
-
-    def columns(self, y: Floats) -> Floats:
-        """Return the deflection [m] of a stop element of each threshold (bins, thresholds).
-
-        A bin has the mean over its phases, exact where a stop element yields inside it.
-        """
-        cycle = self.cycle
-        reach = np.maximum(y, 0.0)
-        half, sign = cycle.half[:, None], cycle.sign[:, None]
-        values = np.minimum(half, reach) * sign
-        kernels.compiled.accumulate(cycle.parent, values, np.zeros(y.size))
-        if not cycle.bin.size:
-            return np.asarray(values[cycle.first])
-        begin, end = cycle.begin, cycle.end
-        starts = cycle.parent[end] == begin  # the branch begins where the piece does
-        along = (starts | (cycle.parent[begin] == cycle.parent[end])) & (cycle.parent[end] >= 0)
-        along &= begin != end
-        pieces = 0.5 * (values[begin] + values[end])
-        start, stop = begin[along], end[along]
-        low = np.where(starts[along], 0.0, cycle.half[start])[:, None]
-        high = cycle.half[stop][:, None]
-        over = (
-            np.maximum(np.maximum(low, high) - reach, 0.0),
-            np.maximum(np.minimum(low, high) - reach, 0.0),
-        )
-        # The mean of min(h, y) over h between two ends is that of h less the excess over y.
-        width = np.maximum(np.abs(high - low), 1e-300)
-        lost = (over[0] ** 2 - over[1] ** 2) / (2.0 * width)
-        lost = np.where(np.abs(high - low) > 1e-9 * high, lost, 0.5 * (over[0] + over[1]))
-        mean = 0.5 * (low + high) - lost
-        pieces[along] = values[cycle.parent[stop]] + cycle.sign[stop][:, None] * mean
-        # The displacement bends inside a piece: what sticks goes with it.
-        sticks = 1.0 - np.clip((over[0] - over[1]) / width, 0.0, 1.0)
-        pieces[along] += self._bends[along][:, None] * sticks
-        return self._means(pieces)
-
-    @cached_property
-    def loads(self) -> Floats | None:
-        """Normal load [N] at each place of the cycle; None where it does not vary."""
-        terms = self.folded.load_terms
-        if not terms.size or self.folded.normal_load is None:
-            return None
-        return self.folded.normal_load + load_basis(self.cycle.phase, terms.size) @ terms
-
-    def varying_columns(self, y: Floats, shift: Floats) -> Floats:
-        """Return the columns of thresholds y + shift, with a shift [m] at each place of the cycle.
-
-        A slider whose threshold rises above zero during a step moves only after its entry.
-        """
-        x = self.cycle.basis.T @ self.folded.coefficients
-        limits = y + shift[:, None]
-        values = np.empty_like(limits)
-        state = np.minimum(np.maximum(limits[0], 0.0), self.amplitude)
-        before, size = limits[-1], x.size
-        bounds = np.maximum(limits, 0.0)
-        enters = (limits > 0.0) & (np.roll(limits, 1, axis=0) <= 0.0)
-        any_enters = np.asarray(enters.any(axis=1))
-        steps = np.diff(x, prepend=x[-1])
-        # From the largest displacement on; the second cycle is the settled one.
-        for turn in range(2):
-            for i in range(1 if turn == 0 else 0, size):
-                if any_enters[i]:
-                    before = limits[i - 1]
-                    gone = np.where(enters[i], limits[i] / (limits[i] - before), 1.0)
-                    state = state + gone * steps[i]
-                else:
-                    state = state + steps[i]
-                np.minimum(state, bounds[i], out=state)
-                np.maximum(state, -bounds[i], out=state)
-                values[i] = state
-        cycle = self.cycle
-        if not cycle.bin.size:
-            return np.asarray(values[cycle.first])
-        return self._means(0.5 * (values[cycle.begin] + values[cycle.end]))
-
-    def stiffness(self, y: Floats, k: Floats) -> Floats:
-        """Return the tangent stiffness [N/m] at each place of the cycle."""
-        order = np.argsort(y)
-        left = np.append(np.cumsum(k[order][::-1])[::-1], 0.0)
-        return np.asarray(left[np.searchsorted(y[order], self.cycle.half, side="right")])
-
-    def by_displacement(self, y: Floats, k: Floats) -> Floats:
-        """Return the change of the force by each coefficient of the displacement (terms, bins)."""
-        cycle = self.cycle
-        above = np.where(cycle.parent < 0, 0, cycle.parent)
-        moves = cycle.basis - cycle.basis[:, above]
-        return self.sums((self.stiffness(y, k) * moves).T).T
-
-    def weigh(self, y: Floats, k: Floats) -> None:
-        """Whiten by the noise of the bins and the effect of errors of the displacement."""
-        folded = self.folded
-        root = np.linalg.cholesky(folded.covariance)
-        rows = [root.T @ self.by_displacement(y, k)]
-        rows += [np.atleast_2d(part) for part in (folded.drifted, folded.stepped) if part.size]
-        uncertain = (np.vstack(rows) * self.weight).T
-        self.metric = metric_of(self.weight[:, None], np.asarray(uncertain))
-
-    def whitened(self, columns: Floats) -> Floats:
-        """Return weighted columns (bins, columns) with the nuisances eliminated."""
-        return self.metric.apply((columns * self.weight[:, None]).T).T
+shifts, and the change of forces over their noise, or of the sum of squares, at which it ends."""
 
 
 @dataclass(eq=False)
@@ -211,7 +50,7 @@ class FreeForm:
     def __post_init__(self) -> None:
         self.largest = max(rows.amplitude for rows in self.rows)
         self.smallest = min(rows.amplitude for rows in self.rows)
-        told = np.median([math.sqrt(_mean_variance(rows.folded)) for rows in self.rows])
+        told = np.median([rows.displacement_error for rows in self.rows])
         finest = min(max(2.0 * float(told), self.smallest / _FINEST), 0.2 * self.smallest)
         self.finest = finest
         grid = np.geomspace(finest, self.largest, THRESHOLDS)
@@ -250,18 +89,18 @@ class FreeForm:
         self.blocks: list[Floats] = []
         used = np.flatnonzero(self.k)
         if self.friction is not None:
-            self.shifts = np.array([self.shift_at(load)[0] for load in self.loads])
+            self.shifts = np.array([self.shift_at(load) for load in self.loads])
         for rows in self.rows:
             level = self.level[rows.load]
             shift = float(self.shifts[level])
             by_extra = np.zeros((rows.weight.size, self.extra))
             if self.friction is not None and rows.loads is not None:
-                columns = rows.varying_columns(self.y, self._path(rows, self.friction))
+                columns = rows.varying_columns(self.y, *self._path(rows, self.friction))
                 step = _FRICTION_STEP * self.friction
                 more, less = (
-                    rows.varying_columns(self.y[used], self._path(rows, self.friction + way * step))
+                    rows.varying_columns(self.carried(self.y[used], mu), *self._path(rows, mu))
                     @ self.k[used]
-                    for way in (1.0, -1.0)
+                    for mu in (self.friction + step, self.friction - step)
                 )
                 by_extra[:, 0] = (more - less) / (2.0 * step)
             else:
@@ -353,23 +192,30 @@ class FreeForm:
 
     def _settle(self, still: float) -> None:
         """Move the shifts, or the friction, by Gauss and Newton's method until they stay."""
+        last, share = np.zeros(self.extra), np.ones(self.extra)
+        before = math.inf
         for _ in range(_SHIFT_ROUNDS):
             self._assemble()
             self._solve()
-            if self.friction is not None:
-                step = np.clip(self.moved[0], -0.2 * self.friction, 0.2 * self.friction)
-                self.friction += float(step)
-                if abs(step) < still * self.friction:
-                    break
-                continue
+            stays = np.all(np.abs(self.g[self.y.size :]) < still)
+            if stays or abs(self.chi_squared - before) < still:
+                return
+            before = self.chi_squared
             limit = 0.2 * np.maximum(-self.shifts[1:], 0.05 * self.largest)
+            if self.friction is not None:
+                limit = np.array([0.2 * self.friction])
             step = np.clip(self.moved, -limit, limit)
-            if np.all(np.abs(step) < still * self.largest):
-                break
-            self.shifts[1:] = np.minimum(self.shifts[1:] + step, 0.0)
-        if self.friction is not None:
-            self._assemble()
-            self._solve()
+            # Smaller steps where they go to and fro between two sets of sliders.
+            share = np.where((step * last < 0.0) & (abs(step) > 0.5 * abs(last)), 0.5 * share, 1.0)
+            last = step
+            if self.friction is not None:
+                friction = self.friction + float(share[0] * step[0])
+                self.y[:-1] = self.carried(self.y[:-1], friction)
+                self.friction = friction
+            else:
+                self.shifts[1:] = np.minimum(self.shifts[1:] + share * step, 0.0)
+        self._assemble()
+        self._solve()
 
     # -- loads that vary within the cycle ---------------------------------------------------------
 
@@ -383,29 +229,54 @@ class FreeForm:
         u = np.append(0.0, self.y)
         return backbone_of(self.y, self.k, u), u
 
-    def _path(self, rows: Rows, friction: float) -> Floats:
-        """Return the shift at each place of a record, by B(-s) = mu (N_reference - N)."""
+    def _path(self, rows: Rows, friction: float) -> tuple[Floats, Floats]:
+        """Return the shift at places of a record and between, by B(-s) = mu (N_reference - N)."""
         assert self.reference is not None
         assert rows.loads is not None
         force, u = self._corners()
-        return -np.interp(friction * (self.reference - rows.loads), force, u)
+        drops = (self.reference - loads for loads in (rows.loads, rows.middle_loads))
+        at, middle = (-np.interp(friction * drop, force, u) for drop in drops)
+        return at, middle
 
-    def shift_at(self, load: float | None) -> tuple[float, float]:
-        """Return the shift [m] at a load [N] and its derivative by the friction."""
-        if self.friction is None or load is None or self.reference is None:
-            return 0.0, 0.0
+    def shift_at(self, load: float | None, friction: float | None = None) -> float:
+        """Return the shift [m] at a load [N], with the friction of the fit or another."""
+        friction = self.friction if friction is None else friction
+        if friction is None or load is None or self.reference is None:
+            return 0.0
         force, u = self._corners()
-        drop = self.reference - load
+        return -float(np.interp(friction * (self.reference - load), force, u))
+
+    def friction_gradient(self, load: float | None) -> float:
+        """Return the derivative by the friction [m] of the thresholds at a load [N]."""
+        if self.friction is None:
+            return 0.0
         step = _FRICTION_STEP * self.friction
-        at = (self.friction, self.friction + step, self.friction - step)
-        here, more, less = (-float(np.interp(mu * drop, force, u)) for mu in at)
-        return here, (more - less) / (2.0 * step)
+        more, less = (
+            self.shift_at(load, mu) - self.shift_at(self.loads[0], mu)
+            for mu in (self.friction + step, self.friction - step)
+        )
+        return (more - less) / (2.0 * step)
+
+    def carried(self, y: Floats, friction: float) -> Floats:
+        """Return thresholds at the reference [m] whose values at the highest mean load stay.
+
+        The loops tell the thresholds at the mean load; those at the reference follow with the
+        friction, so that a change of it needs no other thresholds.
+        """
+        assert self.reference is not None
+        assert self.friction is not None
+        force, u = self._corners()
+        drop = self.reference - (self.loads[0] or 0.0)
+        old, new = (float(np.interp(mu * drop, force, u)) for mu in (self.friction, friction))
+        if not old > 0.0:
+            return y
+        return np.where(y > old, y + (new - old), y * (new / old))
 
     def shift_gradient(self, level: int) -> Floats:
         """Return the derivatives of the shift at a load by the free coefficients."""
         gradient = np.zeros(self.extra)
         if self.friction is not None:
-            gradient[0] = self.shift_at(self.loads[level])[1]
+            gradient[0] = self.friction_gradient(self.loads[level])
         elif level:
             gradient[level - 1] = 1.0
         return gradient
@@ -421,11 +292,12 @@ class FreeForm:
         if len(self.loads) == 1:
             self._solve()
         force = float(backbone_of(self.y, self.k, np.array([self.largest]))[0])
-        self.friction = force / high
+        self.friction = force / high  # at least, where there is no gross slip
         if len(self.loads) > 1:
             low = self.loads[-1]
             assert low is not None
-            self.friction = float(self.backbone(-self.shifts[-1:])[0]) / (high - low)
+            fall = float(self.backbone(-self.shifts[-1:])[0])
+            self.friction = max(self.friction, fall / (high - low))
         self.reference = top
         further = self.friction * (top - high) / float(self.k.sum())
         self.y = self.y + further
@@ -493,12 +365,6 @@ class FreeForm:
         part = self.cone.gram[np.ix_(used, used)]
         told = np.linalg.eigvalsh(part) * float(np.max(self.g, initial=0.0)) ** 2 > 1.0
         return int(np.count_nonzero(told))
-
-
-def _mean_variance(folded: Folded) -> float:
-    """Return the mean variance of the displacement [m^2] over the cycle."""
-    basis = folded.basis(folded.phase)
-    return float(np.einsum("ij,jk,ik->i", basis, folded.covariance, basis).mean())
 
 
 def backbone_of(y: Floats, k: Floats, u: Floats) -> Floats:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,9 +14,9 @@ from microslip._core.errors import InputError
 from microslip._core.wording import did_you_mean
 from microslip.contact import GreenwoodWilliamson
 from microslip.contact.materials import MaterialPair
+from microslip.friction import Interface
 from microslip.identification.bands import QUANTILE
-from microslip.identification.models.base import Materials
-from microslip.identification.models.interface import InterfaceModel
+from microslip.identification.models.interface import InterfaceModel, Materials
 from microslip.identification.second_step import (
     ASSUMED,
     BOUNDED,
@@ -40,6 +40,46 @@ CONTACT_AREA = "contact_area"
 _SUMMITS = ("radius", "density", "summit_count", CONTACT_AREA)
 _SCALES, _SEPARATIONS = (0.1, 0.25, 0.6, 1.5), (-0.5, 0.8, 2.0, 3.5)
 """Starts: slip scale over the length of the force limit over the stiffness; separation."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class InterfaceStep(SecondStep):
+    """A Greenwood interface fitted to what loops determine."""
+
+    _model: Any = None
+    _materials: Any = None
+    _loads: tuple[float, ...] = ()
+
+    def joint(self, normal_load: float | None = None) -> Interface:
+        """Return the interface of the best values, without its rig.
+
+        Parameters
+        ----------
+        normal_load : float, optional
+            Normal load [N]; without it the highest measured.
+
+        Raises
+        ------
+        InputError
+            If the rig is unknown, because the stiffness of the joint is then not determined.
+        """
+        undetermined = [one.name for one in self.parameters.values() if one.verdict == NOT]
+        if undetermined:
+            raise InputError(
+                f"the loops do not determine {', '.join(undetermined)}: they cannot tell the joint "
+                "from the rig; give `rig_stiffness=(value, error)`"
+            )
+        load = (
+            max(self._loads)
+            if normal_load is None
+            else positive("normal_load", normal_load, "N", 500.0)
+        )
+        radius = self.parameters.get("radius")
+        materials = self._materials
+        if radius is not None:
+            materials = materials._replace(radius=radius.value)
+        joint: Interface = self._model.build(self.values, load, materials)
+        return joint
 
 
 def interface_step(

@@ -13,8 +13,9 @@ from microslip._core import kernels
 from microslip._core.checks import Floats
 from microslip._core.frozen import Locked
 from microslip._core.units import significant
-from microslip.identification.free_form import FreeForm, Rows
+from microslip.identification.free_form import FreeForm
 from microslip.identification.nonnegative import cone_of, minimum
+from microslip.identification.rows import Rows
 from microslip.laboratory.motion import phase_derivative
 
 NAMED = 0.9

@@ -15,9 +15,10 @@ from microslip._core.errors import InputError
 from microslip._core.threads import single_threaded
 from microslip.contact.materials import MaterialPair
 from microslip.identification.found import Identification, result_of
-from microslip.identification.free_form import FreeForm, Rows
+from microslip.identification.free_form import FreeForm
 from microslip.identification.loads import groups_of
 from microslip.identification.pieces import loop_of, whole_records
+from microslip.identification.rows import Rows
 from microslip.laboratory.cycles import check_direction
 from microslip.laboratory.folding import Folded as Folded
 from microslip.laboratory.folding import fold as fold

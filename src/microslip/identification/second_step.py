@@ -152,7 +152,7 @@ class Statistics:
         y = fit.y[:-1]
         reach = np.append(y, [y[-1] * 1.001, y[-1]])
         nodes = np.append(0.0, reach[:-1])
-        force, shifts = self._series(curve, compliance, nodes)
+        force, shifts, nodes = self._series(curve, compliance, nodes)
         width = np.diff(nodes)
         slope = np.diff(force) / width
         # The polygon closest in the mean square lies h^2/12 T'' beside the curve at its nodes.
@@ -164,12 +164,15 @@ class Statistics:
 
     def _series(
         self, curve: Callable[[Floats, float | None], Floats], compliance: float, nodes: Floats
-    ) -> tuple[Floats, Floats]:
-        """Return the force at displacements in series, and changes of the free coefficients."""
+    ) -> tuple[Floats, Floats, Floats]:
+        """Return forces at nodes in series, changes of the free coefficients, and the nodes.
+
+        Where the load varies within the cycle the nodes follow the friction.
+        """
         fit = self.fit
         load = fit.reference
         if not compliance and not fit.extra:
-            return curve(nodes, load), np.zeros(0)
+            return curve(nodes, load), np.zeros(0), nodes
         end = nodes[-1] * 1.01
         x = np.append(0.0, np.geomspace(1e-5 * end, end, _FINE))
         force = curve(x, load)
@@ -178,8 +181,9 @@ class Statistics:
             assert load is not None
             far = np.array([1e3 * end])
             fall = float((curve(far, load) - curve(far, 0.5 * load))[0])
-            moved = np.array([fall / (0.5 * load) - fit.friction])
-            return np.interp(nodes, u, force), moved
+            friction = fall / (0.5 * load)
+            nodes = fit.carried(nodes, friction)
+            return np.interp(nodes, u, force), np.array([friction - fit.friction]), nodes
         shifts = []
         for low in fit.loads[1:]:
             # B_high(u*) is what the limit falls by: mu (N_high - N_low).
@@ -187,7 +191,7 @@ class Statistics:
             assert low is not None
             fall = (curve(np.array([1e3 * end]), load) - curve(np.array([1e3 * end]), low))[0]
             shifts.append(-float(np.interp(fall, force, u)))
-        return np.interp(nodes, u, force), np.array(shifts) - fit.shifts[1:]
+        return np.interp(nodes, u, force), np.array(shifts) - fit.shifts[1:], nodes
 
     def residuals(self, g: Floats) -> Floats:
         """Return whitened residuals of scaled coefficients."""

@@ -22,12 +22,6 @@ class Metric:
         """Rows (..., bins) of weighted residuals or derivatives, whitened."""
         return rows - ((rows @ self.directions) * self.shrink) @ self.directions.T
 
-    @property
-    def log_determinant(self) -> float:
-        """Log-determinant of the covariance, over that of the force's noise alone."""
-        limited = self.shrink[self.shrink < 1.0]
-        return float(-2.0 * np.log1p(-limited).sum())
-
 
 def metric_of(flat: Floats, uncertain: Floats) -> Metric:
     """The metric of nuisances without limits and of variance 1 (bins, nuisances)."""

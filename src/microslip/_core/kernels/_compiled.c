@@ -31,6 +31,7 @@
 #include "_harmonics.h"
 #include "_coupled_harmonics.h"
 #include "_sliders.h"
+#include "_stops.h"
 #include "_vector.h"
 #include "_moments.h"
 #include "_questions.h"
@@ -55,6 +56,9 @@ static const Kernel kernels[] = {
      "record closes, in the order of time; the stack is used up."},
     {"accumulate", "iAa", "", run_accumulate, 0,
      "accumulate(parent, rise, base): turns rises over parents into values, down the tree."},
+    {"stops", "aaaaadAA", "", run_stops, 0,
+     "stops(move, bend, shift, shift_bend, y, start, value, mean): stop elements with limits y + "
+     "shift along a settled cycle; entry i of the first four is of the step that ends at place i."},
     {"loads", "aAA?C", "", run_loads, 0, "loads(separation, N, -N' or None, *curve)"},
     {"drops", "aaAC", "", run_drops, 0, "drops(base, width, N(b) - N(b + w), *curve)"},
     {"excesses", "aaAP", "", run_excesses, 0,

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from microslip._core.checks import Floats, positive
 from microslip._core.errors import InputError
 from microslip.contact import GreenwoodWilliamson, MeasuredContact
+from microslip.contact.materials import MaterialPair
 from microslip.friction.interface import Interface
-from microslip.identification.models.base import UNKNOWN, Derived, Materials, Values
 from microslip.identification.models.surface_shape import (
     CONVENTIONAL_AREA,
     Template,
@@ -22,6 +22,28 @@ from microslip.identification.models.surface_shape import (
 
 _HEIGHTS, _TALLEST = 192, 8.0
 """Heights of which the numbers of summits scatter, and up to how far above the lowest contact."""
+
+
+Values = Mapping[str, float]
+"""Values of the parameters of a law, by their names."""
+
+
+class Materials(NamedTuple):
+    """Materials and area of a surface, which loops do not determine."""
+
+    pair: MaterialPair | None = None
+    area: float | None = None
+    """Apparent area [m^2]."""
+    radius: float | None = None
+    """Radius of the summits [m]."""
+
+
+class Derived(NamedTuple):
+    """A quantity that follows from the parameters."""
+
+    name: str
+    unit: str
+    value: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +74,7 @@ class InterfaceModel:
         mu, scale, h = (values[name] for name in self.names)
         here = self.template.separation(h, ratio)
         x = np.minimum(u, 1e200) / scale
-        share, by_step, _ = self.template.shares(here, x)
+        share, by_step = self.template.shares(here, x)
         limit = mu * load
         return limit * share, (limit / scale) * by_step
 
@@ -85,7 +107,7 @@ class InterfaceModel:
 
     # -- what follows ----------------------------------------------------------------------------
 
-    def build(self, values: Values, load: float, given: Materials = UNKNOWN) -> Interface:
+    def build(self, values: Values, load: float, given: Materials) -> Interface:
         """Return the joint on a pair; radius and area, which loops do not know, by convention."""
         pair, area, radius = given
         if pair is None:
@@ -101,9 +123,7 @@ class InterfaceModel:
         surface = self.template.surface(pair, length, constant, area, radius)
         return Interface(surface, mu, normal_load=load)
 
-    def derived(
-        self, values: Values, load: float, given: Materials = UNKNOWN
-    ) -> tuple[Derived, ...]:
+    def derived(self, values: Values, load: float, given: Materials) -> tuple[Derived, ...]:
         """Return force limit and stiffness at a load [N], and what pair and area add."""
         pair, area, _ = given
         mu, scale, h = (values[name] for name in self.names)

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from microslip._core import quadrature
 from microslip._core.checks import Floats, show
 from microslip._core.errors import InputError
 from microslip._core.kernels import TERMS
@@ -36,32 +35,10 @@ _LEFT_OUT = 1e-14  # of the largest value, for the terms that a panel leaves out
 
 
 class Shares(NamedTuple):
-    """The share q of the force limit at steps x, q = 1 - n(h + x)/n(h), and its derivatives."""
+    """The share q of the force limit at steps x, q = 1 - n(h + x)/n(h), and its slope."""
 
     value: Floats
     by_step: Floats
-    by_separation: Floats
-
-
-@dataclass(frozen=True)
-class _Steepness:
-    """-N' of a law as a decreasing function of its own, for differences that do not cancel."""
-
-    law: NormalLaw
-
-    @property
-    def _edge(self) -> float:
-        return self.law._edge
-
-    @property
-    def _breaks(self) -> Floats:
-        return self.law._breaks
-
-    def _derivative(self, separation: Floats, order: int) -> Floats:
-        return -self.law._derivative(separation, order + 1)
-
-    def _derivative_at(self, separation: float, order: int) -> float:
-        return -self.law._derivative_at(separation, order + 1)
 
 
 _MOST_CACHED = 256  # separations
@@ -119,49 +96,33 @@ class Template:
         tables = self._tables(z)
         if tables is None:
             return Shares(*self._exact(z, x))
-        value, by_step, by_separation = (table.value(x) for table in tables)
-        return Shares(np.minimum(value, 1.0, out=value), by_step, by_separation)
+        value, by_step = (table.value(x) for table in tables)
+        return Shares(np.minimum(value, 1.0, out=value), by_step)
 
-    def _exact(self, z: float, x: Floats) -> tuple[Floats, Floats, Floats]:
+    def _exact(self, z: float, x: Floats) -> tuple[Floats, Floats]:
         law, unit = self.law, self.unit
-        here, at, steps = z * unit, law._derivative_at(z * unit, 0), x * unit
-        rate = -law._derivative_at(here, 1) / at * unit
+        here, steps = z * unit, x * unit
+        at = law._derivative_at(here, 0)
         value = np.minimum(law._drop(here, steps) / at, 1.0)
-        by_step = law._fall(here, steps) * (unit / at)
-        # d/dz of -n(z + x)/n(z). Far out all of it is small; near by only differences are.
-        result = by_step - rate * (1.0 - value)
-        near = x * rate < 0.3
-        if near.any():
-            if law._spheres is None and not isinstance(law, TabulatedNormalLaw):
-                lost = quadrature.drop(_Steepness(law), here, steps[near]) * (unit / at)
-            else:  # neither has an N'' to integrate: right to rounding of the whole
-                lost = rate - by_step[near]
-            result[near] = rate * value[near] - lost
-        return value, by_step, result
+        return value, law._fall(here, steps) * (unit / at)
 
     @lru_cache(maxsize=_MOST_CACHED)  # noqa: B019
-    def _tables(self, z: float) -> tuple[Table, Table, Table] | None:
-        """The three shares as tables; None where the law is not smooth."""
+    def _tables(self, z: float) -> tuple[Table, Table] | None:
+        """The share and its slope as tables; None where the law is not smooth."""
         reach = self.law._table_reach(z * self.unit)
         if reach is None:
             return None
         end, rate = reach / self.unit, self.rate(z)
         for panels in _PANELS:
             x = (end / panels) * (np.arange(panels)[:, None] + 0.5 * (1.0 + NODES)).reshape(-1)
-            value, by_step, by_separation = self._exact(z, x)
-            rows = value / x, by_step, by_separation / x
-            series = [row.reshape(panels, -1) @ TO_SERIES for row in rows]
-            # None of the three is larger than the rate, and its square is what the last is made of.
-            scales = rate, rate, rate * max(rate, 1.0)
-            left_out = [
-                float(np.abs(s[:, TERMS - 1 :]).max()) / scale
-                for s, scale in zip(series, scales, strict=True)
-            ]
-            if max(left_out) <= _LEFT_OUT:
+            value, by_step = self._exact(z, x)
+            series = [row.reshape(panels, -1) @ TO_SERIES for row in (value / x, by_step)]
+            # Neither is larger than the rate.
+            left_out = max(float(np.abs(s[:, TERMS - 1 :]).max()) / rate for s in series)
+            if left_out <= _LEFT_OUT:
                 return (
                     Table.from_series(series[0], end, 1, 1.0),
                     Table.from_series(series[1], end, 0, 0.0),
-                    Table.from_series(series[2], end, 1, 0.0),
                 )
         return None
 

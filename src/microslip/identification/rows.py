@@ -1,0 +1,175 @@
+"""Columns of stop elements of one folded record: what its forces say of a density of sliders."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from microslip._core import kernels
+from microslip._core.checks import Floats
+from microslip.identification.branches import Cycle, cycle_of
+from microslip.identification.whitening import Metric, metric_of
+from microslip.laboratory.folding import Folded, load_basis
+
+_FLOOR = 1e-5
+"""Noise of a force over its range below which the grid of thresholds counts more."""
+
+
+@dataclass(eq=False)
+class Rows:
+    """Columns of stop elements of one record, in the bins of its phase."""
+
+    folded: Folded
+    load: int
+    """Number of its load among the different ones, the highest being 0."""
+
+    def __post_init__(self) -> None:
+        self.cycle: Cycle = cycle_of(self.folded, math.sqrt(3.0))
+        self.weight = np.sqrt(self.folded.count) / self.noise
+        self.metric: Metric = metric_of(self.weight[:, None], np.zeros((self.weight.size, 0)))
+
+    @cached_property
+    def noise(self) -> float:
+        """Standard deviation of one sample of force [N], not below what the grid resolves."""
+        floor = _FLOOR * 0.5 * float(np.ptp(self.folded.force))
+        return max(self.folded.force_noise, floor * math.sqrt(float(self.folded.count.mean())))
+
+    @cached_property
+    def amplitude(self) -> float:
+        """Half the range of the displacement [m]."""
+        return float(self.cycle.half.max())
+
+    @cached_property
+    def displacement_error(self) -> float:
+        """Root of the mean variance of the displacement over the cycle [m]."""
+        folded = self.folded
+        basis = folded.basis(folded.phase)
+        return math.sqrt(float(np.einsum("ij,jk,ik->i", basis, folded.covariance, basis).mean()))
+
+    def sums(self, rises: Floats) -> Floats:
+        """Return means over the bins of what accumulates along the branches (places, columns)."""
+        cycle = self.cycle
+        rises = np.ascontiguousarray(rises)
+        kernels.compiled.accumulate(cycle.parent, rises, np.zeros(rises.shape[1]))
+        if not cycle.bin.size:
+            return np.asarray(rises[cycle.first])
+        return self._means(0.5 * (rises[cycle.begin] + rises[cycle.end]))
+
+    def _means(self, pieces: Floats) -> Floats:
+        """Return means over the bins of means over their pieces (pieces, columns)."""
+        return np.asarray(self._bins @ pieces)
+
+    @cached_property
+    def _bins(self) -> csr_array:
+        cycle = self.cycle
+        shape = self.weight.size, cycle.bin.size
+        return csr_array((cycle.share, (cycle.bin, np.arange(cycle.bin.size))), shape=shape)
+
+    def columns(self, y: Floats) -> Floats:
+        """Return the deflection [m] of a stop element of each threshold (bins, thresholds).
+
+        A bin has the mean over its phases, exact where a stop element yields inside it.
+        """
+        cycle = self.cycle
+        reach = np.maximum(y, 0.0)
+        half, sign = cycle.half[:, None], cycle.sign[:, None]
+        values = np.minimum(half, reach) * sign
+        kernels.compiled.accumulate(cycle.parent, values, np.zeros(y.size))
+        if not cycle.bin.size:
+            return np.asarray(values[cycle.first])
+        begin, end = cycle.begin, cycle.end
+        starts = cycle.parent[end] == begin  # the branch begins where the piece does
+        along = (starts | (cycle.parent[begin] == cycle.parent[end])) & (cycle.parent[end] >= 0)
+        along &= begin != end
+        pieces = 0.5 * (values[begin] + values[end])
+        start, stop = begin[along], end[along]
+        low = np.where(starts[along], 0.0, cycle.half[start])[:, None]
+        high = cycle.half[stop][:, None]
+        over = (
+            np.maximum(np.maximum(low, high) - reach, 0.0),
+            np.maximum(np.minimum(low, high) - reach, 0.0),
+        )
+        # The mean of min(h, y) over h between two ends is that of h less the excess over y.
+        width = np.maximum(np.abs(high - low), 1e-300)
+        lost = (over[0] ** 2 - over[1] ** 2) / (2.0 * width)
+        lost = np.where(np.abs(high - low) > 1e-9 * high, lost, 0.5 * (over[0] + over[1]))
+        mean = 0.5 * (low + high) - lost
+        pieces[along] = values[cycle.parent[stop]] + cycle.sign[stop][:, None] * mean
+        # The displacement bends inside a piece: what sticks goes with it.
+        sticks = 1.0 - np.clip((over[0] - over[1]) / width, 0.0, 1.0)
+        pieces[along] += self._steps[1][stop][:, None] * sticks
+        return self._means(pieces)
+
+    @cached_property
+    def loads(self) -> Floats | None:
+        """Normal load [N] at each place of the cycle; None where it does not vary."""
+        if not self.folded.load_terms.size or self.folded.normal_load is None:
+            return None
+        return self._loads_at(self.cycle.phase)
+
+    @cached_property
+    def _steps(self) -> tuple[Floats, Floats, Floats]:
+        """Change [m] in the step that ends at each place, its bend [m] and its middle [rad].
+
+        The bend is the mean of the displacement over the step less that of its ends.
+        """
+        phase, coefficients = self.cycle.phase, self.folded.coefficients
+        begin = np.roll(phase, 1)
+        middle = begin + 0.5 * np.mod(phase - begin, 2.0 * math.pi)
+        x, between = self.cycle.basis.T @ coefficients, self.folded.displacement(middle)
+        before = np.roll(x, 1)
+        return x - before, (2.0 * between - x - before) / 3.0, middle
+
+    @cached_property
+    def middle_loads(self) -> Floats:
+        """Normal load [N] in the middle of the step that ends at each place of the cycle."""
+        return self._loads_at(self._steps[2])
+
+    def _loads_at(self, phase: Floats) -> Floats:
+        terms = self.folded.load_terms
+        return (self.folded.normal_load or 0.0) + load_basis(phase, terms.size) @ terms
+
+    def varying_columns(self, y: Floats, shift: Floats, middle: Floats) -> Floats:
+        """Return the columns of thresholds y + shift, with a shift [m] at each place of the cycle.
+
+        ``middle`` is the shift in the middle of the step that ends at each place.
+        """
+        move, bend, _ = self._steps
+        values, means = np.empty((2, move.size, y.size))
+        shift_bend = (2.0 * middle - shift - np.roll(shift, 1)) / 3.0
+        kernels.compiled.stops(move, bend, shift, shift_bend, y, self.amplitude, values, means)
+        cycle = self.cycle
+        if not cycle.bin.size:
+            return np.asarray(values[cycle.first])
+        is_step = (cycle.begin != cycle.end)[:, None]
+        return self._means(np.where(is_step, means[cycle.end], values[cycle.end]))
+
+    def stiffness(self, y: Floats, k: Floats) -> Floats:
+        """Return the tangent stiffness [N/m] at each place of the cycle."""
+        order = np.argsort(y)
+        left = np.append(np.cumsum(k[order][::-1])[::-1], 0.0)
+        return np.asarray(left[np.searchsorted(y[order], self.cycle.half, side="right")])
+
+    def by_displacement(self, y: Floats, k: Floats) -> Floats:
+        """Return the change of the force by each coefficient of the displacement (terms, bins)."""
+        cycle = self.cycle
+        above = np.where(cycle.parent < 0, 0, cycle.parent)
+        moves = cycle.basis - cycle.basis[:, above]
+        return self.sums((self.stiffness(y, k) * moves).T).T
+
+    def weigh(self, y: Floats, k: Floats) -> None:
+        """Whiten by the noise of the bins and the effect of errors of the displacement."""
+        folded = self.folded
+        root = np.linalg.cholesky(folded.covariance)
+        rows = [root.T @ self.by_displacement(y, k)]
+        rows += [np.atleast_2d(part) for part in (folded.drifted, folded.stepped) if part.size]
+        uncertain = (np.vstack(rows) * self.weight).T
+        self.metric = metric_of(self.weight[:, None], np.asarray(uncertain))
+
+    def whitened(self, columns: Floats) -> Floats:
+        """Return weighted columns (bins, columns) with the nuisances eliminated."""
+        return self.metric.apply((columns * self.weight[:, None]).T).T

@@ -233,6 +233,7 @@ def test_no_wear_of_a_specimen_counted_twice(campaign: Path, tmp_path: Path) -> 
         ("measure", "run.csv", "--model", "pipe"),
         ("check", "pipe"),
         ("predict", "pipe"),
+        ("predict", "law.toml"),
         ("surface", "pipe"),
         ("batch", "pipe"),
     ],
@@ -244,6 +245,8 @@ def test_named_pipes_are_refused(
     monkeypatch.chdir(tmp_path)
     os.mkfifo("pipe")
     Path("manifest.csv").write_text("file\npipe\n")
+    law = 'schema = 1\n[joint]\nlaw_file = "pipe"\n[excitation]\namplitudes = ["1 um"]\n'
+    Path("law.toml").write_text(law)
     Path("run.csv").write_text("x [um],F [N]\n0,1\n1,2\n")
     outcome = run(*words)
     assert outcome.exit_code == 2, outcome.output

@@ -17,6 +17,9 @@ from nptdms import ChannelObject, TdmsWriter
 from scipy.io import savemat
 
 import microslip as ms
+from microslip.friction import load_law
+from microslip.laboratory import Campaign
+from microslip.laboratory.manifest import Manifest
 from microslip.readers import tables
 from microslip.readers import text as text_reader
 
@@ -783,3 +786,54 @@ def test_records_of_numpy(form: str, put: Any) -> None:
     np.save("o.npy", np.array([print, 1], dtype=object), allow_pickle=True)
     with pytest.raises(ms.InputError, match="wanted real numbers, got an array of object"):
         ms.Record.read("o.npy")
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        "t/s,s/mm,F_R/N",
+        "time_s,disp_mm,force_N",
+        "Time: s,Displacement: mm,Force: N",
+        "Time.s.,Displacement.mm.,Force.N.",
+        "時間 [s],変位 [mm],摩擦力 [N]",
+        "T,X,Fx\nsec,mm,N",
+        "Time,Position,Fx,\nsec,mm,N,\nStep No. 2,,,",
+    ],
+)
+def test_headers_as_people_write_them(head: str, tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    comma = "," * head.partition("\n")[0].endswith(",")
+    rows = "".join(f"{0.01 * i:.2f},{i % 7},{i % 5}{comma}\n" for i in range(40))
+    path.write_text(f"{head}\n{rows}", encoding="utf-8")
+    read = ms.Record.read(path)
+    assert read.time is not None
+    assert read.time[3] == 0.03
+    assert (read.displacement.max(), read.force.max()) == (6e-3, 4.0)
+
+
+@pytest.mark.parametrize("path", [3, None, ["run.csv"]])
+def test_a_path_is_the_name_of_a_file(path: Any) -> None:
+    record = ms.Record([0.0, 1.0], [0.0, 1.0])
+    for entrance in (ms.Record.read, record.to_csv, Manifest.read, load_law, ms.Study.load):
+        with pytest.raises(ms.InputError, match="path must be the name of a"):
+            entrance(path)
+
+
+def test_messages_of_long_paths_are_short() -> None:
+    for entrance in (ms.Record.read, Manifest.read, load_law, ms.Study.load, ms.Scan.read):
+        with pytest.raises(ms.InputError) as caught:
+            entrance(10_000 * "a")
+        assert len(str(caught.value)) < 300
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("x",), "measurements must be Measurements, got 'x'"),
+        ((3,), "measurements must be Measurements, got 3"),
+        (((),), "measurements must be Measurements, got none"),
+    ],
+)
+def test_a_campaign_is_of_measurements(arguments: tuple[Any, ...], words: str) -> None:
+    with pytest.raises(ms.InputError, match=words):
+        Campaign(*arguments)

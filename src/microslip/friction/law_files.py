@@ -13,9 +13,11 @@ from microslip._core.checks import show
 from microslip._core.errors import InputError
 from microslip._core.files import whole_file
 from microslip._core.parameters import key_of, parameters_of, says_all, values_of
+from microslip._core.wording import shorten
 from microslip.friction import laws
 from microslip.friction.base import BackboneLaw
 from microslip.friction.law_bands import LawBand
+from microslip.readers.files import usable
 
 KIND = "microslip-law"
 VERSION = 1
@@ -116,14 +118,19 @@ def load_law_and_band(path: str | PathLike[str]) -> tuple[BackboneLaw, LawBand |
 
 def _read(path: str | PathLike[str]) -> tuple[Path, dict[str, Any]]:
     """Return the path and the checked content of a law file."""
+    if not isinstance(path, (str, PathLike)):
+        raise InputError(f"`path` must be the name of a file, got {show(path)}")
     file = Path(path)
     try:
-        if file.stat().st_size > _LARGEST:
-            raise InputError(f"{file.name}: a law must have at most {_LARGEST} bytes")
-        content: Any = json.loads(file.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{file.name}: no such file") from None
-    except (OSError, ValueError, RecursionError) as error:
+        with usable(file, "the file of a law"):
+            text = file.read_bytes()[: _LARGEST + 1]
+    except ValueError as error:
+        raise InputError(f"{shorten(file.name, 200)}: {error}") from None
+    if len(text) > _LARGEST:
+        raise InputError(f"{file.name}: a law must have at most {_LARGEST} bytes")
+    try:
+        content: Any = json.loads(text)
+    except (ValueError, RecursionError) as error:
         raise InputError(f"{file.name}: is no JSON file of a law ({error})") from None
     if not isinstance(content, dict) or content.get("kind") != KIND:
         raise InputError(f'{file.name}: is no file of a law: "kind" must be "{KIND}"')

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from microslip._core import checks
 from microslip._core.checks import Floats, positive, show
 from microslip._core.errors import InputError
 from microslip._core.frozen import Locked
@@ -80,18 +81,17 @@ class Campaign(Locked):
     borders: RegimeBorders | None = None
 
     def __post_init__(self) -> None:
-        count = len(self.measurements)
-        if count == 0:
-            raise InputError("`measurements` must be at least one, got none")
-        for name in ("runs", "worn_volumes"):
-            labels = getattr(self, name)
-            if labels is not None and len(labels) != count:
+        count = len(checks.members("measurements", self.measurements, Measurement, "Measurements"))
+        if not isinstance(self.columns, Mapping):
+            raise InputError(f"`columns` must be a mapping of names, got {show(self.columns)}")
+        for name, values in {
+            "runs": self.runs, "worn_volumes": self.worn_volumes, **self.columns
+        }.items():  # fmt: skip
+            is_right = isinstance(values, Sequence) and not isinstance(values, str)
+            if values is not None and not (is_right and len(values) == count):
                 raise InputError(
-                    f"`{name}` must be one for each of {count} records, got {show(labels)}"
+                    f"`{name}` must be one for each of {count} records, got {show(values)}"
                 )
-        for name, values in self.columns.items():
-            if len(values) != count:
-                raise InputError(f"column {name!r} must have a value for each of {count} records")
         for volume in self.worn_volumes or ():
             if volume is not None and volume != 0.0:
                 positive("worn_volumes", volume, "m^3", 1e-12)

@@ -7,12 +7,12 @@ Worn volume is proportional to dissipated energy, after Fouvry, Liskiewicz, Kaps
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from microslip._core.checks import Floats, show
+from microslip._core.checks import Floats, members
 from microslip._core.errors import InputError
 from microslip.laboratory.estimates import Estimate, checked_confidence, quantile
 from microslip.laboratory.measurement import Measurement
@@ -78,14 +78,6 @@ def proportional(names: tuple[str, ...], work: Floats, volume: Floats, confidenc
 # -- several loads ---------------------------------------------------------------------------------
 
 
-def _checked(measurements: Iterable[Any]) -> list[Measurement]:
-    rows = list(measurements)
-    for measured in rows:
-        if not isinstance(measured, Measurement):
-            raise InputError(f"`measurements` must hold Measurements, got {show(measured)}")
-    return rows
-
-
 def rig_stiffness_of(measurements: Sequence[Measurement], *, confidence: float = 0.95) -> Estimate:
     """Stiffness of the rig in series, from the stiffness after reversals at several loads.
 
@@ -107,7 +99,8 @@ def rig_stiffness_of(measurements: Sequence[Measurement], *, confidence: float =
     exponential heights, nearly so for others. The straight line over 1/N ends at 1/k_rig; a single
     load cannot tell rig and contact apart.
     """
-    rows, confidence = _checked(measurements), checked_confidence(confidence)
+    rows = members("measurements", measurements, Measurement, "Measurements")
+    confidence = checked_confidence(confidence)
     for measured in rows:
         if "normal_load" not in measured.mean:
             raise InputError(f"{measured.name}: has no normal load")

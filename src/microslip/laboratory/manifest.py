@@ -15,7 +15,7 @@ from microslip._core.units import FORCE, LENGTH, VOLUME, Kind, QuantityError, en
 from microslip._core.wording import quote, quoted
 from microslip.laboratory.blocks import Count
 from microslip.laboratory.measurement import Measurement
-from microslip.laboratory.record import Record, path_text
+from microslip.laboratory.record import Record, checked_path, path_text
 from microslip.readers.files import head_of, kind_of, usable
 from microslip.readers.laboratory import rows_of
 from microslip.readers.tables import name_and_unit, spelt
@@ -88,7 +88,7 @@ class Manifest:
         Manifest
             Paths and columns.
         """
-        place = Path(path)
+        place = checked_path(path)
         try:
             with usable(place, "a manifest"):
                 rows = rows_of(place, kind_of(head_of(place), place.suffix.lower()))

@@ -205,7 +205,7 @@ class Measurement(Plottable):
             Change a cycle, those not logged counted as well, in the unit of the column, with its
             confidence interval; not numbers where gaps of the time hide how many cycles there were.
         """
-        if column not in self.cycles:
+        if not isinstance(column, str) or column not in self.cycles:
             raise InputError(f"column must be one of {', '.join(self.cycles)}, got {show(column)}")
         y = self.cycles[column]
         fine = np.isfinite(y)

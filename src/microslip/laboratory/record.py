@@ -226,8 +226,7 @@ class Record(Locked, Plottable):
         Record
             One-dimensional arrays in SI units. Rows at the end without numbers are left out.
         """
-        if not isinstance(path, (str, os.PathLike)):
-            raise InputError(f"`path` must be the name of a file, got {show(path)}")
+        path = checked_path(path)
         statements = Statements(
             columns={
                 "displacement": displacement,
@@ -246,9 +245,9 @@ class Record(Locked, Plottable):
             rows=rows,
             format=format,
         )
-        with reading(Path(path), "a record", limit, path_text(path)):
-            parts = read(Path(path), statements)
-            return cls(**parts, name=Path(path).stem if name is None else name)
+        with reading(path, "a record", limit, path_text(path)):
+            parts = read(path, statements)
+            return cls(**parts, name=path.stem if name is None else name)
 
     def to_csv(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
         """Write the record as CSV in SI units; :meth:`read` gives the same numbers, bit for bit.
@@ -260,7 +259,7 @@ class Record(Locked, Plottable):
         overwrite : bool
             Whether a file that is there may be replaced.
         """
-        target = Path(path)
+        target = checked_path(path)
         columns = {
             key: values.tolist()
             for key in UNITS
@@ -350,6 +349,13 @@ def _check_time(time: Floats, sample_rate: float | None) -> None:
         f"`time` must increase, got {exact(time[i])} s after {exact(time[i - 1])} s at "
         f"sample {i}{rounded}"
     )
+
+
+def checked_path(path: Any) -> Path:
+    """Validate the name of a file."""
+    if not isinstance(path, (str, os.PathLike)):
+        raise InputError(f"`path` must be the name of a file, got {show(path)}")
+    return Path(path)
 
 
 def path_text(path: str | os.PathLike[str]) -> str:

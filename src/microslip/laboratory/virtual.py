@@ -31,11 +31,11 @@ LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType(
     {
         "normal_load": (100.0, 5000.0),
         "force": (-5000.0, 5000.0),
-        "amplitude": (1e-6, 100e-6),
+        "amplitude": (0.0, 100e-6),
         "frequency": (0.0, 200.0),
     }
 )
-"""Limits of the rig of section 2.1 [N, N, m, Hz]."""
+"""Limits of the rig of section 2.1 [N, N, m, Hz]; amplitudes may be below its 1 um."""
 
 
 class InSeries(BackboneLaw):
@@ -113,7 +113,7 @@ class VirtualTribometer:
         Seed of the noise: the same seed gives the same record.
     limits : mapping, optional
         (lowest, highest) of "normal_load" [N], "force" [N], "amplitude" [m] and "frequency" [Hz],
-        in place of those of section 2.1: 100 to 5000 N, -5000 to 5000 N, 1 to 100 um, up to 200 Hz.
+        in place of those of section 2.1: 100 to 5000 N, -5000 to 5000 N, up to 100 um and 200 Hz.
 
     Notes
     -----

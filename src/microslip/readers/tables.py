@@ -21,7 +21,9 @@ _VALUES = ("data", "value", "values", "samples")
 _FORMS = (
     re.compile(r"(?P<name>.*?)\s*\[(?P<unit>[^][]*)\]"),
     re.compile(r"(?P<name>.*?)\s*\((?P<unit>[^()]*)\)"),
-    re.compile(r"(?P<name>.+?)\s*(?:\s/\s?|,\s*|\s+in\s+)(?P<unit>\S+)"),
+    re.compile(r"(?P<name>.+?)\s*(?:\s/\s?|[,:]\s*|\s+in\s+)(?P<unit>\S+)"),
+    # R writes dots in place of brackets.
+    re.compile(r"(?P<name>.+)\.(?P<unit>[^\W\d_]+)\."),
     # Slashes also occur in paths.
     re.compile(r"(?P<name>[^/]+)/(?P<unit>[nuµm]?m|[umk]?N|[muµ]?s|sec|m?V)"),
     # Underscores also occur in names: "F_N" is a normal load, but "force_N" a force in newtons.

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from os import PathLike
 from pathlib import Path
 from typing import Any, Self
 
+from microslip._core.checks import show
 from microslip._core.errors import StudyError
 from microslip._core.wording import shorten
 from microslip.contact import NormalLaw
@@ -124,6 +126,8 @@ class StudyDescription(StudyTables):
         Study
             The validated study, in SI units.
         """
+        if not isinstance(path, (str, PathLike)):
+            raise StudyError(f"`path` must be the name of a study file, got {show(path)}")
         path = Path(path)
         name = shorten(str(path), 200)
         try:

@@ -199,6 +199,32 @@ def test_tightened_bolts_have_their_tension_and_press_the_faces_with_it() -> Non
     np.testing.assert_allclose(state.modes(0, [1e-9]).frequency, found[0], rtol=1e-4)
 
 
+def test_a_drawn_face_is_tightened_by_the_bolts() -> None:
+    """First loading gives the pressures, each patch yields under its own; tensions are kept."""
+    hard = ms.Material(STEEL.young_modulus, STEEL.poisson_ratio, hardness=2.4e9)
+    joint = small_joint()
+    light, known = (
+        ms.DrawnFace(ms.MaterialPair(hard, hard), 8e-7, 0.12, 1e-4, pressure)
+        for pressure in (1e4, 1e8)
+    )
+    state, other = (joint.tightened(law, 0.3) for law in (light, known))
+    assert state.equilibrium_error < 1e-12
+    assert joint.tensions(state.displacement, state.static_force) == pytest.approx(5e3, rel=1e-9)
+    assert other.pressures == pytest.approx(state.pressures, rel=1e-4)
+    first = known.first_loading
+    many = state.pressures > first.pressure[0]
+    assert many.sum() > 2
+    gaps = np.interp(np.log(state.pressures[many]), np.log(first.pressure), first.separation)
+    assert state.gaps[many] == pytest.approx(gaps, abs=2e-3 * 8e-7)
+    field = state.attachments[0].field.at(separations=state.gaps)
+    slip = field.force_limits / field.tangential_stiffnesses
+    assert slip.max() / slip.min() < 1.7
+    for pressure, length in zip(state.pressures[many], slip[many], strict=True):
+        own = ms.DrawnFace(light.pair, 8e-7, 0.12, 1e-4, float(pressure))
+        wanted = 0.3 * own.slip_length * own.stiffness_ratio
+        assert length == pytest.approx(wanted, rel=0.01)
+
+
 @pytest.mark.slow
 def test_refinement_reports_the_remaining_error() -> None:
     pair = ms.MaterialPair(STEEL, STEEL)

@@ -210,6 +210,11 @@ class NormalLaw(Parametric, ABC):
         """
         return None
 
+    @property
+    def _first(self) -> NormalLaw:
+        """The law of first loading; this law where nothing yields."""
+        return self
+
     def _under(self, load: float) -> NormalLaw:
         """The surface as it is under a load [N]: tightened anew where that makes it yield."""
         return self

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ from microslip.contact.table import TabulatedNormalLaw
 from microslip.contact.validity import verdicts
 
 _SAMPLES = 24  # points of the table above the heaviest load
+_DEEP = 1e-2  # depth [m] of a straight end for trial steps
 _BEYOND = 1e6  # times the heaviest load, to which steps of static solutions go
 
 
@@ -109,6 +111,23 @@ class FaceLaw(TabulatedNormalLaw):
     def validity(self) -> tuple[Verdict, ...]:
         """Verdicts on the assumptions at the tightening load: name, value, limit, word, meaning."""
         return verdicts(self, self.closest)
+
+    @cached_property
+    def _first(self) -> NormalLaw:
+        if self._length_factors(np.ones(1)) is None:
+            return self
+        loading = self.first_loading
+        d, loads = loading.separation[::-1], loading.pressure[::-1] * self.area
+        # A table of few secants is made convex, from its light end.
+        slopes = np.maximum.accumulate((-np.diff(loads) / np.diff(d))[::-1])
+        loads = loads[-1] + np.append(np.cumsum(slopes * np.diff(d)[::-1])[::-1], 0.0)
+        # Beyond the tightening it goes on for the trial steps of static solutions.
+        beyond = np.log(_BEYOND) * (np.arange(_SAMPLES, 0, -1) / _SAMPLES) ** 2
+        d = np.concatenate([d[0] - beyond * loads[0] / slopes[-1], d])
+        loads = np.concatenate([loads[0] * np.exp(beyond), loads])
+        slope = (loads[0] - loads[1]) / (d[1] - d[0])
+        d, loads = np.append(d[0] - _DEEP, d), np.append(loads[0] + 1.1 * slope * _DEEP, loads)
+        return TabulatedNormalLaw(self.pair, d, loads, tail="exponential")
 
     def _length_factors(self, shares: Floats) -> Floats | None:
         """Length p/k of places tightened by shares of the tightening load, over that of the law."""

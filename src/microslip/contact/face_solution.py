@@ -166,6 +166,7 @@ class _Face:
             if sum(p.touching for p in self.pieces) < _FEWEST:
                 break
             mean, slope = float(pressures @ self.weights), float(slopes @ self.weights)
+            self.path.insert(0, (mean, d))  # the end of the path stays the tightening
             relieved = np.array([p.relieved() for p in self.pieces])
             found.append((mean, float(relieved @ self.weights)))
             # Where all that touches yields there is no slope: the relieved one is a longer step.

@@ -233,16 +233,10 @@ class JointField(ByValue, SettledField, Locked):
         scale = self.areas / self.surface_area
         return scale if self._own is None else scale * self._own.shares
 
-    def _tightened_at(self, separations: Floats) -> JointField:
-        """Return the nodes tightened by what they bear at separations [m], with the same gaps.
-
-        On a surface that does not yield they are these nodes.
-        """
+    def _tightened_at(self, separations: Floats, loads: Floats) -> JointField:
+        """Return the nodes tightened by loads [N] at separations [m], with the same gaps."""
         curve = self._nodes.curve
-        loads = self.load(separations)[0] / self._scale
-        own = OwnTightening.at_rest(self.surface, curve, separations, loads)
-        if own is None:
-            return self
+        own = OwnTightening.at_rest(self.surface, curve, separations, loads / self._scale)
         field = object.__new__(JointField)
         names = ("surface", "friction", "areas", "surface_area", "gaps", "_ratios")
         assign(field, **{name: getattr(self, name) for name in names}, _own=own)

@@ -207,11 +207,12 @@ class ReducedJoint(LockedArrays):
         bolts = len(self.bolt_stiffness)
         return replace(self, bolt_tension=each_bolt("tension", tension, bolts, "N"))
 
-    def field(self, surface: NormalLaw, friction_coefficient: ArrayLike) -> JointField:
-        """The patches as nodes of a field, apart by their form; arguments as :meth:`structure`."""
-        return JointField(
-            surface, friction_coefficient, areas=self.patch_areas, gaps=self.patch_gaps
-        )
+    def field(
+        self, surface: NormalLaw, friction_coefficient: ArrayLike, surface_area: float | None = None
+    ) -> JointField:
+        """The patches as nodes of a field, apart by their form; arguments as of the field."""
+        sizes = {"areas": self.patch_areas, "gaps": self.patch_gaps, "surface_area": surface_area}
+        return JointField(surface, friction_coefficient, **sizes)
 
     def structure(self, surface: NormalLaw, friction_coefficient: ArrayLike) -> Structure:
         """The joint with its contact, the bolts not yet tight.
@@ -340,33 +341,28 @@ class ReducedJoint(LockedArrays):
         -------
         ndarray
             One force a degree of freedom: with them :meth:`Structure.preload` comes to the
-            tensions of the bolts.
-
-        Notes
-        -----
-        While bolts are tightened their axial stiffness is taken out, and their tension pulls; then
-        it is put back, in the state so found.
+            tensions of the bolts. While bolts are tightened they pull without an axial stiffness,
+            which is put back in the state so found.
         """
-        return self._tightening(surface)[1]
+        state, pull = self._pulled(surface, surface)
+        surface._check_rest(state.pressures * self.field(surface, 1.0).surface_area)
+        return pull
 
-    def _tightening(self, surface: NormalLaw) -> tuple[NormalLaw, Floats]:
-        """Return the surface as the most pressed patch tightens it, and the forces of the bolts."""
+    def _pulled(self, surface: NormalLaw, law: NormalLaw) -> tuple[Preload, Floats]:
+        """Return the state under bolts that pull without a stiffness, and their static forces [N].
+
+        The law is that of the surface or of its first loading. Faces may bear more than they were
+        tightened by.
+        """
         pull = np.zeros(self.size)
         pull[self._bolts] = -self.bolt_tension
         index = np.arange(self.size)[self._bolts]
         loose = self.stiffness.copy()
         loose[index, index] -= self.bolt_stiffness
-        for _ in range(_TIGHTENINGS):
-            field = self.field(surface, 1.0)
-            structure = Structure(self.mass, loose).attach(field, directions=self.directions)
-            state = structure._preload(pull)
-            largest = float(state.pressures.max()) * field.surface_area
-            if surface._under(largest) is surface:
-                break
-            surface = surface._under(_ABOVE * largest)
-        structure._check_rest(state)
+        field = self.field(law, 1.0, None if law is surface else getattr(surface, "area", None))
+        state = Structure(self.mass, loose).attach(field, directions=self.directions)._preload(pull)
         pull[self._bolts] += self.bolt_stiffness * state.displacement[self._bolts]
-        return surface, pull
+        return state, pull
 
     def tightened(self, surface: NormalLaw, friction_coefficient: ArrayLike) -> Preload:
         """The joint with its bolts tight; arguments as :meth:`structure`.
@@ -378,21 +374,23 @@ class ReducedJoint(LockedArrays):
 
         Notes
         -----
-        On a face that yields each patch was tightened by its own pressure, so that its stiffness is
-        proportional to it and all patches begin to slide at nearly the same displacement. A drawn
-        face needs no tightening pressure for that; a measured one must have been solved up to the
-        largest.
+        On a face that yields the pressures are those of first loading, and each patch was tightened
+        by its own: its stiffness is proportional to it, and all patches begin to slide at nearly
+        the same displacement. A drawn face needs no tightening pressure for that; a measured one
+        must have been solved up to the largest.
         """
-        surface, force = self._tightening(surface)
-        structure = replace(self, geometry=None).structure(surface, friction_coefficient)
+        for _ in range(_TIGHTENINGS):
+            loosely, force = self._pulled(surface, surface._first)
+            field = self.field(surface, friction_coefficient)
+            largest = float(loosely.pressures.max()) * field.surface_area
+            if surface._under(largest) is surface:
+                break
+            surface = surface._under(_ABOVE * largest)
+        surface._check_rest(np.array([largest]))
+        if surface._first is not surface:
+            field = field._tightened_at(loosely.gaps, loosely.normal_loads)
+        structure = Structure(self.mass, self.stiffness).attach(field, directions=self.directions)
         state = structure.preload(force)
-        given = self.field(surface, friction_coefficient)
-        field = given._tightened_at(state.gaps)
-        if field is not given:
-            structure = Structure(self.mass, self.stiffness).attach(
-                field, directions=self.directions
-            )
-            state = structure.preload(force)
         if self.geometry is None:
             return state
         bending = replace(self.geometry, rest=state.displacement)  # the cases are of what is tight

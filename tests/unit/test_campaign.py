@@ -169,8 +169,8 @@ def test_options_of_rows_and_cycles(tmp_path: Path) -> None:
     assert outcome.exit_code == 0, outcome.output
     assert "(4 cycles" in outcome.stdout or "cycles" in outcome.stdout
     for words, said in (
-        (("--cycles", "6..3"), "--cycles wants FIRST..LAST"),
-        (("--rows", "0..9"), "--rows wants FIRST..LAST"),
+        (("--cycles", "6..3"), "--cycles: wanted FIRST..LAST"),
+        (("--rows", "0..9"), "--rows: wanted FIRST..LAST"),
         (("--cycles", "90..99"), "--cycles"),
     ):
         outcome = run("measure", path, *words)

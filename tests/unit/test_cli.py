@@ -303,7 +303,7 @@ def test_a_current_folder_that_is_gone() -> None:
         assert done.returncode == 2
         lines.append(done.stderr)
     assert lines == [
-        "error: the current folder is gone; change into another one\n",
+        "error: the current folder no longer exists; change to another folder\n",
         "error: other.toml: cannot be written: no such file or directory\n",
     ]
 

@@ -257,14 +257,14 @@ def test_a_folder_and_a_file_that_is_none(folder: Path) -> None:
 
 WRONG = {
     ("--known", "slip=1±0.1 um"): '--known: no parameter "slip"',
-    ("--known", "radius=1 mm"): '--known wants radius=VALUE±DEVIATION, got "1 mm"',
-    ("--known", "radius=1±0.1 mm"): "--known is for the interface of a study; give --study",
+    ("--known", "radius=1 mm"): '--known: wanted radius=VALUE±DEVIATION, got "1 mm"',
+    ("--known", "radius=1±0.1 mm"): "--known requires --study",
     ("--rig-stiffness", "stiff"): '--rig-stiffness: wanted a stiffness such as "200 N/um"',
     ("--rig-stiffness", "1 N/um"): "--rig-stiffness must be above the stiffness of the loops",
     ("--normal-load", "1 N", "--normal-load", "2 N", "--normal-load", "3 N"):
-        "--normal-load wants one for all records or one for each of the 2 records, got 3",
-    ("--noise", "2 N"): '--noise wants FORCE,LENGTH, such as "2 N, 5 nm"',
-    ("--band", "1..2 Hz"): "--band is for a mode's ring-down",
+        "--normal-load: wanted one for all records or one for each of the 2 records, got 3",
+    ("--noise", "2 N"): '--noise: wanted FORCE,LENGTH, such as "2 N, 5 nm"',
+    ("--band", "1..2 Hz"): "--band requires ring-downs of a mode",
     ("--law", "jenkins"): 'no option "--law"',
 }  # fmt: skip
 

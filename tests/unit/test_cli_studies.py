@@ -195,7 +195,7 @@ def test_every_key_of_a_new_study_can_be_used(law: str) -> None:
 
 
 def test_templates_are_listed_and_written() -> None:
-    templates, processes = run("new", "--list").stdout.split("Faces for --process", 1)
+    templates, processes = run("new", "--list").stdout.split("Processes for --process", 1)
     assert "milled" in processes
     listed = [line.split()[0] for line in templates.splitlines()]
     assert tuple(listed) == tuple(TEMPLATES)

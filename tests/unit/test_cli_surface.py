@@ -167,7 +167,7 @@ def test_a_profile(folder: Path, undrawn: None) -> None:
     assert "A profile has peaks but no summits" in outcome.stdout
     joint = "--materials", "steel", "al2017", "--load", "500 N", "--area", "2 cm^2"
     scan = "surface", "trace.txt", "--unit", "um", "--cutoff", "20 um"
-    assert "--load goes with the scan of an area" in fails(*scan, *joint)
+    assert "--load requires the scan of an area" in fails(*scan, *joint)
     names = sorted(path.name for path in (folder / "out").iterdir())
     assert names == [name for name in FILES if name != "summits.csv" and not name.endswith(".png")]
 
@@ -185,7 +185,7 @@ def test_a_profile(folder: Path, undrawn: None) -> None:
             "--long-cutoff must be between two pixels (2 µm) and the size of "
             "the scan (96 µm), got 1 m: beyond the size of the scan",
         ),
-        (("--valid", "1 mm", "-1 mm"), "--valid: the first must be the lower, got 1 mm and -1 mm"),
+        (("--valid", "1 mm", "-1 mm"), "--valid: the first height must be the lower one, got 1 mm"),
         (("--pixel", "1 um", "--pixel", "1 um"), "--pixel: wanted once, or twice for x and y, got"),
     ],
 )
@@ -221,7 +221,7 @@ def test_coordinates_and_heights_have_a_unit_each(folder: Path, undrawn: None) -
     # The names of the columns are a second witness, and their messages are spelt alike.
     Path("pts.xyz").write_text("x,y,z [nm]\n" + rows)
     line = fails("surface", "pts.xyz", "--unit", "um")
-    assert line.endswith('heights are in "nm", not "um"; write --unit "um" --unit "nm"')
+    assert line.endswith('states heights in "nm", not "um"; write --unit "um" --unit "nm"')
     one = STUDY.format(surface=text.replace('["mm", "um"]', '"um"'))
     with pytest.raises(ms.InputError, match=re.escape('write unit=("um", "nm")')):
         ms.Study.from_toml(one, folder=folder / "out")
@@ -233,7 +233,7 @@ def test_a_number_for_nothing_measured_is_reported(folder: Path) -> None:
     np.save("gaps.npy", heights)
     options = "surface", "gaps.npy", *AS_IS, "--cutoff", "6 um", "--json"
     mended = json.loads(run(*options).stdout)
-    assert "Repair: 20 points of -9.999 mm, a fill value, are missing." in mended["warnings"]
+    assert "Repair: 20 points of fill value -9.999 mm set as missing." in mended["warnings"]
     assert not any("clipped" in text for text in mended["warnings"])
     whole = json.loads(run("surface", "ground.npy", *options[2:]).stdout)
     rms = whole["parameters"]["rms"]
@@ -242,19 +242,17 @@ def test_a_number_for_nothing_measured_is_reported(folder: Path) -> None:
 
 def test_wrong_files_are_one_line(folder: Path) -> None:
     assert 'groud.npy: no such file; did you mean "ground.npy"?' in fails("surface", "groud.npy")
-    assert "does not say the unit" in fails("surface", "ground.npy")
+    assert "does not state the unit" in fails("surface", "ground.npy")
     np.save("flat.npy", np.ones((40, 40)))
     assert "nothing to measure" in fails("surface", "flat.npy", *AS_IS)
     np.save("tilted.npy", np.add.outer(np.arange(40.0), np.arange(40.0)))
-    assert "leaves nothing but rounding" in fails("surface", "tilted.npy", *AS_IS)
+    assert "leaves only rounding errors" in fails("surface", "tilted.npy", *AS_IS)
     np.save("rows.npy", np.load("ground.npy")[:2])
-    assert "need three points along x and along y, got 96 x 2" in fails(
-        "surface", "rows.npy", *AS_IS
-    )
+    assert "need three points along x and y, got 96 x 2" in fails("surface", "rows.npy", *AS_IS)
     spiky = np.load("ground.npy")
     spiky[3, 3] = 1e12
     np.save("spiky.npy", spiky)
-    assert "1 points of 1.000 Mm, a fill value" in run("surface", "spiky.npy", *AS_IS).stdout
+    assert "1 points of fill value 1.000 Mm" in run("surface", "spiky.npy", *AS_IS).stdout
     np.save("empty.npy", np.full((40, 40), np.nan))
     assert "missing" in fails("surface", "empty.npy", *AS_IS)
     Path("cut.npy").write_bytes(Path("ground.npy").read_bytes()[:5000])

@@ -121,4 +121,4 @@ def test_the_command_writes_a_card(tmp_path, monkeypatch):
     assert (tmp_path / "c.inp").exists()
     assert told["normal_stiffness"] > told["stick_stiffness"] > 0.0
     assert "wanted the program" in fails("export", "card", "joint.toml", "-o", "d.inp")
-    assert "for kind card only" in fails("export", "c", "joint.toml", "-o", "d.c", "--for", "ansys")
+    assert "requires kind card" in fails("export", "c", "joint.toml", "-o", "d.c", "--for", "ansys")

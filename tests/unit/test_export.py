@@ -228,7 +228,7 @@ def test_the_command_takes_patches_from_a_table(folder):
         (["c", "joint.toml", "-o", "no/a.c"], "cannot be written"),
         (
             ["c", "joint.toml", "-o", "a.c", "--set", 'joint.normal_load=["1 kN", "2 kN"]'],
-            "a file holds one joint, got 2 loads (1000, 2000 N); choose one",
+            "a file contains one joint, got 2 loads (1000, 2000 N); choose one",
         ),
     ],
 )  # fmt: skip

@@ -379,7 +379,7 @@ def test_command_speaks_in_options_and_names_the_file(folder: Path) -> None:
 def test_command_errors(folder: Path) -> None:
     outcome = run("measure", "run.csv", "--unit", "mN", "-o", "out")
     assert outcome.exit_code == 2
-    assert '--unit wants WHAT=..., such as force=..., got "mN"' in outcome.stderr
+    assert '--unit: wanted WHAT=VALUE, such as force=..., got "mN"' in outcome.stderr
     np.savetxt("flat.csv", np.ones((50, 2)), header="displacement [m],force [N]", comments="",
                delimiter=",")  # fmt: skip
     outcome = run("measure", "flat.csv", "-o", "out")

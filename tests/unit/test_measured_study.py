@@ -172,7 +172,7 @@ def test_keys_are_those_of_the_reading_and_the_conditioning(study, tmp_path) -> 
         ("piece", "cutoff = 6\npiece", "surface.cutoff: wanted a length such as"),
         ("tightening_pressure", "tightening_presure", "surface.tightening_presure: unknown key;"),
         ("face.npy", "fase.npy", "surface.scan: fase.npy: no such file in the folder of the study"),
-        ('unit = "um"\n', "", "surface.scan: face.npy: the file does not say the unit"),
+        ('unit = "um"\n', "", "surface.scan: face.npy: the file does not state the unit"),
         ('"face.npy"', "3", 'surface.scan: wanted the name of a scan such as "ground.plu"'),
         ("piece", 'level = "cubic"\npiece', 'surface.level: wanted "plane", "quadratic",'),
         ("piece", "outliers = 6\npiece", "surface.outliers: removed in 0.3; leave it out"),

@@ -64,7 +64,7 @@ def test_lines_of_an_area_and_sections_that_do_not_fit() -> None:
         area.profile_parameters("4 um", "y")
     with pytest.raises(InputError, match="no longer than the profile"):
         area.profile_parameters("8 mm")
-    with pytest.raises(InputError, match="no line is without gaps"):
+    with pytest.raises(InputError, match="every line has gaps"):
         ms.Scan(np.where(np.arange(4000) == 7, np.nan, area.heights), STEP).profile_parameters()
 
 
@@ -147,7 +147,7 @@ def test_rows_are_levelled_one_by_one_and_ends_cut() -> None:
     assert np.abs(np.nanmean(kept, axis=1)).max() < 1e-18
     cropped = levelled.condition(crop=("30 um", "10 um"))
     np.testing.assert_array_equal(cropped.heights, kept[10:-10, 30:-30])
-    assert cropped.notes[-1] == "crop: 30 µm x 10 µm cut off each end."
+    assert cropped.notes[-1] == "crop: 30 µm x 10 µm removed at each end."
     with pytest.raises(InputError, match="leave four points"):
         levelled.condition(crop="29 um")
     with pytest.raises(InputError, match="filter must be"):

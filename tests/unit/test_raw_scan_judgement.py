@@ -102,7 +102,7 @@ def test_exact_zeros_and_odd_units_are_reported(tmp_path: Path) -> None:
     notes = ms.Scan.read(tmp_path / "d.npy", unit="um", pixel=1e-6).notes
     assert not any("exactly 0" in note for note in notes)
     notes = ms.Scan.read(tmp_path / "z.npy", unit="m", pixel=1e-6).notes
-    assert any(note.startswith("likely unit error: heights over") for note in notes)
+    assert any(note.startswith("likely unit error: heights span") for note in notes)
 
 
 def x3p(path: Path, data: bytes, said: bytes, main_sum: str | None = None) -> Path:

@@ -92,7 +92,7 @@ def test_cut_offs_of_two_passes_have_to_fit() -> None:
 def test_too_few_points_for_a_form() -> None:
     heights = np.full((10, 10), NAN)
     heights[5] = np.arange(10.0)
-    with pytest.raises(ms.InputError, match='level="plane": the 10 points that are there'):
+    with pytest.raises(ms.InputError, match='level="plane": 10 points do not determine'):
         ms.Scan(heights, 1e-6).condition(level="plane")
 
 
@@ -105,10 +105,10 @@ def test_conditioning_leaves_the_scan_alone_and_tells_what_it_did() -> None:
     assert (out.name, out.pixel, out.missing) == ("plate", (1e-6, 1e-6), 0.0)
     assert (out.cutoff, out.long_cutoff) == (5e-6, 2e-5)
     assert out.notes[0] == "before."
-    assert "fill: 1 of 1200 points interpolated from around them." in out.notes
+    assert "fill: 1 of 1200 points interpolated." in out.notes
     assert "cutoff: waves shorter than 5.00 µm removed" in out.notes[-2]
     again = out.condition(cutoff="5 um")
-    assert "7.07 µm with the one before" in again.notes[-1]
+    assert "7.07 µm with the earlier filter" in again.notes[-1]
 
 
 @pytest.mark.parametrize("holes", [False, True])

@@ -131,5 +131,5 @@ def test_a_scan_says_it(tmp_path: Path) -> None:
     np.save(file, clipped(rough(0), np.random.default_rng(0)))
     scan = ms.Scan.read(file, unit="m", pixel=1e-6)
     (note,) = (note for note in scan.notes if note.startswith("fault: "))
-    assert "480 points are all of the highest height" in note
+    assert "480 points have the highest height" in note
     assert "scan again with a longer range" in note

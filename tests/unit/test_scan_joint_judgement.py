@@ -16,9 +16,9 @@ ARGUMENTS = ("surface", "worn.npy", "--unit", "um", "--pixel", "1 um", "--cutoff
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--load", "5 N"), '--load goes with --materials "steel" "steel"'),
-        (("--materials", "steel", "steel"), '--materials goes with --load "500 N"'),
-        (("--amplitude", "1 um"), '--amplitude goes with --materials "steel" "steel" and --load'),
+        (("--load", "5 N"), '--load requires --materials "steel" "steel"'),
+        (("--materials", "steel", "steel"), '--materials requires --load "500 N"'),
+        (("--amplitude", "1 um"), '--amplitude requires --materials "steel" "steel" and --load'),
         (("--materials", "steel", "cheese", "--load", "5 N"), "no metal is named 'cheese'"),
         (("--load", "5 kg"), "--load: wanted a force"),
     ],

@@ -109,7 +109,7 @@ def test_profiles() -> None:
     scan = ms.Scan.read("q.csv", unit=("mm", "um"))
     assert np.array_equal(scan.heights, [1.5e-6, 2.5e-6, np.nan, 3.5e-6, 0.5e-6], equal_nan=True)
     assert scan.pixel == pytest.approx((5e-4,), rel=1e-14)
-    assert 'skipped above: "x;z".' in scan.notes
+    assert 'skipped header: "x;z".' in scan.notes
 
 
 @pytest.mark.parametrize("kind", ["f2", "f4", ">f8", "i2", "u1", "i8"])
@@ -129,7 +129,7 @@ def test_which_array_is_said_or_clear() -> None:
     np.savez("b.npz", name=np.array(["x"]), n=5)
     refused("wanted a matrix of heights", "b.npz", **UM)
     np.save("a.npy", Z)
-    refused("channel means nothing", "a.npy", channel=0, **UM)
+    refused("channel does not apply", "a.npy", channel=0, **UM)
     savemat("a.mat", {"A": Z, "B": Z})
     refused("this MAT-file holds more than one array", "a.mat", **UM)
     assert ms.Scan.read("a.mat", channel="B", **UM).heights.shape == (4, 3)
@@ -149,12 +149,14 @@ def test_arrays_may_lie_in_structs_and_groups() -> None:
 
 def test_units_must_be_given_where_the_file_has_none() -> None:
     np.save("a.npy", Z)
-    refused('does not say the unit of its heights; write unit="um"', "a.npy", pixel=1e-6)
-    refused('does not say the distance .*; write pixel="1.66 um"', "a.npy", unit="um")
+    refused(
+        'does not state the unit of its heights; write for example unit="um"', "a.npy", pixel=1e-6
+    )
+    refused('does not state the pixel; write for example pixel="1.66 um"', "a.npy", unit="um")
     refused('unit: .*unknown unit "umm"', "a.npy", unit="umm", pixel=1e-6)
     refused("unit: .*a time", "a.npy", unit="s", pixel=1e-6)
     refused("unit: wanted a unit of length", "a.npy", unit=1e-6, pixel=1e-6)
-    refused("unit: wanted one such as", "a.npy", unit=("um", "um", "um"), pixel=1e-6)
+    refused("unit: wanted a unit such as", "a.npy", unit=("um", "um", "um"), pixel=1e-6)
     refused("pixel: .*no unit", "a.npy", unit="um", pixel="1.66")
     refused("pixel must be above zero", "a.npy", unit="um", pixel=0.0)
 
@@ -168,7 +170,7 @@ def test_what_no_height_can_be_is_missing_where_that_is_said() -> None:
     assert scan.missing == pytest.approx(1 / 12)
     assert "valid: 1 point below -1 mm or above 1 mm is missing." in scan.notes
     refused("valid must be two heights", "a.npy", valid="1 mm", **UM)
-    refused("valid: the first must be the lower", "a.npy", valid=(1.0, -1.0), **UM)
+    refused("valid: the first height must be the lower", "a.npy", valid=(1.0, -1.0), **UM)
     refused("valid: ", "a.npy", valid=("1 s", 1.0), **UM)
     refused("all 12 heights are missing", "a.npy", valid=("1 m", "2 m"), **UM)
 
@@ -187,8 +189,8 @@ def test_a_number_for_nothing_measured_is_reported(sentinel: float, told: str, l
     z[3:5, 4:6] = sentinel
     np.save("a.npy", z)
     scan = ms.Scan.read("a.npy", **UM)
-    note = f"suspect: 4 points are all {told}, far from all others; if that stands for "
-    note += f'"nothing measured", `repaired()` leaves them out, or `valid={limits}` when reading.'
+    note = f"suspect: 4 points are all {told}, far from all others; if that denotes missing "
+    note += f"points, remove them with `repaired()`, or with `valid={limits}` when reading."
     assert note in scan.notes
     mended = ms.Scan.read("a.npy", valid=("-4 um", "4 um"), **UM)
     assert mended.missing == 0.01
@@ -292,7 +294,7 @@ def test_an_npy_file_is_what_it_says() -> None:
     refused("not a usable npy file: its header declares -4 x 3", put("b.npy", content), **UM)
     for name in ("c.npy", "c.npz"):
         message = refused(
-            f"ending says .{name[2:]}, its first bytes do not", put(name, b"\0\1" * 99)
+            f"suffix is .{name[2:]}, but the first bytes are not", put(name, b"\0\1" * 99)
         )
         assert message.endswith("write format=...")
 
@@ -416,24 +418,24 @@ def test_the_names_of_columns_say_their_units(head: str, stated: tuple[str, str]
     scan = ms.Scan.read("a.csv", unit=stated)
     assert scan.heights.tolist() == [[1e-9, 2e-9], [3e-9, 5e-9]]
     assert scan.pixel == pytest.approx((2e-6, 3e-6), rel=1e-14)
-    told = "as the file says" if stated is None else "as stated"
+    told = "as stated in the file" if stated is None else "as given"
     said = [note.replace("µm", "um") for note in scan.notes]
     assert f"heights: in nm, {told}." in said
     assert f"coordinates: in um, {told}." in said
     # A thousandfold is no matter of taste.
     if stated is None:
-        refused('coordinates are in ".m", not "mm"; leave out unit', "a.csv", unit="mm")
-        refused('heights are in "nm", not "um"; leave out unit', "a.csv", unit="um")
+        refused('coordinates in ".m", not "mm"; omit unit', "a.csv", unit="mm")
+        refused('states heights in "nm", not "um"; omit unit', "a.csv", unit="um")
         assert ms.Scan.read("a.csv", unit=("um", "nm")).heights[0, 0] == 1e-9
 
 
 def test_units_above_some_columns_only() -> None:
     put("a.csv", "x, y, z [nm]\n0,0,1\n2,0,2\n0,3,3\n2,3,5\n")
-    refused('heights are in "nm", but not .* write unit=."mm", "nm".', "a.csv")
-    refused('heights are in "nm", not "um"; write unit=."um", "nm".', "a.csv", unit="um")
+    refused('heights in "nm", but not .* write for example unit=."mm", "nm".', "a.csv")
+    refused('states heights in "nm", not "um"; write unit=."um", "nm".', "a.csv", unit="um")
     put("e.csv", "x [mm], y [mm], z\n0,0,1\n2,0,2\n0,3,3\n2,3,5\n")
-    refused('unit of its heights; write unit=."mm", "um".', "e.csv")
-    refused('coordinates are in "mm", not "um"; write unit=."mm", "um".', "e.csv", unit="um")
+    refused('unit of its heights; write for example unit=."mm", "um".', "e.csv")
+    refused('coordinates in "mm", not "um"; write unit=."mm", "um".', "e.csv", unit="um")
     assert ms.Scan.read("e.csv", unit=("mm", "um")).pixel == pytest.approx((2e-3, 3e-3), rel=1e-14)
     put("b.csv", "x [mm],y [um],z [nm]\n0,0,1\n2,0,2\n0,3,3\n2,3,5\n")
     refused('x is in "mm", y in "um": wanted one unit for both', "b.csv")
@@ -451,9 +453,9 @@ def test_units_above_some_columns_only() -> None:
 )
 def test_what_is_above_the_columns_may_mean_nothing(head: str) -> None:
     put("a.csv", f"{head}\n0,0,1\n2,0,2\n0,3,3\n2,3,5\n")
-    refused("does not say the unit", "a.csv")
+    refused("does not state the unit", "a.csv")
     assert ms.Scan.read("a.csv", unit="um").heights[0, 0] == 1e-6
-    assert f'skipped above: "{head}".' in ms.Scan.read("a.csv", unit="um").notes
+    assert f'skipped header: "{head}".' in ms.Scan.read("a.csv", unit="um").notes
 
 
 def test_points_may_have_more_than_three_columns() -> None:
@@ -466,12 +468,12 @@ def test_points_may_have_more_than_three_columns() -> None:
         scan = ms.Scan.read(put(name, content), unit="um")
         assert scan.heights.tolist() == [[1e-6, 2e-6], [3e-6, 5e-6]]
         assert "not read: 1 column beyond x, y and z." in scan.notes
-        refused('its coordinates say .* write format="matrix"', name, **UM)
+        refused('the coordinates determine the pixel.* write format="matrix"', name, **UM)
         assert ms.Scan.read(name, "matrix", **UM).heights.shape == (4, 4)
     assert ms.Scan.read(put("c.txt", rows), "xyz", unit="um").heights.shape == (2, 2)
     assert ms.Scan.read("c.txt", **UM).heights.shape == (4, 4)
     put("d.xyz", "1 2 3 4\n1 2 4 5\n")
-    refused('of 4 columns the first three .* write format="matrix"', "d.xyz", unit="um")
+    refused('the first three of 4 columns .* write format="matrix"', "d.xyz", unit="um")
 
 
 @pytest.mark.parametrize("kind", ["row", "column", "text"])
@@ -486,7 +488,7 @@ def test_one_row_is_a_profile(kind: str) -> None:
     assert scan.is_profile
     assert scan.heights.tolist() == [1e-6, 2e-6, 4e-6, 3e-6, 5e-6]
     what = "column" if kind == "column" else "row"
-    assert f"profile: one {what} of 5 points, taken for a profile." in scan.notes
+    assert f"profile: one {what} of 5 points, read as a profile." in scan.notes
 
 
 @pytest.mark.parametrize("column", [False, True])
@@ -582,8 +584,8 @@ def test_an_instruments_file_by_its_ending_and_by_its_name() -> None:
     assert not any("divided" in note for note in scan.notes)
     scan = ms.Scan.read("a.nms", pixel="1 um")
     assert scan.pixel == (1e-6, 1e-6)
-    assert "as stated (the file says 1.600 µm x 1.700 µm)" in scan.notes[0]
-    refused('the file says that heights are in "µm"; leave out unit', "a.nms", unit="nm")
+    assert "as given (the file states 1.600 µm x 1.700 µm)" in scan.notes[0]
+    refused('the file states heights in "µm"; omit unit', "a.nms", unit="nm")
     refused("3 x 4 = 12 points, more than limit=11", "a.nms", limit=11)
     refused('no channel "B"; the channels are 0: "Default"', "a.nms", channel="B")
     assert ms.Scan.read("a.nms", channel=0).notes == ms.Scan.read("a.nms", channel="Default").notes
@@ -698,13 +700,13 @@ def test_a_channel_has_to_be_chosen_where_several_could_be_meant(
 
 def test_missing_metadata_of_an_instrument_are_required(holds: Callable[..., str]) -> None:
     name = holds(Channel(unit=None))
-    refused("does not say the unit", name)
-    refused("does not say the distance", name, unit="nm")
+    refused("does not state the unit", name)
+    refused("does not state the pixel", name, unit="nm")
     assert ms.Scan.read(name, **UM).heights.tolist() == (Z / 1e6).tolist()
     name = holds(Channel(physical_sizes=None))
-    refused("does not say the distance", name)
+    refused("does not state the pixel", name)
     assert ms.Scan.read(name, pixel="1 um").pixel == (1e-6, 1e-6)
-    refused("does not say the distance", holds(Channel(physical_sizes=(0.0, np.inf))))
+    refused("does not state the pixel", holds(Channel(physical_sizes=(0.0, np.inf))))
     refused("length unit of the file: .*a time", holds(Channel(unit="s")))
 
 
@@ -770,7 +772,7 @@ def test_spikes_are_reported() -> None:
     np.save("a.npy", z)
     scan = ms.Scan.read("a.npy", **UM)
     assert any(note.startswith("spikes: 1 points lie more than a million") for note in scan.notes)
-    with pytest.raises(ms.InputError, match="not heights"):
+    with pytest.raises(ms.InputError, match="remove them with"):
         scan.statistics()
 
 
@@ -778,5 +780,5 @@ def test_what_is_in_the_columns_may_be_said() -> None:
     put("a.txt", "0 0 1\n1 0 2\n0 1 3\n1 1 5\n")
     assert ms.Scan.read("a.txt", unit="um").heights.tolist() == [[1e-6, 2e-6], [3e-6, 5e-6]]
     assert ms.Scan.read("a.txt", "matrix", **UM).heights.shape == (4, 3)
-    refused('its coordinates say .* format="matrix"', "a.txt", **UM)
+    refused('the coordinates determine the pixel.* format="matrix"', "a.txt", **UM)
     refused('format="profile": wanted 1 or 2 columns, got 3', "a.txt", "profile", unit="um")

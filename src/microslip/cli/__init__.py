@@ -1,4 +1,7 @@
-"""The command line. It parses, calls and prints; NumPy loads with the first real work."""
+"""Command line: parse options, call the library, print results.
+
+NumPy loads with the first computation.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,7 @@ def _print_version(context: click.Context, option: click.Parameter, value: bool)
     cls=Group,
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"]},
-    epilog="Exit codes: 0 fine, 2 something to correct (one line says what), 1 internal error, "
+    epilog="Exit codes: 0 success, 1 internal error, 2 wrong input (explained in one line), "
     "130 interrupted, 143 terminated.",
 )
 @click.option(
@@ -41,13 +44,13 @@ def _print_version(context: click.Context, option: click.Parameter, value: bool)
 def main(context: click.Context) -> None:
     """Friction, hysteresis and damping of rough joints.
 
-    To begin: microslip demo, or microslip new joint.toml.
+    Start with: microslip demo, or microslip new joint.toml.
     """
     if context.invoked_subcommand is None:
         click.echo(context.get_help())
 
 
-# Help lists them in this order.
+# Order of the commands in the help.
 for _command in (
     *(demo, new, check, predict, batch, measure, identify, surface, export),
     *(materials, schema, figures, explore, app, completion),

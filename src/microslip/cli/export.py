@@ -1,4 +1,4 @@
-"""The joint of a study as a file of another program."""
+"""The command ``export``: write the joint of a study as a file of another program."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _OPTIONS = (
         metavar="LENGTH",
     ),
     option("cells", "Number of Jenkins cells, for kinds made of cells.", int, default=50),
-    option("depth", "Open reversals that exported code remembers.", int, default=256),
+    option("depth", "Open reversals stored by exported code.", int, default=256),
     option(
         "element",
         "Directions of exported code: one or two along the surface, with or without separation.",
@@ -48,7 +48,7 @@ _OPTIONS = (
     option("name", "Prefix of the names in the file.", default="joint"),
     option(
         "nodes",
-        "Table of patches, two nodes, area [m^2] and load [N] in each line; or two nodes.",
+        "Table of patches with two nodes, or two nodes, area [m^2] and load [N], in each line.",
         metavar="FILE",
     ),
     option("direction", "Direction in the mesh, 1, 2 or 3 for x, y or z.", int, default=1),
@@ -61,7 +61,7 @@ _OPTIONS = (
 _CARD_OPTIONS = (
     option(
         "program",
-        "Program that a card is written for.",
+        "Program for which a card is written.",
         choices=("abaqus", "calculix", "ansys", "code_aster", "moose", "openradioss", "ls-dyna"),
         flag="for",
     ),
@@ -70,7 +70,7 @@ _CARD_OPTIONS = (
         "Units of a card: N m kg, N mm t, kN mm kg or lbf in.",
         choices=("m", "mm", "mm-ms", "in"),
     ),
-    option("area", "Apparent area of a card, where the surface has none.", AREA, metavar="AREA"),
+    option("area", "Apparent area of a card, if the surface has none.", AREA, metavar="AREA"),
     option(
         "amplitude",
         "Slip amplitude of a card's layer.",
@@ -126,7 +126,7 @@ def export(
             return
         if of_card:
             flags = ", ".join("--" + flag(item) for item in _CARD_OPTIONS if item.name in of_card)
-            raise click.UsageError(f"{flags}: for kind card only, got {kind}")
+            raise click.UsageError(f"{flags}: requires kind card, got {kind}")
         exported = write(kind, law, file, nodes=pairs, overwrite=overwrite, **options)
     if as_json:
         from dataclasses import asdict
@@ -150,7 +150,6 @@ def export(
 def _write_card(
     law: Any, file: Path, overwrite: bool, name: str, given: dict[str, Any], as_json: bool
 ) -> None:
-    """Write a contact card, and say what it holds."""
     from microslip.export import write_card
 
     if "program" not in given:
@@ -170,7 +169,7 @@ def _write_card(
     click.echo(
         f"At {card.pressure:.4g} Pa: normal stiffness {card.normal_stiffness:.4g} Pa/m, tangential "
         f"stiffness {card.stick_stiffness:.4g} Pa/m, elastic slip {card.elastic_slip:.4g} m; the "
-        f"stick-slip force is up to {card.errors.force:.2g} above the joint's."
+        f"stick-slip force exceeds the joint's by up to {100.0 * card.errors.force:.2g} %."
     )
     click.echo(f"Verification: {done.run}.")
 
@@ -178,21 +177,21 @@ def _write_card(
 def _law(
     study: Study, kind: str, nodes: str | None, element: str, report: Report
 ) -> tuple[Any, Any]:
-    """Law of a study to export, and the nodes that it lies between."""
+    """Return the law to export and the mesh nodes of its patches."""
     from microslip._core.errors import StudyError
     from microslip.friction import Interface, JointField
     from microslip.study.build import build_joints
 
     if study.structure is not None:
         raise StudyError(
-            f"{study.name}: {kind} holds a joint, and this study describes a [structure]; leave "
-            "that table out, or write microslip.export.write with the law of each patch"
+            f"{study.name}: {kind} exports a joint, and this study describes a [structure]; omit "
+            "that table, or call microslip.export.write with the law of each patch"
         )
     joints = build_joints(study, report)
     if len(joints) > 1:
         loads = ", ".join(f"{joint.normal_load:g}" for joint in joints)
         raise StudyError(
-            f"{study.name}: joint.normal_load: a file holds one joint, got {len(joints)} loads "
+            f"{study.name}: joint.normal_load: a file contains one joint, got {len(joints)} loads "
             f"({loads} N); choose one, such as --set 'joint.normal_load=\"2 kN\"'"
         )
     if nodes is None:
@@ -203,7 +202,7 @@ def _law(
     if not isinstance(joints[0], Interface):
         raise StudyError(
             f"{study.name}: areas and loads of patches need a joint with a surface, got "
-            f"{joints[0]!r}; give two nodes a line"
+            f"{joints[0]!r}; give two nodes per line"
         )
     field = JointField(
         joints[0].surface,
@@ -214,11 +213,11 @@ def _law(
     return field, table[:, :2].astype(int)
 
 
-_LINE_FORMAT = "lines of two numbers of nodes, or of these with an area [m^2] and a load [N]"
+_LINE_FORMAT = "lines with two node numbers, or two node numbers, an area [m^2] and a load [N]"
 
 
 def _nodes_of(file: str) -> Floats:
-    """Read rows of two or four numbers, separated by blanks or commas; # begins a comment."""
+    """Read rows of two or four numbers, separated by blanks or commas, with comments after #."""
     import numpy as np
 
     from microslip._core.errors import InputError
@@ -230,7 +229,7 @@ def _nodes_of(file: str) -> Floats:
             text = path.read_text(encoding="utf-8-sig")
     except ValueError as error:
         problem = (
-            f"wanted {_LINE_FORMAT}, got no text" if isinstance(error, UnicodeError) else error
+            f"wanted {_LINE_FORMAT}, got binary data" if isinstance(error, UnicodeError) else error
         )
         raise InputError(f"{path}: {problem}") from None
     rows: list[list[float]] = []

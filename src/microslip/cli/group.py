@@ -1,4 +1,4 @@
-"""Shared base of all commands: exit codes, one-line errors, outputs that fail."""
+"""Base class of the commands: exit codes, one-line errors, failing output."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from microslip._core.wording import shorten
 
 if TYPE_CHECKING:
     _Choice = click.Choice[str]
-else:  # which takes no type before click 8.2
+else:  # not generic before click 8.2
     _Choice = click.Choice
 
-_LONGEST = 1000  # letters of a message
+_LONGEST = 1000  # characters of a message
 _FORMER = {"--turn": "--flip-sign"}
-"""Options by their names of before, which no help shows."""
+"""Former option names, accepted but not shown in the help."""
 EXIT_OK, EXIT_INTERNAL, EXIT_USER, EXIT_INTERRUPTED = 0, 1, 2, 130
 
 
 class Group(click.Group):
-    """A group whose errors are one line each and whose exit codes are the documented ones."""
+    """Command group with one-line errors and the documented exit codes."""
 
     def main(
         self,
@@ -57,7 +57,7 @@ class Group(click.Group):
             if os.environ.get("MICROSLIP_DEBUG"):
                 raise
             if isinstance(error, FileNotFoundError) and error.filename is None:
-                fail("the current folder is gone; change into another one", EXIT_USER)
+                fail("the current folder no longer exists; change to another folder", EXIT_USER)
             fail(
                 f"internal error: {type(error).__name__}: {error} (MICROSLIP_DEBUG=1 shows where)",
                 EXIT_INTERNAL,
@@ -71,24 +71,24 @@ class Group(click.Group):
         parent: click.Context | None = None,
         **extra: Any,
     ) -> click.Context:
-        """Context of click; the options that print here, --help and --version, may fail to."""
+        """Create the click context; --help and --version print here, and printing may fail."""
         words = [_FORMER.get(word, word) for word in args]
         with _printing():
             return super().make_context(info_name, words, parent, **extra)
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Call of click; what commands print may fail."""
+        """Call the command; printing may fail."""
         with _printing():
             return super().invoke(ctx)
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Names of the commands, in the order of the first ten minutes."""
+        """Return the command names in the order of the help."""
         return list(self.commands)
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Command of click; an unknown command gets a message of its own."""
+        """Find the command, with an error message for an unknown name."""
         if args and not args[0].startswith("-") and self.get_command(ctx, args[0]) is None:
             near = get_close_matches(args[0], self.list_commands(ctx), n=1)
             hint = f'; did you mean "{near[0]}"?' if near else ""
@@ -98,16 +98,16 @@ class Group(click.Group):
 
 
 class OneOf(_Choice):
-    """One of some words; another one is asked whether it meant one of them."""
+    """Choice of words; an error for another word suggests a similar one."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """The word, or an error that lists the words."""
+        """Return the word, or raise an error that lists the words."""
         if value not in self.choices:
             near = get_close_matches(value, self.choices, n=1)
             hint = f'; did you mean "{near[0]}"?' if near else ""
             name = param.human_readable_name if param else "value"
             if isinstance(param, click.Option):
-                name = param.opts[-1]  # --for, and not the name of its argument in Python
+                name = param.opts[-1]  # the flag, not the argument name in Python
             raise click.UsageError(
                 f'{name}: wanted {", ".join(self.choices)}, got "{value}"{hint}', ctx
             )
@@ -115,7 +115,7 @@ class OneOf(_Choice):
 
 
 def _usage(error: click.UsageError) -> str:
-    """A mistake in the words of a command, and how it is written."""
+    """Format a usage error with the usage of the command."""
     command = error.ctx
     if isinstance(error, click.MissingParameter) and error.param is not None:
         message = f"missing {error.param.human_readable_name}"
@@ -133,14 +133,14 @@ def _usage(error: click.UsageError) -> str:
 
 
 def echo_json(values: Any) -> None:
-    """Print plain values as JSON, in letters that every pipe takes."""
+    """Print plain values as ASCII JSON, valid in every encoding."""
     import json
 
     click.echo(json.dumps(values, indent=1))
 
 
 def fail(message: str, code: int) -> NoReturn:
-    """Say in one line what went wrong, and exit."""
+    """Print an error in one line, and exit."""
     with suppress(OSError):
         click.echo(f"error: {shorten(' '.join(message.split()), _LONGEST)}", err=True)
     sys.exit(code)
@@ -148,17 +148,17 @@ def fail(message: str, code: int) -> NoReturn:
 
 @contextmanager
 def _printing() -> Iterator[None]:
-    """Make one line of a standard output that is full, and nothing of one that nobody reads."""
+    """Turn a failing standard output into one line, and a closed pipe into a silent exit."""
     try:
         yield
         if sys.stdout is not None:
             sys.stdout.flush()
     except OSError as error:
-        # All files have names, and what goes wrong with them has its own messages; the current
-        # folder has none, but it can only be missing.
+        # Errors of files have a file name and their own messages. An error of the current folder
+        # has no name, but is a FileNotFoundError.
         if error.filename is not None or isinstance(error, FileNotFoundError):
             raise
-        with suppress(OSError):  # what is left in the buffer must not fail again at the exit
+        with suppress(OSError):  # flushing the buffer at exit must not fail again
             null = os.open(os.devnull, os.O_WRONLY)
             os.dup2(null, sys.stdout.fileno())
         if isinstance(error, BrokenPipeError):

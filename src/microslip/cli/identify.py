@@ -1,4 +1,4 @@
-"""The command ``identify``: the joint behind a tribometer's records."""
+"""The command ``identify``: identify a joint from tribometer records."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 @click.argument("records", metavar="RECORD...", nargs=-1, type=click.Path())
 @option(
     "--study", "STUDY",
-    "Study with the materials, the area and the kind of heights, for the parameters of the "
+    "Study with materials, area and height distribution, to identify the parameters of the "
     "interface.",
     type=ANY_PATH, shell_complete=complete_study,
 )  # fmt: skip
@@ -50,18 +50,18 @@ if TYPE_CHECKING:
 @option(
     "--rig-stiffness", "VALUE±SD",
     'Measured stiffness of the rig in series with its standard deviation, such as "200±5 N/um"; '
-    "without it results are those of joint and rig in series.",
+    "without it, results are for joint and rig in series.",
 )  # fmt: skip
 @option(
     "--known", "NAME=VALUE±SD",
-    "A value from elsewhere, such as a scan, with its standard deviation: "
+    "Independently known value, for example from a scan, with its standard deviation: "
     'radius="1±0.1 mm", density="100±5 1/mm^2", std="0.5±0.02 um"; may be repeated.',
     "known_values", multiple=True,
 )  # fmt: skip
 @option(
     "--noise", "FORCE,LENGTH",
-    'Standard deviations of a force and a displacement, such as "2 N, 5 nm"; each record is then '
-    "one averaged cycle.",
+    'Standard deviations of force and displacement, such as "2 N, 5 nm", for records that are one '
+    "averaged cycle each.",
 )  # fmt: skip
 @MANIFEST
 @BAND
@@ -81,22 +81,22 @@ def identify(
     band: str | None,
     reading: Reading,
 ) -> None:
-    """Identify the joint that made each RECORD, several loads and amplitudes at once.
+    """Identify a joint from one or more RECORDs, at several loads and amplitudes.
 
-    Gives force, energy and damping against amplitude with their intervals, the stiffness at rest
-    and the force limit. A folder stands for the records in it; a file that cannot be read is
-    listed and left out. With --study the parameters of the interface follow. With -o a page,
-    figures, tables, law.json and joint.toml, a study for microslip predict with the same intervals.
+    Reports force, energy and damping against amplitude with their intervals, the stiffness at rest
+    and the force limit. A folder stands for its records; files that cannot be read are listed and
+    skipped. --study adds the parameters of the interface. -o writes a report, figures, tables,
+    law.json and joint.toml, a study for microslip predict with the same intervals.
 
-    With --study of a bolted structure each RECORD is a test of one of its modes (a ring-down, a
-    stepped sine, or a table of amplitude, frequency and damping ratio), and friction, bolt tension
-    and a factor on the form are fitted to them.
+    If the study describes a bolted structure, each RECORD is a test of one of its modes (ring-down,
+    stepped sine, or table of amplitude, frequency and damping ratio), and friction, bolt tension
+    and a factor on the form are fitted to the tests.
     """
     if study is not None and has_structure(study):
         identify_structure(study, records, output, band)
         return
     if band is not None:
-        raise click.UsageError("--band is for a mode's ring-down, with a structure in --study")
+        raise click.UsageError("--band requires ring-downs of a mode, and a structure in --study")
     with stoppable():
         from microslip.identification import identify
         from microslip.report.files import write_document
@@ -123,19 +123,23 @@ def identify(
             if stage is not None:
                 with progress("Drawing and writing") as report:
                     page = write_document(page, stage, output.kinds, report)
-    output.tell(page)
+    output.show(page)
 
 
 def _second_step(
     found: Any, study: Path | None, known: dict[str, tuple[float, float]]
 ) -> tuple[Any, str, str]:
-    """Return the interface of a study, the title of the study, and why there is no interface."""
+    """Return the identified interface or None, the title of the study, and why it is None."""
     from microslip._core.errors import InputError
 
     if study is None:
         if known:
-            raise click.UsageError("--known is for the interface of a study; give --study")
-        return None, "", ("The parameters of the interface need its materials: --study STUDY.toml")
+            raise click.UsageError("--known requires --study")
+        return (
+            None,
+            "",
+            "To identify parameters of the interface, give its materials with --study STUDY.toml",
+        )
     from microslip.contact import GreenwoodWilliamson
     from microslip.study.build import build_as_made
     from microslip.study.description import StudyDescription
@@ -148,8 +152,8 @@ def _second_step(
             None,
             description.title,
             (
-                f"The surface of {study.name} has no distribution of heights, so that no "
-                "parameters of an interface follow."
+                f"The surface of {study.name} has no height distribution, which the parameters "
+                "of the interface require."
             ),
         )
     try:
@@ -164,11 +168,11 @@ def _second_step(
 def _read(
     files: Listed, reading: Reading, report: Any
 ) -> tuple[list[Record], list[tuple[str, str]]]:
-    """Return the records, and the files that are none, if there are others."""
+    """Return the records, and the files that could not be read with the reasons."""
     from microslip._core.errors import InputError
 
     paths, loads = files.paths, reading.normal_load
-    if len(loads) != 1:  # which stands for all
+    if len(loads) != 1:  # one load applies to all records
         each_of("--normal-load", loads, len(paths), "one for all records or one")
     loaded: list[Record] = []
     skipped: list[tuple[str, str]] = []

@@ -1,4 +1,4 @@
-"""Lists, pages and completion: metals, schema, figures, pages in a browser, shells."""
+"""Lists, pages and completion: metals, schema, figures, browser pages, shells."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ SHELLS = {
     "zsh": ('eval "$(microslip completion zsh)"', "~/.zshrc, below compinit"),
     "fish": ("microslip completion fish | source", "~/.config/fish/config.fish"),
 }
-"""For each shell, the line that turns completion on, and where it goes."""
+"""Line that enables completion, and the file for it, by shell."""
 
 _CLASSES = {"bash": BashComplete, "zsh": ZshComplete, "fish": FishComplete}
 
@@ -45,21 +45,21 @@ _CLASSES = {"bash": BashComplete, "zsh": ZshComplete, "fish": FishComplete}
 def completion(context: click.Context, shell: str) -> None:
     """Print the completion of commands, studies and metals for SHELL: bash, zsh or fish.
 
-    The last lines say where to put it.
+    The last lines explain the installation.
     """
     kind = _CLASSES[shell]
     completer = kind(context.find_root().command, {}, "microslip", "_MICROSLIP_COMPLETE")
     line, file = SHELLS[shell]
-    # Not by source(), which first looks for a new enough bash here; the shell may be elsewhere.
+    # source() would require a recent bash on this machine; the script may be for another one.
     script = completer.source_template % completer.source_vars()
-    # Last, where it is seen, and where zsh does not mind.
+    # At the end, where it is visible and zsh accepts comments.
     click.echo(f"{script}\n# For completion in every shell, put into {file}:\n#   {line}")
 
 
 def complete_study(
     context: click.Context, parameter: click.Parameter, begun: str
 ) -> list[CompletionItem]:
-    """Study files whose names begin so; if there are none, what the shell finds itself."""
+    """Complete study files, or any file if no study matches."""
     folder, slash, start = begun.rpartition("/")
     try:
         names = sorted(
@@ -75,10 +75,10 @@ def complete_study(
 def complete_key(
     context: click.Context, parameter: click.Parameter, begun: str
 ) -> list[CompletionItem]:
-    """Keys of the study that the command is about."""
+    """Complete keys of the study given on the command line."""
     if "=" in begun:
         return []
-    # An option without its value leaves click with no parameters yet, but there are the words.
+    # While an option lacks its value, click has no parameters: use the words of the line.
     words = split_arg_string(os.environ.get("COMP_WORDS", ""))
     named = [word for word in words if word.endswith(".toml")]
     try:
@@ -98,7 +98,7 @@ def _keys(table: dict[str, Any], path: str = "") -> list[str]:
 def complete_metal(
     context: click.Context, parameter: click.Parameter, begun: str
 ) -> list[CompletionItem]:
-    """Metals whose names begin so."""
+    """Complete metal names."""
     from microslip.contact.materials import metals
 
     return [
@@ -109,7 +109,7 @@ def complete_metal(
 
 
 _KEYS = {"young_modulus": "E", "poisson_ratio": "ν", "hardness": "hardness"}
-# Document and year, without the place in it: "EN 1993-1-1:2005, 3.2.6".
+# Document and year without the section, for example in "EN 1993-1-1:2005, 3.2.6".
 _DOCUMENT = re.compile(r".*?(?::|, )(?:19|20)\d\d\b")
 
 
@@ -119,7 +119,7 @@ _DOCUMENT = re.compile(r".*?(?::|, )(?:19|20)\d\d\b")
 def materials(name: str | None, as_json: bool) -> None:
     """List the metals that a study can name, or show all values of the metal NAME.
 
-    Each value has its document and year. Values given in a study take precedence.
+    Each value is listed with its source. Values given in a study take precedence.
     """
     from microslip.contact.materials import metal, metals
 
@@ -133,7 +133,6 @@ def materials(name: str | None, as_json: bool) -> None:
 
 
 def _as_dict(metal: Metal) -> dict[str, Any]:
-    """Properties of a metal, in plain values."""
     return {
         **named(metal, "description", "aliases", *_KEYS),
         "sources": dict(metal.sources),
@@ -141,7 +140,6 @@ def _as_dict(metal: Metal) -> dict[str, Any]:
 
 
 def _show_all(metals: Sequence[Metal]) -> None:
-    """Print the whole table."""
     from microslip.report.terminal import Printer
 
     out = Printer(sys.stdout)
@@ -164,19 +162,20 @@ def _show_all(metals: Sequence[Metal]) -> None:
     for document, n in numbers.items():
         out.hanging(f"  {n}", document, 5)
     out.line()
-    out.line("`microslip materials NAME` gives the source of each value.")
-    out.line('In a study: materials = ["steel", "al2017"]. Keys of a [material.NAME] there win.')
+    out.line("`microslip materials NAME` lists the source of each value.")
+    out.line(
+        'In a study: materials = ["steel", "al2017"]. Keys of [material.NAME] take precedence.'
+    )
 
 
 def _show_one(metal: Metal) -> None:
-    """Print one metal with the source of each value."""
     from microslip.report.terminal import Printer
 
     out = Printer(sys.stdout)
     out.line(f"{metal.name}: {metal.description}", style="bold")
     out.line()
     for key in _KEYS:
-        source = metal.sources.get(key, "not in the sources; give your own")
+        source = metal.sources.get(key, "no source; give your own value")
         out.hanging(f"  {key:<13}  {_value(metal, key):>9}", source, 28)
     out.line()
     if metal.aliases:
@@ -200,7 +199,7 @@ def _document(source: str) -> str:
 
 @click.command(short_help="Print the JSON Schema of the study file.")
 def schema() -> None:
-    """Print the JSON Schema of the study file, with which editors check and complete it.
+    """Print the JSON Schema of the study file, for checks and completion in editors.
 
     For example: microslip schema > study.schema.json, and as the first line of a study
     "#:schema study.schema.json" (Even Better TOML, Taplo, Tombi).
@@ -212,19 +211,19 @@ def schema() -> None:
 
 @click.command(short_help="Draw the figures of the chapter.")
 @option(
-    "--only", "NUMBER", "One figure, such as 19.13; may be repeated, or several with commas.",
+    "--only", "NUMBER", "Figure number such as 19.13; may be repeated or separated by commas.",
     "numbers", multiple=True,
 )  # fmt: skip
 @output_option(
     "Folder for the figures; by default microslip-figures in the current folder.",
     default=Path("microslip-figures"),
 )
-@switch("--overwrite", "Replace earlier figures in that folder, all.")
+@switch("--overwrite", "Replace all earlier figures in that folder.")
 @switch("--json", "Print the summary as JSON.", "as_json")
 def figures(numbers: tuple[str, ...], folder: Path, overwrite: bool, as_json: bool) -> None:
-    """Draw the figures of the chapter that the model comes from, each from this library.
+    """Draw the figures of the book chapter on which the model is based.
 
-    Each comes as SVG and PNG with its data as CSV; summary.json says what to see in them.
+    Each figure is written as SVG and PNG with its data as CSV; summary.json has the captions.
     """
     with stoppable():
         from microslip.chapter import KIND, select, write
@@ -245,14 +244,14 @@ def figures(numbers: tuple[str, ...], folder: Path, overwrite: bool, as_json: bo
     click.echo(f"\n{len(summary['files'])} files in {folder}")
 
 
-@click.command(short_help="Open a page on which a joint can be explored.")
-@output_option("Write the page there and open nothing.", "FILE", "output")
-@switch("--overwrite", "Replace FILE if it is there.")
+@click.command(short_help="Open a page to explore a joint interactively.")
+@output_option("Write the page to FILE, without opening it.", "FILE", "output")
+@switch("--overwrite", "Replace FILE if it exists.")
 def explore(output: Path | None, overwrite: bool) -> None:
     """Open a page with sliders for materials, roughness, friction, load and amplitude.
 
-    Loop, backbone, energy and damping follow at once; the page computes by itself, without network
-    or server, and saves what was found as a study.
+    Loop, backbone, energy and damping update immediately. The page computes in the browser, without
+    network or server, and saves the joint as a study.
     """
     import tempfile
     import webbrowser
@@ -268,24 +267,24 @@ def explore(output: Path | None, overwrite: bool) -> None:
     path = Path(tempfile.mkdtemp(prefix="microslip-")) / "explorer.html"
     path.write_text(page(), encoding="utf-8", newline="\n")
     if not webbrowser.open(path.as_uri()):
-        raise InputError(f"no browser was found here; open {path} with one")
+        raise InputError(f"no browser found; open {path} in a browser")
     click.echo(f"Opened {path}.")
 
 
 @click.command(short_help="Open the workbench in the browser.")
 @option(
-    "--port", "PORT", "Port of this machine to listen at; one that is free if absent.",
+    "--port", "PORT", "Local port; a free port if absent.",
     type=click.IntRange(0, 65535), default=0,
 )  # fmt: skip
-@switch("--no-browser", "Print the address, and open nothing.")
+@switch("--no-browser", "Print the address, without opening a browser.")
 def app(port: int, no_browser: bool) -> None:
-    """Open the workbench: look at scans and records, choose with the mouse, run and compare.
+    """Open the workbench in a browser: preview scans and records, run commands, compare results.
 
-    It serves this machine alone, under an address that only you know, until Ctrl-C.
+    It serves this machine only, at a private address, until Ctrl-C.
     """
     from microslip.app.server import serve
     from microslip.cli.workbench import forms
 
     commands = click.get_current_context().find_root().command
-    assert isinstance(commands, click.Group)  # this command is one of it
+    assert isinstance(commands, click.Group)
     serve(forms(commands.commands), port, not no_browser, click.echo)

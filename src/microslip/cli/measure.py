@@ -1,4 +1,4 @@
-"""The command ``measure``: evaluate the records of a tribometer."""
+"""The command ``measure``: evaluate tribometer records."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 @reads()
 @offers(RIG_STIFFNESS, DELAY)
 @option(
-    "--model", "STUDY", "Study whose joint defines the regimes; default one sphere.",
+    "--model", "STUDY", "Study of the joint that defines the regimes; by default one sphere.",
     type=ANY_PATH, shell_complete=complete_study,
 )  # fmt: skip
 @CYCLES
@@ -67,22 +67,23 @@ def measure(
     band: str | None,
     every_table: bool,
 ) -> None:
-    """Measure every cycle in each RECORD: CSV, TXT, Excel, MAT, TDMS or HDF5, or folders of them.
+    """Measure every cycle in each RECORD: CSV, TXT, Excel, MAT, TDMS or HDF5 files, or folders.
 
-    Energy, damping, friction, stiffness and regime, with confidence intervals of their means.
-    Several records have a row each, their evolution over cycles and energy, and a fretting map; a
-    file that cannot be measured is listed and left out. Columns and units that are not given are
-    found, and shown. The files are only read.
+    Reports energy, damping, friction, stiffness and regime with confidence intervals of the means;
+    for several records also one row per record, the evolution over cycles and energy, and a
+    fretting map. Files that cannot be measured are listed and skipped. Columns and units are
+    detected unless given, and reported. Files are not changed.
 
-    A RECORD of a structure's mode is measured, too: a ring-down (time and a sensor's signal), a
-    stepped sine (frequency, amplitude, phase) or a curve give frequency and damping over amplitude.
+    A RECORD can also be a test of a mode of a structure: a ring-down (time and sensor signal), a
+    stepped sine (frequency, amplitude, phase) or a curve. It gives frequency and damping against
+    amplitude.
     """
-    # Who names the column of a tangential force has a loop, whatever the others are called.
+    # A named force column marks a record of loops, whatever the other columns.
     if manifest is None and reading.force is None and are_modal(records):
         measure_modes(records, output, band)
         return
     if band is not None:
-        raise click.UsageError("--band is for ring-downs of modes, and no file is one")
+        raise click.UsageError("--band requires ring-downs of modes, got other files")
     with stoppable():
         from microslip._core.errors import InputError
         from microslip.laboratory import measure as measured
@@ -103,7 +104,7 @@ def measure(
                     record = reading.read(path, index, files.manifest)
                     result = measured(
                         record,
-                        model=_at_the_load_of(record, joints),
+                        model=_joint_at_load_of(record, joints),
                         rig_stiffness=rig_stiffness,
                         cycles=slice_of("--cycles", cycles),
                         delay=delay or 0.0,
@@ -123,7 +124,7 @@ def measure(
                 report((index + 1) / len(paths))
             if not results:
                 name, why = skipped[0]
-                raise InputError(f"none of {len(paths)} records can be measured; {name}: {why}")
+                raise InputError(f"none of the {len(paths)} records can be measured; {name}: {why}")
             campaign = Campaign(
                 tuple(results),
                 [files.runs[i] for i in places] if files.runs else None,
@@ -134,11 +135,10 @@ def measure(
             result_document = document(campaign, in_options, skipped)
             if stage is not None:
                 result_document = write_document(result_document, stage, output.kinds)
-    output.tell(result_document, full=every_table)
+    output.show(result_document, full=every_table)
 
 
 def _joints(study: Path) -> list[Interface]:
-    """The joints of a study, one for each of its loads."""
     from microslip.study.build import build_joints
     from microslip.study.description import StudyDescription
 
@@ -146,18 +146,18 @@ def _joints(study: Path) -> list[Interface]:
 
 
 def _borders(joints: list[Interface], results: Sequence[Measurement]) -> RegimeBorders | None:
-    """Regime borders of a study's joint under the loads of the records."""
+    """Return the regime borders of a study's joint at the loads of the records."""
     from microslip.laboratory.regimes import borders_of
 
     loads = [load.value for m in results if (load := m.mean.get("normal_load")) is not None]
     if not joints or not loads:
         return None
-    # The amplitudes of the records are the contact's where the rig was taken off.
+    # Amplitudes of the records are contact amplitudes once the rig compliance is removed.
     return borders_of(lambda load: joints[0].at(normal_load=load), loads, None)
 
 
-def _at_the_load_of(record: Record, joints: list[Interface]) -> Interface | None:
-    """A study's joint under the load of a record; its own load where the record has none."""
+def _joint_at_load_of(record: Record, joints: list[Interface]) -> Interface | None:
+    """Return the study's joint at the load of a record; without one, at its own load."""
     from microslip._core.errors import InputError
 
     if not joints:

@@ -1,4 +1,4 @@
-"""Options of commands made from declared ones; messages, output, progress, interruption."""
+"""Command options from declarations; messages, output, progress, interruption."""
 
 from __future__ import annotations
 
@@ -28,25 +28,25 @@ if TYPE_CHECKING:
     from microslip.report.document import Document
 
     _ParamType = click.ParamType[Any]
-else:  # which takes no type before click 8.2
+else:  # not generic before click 8.2
     _ParamType = click.ParamType
 
 Command = Callable[..., Any]
 Decorator = Callable[[Command], Command]
 
 ANY_PATH = click.Path(path_type=Path, readable=False)
-"""A path as it is given; what is wrong with it the house says itself."""
+"""Path without checks by click; later checks give better messages."""
 
 
 class _Value(_ParamType):
-    """Reads one value of an option, with its unit."""
+    """Parameter type that reads a value with its unit."""
 
     def __init__(self, option: Option) -> None:
         self.option = option
         self.name = option.name
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """The value in SI units, or an error that names the option."""
+        """Return the value in SI units, or raise an error that names the option."""
         if not isinstance(value, str):
             return value
         try:
@@ -57,7 +57,7 @@ class _Value(_ParamType):
 
 
 class CommandOption(click.Option):
-    """An option of a command, with its declaration."""
+    """Command option with its declaration."""
 
     def __init__(self, *args: Any, option: Option, **extra: Any) -> None:
         super().__init__(*args, **extra)
@@ -65,26 +65,26 @@ class CommandOption(click.Option):
 
 
 def option(flag: str, value: str, text: str, name: str = "", **settings: Any) -> Decorator:
-    """An option of one command: its flag, what stands for its value, its help."""
+    """Declare an option of one command: flag, metavar, help."""
     names = [flag, name] if name else [flag]
     return click.option(*names, metavar=value, help=text, **settings)
 
 
 def switch(flag: str, text: str, name: str = "") -> Decorator:
-    """An option without a value."""
+    """Declare an option without a value."""
     return click.option(*[flag, name] if name else [flag], is_flag=True, help=text)
 
 
 def output_option(
     text: str, value: str = "DIR", name: str = "folder", **settings: Any
 ) -> Decorator:
-    """The option that says where the files go."""
+    """Declare the option for the output path."""
     names = ("-o", "--output", name)
     return click.option(*names, type=ANY_PATH, metavar=value, help=text, **settings)
 
 
 def quantity(flag: str, text: str, kind: Kind, example: str, sign: Sign = "positive") -> float:
-    """A value with its unit, in SI units, or an error that names the option."""
+    """Return a value with unit in SI units, or raise an error that names the option."""
     try:
         return to_si(text, kind, example, sign)
     except QuantityError as error:
@@ -92,10 +92,10 @@ def quantity(flag: str, text: str, kind: Kind, example: str, sign: Sign = "posit
 
 
 def ends_in(flag: str, text: str, form: str) -> tuple[str, str]:
-    """The ends of LOW..HIGH, or an error that names the option."""
+    """Return the ends of LOW..HIGH, or raise an error that names the option."""
     ends = ends_of(text)
     if ends is None:
-        raise click.UsageError(f'{flag} wants {form}, got "{text}"')
+        raise click.UsageError(f'{flag}: wanted {form}, got "{text}"')
     return ends
 
 
@@ -103,7 +103,7 @@ JSON = switch("--json", "Print the summary as JSON, no tables.", "as_json")
 
 
 def offers(*options: Option, **changes: Any) -> Decorator:
-    """Give a command some options, in their order."""
+    """Add declared options to a command, in order."""
 
     def give(command: Command) -> Command:
         for option in reversed(options):
@@ -120,7 +120,7 @@ def offers(*options: Option, **changes: Any) -> Decorator:
 
 
 def flag(option: Option) -> str:
-    """Name of an option on the command line, without its dashes."""
+    """Return the name of an option on the command line, without dashes."""
     return option.flag or option.name.replace("_", "-")
 
 
@@ -149,10 +149,10 @@ _ARGUMENT = re.compile(r'`(\w+)(?:=(\{"\w+": )?("[^"`]*"|\("[^`]*"\)|[-+.\d][^\s
 
 
 def in_options(text: str, command: click.Command | None = None) -> str:
-    """Write the arguments between backticks in a message as options of a command.
+    """Rewrite Python arguments between backticks in a message as options of a command.
 
-    Arguments that are no options of the command, and values that are neither a number nor text,
-    stay as in Python. The command is the running one by default.
+    Other arguments, and values that are neither a number nor text, stay in Python form. The command
+    defaults to the running one.
     """
     context = click.get_current_context(silent=True)
     command = command or (context.command if context else None)
@@ -161,7 +161,7 @@ def in_options(text: str, command: click.Command | None = None) -> str:
     def write(match: re.Match[str]) -> str:
         name, key, value = match.groups()
         param = options.get(name)
-        # The name of a column stands for its values, not for the option that chooses the column.
+        # A bare column role denotes its values, not the option that selects the column.
         if not isinstance(param, click.Option) or (not value and param.metavar == "COLUMN"):
             return match[0]
         if not value or param.is_flag:
@@ -189,11 +189,11 @@ class Output(NamedTuple):
     overwrite: bool
     as_json: bool
     kinds: tuple[str, ...]
-    """Formats of the figures."""
+    """Figure formats."""
 
     @contextmanager
     def staged(self, kind: str, noun: str) -> Iterator[Path | None]:
-        """The folder while it is written, None without one; entered before anything is computed."""
+        """Provide the output folder while it is written, or None; entered before computing."""
         if self.folder is None:
             yield None
             return
@@ -202,8 +202,8 @@ class Output(NamedTuple):
         with staged(self.folder, self.overwrite, kind, noun) as stage:
             yield stage
 
-    def tell(self, document: Document, *, full: bool = False, hint: str = "") -> None:
-        """Print a result: as JSON, or its tables and where its files are."""
+    def show(self, document: Document, *, full: bool = False, hint: str = "") -> None:
+        """Print a result as JSON, or as tables with the location of the files."""
         if self.as_json:
             echo_json(document.data)
             return
@@ -217,9 +217,9 @@ class Output(NamedTuple):
 
 
 def writes(folder: str, earlier: str = "result", *between: Decorator) -> Decorator:
-    """Give a command the options of what it writes, as one argument, `output`.
+    """Add the output options to a command, as one argument `output`.
 
-    ``folder`` is the help of the first of them; ``between`` are options that stand before the last.
+    ``folder`` is the help of the folder option; ``between`` are options placed before ``--json``.
     """
 
     def decorate(command: Command) -> Command:
@@ -241,36 +241,36 @@ def writes(folder: str, earlier: str = "result", *between: Decorator) -> Decorat
 
 
 PATIENCE = 1.0
-_LOG_INTERVAL = 30.0  # seconds between two lines of progress in a log
-"""Time without a sign of life that needs no explanation [s]."""
+"""Time before a progress bar appears [s]."""
+_LOG_INTERVAL = 30.0  # seconds between progress lines in a log
 
 Report = Callable[[float], None]
-"""Takes the share of the work that is done, 0 … 1."""
+"""Callback for the completed fraction of the work, 0 to 1."""
 
 _begin = time.monotonic()
 
 
 @contextmanager
 def stoppable() -> Iterator[None]:
-    """Let a polite kill unwind like Ctrl-C does, so that the temporary folder is removed.
+    """Make SIGTERM and SIGHUP raise SystemExit, so that temporary folders are removed.
 
-    Errors about wrong input name the options of the command that runs.
+    Errors about wrong input name the options of the running command.
     """
-    # Its remarks on fonts and caches are not for the reader of a result, and nothing is shown in
-    # a window, so the wish for a certain one must not fail.
+    # Messages of Matplotlib about fonts and caches are irrelevant here, and without windows an
+    # unavailable MPLBACKEND must not fail.
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
     os.environ.pop("MPLBACKEND", None)
 
     def stop(number: int, frame: FrameType | None) -> NoReturn:
         raise SystemExit(128 + number)
 
-    polite = [signal.SIGTERM]
+    signals = [signal.SIGTERM]
     if hasattr(signal, "SIGHUP"):  # the terminal was closed
-        polite.append(signal.SIGHUP)
+        signals.append(signal.SIGHUP)
     previous = {}
     try:
-        for number in polite:
-            # Whoever started this may have had a reason to ignore it, such as nohup.
+        for number in signals:
+            # A signal ignored by the parent, for example by nohup, stays ignored.
             if signal.getsignal(number) is signal.SIG_DFL:
                 previous[number] = signal.signal(number, stop)
     except ValueError:  # not in the main thread
@@ -286,9 +286,9 @@ def stoppable() -> Iterator[None]:
 
 @contextmanager
 def progress(name: str) -> Iterator[Report]:
-    """Show progress with the time left: a bar on a terminal, a line each half minute in a log.
+    """Show progress with the remaining time: a bar on a terminal, a line every 30 s in a log.
 
-    A program that runs the command asks for lines with MICROSLIP_PROGRESS=lines.
+    MICROSLIP_PROGRESS=lines prints the fraction in machine-readable lines.
     """
     if os.environ.get("MICROSLIP_PROGRESS") == "lines":
         yield lambda share: click.echo(f"progress {share:.4f}", err=True)
@@ -307,9 +307,9 @@ def progress(name: str) -> Iterator[Report]:
         console=Console(stderr=True, color_system=None if os.environ.get("NO_COLOR") else "auto"),
         transient=True,
     )
-    # Without a total until it is known, so that the bar moves all the same.
+    # The bar pulses until the total is known.
     task = bar.add_task(name, total=None)
-    # A timer instead of checks of the clock, since a single step may take long.
+    # A timer, because a single step may take long.
     timer = Timer(max(PATIENCE - (time.monotonic() - _begin), 0.0), bar.start)
     timer.daemon = True
     timer.start()
@@ -323,7 +323,7 @@ def progress(name: str) -> Iterator[Report]:
 
 
 def _log_lines(name: str) -> Report:
-    """Return a report that writes share and time left to a log, at most every half minute."""
+    """Return a callback that logs the fraction and the remaining time at most every 30 s."""
     started = last = time.monotonic()
 
     def report(share: float) -> None:
@@ -339,7 +339,6 @@ def _log_lines(name: str) -> Report:
 
 
 def _is_live(stream: object) -> bool:
-    """Whether a stream is a terminal on which a line can be drawn again."""
     try:
         return bool(stream.isatty()) and os.environ.get("TERM") != "dumb"  # type: ignore[attr-defined]
     except (AttributeError, ValueError):

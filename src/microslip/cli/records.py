@@ -1,4 +1,4 @@
-"""Options that commands share: how records are read, and values with units for a fit."""
+"""Shared options: reading of records, and values with units for a fit."""
 
 from __future__ import annotations
 
@@ -35,22 +35,21 @@ _KNOWN = {
     "density": "1/m^2",
     "summit_count": "",
 }
-"""Units of what may be known from elsewhere."""
+"""Units of parameters that may be known independently."""
 
 
 def known_of(texts: tuple[str, ...]) -> dict[str, tuple[float, float]]:
-    """Known values of --known, NAME=VALUE±DEVIATION each."""
+    """Parse --known options, each NAME=VALUE±DEVIATION."""
     measured = {}
     for name, text in pairs("known", texts).items():
         value, deviation = with_deviation(text)
         if not value or not deviation:
-            raise click.UsageError(f'--known wants {name}=VALUE±DEVIATION, got "{text}"')
+            raise click.UsageError(f'--known: wanted {name}=VALUE±DEVIATION, got "{text}"')
         measured[name] = (_quantity(name, value), _quantity(name, deviation))
     return measured
 
 
 def _quantity(name: str, text: str) -> float:
-    """Return a value of a parameter [SI unit]."""
     if name not in _KNOWN:
         near = did_you_mean(name, _KNOWN)
         raise click.UsageError(
@@ -59,18 +58,18 @@ def _quantity(name: str, text: str) -> float:
     kind = next((kind for kind in (DENSITY, LENGTH) if kind.unit == _KNOWN[name]), None)
     if kind is None:
         if not is_number(text):
-            raise click.UsageError(f'--known: {name} is a plain number, got "{text}"')
+            raise click.UsageError(f'--known: {name} must be a plain number, got "{text}"')
         return float(text)
     return quantity(f"--known: {name}", text, kind, f"1 {kind.usual[0]}")
 
 
 def noise_of(text: str | None) -> tuple[float, float] | None:
-    """Standard deviations of a force [N] and of a displacement [m]."""
+    """Parse the standard deviations of force [N] and displacement [m]."""
     if text is None:
         return None
     force, comma, length = text.partition(",")
     if not comma:
-        raise click.UsageError(f'--noise wants FORCE,LENGTH, such as "2 N, 5 nm", got "{text}"')
+        raise click.UsageError(f'--noise: wanted FORCE,LENGTH, such as "2 N, 5 nm", got "{text}"')
     return (
         quantity("--noise", force.strip(), FORCE, "2 N"),
         quantity("--noise", length.strip(), LENGTH, "5 nm"),
@@ -78,7 +77,7 @@ def noise_of(text: str | None) -> tuple[float, float] | None:
 
 
 def rig_stiffness_of(text: str | None) -> tuple[float, float] | None:
-    """Measured stiffness of the rig [N/m] and its standard deviation; None without one."""
+    """Parse the rig stiffness [N/m] and its standard deviation; None without an option."""
     if text is None:
         return None
     value, deviation = with_deviation(text.strip())
@@ -86,25 +85,25 @@ def rig_stiffness_of(text: str | None) -> tuple[float, float] | None:
 
 
 def _or_none(column: str | None) -> Any:
-    """A column, or False where there shall be none."""
+    """Return a column, or False for "none"."""
     return False if column == "none" else column
 
 
 MANIFEST = option(
     "--manifest", "FILE",
-    "CSV or Excel sheet with a row for each record: its file and its specimen, load, amplitude, "
-    "stage, number of the first cycle, worn volume, temperature, or anything else.",
+    "CSV or Excel sheet with a row per record: file, and optionally specimen, load, amplitude, "
+    "stage, number of the first cycle, worn volume, temperature and other columns.",
     type=ANY_PATH,
 )  # fmt: skip
 
 
 class Reading(NamedTuple):
-    """Reading options of a command that takes files."""
+    """Options for reading records."""
 
     displacement: str | None
     force: str | None
     normal_load: tuple[str, ...]
-    """One for all files, or one for each."""
+    """One load for all files, or one for each."""
     time: str | None
     sample_rate: float | None
     flip_sign: bool
@@ -114,7 +113,7 @@ class Reading(NamedTuple):
     rows: str | None
 
     def read(self, path: str, index: int = 0, manifest: Manifest | None = None) -> Record:
-        """Read one file, with the columns and the load that its row of a manifest names."""
+        """Read one file, with the columns and the load given in its manifest row."""
         from microslip.laboratory import Record
 
         loads = self.normal_load
@@ -142,11 +141,11 @@ _WITHOUT: dict[str, Any] = {
     **dict.fromkeys(("units", "calibration", "zero"), ()),
     "flip_sign": False,
 }
-"""Values of the options that a command does not have."""
+"""Values of the options that a command does not offer."""
 
 
 def reads(*names: str, many_loads: bool = False) -> Decorator:
-    """Give a command options of reading, all or some by name, as one argument, `reading`."""
+    """Add reading options to a command, all or some by name, as one argument `reading`."""
     several = "; one for all records, or one for each" if many_loads else ""
     load = options.NORMAL_LOAD.but(help=f"{options.NORMAL_LOAD.help[:-1]}{several}.")
     given = names or Reading._fields
@@ -178,15 +177,15 @@ def reads(*names: str, many_loads: bool = False) -> Decorator:
     return decorate
 
 
-ENDINGS = (
+SUFFIXES = (
     *(".csv", ".tsv", ".txt", ".dat", ".mat", ".tdms", ".h5", ".hdf5", ".nc", ".npy", ".npz"),
     *(".json", ".parquet", ".uff", ".unv", ".xlsx", ".xlsm", ".lvm"),
 )
-"""Endings of the files of a folder that are taken for records."""
+"""Suffixes of files in a folder that are read as records."""
 
 
 def records_in(names: Sequence[str]) -> tuple[list[str], tuple[str, ...]]:
-    """The files, those of folders in the place of these; the names of the folders where several."""
+    """Expand folders to their records; return the paths, and folder names if there are several."""
     paths: list[str] = []
     labels: list[str] = []
     folders = []
@@ -197,7 +196,7 @@ def records_in(names: Sequence[str]) -> tuple[list[str], tuple[str, ...]]:
             labels.append(folder.parent.name or folder.stem)
             continue
         inside = sorted(
-            path for path in folder.rglob("*") if path.suffix.lower() in ENDINGS and path.is_file()
+            path for path in folder.rglob("*") if path.suffix.lower() in SUFFIXES and path.is_file()
         )
         if not inside:
             raise click.UsageError(f"no records in the folder {shorten(name, 200)}")
@@ -209,17 +208,17 @@ def records_in(names: Sequence[str]) -> tuple[list[str], tuple[str, ...]]:
 
 
 class Listed(NamedTuple):
-    """The files of a command and what is known of each."""
+    """Files of a command and the information on each."""
 
     paths: list[str]
     runs: tuple[str, ...]
-    """Labels, or none."""
+    """Labels of the runs; may be empty."""
     volumes: list[float | None]
-    """Worn volumes [m^3], or none."""
+    """Worn volumes [m^3]; may be empty."""
     manifest: Manifest | None
 
     def columns(self, rows: Sequence[int]) -> dict[str, list[Any]]:
-        """Columns of a manifest that hold values for some of the files only."""
+        """Return the manifest columns with further information on the given files."""
         if self.manifest is None:
             return {}
         elsewhere = ("normal_load", "amplitude", "worn_volume", "run", "rig")
@@ -228,10 +227,10 @@ class Listed(NamedTuple):
 
 
 def listed(names: Sequence[str], manifest: Path | None) -> Listed:
-    """The files of a command: those that it names, or those of a manifest."""
+    """Return the files named on the command line or in a manifest."""
     if (manifest is None) == (not names):
         if names:
-            raise click.UsageError("--manifest lists the records; name no others")
+            raise click.UsageError("--manifest lists the records; omit RECORD arguments")
         raise click.UsageError("Missing argument 'RECORD...', or --manifest FILE")
     if manifest is None:
         paths, labels = records_in(names)
@@ -251,17 +250,17 @@ def listed(names: Sequence[str], manifest: Path | None) -> Listed:
 def each_of(
     option: str, texts: tuple[str, ...], count: int, noun: str = "one", remedy: str = ""
 ) -> tuple[str, ...]:
-    """Values of an option for each record, or None."""
+    """Validate an option given once per record; may be empty."""
     if texts and len(texts) != count:
         records = plural(count, "record")
         raise click.UsageError(
-            f"{option} wants {noun} for each of the {records}, got {len(texts)}{remedy}"
+            f"{option}: wanted {noun} for each of the {records}, got {len(texts)}{remedy}"
         )
     return texts
 
 
 def slice_of(option: str, text: str | None) -> slice | None:
-    """Slice of FIRST..LAST, both counted from 1 and inclusive; an end may be left out."""
+    """Parse FIRST..LAST, counted from 1 and inclusive; either end may be omitted."""
     if text is None:
         return None
     first, dots, last = (part.strip() for part in text.partition(".."))
@@ -270,29 +269,31 @@ def slice_of(option: str, text: str | None) -> slice | None:
     except ValueError:
         begin, end = 0, None
     if not dots or begin < 1 or (end is not None and end < begin):
-        raise click.UsageError(f'{option} wants FIRST..LAST, such as 1..500, got "{text}"')
+        raise click.UsageError(f'{option}: wanted FIRST..LAST, such as 1..500, got "{text}"')
     return slice(begin - 1, end)
 
 
 CYCLES = option(
     "--cycles", "FIRST..LAST",
-    "Cycles to use, counted from 1, such as 100..200; the settled ones if absent.",
+    "Cycles to use, counted from 1, such as 100..200; the settled cycles if absent.",
 )  # fmt: skip
 
 
 def pairs(option: str, texts: tuple[str, ...]) -> dict[str, str]:
-    """Values of a repeatable option WHAT=..., by WHAT."""
+    """Parse a repeatable option WHAT=VALUE."""
     values = {}
     for text in texts:
         key, equals, value = text.partition("=")
         if not equals or not key or not value:
-            raise click.UsageError(f'--{option} wants WHAT=..., such as force=..., got "{text}"')
+            raise click.UsageError(
+                f'--{option}: wanted WHAT=VALUE, such as force=..., got "{text}"'
+            )
         values[key.strip()] = value.strip()
     return values
 
 
 def stiffness(text: str) -> float:
-    """A stiffness [N/m] with its unit; a plain number is in N/m."""
+    """Parse a stiffness with its unit [N/m]; a plain number is in N/m."""
     try:
         value: float = options.RIG_STIFFNESS.read(text)
     except ValueError as error:
@@ -301,7 +302,7 @@ def stiffness(text: str) -> float:
 
 
 def calibration_of(texts: tuple[str, ...]) -> tuple[tuple[str, ...], dict[str, float]]:
-    """Factors of --calibration, and relative errors of those that have one."""
+    """Return the factors of --calibration, and the relative errors given with them."""
     factors, errors = [], {}
     for role, text in pairs("calibration", texts).items():
         value, deviation = with_deviation(text)
@@ -309,7 +310,7 @@ def calibration_of(texts: tuple[str, ...]) -> tuple[tuple[str, ...], dict[str, f
             number, error = value.split()[0], deviation.removesuffix("%").split()[0]
             if not (is_number(number) and is_number(error) and float(number) != 0.0):
                 raise click.UsageError(
-                    f"--calibration wants {role}=FACTOR±DEVIATION, such as {role}=1±0.01, got "
+                    f"--calibration: wanted {role}=FACTOR±DEVIATION, such as {role}=1±0.01, got "
                     f'"{text}"'
                 )
             share = 0.01 if deviation.endswith("%") else 1.0 / abs(float(number))
@@ -320,7 +321,7 @@ def calibration_of(texts: tuple[str, ...]) -> tuple[tuple[str, ...], dict[str, f
 
 
 def with_deviation(text: str) -> tuple[str, str | None]:
-    """A value and its deviation, if any, each with the unit, which may be written once."""
+    """Split a value and its deviation, if any; a unit given once applies to both."""
     value, sign, deviation = (
         part.strip() for part in text.replace("+/-", "±").replace("+-", "±").partition("±")
     )

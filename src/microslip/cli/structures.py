@@ -1,4 +1,4 @@
-"""Tests of modes of a bolted structure: measured, and the joint identified from them."""
+"""Tests of modes of a bolted structure: measurement, and identification of its joint."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from microslip.study.toml_text import as_toml, tables_of, text_of
 
 BAND = option(
     "--band", "LOW..HIGH",
-    'Frequencies between which the mode of a ring-down lies, such as "150..220 Hz".',
+    'Frequency band that contains the mode of a ring-down, such as "150..220 Hz".',
 )  # fmt: skip
 
 
 def has_structure(study: Path) -> bool:
-    """Whether a study describes a bolted structure; what cannot be read is told elsewhere."""
+    """Return whether a study describes a bolted structure; False for an unreadable study."""
     try:
         return "structure" in tables_of(text_of(study))
     except ValueError:
@@ -30,7 +30,7 @@ def has_structure(study: Path) -> bool:
 
 
 def are_modal(records: Sequence[str]) -> bool:
-    """Whether files hold curves, ring-downs or stepped sines; they are not mixed with others."""
+    """Return whether files are modal tests (curves, ring-downs or stepped sines)."""
     if not all(Path(record).is_file() for record in records):
         return False
     from microslip.structures.modal_test import modal_kind
@@ -39,26 +39,26 @@ def are_modal(records: Sequence[str]) -> bool:
     if any(kinds) and not all(kinds):
         first, second = (records[kinds.index(k)] for k in (next(filter(None, kinds)), None))
         raise click.UsageError(
-            f"tests of modes and records of loops are measured apart: {first} is a "
-            f"{next(filter(None, kinds))}, {second} is none"
+            f"modal tests and records of loops must be measured separately: {first} is a "
+            f"{next(filter(None, kinds))}, {second} is not a modal test"
         )
     return any(kinds)
 
 
 def band_of(text: str | None) -> tuple[float, float] | None:
-    """Two frequencies [Hz] of one text; the unit may be written once."""
+    """Parse a frequency band [Hz]; the unit may be given once."""
     if text is None:
         return None
     form = 'LOW..HIGH, such as "150..220 Hz"'
     texts = [end if end[-1].isalpha() else f"{end} Hz" for end in ends_in("--band", text, form)]
     low, high = (quantity("--band", end, FREQUENCY, "150 Hz") for end in texts)
     if not low < high:
-        raise click.UsageError(f'--band wants LOW below HIGH, got "{text}"')
+        raise click.UsageError(f'--band: wanted LOW below HIGH, got "{text}"')
     return low, high
 
 
 def bands_of(records: Sequence[str], text: str | None) -> list[tuple[float, float] | None]:
-    """The band of each test: where there are ring-downs among others, it is theirs alone."""
+    """Return the band of each test; if some tests are ring-downs, it applies to these only."""
     from microslip.structures.modal_test import modal_kind
 
     band = band_of(text)
@@ -67,7 +67,7 @@ def bands_of(records: Sequence[str], text: str | None) -> list[tuple[float, floa
 
 
 def measure_modes(records: Sequence[str], output: Output, band: str | None) -> None:
-    """Frequency and damping against amplitude of tests of modes."""
+    """Measure frequency and damping against amplitude from modal tests."""
     with stoppable():
         from microslip.report.files import write_document
         from microslip.report.modal_test import KIND, modal_test_document
@@ -82,13 +82,13 @@ def measure_modes(records: Sequence[str], output: Output, band: str | None) -> N
             result_document = modal_test_document(tests)
             if stage is not None:
                 result_document = write_document(result_document, stage, output.kinds)
-    output.tell(result_document)
+    output.show(result_document)
 
 
 def identify_structure(
     study: Path, records: Sequence[str], output: Output, band: str | None
 ) -> None:
-    """Predict the structure with a fit to its tests."""
+    """Predict the structure with parameters fitted to its tests."""
     from microslip.report import Study
 
     table = tables_of(text_of(study))["structure"]

@@ -1,4 +1,4 @@
-"""The commands that work on a study, and on many."""
+"""Commands for one study and for many."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 study_argument = click.argument("study", type=ANY_PATH, shell_complete=complete_study)
 overridable = option(
     "--set", "KEY=VALUE",
-    'Another value for a key of the study, such as joint.normal_load="3 kN"; may be repeated.',
+    'Override a key of the study, such as joint.normal_load="3 kN"; may be repeated.',
     "overrides", multiple=True, shell_complete=complete_key,
 )  # fmt: skip
 
@@ -47,13 +47,13 @@ def _writes_into(default: str, *options: Decorator) -> Decorator:
 
 def _with_figures(load: Callable[[tuple[str, ...]], Study], overrides: tuple[str, ...],
                   kinds: tuple[str, ...]) -> Study:  # fmt: skip
-    """A study that writes its figures in these formats, too."""
+    """Return a study that also writes its figures in the given formats."""
     study = load(overrides)
     formats = study.output.formats
-    asked = [kind for kind in kinds if kind != "svg" and kind not in formats]
-    if not asked:
+    requested = [kind for kind in kinds if kind != "svg" and kind not in formats]
+    if not requested:
         return study
-    listed = ", ".join(f'"{kind}"' for kind in (*formats, *asked))
+    listed = ", ".join(f'"{kind}"' for kind in (*formats, *requested))
     return load((*overrides, f"output.formats=[{listed}]"))
 
 
@@ -68,9 +68,10 @@ def _with_figures(load: Callable[[tuple[str, ...]], Study], overrides: tuple[str
 )
 @_writes_into("STUDY-result", overridable, *FIGURES)
 def predict(study: Path, workers: int, output: Output, overrides: tuple[str, ...]) -> None:
-    """Predict loops, energy and damping of the joint that STUDY (a TOML file) describes.
+    """Predict loops, energy and damping of the joint described in STUDY, a TOML file.
 
-    Prints tables and writes a folder with a report, all numbers and figures; none if a run fails.
+    Prints tables and writes a folder with a report, data files and figures. A failed run writes no
+    folder.
     """
 
     def read() -> Study:
@@ -81,13 +82,13 @@ def predict(study: Path, workers: int, output: Output, overrides: tuple[str, ...
     predict_into(read, output.folder or Path(f"{study.stem}-result"), output, workers)
 
 
-@click.command(short_help="Predict a joint that comes with microslip.")
-@switch("--beam", "A bolted beam: the damping of its modes, with bands.")
+@click.command(short_help="Predict an example joint.")
+@switch("--beam", "A bolted beam: damping of its modes, with uncertainty bands.")
 @_writes_into("microslip-demo")
 def demo(beam: bool, output: Output) -> None:
-    """Predict a milled aluminium joint, or a bolted beam, whose study comes with microslip.
+    """Predict an example: a milled aluminium joint, or a bolted beam.
 
-    The folder holds the study, too: a copy of it is a good start for one of your own.
+    The result folder includes the study, which you can copy and change for your own joint.
     """
 
     def read() -> Study:
@@ -100,7 +101,7 @@ def demo(beam: bool, output: Output) -> None:
 
 
 def predict_into(read: Callable[[], Study], folder: Path, output: Output, workers: int = 1) -> None:
-    """Compute a study, print its tables, and write its folder."""
+    """Run a study, print its tables, and write its folder."""
     from microslip.report.folder import staged
 
     unprinted: OSError | None = None
@@ -117,8 +118,8 @@ def predict_into(read: Callable[[], Study], folder: Path, output: Output, worker
             with progress("Computing") as report:
                 result = study.run(report, workers)
             if not output.as_json:
-                # The numbers now, since writing may take longer; the files all the same, should
-                # nobody be able to read them.
+                # Print before writing, which may take longer. Files are written even if printing
+                # fails.
                 try:
                     print_document(document(result), sys.stdout)
                     if sys.stdout is not None:
@@ -138,11 +139,11 @@ def predict_into(read: Callable[[], Study], folder: Path, output: Output, worker
 @click.command(short_help="Check a study without running it.")
 @study_argument
 @overridable
-@switch("--json", "Print what was found as JSON, no tables.", "as_json")
+@switch("--json", "Print the result as JSON, no tables.", "as_json")
 def check(study: Path, overrides: tuple[str, ...], as_json: bool) -> None:
-    """Check STUDY: its quantities in SI units, the joint at rest, validity. Writes nothing.
+    """Check STUDY: quantities in SI units, the joint at rest, validity. Writes no files.
 
-    Exit code 0 means that predict will run; doubtful assumptions are reported, but are no error.
+    Exit code 0 means that predict will run; violated assumptions are reported, but are not errors.
     """
     with stoppable(), progress("Checking") as report:
         from microslip.report.predicted.preview import next_step, preview
@@ -169,14 +170,14 @@ def _list_templates(context: click.Context, param: click.Parameter, value: bool)
             click.echo(f"{name:<10} {meaning}")
         from microslip.contact.finish import PROCESSES as TABLE
 
-        click.echo("Faces for --process, by the Ra that they commonly have:")
+        click.echo("Processes for --process, with their usual Ra:")
         for name, process in TABLE.items():
             low, high = 1e6 * process.low, 1e6 * process.high
             click.echo(f"{name:<10} {low:g} to {high:g} um ({process.source})")
         context.exit()
 
 
-@click.command(short_help="Write a study to begin with.")
+@click.command(short_help="Write a study to start from.")
 @click.argument("name", metavar="NAME.toml", type=ANY_PATH)
 @click.option(
     "--template", "kind", type=OneOf(tuple(TEMPLATES)), default="joint", show_default=True,
@@ -195,15 +196,15 @@ def _list_templates(context: click.Context, param: click.Parameter, value: bool)
 )  # fmt: skip
 @click.option(
     "--process", type=OneOf(PROCESSES),
-    help="Process that made the faces: bolted plates with the Ra that it commonly leaves.",
+    help="Machining process of the faces: bolted plates with its usual Ra.",
 )  # fmt: skip
 def new(name: Path, kind: str, law: str, process: str | None) -> None:
-    """Write the study NAME.toml, commented; change it with any editor.
+    """Write a commented study NAME.toml, to change in any editor.
 
     Existing files are never changed.
     """
     if process is not None and (kind, law) != ("joint", TEMPLATE_LAWS[0]):
-        raise click.UsageError("--process: wanted without --template and --law")
+        raise click.UsageError("--process cannot be combined with --template and --law")
     steps = write_template(name, law, kind, process)
     click.echo(f"Written to {command_line(name)}. Next:")
     for step in steps:
@@ -214,16 +215,16 @@ def new(name: Path, kind: str, law: str, process: str | None) -> None:
 @click.argument("source", metavar="FOLDER|LIST", type=ANY_PATH)
 @option(
     "--study", "STUDY",
-    "Study of a table or of scans; for records the joint that defines the regimes.",
+    "Base study for a table or for scans; for records the joint that defines the regimes.",
     type=ANY_PATH, shell_complete=complete_study,
 )  # fmt: skip
 @output_option("Folder of the results; by default SOURCE-batch in the current folder.")
 @click.option(
-    "--workers", type=click.IntRange(1, 256), default=1, show_default=True, help="Processes."
+    "--workers", type=click.IntRange(1, 256), default=1, show_default=True, help="Worker processes."
 )
 @option(
     "--dask", "ADDRESS",
-    "Address of a Dask scheduler, which runs the items in place of --workers.",
+    "Address of a Dask scheduler that runs the items, instead of --workers.",
 )  # fmt: skip
 @JSON
 def batch(
@@ -234,11 +235,11 @@ def batch(
     dask: str | None,
     as_json: bool,
 ) -> None:
-    """Run all items of a FOLDER or a LIST: studies, records, scans, or changes to a study.
+    """Run all items of a FOLDER or a LIST: studies, records, scans, or variants of a study.
 
-    A LIST is a text file with a path in each line, or a CSV table whose columns are keys of the
-    study. Outcomes are saved one by one: after a stop the same command continues. Failures are
-    listed with their reason and tried again by the next run.
+    A LIST is a text file with a path per line, or a CSV table whose columns are keys of the study.
+    Results are saved item by item: after an interruption the same command continues. Failed items
+    are listed with the reason and retried by the next run.
     """
     with stoppable():
         from microslip.report.batched import finish

@@ -25,10 +25,10 @@ _TWICE = {"unit": "coordinates and heights", "pixel": "x and y", "crop": "x and 
 
 
 class _EachOptionOnce(click.Command):
-    """A command that does not take the last of two options for granted."""
+    """Command that rejects repeated options instead of using the last one."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Arguments of click; an option is refused where it is given more often than allowed."""
+        """Parse the arguments; reject an option given more often than allowed."""
         if not ctx.resilient_parsing:
             _, _, order = self.make_parser(ctx).parse_args(args=list(args))
             for option, count in Counter(order).items():
@@ -55,13 +55,13 @@ def surface(
     output: Output,
     **options: Any,
 ) -> None:
-    """Measure heights, spectrum and summits in SCAN, an instrument's file or an array.
+    """Measure heights, spectrum and summits of SCAN, an instrument file or an array.
 
-    With two metals and a load the face is solved point by point: normal and tangential stiffness
-    and damping of the joint, and the study that microslip predict takes.
+    With two metals and a load, the face is solved point by point for the normal and tangential
+    stiffness and the damping of the joint, and a study for microslip predict is written.
 
-    Every parameter depends on the short-wave cut-off, which stands in each table and figure. What
-    matters is printed, the rest with --all and in the report. The scan is only read.
+    Every parameter depends on the short-wave cut-off, which each table and figure states. The main
+    results are printed; --all and the report give all tables. The scan is not changed.
     """
     with stoppable():
         from microslip.report.files import write_document
@@ -80,5 +80,5 @@ def surface(
             if stage is not None:
                 with progress("Drawing and writing") as report:
                     result = write_document(result, stage, output.kinds, report)
-    hint = "" if every_table else "All tables, what the verdicts assume and how it was read: --all"
-    output.tell(result, full=every_table, hint=hint)
+    hint = "" if every_table else "All tables, assumptions of the verdicts and reading notes: --all"
+    output.show(result, full=every_table, hint=hint)

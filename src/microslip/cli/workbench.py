@@ -1,6 +1,7 @@
-"""The workbench: looks into files, each a process that answers in JSON, and forms of the commands.
+"""Back end of the workbench: file previews in separate processes, and forms of the commands.
 
-Files are read with the options of commands: ``python -m microslip.cli.workbench record FILE``.
+Previews use the options of the commands: ``python -m microslip.cli.workbench record FILE``. They
+print JSON.
 """
 
 from __future__ import annotations
@@ -21,25 +22,25 @@ from microslip.surfaces import options as offered
 
 @click.group()
 def look() -> None:
-    """Look into a file; the part to keep of it, if any, stands in the standard input."""
+    """Preview a file, or save a part of it given on standard input."""
 
 
 @look.command()
 @click.argument("path")
 @reads()
 def record(path: str, reading: Reading) -> None:
-    """Show the content of a record."""
+    """Preview a record."""
     from microslip.app.preview import record_view, save_record
 
     read, part = reading.read(path), _part()
-    _answer(record_view(read, _said) if part is None else save_record(read, **part))
+    _print_json(record_view(read, _message) if part is None else save_record(read, **part))
 
 
 @look.command()
 @click.argument("path")
 @offers(offered.LEVEL, *offered.READING)
 def scan(path: str, level: str | None, valid: tuple[float, float] | None, **options: Any) -> None:
-    """Show the content of a scan."""
+    """Preview a scan."""
     from microslip.app.preview import save_scan, scan_view
     from microslip.surfaces import Scan
 
@@ -48,34 +49,34 @@ def scan(path: str, level: str | None, valid: tuple[float, float] | None, **opti
         for name, value in options.items()
     }
     read, part = Scan.read(path, valid=valid, **single), _part()
-    _answer(scan_view(read, level) if part is None else save_scan(read, **part))
+    _print_json(scan_view(read, level) if part is None else save_scan(read, **part))
 
 
 def _part() -> dict[str, Any] | None:
-    """The part to keep, and the file to write it into."""
+    """Return the requested part and its output file, from standard input."""
     text = sys.stdin.read()
-    question: dict[str, Any] | None = json.loads(text) if text.strip() else None
-    return question
+    request: dict[str, Any] | None = json.loads(text) if text.strip() else None
+    return request
 
 
-def _answer(values: dict[str, Any]) -> None:
+def _print_json(values: dict[str, Any]) -> None:
     json.dump(values, sys.stdout)
 
 
 def main() -> None:
-    """Answer one question."""
+    """Run one preview."""
     try:
         look(standalone_mode=False)
     except click.ClickException as error:
-        _answer({"error": error.format_message()})
+        _print_json({"error": error.format_message()})
     except InputError as error:
-        _answer({"error": _said(error)})
+        _print_json({"error": _message(error)})
     except (OSError, ValueError, TypeError, KeyError, MemoryError) as error:
-        _answer({"error": f"{type(error).__name__}: {error}"[:500]})
+        _print_json({"error": f"{type(error).__name__}: {error}"[:500]})
 
 
-def _said(error: InputError) -> str:
-    """Return the message of an error with the options of the command that was asked for."""
+def _message(error: InputError) -> str:
+    """Return the message of an error with the options of the requested command."""
     command = look.commands[sys.argv[1]]
     return in_options(error.text, command)
 
@@ -86,7 +87,7 @@ if __name__ == "__main__":
 
 COMMANDS = ("measure", "identify", "surface", "predict")
 
-# Where results go is the workbench's affair, and neither a study nor a manifest names a file there.
+# The workbench chooses output folders, and studies and manifests must not name files there.
 _NOT_OFFERED = {
     *("folder", "overwrite", "as_json", "overrides", "version", "help"),
     *("manifest", "group", "over"),
@@ -98,7 +99,7 @@ _USUAL = {
 
 
 def forms(commands: Mapping[str, click.Command]) -> dict[str, tuple[Field, ...]]:
-    """Fields of each command that the workbench offers, and of its looks into files."""
+    """Return the fields of each command offered by the workbench, and of the file previews."""
     looks = {f"{LOOK} {command.name}": command for command in (record, scan)}
     offered = {name: commands[name] for name in COMMANDS} | looks
     looked = {

@@ -1,6 +1,6 @@
-"""Measured surfaces, their summits and their statistics."""
+"""Measured surfaces, their parameters and their summits."""
 
 from microslip._core.packages import names_of_stub as _names
 
-# Commands read their options here before the modules that do the work are loaded.
+# Lazy import: commands read the options before the modules that compute are loaded.
 __getattr__, __dir__, __all__ = _names(__name__, __file__)

@@ -1,4 +1,4 @@
-"""Checks of the heights and the pixel of a scan."""
+"""Validation of the heights and the pixel of a scan."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from microslip._core.frozen import lock
 from microslip._core.units import AREA, LENGTH, Kind, QuantityError, engineering, to_si
 
 SPIKE = 1e6
-"""Distance from the median, in median distances, beyond which a point is no height."""
+"""Distance from the median, in median distances, beyond which a point is invalid."""
 
 REMOTENESS = 3.0
-"""Distance from all other points, in ranges of those, beyond which one height of several points
-may stand for "nothing measured"."""
+"""Distance from all other points, in ranges of those points, beyond which a repeated height may
+denote missing points."""
 
 _LEAST_SLOPE = 3e-4
-"""Rms slope from point to point below which heights are likely in another unit."""
+"""Rms slope between points below which the height unit is probably wrong."""
 
-_ATOM = 1e-10  # [m] no surface varies less: smaller is rounding
+_ATOM = 1e-10  # [m] smaller variations are rounding
 
 
 def far_points(heights: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return the points so far away that nothing else would be seen beside them."""
+    """Return a mask of points so far away that all other heights would be invisible."""
     none = np.zeros(heights.shape, dtype=bool)
-    # A hundred thousand points are enough for the usual distance, in milliseconds.
+    # 100 000 points suffice for the usual distance and take milliseconds.
     step = max(1, heights.size // 100_000)
     sample = heights.ravel()[::step]
     sample = sample[~np.isnan(sample)]
@@ -37,7 +37,7 @@ def far_points(heights: NDArray[np.float64]) -> NDArray[np.bool_]:
         return none
     middle = float(np.median(sample))
     usual = float(np.median(np.abs(sample - middle)))
-    if usual < _ATOM:  # a flat with something on it, whose parts must tell
+    if usual < _ATOM:  # mostly flat: use the range of the central 98 %
         low, high = np.percentile(sample, (1.0, 99.0))
         usual = max(float(high - low), _ATOM)
     far = middle + SPIKE * usual, middle - SPIKE * usual
@@ -47,10 +47,10 @@ def far_points(heights: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 def repeated(heights: NDArray[np.float64]) -> tuple[float, int, float, float] | None:
-    """A height that may be none and how often it is there, and limits of the others.
+    """Return a probable fill value, its count, and limits of the other heights; else None.
 
-    Several points of exactly one height, farther from all others than three times the range of
-    those, are rather a number such as -9999 for "nothing measured".
+    Several points of exactly one height, farther from all others than three times the range of the
+    others, are probably a fill value such as -9999.
     """
     for end, beyond in ((np.nanmin, np.greater), (np.nanmax, np.less)):
         value = float(end(heights))
@@ -63,7 +63,7 @@ def repeated(heights: NDArray[np.float64]) -> tuple[float, int, float, float] | 
         low, high = float(remainder.min()), float(remainder.max())
         size = high - low
         if max(low - value, value - high) > REMOTENESS * size > 0.0:
-            # Limits of few digits, from one to two ranges away.
+            # Limits with few digits, one to two ranges beyond the other heights.
             digit = 10.0 ** math.floor(math.log10(size))
             low, high = math.floor(low / digit - 1.0), math.ceil(high / digit + 1.0)
             return value, count, low * digit, high * digit
@@ -71,9 +71,10 @@ def repeated(heights: NDArray[np.float64]) -> tuple[float, int, float, float] | 
 
 
 def exact_zeros(heights: NDArray[np.float64]) -> int | None:
-    """Number of exact zeros, if far more than any other height near it.
+    """Return the number of exact zeros if far more frequent than any other height near zero.
 
-    Of few digits each height is there often; then zero is as often as its neighbours.
+    In data with few digits every height is frequent, and zero is no more frequent than its
+    neighbours.
     """
     count = int(np.count_nonzero(heights == 0.0))
     if count < 10 or count < 1e-5 * heights.size:
@@ -83,20 +84,19 @@ def exact_zeros(heights: NDArray[np.float64]) -> int | None:
         return None
     near = np.partition(sizes, min(2 * count, sizes.size - 1))[: 2 * count + 1]
     _, often = np.unique(near, return_counts=True)
-    # Of both signs there are two of each size.
+    # Both signs contribute to each absolute value.
     return count if count > 10 * int(often.max()) else None
 
 
 def absurd(heights: NDArray[np.float64], pixel: tuple[float, ...]) -> list[str]:
-    """Message on units that are likely wrong."""
+    """Return messages about probably wrong units."""
     low, high = np.nanpercentile(heights[:: max(1, heights.shape[0] // 500)], (0.5, 99.5)).tolist()
     height, step = high - low, min(pixel)
     size = max(n * s for n, s in zip(heights.shape[::-1], pixel, strict=True))
     questions = []
     if not 1e-11 < height < 5e-2 or height > 3.0 * size:
         questions.append(
-            f"heights over {engineering(height, 'm')} on {engineering(size, 'm')}: is their unit "
-            "right?"
+            f"heights span {engineering(height, 'm')} on {engineering(size, 'm')}: check their unit"
         )
     slopes = [
         float(np.sqrt(np.nanmean(np.diff(heights, axis=axis) ** 2))) / distance
@@ -104,42 +104,40 @@ def absurd(heights: NDArray[np.float64], pixel: tuple[float, ...]) -> list[str]:
     ]
     if 0.0 < max(slopes) < _LEAST_SLOPE:
         questions.append(
-            f"an rms slope of {max(slopes):.2g}, less than polished faces have: are the heights in "
-            "another unit?"
+            f"the rms slope {max(slopes):.2g} is smaller than that of polished faces: check the "
+            "unit of the heights"
         )
     if not 1e-10 < step < 5e-3:
-        questions.append(f"a pixel of {engineering(step, 'm')}: is its unit right?")
+        questions.append(f"the pixel is {engineering(step, 'm')}: check its unit")
     return questions
 
 
 def enough(name: str, heights: NDArray[np.float64]) -> None:
-    """Refuse an area too narrow for curvatures, which need three points along each axis."""
+    """Raise an InputError for an area too narrow for curvatures."""
     if heights.ndim == 2 and min(heights.shape) < 3:
         size = " x ".join(str(count) for count in heights.shape[::-1])
         raise InputError(
-            f"{name[:60]}: curvatures need three points along x and along y, got {size}; for a "
-            "profile, take one row"
+            f"{name[:60]}: curvatures need three points along x and y, got {size}; for a "
+            "profile, use one row"
         )
 
 
 def objection(heights: NDArray[np.float64]) -> str:
-    """Reason why heights cannot be evaluated: all equal, or dominated by spikes."""
+    """Return the reason why heights cannot be evaluated: constant, or dominated by spikes."""
     low, high = float(np.fmin.reduce(heights, axis=None)), float(np.fmax.reduce(heights, axis=None))
     if low == high:
-        return (
-            f"all heights are {exact(low)} m: nothing to measure; another channel, or more digits?"
-        )
+        return f"all heights are {exact(low)} m; read another channel, or export more digits"
     if count := int(np.count_nonzero(far_points(heights))):
         return (
             f"{count} of {heights.size} points lie more than {SPIKE:g} times farther from "
-            f"the median than usual (lowest {low:g} m, highest {high:g} m): not heights; "
-            'leave them out by `repaired()`, or `valid=("-1 mm", "1 mm")` when reading'
+            f"the median than usual (lowest {low:g} m, highest {high:g} m); remove them "
+            'with `repaired()`, or `valid=("-1 mm", "1 mm")` when reading'
         )
     return ""
 
 
 def pixel_of(pixel: Any, axes: int) -> tuple[float, ...]:
-    """Distance of neighbours [m] along each axis, from one for all or one for each."""
+    """Return the distance of neighbours [m] along each axis, from one value or one per axis."""
     if isinstance(pixel, (list, tuple)):
         steps = tuple(_step(distance) for distance in pixel)
     elif isinstance(pixel, np.ndarray) and pixel.ndim:
@@ -153,12 +151,12 @@ def pixel_of(pixel: Any, axes: int) -> tuple[float, ...]:
 
 
 def length_of(name: str, value: Any, example: str) -> float:
-    """A length [m], from a number in metres or text with a unit."""
+    """Return a length [m] from a number in metres or text with a unit."""
     return _quantity(name, value, LENGTH, example, 1e-5)
 
 
 def area_of(area: Any) -> float:
-    """Apparent area [m^2], from a number in square metres or text such as "2 cm^2"."""
+    """Return an area [m^2] from a number in square metres or text such as "2 cm^2"."""
     return _quantity("area", area, AREA, "2 cm^2", 1e-4)
 
 
@@ -179,7 +177,7 @@ def _step(value: Any) -> float:
 
 
 def height_array(heights: ArrayLike) -> NDArray[np.float64]:
-    """Heights of our own, read-only, of a usable shape; NaN where they are missing."""
+    """Validate heights and return them as a read-only array; NaN where they are missing."""
     mask = np.ma.getmaskarray(heights) if np.ma.isMaskedArray(heights) else None
     try:
         array = np.asarray(np.ma.getdata(heights) if mask is not None else heights)
@@ -200,10 +198,10 @@ def height_array(heights: ArrayLike) -> NDArray[np.float64]:
         raise InputError(
             f"`heights` must have at least two rows and two columns, got {rows} x {columns}{hint}"
         )
-    # Our own results come locked and owned by nobody else: no need to copy them.
+    # Arrays locked by this package are not copied.
     shared = array.dtype == np.float64 and array.flags.c_contiguous and mask is None
     if not (shared and not array.flags.writeable and array.base is None):
-        with np.errstate(all="ignore"):  # what overflows is found below
+        with np.errstate(all="ignore"):  # overflow is detected below
             array = np.array(array, dtype=np.float64, order="C")
     if mask is not None:
         array[mask] = np.nan
@@ -219,8 +217,7 @@ def _check_values(array: NDArray[np.float64]) -> None:
     if math.isinf(low) or math.isinf(high):
         count = np.count_nonzero(np.isinf(array))
         raise InputError(
-            f"`heights` must be finite, or NaN where they are missing: {count} of "
-            f"{array.size} are infinite"
+            f"`heights` must be finite, or NaN where missing: {count} of {array.size} are infinite"
         )
     if max(-low, high) > LARGEST:
         worst = low if -low > high else high

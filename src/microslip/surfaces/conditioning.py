@@ -1,4 +1,4 @@
-"""From a scan as measured to the heights to evaluate: form, outliers, gaps, band of wavelengths."""
+"""Conditioning of a scan: cropping, form, outliers, gaps, band of wavelengths."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from microslip.surfaces.options import FILTERS, LEVELS, OUTLIERS
 Map = TypeVar("Map", bound=HeightMap)
 Filter = Literal["gaussian", "robust", "spline"]
 
-_ROUNDING = 1e-14  # of the heights: less is left of an exact plane
+_ROUNDING = 1e-14  # residual of an exact plane over the heights
 _MEANS = {"gaussian": smooth, "robust": robust_mean, "spline": spline_mean}
 _FILTERS = dict(zip(FILTERS, ("Gaussian", "robust Gaussian regression", "spline"), strict=True))
 
@@ -38,47 +38,44 @@ def condition(
     filter: Filter = "gaussian",
     crop: Any = None,
 ) -> Map:
-    """Crop, remove outliers, level, fill and limit the band of wavelengths, in this order.
+    """Crop, remove outliers, level, fill and filter a scan, in this order.
 
     Parameters
     ----------
     level : {"plane", "quadratic", "cylinder", "lines", "mean"}, optional
-        Form to be removed, by least squares on the points there are. "cylinder" is a plane
-        and a parabola across one direction, whichever fits best; "lines" a straight line of
-        each row (along x) by itself, which takes away steps and drift from row to row, and
-        with them the waves along y that a row sees as a constant.
+        Form to remove, fitted by least squares. "cylinder" is a plane and a parabola in the
+        direction that fits best; "lines" is a straight line for each row (along x), which removes
+        steps and drift between rows together with waves along y.
     outliers : float, optional
-        Points farther than so many robust standard deviations from the median of their
-        neighbours go missing; 6 is usual.
+        Points farther than this number of robust standard deviations [-] from the median of their
+        neighbours are set as missing; 6 is usual.
     fill : {"interpolate"}, optional
-        Fill missing points from those around them (see Notes).
+        Interpolate missing points (see Notes).
     cutoff : float or str, optional
-        Short-wave cut-off [m], or such as "10 um": shorter waves are removed.
+        Short-wave cut-off [m], or text such as "10 um": shorter waves are removed.
     long_cutoff : float or str, optional
-        Long-wave cut-off [m]: longer waves, the mean among them, are removed.
+        Long-wave cut-off [m]: longer waves, including the mean, are removed.
     filter : {"gaussian", "robust", "spline"}
-        Filter of the long-wave cut-off. "robust" is a Gaussian regression of second order that
-        scratches and pits do not pull (ISO 16610-31:2016, -71:2014), "spline" a smoothing
-        cubic spline (ISO 16610-22:2015; of areas a plate, the same in all directions). Neither
-        bends at the ends.
+        Filter of the long-wave cut-off. "robust" is a Gaussian regression of second order
+        insensitive to scratches and pits (ISO 16610-31:2016, -71:2014), "spline" a smoothing cubic
+        spline (ISO 16610-22:2015; for areas an isotropic plate). Neither has end effects.
     crop : float, str or pair of them, optional
-        Length [m] that is cut off each end, or one along x and one along y.
+        Length [m] to remove at each end, or lengths along x and y.
 
     Returns
     -------
     Scan
-        The conditioned scan; its notes and cut-offs tell what was done.
+        The conditioned scan; its notes and cut-offs record the steps.
 
     Notes
     -----
-    In words of ISO 25178-3 ``cutoff`` is the nesting index of the S-filter, ``level`` the
-    F-operation and ``long_cutoff`` the nesting index of the L-filter. The form goes first here,
-    so that a tilt does not leak through the ends of the S-filter; inside the two orders agree.
-    The Gaussian filters transmit half the amplitude at the cut-off (ISO 16610-61:2015; of
-    profiles, ISO 16610-21:2011). At edges and gaps the weights of the points there are sum to
-    one, by normalised convolution. Filling solves the discrete Laplace equation in the gaps
-    approximately, from coarse to fine grids: smooth, the same on every machine, and in a time
-    that grows with the number of points.
+    In terms of ISO 25178-3, ``cutoff`` is the nesting index of the S-filter, ``level`` the
+    F-operation and ``long_cutoff`` the nesting index of the L-filter. The form is removed first, so
+    that a tilt does not leak through the ends of the S-filter; away from the ends both orders
+    agree. The Gaussian filters transmit half the amplitude at the cut-off (ISO 16610-61:2015; for
+    profiles ISO 16610-21:2011). At edges and gaps the weights are normalised to sum to one.
+    Filling solves the discrete Laplace equation in the gaps approximately, from coarse to fine
+    grids, in a time proportional to the number of points.
     """
     if crop is not None:
         scan = _cropped(scan, crop)
@@ -98,8 +95,8 @@ def condition(
         heights, removed = without_form(heights, scan.pixel, level)
         if float(np.nanmax(np.abs(heights))) <= _ROUNDING * before:
             raise InputError(
-                f'{scan.name[:60]}: `level="{level}"` leaves nothing but '
-                "rounding: no roughness to measure"
+                f'{scan.name[:60]}: `level="{level}"` leaves only rounding '
+                "errors: there is no roughness to measure"
             )
         notes.append(f"level: {level} removed, {engineering(removed, 'm')} high.")
     unfiltered = scan._unfiltered
@@ -109,16 +106,16 @@ def condition(
         count = int(np.count_nonzero(np.isnan(heights)))
         if count:
             heights = filled(heights)
-        notes.append(f"fill: {count} of {heights.size} points interpolated from around them.")
+        notes.append(f"fill: {count} of {heights.size} points interpolated.")
     ends = {"cutoff": scan.cutoff, "long_cutoff": scan.long_cutoff}
     noise = scan._noise_before
     if short is not None:
         if scan.cutoff is None and not scan.is_profile:
             noise = scan.noise if heights is scan.heights else noise_std(heights)
         heights = smooth(heights, scan.pixel, short)
-        # The exponents of two Gaussians add.
+        # Cut-offs of successive Gaussian filters add in quadrature.
         both = ends["cutoff"] = math.hypot(scan.cutoff or 0.0, short)
-        sum_ = "" if scan.cutoff is None else f", {engineering(both, 'm')} with the one before"
+        sum_ = "" if scan.cutoff is None else f", {engineering(both, 'm')} with the earlier filter"
         notes.append(
             f"cutoff: waves shorter than {engineering(short, 'm')} removed{sum_} (Gaussian filter, "
             "half the amplitude there)."
@@ -138,10 +135,10 @@ def condition(
 
 
 def _cropped(scan: Map, crop: Any) -> Map:
-    """The scan without its ends; one length of all, or one along x and one along y."""
+    """Return the scan without its ends, with one length for all axes or one per axis."""
     lengths = tuple(crop) if isinstance(crop, (tuple, list)) else (crop,)
     if not 1 <= len(lengths) <= len(scan.pixel):
-        raise InputError(f"`crop` must be a length, or one an axis, got {quote(crop)}")
+        raise InputError(f"`crop` must be a length, or one length per axis, got {quote(crop)}")
     ends = [length_of("crop", length, "0.4 mm") for length in lengths]
     ends = ends * len(scan.pixel) if len(ends) == 1 else ends
     counts = [math.ceil(end / step - 1e-9) for end, step in zip(ends, scan.pixel, strict=True)]
@@ -153,7 +150,7 @@ def _cropped(scan: Map, crop: Any) -> Map:
     middle = tuple(
         slice(c, n - c) for n, c in zip(scan.heights.shape, reversed(counts), strict=True)
     )
-    note = f"crop: {' x '.join(_readable(end) for end in ends)} cut off each end."
+    note = f"crop: {' x '.join(_readable(end) for end in ends)} removed at each end."
     unfiltered = scan._unfiltered
     if unfiltered is not None:
         unfiltered = unfiltered.changed(lock(np.array(unfiltered.heights[middle])))
@@ -162,7 +159,7 @@ def _cropped(scan: Map, crop: Any) -> Map:
 
 
 def band(scan: HeightMap, cutoff: Any, long_cutoff: Any) -> tuple[float | None, float | None]:
-    """Both cut-offs [m], if this scan can be filtered so."""
+    """Validate both cut-offs [m] for a scan."""
     shortest, longest = 2.0 * max(scan.pixel), min(scan.size)
     cutoffs: list[float | None] = []
     for name, value in (("cutoff", cutoff), ("long_cutoff", long_cutoff)):
@@ -192,7 +189,7 @@ def band(scan: HeightMap, cutoff: Any, long_cutoff: Any) -> tuple[float | None, 
 
 
 def remaining(scan: HeightMap, cutoff: float | None) -> float | None:
-    """Cut-off of the filter that takes a scan to a cut-off, whatever was filtered before."""
+    """Return the cut-off of the filter that takes a filtered scan to a longer cut-off."""
     before = scan.cutoff
     if cutoff is None or before is None:
         return cutoff
@@ -211,7 +208,7 @@ def remaining(scan: HeightMap, cutoff: float | None) -> float | None:
     next_one = engineering(math.hypot(before, 1.01 * shortest), "m", 4, trim=True)
     raise InputError(
         f"`cutoff` must be the {applied} that was applied before, or at least "
-        f"{next_one}, got {came}: what is between takes a filter of two pixels or less"
+        f"{next_one}, got {came}: the filter in between would need a cut-off below two pixels"
     )
 
 
@@ -247,20 +244,21 @@ def _without_outliers(scan: HeightMap, limit: float) -> tuple[np.ndarray, str]:
     minimum = 4 if scan.is_profile else 9
     if (remaining_count := int(np.count_nonzero(~np.isnan(heights)))) < minimum:
         raise InputError(
-            f"`outliers`: only {remaining_count} of {heights.size} points would be left"
+            f"`outliers`: only {remaining_count} of {heights.size} points would remain; use a "
+            "larger number of standard deviations"
         )
     return heights, (
         f"outliers: {count} of {heights.size} points farther than {limit:g} robust standard "
-        "deviations from the median of their neighbours are missing now."
+        "deviations from the median of their neighbours set as missing."
     )
 
 
-_PASSES = 40  # of conjugate gradients on each grid: bounds the time; a guess is there already
-_TOLERANCE = 1e-5  # residual, beside that of the first guess
+_PASSES = 40  # conjugate gradient steps per grid, to bound the time
+_TOLERANCE = 1e-5  # residual over that of the initial guess
 
 
 def outliers(heights: Floats, threshold: float) -> np.ndarray:
-    """Outliers among neighbouring points."""
+    """Return a mask of outliers among neighbouring points."""
     from scipy.ndimage import median_filter
 
     gaps = np.isnan(heights)
@@ -268,7 +266,7 @@ def outliers(heights: Floats, threshold: float) -> np.ndarray:
     away = np.abs(flat - median_filter(flat, size=5, mode="mirror"))
     away[gaps] = 0.0
     usual = float(np.median(away[~gaps]))
-    if usual == 0.0:  # few digits: most points are their neighbours' median
+    if usual == 0.0:  # few digits: most points equal the median of their neighbours
         steps = np.concatenate([np.diff(flat, axis=a).ravel() for a in range(flat.ndim)])
         steps = np.abs(steps[steps != 0.0])
         usual = float(np.median(steps)) if steps.size else 0.0
@@ -276,7 +274,7 @@ def outliers(heights: Floats, threshold: float) -> np.ndarray:
 
 
 def _untilted(heights: Floats) -> Floats:
-    """Heights without their tilt, which mirrored edges would bend; outliers do not count."""
+    """Return heights without tilt, which mirrored edges would distort; robust against outliers."""
     result = heights
     for axis, count in enumerate(heights.shape):
         step = max(1, heights.size // 200_000)
@@ -288,13 +286,12 @@ def _untilted(heights: Floats) -> Floats:
 
 
 def filled(heights: Floats) -> Floats:
-    """Heights with the gaps filled smoothly from around them.
+    """Return heights with the gaps filled smoothly.
 
-    In the gaps the discrete Laplace equation is solved, nothing flowing over the edges of the
-    scan: each point is the mean of its neighbours, so no filled point is higher or lower than all
-    points around its gap, but for what is left of a plane of the whole scan, which is taken out
-    before and put back after. A coarser grid gives the first guess, and so on down; on each the
-    conjugate gradients are stopped after at most 40 passes.
+    The discrete Laplace equation is solved in the gaps with no flux over the edges of the scan:
+    each filled point is the mean of its neighbours and lies between the heights around its gap,
+    relative to the mean plane, which is removed first and added afterwards. Coarser grids give the
+    initial guess; on each grid the conjugate gradients stop after at most 40 steps.
     """
     grid = heights[None] if heights.ndim == 1 else heights
     gaps = np.isnan(grid)
@@ -314,7 +311,7 @@ def filled(heights: Floats) -> Floats:
 
 
 def _extended(grid: Floats, flat: Floats, gaps: np.ndarray) -> Floats:
-    """The plane that was taken out, at every point."""
+    """Return the removed plane at every point."""
     rows, columns = (np.linspace(-1.0, 1.0, n) if n > 1 else np.zeros(1) for n in grid.shape)
     there = np.flatnonzero(~gaps.ravel())
     if there.size > 10_000:
@@ -327,7 +324,6 @@ def _extended(grid: Floats, flat: Floats, gaps: np.ndarray) -> Floats:
 
 
 def _fill(values: Floats, gaps: np.ndarray) -> None:
-    """Fill the gaps of an array in place."""
     if not gaps.any():
         return
     coarse, coarse_gaps = _coarser(values, gaps)
@@ -338,7 +334,7 @@ def _fill(values: Floats, gaps: np.ndarray) -> None:
 
 
 def _coarser(values: Floats, gaps: np.ndarray) -> tuple[Floats, np.ndarray]:
-    """Means of the points there are of each two by two."""
+    """Return means of the points present in each block of two by two."""
     sums, counts = np.where(gaps, 0.0, values), np.subtract(1.0, gaps)
     for axis in (0, 1):
         starts = np.arange(0, values.shape[axis], 2)
@@ -348,7 +344,7 @@ def _coarser(values: Floats, gaps: np.ndarray) -> tuple[Floats, np.ndarray]:
 
 
 def _finer(coarse: Floats, shape: tuple[int, ...]) -> Floats:
-    """Linear interpolation between the centres of the blocks."""
+    """Interpolate linearly between the centres of the blocks."""
     result = coarse
     for axis in (0, 1):
         place = np.clip(0.5 * np.arange(shape[axis]) - 0.25, 0.0, coarse.shape[axis] - 1)
@@ -379,12 +375,12 @@ def _relax(values: Floats, gaps: np.ndarray) -> None:
             fixed[row[~inside]] += values[there][mine][~inside]
             entries.append((row[inside], neighbour[inside]))
     rows, columns = (np.concatenate(part) for part in zip(*entries, strict=True))
-    # The parts are counted, not stored as numbers of eight bytes: a scan may have millions.
+    # Single precision for the counts, since a scan may have millions of gaps.
     links = coo_matrix((np.ones(rows.size, dtype=np.float32), (rows, columns)), (count, count))
     links = links.tocsr().astype(float)
     guess = values[gaps]
     residual = fixed - degree * guess + links @ guess
-    # Those with the most known neighbours are the surest: scale each row to one.
+    # Jacobi preconditioner: scale each row by its number of neighbours.
     step = residual / degree
     size = first = float(residual @ step)
     for _ in range(_PASSES):

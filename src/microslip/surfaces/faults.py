@@ -1,8 +1,8 @@
-"""Faults that an instrument or its software leaves in a map of heights, each by its own mark.
+"""Faults of an instrument or its software in a height map, each detected by its own signature.
 
-They are looked for in the heights as they are in the file: filters and levelling hide most of them.
-Missing points count nowhere. What is compared is robust (medians over whole lines), so that a
-scratch or a spike is none of these faults.
+Faults are detected in the heights as stored in the file, since filters and levelling hide most of
+them. Missing points are ignored. The compared quantities are medians over whole lines, which
+scratches and spikes do not affect.
 """
 
 from __future__ import annotations
@@ -27,38 +27,39 @@ from microslip.surfaces.repair import spikes
 
 FAULT = "fault"
 _FEWEST = 16  # points along each side
-_NORMAL = 1.4826  # standard deviation over median distance
+_NORMAL = 1.4826  # standard deviation over median absolute deviation of a Gaussian
 
 _CLIPPED = 4.0
-"""Points at the very end of the heights, over those of the next height of as many digits."""
+"""Number of points at an extreme height over the number at the next height."""
 _PEAKS = 0.5
-"""Mean height beside gaps, over the standard deviation, above which gaps hide peaks."""
+"""Mean height next to gaps, over the standard deviation, above which gaps hide peaks."""
 _PEAKS_OF_FEW = 1.5
-"""The same of fewer than eight gaps, one of which may lie on a hill by chance."""
+"""Limit for fewer than eight gaps, one of which may lie on a hill by chance."""
 _CERTAIN = 5.0
-"""Correlation of both halves of lines, over what chance makes of so many."""
+"""Correlation of both halves of lines, over its standard deviation by chance."""
 _WHITE = -0.4
-"""Correlation of the offset of a line over its neighbours with the next: -2/3 if white."""
+"""Correlation of the offset of a line, relative to its neighbours, with the next: -2/3 if white."""
 _LEAST = 0.02
-"""Offsets, waves and steps over the standard deviation of heights, below which they do no harm."""
+"""Offsets, waves and steps over the standard deviation of heights, below which they are harmless.
+"""
 _PARTS = 8
-"""Parts along the lines whose waves are compared."""
+"""Number of parts along the lines whose waves are compared."""
 _COHERENT = 30.0
-"""Power of the mean wave of all parts over what chance makes of it."""
+"""Power of the mean wave of all parts over its expected value by chance."""
 _LINE = 30.0
-"""Power of a wave over the median of those beside it; chance reaches it once in a billion."""
+"""Power of a wave over the median of its neighbours; exceeded by chance once in a billion."""
 _LOWEST = 6
-"""Waves over the lines from which on one is no form."""
+"""Smallest number of waves over the lines that is not form."""
 _DIGITS = 0.1
-"""Smallest difference of heights over their standard deviation."""
+"""Smallest height difference over the standard deviation that counts as coarse."""
 _STEP = 6.0
-"""A jump between two lines over the usual one."""
+"""Jump between two lines over the usual jump."""
 _BOW = 1.0
-"""Standard deviation of the quadratic form over that of what is left."""
+"""Standard deviation of the quadratic form over that of the residual."""
 
 
 def faults(heights: Floats) -> list[Remark]:
-    """Faults of a map of heights [m]: kind, number, and remedy."""
+    """Return the faults of a height map [m]: kind, number, and remedy."""
     if heights.ndim != 2 or min(heights.shape) < _FEWEST:
         return []
     there = heights[~np.isnan(heights)]
@@ -79,7 +80,7 @@ def faults(heights: Floats) -> list[Remark]:
     words += of_form or _bow(form, std)
     for lines, across in (("rows", flat), ("columns", flat.T)):
         raw = heights if lines == "rows" else heights.T
-        if coarse:  # lines may be alike by their digits
+        if coarse:  # lines may be equal because of rounding
             continue
         words += _stuck(lines, raw) or [
             *edge_words(lines, across),
@@ -91,12 +92,12 @@ def faults(heights: Floats) -> list[Remark]:
 
 
 def is_bow(note: str) -> bool:
-    """Whether a note of a scan is the fault of a bowed form."""
+    """Return whether a note of a scan reports a bowed form."""
     return isinstance(note, Remark) and note.kind == FAULT and note.words.startswith("bow:")
 
 
 def _levelled(heights: Floats) -> tuple[Floats, Floats, float]:
-    """Return heights without their plane, without a bow as well, and its standard deviation."""
+    """Return heights without plane, without quadratic form, and the std of that form [m]."""
     plane, _ = level(heights, (1.0, 1.0), "plane")
     try:
         flat, _ = level(heights, (1.0, 1.0), "quadratic")
@@ -110,7 +111,7 @@ def _long(length: float) -> str:
 
 
 def _clipped(there: Floats) -> list[str]:
-    """Points at one end that are as high as the end, far more than just below it."""
+    """Report far more points at an extreme height than next to it."""
     words = []
     ordered = np.sort(there)
     for name, sign, run in (("tops", "highest", ordered[::-1]), ("dales", "lowest", ordered)):
@@ -120,15 +121,15 @@ def _clipped(there: Floats) -> list[str]:
         beside = int(np.count_nonzero(run == run[at_end]))
         if at_end > _CLIPPED * beside:
             words.append(
-                f"clipped {name}: {at_end} points are all of the {sign} height and {beside} of the "
-                "next: the instrument's range ended there; scan again with a longer range, for "
+                f"clipped {name}: {at_end} points have the {sign} height and {beside} the next, "
+                "so the instrument range ended there; scan again with a larger range, because "
                 "summits and stiffness of a clipped scan are wrong."
             )
     return words
 
 
 def _missing_peaks(heights: Floats, flat: Floats, std: float) -> list[str]:
-    """Gaps on high places: the mean of what is beside each gap, over many gaps."""
+    """Report gaps on high places, from the mean height around each gap."""
     from scipy import ndimage
 
     gaps = np.isnan(heights)
@@ -147,14 +148,13 @@ def _missing_peaks(heights: Floats, flat: Floats, std: float) -> list[str]:
     if height < (_PEAKS if count >= 8 else _PEAKS_OF_FEW) or height < 5.0 * error:
         return []
     return [
-        f"missing peaks: the points beside {count} gaps lie {height:.2g} standard deviations above "
-        "the mean: steep or bright tops were not measured; scan again with other light, since "
-        "interpolated points have no peaks."
+        f"missing peaks: the points around {count} gaps lie {height:.2g} standard deviations above "
+        "the mean, so steep or bright tops were not measured; scan again with other lighting, "
+        "because interpolated points have no peaks."
     ]
 
 
 def _few_digits(there: Floats, std: float) -> list[str]:
-    """Heights on a few levels."""
     levels = np.unique(there[:: max(1, there.size // 200_000)])
     if levels.size < 3 or levels.size > 0.05 * there.size:
         return []
@@ -162,8 +162,8 @@ def _few_digits(there: Floats, std: float) -> list[str]:
     if step < _DIGITS * std:
         return []
     return [
-        f"heights of few digits: they differ by {_long(step)} at least, {step / std:.2g} of their "
-        "standard deviation, and curvatures are of these steps; save the scan with more digits, or "
+        f"heights of few digits: they differ by at least {_long(step)}, {step / std:.2g} of their "
+        "standard deviation, which dominates the curvatures; save the scan with more digits, or "
         "filter with a cut-off of many pixels."
     ]
 
@@ -172,14 +172,14 @@ def _bow(form: float, std: float) -> list[str]:
     if form < _BOW * std:
         return []
     return [
-        f"bow: a quadratic form of {_long(form)} (standard deviation) is in the heights, "
-        f'{form / std:.2g} of all else; take it out by `level="quadratic"`, unless the parts '
-        "touch with it."
+        f"bow: the heights contain a quadratic form of {_long(form)} (standard deviation), "
+        f'{form / std:.2g} times the residual; remove it with `level="quadratic"`, unless the '
+        "parts touch in this form."
     ]
 
 
 def _stuck(lines: str, heights: Floats) -> list[str]:
-    """Lines that repeat the one before, or hold one height."""
+    """Report lines that repeat the previous line or have constant height."""
     there = ~np.isnan(heights)
     compared = there[1:] & there[:-1]
     equal = (heights[1:] == heights[:-1]) & compared
@@ -190,16 +190,16 @@ def _stuck(lines: str, heights: Floats) -> list[str]:
         return []
     first = int(np.flatnonzero(repeated)[0]) + 1
     return [
-        f"stuck lines: {number} of the {lines} repeat the one before them (the first is number "
-        f"{first + 1}); cut them out, or scan again."
+        f"stuck lines: {number} of the {lines} repeat the previous one (the first is number "
+        f"{first + 1}); remove them, or scan again."
     ]
 
 
 def _halves(differences: Floats) -> tuple[Floats, Floats]:
-    """Median along both halves of each line, zero where points are missing."""
+    """Return medians along both halves of each line, zero where points are missing."""
     half = differences.shape[1] // 2
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # of lines that are missing
+        warnings.simplefilter("ignore", RuntimeWarning)  # missing lines
         first, second = (
             np.nan_to_num(np.nanmedian(part, axis=1))
             for part in (differences[:, :half], differences[:, half:])
@@ -208,13 +208,14 @@ def _halves(differences: Floats) -> tuple[Floats, Floats]:
 
 
 def _offsets(lines: str, flat: Floats, std: float) -> list[str]:
-    """An offset of each line, the same along both halves of it and white from line to line.
+    """Report an offset of each line, equal along both halves and white from line to line.
 
-    The offset over the mean of both neighbours' is 3/2 of the variance of offsets and -2/3
-    correlated with the next one; that of waves of four lines and more is correlated above zero.
+    Relative to the mean of both neighbours, the variance of white offsets is 3/2 and their
+    correlation with the next line -2/3; for waves of four and more lines the correlation is
+    positive.
     """
     first, second = _halves(flat[1:-1] - 0.5 * (flat[:-2] + flat[2:]))
-    limit = 6.0 * _NORMAL * float(np.median(np.abs(first + second)))  # no scratch, no step
+    limit = 6.0 * _NORMAL * float(np.median(np.abs(first + second)))  # excludes scratches and steps
     sound = np.abs(first + second) <= limit
     first, second = np.where(sound, first, 0.0), np.where(sound, second, 0.0)
     common = float(np.mean(first * second))
@@ -227,14 +228,14 @@ def _offsets(lines: str, flat: Floats, std: float) -> list[str]:
         return []
     word = lines[:-1]
     return [
-        f"{word} noise: each {word} has an offset of its own, {_long(size)} (standard deviation), "
-        f"{size / std:.2g} of that of the heights; take the median of each {word} off before, or "
+        f"{word} noise: the {lines} have random offsets of {_long(size)} (standard deviation), "
+        f"{size / std:.2g} of that of the heights; subtract the median of each {word} first, or "
         "scan again."
     ]
 
 
 def _steps(lines: str, flat: Floats, std: float) -> list[str]:
-    """A jump between two lines that is there along both halves of them, and stays."""
+    """Report a permanent jump between two lines, present along both halves."""
     halves = _halves(np.diff(flat, axis=0))
     jumps = 0.5 * (halves[0] + halves[1])
     usual = _NORMAL * float(np.median(np.abs(jumps)))
@@ -251,14 +252,14 @@ def _steps(lines: str, flat: Floats, std: float) -> list[str]:
     place, size = max(places, key=lambda found: abs(found[1]))
     return [
         f"stitching steps: between {lines} {place + 1} and {place + 2} all heights jump by "
-        f"{_long(abs(size))}, {abs(size) / usual:.2g} times what is usual"
-        + (f", and at {len(places) - 1} more places" if len(places) > 1 else "")
-        + "; stitch again with more overlap, or cut the scan there."
+        f"{_long(abs(size))}, {abs(size) / usual:.2g} times the usual jump"
+        + (f", and at {len(places) - 1} more positions" if len(places) > 1 else "")
+        + "; stitch again with more overlap, or split the scan there."
     ]
 
 
 def _wave(lines: str, flat: Floats, std: float) -> list[str]:
-    """One wave across lines, of one phase along each, of a surface whose lay it is not."""
+    """Report a wave across the lines with equal phase along them, unless it is the lay."""
     count = min(_PARTS, flat.shape[1] // 8)
     filled = np.where(np.isnan(flat), 0.0, flat)
     parts = np.array([part.mean(axis=1) for part in np.array_split(filled, count, axis=1)])
@@ -267,7 +268,7 @@ def _wave(lines: str, flat: Floats, std: float) -> list[str]:
     window = np.hanning(len(flat))
     waves = np.fft.rfft(parts * window, axis=1) / window.sum() * 2.0
     mean = waves.mean(axis=0)
-    # Of waves that have nothing to do with each other the ratio is of Fisher's distribution.
+    # For independent waves the ratio follows an F distribution.
     scatter = (np.abs(waves - mean) ** 2).sum(axis=0) / (count - 1) / count
     ratio = np.abs(mean) ** 2 / np.maximum(scatter, 1e-300)
     power = np.abs(mean) ** 2
@@ -280,7 +281,8 @@ def _wave(lines: str, flat: Floats, std: float) -> list[str]:
     if best < _LINE or size < 2.0 * _LEAST * std or ratio[top] < _COHERENT:
         return []
     return [
-        f"vibration lines: a wave of {len(flat) / top:.3g} {lines} and {_long(size)} amplitude is "
-        f"the same along each, {size / std:.2g} of the heights' standard deviation; if it is no "
-        "feed mark, scan again without the vibration, or filter with a longer cut-off."
+        f"vibration lines: a wave of {len(flat) / top:.3g} {lines} with {_long(size)} amplitude, "
+        f"{size / std:.2g} of the standard deviation of heights, has the same phase along all "
+        f"{lines}; unless it is a feed mark, scan again without the vibration, or filter with a "
+        "longer cut-off."
     ]

@@ -1,4 +1,4 @@
-"""Heights of a scan as colours, and its summits; who calls says of what."""
+"""Figures of a scan: height map, profile trace and summits."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from microslip.figures.kit import coarse, coloured, length_prefix
 from microslip.figures.plot import Axis, Panel, Pixels, Plot
 
 SHARE = 0.005
-"""Share of the points at either end of the colour scale that are beyond it."""
+"""Fraction of the points beyond each end of the colour scale."""
 
 
 def trace_figure(scan: Any, title: str = "") -> Plot:
-    """Heights along a profile."""
+    """Return the figure of a profile."""
     unit, letter = length_prefix(scan.size[0])
     heights = scan.heights - float(np.nanmean(scan.heights))
     h_unit, h_letter = prefix(float(np.nanmax(np.abs(heights))))
@@ -29,7 +29,7 @@ def trace_figure(scan: Any, title: str = "") -> Plot:
 
 
 def map_figure(scan: Any) -> Plot:
-    """A map of the heights, cividis from low to high; of a profile, its trace."""
+    """Return the figure of the heights, from low to high in cividis; a trace for a profile."""
     if scan.is_profile:
         return trace_figure(scan)
     low, high = np.nanquantile(scan.heights, (SHARE, 1.0 - SHARE)).tolist()
@@ -43,7 +43,7 @@ def map_figure(scan: Any) -> Plot:
 
 
 def summit_figure(summits: Any) -> Plot:
-    """Positions of the summits, as rings on a map of the heights; of a profile, on it."""
+    """Return the figure of the summits as rings on the area of the scan."""
     if summits.scan.is_profile:
         return trace_figure(summits.scan)
     panel = _map_panel(summits.scan)
@@ -60,7 +60,7 @@ def summit_figure(summits: Any) -> Plot:
 
 
 def _page_height(scan: Any) -> float:
-    """Height of a page whose width the map fills [in]."""
+    """Return the page height [in] at which a map fills the width."""
     return float(min(max(6.0 * scan.size[1] / scan.size[0], 2.0), 8.0)) + 0.8
 
 

@@ -1,4 +1,4 @@
-"""From a file to a scan: format, units, pixel size, missing points, and the notes."""
+"""Conversion of a file to a scan: format, units, pixel size, missing points, and notes."""
 
 from __future__ import annotations
 
@@ -24,58 +24,58 @@ from microslip.surfaces.checks import (
     repeated,
 )
 from microslip.surfaces.faults import faults
-from microslip.surfaces.heights_in_files import RawHeights, Wishes, read_heights
+from microslip.surfaces.heights_in_files import FileOptions, RawHeights, read_heights
 from microslip.surfaces.repair import fill_values
 
 SUSPECT = "suspect"
-"""Kind of a remark that tells of points which may stand for "nothing measured"."""
+"""Kind of a remark on points that may denote missing measurements."""
 
 UNIT_QUESTION = "likely unit error"
-"""Kind of one that asks whether units are right."""
+"""Kind of a remark on probably wrong units."""
 
-_TEXTS = ("csv", "txt", "tsv", "dat", "prn")  # endings that say no more than that it is text
+_TEXTS = ("csv", "txt", "tsv", "dat", "prn")  # suffixes that denote text
 
 
-class Understood(NamedTuple):
-    """Content of a file as a scan."""
+class ScanContent(NamedTuple):
+    """Content of a file in SI units."""
 
     heights: np.ndarray
-    """[m], NaN where missing."""
+    """Heights [m], NaN where missing."""
     pixel: tuple[float, ...]
-    """Distance of neighbours [m]."""
+    """Distance between neighbouring points [m]."""
     name: str
     notes: tuple[str, ...]
 
 
-def read(path: Path, wishes: Wishes, limit: int = POINTS) -> Understood:
-    """Heights of a file as what is stated of it says; an InputError names the file."""
+def read(path: Path, options: FileOptions, limit: int = POINTS) -> ScanContent:
+    """Read a scan with the options given by the user; an InputError names the file."""
     with reading(path, "a scan", limit, shorten(str(path), 200)):
-        _check(wishes)
-        wishes = replace(wishes, format=_format(wishes.format))
+        _check(options)
+        options = replace(options, format=_format(options.format))
         if not path.is_dir() and path.exists() and not path.is_file():
             raise ValueError("wanted a file, got a device or a pipe")
-        return _understood(read_heights(path, wishes), path, wishes)
+        return _scan_content(read_heights(path, options), path, options)
 
 
-def _check(wishes: Wishes) -> None:
-    if wishes.format is not None and not isinstance(wishes.format, str):
-        raise InputError(f"`format` must be text, got {quote(wishes.format)}")
+def _check(options: FileOptions) -> None:
+    if options.format is not None and not isinstance(options.format, str):
+        raise InputError(f"`format` must be text, got {quote(options.format)}")
 
 
 def _format(name: str | None) -> str | None:
-    """The name of a format, from what can stand for it: an ending, or in capitals."""
+    """Return the name of a format, from a suffix or any capitalisation."""
     if name is None:
         return None
     word = name.strip().lower().removeprefix(".")
     return "text" if word in _TEXTS else word
 
 
-def _understood(raw: RawHeights, path: Path, wishes: Wishes) -> Understood:
+def _scan_content(raw: RawHeights, path: Path, options: FileOptions) -> ScanContent:
     raw = _line(raw)
-    factors, notes = _units(raw, wishes)
-    pixel, origin = _pixel(raw, wishes, factors[0])
+    factors, notes = _units(raw, options)
+    pixel, origin = _pixel(raw, options, factors[0])
     heights = _metres(raw.values, factors[1])
-    notes += _valid(heights, wishes.valid)
+    notes += _valid(heights, options.valid)
     heights = height_array(heights)
     pixel = pixel_of(pixel, heights.ndim)
     name = shorten(path.name, 100)
@@ -86,7 +86,7 @@ def _understood(raw: RawHeights, path: Path, wishes: Wishes) -> Understood:
     if low == high:
         raise ValueError(
             f"all heights are {engineering(float(low), 'm', 6, trim=True)}: nothing to measure; "
-            "another channel or key?"
+            "read another channel or array"
         )
     missing = float(np.count_nonzero(np.isnan(heights)) / heights.size)
     if missing:
@@ -95,7 +95,7 @@ def _understood(raw: RawHeights, path: Path, wishes: Wishes) -> Understood:
         spiky = (
             f"spikes: {count} points lie more than a million times farther from the median "
             f"than usual, up to {engineering(float(max(abs(low), abs(high))), 'm')}; "
-            "`repaired()` removes them."
+            "remove them with `repaired()`."
         )
         notes.append(spiky)
     elif atom := repeated(heights):
@@ -103,25 +103,25 @@ def _understood(raw: RawHeights, path: Path, wishes: Wishes) -> Understood:
         lowest, highest = (engineering(limit, "m", 6, trim=True) for limit in limits)
         words = (
             f"{count} points are all {_length(value)}, far from all others; if that "
-            'stands for "nothing measured", `repaired()` leaves them out, or '
+            "denotes missing points, remove them with `repaired()`, or with "
             f'`valid=("{lowest}", "{highest}")` when reading.'
         )
         notes.append(Remark(SUSPECT, words))
     if (zeros := exact_zeros(heights)) is not None:
         words = (
-            f"{zeros} points are exactly 0, and no other height is there nearly as "
-            'often; if that stands for "nothing measured", mark them as missing first, or '
-            "leave them out by `outliers=6`."
+            f"{zeros} points are exactly 0, far more than at any other height; if 0 "
+            "denotes missing points, mark them as missing first, or remove them with "
+            "`outliers=6`."
         )
         notes.append(Remark(SUSPECT, words))
     measured = np.where(fill_values(heights), np.nan, heights)
     notes += [Remark(UNIT_QUESTION, question) for question in absurd(measured, pixel)]
     notes += faults(measured)
-    return Understood(heights, pixel, name, (first, *raw.notes, *notes))
+    return ScanContent(heights, pixel, name, (first, *raw.notes, *notes))
 
 
 def _line(raw: RawHeights) -> RawHeights:
-    """One row or column as what it is: a profile."""
+    """Return a single row or column as a profile."""
     shape = np.shape(raw.values)
     if len(shape) != 2 or min(shape) != 1 or max(shape) < 4:
         return raw
@@ -132,46 +132,44 @@ def _line(raw: RawHeights) -> RawHeights:
         raw,
         values=raw.values.reshape(-1),
         pixel=pixel,
-        notes=(*raw.notes, f"profile: {lines} of {max(shape)} points, taken for a profile."),
+        notes=(*raw.notes, f"profile: {lines} of {max(shape)} points, read as a profile."),
     )
 
 
-def _units(raw: RawHeights, wishes: Wishes) -> tuple[tuple[float, float], list[str]]:
-    """Metres of one unit of the coordinates and of the heights."""
+def _units(raw: RawHeights, options: FileOptions) -> tuple[tuple[float, float], list[str]]:
+    """Return metres per unit of the coordinates and of the heights, and notes."""
     if raw.unit is not None:
-        if wishes.unit is not None:
-            raise InputError(
-                f'the file says that heights are in "{shorten(raw.unit, 20)}"; leave out `unit`'
-            )
+        if options.unit is not None:
+            raise InputError(f'the file states heights in "{shorten(raw.unit, 20)}"; omit `unit`')
         factor = _factor(raw.unit)
-        return (factor, factor), [f"heights: in {shorten(raw.unit, 20)}, as the file says."]
+        return (factor, factor), [f"heights: in {shorten(raw.unit, 20)}, as stated in the file."]
     across, up = raw.columns
-    if wishes.unit is None:
+    if options.unit is None:
         if up is None:
             unit = '"um"' if across is None else f'("{across}", "um")'
             raise InputError(
-                f"the file does not say the unit of its heights; write `unit={unit}`, say"
+                f"the file does not state the unit of its heights; write for example `unit={unit}`"
             )
         if across is None and raw.steps is not None:
             raise InputError(
-                f'the file says that heights are in "{up}", but not the unit of coordinates; '
-                f'write `unit=("mm", "{up}")`, say'
+                f'the file states heights in "{up}", but not the unit of coordinates; '
+                f'write for example `unit=("mm", "{up}")`'
             )
-        return _factors((across or up, up), raw, "as the file says")
-    pair = wishes.unit if isinstance(wishes.unit, (list, tuple)) else (wishes.unit,) * 2
+        return _factors((across or up, up), raw, "as stated in the file")
+    pair = options.unit if isinstance(options.unit, (list, tuple)) else (options.unit,) * 2
     if len(pair) != 2:
         raise InputError(
-            '`unit`: wanted one such as "um", or one of the coordinates and one of the '
-            f'heights, `unit=("mm", "um")`, got {quote(wishes.unit)}'
+            '`unit`: wanted a unit such as "um", or units of the coordinates and of the '
+            f'heights such as `unit=("mm", "um")`, got {quote(options.unit)}'
         )
     for axis, file_unit, stated in zip(("coordinates", "heights"), (across, up), pair, strict=True):
         if file_unit is not None and _factor(file_unit) != _factor(stated):
             units = f'("{across or pair[0]}", "{up or pair[1]}")'
             raise InputError(
-                f'the file says that {axis} are in "{file_unit}", not "{shorten(stated, 20)}"; '
-                + ("leave out `unit`" if across and up else f"write `unit={units}`")
+                f'the file states {axis} in "{file_unit}", not "{shorten(stated, 20)}"; '
+                + ("omit `unit`" if across and up else f"write `unit={units}`")
             )
-    return _factors((pair[0], pair[1]), raw, "as stated")
+    return _factors((pair[0], pair[1]), raw, "as given")
 
 
 def _factors(
@@ -192,36 +190,36 @@ def _factor(unit: Any) -> float:
         raise InputError(f"`unit`: {error}") from None
 
 
-def _pixel(raw: RawHeights, wishes: Wishes, factor: float) -> tuple[tuple[float, ...], str]:
-    """Distance of neighbours [m], and who says it."""
+def _pixel(raw: RawHeights, options: FileOptions, factor: float) -> tuple[tuple[float, ...], str]:
+    """Return the distance of neighbours [m], and its source."""
     axes = np.ndim(raw.values)
-    if wishes.pixel is not None:
+    if options.pixel is not None:
         if axes not in (1, 2):
             axes = 2
         before = raw.pixel
-        source = "as stated"
+        source = "as given"
         if before is not None:
             steps = " x ".join(engineering(step, "m", 4) for step in dict.fromkeys(before))
-            source += f" (the file says {steps})"
-        return pixel_of(wishes.pixel, axes), source
+            source += f" (the file states {steps})"
+        return pixel_of(options.pixel, axes), source
     if raw.pixel is not None:
-        return raw.pixel, "as the file says"
+        return raw.pixel, "as stated in the file"
     if raw.steps is not None:
         return tuple(step * factor for step in raw.steps), "by its coordinates"
-    raise InputError(
-        'the file does not say the distance of neighbouring points; write `pixel="1.66 um"`, say'
-    )
+    raise InputError('the file does not state the pixel; write for example `pixel="1.66 um"`')
 
 
 def _metres(heights: np.ndarray, factor: float) -> np.ndarray:
-    """Heights [m] in an array of our own, missing ones NaN."""
+    """Return heights [m] as a new array, NaN where missing."""
     mask = np.ma.getmaskarray(heights) if np.ma.isMaskedArray(heights) else None
     values = np.ma.getdata(heights)
     if values.dtype.kind not in "iuf":
         raise ValueError(f"wanted real heights, got an array of {values.dtype}")
-    values = values.astype(np.float64, copy=False)  # first: shorter floats would round
-    with np.errstate(all="ignore"):  # what overflows is refused as a height
-        # Through the reciprocal where it is whole: 0.3 um becomes 3e-7 and not its neighbour.
+    values = values.astype(
+        np.float64, copy=False
+    )  # before scaling, to avoid rounding in single precision
+    with np.errstate(all="ignore"):  # overflow is rejected as a height
+        # Divide by a whole reciprocal: 0.3 um then becomes exactly 3e-7.
         reciprocal = round(1.0 / factor) if factor < 1.0 else 0
         exact = reciprocal and math.isclose(reciprocal * factor, 1.0, rel_tol=1e-15)
         result = values / float(reciprocal) if exact else values * factor
@@ -232,7 +230,7 @@ def _metres(heights: np.ndarray, factor: float) -> np.ndarray:
 
 
 def _valid(heights: np.ndarray, limits: Any) -> list[str]:
-    """Make what is beyond the possible heights missing, in place."""
+    """Set heights outside the possible range as missing, in place."""
     if limits is None:
         return []
     if not isinstance(limits, (list, tuple)) or len(limits) != 2:
@@ -242,7 +240,8 @@ def _valid(heights: np.ndarray, limits: Any) -> list[str]:
     low, high = (_height(limit) for limit in limits)
     if not low < high:
         raise InputError(
-            f"`valid`: the first must be the lower, got {_length(low)} and {_length(high)}"
+            f"`valid`: the first height must be the lower one, got {_length(low)} and "
+            f"{_length(high)}"
         )
     beyond = (heights < low) | (heights > high)
     count = int(np.count_nonzero(beyond))

@@ -1,7 +1,7 @@
-"""Filters of scans and profiles, also beside gaps and edges.
+"""Filters of areas and profiles with gaps and edges.
 
-Gaussian (ISO 16610-61 and -21), and robust against ends and outliers: regressions and splines
-(ISO 16610-31, -71, -22 and -62).
+Gaussian filters (ISO 16610-61 and -21), robust regression and splines (ISO 16610-31, -71, -22 and
+-62).
 """
 
 from __future__ import annotations
@@ -20,30 +20,30 @@ from microslip._core.errors import InputError
 from microslip._core.frozen import lock
 
 REACH = 1.0
-"""Half-width of the weights in cut-offs; beyond it they are below 1e-6 of the middle one."""
+"""Half-width of the weights in cut-offs, beyond which they are below 1e-6 of the central weight."""
 
-_LONG_KERNEL = 33  # taps from which the Fourier transform is the quicker way
-_BLOCK = 1 << 20  # numbers transformed at a time, so that memory stays small
+_LONG_KERNEL = 33  # taps from which the Fourier transform is faster
+_BLOCK = 1 << 20  # numbers transformed at a time, to limit memory
 
 
 def transmission(wavelength: Floats | float, cutoff: float) -> Floats:
-    """Share of the amplitude that the Gaussian short-wave filter transmits.
+    """Return the amplitude transmission of the Gaussian short-wave filter [-].
 
-    2^-(cutoff/wavelength)^2, that is half of it at the cut-off (ISO 16610-21:2011, section 4.3;
-    ISO 16610-61:2015). The long-wave filter transmits the rest to one.
+    2^-(cutoff/wavelength)^2, one half at the cut-off (ISO 16610-21:2011, section 4.3; ISO
+    16610-61:2015). The long-wave filter transmits one minus this.
     """
     return np.asarray(np.exp2(-((cutoff / np.asarray(wavelength, dtype=float)) ** 2)))
 
 
 @lru_cache(maxsize=64)
 def weights(cutoff: float) -> Floats:
-    """Weights of the Gaussian filter on a grid: symmetric, positive, of sum one.
+    """Return the weights of the Gaussian filter on a grid: symmetric, positive, with sum one.
 
-    The sampled Gaussian exp(-pi (x/(alpha cutoff))^2), alpha^2 = ln 2/pi, transmits more than it
-    should where the cut-off is of few pixels: 56 % in place of 50 % at three. Its width is
-    therefore the one that transmits exactly half at the cut-off. Of other waves, those of two
-    pixels stray most from :func:`transmission`: by 0.06 for a cut-off of four pixels, 0.013 for
-    five, 0.002 for six and less than 1e-6 from nine on.
+    The sampled Gaussian exp(-pi (x/(alpha cutoff))^2), alpha^2 = ln 2/pi, transmits too much for a
+    cut-off of few pixels: 56 % in place of 50 % at three. Its width is therefore chosen to transmit
+    exactly half at the cut-off. The largest deviation from :func:`transmission`, for waves of two
+    pixels, is 0.06 for a cut-off of four pixels, 0.013 for five, 0.002 for six and below 1e-6 from
+    nine on.
     """
     reach = max(2, math.ceil(REACH * cutoff))
     place = np.arange(1, reach + 1, dtype=float)
@@ -65,12 +65,12 @@ def weights(cutoff: float) -> Floats:
 
 
 def smooth(heights: Floats, pixel: tuple[float, ...], cutoff: float) -> Floats:
-    """Waves longer than the cut-off: the weighted mean of the points there are around each."""
+    """Return waves longer than the cut-off: weighted means over the points that are present."""
     kernels = [weights(cutoff / step) for step in pixel[::-1]]
     gaps = np.isnan(heights)
     if not gaps.any():
         result = _convolve(heights, kernels)
-        # Without gaps the sum of the weights is a product, one factor an axis.
+        # Without gaps the sum of the weights is a product of one factor per axis.
         for axis, kernel in enumerate(kernels):
             shares = _convolve(np.ones(heights.shape[axis]), [kernel])
             result /= np.expand_dims(shares, [a for a in range(heights.ndim) if a != axis])
@@ -80,14 +80,14 @@ def smooth(heights: Floats, pixel: tuple[float, ...], cutoff: float) -> Floats:
     present = np.subtract(1.0, gaps)
     shares = _convolve(present, kernels)
     del present
-    # Zero or rounding far away from any point, where nothing is wanted.
+    # Far from any point the sum of weights is zero or rounding; gaps are not needed.
     shares[gaps] = np.nan
     result /= shares
     return result
 
 
 def _convolve(values: Floats, kernels: list[NDArray[np.float64]]) -> Floats:
-    """Convolution with one kernel an axis, zeros outside; a new array."""
+    """Convolve with one kernel per axis and zeros outside; returns a new array."""
     result = values
     for axis, kernel in enumerate(kernels):
         result = _along(result, kernel, axis)
@@ -102,11 +102,11 @@ def _along(values: Floats, kernel: Floats, axis: int) -> Floats:
     from scipy import fft
 
     count = values.shape[axis]
-    # More of the kernel than the scan is long never meets a point.
+    # Weights beyond the length of the scan never meet a point.
     reach = min(kernel.size // 2, count - 1)
     kernel = kernel[kernel.size // 2 - reach : kernel.size // 2 + reach + 1]
     length = fft.next_fast_len(count + reach, real=True)
-    # Symmetric about place 0, so that its transform is real.
+    # Symmetric about index 0, so that its transform is real.
     ring = np.zeros(length)
     ring[: reach + 1] = kernel[reach:]
     ring[length - reach :] = kernel[:reach]
@@ -125,29 +125,29 @@ def _along(values: Floats, kernel: Floats, axis: int) -> Floats:
 
 
 _WIDTH = 0.7309134280946760
-"""Width of the weights exp(-pi (x/(w cutoff))^2) of a regression of second order that transmits
-half at the cut-off: (1 + t) exp(-t) = 1/2, t = pi^2 w^2 (ISO 16610-31:2016)."""
+"""Width of the weights exp(-pi (x/(w cutoff))^2) of a second-order regression that transmits half
+at the cut-off: (1 + t) exp(-t) = 1/2, t = pi^2 w^2 (ISO 16610-31:2016)."""
 _REACH = 2.0 * _WIDTH
-"""Cut-offs within which points count: the weight at the edge is 4e-6."""
+"""Half-width of the weights in cut-offs; the weight at the edge is 4e-6."""
 _NODES = 16
-"""Nodes of the mean surface in a cut-off: cubic splines between them are right to 1e-4."""
+"""Nodes of the mean surface per cut-off; cubic splines between them are exact to 1e-4."""
 _BIWEIGHT = 4.4478
-"""Residual, over the median absolute one, from which a point counts no more: three standard
-deviations of a normal one (ISO 16610-31:2016)."""
+"""Residual over the median absolute residual at which the weight becomes zero: three standard
+deviations of a Gaussian (ISO 16610-31:2016)."""
 _SETTLED = 1e-3
 _TURNS = 30
-"""Change of the median distance at which weights are settled, and turns that they may take."""
+"""Relative change of the median residual at convergence, and largest number of iterations."""
 _RESIDUAL = 1e-8
 _STEPS = 1000
-"""Residual of the forces at which the conjugate gradients end, and most steps of them."""
+"""Relative residual at which the conjugate gradients end, and their largest number."""
 
 
 def robust_mean(heights: Floats, pixel: tuple[float, ...], cutoff: float) -> Floats:
-    """Robust Gaussian regression of second order: scratches and pits do not pull it.
+    """Return the robust Gaussian regression of second order, insensitive to scratches and pits.
 
-    Local parabolas, or paraboloids, by weighted least squares; points far from them lose their
-    weight (Tukey's biweight) until the median distance settles. ISO 16610-31:2016 of profiles and
-    ISO 16610-71:2014 of areas; there are no end effects on forms of second order.
+    Local parabolas or paraboloids by weighted least squares with Tukey's biweight, iterated until
+    the median residual converges. ISO 16610-31:2016 for profiles and ISO 16610-71:2014 for areas;
+    forms of second order have no end effects.
     """
     grid = np.atleast_2d(heights)
     steps = (pixel[0], pixel[-1])
@@ -160,7 +160,7 @@ def robust_mean(heights: Floats, pixel: tuple[float, ...], cutoff: float) -> Flo
     for _ in range(_TURNS):
         residuals = np.abs(values - mean)
         last, scale = scale, _BIWEIGHT * float(np.median(residuals[there]))
-        # A form that a paraboloid meets everywhere leaves nothing to judge distances by.
+        # Residuals at rounding level give no scale for the weights.
         if scale <= nothing or abs(scale - last) <= _SETTLED * scale:
             break
         share = np.minimum(residuals / scale, 1.0)
@@ -169,7 +169,7 @@ def robust_mean(heights: Floats, pixel: tuple[float, ...], cutoff: float) -> Flo
 
 
 def _around(nodes: Floats, places: Floats, powers: int) -> list[sparse.csr_array]:
-    """Weights of the points around each node, times powers of their distance."""
+    """Return the weights of the points around each node, times powers of their distance."""
     first = np.searchsorted(places, nodes - _REACH)
     count = np.searchsorted(places, nodes + _REACH, side="right") - first
     index = first[:, None] + np.arange(count.max())
@@ -184,7 +184,7 @@ def _around(nodes: Floats, places: Floats, powers: int) -> list[sparse.csr_array
 
 
 class _Regression:
-    """Local regressions of second order at nodes, with cubic splines between these."""
+    """Local regressions of second order at nodes, interpolated by cubic splines."""
 
     def __init__(self, shape: tuple[int, ...], pixel: tuple[float, float], cutoff: float) -> None:
         self.is_profile = shape[0] == 1
@@ -194,7 +194,7 @@ class _Regression:
         for count, step in zip(shape[::-1], pixel, strict=True):
             places: Floats = np.arange(count, dtype=float) * (step / cutoff)
             parts = max(4, math.ceil(_NODES * float(places[-1]))) if count > 1 else 1
-            # No more nodes than points, and one at either end.
+            # At most as many nodes as points, including both ends.
             nodes = places if parts >= count else np.linspace(0.0, float(places[-1]), parts)
             self.sums.append(_around(nodes, places, 5 if count > 1 else 1))
             self.places.append(places)
@@ -203,7 +203,7 @@ class _Regression:
         self.terms = terms[:3] if self.is_profile else terms
 
     def __call__(self, values: Floats, weights: Floats) -> Floats:
-        """The mean surface at all points."""
+        """Return the mean surface at all points."""
         weighted = weights * values
         sums = {
             (i, j): self._sum(weights, i, j)
@@ -217,14 +217,14 @@ class _Regression:
             axis=-2,
         )
         right = np.stack([self._sum(weighted, *term) for term in self.terms], axis=-1)
-        # With a very small residual the smallest form fits.
+        # Tikhonov term: singular systems get the smallest solution.
         size = len(self.terms)
         trace = np.trace(matrix, axis1=-2, axis2=-1)[..., None, None] + 1e-300
         middle = np.linalg.solve(matrix + 1e-12 * trace * np.eye(size), right[..., None])[..., 0, 0]
         return self._between(middle)
 
     def _sum(self, values: Floats, i: int, j: int) -> Floats:
-        """Sums over points around each node, with powers i of x and j of y."""
+        """Return sums over points around each node, with powers i of x and j of y."""
         along_x, along_y = self.sums[0][i], self.sums[1][j]
         return np.asarray((along_x @ (along_y @ values).T).T)
 
@@ -244,12 +244,12 @@ class _Regression:
 
 
 def spline_mean(heights: Floats, pixel: tuple[float, ...], cutoff: float) -> Floats:
-    """Smoothing cubic spline with free ends, of the points that are there.
+    """Return the smoothing cubic spline with free ends through the points that are present.
 
-    It minimises the sum of squared distances and alpha^4 times the bending, alpha =
-    1/(2 sin(pi pixel/cutoff)), which transmits half at the cut-off: ISO 16610-22:2015 with tension
-    0. Of areas the bending of a plate, the same in all directions (ISO 16610-62). Planes pass
-    unchanged, ends included.
+    It minimises the sum of squared residuals and alpha^4 times the bending, alpha = 1/(2 sin(pi
+    pixel/cutoff)), which transmits half at the cut-off: ISO 16610-22:2015 with tension 0. For areas
+    the bending energy is that of an isotropic plate (ISO 16610-62). Planes pass unchanged,
+    including their ends.
     """
     there = ~np.isnan(heights)
     values, weights = np.where(there, heights, 0.0), there.astype(float)
@@ -260,7 +260,7 @@ def spline_mean(heights: Floats, pixel: tuple[float, ...], cutoff: float) -> Flo
 
 
 def _spline_profile(values: Floats, weights: Floats, alpha: float) -> Floats:
-    """The upper band of weights + alpha^4 D^T D, D second differences."""
+    """Solve with the upper band of weights + alpha^4 D^T D, D second differences."""
     count = values.size
     band = np.zeros((3, count))
     second = (1.0, -2.0, 1.0)
@@ -274,7 +274,7 @@ def _spline_profile(values: Floats, weights: Floats, alpha: float) -> Floats:
 
 
 def _spline_area(values: Floats, weights: Floats, along_x: float, along_y: float) -> Floats:
-    """Conjugate gradients; a plate with guided edges, by cosine transforms, conditions them."""
+    """Solve by conjugate gradients, preconditioned by a plate with guided edges."""
     rows, columns = values.shape
     x2, y2 = along_x**2, along_y**2
     waves = [2.0 - 2.0 * np.cos(math.pi * np.arange(n) / n) for n in (columns, rows)]
@@ -311,5 +311,5 @@ def _spline_area(values: Floats, weights: Floats, along_x: float, along_y: float
         residual = residual - step * force
         before = power
     else:
-        raise InputError('`filter="spline"` has not settled on this scan; take "robust"')
+        raise InputError('`filter="spline"` did not converge on this scan; use filter="robust"')
     return shape

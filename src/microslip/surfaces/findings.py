@@ -30,19 +30,19 @@ from microslip.surfaces.summit_statistics import SummitStatistics
 from microslip.surfaces.summits import Summits, find_summits
 
 _OF_A_PROFILE = (
-    "A profile has peaks but no summits: moments estimate them, as if it were of an isotropic "
-    "Gaussian surface."
+    "A profile has peaks but no summits; the summits are estimated from its moments for an "
+    "isotropic Gaussian surface."
 )
 
 
 def single_value(values: Any) -> Any:
-    """Return the value of an option that was given once."""
+    """Return the value of an option given once, or the tuple of several values."""
     return values[0] if isinstance(values, tuple) and len(values) == 1 else values
 
 
 @dataclass(frozen=True)
 class Request:
-    """Options of ``microslip surface`` by their names, in SI units."""
+    """Options of ``microslip surface`` in SI units."""
 
     path: Path
     cutoff: float | None = None
@@ -50,7 +50,7 @@ class Request:
     """Whether a cut-off was given, "none" included."""
     long_cutoff: float | None = None
     level: Any = "auto"
-    """Form to remove; "auto" is quadratic where the scan is bowed, else a plane."""
+    """Form to remove; "auto" is quadratic if the scan is bowed, else a plane."""
     crop: tuple[float, ...] | None = None
     area: float | None = None
     materials: tuple[str, str] | None = None
@@ -63,7 +63,7 @@ class Request:
 
     @classmethod
     def of(cls, path: Path, *, cutoff_given: bool, **options: Any) -> Request:
-        """Make a request from the options of the command, in SI units."""
+        """Create a request from the options of the command, in SI units."""
         reading = {option.name: options.pop(option.name, None) for option in READING}
         channel = reading["channel"]
         if isinstance(channel, str) and channel.isdecimal() and channel.isascii():
@@ -79,55 +79,55 @@ class Request:
         if self.materials is None and self.normal_load is None:
             if self.amplitude is None:
                 return None
-            raise InputError(f"`amplitude` goes with {metals} and {load}")
+            raise InputError(f"`amplitude` requires {metals} and {load}")
         if self.materials is None:
-            raise InputError(f"`normal_load` goes with {metals}")
+            raise InputError(f"`normal_load` requires {metals}")
         if self.normal_load is None:
-            raise InputError(f"`materials` goes with {load}")
+            raise InputError(f"`materials` requires {load}")
         first, second = map(Material.named, self.materials)
         return MaterialPair(first, second)
 
     @property
     def is_filtered(self) -> bool:
-        """Whether there is a cut-off of either kind."""
+        """Whether a short-wave or long-wave cut-off is given."""
         return self.cutoff is not None or self.long_cutoff is not None
 
 
 @dataclass(frozen=True)
 class Findings:
-    """All findings of a scan."""
+    """Results of the evaluation of a scan."""
 
     request: Request
     raw: Scan
-    """The scan as in the file."""
+    """Scan as stored in the file."""
     scan: Scan
-    """The conditioned scan, which all parameters describe."""
+    """Conditioned scan, the basis of all parameters."""
     statistics: Statistics
     summit_statistics: SummitStatistics | None
-    """Density, radius and spread of the counted summits; of a profile, by its moments."""
+    """Density, radius and spread of counted summits; for a profile, from its moments."""
     missing: str
     """Reason why no summits were counted, or empty."""
     summits: Summits | None
     whole_spectrum: Spectrum
-    """Spectrum of the scan without outliers and form, before any cut-off."""
+    """Spectrum without outliers and form, before any cut-off."""
     spectrum: Spectrum
     verdicts: tuple[Verdict, ...]
     level: str | None = "plane"
-    """Form that was removed."""
+    """Removed form."""
     face: FaceJoint | None = None
-    """Joint of the face, solved point by point, if materials and a load were given."""
+    """Joint of the face solved point by point, if materials and a load were given."""
     chapter: Interface | None = None
-    """Joint of the chapter's model of the summits, under the same load."""
+    """Joint after the chapter's summit model, under the same load."""
 
     @property
     def area(self) -> float | None:
-        """Apparent area of the joint [m^2]; None of a profile without one."""
+        """Apparent area of the joint [m^2]; None for a profile without one."""
         if self.request.area is not None or self.scan.is_profile:
             return self.request.area
         return self.scan.area
 
     def cutoff_text(self) -> str:
-        """Return the cut-offs in words, never empty."""
+        """Describe the cut-offs; never empty."""
         if self.request.cutoff is not None:
             text = f"cut-off {engineering(self.request.cutoff, 'm', 4, trim=True)}"
         elif self.request.cutoff_given:
@@ -139,20 +139,20 @@ class Findings:
         return f"{text}, long-wave {engineering(self.request.long_cutoff, 'm', 4, trim=True)}"
 
     def title(self, subject: str) -> str:
-        """Return the title of a figure, which names the scan and the cut-off."""
+        """Return a figure title with the scan and the cut-off."""
         return f"{subject} of {shorten(self.raw.name, 50)}, {self.cutoff_text()}"
 
 
 def analyse(request: Request, progress: Progress | None = None) -> Findings:
-    """Measure a scan: parameters, spectrum, summits and, with a load, the joint."""
+    """Evaluate a scan: parameters, spectrum, summits and, with a load, the joint."""
     report = progress or (lambda share: None)
     pair = request.pair()
     raw = Scan.read(request.path, **request.reading)
     report(0.02)
     if pair is not None and raw.is_profile:
         raise InputError(
-            "`normal_load` goes with the scan of an area: a profile does not show how its contacts "
-            "interact"
+            "`normal_load` requires the scan of an area, got a profile, which does not determine "
+            "the interaction of contacts"
         )
     whole = condition(raw.repaired(), crop=request.crop)
     level = request.level
@@ -170,7 +170,7 @@ def analyse(request: Request, progress: Progress | None = None) -> Findings:
     scan = condition(levelled, cutoff=request.cutoff)
     statistics = None if summits is None else summits.statistics()
     if scan.is_profile:
-        with suppress(InputError):  # moments that no Gaussian surface has
+        with suppress(InputError):  # moments impossible for a Gaussian surface
             statistics = scan.moments().mccool()
     report(0.1)
     whole_spectrum = spectrum(conditioned)

@@ -1,4 +1,4 @@
-"""Heights on a regular grid, with quantities computed once, their noise among them."""
+"""Heights on a regular grid, with cached parameters and noise."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from microslip.surfaces.checks import enough, height_array, length_of, objection
 from microslip.surfaces.filters import weights
 from microslip.surfaces.moments import Moments, Statistics, moments_of, statistics_of
 
-_BLOCK = 1 << 20  # points a pass
+_BLOCK = 1 << 20  # points used for the median
 
 
 def noise_std(heights: Floats, step: int = 1) -> float:
-    """Standard deviation of the noise that differs from point to point, from fourth differences.
+    """Estimate the standard deviation of white noise from fourth differences [m].
 
-    Second differences along x of second differences along y leave nothing of a form whose height
-    is a sum of a cubic in x, one in y and xy; white noise they make six times as high. Their
-    median size is taken, which single spikes and scratches do not move. Differences are over
-    ``step`` points: of noise they are all alike.
+    Second differences along x of second differences along y vanish for a sum of cubics in x and y
+    and xy, and amplify white noise six times. The median of their absolute values is insensitive to
+    single spikes and scratches. Differences are taken over ``step`` points, which makes no
+    difference for white noise.
     """
     if min(heights.shape) < 2 * step + 1:
         return 0.0
-    # Whole rows in even steps: a million points are enough for a median.
+    # Evenly spaced rows: a million points suffice for a median.
     middle = np.arange(step, heights.shape[0] - step, max(1, heights.size // _BLOCK))
     across = heights[middle - step] - 2.0 * heights[middle] + heights[middle + step]
     bends = np.abs(across[:, 2 * step :] - 2.0 * across[:, step:-step] + across[:, : -2 * step])
@@ -42,28 +42,28 @@ def noise_std(heights: Floats, step: int = 1) -> float:
 
 
 def rough_share(heights: Floats) -> float:
-    """Share of the noise's variance that is roughness: it grows with the step of the differences.
+    """Return the fraction of the estimated noise variance that is roughness.
 
-    Of white noise v(1) = v(2) = v(4). What is more at longer steps is taken for a power of the
-    step, and that power continued to the step of one.
+    For white noise the variance does not depend on the step: v(1) = v(2) = v(4). An increase with
+    the step is fitted by a power of the step and extrapolated to step one.
     """
     first, second, fourth = (noise_std(heights, step) ** 2 for step in (1, 2, 4))
     if not second > first > 0.0:
         return 0.0
     growth = max(fourth - second, 0.0) / (second - first)
-    power = min(max(growth, math.sqrt(2.0)), 256.0)  # of a rough surface to a smooth one
+    power = min(max(growth, math.sqrt(2.0)), 256.0)  # from a rough to a smooth surface
     return min((second - first) / (power - 1.0) / first, 1.0)
 
 
 def noise_passed(std: float, pixel: tuple[float, ...], cutoff: float | None) -> float:
-    """Standard deviation [m] of white noise of ``std`` [m] behind the Gaussian filter."""
+    """Return the standard deviation [m] of white noise of ``std`` [m] after the Gaussian filter."""
     if cutoff is None:
         return std
     return std * math.prod(float(np.linalg.norm(weights(cutoff / step))) for step in pixel)
 
 
 def present(heights: Floats, reach: int) -> NDArray[np.bool_]:
-    """Points all of whose neighbours up to ``reach`` points away are there and not missing."""
+    """Return a mask of points whose neighbours up to ``reach`` points away are all present."""
     rows, columns = heights.shape
     result = np.zeros(heights.shape, dtype=bool)
     inner = result[reach : rows - reach, reach : columns - reach]
@@ -73,7 +73,7 @@ def present(heights: Floats, reach: int) -> NDArray[np.bool_]:
     inner[:] = True
     if there.all():
         return result
-    # A square is a row of columns.
+    # The square neighbourhood is separable: rows first, then columns.
     width = 2 * reach + 1
     along = np.ones((rows, columns - 2 * reach), dtype=bool)
     for k in range(width):
@@ -85,10 +85,7 @@ def present(heights: Floats, reach: int) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class HeightMap(Locked, Plottable):
-    """Heights of a surface or of a line on it: what every step of its evaluation is given.
-
-    Its only user's class is :class:`~microslip.Scan`, which says its parameters.
-    """
+    """Heights of a surface or of a line on it; base class of :class:`~microslip.Scan`."""
 
     heights: NDArray[np.float64]
     pixel: tuple[float, ...]
@@ -98,10 +95,10 @@ class HeightMap(Locked, Plottable):
     long_cutoff: float | None
 
     _noise_before: float | None = None
-    """Noise [m] before the short-wave cut-off, if conditioning applied it: behind a filter there
-    are hardly any differences from point to point left to tell it by."""
+    """Noise [m] before the short-wave cut-off, if one was applied: it cannot be estimated
+    afterwards."""
     _unfiltered: HeightMap | None = None
-    """The scan before anything was filled or filtered: gaps and spikes are judged there."""
+    """Scan before filling and filtering, on which gaps and spikes are judged."""
 
     def __init__(
         self,
@@ -125,7 +122,7 @@ class HeightMap(Locked, Plottable):
             assign(self, **{key: checked})
 
     def changed(self, heights: ArrayLike, **changes: Any) -> Self:
-        """The same with other heights, and whatever else changes with them."""
+        """Return a copy with other heights and changed attributes."""
         noise = changes.pop("noise_before", self._noise_before)
         unfiltered = changes.pop("unfiltered", self._unfiltered)
         about = {key: getattr(self, key) for key in ("name", "notes", "cutoff", "long_cutoff")}
@@ -145,49 +142,49 @@ class HeightMap(Locked, Plottable):
 
     @property
     def is_profile(self) -> bool:
-        """Whether this is a line and not an area."""
+        """Whether the scan is a line instead of an area."""
         return self.heights.ndim == 1
 
     @property
     def size(self) -> tuple[float, ...]:
-        """Length [m] along x and along y; of a profile, along it."""
+        """Length [m] along x and y; for a profile, along it."""
         counts = self.heights.shape[::-1]
         return tuple(n * step for n, step in zip(counts, self.pixel, strict=True))
 
     @property
     def area(self) -> float:
-        """Area [m^2] that the points stand for, missing ones among them."""
+        """Area [m^2] represented by the points, including missing points."""
         if self.is_profile:
-            raise InputError(f"{self.name[:60]}: a profile has no area; wanted a scan of an area")
+            raise InputError(f"{self.name[:60]}: a profile has no area; use a scan of an area")
         return math.prod(self.size)
 
     @property
     def missing(self) -> float:
-        """Share of the points that are missing [-]."""
+        """Fraction of missing points [-]."""
         return float(np.count_nonzero(np.isnan(self.heights)) / self.heights.size)
 
     def measurable(self) -> Self:
-        """The scan itself, if its heights vary and no spike drowns the others."""
+        """Return the scan itself; raise InputError for constant heights or dominating spikes."""
         if self._objection:
             raise InputError(f"{self.name[:60]}: {self._objection}")
         return self
 
     def statistics(self) -> Statistics:
-        """Height parameters, such as rms and skewness; errors as :meth:`measurable`."""
+        """Return height parameters such as rms and skewness; errors as :meth:`measurable`."""
         return self.measurable()._statistics
 
     def moments(self) -> Moments:
-        """Spectral moments m0, m2 and m4, from finite differences, of each axis too.
+        """Return the spectral moments m0, m2 and m4 from finite differences, also by axis.
 
-        Errors as :meth:`measurable`; two rows or columns only.
+        Errors as :meth:`measurable`, and for an area with fewer than three rows or columns.
         """
         enough(self.name, self.heights)
         return self.measurable()._moments
 
     def noise_behind(self, cutoff: float | None) -> float:
-        """Standard deviation [m] of the noise behind a filter of a cut-off [m] and earlier ones.
+        """Return the standard deviation [m] of the noise after a further cut-off [m].
 
-        It is that of white noise of the size that the scan had before any filter, if that is known.
+        White noise with the standard deviation before any filter is assumed, if that is known.
         """
         if cutoff is not None:
             cutoff = length_of("cutoff", cutoff, "10 um")
@@ -204,17 +201,17 @@ class HeightMap(Locked, Plottable):
 
     @cached_property
     def noise(self) -> float:
-        """Standard deviation of the noise of an area from point to point [m]: an upper bound."""
+        """Standard deviation of the point-to-point noise of an area [m]: an upper bound."""
         return noise_std(self.heights)
 
     @property
     def unfiltered(self) -> HeightMap:
-        """The scan before anything was filled or filtered, levelled; this one if nothing was."""
+        """Levelled scan before filling and filtering; the scan itself if nothing was applied."""
         return self if self._unfiltered is None else self._unfiltered
 
     @cached_property
     def rough_share_of_noise(self) -> float:
-        """Share of :attr:`noise` squared that grows with the distance as roughness does [-]."""
+        """Fraction of the variance :attr:`noise` squared that is roughness [-]."""
         return rough_share(self.heights)
 
     @cached_property

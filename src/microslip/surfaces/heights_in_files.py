@@ -1,4 +1,4 @@
-"""Finding the heights of a scan in a file, with what the file says of them."""
+"""Search for the heights of a scan in a file, with the units and pixel that the file states."""
 
 from __future__ import annotations
 
@@ -27,18 +27,18 @@ ARRAY_FILES = {
     "hdf5": hdf5.read_arrays,
 }
 TEXTS = ("text", "matrix", "xyz", "profile")
-"""Formats of text: by what is in the columns, and what can be in them."""
+"""Text formats: detected, or by the content of the columns."""
 
 _ENDINGS_OF_TEXT = {".txt", ".csv", ".tsv", ".dat", ".xyz", ".asc", ".prf", ".prn", ""}
 _NAMES_OF_HEIGHTS = {"height", "heights", "topography", "z"}
-# What Gwyddion writes above a matrix.
+# Header lines of Gwyddion above a matrix.
 _STATED = re.compile(r"[#%/\s]*(width|height|value units)\s*:\s*(.+?)\s*", re.IGNORECASE)
 _BY_SLASH = re.compile(r"(.+?)\s*/\s*([^\W\d_]{1,12})")
 
 
 @dataclass(frozen=True)
-class Wishes:
-    """The user's statements on a file; None where nothing."""
+class FileOptions:
+    """Information on a file given by the user; None if not given."""
 
     format: Any = None
     unit: Any = None
@@ -49,62 +49,62 @@ class Wishes:
 
 @dataclass(frozen=True)
 class RawHeights:
-    """Heights as they are in a file."""
+    """Heights as stored in a file."""
 
     kind: str
-    """Kind of the file and how it was read, for the notes."""
+    """Kind of the file and its layout, for the notes."""
     values: np.ndarray
-    """In whatever unit; missing points are NaN or masked."""
+    """Heights in the unit of the file; missing points are NaN or masked."""
     unit: str | None = None
-    """Unit of the heights, as the file says; None if it does not."""
+    """Unit of the heights stated by the file; None if it is not."""
     pixel: tuple[float, ...] | None = None
-    """Distance of neighbours [m], as the file says."""
+    """Distance between neighbouring points [m] stated by the file."""
     steps: tuple[float, ...] | None = None
-    """The same in the unit of coordinates, which `columns` or the user has to say."""
+    """Distance between neighbouring points in the unit of the coordinates."""
     columns: tuple[str | None, str | None] = (None, None)
-    """Units of the coordinates and of the heights, as the names of columns say."""
+    """Units of the coordinates and of the heights, from column names."""
     notes: tuple[str, ...] = field(default=())
     """Further notes."""
 
 
-def read_heights(path: Path, wishes: Wishes) -> RawHeights:
-    """The heights of a file of any kind; a ValueError says what is wrong, and not the file."""
+def read_heights(path: Path, options: FileOptions) -> RawHeights:
+    """Read the heights in a file of any kind; errors do not name the file."""
     head = head_of(path)
     if not head:
         raise ValueError("wanted a scan, got an empty file")
-    form = wishes.format or _form(head, path.suffix.lower())
-    if wishes.channel is not None and form in ("npy", *TEXTS):
-        raise InputError("`channel` means nothing for this kind of file; leave it out")
+    form = options.format or _form(head, path.suffix.lower())
+    if options.channel is not None and form in ("npy", *TEXTS):
+        raise InputError("`channel` does not apply to this kind of file; omit it")
     if form in ARRAY_FILES:
-        return _of_arrays(ARRAY_FILES[form](path), wishes)
+        return _of_arrays(ARRAY_FILES[form](path), options)
     if form in TEXTS:
-        return _of_text(open_text(path), form, wishes)
-    kind, values, unit, pixel, notes = read_channel(path, form, wishes.channel)
+        return _of_text(open_text(path), form, options)
+    kind, values, unit, pixel, notes = read_channel(path, form, options.channel)
     return RawHeights(kind, values, unit, pixel, notes=notes)
 
 
 def _form(head: bytes, suffix: str) -> str | None:
-    """Format of a file; None where SurfaceTopography is asked."""
+    """Return the format of a file; None if SurfaceTopography must read it."""
     form = kind_of(head, suffix)
     if form in ("npy", "npz", "mat"):
         return form
     if form == "text" and suffix == ".mat":
-        return "mat"  # and an error that says what is wrong with it
+        return "mat"  # whose reader reports the problem
     if form == "text" and suffix in _ENDINGS_OF_TEXT:
-        return form  # some instruments write text of their own, which their endings tell
+        return form  # instrument text formats have other suffixes
     if suffix in (".npy", ".npz"):
         raise InputError(
-            f"its ending says {suffix}, its first bytes do not; if it is of another kind, "
-            "write `format=...`"
+            f"the suffix is {suffix}, but the first bytes are not of that format; if the file is "
+            "of another kind, write `format=...`"
         )
     return None
 
 
-def _of_arrays(arrays: Arrays, wishes: Wishes) -> RawHeights:
-    """The matrix that is meant."""
+def _of_arrays(arrays: Arrays, options: FileOptions) -> RawHeights:
+    """Return the requested matrix."""
     named = leaves(arrays)
     alone = arrays.kind == "NumPy's npy file"
-    name = next(iter(named)) if alone else single_array(named, wishes.channel, arrays.kind)
+    name = next(iter(named)) if alone else single_array(named, options.channel, arrays.kind)
     leaf = named[name]
     refuse_beyond(*leaf.shape)
     values = values_of(name, leaf)
@@ -116,8 +116,8 @@ def _of_arrays(arrays: Arrays, wishes: Wishes) -> RawHeights:
     return RawHeights(kind, values, leaf.unit if fits(leaf.unit, LENGTH) else None)
 
 
-def _of_text(file: TextFile, form: str, wishes: Wishes) -> RawHeights:
-    """A matrix, or points put on their grid."""
+def _of_text(file: TextFile, form: str, options: FileOptions) -> RawHeights:
+    """Return a matrix, or points arranged on their grid."""
     count = len(file.layout.names)
     _refuse_ragged(file)
     names, units = zip(
@@ -134,7 +134,7 @@ def _of_text(file: TextFile, form: str, wishes: Wishes) -> RawHeights:
     refuse_beyond(file.most_rows, count // columns_read)
     above = [line.text.strip() for line in file.above]
     header = next((line for line in above if line and not is_comment(line)), None)
-    notes = () if header is None else (f'skipped above: "{shorten(header, 60)}".',)
+    notes = () if header is None else (f'skipped header: "{shorten(header, 60)}".',)
     if form == "matrix":
         return _matrix(file.matrix(), above, notes)
     fewest, limit, expected = (3, count, "3") if form == "xyz" else (1, 2, "1 or 2")
@@ -150,10 +150,10 @@ def _of_text(file: TextFile, form: str, wishes: Wishes) -> RawHeights:
     kind = "text, columns x, y, z" if form == "xyz" else "text, a profile"
     if count == 1:
         return RawHeights(kind, file.matrix()[:, 0], columns=columns, notes=notes)
-    if wishes.pixel is not None:
+    if options.pixel is not None:
         raise InputError(
-            "its coordinates say the distance of neighbours: leave out `pixel`, or, if it is "
-            'a matrix of heights, write `format="matrix"`'
+            "the coordinates determine the pixel; omit `pixel`, or, for a matrix of heights, "
+            'write `format="matrix"`'
         )
     *places, values = file.load(order)
     try:
@@ -162,8 +162,8 @@ def _of_text(file: TextFile, form: str, wishes: Wishes) -> RawHeights:
         if count <= 3:
             raise
         raise InputError(
-            f"of {count} columns the first three were taken for x, y and z: {error}; if it "
-            'is a matrix of heights, write `format="matrix"`'
+            f"the first three of {count} columns were read as x, y and z: {error}; for a matrix "
+            'of heights, write `format="matrix"`'
         ) from None
     if count > 3:
         ignored = "1 column" if count == 4 else f"{count - 3} columns"
@@ -172,7 +172,7 @@ def _of_text(file: TextFile, form: str, wishes: Wishes) -> RawHeights:
 
 
 def _order(called: list[str], count: int) -> tuple[list[int], tuple[str, ...]]:
-    """Columns of x, y and z, or x and z, by their names; without names by their places."""
+    """Return the columns of x, y and z, or x and z, by name, or by position without names."""
     axes = ["x", "y", "z"] if count > 2 else ["x", "z"][2 - count :]
     places = list(range(len(axes)))
     if sorted(called) == axes:
@@ -190,7 +190,7 @@ def _order(called: list[str], count: int) -> tuple[list[int], tuple[str, ...]]:
 
 
 def _refuse_other(heading: str, unit: str | None) -> None:
-    """Refuse a column whose unit is none of length."""
+    """Raise a ValueError for a column whose unit is not a length."""
     name, heading_unit = name_and_unit(heading)
     unit = unit or heading_unit
     if unit is not None and is_unit(unit) and not fits(unit, LENGTH):
@@ -201,7 +201,7 @@ def _refuse_other(heading: str, unit: str | None) -> None:
 
 
 def _refuse_ragged(file: TextFile) -> None:
-    """Refuse rows of numbers above those of the layout: no heights are skipped in silence."""
+    """Raise a ValueError for rows of numbers above the detected rows, which would be skipped."""
     layout = file.layout
     for line in file.above:
         cells = split(line.text, layout.separator)
@@ -223,7 +223,7 @@ def _is_number(cell: str) -> bool:
 
 
 def _length_unit(heading: str, unit: str | None) -> tuple[str, str | None]:
-    """Name of a column, and its unit if that is one of length."""
+    """Return the name of a column, and its unit if that is a length."""
     name, heading_unit = name_and_unit(heading)
     unit = unit or heading_unit
     if unit is None and (match := _BY_SLASH.fullmatch(heading.strip())):
@@ -232,7 +232,7 @@ def _length_unit(heading: str, unit: str | None) -> tuple[str, str | None]:
 
 
 def _units(units: tuple[str | None, ...]) -> tuple[str | None, str | None]:
-    """Units of coordinates and of heights by the names of their columns."""
+    """Return the units of coordinates and heights from their columns."""
     across = list(dict.fromkeys(unit for unit in units[:-1] if unit))
     if len({to_si(f"1 {unit}", LENGTH, "1 um") for unit in across}) > 1:
         raise ValueError(f'x is in "{across[0]}", y in "{across[1]}": wanted one unit for both')
@@ -247,7 +247,7 @@ def _matrix(table: np.ndarray, above: list[str], notes: tuple[str, ...]) -> RawH
         if {"width", "height"} <= stated.keys():
             sizes = [to_si(stated[key], LENGTH, "1 mm") for key in ("width", "height")]
             pixel = sizes[0] / table.shape[1], sizes[1] / table.shape[0]
-    except QuantityError:  # some other use of these words
+    except QuantityError:  # other text after these words
         pixel = None
     unit = unit if unit and is_unit(unit) else None
     return RawHeights("text, a matrix", table, unit, pixel, notes=notes)

@@ -1,4 +1,4 @@
-"""The joint of a scan: its face solved point by point under the load that has tightened it."""
+"""Joint of a scan: its face solved point by point under the load that tightened it."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ from microslip.friction import Interface
 from microslip.surfaces.scan import Scan
 
 WHOLE = 512 * 512
-"""Points of the largest scan that is solved in one piece, in some ten seconds."""
-_SIDE = 384  # points along a side of the pieces of a larger one, about
-_SMALLEST = 24  # points along a side of the pieces that only tell the scatter
-_RELATIVE_AMPLITUDE = 0.3  # of mu N / k_t, where no amplitude is given
+"""Largest number of points solved in one piece, which takes some ten seconds."""
+_SIDE = 384  # approximate side of the pieces of larger scans [points]
+_SMALLEST = 24  # smallest side of pieces that only serve to estimate the scatter [points]
+_RELATIVE_AMPLITUDE = 0.3  # default amplitude over mu N / k_t
 _NAMES = ("normal_stiffness", "tangential_stiffness", "loss_factor")
 
 
 @dataclass(frozen=True)
 class FaceJoint:
-    """A joint of a measured face at one load, and how well the scan determines it."""
+    """Joint of a measured face at one load, and its uncertainty due to the scan."""
 
     joint: Interface
     law: MeasuredContact
     amplitude: float
     """Amplitude [m] of the loss factor."""
     piece: int | None
-    """Points along a side of its pieces, about; None of a face that was solved whole."""
+    """Approximate side of the pieces [points]; None if the face was solved in one piece."""
     pieces: MeasuredContact | None = field(repr=False)
-    """The law in several pieces, whose scatter makes the intervals; None of a tiny scan."""
+    """Law in several pieces, used for the intervals; None for a very small scan."""
 
     @cached_property
     def values(self) -> dict[str, float]:
@@ -44,10 +44,10 @@ class FaceJoint:
 
     @cached_property
     def intervals(self) -> dict[str, tuple[float, float]]:
-        """Intervals of 90 % of the values; empty where the scan has a single piece.
+        """90 % intervals of the values; empty if the scan has a single piece.
 
-        The standard error of each logarithm is that of a jackknife over the pieces, and the change
-        by twice the pixel counts as the half-width of a rectangular distribution (GUM 4.3.7).
+        The standard error of each logarithm is a jackknife estimate over the pieces; the change at
+        twice the pixel is the half-width of a rectangular distribution (GUM 4.3.7).
         """
         from scipy.special import stdtrit
 
@@ -88,7 +88,7 @@ def solve_joint(
     direction: float | None = None,
     report: Progress,
 ) -> FaceJoint:
-    """Solve the face of a scan point by point under a load [N], and by twice the pixel.
+    """Solve the face of a scan point by point under a load [N], and at twice the pixel.
 
     Parameters
     ----------
@@ -128,13 +128,13 @@ def solve_joint(
 
 
 def contact_words(numbers: ContactNumbers) -> str:
-    """Describe the solution of a face in a sentence."""
+    """Describe the solution of a face in one sentence."""
     n = numbers
     state = f"elastic up to {engineering(n.pressure, 'Pa')}"
     if n.hardness is not None:
         state = (
             f"tightened to {engineering(n.pressure, 'Pa')} at a hardness of "
-            f"{engineering(n.hardness, 'Pa')}, {100.0 * n.hard_share:.0f} % of the contact at it"
+            f"{engineering(n.hardness, 'Pa')}, {100.0 * n.hard_share:.0f} % of the contact yielding"
         )
     scatter = ""
     if n.scatter is not None:
@@ -158,6 +158,6 @@ def contact_words(numbers: ContactNumbers) -> str:
 
 
 def _rounded_up(value: float) -> float:
-    """Four digits, so that a study in which they are written bears the load."""
+    """Round up to four digits, so that a study with the rounded value bears the load."""
     scale = 10.0 ** (math.floor(math.log10(value)) - 3)
     return math.ceil(value / scale) * scale

@@ -1,4 +1,4 @@
-"""The form of a surface, plane or curved, by least squares on the points that are there."""
+"""Least-squares form of a surface, plane or curved, from the points that are present."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from microslip._core.errors import InputError
 
 Level = Literal["plane", "quadratic", "cylinder", "lines", "mean"]
 
-# Powers of the Legendre polynomials of x and y, those of the plane first.
+# Degrees of the Legendre polynomials in x and y, plane first.
 _TERMS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
 _COUNT = {"mean": 1, "plane": 3, "quadratic": 6, "cylinder": 6}
 
 
 def level(heights: Floats, pixel: tuple[float, ...], form: str) -> tuple[Floats, float]:
-    """Heights above the form that fits them best.
+    """Return the heights above the fitted form, and the height range of the form [m].
 
-    Legendre polynomials of coordinates from -1 to 1 keep the normal equations well conditioned;
-    a second pass over the residual takes away what rounding has left. "lines" is a straight line
-    of each row by itself, as instruments that scan row by row need it.
+    Legendre polynomials of coordinates from -1 to 1 keep the normal equations well conditioned; a
+    second pass over the residual removes rounding errors. "lines" fits a straight line to each row,
+    as suits instruments that scan row by row.
     """
     if form == "lines":
         return _line_by_line(heights)
@@ -34,7 +34,7 @@ def level(heights: Floats, pixel: tuple[float, ...], form: str) -> tuple[Floats,
     matrix = _normal_matrix(None if gapless else ~gaps, along, terms)
     _check(matrix, form, int(grid.size - np.count_nonzero(gaps)))
     result = np.array(grid)
-    # The mean first: heights may be far from zero.
+    # Subtract the mean first: heights may be far from zero.
     total: Floats = np.zeros(len(terms))
     for turn in range(3):
         right = _right(result if gapless else np.where(gaps, 0.0, result), along, terms)
@@ -48,26 +48,25 @@ def level(heights: Floats, pixel: tuple[float, ...], form: str) -> tuple[Floats,
         total += step
         result -= _surface(step, along, terms)
         if form == "cylinder" and heights.ndim == 2 and turn == 1:
-            break  # another direction would be found in what is left
+            break  # a second fit would find another direction in the residual
     shape = _surface(total, along, terms)
     return result.reshape(heights.shape), float(shape.max() - shape.min())
 
 
 def _line_by_line(heights: Floats) -> tuple[Floats, float]:
-    """Each row above its own straight line."""
     grid = np.atleast_2d(heights)
     there = ~np.isnan(grid)
     count = there.sum(axis=1, keepdims=True)
     if (short := (count > 0) & (count < 3)).any():
         raise InputError(
-            f'`level="lines"`: {np.count_nonzero(short)} rows have fewer than three points; wanted '
-            'more of them, or `level="plane"`'
+            f'`level="lines"`: {np.count_nonzero(short)} rows have fewer than three points; '
+            'use more points, or `level="plane"`'
         )
     count = np.maximum(count, 1)
     place = np.where(there, np.linspace(-1.0, 1.0, grid.shape[1]), 0.0)
     away = np.where(there, place - place.sum(axis=1, keepdims=True) / count, 0.0)
     result = grid
-    for _ in range(2):  # the second time of rounding
+    for _ in range(2):  # the second pass removes rounding errors
         values = np.where(there, result, 0.0)
         mean = values.sum(axis=1, keepdims=True) / count
         square = np.maximum((away * away).sum(axis=1, keepdims=True), 1e-300)
@@ -78,7 +77,7 @@ def _line_by_line(heights: Floats) -> tuple[Floats, float]:
 
 
 def _legendre(count: int) -> Floats:
-    """Legendre polynomials of degree 0, 1, 2 at the points of an axis."""
+    """Return the Legendre polynomials of degree 0, 1 and 2 at the points of an axis."""
     t = np.linspace(-1.0, 1.0, count) if count > 1 else np.zeros(1)
     return np.stack([np.ones(count), t, 1.5 * t * t - 0.5])
 
@@ -92,7 +91,7 @@ def _normal_matrix(
     if present is None:
         sums = np.einsum("ij,kl->ikjl", pairs_x.sum(-1), pairs_y.sum(-1))
     else:
-        # Rows of the mask summed against each product, a block at a time: no copy of it all.
+        # Sum the mask against each product block by block, without a copy of the whole mask.
         rows = np.concatenate(
             [
                 np.asarray(part, dtype=float) @ pairs_x.reshape(9, -1).T
@@ -121,15 +120,15 @@ def _check(matrix: Floats, form: str, count: int) -> None:
     values = np.linalg.eigvalsh(matrix * np.outer(scale, scale))
     if not values[0] > 1e-9 * values[-1]:
         raise InputError(
-            f'`level="{form}"`: the {count} points that are there do not determine '
-            'that form; wanted more of them, or `level="plane"` or `level="mean"`'
+            f'`level="{form}"`: {count} points do not determine this form; '
+            'use more points, `level="plane"` or `level="mean"`'
         )
 
 
 def _cylinder(
     matrix: Floats, right: Floats, pixel: tuple[float, ...], shape: tuple[int, ...]
 ) -> Floats:
-    """Factors of a plane and one parabola, in the direction that leaves the least residual."""
+    """Return the coefficients of a plane and one parabola in the direction of smallest residual."""
     from scipy.optimize import minimize_scalar
 
     flat, bent, mixed = matrix[:3, :3], matrix[3:, 3:], matrix[:3, 3:]
@@ -140,18 +139,18 @@ def _cylinder(
     a, b = half[0] / longer, half[1] / longer
 
     def parabola(angle: float) -> Floats:
-        # (x cos + y sin)^2 in the polynomials; what is constant in it belongs to the plane.
+        # (x cos + y sin)^2 in Legendre polynomials; its constant part belongs to the plane.
         c, s = a * math.cos(angle), b * math.sin(angle)
         return np.array([2.0 / 3.0 * c * c, 2.0 * c * s, 2.0 / 3.0 * s * s])
 
-    def lost(angle: float) -> float:
+    def negative_gain(angle: float) -> float:
         p = parabola(angle)
         return -float((p @ moments) ** 2 / (p @ reduced @ p))
 
     angles = np.linspace(0.0, math.pi, 181)
-    best = float(angles[int(np.argmin([lost(angle) for angle in angles]))])
+    best = float(angles[int(np.argmin([negative_gain(angle) for angle in angles]))])
     solution = minimize_scalar(
-        lost, bounds=(best - 0.02, best + 0.02), method="bounded", options={"xatol": 1e-10}
+        negative_gain, bounds=(best - 0.02, best + 0.02), method="bounded", options={"xatol": 1e-10}
     )
     p = parabola(float(solution.x))
     p = p * float((p @ moments) / (p @ reduced @ p))

@@ -1,7 +1,7 @@
-"""Faults of single places and of the form of a scan: spikes, scratches, dust, edges, kinks, waves.
+"""Local and form faults of a scan: spikes, scratches, dust, edges, kinks, waves.
 
-Lengths are in metres, heights without their plane; each function returns the sentences of what it
-finds, none in most scans.
+Heights [m] have their mean plane removed. Each function returns messages on what it detects,
+usually none.
 """
 
 from __future__ import annotations
@@ -14,17 +14,17 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats
 from microslip._core.units import engineering
 
-_NORMAL = 1.4826  # standard deviation over median distance
+_NORMAL = 1.4826  # standard deviation over median absolute deviation of a Gaussian
 _FAR = 5.0
-"""Distance from the median, in robust deviations, of the points of scratches and of dust."""
+"""Smallest distance of scratches and dust from the median, in robust standard deviations."""
 _EDGE = 3.0
-"""Rise of the outermost lines over their neighbours, over the usual rise inside."""
+"""Rise of the outermost lines over their neighbours, relative to the usual rise inside."""
 _KINK = 0.5
-"""Residual of two planes over that of a parabola: smaller is a kink."""
+"""Residual of two planes over that of a parabola below which the form is a kink."""
 _WAVE = 0.3
-"""Residual of a wave over that of a parabola: smaller is waviness, larger is a bow."""
+"""Residual of a wave over that of a parabola below which the form is a wave."""
 _PARITY = 0.5
-"""Fourth differences at every second point over those of the points between."""
+"""Power of fourth differences at every second line over that at the other lines."""
 
 
 def _long(length: float) -> str:
@@ -32,19 +32,19 @@ def _long(length: float) -> str:
 
 
 def spike_words(heights: Floats, pointed: NDArray[np.bool_]) -> list[str]:
-    """Report spikes that :func:`microslip.surfaces.repair.spikes` has found."""
+    """Report the spikes found by :func:`microslip.surfaces.repair.spikes`."""
     count = int(np.count_nonzero(pointed))
     if not count:
         return []
     size = float(np.max(np.abs(heights[pointed] - np.nanmedian(heights))))
     return [
-        f"spikes: {count} points stand out of all points around them, by up to {_long(size)}; they "
+        f"spikes: {count} points exceed all points around them by up to {_long(size)}; they "
         "are removed before a face is solved (`repaired()`)."
     ]
 
 
 def scratch_and_dust_words(flat: Floats, rms: float) -> list[str]:
-    """Report few long grooves, and few compact grains, far below and far above all other points."""
+    """Report a few long grooves far below, or compact grains far above, all other points."""
     from scipy import ndimage
 
     words = []
@@ -70,20 +70,20 @@ def scratch_and_dust_words(flat: Floats, rms: float) -> list[str]:
         if deep and len(long_ones) == len(large):
             words.append(
                 f"scratches: {len(large)} grooves up to {max(p[1] for p in large):.0f} points long "
-                f"lie more than {_FAR:g} standard deviations below all else; if the joint has "
-                "none, scan a place without them."
+                f"lie more than {_FAR:g} standard deviations below all other points; if the "
+                "joint has none, scan an area without scratches."
             )
         elif not deep and not long_ones:
             words.append(
                 f"dust: {len(large)} grains, {total} points, rise more than {_FAR:g} standard "
-                "deviations above all else; they would bear the load: clean the face and scan "
-                "again, or mark them as missing."
+                "deviations above all other points and would carry the load; clean the face and "
+                "scan again, or mark the grains as missing."
             )
     return words
 
 
 def edge_words(lines: str, flat: Floats) -> list[str]:
-    """Report an overshoot of the outermost lines, by their rise over lines six points inside."""
+    """Report an overshoot of the outermost lines, from their rise over lines six points inside."""
     if len(flat) < 40:
         return []
     there = np.where(np.isnan(flat), 0.0, flat)
@@ -95,13 +95,13 @@ def edge_words(lines: str, flat: Floats) -> list[str]:
     if not ends:
         return []
     return [
-        f"edge overshoots: the {' and '.join(ends)} {lines} deviate from those beside them more "
-        "than any lines inside do; cut the edges off by `crop`."
+        f"edge overshoots: the {' and '.join(ends)} {lines} deviate from their neighbours more "
+        "than any lines inside; remove the edges with `crop`."
     ]
 
 
 def form_words(lines: str, plane: Floats) -> list[str]:
-    """Report a kink or a wave of the mean profile across lines that is larger than all else."""
+    """Report a kink or a wave of the mean profile across lines."""
     profile = np.median(np.where(np.isnan(plane), 0.0, plane), axis=1)
     x = np.linspace(0.0, 1.0, profile.size)
     line = np.stack([np.ones_like(x), x])
@@ -126,19 +126,19 @@ def form_words(lines: str, plane: Floats) -> list[str]:
     if kinks[place] < min(_KINK * parabola, waves[periods]):
         return [
             f"tilted stitch: the {lines} before and after number {round(place * profile.size)} lie "
-            "on two planes; stitch again with more overlap, or cut the scan there."
+            "on two different planes; stitch again with more overlap, or split the scan there."
         ]
     if straight > rest and waves[periods] < _WAVE * parabola:
         return [
             f"waviness: {periods:.2g} periods of a wave across the {lines}, "
-            f"{_long(math.sqrt(2.0 * straight))} in amplitude; it is no form, and belongs to the "
-            "face unless a `long_cutoff` removes it."
+            f"{_long(math.sqrt(2.0 * straight))} in amplitude; it remains in the face unless "
+            "a `long_cutoff` removes it."
         ]
     return []
 
 
 def interpolation_words(lines: str, heights: Floats) -> list[str]:
-    """Report lines that were interpolated between every two, by their fourth differences."""
+    """Report interpolation of every second line, from fourth differences."""
     if len(heights) < 24:
         return []
     weights = (1.0, -4.0, 6.0, -4.0, 1.0)
@@ -153,6 +153,6 @@ def interpolation_words(lines: str, heights: Floats) -> list[str]:
     if not max(even, odd) > 0.0 or min(even, odd) > _PARITY * max(even, odd):
         return []
     return [
-        f"interpolated {lines}: every second of the {lines} is made of those beside it, so that "
-        "the pixel is twice what the file says; export the scan as it was measured."
+        f"interpolated {lines}: every second of the {lines} is interpolated from its neighbours, "
+        "so the true pixel is twice the stated one; export the scan as measured."
     ]

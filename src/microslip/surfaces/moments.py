@@ -5,13 +5,12 @@ Slopes and curvatures are finite differences of the sampled heights, along rows 
     slope      (z[i+1] - z[i]) / h                in the middle between two points
     curvature  (z[i+1] - 2 z[i] + z[i-1]) / h^2   at a point
 
-These are central differences about the place they are for, wherever all their points are present.
-Both have the same transfer function, K = (2/h) sin(q h/2) in place of the wavenumber q, K once and
-twice. So m0, m2 and m4 are moments of one spectrum, and m0 m4 >= m2^2 holds for the numbers
-measured as for the true ones, but for the edges. A wave of ten pixels loses 3 % of its m2 and 6 %
-of its m4; for surfaces whose waves are all long beside the pixel the moments converge with its
-square. Differences over two pixels would be blind to waves of two pixels, and make the slopes of
-noise half as large without its curvatures.
+Both are central differences, used wherever all their points are present. They replace the
+wavenumber q by K = (2/h) sin(q h/2), once and twice. So m0, m2 and m4 are moments of one spectrum,
+and m0 m4 >= m2^2 also holds for the measured values, except for the edges. A wave of ten pixels
+loses 3 % of its m2 and 6 % of its m4; for waves long compared with the pixel the error decreases
+with the square of the pixel. Differences over two pixels would not detect waves of two pixels and
+would halve the slopes of noise, but not its curvatures.
 """
 
 from __future__ import annotations
@@ -27,16 +26,16 @@ from microslip._core.errors import InputError
 from microslip.surfaces.summit_statistics import SummitStatistics
 
 SUMMIT_SHARE = 1.0 - 3.0 * math.sqrt(3.0) + 16.0 / math.pi
-"""McCool's 0.8968: the variance m0 of the heights less that of the summits, times alpha/m0."""
+"""McCool's 0.8968: (m0 - variance of the summits) times alpha/m0."""
 
-_BLOCK = 1 << 18  # points at a time: the differences of a block stay in the cache
+_BLOCK = 1 << 18  # points per block, so that differences stay in the cache
 
 
 @dataclass(frozen=True)
 class Moments:
     """Spectral moments of a surface: variances of its heights, slopes and curvatures.
 
-    m2 and m4 are those of profiles, in the mean over both axes (Nayak 1971,
+    m2 and m4 are moments of profiles, averaged over both axes (Nayak 1971,
     DOI 10.1115/1.3451608; McCool 1987, DOI 10.1115/1.3261349).
 
     Parameters
@@ -48,7 +47,7 @@ class Moments:
     m4 : float
         Mean square curvature of a profile [1/m^2], above zero.
     m2_axes : tuple of float
-        m2 [-] along x and along y; of a profile, along it.
+        m2 [-] along x and y; for a profile, along it.
     m4_axes : tuple of float
         m4 [1/m^2] along x and along y.
     m11 : float
@@ -64,7 +63,7 @@ class Moments:
 
     def __post_init__(self) -> None:
         for name, unit in (("m0", "m^2"), ("m2", ""), ("m4", "1/m^2")):
-            # Squares of what a surface has may leave the range that the quantities stay in.
+            # Squares may exceed the range allowed for quantities.
             value = getattr(self, name)
             if not (isinstance(value, float) and 0.0 < value < math.inf):
                 positive(name, value, unit)
@@ -87,12 +86,12 @@ class Moments:
 
     @property
     def nayak(self) -> float:
-        """Nayak's alpha, m0 m4/m2^2 [-]: the breadth of the spectrum; at least 1.5 if isotropic."""
+        """Nayak's alpha, m0 m4/m2^2 [-]: breadth of the spectrum, at least 1.5 if isotropic."""
         return self.m0 / self.m2 * (self.m4 / self.m2)
 
     @property
     def slopes(self) -> tuple[float, float]:
-        """Largest and smallest mean square slope [-] of all directions."""
+        """Largest and smallest mean square slope [-] over all directions."""
         if len(self.m2_axes) < 2:
             return self.m2, self.m2
         a, b = self.m2_axes
@@ -101,13 +100,13 @@ class Moments:
 
     @property
     def anisotropy(self) -> float:
-        """Rms slope across the lay over that along it [-]: 1 if isotropic."""
+        """Rms slope across the lay over that along the lay [-]: 1 if isotropic."""
         large, small = self.slopes
         return math.sqrt(large / small) if small > 0.0 else math.inf
 
     @property
     def lay(self) -> float:
-        """Direction in which slopes are least [rad], from x towards y, above -pi/2 to pi/2."""
+        """Direction of smallest slopes [rad], from x towards y, in (-pi/2, pi/2]."""
         if len(self.m2_axes) < 2:
             return 0.0
         a, b = self.m2_axes
@@ -115,10 +114,10 @@ class Moments:
         return angle - math.pi if angle > 0.5 * math.pi else angle
 
     def mccool(self) -> SummitStatistics:
-        """Greenwood and Williamson's parameters by McCool (1987), DOI 10.1115/1.3261349.
+        """Return the Greenwood and Williamson parameters of McCool (1987), DOI 10.1115/1.3261349.
 
-        They are exact means over the summits of an isotropic Gaussian surface with these moments
-        (Nayak 1971, DOI 10.1115/1.3451608): the radius is one over the mean curvature.
+        Exact means over the summits of an isotropic Gaussian surface with these moments (Nayak
+        1971, DOI 10.1115/1.3451608); the radius is the inverse of the mean curvature.
 
         Returns
         -------
@@ -131,7 +130,7 @@ class Moments:
         if not variance > 0.0:
             raise InputError(
                 f"Nayak's alpha must be above {SUMMIT_SHARE:.4f} (1.5 or more if the surface is "
-                f"isotropic and Gaussian), got {alpha:.4g}: no summit statistics after McCool"
+                f"isotropic and Gaussian) for summit statistics after McCool, got {alpha:.4g}"
             )
         return SummitStatistics(
             density=self.m4 / self.m2 / (6.0 * math.pi * math.sqrt(3.0)),
@@ -142,26 +141,26 @@ class Moments:
 
 
 def moments_of(heights: Floats, pixel: tuple[float, ...]) -> Moments:
-    """Spectral moments of heights, as they are: level them and choose their band first."""
+    """Return the spectral moments of heights, without levelling or filtering."""
     profile = heights.ndim == 1
     grid = heights[None, :] if profile else heights
     m0 = variance(heights)
     m2x, m4x = _Mean(), _Mean()
     m2y, m4y, m11 = _Mean(), _Mean(), _Mean()
     for rows, below in _blocks(grid):
-        # With the row below the block, which its last cells reach to.
+        # The last cells reach to the row below the block.
         along = np.diff(below[: rows.shape[0] + 1], axis=1)
         step = along[: rows.shape[0]]
         m2x.add(step)
         m4x.add(np.diff(step, axis=1))
         if profile:
             continue
-        # Rows of the next block are here too, for the differences that reach into it.
+        # Differences reach into the rows of the next block.
         down = np.diff(below, axis=0)
         m2y.add(down[: rows.shape[0]])
         m4y.add(np.diff(down, axis=0))
-        # Twice the mean slopes of a cell along x and y, at its centre, if all its corners are here:
-        # the same cells on either side, or the lay of the gaps would be taken for that of slopes.
+        # Twice the mean slopes of a cell along x and y, if all its corners are present. Both slopes
+        # use the same cells, so that the direction of gaps does not affect the lay.
         m11.add_products(
             along[1:] + along[:-1], down[: rows.shape[0], 1:] + down[: rows.shape[0], :-1]
         )
@@ -183,7 +182,7 @@ def moments_of(heights: Floats, pixel: tuple[float, ...]) -> Moments:
 
 
 def lost_to_pixel(heights: Floats, pixel: tuple[float, ...]) -> float:
-    """About what share of m4 finite differences miss, because waves are of few pixels."""
+    """Estimate the fraction of m4 that finite differences miss because of short waves."""
     profile = heights.ndim == 1
     grid = heights[None, :] if profile else heights
     thirds, fourths = [_Mean(), _Mean()], [_Mean(), _Mean()]
@@ -197,13 +196,13 @@ def lost_to_pixel(heights: Floats, pixel: tuple[float, ...]) -> float:
             thirds[1].add(np.diff(down, axis=0))
     m6, m4 = 0.0, 0.0
     for third, fourth, step in zip(thirds, fourths, pixel, strict=False):
-        m6 += third.total / max(third.count, 1) / step**4  # times the square of the pixel
+        m6 += third.total / max(third.count, 1) / step**4  # times pixel^2
         m4 += fourth.total / max(fourth.count, 1) / step**4
     return m6 / (6.0 * m4) if m4 > 0.0 else 0.0
 
 
 def variance(heights: Floats) -> float:
-    """Variance of the heights that are present [m^2]."""
+    """Return the variance of the heights that are present [m^2]."""
     flat = heights.reshape(-1)
     count, total, square = 0, 0.0, 0.0
     parts = [flat[start : start + _BLOCK] for start in range(0, flat.size, _BLOCK)]
@@ -218,18 +217,18 @@ def variance(heights: Floats) -> float:
 
 
 def present(values: Floats) -> Floats:
-    """The values that are not missing; the same array if none is."""
+    """Return the values that are not missing; the same array if none is missing."""
     missing = np.isnan(values)
     return values[~missing] if missing.any() else values
 
 
 def dot(a: Floats, b: Floats) -> float:
-    """Sum of products, in this thread: a product of vectors starts others, which wait."""
+    """Return the sum of products in this thread; BLAS would start other threads, which wait."""
     return float(np.einsum("i,i->", a, b))
 
 
 class _Mean:
-    """Mean of squares or products, of those that are not missing."""
+    """Mean of squares or products over values that are present."""
 
     def __init__(self) -> None:
         self.total, self.count = 0.0, 0
@@ -252,14 +251,14 @@ class _Mean:
     def value(self, step: float, power: int, axis: str) -> float:
         if self.count == 0:
             raise InputError(
-                f"no three neighbouring points along {axis} are present: there is nothing to "
-                'take slopes and curvatures from; fill the scan first, `fill="interpolate"`'
+                f"no three neighbouring points along {axis} are present, as slopes and curvatures "
+                'need; fill the scan first with `fill="interpolate"`'
             )
         return self.total / self.count / step**power
 
 
 def _blocks(grid: Floats, overlap: int = 2) -> Iterator[tuple[Floats, Floats]]:
-    """Blocks of rows, and the same with some rows of the next."""
+    """Yield blocks of rows, and the same blocks with ``overlap`` rows of the next block."""
     rows, columns = grid.shape
     height = max(1, _BLOCK // columns)
     for start in range(0, rows, height):
@@ -268,7 +267,7 @@ def _blocks(grid: Floats, overlap: int = 2) -> Iterator[tuple[Floats, Floats]]:
 
 @dataclass(frozen=True)
 class Statistics:
-    """Height parameters of a scan, after ISO 25178-2:2021; of a profile, after ISO 21920-2:2021."""
+    """Height parameters after ISO 25178-2:2021, or ISO 21920-2:2021 for a profile."""
 
     mean: float
     """Mean height [m]."""
@@ -277,19 +276,19 @@ class Statistics:
     mean_deviation: float
     """Arithmetical mean height Sa [m]."""
     skewness: float
-    """Skewness Ssk [-]: 0 for a Gaussian surface, below it where plateaus prevail."""
+    """Skewness Ssk [-]: 0 for a Gaussian surface, negative if plateaus dominate."""
     kurtosis: float
     """Kurtosis Sku [-]: 3 for a Gaussian surface."""
     maximum_height: float
     """Maximum height Sz, from the lowest valley to the highest peak [m]."""
     count: int
-    """Points present."""
+    """Number of points present."""
     missing: float
-    """Share of points that are missing [-]."""
+    """Fraction of missing points [-]."""
 
 
 def statistics_of(heights: Floats) -> Statistics:
-    """Height parameters, as they are: level the heights first."""
+    """Return height parameters, without levelling."""
     flat = heights.reshape(-1)
     parts = [flat[start : start + _BLOCK] for start in range(0, flat.size, _BLOCK)]
     count, total, low, high = 0, 0.0, math.inf, -math.inf
@@ -298,11 +297,11 @@ def statistics_of(heights: Floats) -> Statistics:
         if values.size:
             count, total = count + values.size, total + float(values.sum())
             low, high = min(low, float(values.min())), max(high, float(values.max()))
-    # No spread means one height for all: the sums below would be rounding only.
+    # For constant heights the sums below would be rounding only.
     if not high > low:
-        raise InputError(f"the heights must vary, got {count} that are all the same")
+        raise InputError(f"the heights must vary, got {count} equal heights")
     mean = total / count
-    scale = high - low  # so that fourth powers stay in range
+    scale = high - low  # keeps fourth powers in range
     sums = np.zeros(4)
     for part in parts:
         off = (present(part) - mean) / scale

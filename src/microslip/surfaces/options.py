@@ -1,4 +1,4 @@
-"""Options of scans: the command, a study, its schema and Python take them from here."""
+"""Options of scans, shared by the command, studies, their schema and Python."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ CROP = option(
 )
 OUTLIERS = option(
     "outliers",
-    "Robust standard deviations beyond which points are left out.",
+    "Remove points beyond this many robust standard deviations.",
     float,
     example="6",
     least=2.0,
@@ -64,8 +64,8 @@ OUTLIERS = option(
 FILL = option("fill", "Interpolate missing points.", bool, default=False)
 DIRECTION = option(
     "direction",
-    "Direction of motion on the measured face, from x of the scan towards y; the mean over all "
-    "directions if absent.",
+    "Direction of motion on the measured face, from the x axis of the scan towards y; the mean "
+    "over all directions if absent.",
     ANGLE,
     example="90 deg",
     sign="any",
@@ -80,7 +80,7 @@ SCAN_AREA = option(
 )
 BODIES = option(
     "materials",
-    "Two metals of the table; with a load the face is solved and the joint reported.",
+    "Two metals of the table; together with a load, the face is solved and the joint reported.",
     example="steel",
     items=(2, 2),
     metavar="METAL METAL",
@@ -110,17 +110,19 @@ AMPLITUDE = option(
     metavar="LENGTH",
 )
 
-FORMAT = option("format", "Format of the file; found if absent.", example="plu", metavar="FORMAT")
+FORMAT = option(
+    "format", "Format of the file; detected if absent.", example="plu", metavar="FORMAT"
+)
 UNIT = option(
     "unit",
-    "Unit of the heights, or of coordinates and of heights, where the file has none.",
+    "Unit of the heights, or of coordinates and heights, if the file has none.",
     example="um",
     items=(1, 2),
     metavar="UNIT",
 )
 PIXEL = option(
     "pixel",
-    "Pixel size, or those along x and y, where the file has none.",
+    "Pixel size, or sizes along x and y, if the file has none.",
     LENGTH,
     example="1.66 um",
     items=(1, 2),
@@ -128,7 +130,7 @@ PIXEL = option(
 )
 VALID = option(
     "valid",
-    "Lowest and highest possible height of the file; points beyond are missing.",
+    "Lowest and highest possible height; points outside are missing.",
     LENGTH,
     example="1 mm",
     sign="any",
@@ -137,21 +139,21 @@ VALID = option(
 )
 CHANNEL = option(
     "channel",
-    "Channel of an instrument's file, by name or number, or array of a file that holds several.",
+    "Channel of an instrument file, by name or number, or array of a file with several arrays.",
     example="0",
     metavar="NAME",
 )
 
 READING = (FORMAT, UNIT, PIXEL, VALID, CHANNEL)
-"""Options of reading in `microslip surface`."""
+"""Options for reading in `microslip surface`."""
 AUTOMATIC_LEVEL = LEVEL.but(
-    help="Form to remove first; auto is quadratic where the scan is bowed, else plane.",
+    help="Form to remove first; auto is quadratic if the scan is bowed, else plane.",
     default="auto",
     choices=("auto", *LEVELS),
     metavar="[auto|plane|quadratic|cylinder|lines|mean|none]",
 )
 CONDITIONING = (CUTOFF, LONG_CUTOFF, AUTOMATIC_LEVEL, CROP)
-"""Options of conditioning in `microslip surface`."""
+"""Options for conditioning in `microslip surface`."""
 RA = option("ra", "Roughness average Ra of a drawing.", LENGTH, example="0.8 um", metavar="LENGTH")
 RQ = option("rq", "Root mean square height Rq, instead.", LENGTH, example="1 um", metavar="LENGTH")
 RZ = option(
@@ -173,4 +175,4 @@ BREADTH = option(
     least=1.5,
 )
 JOINT = (BODIES, LOAD, FRICTION, AMPLITUDE, DIRECTION)
-"""Options of a joint in `microslip surface`."""
+"""Options for a joint in `microslip surface`."""

@@ -1,4 +1,4 @@
-"""Patches of a scan, of the same size."""
+"""Division of a scan into patches."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ Map = TypeVar("Map", bound=HeightMap)
 
 
 def cut(scan: Map, patches: tuple[int, int] | int = (3, 3)) -> list[Map]:
-    """Patches of a scan, of the same size but for a point."""
+    """Divide a scan into patches of equal size, within one point."""
     counts = _counts(patches, scan.heights.ndim)
     if math.prod(counts) < 2:
         raise InputError(f"`patches` must be two or more, got {show(patches)}")
     if any(n // count < 8 for n, count in zip(scan.heights.shape, counts, strict=True)):
         raise InputError(
-            f"`patches` must have eight points along a side, got {show(patches)} patches of "
-            f"{' x '.join(str(n) for n in scan.heights.shape)} points"
+            f"`patches` must have at least eight points along each side, got {show(patches)} "
+            f"patches of {' x '.join(str(n) for n in scan.heights.shape)} points"
         )
     edges = [
         np.linspace(0, n, count + 1).astype(int)
@@ -47,7 +47,7 @@ def cut(scan: Map, patches: tuple[int, int] | int = (3, 3)) -> list[Map]:
 
 def _counts(patches: Any, axes: int) -> tuple[int, ...]:
     counts = patches if isinstance(patches, (tuple, list)) else (patches,) * axes
-    # The default is for an area; along a profile it makes as many patches.
+    # The default (3, 3) is for an area; a profile gets the same number of patches.
     if axes == 1 and len(counts) == 2 and all(_is_count(n) for n in counts):
         counts = (int(counts[0]) * int(counts[1]),)
     if len(counts) != axes or not all(_is_count(n) for n in counts):

@@ -1,13 +1,13 @@
-"""The peaks of a height map and how far each rises above the saddle to a higher one.
+"""Peaks of a height map, and their prominence above the saddle to a higher peak.
 
-Every point climbs to its highest neighbour, and so belongs to the hill of one peak. Peaks meet at
-saddles: points whose higher neighbours fall into more than one connected part. Going down through
-the saddles, whichever of two hills has the lower peak ends there (Edelsbrunner, Letscher and
-Zomorodian 2002, DOI 10.1007/s00454-002-2885-2); what is left of the lower hill above its saddle is
-its prominence. Removing hills below a threshold is the pruning of ISO 16610-85 and ISO 25178-3.
+Every point climbs to its highest neighbour and so belongs to the hill of one peak. Peaks meet at
+saddles: points whose higher neighbours form more than one connected part. Proceeding down through
+the saddles, the hill with the lower of two peaks ends at their saddle (Edelsbrunner, Letscher and
+Zomorodian 2002, DOI 10.1007/s00454-002-2885-2); the height of its peak above the saddle is its
+prominence. Removing hills below a threshold is the pruning of ISO 16610-85 and ISO 25178-3.
 
-Neighbours are the eight around a point. Equal heights are ordered by their place, so that a
-plateau has one peak: the others on it have no prominence.
+Each point has eight neighbours. Equal heights are ordered by their index, so that a plateau has one
+peak; other points of the plateau have no prominence.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ from microslip._core.checks import Floats
 
 Codes = NDArray[np.uint8]
 Places = NDArray[np.intp]
-Indices = NDArray[np.int32 | np.int64]  # of a whole map: the shorter ones where they do
+Indices = NDArray[np.int32 | np.int64]  # 32 bits if they suffice for the map
 
-_BLOCK = 1 << 18  # points a pass, as many as a cache holds
+_BLOCK = 1 << 18  # points per pass, to fit in the cache
 _ROUNDS = 6
-_FEW_MEETINGS = 2000  # meetings that are as quick one by one
+_FEW_MEETINGS = 2000  # below this number a scalar loop is as fast
 
-# The neighbours in the order of their places.
+# Neighbours in index order.
 _NEIGHBOURS = ((-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1, 1))
 
 
 def _parts_of_rings() -> tuple[NDArray[np.uint8], NDArray[np.int8]]:
-    """For each set of higher neighbours (a bit each): how many parts, and one of each part."""
+    """Return the number of connected parts, and one member of each, for all sets of neighbours."""
     counts = np.zeros(256, dtype=np.uint8)
     members = np.full((256, 4), -1, dtype=np.int8)
     for code in range(256):
@@ -63,20 +63,20 @@ class Peaks(NamedTuple):
     places: NDArray[np.intp]
     """Flat indices into the map."""
     prominences: Floats
-    """Rise above the saddle to a higher peak [m]; of the highest, above the lowest point."""
+    """Rise above the saddle to a higher peak [m]; for the highest, above the lowest point."""
 
 
 def find_peaks(heights: Floats) -> Peaks:
-    """Peaks of a map and their prominences.
+    """Return the peaks of a map and their prominences.
 
-    Only the climbs from saddles are followed, not those from every point: they alone decide which
-    hills meet where.
+    Only the climbs from saddles are followed, not from every point: they determine which hills meet
+    where.
     """
     codes = _higher(heights)
     flat = heights.reshape(-1)
     peaks = np.flatnonzero(codes == 0)
     peaks = peaks[~np.isnan(flat[peaks])]
-    order = np.lexsort((peaks, flat[peaks]))[::-1]  # from the highest down, as ties are ordered
+    order = np.lexsort((peaks, flat[peaks]))[::-1]  # descending, ties by index
     peaks = peaks[order]
     saddles = np.flatnonzero(_SADDLES[codes])
     ends = _merge(peaks.size, *_meetings(flat, codes, peaks, saddles, heights.shape[1]))
@@ -85,7 +85,7 @@ def find_peaks(heights: Floats) -> Peaks:
 
 
 def _higher(heights: Floats) -> Codes:
-    """Higher ones of the eight neighbours of each point, a bit each; none if missing."""
+    """Return a bit mask of the higher neighbours of each point; 0 for missing points."""
     rows, columns = heights.shape
     codes = np.empty(heights.shape, dtype=np.uint8)
     step = max(1, _BLOCK // columns)
@@ -102,10 +102,10 @@ def _higher(heights: Floats) -> Codes:
             start = max(0, -right)
             near = here[: count + 2 - down, start : columns + 2 - max(0, right)]
             far = here[down:, max(0, right) : columns + 2 - start]
-            # Of equal heights the later place counts as the higher one.
+            # Of equal heights the one with the larger index counts as higher.
             later = (far >= near).view(np.uint8)
             code |= later[1 : 1 + count, 1 - start : 1 - start + columns] << np.uint8(k)
-            # The same pair as the other point has it: what is not higher than it is lower.
+            # The same pair seen from the other point: not higher means lower.
             place = 1 - start - right
             lower = later[1 - down : 1 - down + count, place : place + columns] ^ np.uint8(1)
             code |= lower << np.uint8(7 - k)
@@ -117,7 +117,7 @@ def _higher(heights: Floats) -> Codes:
 def _meetings(
     flat: Floats, codes: Codes, peaks: Places, saddles: Places, columns: int
 ) -> tuple[Places, Places, Floats]:
-    """Pairs of hills and the highest saddle between them, from the highest down."""
+    """Return pairs of hills and the highest saddle between them, in descending order."""
     offsets = np.array([down * columns + right for down, right in _NEIGHBOURS])
     members = _MEMBERS[codes[saddles]]
     rows, parts = np.nonzero(members >= 0)
@@ -129,15 +129,15 @@ def _meetings(
     high, two = np.minimum(first, second), np.maximum(first, second)
     order = np.lexsort((place, flat[place]))[::-1]
     high, two, place = high[order], two[order], place[order]
-    # A pair that meets again lower down is joined already.
+    # A pair that meets again at a lower saddle is already joined.
     _, new = np.unique(high * np.intp(max(peaks.size, 1)) + two, return_index=True)
     new.sort()
     return high[new], two[new], flat[place[new]]
 
 
 def _hills(flat: Floats, codes: Codes, peaks: Places, feet: Places, offsets: Places) -> Places:
-    """Number of the hill that each of some points is on."""
-    # The highest neighbour of each point on a climb; of the others it is never looked at.
+    """Return the number of the hill to which each point belongs."""
+    # Highest neighbour of each point on a climb; other entries are never used.
     top: Indices = np.full(flat.size, -1, dtype=np.int32 if flat.size < 2**31 else np.int64)
     top[peaks] = peaks
     climbed = []
@@ -147,7 +147,7 @@ def _hills(flat: Floats, codes: Codes, peaks: Places, feet: Places, offsets: Pla
         further = _uphill(flat, codes, at, offsets)
         top[at] = further
         at = further
-    # Each pass doubles the length of the climb; only points that are not there yet go on.
+    # Pointer doubling: each pass doubles the climb of the points that have not arrived.
     going = np.concatenate([*climbed, feet[:0]])
     while going.size:
         further = top[top[going]]
@@ -159,17 +159,19 @@ def _hills(flat: Floats, codes: Codes, peaks: Places, feet: Places, offsets: Pla
 
 
 def _distinct(places: Places, scratch: Indices) -> Places:
-    """Each place once; what stands there in the other array is overwritten."""
+    """Return each place once; overwrites the entries of ``scratch`` at the places."""
     number = np.arange(-1 - places.size, -1, dtype=scratch.dtype)
-    scratch[places] = number  # of those for one place the last one stays
+    scratch[places] = number  # for repeated places the last one stays
     last: Places = places[scratch[places] == number]
     return last
 
 
 def _uphill(flat: Floats, codes: Codes, places: Places, offsets: Places) -> Places:
-    """The highest neighbour of points that have a higher one."""
+    """Return the highest neighbour of points that have a higher one."""
     result = np.empty_like(places)
-    bits = np.uint8(1) << np.arange(7, -1, -1, dtype=np.uint8)  # of equal ones the later wins
+    bits = np.uint8(1) << np.arange(
+        7, -1, -1, dtype=np.uint8
+    )  # of equal neighbours the larger index wins
     for start in range(0, places.size, _BLOCK // 8):
         at = places[start : start + _BLOCK // 8]
         higher = (codes[at, None] & bits) != 0
@@ -180,14 +182,14 @@ def _uphill(flat: Floats, codes: Codes, places: Places, offsets: Places) -> Plac
 
 
 def _merge(count: int, high: Places, two: Places, saddle: Floats) -> Floats:
-    """Height of the saddle at which each hill ends; -inf for those that never do.
+    """Return the saddle height at which each hill ends; -inf for hills that never do.
 
-    Hills are numbered from the highest peak down: of two that meet the larger number ends.
+    Hills are numbered in descending order of their peaks: of two that meet, the larger number ends.
     """
     ends = np.full(count, -np.inf)
     parent = np.arange(count)
-    # Most hills end at their own first meeting, with a higher hill, whatever happens elsewhere:
-    # those all at once, then the same with the larger hills that are left.
+    # Most hills end at their own first meeting with a higher hill, independently of all others:
+    # merge those at once, then repeat with the remaining hills.
     for _ in range(_ROUNDS):
         if high.size < _FEW_MEETINGS:
             break
@@ -216,41 +218,41 @@ def _merge(count: int, high: Places, two: Places, saddle: Floats) -> Floats:
 
 
 def _at_first_meeting(count: int, high: Places, two: Places) -> Places:
-    """Meetings, ordered from the highest down, that are the first of the lower of the two hills."""
+    """Return the meetings, in descending order, that are the first of the lower hill."""
     numbers = np.arange(high.size)
     firsts = np.full((2, count), high.size)
     for first, hills in zip(firsts, (high, two), strict=True):
-        first[hills[::-1]] = numbers[::-1]  # of several the last one stays, the highest
+        first[hills[::-1]] = numbers[::-1]  # the last assignment stays: the highest meeting
     first_of = firsts.min(axis=0)
     return np.flatnonzero(first_of[two] == numbers)
 
 
-# -- the shape of their tops -----------------------------------------------------------------------
+# -- shape of the summits --------------------------------------------------------------------------
 
-_A_PASS = 1 << 16  # summits a pass
+_A_PASS = 1 << 16  # summits per pass
 
 
 class Tops(NamedTuple):
     """Fitted summits, one row each."""
 
     curvatures: Floats
-    """Principal curvatures (n, 2) [1/m], the larger first; above zero for a summit."""
+    """Principal curvatures [1/m], the larger first, positive for a summit, shape (n, 2)."""
     shifts: Floats
-    """From the highest point to the top, (n, 2) along x and y [pixels]."""
+    """Offset from the highest point to the top along x and y [pixels], shape (n, 2)."""
     rises: Floats
-    """Height of the top above that of the highest point [m]."""
+    """Height of the top above the highest point [m]."""
     inside: NDArray[np.bool_]
-    """Whether the top is within the points that were fitted; where not, no shift and no rise."""
+    """Whether the top lies within the fitted points; otherwise shift and rise are zero."""
 
 
 def fitted(
     heights: Floats, places: NDArray[np.intp], pixel: tuple[float, ...], window: int
 ) -> Tops:
-    """Quadric through the points around each summit, by least squares.
+    """Fit a quadric to the points around each summit by least squares.
 
     z = z0 + gx x + gy y + (hxx x^2 + 2 hxy x y + hyy y^2)/2 over window x window points. Exact for
-    a paraboloid. Already with three points a side white noise reaches the second derivatives with a
-    third of the variance that it has in the differences of three points along an axis.
+    a paraboloid. With three points per side, the variance of white noise in the second derivatives
+    is already a third of that of three-point differences along an axis.
     """
     reach = window // 2
     side = np.arange(-reach, reach + 1)
@@ -262,7 +264,7 @@ def fitted(
     terms = np.empty((places.size, 6))
     for start in range(0, places.size, _A_PASS):
         part = places[start : start + _A_PASS]
-        # From the summit's own height: a high mean costs no digits.
+        # Heights relative to the summit, so that a large mean costs no digits.
         terms[start : start + _A_PASS] = (flat[part[:, None] + offsets] - flat[part, None]) @ solve
     z0, gx, gy, hxx, hxy, hyy = terms.T
     det = hxx * hyy - hxy * hxy
@@ -276,19 +278,19 @@ def fitted(
 
 
 def equivalent_radii(curvatures: Floats) -> tuple[Floats, NDArray[np.bool_]]:
-    """Radii 1/sqrt(k1 k2) [m], and which summits are round: curved down in every direction."""
+    """Return radii 1/sqrt(k1 k2) [m], and a mask of summits curved down in every direction."""
     large, small = curvatures.T
-    # So flat along one direction that rounding decides counts as flat.
+    # Curvatures at rounding level count as flat.
     good = (large > 0.0) & (small > 1e-9 * large)
     product = np.where(good, large * small, 1.0)
     return 1.0 / np.sqrt(product), good
 
 
 def _principal(a: Floats, b: Floats, c: Floats) -> Floats:
-    """Eigenvalues of the matrices ((a, b), (b, c)), the larger first."""
+    """Return the eigenvalues of the matrices ((a, b), (b, c)), the larger first."""
     middle, half = 0.5 * (a + c), np.hypot(0.5 * (a - c), b)
     large = middle + half
-    # The product of both is the determinant: no difference of almost equal numbers.
+    # Use the determinant to avoid cancellation.
     with np.errstate(divide="ignore", invalid="ignore"):
         small = np.where(middle > 0.0, (a * c - b * b) / large, middle - half)
     return np.stack([large, small], axis=1)

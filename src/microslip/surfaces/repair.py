@@ -1,4 +1,4 @@
-"""Points of a scan that are no heights: fill values, spikes and gaps, and their replacement."""
+"""Invalid points of a scan: fill values, spikes and gaps, and their replacement."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from microslip.surfaces.height_map import HeightMap
 
 Map = TypeVar("Map", bound=HeightMap)
 
-_NORMAL = 1.4826  # standard deviation over median distance
-_RISE = 2.0  # of a spike over its surroundings, in robust rms heights of the scan
-_ABOVE = 6.0  # of a spike over its surroundings, in robust deviations from the local median
+_NORMAL = 1.4826  # standard deviation over median absolute deviation of a Gaussian
+_RISE = 2.0  # smallest spike height above its surroundings over the robust rms height
+_ABOVE = 6.0  # the same over the robust deviation from the local median
 _RING = np.ones((5, 5), dtype=bool)
 _RING[1:4, 1:4] = False
 
 
 def fill_values(heights: Floats) -> NDArray[np.bool_]:
-    """Return the points of one exact height far from all others, such as -9999 or 1e38."""
+    """Return a mask of fill values: one exact height far from all others, such as -9999 or 1e38."""
     far = far_points(heights)
     if far.any() or (found := repeated(heights)) is None:
         return far
@@ -32,12 +32,12 @@ def fill_values(heights: Floats) -> NDArray[np.bool_]:
 
 
 def spikes(heights: Floats) -> NDArray[np.bool_]:
-    """Return the points that stand out of the ring of 16 points around them.
+    """Return a mask of points that stand out from the ring of 16 points around them.
 
-    A point (or a group of up to 3 x 3) is a spike if it is higher than the highest point of that
-    ring, or lower than the lowest one, by twice the rms height of the scan, as its median deviation
-    gives it, and by six robust standard deviations of the heights from their local medians.
-    Summits, scratches and ridges that the pixel resolves are continued on the ring.
+    A point (or a group of up to 3 x 3) is a spike if it is higher than the highest point of the
+    ring, or lower than the lowest point, by twice the robust rms height of the scan and by six
+    robust standard deviations of the heights from their local medians. Summits, scratches and
+    ridges resolved by the pixel continue on the ring and are kept.
     """
     from scipy import ndimage
 
@@ -63,11 +63,11 @@ def spikes(heights: Floats) -> NDArray[np.bool_]:
 
 
 def repaired(scan: Map) -> Map:
-    """Return the scan without fill values and spikes, with all missing points interpolated.
+    """Return the scan without fill values and spikes, with missing points interpolated.
 
     Fill values are heights such as -9999 that many points share exactly, far from all others.
-    Spikes are points that stand out of all their surroundings by twice the rms height. The
-    notes state the number of each; a profile keeps its gaps.
+    Spikes exceed all their surroundings by twice the rms height. The notes state the number of
+    each; a profile keeps its gaps.
 
     Returns
     -------
@@ -78,7 +78,7 @@ def repaired(scan: Map) -> Map:
     absent = fill_values(heights)
     if count := int(np.count_nonzero(absent)):
         value = engineering(float(heights[absent][0]), "m", 4)
-        notes.append(f"repair: {count} points of {value}, a fill value, are missing.")
+        notes.append(f"repair: {count} points of fill value {value} set as missing.")
         heights = np.where(absent, np.nan, heights)
     pointed = spikes(heights)
     if count := int(np.count_nonzero(pointed)):

@@ -1,4 +1,4 @@
-"""Rules by which scans, their summits and their height distributions are judged, as data."""
+"""Rules for the verdicts on scans, summits and height distributions."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from microslip.surfaces.height_map import HeightMap
 from microslip.surfaces.moments import SUMMIT_SHARE, lost_to_pixel
 
 EXTREME = 0.001
-"""Share of the points that count as the most extreme ones."""
+"""Fraction of the points that count as extreme."""
 
 GAUSSIAN_SHARE = 0.0127
-"""Share of the variance that the most extreme 0.1 % of a Gaussian variable carry."""
+"""Fraction of the variance of a Gaussian variable in its most extreme 0.1 %."""
 
 
 def extreme_shares(scan: HeightMap) -> dict[str, float]:
-    """Return the share [-] of m0, m2 and m4 that the most extreme 0.1 % of their values carry."""
+    """Return the fractions [-] of m0, m2 and m4 in the most extreme 0.1 % of their values."""
     heights = scan.heights
-    scan.moments()  # raises an error for heights that have no moments
+    scan.moments()  # raises an error for heights without moments
     shares = {"m0": share_of_heights(scan)}
     for order, name in ((1, "m2"), (2, "m4")):
         axes = range(heights.ndim)
@@ -34,7 +34,7 @@ def extreme_shares(scan: HeightMap) -> dict[str, float]:
 
 
 def share_of_heights(scan: HeightMap) -> float:
-    """Share of the variance of the heights alone."""
+    """Return the fraction of the height variance in the extreme 0.1 % of the points."""
     return _share([np.abs(scan.heights - np.nanmean(scan.heights))])
 
 
@@ -56,7 +56,7 @@ def _share(groups: list[Floats]) -> float:
 LOST_TO_PIXEL = "share of m4 lost to the pixel"
 RADIUS_IN_PIXELS = "summit radius in pixels"
 
-_CONVENTION = "a convention of this project: a resolved Gaussian isotropic surface is far within it"
+_CONVENTION = "a convention; well-resolved isotropic Gaussian surfaces are far within the limit"
 
 
 def _share_rule(moment: str, values: str) -> Rule:
@@ -64,10 +64,10 @@ def _share_rule(moment: str, values: str) -> Rule:
         f"share of {moment} in 0.1 % of points",
         0.05,
         0.2,
-        f"{values} are of the whole surface, not of a few points ({GAUSSIAN_SHARE:.3f} if "
+        f"{values} represent the whole surface, not a few points ({GAUSSIAN_SHARE:.3f} if "
         "Gaussian)",
         _CONVENTION,
-        "leave the extreme points out, or scan a place without scratches",
+        "remove the extreme points, or scan an area without scratches",
     )
 
 
@@ -79,10 +79,10 @@ RULES: Mapping[str, Rule] = {
             "kurtosis",
             4.0,
             6.0,
-            "heights are near a Gaussian, before any filter, too; far above 3, scratches, pits or "
-            "spikes make the rms",
+            "heights are nearly Gaussian, also before any filter; far above 3, scratches, pits or "
+            "spikes dominate the rms",
             _CONVENTION,
-            "leave the extreme points out, and use counted summits",
+            "remove the extreme points, and use counted summits",
         ),
         _share_rule("m0", "heights"),
         _share_rule("m2", "slopes"),
@@ -91,8 +91,8 @@ RULES: Mapping[str, Rule] = {
             "rms slope",
             0.3,
             1.0,
-            "slopes are small, as in all contact theory; far above, units are wrong or steps made "
-            "them",
+            "slopes are small, as contact theory assumes; far larger slopes come from wrong "
+            "units or from steps",
             _CONVENTION,
             "check the units of heights and pixel",
         ),
@@ -100,9 +100,8 @@ RULES: Mapping[str, Rule] = {
             LOST_TO_PIXEL,
             0.05,
             0.25,
-            "curvatures are of waves of eight pixels or more (0.56 for noise from point to point); "
-            "else m4 and the number of summits come out low by about so much: choose a longer "
-            "short-wave cut-off, or scan with a finer pixel",
+            "curvatures come from waves of eight pixels or more (0.56 for point-to-point noise); "
+            "otherwise m4 and the number of summits are too low by about this fraction",
             "waves of eight pixels lose 5 % of their m4 to finite differences",
             "choose a longer short-wave cut-off, or scan with a finer pixel",
         ),
@@ -110,7 +109,7 @@ RULES: Mapping[str, Rule] = {
             "0.8968 / alpha",
             SUMMIT_SHARE / 1.5,
             0.9,
-            "Nayak's alpha is at least 1.5, as of an isotropic Gaussian surface",
+            "Nayak's alpha is at least 1.5, as for an isotropic Gaussian surface",
             "Nayak (1971), DOI 10.1115/1.3451608",
             "use counted summits",
         ),
@@ -118,15 +117,15 @@ RULES: Mapping[str, Rule] = {
             "missing",
             0.005,
             0.2,
-            "the measured points represent all; filled points count as missing",
+            "measured points represent the surface; filled points count as missing",
             "gaps of 0.2 % moved m2 of a scan by 4 %, filled or not: 0.5 % by a tenth",
-            "scan again, or take the parameters with and without filling for their error",
+            "scan again, or estimate the error from the parameters with and without filling",
         ),
         Rule(
             "anisotropy",
             1.5,
             3.0,
-            "slopes are alike in all directions, as McCool's formulas assume",
+            "slopes are equal in all directions, as McCool's formulas assume",
             _CONVENTION,
             "use counted summits",
             missing="a profile has one direction only",
@@ -144,7 +143,7 @@ RULES: Mapping[str, Rule] = {
             "summit spacing in pixels",
             8.0,
             5.0,
-            "summits are features of the surface and not of the pixel, at which noise has one in 3",
+            "summits are features of the surface and not of the pixel; the value for noise is 3",
             "white noise has a peak in every nine pixels, at a mean spacing of three",
             "choose a longer short-wave cut-off, or scan with a finer pixel",
         ),
@@ -152,17 +151,17 @@ RULES: Mapping[str, Rule] = {
             "summit spacing over cut-off",
             2.0,
             1.2,
-            "summits are features of the surface and not of the filter, behind which noise has "
-            "0.87",
-            "white noise behind a Gaussian filter has its summits 0.87 cut-offs apart",
+            "summits are features of the surface and not of the filter; the value for filtered "
+            "noise is 0.87",
+            "summits of white noise after a Gaussian filter are 0.87 cut-offs apart",
             "choose another short-wave cut-off",
         ),
         Rule(
             "summits",
             30.0,
             10.0,
-            "summits are enough for statistics",
-            "a mean over fewer scatters by a fifth and more",
+            "there are enough summits for statistics",
+            "means over fewer summits scatter by 20 % and more",
             "scan a larger area",
         ),
         Rule(
@@ -171,7 +170,7 @@ RULES: Mapping[str, Rule] = {
             20.0,
             "no scratch or spike dominates the moments; Gaussian heights have 3",
             _CONVENTION,
-            "leave the extreme points out",
+            "remove the extreme points",
         ),
         Rule(
             "radius by load over radius by curvature",
@@ -179,24 +178,24 @@ RULES: Mapping[str, Rule] = {
             3.0,
             "one radius represents all summits; on a Gaussian surface the ratio is 1.28",
             "Nayak (1971), DOI 10.1115/1.3451608: 1.277 on an isotropic Gaussian surface",
-            "take the summits one by one, as a population",
+            "use the summits as a population",
         ),
         Rule(
             "share of peaks below the prominence",
             0.05,
             1.0,
-            "hardly a peak is below the prominence; those that are may be noise, or waves of a few "
-            "pixels that a smaller prominence counts: a scan cannot distinguish them",
+            "few peaks are below the prominence; they may be noise or short waves, which a "
+            "single scan cannot distinguish",
             _CONVENTION,
-            "choose the prominence from what the instrument repeats",
+            "choose the prominence from the repeatability of the instrument",
         ),
         Rule(
             "peaks dropped for noise that is roughness",
             0.05,
             0.3,
-            "what is dropped as noise is noise: as large over two and four pixels as over one",
-            "differences of white noise are alike over any distance, those of roughness grow",
-            "give the prominence that the instrument repeats",
+            "peaks dropped as noise are noise: equally large over one, two and four pixels",
+            "differences of white noise do not depend on distance, those of roughness grow",
+            "set the prominence to the repeatability of the instrument",
         ),
         Rule(
             "share of fits dropped",
@@ -208,22 +207,19 @@ RULES: Mapping[str, Rule] = {
         ),
     )
 }
-"""Every rule by its name. What a limit stands on is its reason."""
+"""Rules by name."""
 
 
 def judged(values: Mapping[str, float | None]) -> tuple[Verdict, ...]:
-    """Verdicts on values, by the names of their rules; None is not judged."""
+    """Return verdicts on values by rule name; None is not judged."""
     return tuple(RULES[name].judge(value) for name, value in values.items())
 
 
 def verdicts(scan: HeightMap) -> tuple[Verdict, ...]:
-    """Whether moments describe a levelled surface, or few points, noise or the lay of it.
+    """Return verdicts on whether moments describe the surface, not few points, noise or lay.
 
-    On kurtosis and extreme heights, of the scan as it is and before anything was filled or
-    filtered, whichever is worse; on missing points before that; on the shares of extreme
-    slopes and curvatures, on slopes, on what the pixel takes from waves of few pixels, on
-    Nayak's alpha (Nayak 1971, DOI 10.1115/1.3451608) and on the lay. The limits are
-    conventions: a Gaussian isotropic surface that is well resolved is far within all of them.
+    Kurtosis and extreme heights are taken from the scan or from the scan before filling and
+    filtering, whichever is worse. The limits are conventions.
     """
     numbers, moments = scan.statistics(), scan.moments()
     raw = scan.unfiltered
@@ -245,7 +241,7 @@ def verdicts(scan: HeightMap) -> tuple[Verdict, ...]:
 
 
 def radius_in_pixels(radius: float, pixel: tuple[float, ...]) -> dict[str, float | None]:
-    """The value of that rule: how far a radius is one of the surface, not of the pixel."""
+    """Return the value of the rule on the summit radius in pixels."""
     side = 1.0
     for step in pixel:
         side *= step ** (1.0 / len(pixel))

@@ -1,4 +1,4 @@
-"""The power spectrum of a measured surface, radial and along each axis."""
+"""Power spectrum of a measured surface, radial and along each axis."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ from microslip.surfaces.moments import Moments
 
 Window = Literal["hann"] | None
 
-_HANN_ALIKE = 35.0 / 18.0  # n sum w^8 / (sum w^4)^2 of the taper w = sin^2
+_HANN_ALIKE = 35.0 / 18.0  # n sum w^8 / (sum w^4)^2 for the taper w = sin^2
 
 
 @dataclass(frozen=True, eq=False)
 class AxisSpectrum(Locked):
-    """One-sided power spectrum of the profiles along one axis, in the mean over all of them."""
+    """One-sided power spectrum along one axis, averaged over all profiles."""
 
     wavenumber: Floats
-    """Wavenumbers q = 2 pi/wavelength [rad/m], rising from one wave on the length of the scan."""
+    """Wavenumbers q = 2 pi/wavelength [rad/m], rising from one wave over the length of the scan."""
     power: Floats
-    """Variance [m^2] in the band about each; they sum to m0 less the variance of the profiles'
-    means, which do not vary along this axis."""
+    """Variance [m^2] in the band about each wavenumber. The sum is m0 less the variance of the
+    means of the profiles."""
     density: Floats
-    """The same per wavenumber [m^3]: its integral over q is the sum."""
+    """Power per wavenumber [m^3]."""
     pixel: float
-    """Distance of neighbours [m]."""
+    """Distance between neighbouring points [m]."""
 
     @property
     def wavelength(self) -> Floats:
@@ -40,7 +40,7 @@ class AxisSpectrum(Locked):
         return 2.0 * math.pi / self.wavenumber
 
     def moment(self, order: int, *, differences: bool = False) -> float:
-        """Spectral moment of the profiles."""
+        """Return a spectral moment of the profiles."""
         if order not in (0, 2, 4):
             raise InputError(f"`order` must be 0, 2 or 4, got {show(order)}")
         q = self.wavenumber
@@ -51,35 +51,34 @@ class AxisSpectrum(Locked):
 
 @dataclass(frozen=True, eq=False)
 class Spectrum(Locked):
-    """Power spectrum of a scan; of a profile, there is the one axis only.
+    """Power spectrum of a scan; a profile has a single axis.
 
-    Normalised so that the integral of the density over the plane of wavenumbers is m0; see
-    Jacobs, Junge and Pastewka (2017), DOI 10.1088/2051-672X/aa51f8, for other habits.
+    Normalised so that the integral of the density over the plane of wavenumbers is m0; for other
+    conventions see Jacobs, Junge and Pastewka (2017), DOI 10.1088/2051-672X/aa51f8.
     """
 
     wavenumber: Floats
-    """Wavenumbers q [rad/m] of the rings, rising; only rings that hold waves."""
+    """Wavenumbers q [rad/m] of the non-empty rings, rising."""
     density: Floats
-    """Mean density C [m^4] of a ring; of a profile, that along it [m^3]."""
+    """Mean density C [m^4] of a ring; for a profile, the density along it [m^3]."""
     power: Floats
-    """Variance in each ring [m^2]; they sum to m0."""
+    """Variance in each ring [m^2]; the sum is m0."""
     axes: tuple[AxisSpectrum, ...]
-    """Spectra along x and along y; of a profile, along it."""
+    """Spectra along x and y; for a profile, along it."""
     window: Window
     """Taper at the edges of the scan."""
     cutoff: float | None = None
     long_cutoff: float | None = None
-    """Band of wavelengths [m] that conditioning has left."""
+    """Band of wavelengths [m] that conditioning has kept."""
     waves: Floats = field(default_factory=lambda: np.zeros(0))
-    """Waves of each ring [-], mirrored ones counted twice."""
+    """Number of waves per ring [-], mirrored waves counted twice."""
 
     @property
     def relative_error(self) -> Floats:
-        """Standard deviation of the density over it [-], of a Gaussian surface; one at most.
+        """Relative standard deviation of the density [-] for a Gaussian surface; at most one.
 
-        A ring is the mean of its waves, each of which scatters as much as it is large. Waves that
-        mirror each other count once, and a Hann taper makes neighbours alike: along a ring 1.94
-        of them are one.
+        A ring averages its waves, each with a standard deviation equal to its mean. Mirrored waves
+        count once, and a Hann taper correlates neighbours: 1.94 waves along a ring count as one.
         """
         alike = _HANN_ALIKE if self.window else 1.0
         independent = np.maximum(0.5 * self.waves / alike, 1.0)
@@ -96,11 +95,12 @@ class Spectrum(Locked):
         return float(self.power.sum())
 
     def moments(self, *, differences: bool = False) -> Moments:
-        """Moments m0, m2 and m4 of the spectrum, in the mean over the axes and of each.
+        """Return m0, m2 and m4 of the spectrum, averaged over the axes and for each axis.
 
-        With ``differences`` they take what finite differences see in place of the wavenumber, and
-        are those of :meth:`Scan.moments` but for taper and edges; without, each wave counts in
-        full, noise at the pixel too. A surface without waves is an InputError.
+        With ``differences`` the wavenumber is replaced by the transfer function of finite
+        differences, and the moments equal those of :meth:`Scan.moments` except for taper and edges.
+        Without it every wave counts in full, including noise at the pixel. Raises InputError for a
+        surface without waves.
         """
         second = tuple(axis.moment(2, differences=differences) for axis in self.axes)
         fourth = tuple(axis.moment(4, differences=differences) for axis in self.axes)
@@ -111,9 +111,9 @@ class Spectrum(Locked):
 
 
 def spectrum(scan: HeightMap, *, window: Window = "hann") -> Spectrum:
-    """Power spectrum of the heights, radial and by axis, of a scan tapered by Hann's window or not.
+    """Compute the power spectrum of the heights, radial and by axis.
 
-    Errors as :meth:`measurable`.
+    The scan is tapered by a Hann window unless ``window`` is None. Errors as :meth:`measurable`.
     """
     if window is not None and not (isinstance(window, str) and window == "hann"):
         raise InputError(f"`window` must be {quoted(['hann'])} or None, got {show(window)}")
@@ -162,7 +162,7 @@ def spectrum(scan: HeightMap, *, window: Window = "hann") -> Spectrum:
 def _taper(count: int, window: Window) -> Floats:
     if window is None:
         return np.ones(count)
-    # Half a step off the edges, so that no point is without weight.
+    # Half a step from the edges, so that every point has weight.
     return np.sin(math.pi * (np.arange(count) + 0.5) / count) ** 2
 
 
@@ -175,12 +175,12 @@ def _weighted_sum(tapers: list[Floats], present: Floats | None) -> float:
 
 
 def _weighted_mean(z: Floats, tapers: list[Floats], present: Floats | None) -> float:
-    # The mean under the taper, so that the mean itself leaks into no wave.
+    # The mean weighted by the taper, so that the mean does not leak into waves.
     return _weighted_sum(tapers, z) / _weighted_sum(tapers, present)
 
 
 def mirrored_counts(count: int) -> Floats:
-    """Number of waves of the full transform for each one of the half; the mean has none."""
+    """Return how many waves of the full transform each wave of the half transform represents."""
     sides = np.full(count // 2 + 1, 2.0)
     if count % 2 == 0:
         sides[-1] = 1.0
@@ -190,17 +190,17 @@ def mirrored_counts(count: int) -> Floats:
 
 def _axis(power: Floats, count: int, step: float) -> AxisSpectrum:
     unit = 2.0 * math.pi / (count * step)
-    varying = power[1:].copy()  # without what does not vary along this axis
+    varying = power[1:].copy()  # without the mean along this axis
     q = unit * np.arange(1, varying.size + 1)
     return AxisSpectrum(lock(q), lock(varying), lock(varying / unit), step)
 
 
 def _rings(full: Floats, steps: tuple[float, float], columns: int) -> tuple[Floats, Floats, Floats]:
-    """Mean wavenumber, power and number of waves of each ring."""
+    """Return mean wavenumber, power and number of waves of each ring."""
     rows = full.shape[0]
     qx = 2.0 * math.pi * np.fft.rfftfreq(columns, steps[0])
     qy = 2.0 * math.pi * np.fft.fftfreq(rows, steps[1])
-    # As wide as the coarser step of the grid: no ring is empty for want of waves.
+    # Rings as wide as the coarser grid step are never empty.
     width = max(float(qx[1]), abs(float(qy[1])))
     sides = mirrored_counts(columns)
     bins = int(math.hypot(float(qx[-1]), float(np.abs(qy).max())) / width + 0.5) + 1
@@ -208,7 +208,7 @@ def _rings(full: Floats, steps: tuple[float, float], columns: int) -> tuple[Floa
     for row in range(rows):
         q = np.hypot(qx, qy[row])
         ring = (q / width + 0.5).astype(np.intp)
-        # Rings are about multiples of the width; what is nearer to zero joins the first.
+        # Rings are centred on multiples of the width; waves nearer to zero join the first ring.
         ring = np.maximum(ring, 1)
         waves = sides.copy()
         if row == 0:

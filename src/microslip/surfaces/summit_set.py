@@ -1,4 +1,4 @@
-"""Summits found on a scan, and the surfaces and statistics made of them."""
+"""Summits found on a scan, and surfaces and statistics derived from them."""
 
 from __future__ import annotations
 
@@ -27,31 +27,28 @@ from microslip.surfaces.summit_statistics import SummitStatistics
 
 @dataclass(frozen=True, eq=False)
 class Summits(Locked, Plottable):
-    """Summits of a scan.
-
-    Made by :func:`find_summits`, not by hand.
-    """
+    """Summits of a scan, as returned by :func:`find_summits`."""
 
     positions: Floats
-    """Positions (n, 2) along x and y [m], from the centre of the first point of the scan."""
+    """Positions along x and y [m] from the centre of the first point of the scan, shape (n, 2)."""
     heights: Floats
     """Heights above the mean of the scan [m]."""
     radii: Floats
     """Equivalent radii [m], 1/sqrt(k1 k2)."""
     curvatures: Floats
-    """Principal curvatures (n, 2) [1/m], the larger first."""
+    """Principal curvatures [1/m], the larger first, shape (n, 2)."""
     prominences: Floats
-    """Rise above the saddle to a higher summit [m]; of the highest, above the lowest point."""
+    """Rise above the saddle to a higher summit [m]; for the highest, above the lowest point."""
     scan: HeightMap
-    """The scan in which they were found, levelled and filtered."""
+    """Levelled and filtered scan."""
     cutoff: float | None
-    """Short-wave cut-off [m] of that scan; None where the pixel decides."""
+    """Short-wave cut-off [m] of the scan; None if the pixel limits it."""
     area: float
-    """Area in which a summit could be found [m^2]: without edges and missing points."""
+    """Searched area [m^2], without edges and missing points."""
     threshold: float
-    """Prominence [m] that they have at least."""
+    """Smallest accepted prominence [m]."""
     dropped: int
-    """Number of prominent points that are no summits by their fit."""
+    """Number of prominent points that are not round according to their fit."""
     peaks: int
     """Number of points above their eight neighbours, prominent or not."""
     notes: tuple[str, ...]
@@ -61,7 +58,9 @@ class Summits(Locked, Plottable):
         count = np.size(self.heights)
         rows = {len(v) for v in (self.positions, self.radii, self.curvatures, self.prominences)}
         if count == 0 or rows != {count}:
-            raise InputError(f"`summits` must be one or more, each with all it has, got {count}")
+            raise InputError(
+                f"`summits` must be one or more with arrays of equal length, got {count}"
+            )
         for name in ("positions", "heights", "radii", "curvatures", "prominences"):
             lock(getattr(self, name))
 
@@ -96,14 +95,15 @@ class Summits(Locked, Plottable):
 
     @property
     def mean_radius(self) -> float:
-        """One over the mean curvature [m], as McCool's (1987) radius is; DOI 10.1115/1.3261349."""
+        """Inverse of the mean curvature [m], the radius of McCool (1987), DOI 10.1115/1.3261349."""
         return 1.0 / float(self.curvatures.mean())
 
     @property
     def equivalent_radius(self) -> float:
-        """Radius of equal spheres that carry at equal indentation what the summits carry [m].
+        """Radius of equal spheres with the same load at equal indentation [m].
 
-        The load of a summit goes with the root of its radius, so it is the square of the mean root.
+        The load on a summit is proportional to the square root of its radius, so this radius is the
+        squared mean of the square roots.
         """
         return float(np.sqrt(self.radii).mean()) ** 2
 
@@ -132,7 +132,7 @@ class Summits(Locked, Plottable):
         pair : MaterialPair
             The two materials.
         area : float or str, optional
-            Apparent area of the joint [m^2], or such as "2 cm^2"; by default that of the scan.
+            Apparent area of the joint [m^2], or text such as "2 cm^2"; by default that of the scan.
         heights : {"gaussian", "population"}
             Gaussian heights with the mean and the standard deviation of the summits and one radius,
             or each summit with its own height and radius.
@@ -144,16 +144,16 @@ class Summits(Locked, Plottable):
 
         Notes
         -----
-        A population has each counted summit as often as the apparent area holds the scanned one.
-        The highest one is then there several times: one scan knows nothing of higher ones.
+        A population repeats each summit in proportion to the ratio of apparent to scanned area,
+        including the highest; one scan does not show higher summits.
         """
         area = self.scan.area if area is None else area_of(area)
         if heights == "gaussian":
             return self.statistics().to_surface(pair, area)
         if heights != "population":
             raise InputError(
-                f'`heights` must be "gaussian" or "population", got {show(heights)}; other laws '
-                "go into ms.GreenwoodWilliamson with the numbers of `statistics()`"
+                f'`heights` must be "gaussian" or "population", got {show(heights)}; for other '
+                "distributions use ms.GreenwoodWilliamson with the numbers of `statistics()`"
             )
         count = self.density * area
         if count < 0.5:
@@ -164,11 +164,7 @@ class Summits(Locked, Plottable):
         return AsperityPopulation(pair, self.heights, self.radii, count / self.count, area)
 
     def validity(self, joint: Interface | None = None) -> tuple[Verdict, ...]:
-        """Validity of the summits for a joint, a verdict for each assumption.
-
-        Those on the summits come first, then those on a joint of theirs at its load, if one is
-        given.
-        """
+        """Return the verdicts on the assumptions about the summits, and about a joint if given."""
         if joint is not None and not isinstance(joint, Interface):
             raise InputError(f"`joint` must be an Interface, got {show(joint)}")
         pixel = math.sqrt(math.prod(self.scan.pixel))

@@ -15,10 +15,10 @@ from microslip.surfaces.checks import area_of
 
 @dataclass(frozen=True)
 class SummitStatistics:
-    """Density, radius and spread of the summits of a surface.
+    """Density, radius and height spread of the summits of a surface.
 
-    The three parameters of a rough surface in Greenwood and Williamson (1966),
-    DOI 10.1098/rspa.1966.0242, and the height of the summits above the mean plane.
+    Parameters of a rough surface in Greenwood and Williamson (1966), DOI 10.1098/rspa.1966.0242,
+    and the mean height of the summits above the mean plane.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class SummitStatistics:
         pair : MaterialPair
             The two materials.
         area : float or str
-            Apparent area of the joint [m^2], or such as "2 cm^2".
+            Apparent area of the joint [m^2], or text such as "2 cm^2".
 
         Returns
         -------
@@ -63,8 +63,8 @@ class SummitStatistics:
         """
         if self.std <= 0.0:
             raise InputError(
-                "`std` of the summit heights must be above zero for Gaussian heights, got 0; equal "
-                "heights are ms.GreenwoodWilliamson with heights=ms.Discrete([z])"
+                "`std` of the summit heights must be above zero for Gaussian heights, got 0; for "
+                "equal heights use ms.GreenwoodWilliamson with heights=ms.Discrete([z])"
             )
         heights = Gaussian(self.std, self.mean_height)
         return GreenwoodWilliamson(pair, heights, self.radius, self.density, area_of(area))

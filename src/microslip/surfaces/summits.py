@@ -1,4 +1,4 @@
-"""Find the summits of a scan: positions, heights and radii."""
+"""Search for the summits of a scan: positions, heights and radii."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from microslip.surfaces.peaks import Peaks, equivalent_radii, find_peaks, fitted
 from microslip.surfaces.summit_set import Summits as Summits
 
 TIMES_NOISE = 3.0
-"""Prominence that makes a summit, in standard deviations of the noise.
+"""Smallest prominence of a summit, in standard deviations of the noise.
 
-Of the peaks that white noise makes by itself one in two hundred is as prominent.
+One in two hundred peaks of white noise is as prominent.
 """
 
 
@@ -32,21 +32,21 @@ def find_summits(
     level: Level | None = None,
     window: int = 3,
 ) -> Summits:
-    """Find the summits, after levelling if that is asked for, and the short-wave cut-off.
+    """Find the summits of a scan after optional levelling and the short-wave cut-off.
 
     Parameters
     ----------
     cutoff : float, str or None
-        Short-wave cut-off [m], or such as "10 um". It decides the result and has no default;
-        None must be written and says that the pixel decides. What :meth:`condition` has cut
-        off counts: nothing is filtered twice.
+        Short-wave cut-off [m], or text such as "10 um"; None if the pixel limits the result. There
+        is no default because the result depends on it. Filters already applied by
+        :meth:`condition` are taken into account.
     prominence : float or str, optional
-        Least rise of a summit above the saddle to a higher one [m], or such as "2 nm"; by default
-        three standard deviations of the noise that passes the cut-off.
+        Smallest rise of a summit above the saddle to a higher one [m], or text such as "2 nm"; by
+        default three standard deviations of the noise that passes the cut-off.
     level : {"plane", "quadratic", "cylinder", "lines", "mean"}, optional
-        Form to be removed before, where :meth:`condition` has not done so.
+        Form to remove first, unless :meth:`condition` has removed it.
     window : int
-        Points along a side of the square that a quadric is fitted to: 3, 5, 7 ... 15.
+        Points along a side of the square for the fit of a quadric: 3, 5, ... 15.
 
     Returns
     -------
@@ -69,15 +69,15 @@ def find_summits(
     scan = condition(scan, level=level, cutoff=short)
     heights = scan.heights
     peaks = find_peaks(heights)
-    # What rises by less may be a plateau that levelling tilted.
+    # A smaller rise may be a plateau tilted by levelling.
     rounding = 16.0 * np.finfo(float).eps * float(np.nanmax(np.abs(heights)))
     peaks = _selected(peaks, peaks.prominences > rounding)
     inner = present(heights, 1).reshape(-1)
     maxima = _selected(peaks, inner[peaks.places])
     if not maxima.places.size:
         raise InputError(
-            f"{scan.name[:60]}: no point is above its eight neighbours: no summit; is it "
-            'levelled? `level="plane"`'
+            f"{scan.name[:60]}: no summit, since no point is above its eight neighbours; level "
+            'the scan with `level="plane"`'
         )
     flat = heights.reshape(-1)
     mean = float(np.nanmean(heights))
@@ -93,7 +93,7 @@ def find_summits(
     if not good.any():
         raise InputError(
             f"{scan.name[:60]}: none of {maxima.places.size} peaks rises "
-            f"{engineering(threshold, 'm')} above the saddle to a higher one and is round; try a "
+            f"{engineering(threshold, 'm')} above the saddle to a higher one and is round; use a "
             "smaller prominence or another cut-off"
         )
     rows, columns = np.divmod(places, heights.shape[1])
@@ -102,8 +102,8 @@ def find_summits(
         *scan.notes,
         *_notes(scan, int(window), threshold, rise is None, noise),
         f"summits: {np.count_nonzero(good)} counted of {maxima.places.size} points above their "
-        f"eight neighbours; {np.count_nonzero(~good)} dropped as not round; {clamped} kept where "
-        "they are, since their fit puts the top outside its points.",
+        f"eight neighbours; {np.count_nonzero(~good)} dropped as not round; {clamped} kept at the "
+        "highest point, because the fitted top lies outside the fitted points.",
     )
     return Summits(
         positions=positions[good],
@@ -122,7 +122,7 @@ def find_summits(
 
 
 def _rise(prominence: float | str) -> float:
-    """Prominence [m]; zero is one, too."""
+    """Validate a prominence [m]; zero is allowed."""
     if isinstance(prominence, str):
         return length_of("prominence", prominence, "2 nm")
     rise = number("prominence", prominence, "m")

@@ -1,9 +1,7 @@
 """Spatial, hybrid and profile parameters after ISO 25178-2:2021 and ISO 21920-2:2021.
 
-Each is checked against closed forms: a sine, a plane with steps, Gaussian heights. Nothing is
-levelled or filtered but for the mean height of each line: give the scan as it is to be judged, a
-profile with its long-wave cut-off applied. Of areas the parameters of profiles are the means over
-their lines.
+Only the mean height of each line is removed: condition the scan first, a profile with its long-wave
+cut-off. Profile parameters of an area are means over its lines.
 """
 
 from __future__ import annotations
@@ -21,44 +19,46 @@ from microslip.surfaces.checks import length_of
 from microslip.surfaces.height_map import HeightMap
 
 
-def of(symbol: str, unit: str, meaning: str) -> Any:
-    """A field that says what its parameter is."""
+def declared(symbol: str, unit: str, meaning: str) -> Any:
+    """Return a dataclass field with the declaration of its parameter."""
     return field(metadata=parameter(symbol, unit, meaning))
 
 
 _DECAY = 0.2
-"""Correlation at which the autocorrelation length is read."""
+"""Correlation that defines the autocorrelation length."""
 _BEND = 0.5
-"""Scores above the knee of the two lines in which the curve bends from one to the other."""
+"""Range above the knee, in standard scores, where the curve changes between the two lines."""
 _STRATIFIED = 0.6
-"""Slope of the plateau over that of the valleys, below which a face has both."""
+"""Slope of the plateau over that of the valleys below which a face is stratified."""
 
 
 @dataclass(frozen=True)
 class ArealParameters:
     """Spatial and hybrid parameters after ISO 25178-2:2021, in SI units."""
 
-    autocorrelation_length: float = of("Sal", "m", "autocorrelation length")
-    """Shortest distance at which the autocorrelation has fallen to 0.2; not a number where it
-    does not within half of the scan."""
-    texture_aspect_ratio: float = of("Str", "", "texture aspect ratio")
-    """Smallest over largest radius of the lobe of the autocorrelation: 1 if isotropic, near 0 with
-    a lay; not a number where that lobe reaches half of the scan."""
-    developed_area_ratio: float = of("Sdr", "", "developed area ratio")
-    rms_gradient: float = of("Sdq", "", "rms gradient")
-    plateau_rms: float = of("Spq", "m", "plateau rms height")
-    """Not a number of a face without valleys below a plateau."""
+    autocorrelation_length: float = declared("Sal", "m", "autocorrelation length")
+    """Shortest distance at which the autocorrelation has fallen to 0.2; NaN if it does not within
+    half of the scan."""
+    texture_aspect_ratio: float = declared("Str", "", "texture aspect ratio")
+    """Smallest over largest radius of the central lobe of the autocorrelation: 1 if isotropic, near
+    0 with a lay; NaN if the lobe reaches half of the scan."""
+    developed_area_ratio: float = declared("Sdr", "", "developed area ratio")
+    rms_gradient: float = declared("Sdq", "", "rms gradient")
+    plateau_rms: float = declared("Spq", "m", "plateau rms height")
+    """NaN for a face without valleys below a plateau."""
 
 
 def areal_parameters(scan: HeightMap) -> ArealParameters:
     """Compute Sal, Str, Sdr, Sdq and Spq of ISO 25178-2:2021, in SI units.
 
-    :meth:`Scan.statistics` has Sq, Sa, Ssk, Sku and Sz. Both describe the scan as it is: level and
-    filter it first, and state its cut-offs with them. Errors as :meth:`measurable`; a profile has
-    none.
+    :meth:`Scan.statistics` gives Sq, Sa, Ssk, Sku and Sz. The scan is not conditioned: level and
+    filter it first, and state its cut-offs with the parameters. Raises InputError for a profile;
+    other errors as :meth:`measurable`.
     """
     if scan.is_profile:
-        raise InputError("a profile has no areal parameters; its heights and moments are known")
+        raise InputError(
+            "a profile has no areal parameters; use profile_parameters(), statistics() or moments()"
+        )
     scan = scan.measurable()
     shortest, longest = decay_lengths(_autocorrelation(scan), scan.pixel)
     area_ratio, gradient = _gradients(scan)
@@ -72,10 +72,10 @@ def areal_parameters(scan: HeightMap) -> ArealParameters:
 
 
 def _autocorrelation(scan: HeightMap) -> Floats:
-    """Return the normalised autocorrelation [-] of the points that are present, centred."""
+    """Return the normalised, centred autocorrelation [-] of the points that are present."""
     there = ~np.isnan(scan.heights)
     z = np.where(there, scan.heights - np.nanmean(scan.heights), 0.0)
-    shape = [2 * n for n in z.shape]  # zeros around it, so that nothing wraps
+    shape = [2 * n for n in z.shape]  # zero padding prevents wrap-around
 
     def correlated(a: Floats) -> Floats:
         waves = np.fft.rfft2(a, shape)
@@ -104,7 +104,7 @@ def decay_lengths(correlation: Floats, pixel: tuple[float, ...]) -> tuple[float,
     labels, _ = label(above)
     lobe = labels == labels[rows // 2, columns // 2]
     radii = []
-    # Crossings between neighbours along one axis, then along the other, either way.
+    # Crossings between neighbours along both axes, in both directions.
     for inside, outside, values, along, across in (
         (lobe, above, correlation, pixel[0], pixel[1]),
         (lobe.T, above.T, correlation.T, pixel[1], pixel[0]),
@@ -124,7 +124,7 @@ def decay_lengths(correlation: Floats, pixel: tuple[float, ...]) -> tuple[float,
 
 
 def _plateau_rms(heights: Floats) -> float:
-    """Return the rms height of a plateau with valleys [m]; not a number without valleys.
+    """Return the rms height of a plateau with valleys [m]; NaN without valleys.
 
     On probability paper the material ratio curve of two Gaussian processes, the lower of both at
     each point, is two straight lines (ISO 13565-3): the slope of the upper one is the rms height of
@@ -150,7 +150,7 @@ def _plateau_rms(heights: Floats) -> float:
 
 
 def _gradients(scan: HeightMap) -> tuple[float, float]:
-    """Sdr from the triangles of each cell, both ways of cutting it, and Sdq from its gradient."""
+    """Return Sdr from the triangles of each cell, for both diagonals, and Sdq from its gradient."""
     z, (dx, dy) = scan.heights, scan.pixel
     a, b, c, d = z[:-1, :-1], z[:-1, 1:], z[1:, :-1], z[1:, 1:]
     pairs = [
@@ -164,29 +164,29 @@ def _gradients(scan: HeightMap) -> tuple[float, float]:
 
 
 _SECTIONS = 5
-"""Sections of an evaluation length where no cut-off says how long one is (ISO 21920-3)."""
+"""Sections per evaluation length if no cut-off gives the section length (ISO 21920-3)."""
 _THRESHOLD = 0.1
-"""Share of Rp and Rv that the hill and the dale of a profile element must exceed."""
+"""Fraction of Rp and Rv that the hill and the dale of a profile element must exceed."""
 _SLOPE = np.array([1.0, -9.0, 45.0, 0.0, -45.0, 9.0, -1.0]) / 60.0
-"""Weights of the local slope (ISO 21920-2), of heights ahead first."""
+"""Weights of the local slope (ISO 21920-2), heights ahead first."""
 
 
 @dataclass(frozen=True)
 class ProfileParameters:
     """Height, spacing and hybrid parameters after ISO 21920-2:2021, in SI units."""
 
-    mean_deviation: float = of("Ra", "m", "arithmetic mean height")
-    rms: float = of("Rq", "m", "rms height")
-    skewness: float = of("Rsk", "", "skewness")
-    kurtosis: float = of("Rku", "", "kurtosis")
-    height: float = of("Rz", "m", "mean height of the sections")
-    spacing: float = of("Rsm", "m", "mean width of the profile elements")
-    """Not a number without two elements: hills and dales that exceed a tenth of Rp and Rv."""
-    rms_gradient: float = of("Rdq", "", "rms gradient")
-    plateau_rms: float = of("Rpq", "m", "plateau rms height")
-    """Of all lines together; not a number of a face without valleys below a plateau."""
-    section: float = of("lsc", "m", "section length")
-    sections: float = of("nsc", "", "sections")
+    mean_deviation: float = declared("Ra", "m", "arithmetic mean height")
+    rms: float = declared("Rq", "m", "rms height")
+    skewness: float = declared("Rsk", "", "skewness")
+    kurtosis: float = declared("Rku", "", "kurtosis")
+    height: float = declared("Rz", "m", "mean height of the sections")
+    spacing: float = declared("Rsm", "m", "mean width of the profile elements")
+    """NaN without two elements: hills and dales that exceed a tenth of Rp and Rv."""
+    rms_gradient: float = declared("Rdq", "", "rms gradient")
+    plateau_rms: float = declared("Rpq", "m", "plateau rms height")
+    """Over all lines together; NaN for a face without valleys below a plateau."""
+    section: float = declared("lsc", "m", "section length")
+    sections: float = declared("nsc", "", "sections")
 
 
 def profile_parameters(
@@ -194,49 +194,48 @@ def profile_parameters(
 ) -> ProfileParameters:
     """Compute Ra, Rq, Rz, Rsk, Rku, Rsm, Rdq and Rpq of ISO 21920-2:2021, in SI units.
 
-    Of the heights as they are, each line above its mean: level them first, and apply the
-    long-wave cut-off that goes with the numbers.
+    Heights are taken relative to the mean of each line: level them first, and apply the long-wave
+    cut-off that belongs to the parameters.
 
     Parameters
     ----------
     section : float or str, optional
-        Section length [m], or such as "0.8 mm"; by default the long-wave cut-off, or a fifth
-        of the profile where there is none.
+        Section length [m], or text such as "0.8 mm"; by default the long-wave cut-off, or a fifth
+        of the profile without one.
     axis : {"x", "y"}
-        Of an area the lines along x or along y: the parameters are the means over all lines
-        without gaps.
+        Direction of the lines of an area: parameters are means over all lines without gaps.
 
     Returns
     -------
     ProfileParameters
-        The parameters, with the section length and how many sections there are.
+        The parameters, the section length and the number of sections.
     """
     if not isinstance(axis, str) or axis not in ("x", "y") or (axis == "y" and scan.is_profile):
         raise InputError(f'`axis` must be "x", or "y" of an area, got {show(axis)}')
     lines = np.atleast_2d(scan.measurable().heights)
     lines = lines if axis == "x" else lines.T
     step = scan.pixel[0 if axis == "x" else -1]
-    if scan.is_profile:  # ends that are missing, as a filter leaves them
+    if scan.is_profile:  # a filter may leave the ends missing
         there = np.flatnonzero(~np.isnan(lines[0]))
         lines = lines[:, there[0] : there[-1] + 1]
     lines = lines[~np.isnan(lines).any(axis=1)]
     if not lines.size:
         raise InputError(
-            f"{scan.name[:60]}: no line is without gaps; fill them first: "
+            f"{scan.name[:60]}: every line has gaps; fill them first: "
             'scan.condition(fill="interpolate")'
         )
     length = lines.shape[1] * step
     if section is not None:
-        length_asked = length_of("section", section, "0.8 mm")
+        section_length = length_of("section", section, "0.8 mm")
     elif scan.long_cutoff is not None and scan.long_cutoff <= length:
-        length_asked = scan.long_cutoff
+        section_length = scan.long_cutoff
     else:
-        length_asked = length / _SECTIONS
-    points = math.floor(length_asked / step + 1e-9)
+        section_length = length / _SECTIONS
+    points = math.floor(section_length / step + 1e-9)
     if not 4 <= points <= lines.shape[1]:
         raise InputError(
             f"`section` must be four points or more and no longer than the profile, {length:.4g} "
-            f"m, got {length_asked:.4g} m"
+            f"m, got {section_length:.4g} m"
         )
     z = lines - lines.mean(axis=1, keepdims=True)
     rms = np.sqrt((z * z).mean(axis=1))
@@ -270,17 +269,17 @@ def profile_parameters(
 
 
 def _spacing(line: Floats, peak: float, pit: float) -> float:
-    """Mean width of the profile elements, in points; not a number where there are not two.
+    """Return the mean width of the profile elements in points; NaN with fewer than two.
 
-    An element is a hill and the dale after it, or a dale and its hill, each beyond its threshold;
-    they are bounded by crossings of the mean line, seen from both ends (ISO 21920-2).
+    An element is a hill and the next dale, or a dale and the next hill, each beyond its threshold;
+    elements are bounded by crossings of the mean line, evaluated from both ends (ISO 21920-2).
     """
     widths: list[Floats] = []
     for values in (line, line[::-1]):
         side = np.where(values > _THRESHOLD * peak, 1, np.where(values < -_THRESHOLD * pit, -1, 0))
         beyond = np.flatnonzero(side)
         changes = np.flatnonzero(np.diff(side[beyond]))
-        # The last crossing before the next hill or dale is entered.
+        # The last crossing before the next hill or dale.
         sign = np.where(values > 0.0, 1, -1)
         crossings = np.flatnonzero(np.diff(sign))
         if changes.size < 3 or not crossings.size:

@@ -1,11 +1,10 @@
 """Random surfaces with prescribed moments.
 
-A random surface is a sum of waves of random phases, of a self-affine band: a power spectrum
-C(q) ~ q^(-2 - 2 H) between two wavenumbers and nothing beside them. The ends of the band are solved
-for m2/m0 and m4/m2 on the discrete grid, for the very differences that :meth:`Scan.moments` takes;
-the height of the spectrum makes m0 exact. The amplitudes are those of the spectrum, not drawn, so
-the surface has its moments and not only its ensemble; many waves of random phases are Gaussian
-all the same.
+A random surface is a sum of waves with random phases and a self-affine power spectrum C(q) ~ q^(-2
+- 2 H) between two wavenumbers. The ends of the band are solved for m2/m0 and m4/m2 on the discrete
+grid, with the finite differences of :meth:`Scan.moments`; the scale of the spectrum gives m0.
+Amplitudes follow the spectrum exactly and are not random, so that each surface, not only the
+ensemble, has the moments; a sum of many waves with random phases is still Gaussian.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ from microslip._core.frozen import lock
 from microslip.surfaces.checks import pixel_of
 from microslip.surfaces.scan import Scan
 
-_LARGEST = 1 << 27  # points of a grid: a gigabyte
+_LARGEST = 1 << 27  # points of a grid, 1 GB
 
 
 def random_surface(
@@ -37,20 +36,20 @@ def random_surface(
 ) -> Scan:
     """Make a random isotropic surface with prescribed moments.
 
-    It is periodic, Gaussian as far as its waves are many, and self-affine between two wavelengths
-    (Nayak 1971, DOI 10.1115/1.3451608, on the moments of such surfaces).
+    The surface is periodic, approximately Gaussian (for many waves) and self-affine between two
+    wavelengths (Nayak 1971, DOI 10.1115/1.3451608, on the moments of such surfaces).
 
     Parameters
     ----------
     shape : tuple of int
         Rows (along y) and columns (along x), at least 16 of each.
     pixel : float or pair of float
-        Distance of neighbours [m].
+        Distance between neighbouring points [m].
     m0, m2, m4 : float
-        Variance of heights [m^2], mean square slope [-] and curvature [1/m^2] of profiles, as
-        :meth:`Scan.moments` is to find them; met within 2 %.
+        Variance of heights [m^2], mean square slope [-] and curvature [1/m^2] of profiles as
+        computed by :meth:`Scan.moments`; met within 2 %.
     hurst : float
-        Exponent H of the spectrum q^(-2 - 2 H), from -1 (white) to 2.
+        Hurst exponent H [-] of the spectrum q^(-2 - 2 H), from -1 (white) to 2.
     seed : int
         Seed of the phases; the same seed gives the same surface.
     name : str
@@ -59,7 +58,7 @@ def random_surface(
     Returns
     -------
     Scan
-        The surface; its notes tell the band.
+        The surface; its notes state the band.
     """
     rows, columns = _shape(shape)
     dx, dy = _pair(pixel)
@@ -80,7 +79,7 @@ def random_surface(
     phase = np.random.default_rng(seed).uniform(0.0, 2.0 * math.pi, amplitude.shape)
     waves = amplitude * np.exp(1j * phase)
     del phase, amplitude, q
-    # Waves along y alone come twice in this half of the plane: as conjugates, for real heights.
+    # Waves along y occur twice in the half plane, as conjugates: required for real heights.
     for column in {0, waves.shape[1] - 1} if columns % 2 == 0 else {0}:
         half = (rows - 1) // 2
         waves[-half:, column] = waves[half:0:-1, column].conj()
@@ -101,7 +100,7 @@ def random_surface(
 
 
 class _Band:
-    """Moments of a band of the grid's waves, from its waves gathered by wavenumber."""
+    """Moments of a band of waves of the grid, binned by wavenumber."""
 
     def __init__(
         self, q: Floats, qx: Floats, qy: Floats, pixel: tuple[float, float], hurst: float
@@ -109,12 +108,12 @@ class _Band:
         self.exponent = -2.0 - 2.0 * hurst
         self.least = min(float(qx[1]), float(qy[1]))
         self.most = math.pi / max(pixel)
-        # Finite differences see K = (2/h) sin(q h/2) in place of q.
+        # Finite differences replace q by K = (2/h) sin(q h/2).
         kx, ky = (
             (2.0 / h * np.sin(0.5 * along * h)) ** 2
             for along, h in zip((qx, qy), pixel, strict=True)
         )
-        # Waves with 0 < qx stand for their conjugates too, but for the last of an even number.
+        # Waves with qx > 0 also represent their conjugates, except the Nyquist wave.
         twice = np.full(qx.size, 2.0)
         twice[0] = 1.0
         if (2.0 * math.pi / pixel[0] - 2.0 * qx[-1]) < 1e-6 * qx[1]:
@@ -141,8 +140,8 @@ class _Band:
         self.q = radial / self.count
 
     def power(self, q: Floats, low: float, high: float) -> Floats:
-        """Relative power of a wave."""
-        # The ends are soft by half a step of the grid, so that sums vary smoothly with them.
+        """Return the relative power of a wave."""
+        # Ends are smoothed over half a grid step, so that sums vary smoothly with them.
         rise = np.clip((q - low) / self.edge + 0.5, 0.0, 1.0)
         rise *= np.clip((high - q) / self.edge + 0.5, 0.0, 1.0)
         with np.errstate(invalid="ignore"):
@@ -158,9 +157,9 @@ class _Band:
         )
 
     def solve(self, m0: float, m2: float, m4: float) -> tuple[float, float]:
-        """Ends of the band with these ratios of moments.
+        """Return the ends of the band with the given ratios of moments.
 
-        For each lower end the upper one that gives m4/m2, and of these the pair that gives m2/m0.
+        For each lower end, the upper end follows from m4/m2; the lower end follows from m2/m0.
         """
         from scipy.optimize import brentq
 
@@ -188,19 +187,19 @@ class _Band:
         within = self._ratio(first_q, first_q + 2.0 * self.edge), self._ratio(top, last_q)
         if not within[0] < target < within[1]:
             raise InputError(
-                f"m4/m2 = {exact(target)} 1/m^2 cannot be had on this grid: its waves give from "
-                f"{within[0]:.3g} to {within[1]:.3g} 1/m^2; choose another pixel or more points"
+                f"m4/m2 = {exact(target)} 1/m^2 cannot be reached on this grid: its waves give "
+                f"{within[0]:.3g} to {within[1]:.3g} 1/m^2; use another pixel or more points"
             )
         if self._ratio(first_q, last_q) < target:
-            # Even up to the shortest waves the band has to begin higher.
+            # The band must start at shorter waves even if it extends to the shortest waves.
             first_q = float(brentq(lambda low: self._ratio(low, last_q) - target, first_q, top))
         if off(first_q) > 0.0:
             first, second, fourth = self.moments(first_q, upper(first_q))
             reach = first / second * (fourth / second)
             raise InputError(
-                f"Nayak's alpha = m0 m4/m2^2 = {alpha:.4g} cannot be had on this grid: with this "
-                f"m4/m2 and hurst it goes up to {reach:.4g}; choose more points, a smaller pixel "
-                "or another hurst"
+                f"Nayak's alpha = m0 m4/m2^2 = {alpha:.4g} cannot be reached on this grid: with "
+                f"this m4/m2 and hurst the maximum is {reach:.4g}; use more points, a smaller "
+                "pixel or another hurst"
             )
         if off(top) < 0.0:
             raise InputError(
@@ -214,8 +213,8 @@ class _Band:
             0.995 < second / first / slope < 1.005 and 0.995 < fourth / second / target < 1.005
         ):
             raise InputError(
-                f"Nayak's alpha = m0 m4/m2^2 = {alpha:.4g} is below 1.5, which no isotropic "
-                "surface has, or so near to it that the waves of this grid are too few for the band"
+                f"Nayak's alpha = m0 m4/m2^2 = {alpha:.4g} is below 1.5, impossible for an "
+                "isotropic surface, or too close to 1.5 for the waves of this grid"
             )
         return low, high
 

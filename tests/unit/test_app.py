@@ -257,13 +257,13 @@ def test_forms_leave_out_nothing_but_where_results_go() -> None:
             if isinstance(param, click.Option)
             and not {text.removeprefix("--") for text in param.opts} & offered
         }
-        of_files = {"manifest", "group", "over"}  # which name files that nobody sent
+        of_files = {"group", "over"}  # which name files that nobody sent
         assert left_out <= {"folder", "overwrite", "as_json", "overrides", *of_files}, name
         assert all(field.label and field.help for field in FORMS[name])
     kinds = {field.name: field.kind for name in COMMANDS for field in FORMS[name]}
     # What names a file in the command is a file that was sent.
     assert {name for name, kind in kinds.items() if kind == "study"} == {"model", "study"}
-    assert "file" not in kinds.values()
+    assert {name for name, kind in kinds.items() if kind == "file"} == {"manifest"}
 
 
 LOOKS = [
@@ -359,6 +359,44 @@ def test_a_scan_cut_out(bench: Bench) -> None:
     assert surface.heights.mean == summits["mean_height"]
     predicted = {"kind": "predict", "uploads": [study["id"]]}
     assert bench.finished(bench.json("POST", "/api/runs", predicted)["id"])["state"] == "done"
+
+
+@pytest.mark.slow
+def test_a_manifest_and_its_files(bench: Bench, tmp_path: Path) -> None:
+    """All files of a campaign run at once; a manifest opens no file that was not sent."""
+    text = record_text(tmp_path)
+    sent = [bench.json("POST", f"/api/uploads?name={n}.csv", text)["id"] for n in ("a%20b", "c")]
+    sheets = {
+        "good.csv": b"file,specimen,load\na b.csv,S1,500 N\nc.csv,S2,600 N\n",
+        "other.csv": b"file\na b.csv\nc.csv\nd.csv\n",
+        "above.csv": b"file\na b.csv\n../c.csv\n",
+        "less.csv": b"file\nc.csv\n",
+        "none.csv": b"specimen\nS1\n",
+    }
+    for name, content in sheets.items():
+        manifest = bench.json("POST", f"/api/uploads?name={name}", content)["id"]
+        asked = {"kind": "measure", "uploads": sent, "options": {"manifest": manifest}}
+        if name != "good.csv":
+            status, _, answer = bench.ask("POST", "/api/runs", asked)
+            message = json.loads(answer)["error"]
+            assert (status, message.startswith(f"{name}: ")) == (422, True), message
+            continue
+        run = bench.finished(bench.json("POST", "/api/runs", asked)["id"])
+        assert run["state"] == "done", run["message"]
+        assert run["command"] == "microslip measure --manifest=good.csv -o result --"
+        assert "campaign.csv" in run["files"]
+
+
+@pytest.mark.slow
+def test_errors_name_the_fields_of_the_form(bench: Bench, tmp_path: Path) -> None:
+    sent = bench.json("POST", "/api/uploads?name=run.csv", record_text(tmp_path))
+    for name, value in (("rig-stiffness", "5 um"), ("delay", "1 N")):
+        asked = {"kind": "measure", "uploads": [sent["id"]], "options": {name: value}}
+        run = bench.finished(bench.json("POST", "/api/runs", asked)["id"])
+        assert run["state"] == "failed"
+        label = next(field.label for field in FORMS["measure"] if field.name == name)
+        assert run["message"].startswith(f'"{label}": wanted a ')
+        assert "--" not in run["message"]
 
 
 @pytest.mark.slow

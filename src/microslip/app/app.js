@@ -43,9 +43,11 @@ async function take(files) {
     const uploads = [];
     for (const file of files) uploads.push(await ask(`/api/uploads?name=${encodeURIComponent(file.name)}`, "POST", file));
     if (!uploads.length) return;
+    const options = {}, at = uploads.findIndex((u) => /manifest.*\.(csv|xlsx|xlsm)$/i.test(u.name));
+    if (at >= 0 && uploads.length > 1) options.manifest = uploads.splice(at, 1)[0].id;
     const kinds = guesses(uploads[0].name);
-    for (const kind of kinds) if (await look(uploads, kind, {})) return;
-    if (kinds.length > 1) await look(uploads, kinds[0], {});
+    for (const kind of kinds) if (await look(uploads, kind, { ...options })) return;
+    if (kinds.length > 1) await look(uploads, kinds[0], { ...options });
   });
 }
 
@@ -87,7 +89,7 @@ function inputOf(field, options) {
     return input;
   }
   if (kind === "file" || kind === "study") {
-    const input = make("input", { type: "file", name, multiple: field.several });
+    const input = make("input", { type: "file", name, multiple: field.several, title: value ? "A file is chosen" : "" });
     input.addEventListener("change", (event) => {
       event.stopImmediatePropagation();
       safely(async () => {
@@ -153,6 +155,7 @@ $("new").addEventListener("submit", (event) => {
       const text = $("study-text").value;
       uploads = [await ask(`/api/uploads?name=${encodeURIComponent(uploads[0].name)}`, "POST", new Blob([text]))];
     }
+    if (picked.part && uploads.length > 1) throw new Error("A part is taken from one file only; choose that file alone.");
     if (picked.part) {
       const kept = await ask(`/api/uploads/${uploads[0].id}/look`, "POST", { what, options: given(what, options), part: picked.part });
       uploads = [kept.upload];

@@ -25,6 +25,8 @@ _LONGEST = 200
 _JOB_LIMIT = 20
 _WORKERS = max(1, (os.cpu_count() or 2) - 1)
 RESULT = "result"
+MANIFEST = "manifest"
+"""Field of a form for a sheet that lists the uploaded files."""
 
 
 @dataclass(frozen=True)
@@ -147,20 +149,23 @@ class Workspace:
         if not isinstance(inputs, list) or not 1 <= len(inputs) <= _JOB_LIMIT:
             raise InputError(f"uploads must be a list of 1 to {_JOB_LIMIT}")
         uploads = [self._upload(number) for number in inputs]
-        arguments, studies = self._options(kind, request.get("options") or {})
+        options = request.get("options") or {}
+        arguments, others = self._options(kind, options)
         for study in uploads if kind == "predict" else ():
             check_study(study.path)
+        manifest = options.get(MANIFEST)
+        names = manifest_names(self._upload(manifest), uploads) if manifest else {}
         run = Run(token_hex(8), kind, [], self.folder / token_hex(8))
         run.folder.mkdir(mode=0o700)
         by_id = {
-            number: _copied(self.uploads[number], run.folder)
-            for number in dict.fromkeys(u.id for u in (*uploads, *studies))
+            number: _copied(self.uploads[number], run.folder, names.get(number))
+            for number in dict.fromkeys(u.id for u in (*uploads, *others))
         }
         run.arguments = [
             kind,
             *(_filled(argument, by_id) for argument in arguments),
             *("-o", RESULT, "--"),
-            *(by_id[upload.id] for upload in uploads),
+            *(by_id[upload.id] for upload in uploads if not manifest),
         ]
         self.runs[run.id] = run
         task = asyncio.get_running_loop().create_task(self._work(run))
@@ -204,6 +209,15 @@ class Workspace:
                 arguments += [f"--{name}={_text(name, item)}" for item in values]
         return arguments, files
 
+    def in_fields(self, kind: str, text: str) -> str:
+        """Replace the options in a message of a command by the labels of the form."""
+        labels = {f"--{field.name}": field.label for field in self.forms[kind]}
+        return re.sub(
+            r"--[a-z][a-z-]*[a-z]",
+            lambda match: f'"{labels[match[0]]}"' if match[0] in labels else match[0],
+            text,
+        )
+
     async def look(self, kind: str, upload: Upload, options: Any, part: Any = None) -> Any:
         """Preview a file, or save a part of it, in a separate process."""
         fields = {field.name: field for field in self.forms[f"{LOOK} {kind}"]}
@@ -218,7 +232,10 @@ class Workspace:
         ending = ".npy" if kind == "scan" else ".csv"
         part_upload = None if part is None else self.place(f"{upload.path.stem[:60]}-part{ending}")
         request = None if part_upload is None else {"part": part, "save": str(part_upload.path)}
-        view = await preview([kind, *arguments, "--", upload.name], upload.path.parent, request)
+        try:
+            view = await preview([kind, *arguments, "--", upload.name], upload.path.parent, request)
+        except InputError as error:
+            raise InputError(self.in_fields(f"{LOOK} {kind}", error.text)) from None
         return view if part_upload is None else {**view, "upload": part_upload.summary()}
 
     async def _work(self, run: Run) -> None:
@@ -257,7 +274,7 @@ class Workspace:
             if re.fullmatch(r"progress [01]\.\d+", text):
                 run.progress = float(text.split()[1])
             elif text:
-                run.message = text.removeprefix("error: ")[:2000]
+                run.message = self.in_fields(run.kind, text.removeprefix("error: "))[:2000]
 
     async def cancel(self, run: Run) -> None:
         """Stop a run; partial results are removed."""
@@ -303,14 +320,43 @@ def check_study(path: Path) -> str:
     return text
 
 
+def manifest_names(manifest: Upload, uploads: Sequence[Upload]) -> dict[str, str]:
+    """Return the name in the manifest of each upload, by the identifier of the upload.
+
+    Raises
+    ------
+    InputError
+        If the manifest lists other files than the uploads, since a run reads uploads only.
+    """
+    from microslip.laboratory.manifest import Manifest
+
+    try:
+        paths = Manifest.read(manifest.path).paths
+    except InputError as error:
+        raise InputError(error.text.replace(f"{manifest.path.parent}{os.sep}", "")) from None
+    names = [os.path.relpath(path, manifest.path.parent) for path in paths]
+    sent = {upload.name for upload in uploads}
+    for name in names:
+        is_plain = not re.search(r'[\\/:*?"<>|]', name) and not name.startswith(".")
+        if not is_plain or safe_name(name) not in sent:
+            raise InputError(
+                f"{manifest.name}: lists {quote(name)}, which is not among the files of this run; "
+                "choose all files together, and list them without folders"
+            )
+    by_name = {safe_name(name): name for name in names}
+    if missing := sent - by_name.keys():
+        raise InputError(f"{manifest.name}: does not list {quote(min(missing))}")
+    return {upload.id: by_name[upload.name] for upload in uploads}
+
+
 def _filled(argument: str, names: dict[str, str]) -> str:
     """Replace the reference to an upload in an argument by the name of its copy."""
     head, mark, number = argument.partition("\0")
     return f"{head}{names[number]}" if mark else argument
 
 
-def _copied(upload: Upload, folder: Path) -> str:
-    name, number = upload.name, 1
+def _copied(upload: Upload, folder: Path, name: str | None = None) -> str:
+    name, number = name or upload.name, 1
     while (folder / name).exists() or name == RESULT:
         number += 1
         name = f"{number}-{upload.name}"

@@ -14,7 +14,7 @@ from typing import Any
 import click
 
 from microslip._core.errors import InputError
-from microslip.app.jobs import LOOK, Field
+from microslip.app.jobs import LOOK, MANIFEST, Field
 from microslip.cli.options import CommandOption, in_options, offers
 from microslip.cli.records import Reading, reads
 from microslip.surfaces import options as offered
@@ -90,10 +90,10 @@ COMMANDS = ("measure", "identify", "surface", "predict")
 # The workbench chooses output folders, and studies and manifests must not name files there.
 _NOT_OFFERED = {
     *("folder", "overwrite", "as_json", "overrides", "version", "help"),
-    *("manifest", "group", "over"),
+    *("group", "over"),
 }
 _USUAL = {
-    *Reading._fields[:6], "units", "rig_stiffness", "study", "model",
+    *Reading._fields[:6], "units", "rig_stiffness", "study", "model", MANIFEST,
     "cutoff", "long_cutoff", "level", "outliers", "fill", "unit", "pixel",
 }  # fmt: skip
 
@@ -126,7 +126,7 @@ def _field(param: click.Option, looks: bool) -> Field:
         choices = (*declared.choices, *(declared.none,) * bool(declared.none))
     kind = "flag" if param.is_flag else "choice" if choices else "text"
     if isinstance(param.type, click.Path):
-        kind = "study"
+        kind = "file" if param.name == MANIFEST else "study"
     usual = "" if param.default is None or callable(param.default) else str(param.default)
     example = declared.example_text if declared is not None else ""
     return Field(

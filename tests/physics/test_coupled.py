@@ -582,24 +582,24 @@ def test_a_cycle_must_be_whole_and_within_the_record(bad) -> None:
 # The load curve as a profile
 
 
-PROFILED = joint_params(which=lambda joint: joint._coupling.profile(0.0, 0.0) is not None)
+PROFILED = joint_params(which=lambda joint: joint._load_curve.profile(0.0, 0.0) is not None)
 
 
 def plainly(joint: ms.Interface) -> ms.Interface:
     """The same joint, whose load curve is asked of the law itself."""
     other = joint.at(separation=joint.separation)
-    other._coupling._refused = np.inf, -np.inf
+    other._load_curve._refused = np.inf, -np.inf
     return other
 
 
 def test_smooth_laws_have_a_profile() -> None:
     assert len(PROFILED) >= 6
-    assert plainly(WORKED)._coupling.profile(0.0, 0.0) is None
+    assert plainly(WORKED)._load_curve.profile(0.0, 0.0) is None
 
 
 @pytest.mark.parametrize("joint", PROFILED)
 def test_profiles_are_the_law(joint) -> None:
-    coupling = joint._coupling
+    coupling = joint._load_curve
     length = joint.normal_load / joint.normal_stiffness
     profile = coupling.profile(-length, 3.0 * length)
     rng = np.random.default_rng(6)
@@ -633,7 +633,7 @@ def test_profiles_change_nothing(joint, moves):
     lost = wanted.dissipated_energy
     # How far the front is ahead of the separation is known to the rounding of the separation only,
     # and what is lost while that moves away begins with the square of how far it is ahead.
-    slip, depth = joint._coupling.slip, joint.normal_load / joint.normal_stiffness
+    slip, depth = joint._load_curve.slip, joint.normal_load / joint.normal_stiffness
     moved = np.abs(d - joint.separation).max()
     unknown = x.size * EPS * moved * np.sqrt(slip * moved * joint.normal_load / depth**2)
     # The law's own way has one rule for a whole run, the profile one for each few panels: on steps
@@ -680,7 +680,7 @@ def test_profiles_grow_with_what_is_asked() -> None:
         load = np.geomspace(least, most, 40)[::-1]
         force, wanted = (j.coupled_force(x, normal_load=load) for j in (joint, other))
         np.testing.assert_allclose(force, wanted, rtol=0, atol=1e-13 * np.abs(wanted).max())
-    profile = joint._coupling._profile
+    profile = joint._load_curve._profile
     assert profile.span[0] < 1e-20
     assert profile.span[1] > 2e5
     # Hardly any load from the start to the end is beyond it, and still right.
@@ -759,7 +759,7 @@ def test_a_load_that_cannot_be_carried_is_named(joint, loads, message) -> None:
 @pytest.mark.parametrize(
     "law",
     [
-        *(joint.surface for joint in ms.Interface.examples() if joint._coupling._refused is None),
+        *(joint.surface for joint in ms.Interface.examples() if joint._load_curve._refused is None),
         of_many(300).surface,
         of_many(20).surface,
         TABLE.surface,

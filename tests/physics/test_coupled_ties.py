@@ -130,7 +130,7 @@ WITHOUT_PROFILE = [
     *(
         joint
         for joint in ms.Interface.examples()
-        if joint._coupling.profile(0.0, 0.0) is None and joint.surface._spheres is None
+        if joint._load_curve.profile(0.0, 0.0) is None and joint.surface._spheres is None
     ),
 ]
 

@@ -210,7 +210,7 @@ def test_what_is_done_is_lost_once_settled() -> None:
 def test_long_and_short_runs_lose_alike() -> None:
     """Long runs lose by integrals of N, short ones by quadrature; both by a quadrature of N''."""
     joint = ms.Interface.examples()[0]
-    curve, rng = joint._coupling, np.random.default_rng(2)
+    curve, rng = joint._load_curve, np.random.default_rng(2)
     moves = rng.normal(size=(2, 400)) * 10.0 ** rng.uniform(-5.0, 0.0, (2, 400))
     x, d = 3e-7 * np.cumsum(moves, axis=1) / (1.0 + 0.1 * np.abs(np.cumsum(moves, axis=1)))
     for steps in (d - d[0], np.zeros(400)):

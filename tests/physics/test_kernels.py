@@ -364,7 +364,7 @@ def test_stops_bend_within_a_step(size, error):
 
 
 def curve():
-    return JOINT._coupling.profile(-1e-6, 2e-6)
+    return JOINT._load_curve.profile(-1e-6, 2e-6)
 
 
 def drive(seed, size=400):

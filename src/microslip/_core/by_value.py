@@ -14,7 +14,7 @@ class ByValue:
             return True
         if type(other) is not type(self):
             return NotImplemented
-        return all(_same(value, getattr(other, name)) for name, value in _fields(self))
+        return all(_equal(value, getattr(other, name)) for name, value in _fields(self))
 
     def __hash__(self) -> int:
         plain = (value for _, value in _fields(self) if isinstance(value, (int, float, str)))
@@ -28,11 +28,11 @@ def _fields(instance: Any) -> list[tuple[str, Any]]:
     return [(name, values[name]) for name in names if name in values]
 
 
-def _same(one: Any, other: Any) -> bool:
+def _equal(one: Any, other: Any) -> bool:
     import numpy as np
 
     if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
         return np.shape(one) == np.shape(other) and bool(np.all(np.asarray(one == other)))
     if isinstance(one, (tuple, list)) and type(one) is type(other):
-        return len(one) == len(other) and all(map(_same, one, other))
+        return len(one) == len(other) and all(map(_equal, one, other))
     return bool(one == other)

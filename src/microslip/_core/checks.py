@@ -145,7 +145,10 @@ def floats(
         return np.ascontiguousarray(value)
     try:
         value = without_unit(name, value, unit)
-        if _is_text(value) or np.ma.is_masked(value):
+        # NumPy would convert bytes to small integers.
+        if isinstance(value, (bytes, bytearray)) or np.ma.is_masked(value):
+            raise TypeError
+        if isinstance(value, memoryview) and value.format in ("B", "b", "c"):
             raise TypeError
         raw_values = np.asarray(value)
         if raw_values.dtype.kind not in "iuf":
@@ -179,13 +182,6 @@ def positives(name: str, value: ArrayLike, unit: str = "") -> Floats:
     array = floats(name, value, unit)
     _check_size(name, float(array.min()), float(array.max()), unit)
     return array
-
-
-def _is_text(value: Any) -> bool:
-    """Return True for bytes, which NumPy would convert to small integers."""
-    if isinstance(value, memoryview):
-        return value.format in ("B", "b", "c")
-    return isinstance(value, (bytes, bytearray))
 
 
 def check_one_of(wording: str, first: Any, second: Any) -> None:

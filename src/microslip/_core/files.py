@@ -17,7 +17,7 @@ def reason(error: Exception) -> str:
 
 
 @contextmanager
-def whole_file(path: str | Path, overwrite: bool) -> Iterator[Path]:
+def atomic_file(path: str | Path, overwrite: bool) -> Iterator[Path]:
     """Yield a temporary path that replaces ``path`` if the block succeeds."""
     target = Path(path)
     try:
@@ -61,7 +61,7 @@ def _claim(stage: Path, target: Path) -> None:
         stage.rename(target)
 
 
-def seen_from(folder: Path, path: Path) -> str:
+def relative_path(folder: Path, path: Path) -> str:
     """Return the relative path from a folder to a file with slashes, absolute if there is none."""
     # Resolve links of folders, since ".." leads up from their targets, but not the file itself.
     here = Path(os.path.realpath(path.parent)) / path.name

@@ -16,13 +16,6 @@ _WEIGHTS = 1.0 / (132.0 * _BASIS(_NODES) ** 2)
 _NODES = 0.5 * (1.0 + _NODES)
 
 
-def lobatto(function: Callable[[Floats], Floats], low: Floats, high: Floats) -> Floats:
-    """Integrate a function over each of many intervals."""
-    width = high - low
-    places = low[:, None] + width[:, None] * _NODES
-    return np.asarray(width * (function(places.ravel()).reshape(places.shape) @ _WEIGHTS))
-
-
 def adaptive(
     function: Callable[[Floats, NDArray[np.int64]], Floats],
     span: Floats,
@@ -41,7 +34,9 @@ def adaptive(
     owner = np.repeat(np.arange(span.size), edges.size - 1)
 
     def integral(low: Floats, high: Floats) -> Floats:
-        return lobatto(lambda x: function(x, np.repeat(owner, _NODES.size)), low, high)
+        places = low[:, None] + (high - low)[:, None] * _NODES
+        values = function(places.ravel(), np.repeat(owner, _NODES.size)).reshape(places.shape)
+        return np.asarray((high - low) * (values @ _WEIGHTS))
 
     total = np.zeros_like(span)
     coarse = integral(low, high)

@@ -341,7 +341,7 @@ def parameter_of(kind: type, name: str) -> Number:
     return next(item for item in parameters_of(kind) if item.name == name)
 
 
-def says_all(kind: type) -> bool:
+def is_fully_declared(kind: type) -> bool:
     """Return True if all arguments of a class are declared parameters."""
     if not dataclasses.is_dataclass(kind):
         return False

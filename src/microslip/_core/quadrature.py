@@ -166,7 +166,9 @@ def drop(f: Convex, t: Floats | float, u: Floats, pieces: Pieces | None = None) 
     here, length = _decay(f, t)
     result = here - f._derivative(t + u, 0)
     small = u < (0.5 if pieces is None else 0.01) * length
-    return _mend(result, small, pieces or f, u, t, lambda v, u, t: -f._derivative(t + v, 1))
+    return _replace_small(
+        result, small, pieces or f, u, t, lambda v, u, t: -f._derivative(t + v, 1)
+    )
 
 
 def excess(f: Convex, t: Floats | float, u: Floats, pieces: Pieces | None = None) -> Floats:
@@ -176,7 +178,7 @@ def excess(f: Convex, t: Floats | float, u: Floats, pieces: Pieces | None = None
     area = _at(f, t, -1) - f._derivative(end, -1)
     result = 0.5 * u * (here + f._derivative(end, 0)) - area
     small = u < (1.0 if pieces is None else 0.1) * length
-    return _mend(
+    return _replace_small(
         result,
         small,
         pieces or f,
@@ -192,12 +194,12 @@ def excess_slope(f: Convex, t: Floats | float, u: Floats, pieces: Pieces | None 
     end = t + u
     result = 0.5 * (here - f._derivative(end, 0) + u * f._derivative(end, 1))
     small = u < (1.0 if pieces is None else 0.03) * length
-    return _mend(
+    return _replace_small(
         result, small, pieces or f, u, t, lambda v, u, t: 0.5 * v * f._derivative(t + v, 2)
     )
 
 
-def _mend(
+def _replace_small(
     result: Floats, small: Floats, f: Convex, u: Floats, t: Floats | float, g: Function
 ) -> Floats:
     """Replace the result for small steps by the integral of g."""

@@ -127,7 +127,7 @@ def to_si(raw_value: object, kind: Kind, example: str, sign: Sign = "positive") 
     if not isinstance(raw_value, str):
         raise QuantityError(message + quote(raw_value))
     came = quote(raw_value)
-    if kind.by_torque and (load := _of_bolts(raw_value)) is not None:
+    if kind.by_torque and (load := _bolt_load(raw_value)) is not None:
         return load
     number = _NUMBER.match(raw_value.replace("\N{MINUS SIGN}", "-"))
     if number is None:
@@ -140,7 +140,7 @@ def to_si(raw_value: object, kind: Kind, example: str, sign: Sign = "positive") 
     for pattern, fault in _NOT_A_UNIT:
         if re.match(pattern, unit):
             raise QuantityError(f"{message}{came} ({fault})")
-    value = times(number[1], factor_of(unit, kind, message + came))
+    value = scaled_decimal(number[1], factor_of(unit, kind, message + came))
     article = f"a {'finite' if not math.isfinite(value) else 'positive'} {kind.name}"
     if not math.isfinite(value) or (sign == "positive" and not value > 0.0):
         raise QuantityError(f'wanted {article} such as "{example}", got {came}')
@@ -152,7 +152,7 @@ def to_si(raw_value: object, kind: Kind, example: str, sign: Sign = "positive") 
 _ON_BOLTS = r"\s+on\s+(?:(\d{1,4})\s+)?M(\d{1,3})\s*,\s*K\s*=?\s*(\d?\.\d{1,6})\s*"
 
 
-def _of_bolts(text: str) -> float | None:
+def _bolt_load(text: str) -> float | None:
     """Return the load [N] of tightened bolts, n M/(K d): "20 N m on 4 M8, K 0.2", or None."""
     torque, on, _ = text.partition(" on ")
     try:
@@ -170,7 +170,7 @@ def _of_bolts(text: str) -> float | None:
     return int(bolts[1] or 1) * value / (1e-3 * size[0] * size[1])
 
 
-def times(number: str, factor: Decimal) -> float:
+def scaled_decimal(number: str, factor: Decimal) -> float:
     """Return the double nearest to a decimal number times a factor, infinite on overflow."""
     try:
         return float(Decimal(number) * factor)
@@ -201,7 +201,7 @@ def units(text: str) -> float:
     # Temperatures have an offset and are not supported.
     if parsed is None or any(name == "[temperature]" for name, _ in parsed[1]):
         raise InputError(f"{message}{came} ({'no such unit' if unit else 'no unit'})")
-    value = times(number[1], parsed[0])
+    value = scaled_decimal(number[1], parsed[0])
     if not math.isfinite(value):
         raise InputError(f"{message}{came} (outside 1e-40 … 1e40)")
     return value
@@ -210,7 +210,7 @@ def units(text: str) -> float:
 _NUMBER_AND_UNIT = re.compile(rf"{_NUMBER.pattern}(.*)", re.IGNORECASE)
 
 
-def with_one_unit(texts: Sequence[str]) -> tuple[str, ...]:
+def with_common_unit(texts: Sequence[str]) -> tuple[str, ...]:
     """Append a common unit to quantities without unit: "0.1", "1 um" to "0.1 um", "1 um"."""
     matches = [_NUMBER_AND_UNIT.fullmatch(text.strip()) for text in texts]
     units = [match[2].strip() if match else "" for match in matches]
@@ -221,10 +221,10 @@ def with_one_unit(texts: Sequence[str]) -> tuple[str, ...]:
     )
 
 
-def ends_of(text: str) -> tuple[str, str] | None:
+def split_range(text: str) -> tuple[str, str] | None:
     """Return both ends of LOW..HIGH with the common unit, None for other text."""
     low, dots, high = (part.strip() for part in text.partition(".."))
-    return None if not dots or not low or not high else with_one_unit((low, high))  # type: ignore[return-value]
+    return None if not dots or not low or not high else with_common_unit((low, high))  # type: ignore[return-value]
 
 
 def is_unit(text: str) -> bool:
@@ -252,14 +252,14 @@ def factor_of(unit: str, kind: Kind, message: str) -> Decimal:
     near = usual.get(unit.casefold().replace(" ", ""))
     parsed = _parse(unit)
     if parsed is None:
-        near = near or _slipped(unit, kind.usual) or nearest(unit, kind.usual)
+        near = near or _mistyped_unit(unit, kind.usual) or nearest(unit, kind.usual)
         hint = f'; did you mean "{near}"?' if near else ""
         raise QuantityError(f'{message} (unknown unit "{shorten(unit, 24)}"{hint})')
     factor, dimension = parsed
     if (expected := _parse(kind.unit)) is None or dimension != expected[1]:
         # "2 kn" is a velocity in pint (knots); suggest the unit with other case.
         name = _dimension_name(dimension)
-        near = near or _slipped(unit, kind.usual)
+        near = near or _mistyped_unit(unit, kind.usual)
         if near is None and name.startswith("of dimension"):
             near = nearest(unit, kind.usual)
         hint = f'; did you mean "{near}"?' if near else ""
@@ -269,7 +269,7 @@ def factor_of(unit: str, kind: Kind, message: str) -> Decimal:
     return factor
 
 
-def _slipped(unit: str, usual: tuple[str, ...]) -> str | None:
+def _mistyped_unit(unit: str, usual: tuple[str, ...]) -> str | None:
     """Return the usual unit of which this is a misspelling: adjacent key or swapped letters.
 
     Most units are too short for a similarity of words.

@@ -256,11 +256,11 @@ def explore(output: Path | None, overwrite: bool) -> None:
     import tempfile
     import webbrowser
 
-    from microslip._core.files import whole_file
+    from microslip._core.files import atomic_file
     from microslip.app.explorer.page import page
 
     if output is not None:
-        with stoppable(), whole_file(output, overwrite) as stage:
+        with stoppable(), atomic_file(output, overwrite) as stage:
             stage.write_text(page(), encoding="utf-8", newline="\n")
         click.echo(f"Written to {output}.")
         return

@@ -19,7 +19,7 @@ import click
 
 from microslip._core.errors import InputError
 from microslip._core.options import Option
-from microslip._core.units import Kind, QuantityError, Sign, ends_of, to_si
+from microslip._core.units import Kind, QuantityError, Sign, split_range, to_si
 from microslip.cli.group import OneOf, echo_json
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ def quantity(flag: str, text: str, kind: Kind, example: str, sign: Sign = "posit
 
 def ends_in(flag: str, text: str, form: str) -> tuple[str, str]:
     """Return the ends of LOW..HIGH, or raise an error that names the option."""
-    ends = ends_of(text)
+    ends = split_range(text)
     if ends is None:
         raise click.UsageError(f'{flag}: wanted {form}, got "{text}"')
     return ends

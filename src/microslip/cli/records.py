@@ -15,7 +15,7 @@ from microslip._core.units import (
     DENSITY,
     FORCE,
     LENGTH,
-    with_one_unit,
+    with_common_unit,
 )
 from microslip._core.wording import did_you_mean, plural, shorten
 from microslip.cli.options import ANY_PATH, Command, Decorator, offers, option, quantity
@@ -327,5 +327,5 @@ def with_deviation(text: str) -> tuple[str, str | None]:
     )
     if not sign:
         return value, None
-    value, deviation = with_one_unit((value, deviation))
+    value, deviation = with_common_unit((value, deviation))
     return value, deviation

@@ -18,7 +18,7 @@ import numpy as np
 
 from microslip._core.checks import Floats, floats, positive, show
 from microslip._core.errors import InputError
-from microslip._core.files import reason, whole_file
+from microslip._core.files import atomic_file, reason
 from microslip._core.frozen import lock
 from microslip._core.wording import shorten
 from microslip.contact.base import LARGEST_PRESSURE
@@ -418,7 +418,7 @@ def _write(path: Path, solution: FaceSolution, about: dict[str, Any], overwrite:
     arrays["map"] = arrays["map"].astype(np.float32)
     arrays["reach"] = arrays["reach"].astype(np.uint8)
     text = json.dumps({**head, **about}).encode()
-    with whole_file(path, overwrite) as stage, stage.open("wb") as file:
+    with atomic_file(path, overwrite) as stage, stage.open("wb") as file:
         np.savez_compressed(file, about=np.frombuffer(text, dtype=np.uint8), **arrays)
 
 

@@ -214,7 +214,7 @@ class LoadPanels:
     def of_interface(cls, joint: Interface) -> LoadPanels:
         """Return the load curve of an interface, up to the heaviest load that its surface bears."""
         curve = LoadCurve(joint.surface, joint.separation, joint.normal_load)
-        coupling = joint._coupling
+        coupling = joint._load_curve
         for factor in _HEAVIEST:
             try:
                 nearest = curve.step_of(factor * joint.normal_load)

@@ -8,7 +8,7 @@ from textwrap import wrap
 from typing import Any
 
 from microslip._core.errors import InputError
-from microslip._core.files import whole_file
+from microslip._core.files import atomic_file
 from microslip._core.wording import one_line
 from microslip._version import __version__
 from microslip.export.c_source import filled
@@ -172,7 +172,7 @@ def write_card(
         for short in wrap(line, 96, subsequent_indent="  ")
     ]
     path = Path(file)
-    with whole_file(path, overwrite) as stage:
+    with atomic_file(path, overwrite) as stage:
         stage.write_text("\n".join([*comments, body]), encoding="utf-8")
     return CardFile(program, path, kind.run, card)
 

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import show, whole_number
 from microslip._core.errors import InputError
-from microslip._core.files import whole_file
+from microslip._core.files import atomic_file
 from microslip._core.wording import one_line
 from microslip.export import c_source, fmu, tables
 from microslip.export import element_files as elements
@@ -199,7 +199,7 @@ def write(
     texts, accuracy = file_format.write(order)
     paths = [path.parent / text for text in texts]
     with ExitStack() as stack:
-        stages = [stack.enter_context(whole_file(item, overwrite)) for item in paths]
+        stages = [stack.enter_context(atomic_file(item, overwrite)) for item in paths]
         for stage, content in zip(stages, texts.values(), strict=True):
             stage.write_bytes(content.encode() if isinstance(content, str) else content)
     return Exported(kind, tuple(paths), accuracy, file_format.run, order.described)

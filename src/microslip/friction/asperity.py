@@ -26,7 +26,7 @@ from microslip.contact import SphereOnFlat
 from microslip.contact.base import aluminium, check_pair
 from microslip.contact.materials import Material, MaterialPair
 from microslip.friction.fields import AsperityFields, Body, bodies, distances, potentials
-from microslip.friction.guesses import all_features, draw, loads_of
+from microslip.friction.guesses import all_features, fit_shape, loads_per_loop
 from microslip.friction.interface import Interface
 from microslip.friction.memory import Memory
 
@@ -132,14 +132,14 @@ class Asperity(Interface):
         return math.sqrt(self.radius * self.indentation)
 
     @cached_property
-    def _grade(self) -> float:
+    def _pressure_factor(self) -> float:
         """Hertz pressure over sqrt(a^2 - r^2) [Pa/m]."""
         return 2.0 * self.pair.composite_modulus / (math.pi * self.radius)
 
     @cached_property
     def peak_pressure(self) -> float:
         """Pressure at the centre 3 N/(2 pi a^2) [Pa]."""
-        return self._grade * self.contact_radius
+        return self._pressure_factor * self.contact_radius
 
     def pressure(self, radius: ArrayLike) -> Any:
         """Compute the normal pressure p(r) = (2 E*/pi rho) sqrt(a^2 - r^2) (Fig. 19.3).
@@ -156,7 +156,7 @@ class Asperity(Interface):
         """
         r = distances("radius", radius)
         a = self.contact_radius
-        return plain(self._grade * np.sqrt(np.maximum(a - r, 0.0) * (a + r)))
+        return plain(self._pressure_factor * np.sqrt(np.maximum(a - r, 0.0) * (a + r)))
 
     def normal_displacement(self, radius: ArrayLike, body: Body | None = None) -> Any:
         """Compute the normal surface displacement [m], inside and outside the contact.
@@ -172,7 +172,7 @@ class Asperity(Interface):
         r = distances("radius", radius)
         share = sum((1.0 - m.poisson_ratio**2) / m.young_modulus for m in bodies(self.pair, body))
         a = self.contact_radius
-        phi, _ = potentials(self._grade, a, a * a, r.reshape(-1))
+        phi, _ = potentials(self._pressure_factor, a, a * a, r.reshape(-1))
         return plain(share / math.pi * phi.reshape(r.shape))
 
     # -- Cattaneo and Mindlin -------------------------------------------------------------------
@@ -289,7 +289,7 @@ class Asperity(Interface):
         check_pair(pair)
         assert pair is not None
         features = all_features(data)
-        loads = np.array(loads_of(normal_load, len(features), data))
+        loads = np.array(loads_per_loop(normal_load, len(features), data))
         mean = float(np.exp(np.mean(np.log(loads))))
         # The slip limit of a sphere is proportional to N^(2/3).
         u = np.concatenate(
@@ -298,7 +298,7 @@ class Asperity(Interface):
         force = np.concatenate(
             [f.backbone * (mean / n) for f, n in zip(features, loads, strict=True)]
         )
-        fit = draw(u, force, lambda x: 1.0 - np.maximum(1.0 - x, 0.0) ** 1.5)
+        fit = fit_shape(u, force, lambda x: 1.0 - np.maximum(1.0 - x, 0.0) ** 1.5)
         friction = fit.limit / mean
         indentation = fit.length / (friction * pair.stiffness_ratio)
         root = mean / (4.0 / 3.0 * pair.composite_modulus * indentation**1.5)

@@ -22,7 +22,7 @@ from microslip._core.quadrature import gauss_legendre
 from microslip.contact.load_curve import LoadCurve
 from microslip.friction.cycle_measures import CycleMeasures
 from microslip.friction.cycles import PeriodicResponse, Rest, settled_cycle
-from microslip.friction.guesses import guessed_law
+from microslip.friction.guesses import guess_law
 from microslip.friction.harmonics import HarmonicForce, harmonic_force
 from microslip.friction.memory import Memory, State
 from microslip.friction.parameter_derivatives import (
@@ -74,7 +74,7 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         )
 
     @property
-    def _coupling(self) -> LoadCurve | None:
+    def _load_curve(self) -> LoadCurve | None:
         """Load curve for a varying normal load, or None for a law without a surface."""
         return None
 
@@ -435,7 +435,7 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         BackboneLaw
             An instance of the law.
         """
-        law: Self = guessed_law(cls, data)
+        law: Self = guess_law(cls, data)
         return law
 
     @classmethod

@@ -18,12 +18,12 @@ from microslip._core.frozen import assign
 from microslip.friction.base import BackboneLaw, CellModel, SegalmanFit
 from microslip.friction.iwan import Iwan, IwanFit
 
-_PANELS_A_CELL = 16  # panels per cell on which the law is evaluated
-_STEP_ASIDE = 1e-12  # relative distance of the knots on either side of a discrete slider
+_PANELS_PER_CELL = 16  # panels per cell on which the law is evaluated
+_KNOT_OFFSET = 1e-12  # relative distance of the knots on either side of a discrete slider
 _SAMPLES = 24  # amplitudes between two yield displacements at which errors are evaluated
 _MOST_SAMPLES = 20_000
-_BETWEEN = 1.01  # bound of the error between samples over the largest sampled error
-_LEFT_OUT = 0.4  # neglected part of the limit over the squared step of the ladder
+_ERROR_MARGIN = 1.01  # bound of the error between samples over the largest sampled error
+_NEGLECTED_PART = 0.4  # neglected part of the limit over the squared step of the ladder
 _ROUNDING = 8.0 * float(np.finfo(float).eps)  # smaller fractions of stiffness or force are rounding
 
 
@@ -40,7 +40,7 @@ def discretise(law: BackboneLaw, count: int) -> Iwan:
     if sliders._density is None and places.size <= count:
         return Iwan(sliders.stiffnesses, sliders.stiffnesses * places)
     if 2 * places.size < count:  # each discrete slider gets its own cell
-        alone = np.concatenate((places * (1.0 - _STEP_ASIDE), places * (1.0 + _STEP_ASIDE)))
+        alone = np.concatenate((places * (1.0 - _KNOT_OFFSET), places * (1.0 + _KNOT_OFFSET)))
         knots = np.union1d(_knots(law, count - alone.size), alone)
     else:
         knots = _knots(law, count)
@@ -51,7 +51,7 @@ def discretise(law: BackboneLaw, count: int) -> Iwan:
     return Iwan(stiffnesses[real], limits[real])
 
 
-def discretise_over(law: BackboneLaw, count: int, smallest: float, largest: float) -> Iwan:
+def discretise_in_range(law: BackboneLaw, count: int, smallest: float, largest: float) -> Iwan:
     """Return at most ``count`` cells with uniform relative error over a range of amplitudes.
 
     Knots are geometric up to the largest amplitude, so each cycle of the range has the same number
@@ -69,7 +69,7 @@ def discretise_over(law: BackboneLaw, count: int, smallest: float, largest: floa
         alone = np.zeros(0)
         inside = places[(places > 0.0) & np.isfinite(places)]
         if 2 * inside.size < count:
-            alone = np.concatenate((inside * (1.0 - _STEP_ASIDE), inside * (1.0 + _STEP_ASIDE)))
+            alone = np.concatenate((inside * (1.0 - _KNOT_OFFSET), inside * (1.0 + _KNOT_OFFSET)))
         rungs = max(count - 1 - alone.size, 1)
         knots = np.union1d(np.append(0.0, _range_knots(law, rungs, smallest, largest)), alone)
         slopes = np.append(law._slope(knots), 0.0)
@@ -101,8 +101,8 @@ def _errors(law: BackboneLaw, cells: Iwan, a: Floats) -> IwanFit:
     free = float(np.max(cells._energy(a)[~lost], initial=0.0))  # where the law is elastic
     most = float(np.max(off, initial=0.0))
     return IwanFit(
-        backbone_error=_BETWEEN * float(np.max(np.abs(cells._backbone(a) / force - 1.0))),
-        energy_error=math.inf if free > 0.0 else _BETWEEN * most,
+        backbone_error=_ERROR_MARGIN * float(np.max(np.abs(cells._backbone(a) / force - 1.0))),
+        energy_error=math.inf if free > 0.0 else _ERROR_MARGIN * most,
         error_at_smallest=float(off[0]) if lost[0] else 0.0,
         smallest_amplitude=float(a[0]),
         largest_amplitude=float(a[-1]),
@@ -116,7 +116,7 @@ def _range_knots(law: BackboneLaw, rungs: int, smallest: float, largest: float) 
     for _ in range(60):  # later sliders carry less than the discretisation error
         middle = math.sqrt(low * top)
         yielded = 0.25 * float(law._energy_slope(np.array([middle]))[0])
-        few = law.force_limit - yielded < _LEFT_OUT * height * height * law.force_limit
+        few = law.force_limit - yielded < _NEGLECTED_PART * height * height * law.force_limit
         low, top = (low, middle) if few else (middle, top)
     end = min(1.000001 * top, largest)
 
@@ -129,7 +129,7 @@ def _range_knots(law: BackboneLaw, rungs: int, smallest: float, largest: float) 
     # The first cell, up to c times the smallest amplitude, changes its energy by c^3/2; the
     # ladder with logarithmic step h changes it by about h^2/6.
     below = min(0.5, (height * height / 3.0) ** (1.0 / 3.0))
-    places, parts = _parts(law, np.geomspace(below * smallest, end, 129), mass, rungs)
+    places, parts = _refined_panels(law, np.geomspace(below * smallest, end, 129), mass, rungs)
     return np.interp(np.linspace(0.0, parts[-1], rungs), parts, places)
 
 
@@ -151,13 +151,13 @@ def _knots(law: BackboneLaw, count: int) -> Floats:
             break
         edge *= 2.0
         edges.append(edge)
-    places, parts = _parts(
+    places, parts = _refined_panels(
         law, np.array(edges), lambda low, high, drop: np.sqrt((high - low) * drop), count
     )
     return np.asarray(np.interp(parts[-1] / count * np.arange(count), parts, places))
 
 
-def _parts(
+def _refined_panels(
     law: BackboneLaw, places: Floats, mass: Callable[[Floats, Floats, Floats], Floats], count: int
 ) -> tuple[Floats, Floats]:
     """Refine panels until none exceeds a fraction of the mass of a cell.
@@ -169,7 +169,7 @@ def _parts(
     while True:
         low, high = places[:-1], places[1:]
         masses = mass(low, high, np.maximum(-np.diff(slopes), 0.0))
-        coarse = np.flatnonzero(masses * _PANELS_A_CELL * count > masses.sum())
+        coarse = np.flatnonzero(masses * _PANELS_PER_CELL * count > masses.sum())
         middles = low[coarse] + 0.5 * (high - low)[coarse]
         new = (middles > places[coarse]) & (middles < places[coarse + 1])
         if not new.any():
@@ -194,7 +194,7 @@ def to_iwan(
     if smallest_amplitude is None and largest_amplitude is None:
         return discretise(law, count)
     low, high = amplitude_range(law, smallest_amplitude, largest_amplitude)
-    return discretise_over(law, count, low, high)
+    return discretise_in_range(law, count, low, high)
 
 
 def to_segalman(

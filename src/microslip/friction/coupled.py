@@ -24,7 +24,7 @@ from microslip.friction.coupled_cycles import (
 from microslip.friction.cycles import PeriodicResponse, Rest
 from microslip.friction.harmonics import HarmonicForce
 from microslip.friction.memory import Diagram, Nodes, steps_along
-from microslip.friction.straight_step import FirstLoading, loaded
+from microslip.friction.straight_step import FirstLoading, first_loading_by_slip
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +122,7 @@ class CoupledLaw(BackboneLaw):
         return self.force_limit / self.surface._derivative_at(self.separation, 0)
 
     @cached_property
-    def _coupling(self) -> LoadCurve:
+    def _load_curve(self) -> LoadCurve:
         return LoadCurve(
             self.surface,
             self.separation,
@@ -134,7 +134,7 @@ class CoupledLaw(BackboneLaw):
     @cached_property
     def _nodes(self) -> Nodes:
         """The joint as a field of one node."""
-        curve, scale = self._coupling, np.ones(1)
+        curve, scale = self._load_curve, np.ones(1)
         return Nodes(curve, curve.friction * scale, scale, curve.slip * scale, np.zeros(1))
 
     def coupled_force(
@@ -220,20 +220,20 @@ class CoupledLaw(BackboneLaw):
 
     def _steps_along(self, size: int, normal_load: Any, separation: Any) -> Floats:
         check_one_of("normal_load=... [N] or separation=... [m]", normal_load, separation)
-        return steps_along(self._coupling, size, normal_load, separation)
+        return steps_along(self._load_curve, size, normal_load, separation)
 
     def _forces_along(self, x: Floats, steps: Floats) -> Floats:
         with np.errstate(over="ignore"):  # full slip long before the clipping limit
-            places = x / self._coupling.slip
+            places = x / self._load_curve.slip
         np.clip(places, -1e200, 1e200, out=places)
-        values = Diagram().respond(steps, places, self._coupling)
-        values *= self._coupling.friction
+        values = Diagram().respond(steps, places, self._load_curve)
+        values *= self._load_curve.friction
         return values
 
     def _respond_to_force(
         self, force: ArrayLike, normal_load: Any, separation: Any
     ) -> CoupledResponse:
-        f, curve = record("force", force, "N").reshape(-1), self._coupling
+        f, curve = record("force", force, "N").reshape(-1), self._load_curve
         steps = self._steps_along(f.size, normal_load, separation)
         # Use the given loads: those computed from the separations differ by rounding.
         load = (
@@ -253,7 +253,7 @@ class CoupledLaw(BackboneLaw):
         return self._response(curve.slip * places, f, steps)
 
     def _response(self, x: Floats, force: Floats, steps: Floats) -> CoupledResponse:
-        curve = self._coupling
+        curve = self._load_curve
         arrays = x.copy(), np.array(force), curve.derivative(steps, 0), steps + curve.origin
         displacement, forces, load, separation = map(lock, arrays)
         return CoupledResponse(displacement, forces, load, separation, curve, lock(steps))
@@ -394,4 +394,6 @@ class CoupledLaw(BackboneLaw):
         if separation is None:
             separation = self.surface.separation(normal_load)  # type: ignore[arg-type]
         slip, start = self.slip_per_indentation, self.separation
-        return loaded(self.surface, self._friction, slip, displacement, separation, start)
+        return first_loading_by_slip(
+            self.surface, self._friction, slip, displacement, separation, start
+        )

@@ -56,7 +56,7 @@ class CycleMeasures(ABC):
         """Return the derivative of :meth:`_energy` [N]."""
 
     @property
-    def _small_exponent(self) -> float:
+    def _small_amplitude_exponent(self) -> float:
         """Limit of the dissipation exponent for amplitude 0, NaN if there is none."""
         return math.nan
 
@@ -177,7 +177,7 @@ class CycleMeasures(ABC):
 
         def exponent(a: Floats) -> Floats:
             energy = self._energy(a)
-            nothing = np.full_like(a, self._small_exponent)
+            nothing = np.full_like(a, self._small_amplitude_exponent)
             return np.divide(a * self._energy_slope(a), energy, out=nothing, where=energy > 0.0)
 
         return self._measure(amplitude, force_amplitude, exponent)

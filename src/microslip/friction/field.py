@@ -130,11 +130,11 @@ class JointField(ByValue, SettledField, Locked):
             _own=None,
         )
         if kind in ("separations", "gaps"):
-            self._rest_at(nodes[kind], None)
+            self._set_separations(nodes[kind], None)
         else:
-            self._rest_under(kind, nodes[kind], None)
+            self._set_loads(kind, nodes[kind], None)
 
-    def _rest_at(self, separations: Floats, curve: LoadCurve | None) -> None:
+    def _set_separations(self, separations: Floats, curve: LoadCurve | None) -> None:
         checked_separations(self.surface, separations)
         curve = curve or shared_curve(self.surface, float(separations.min()))
         own = self._own
@@ -143,9 +143,9 @@ class JointField(ByValue, SettledField, Locked):
             steps /= own.lengths
         loads = self._scale * curve.load(steps)[0]
         assign(self, separations=lock(separations), normal_loads=lock(loads))
-        self._stand_on(curve, steps, self._scale)
+        self._set_nodes(curve, steps, self._scale)
 
-    def _rest_under(self, kind: str, values: Floats, curve: LoadCurve | None) -> None:
+    def _set_loads(self, kind: str, values: Floats, curve: LoadCurve | None) -> None:
         unit = "N" if kind == "loads" else "Pa"
         sized(kind, values, unit)
         if values.min() < 0.0:
@@ -194,9 +194,9 @@ class JointField(ByValue, SettledField, Locked):
         np.divide(shares, scale, out=scale, where=carried)
         scale[~carried] = 1.0
         scale *= self._scale
-        self._stand_on(curve, rests, scale)
+        self._set_nodes(curve, rests, scale)
 
-    def _stand_on(self, curve: LoadCurve, rests: Floats, scale: Floats) -> None:
+    def _set_nodes(self, curve: LoadCurve, rests: Floats, scale: Floats) -> None:
         slips, own = self.friction * self._ratios, self._own
         nodes = Nodes(curve, self.friction * scale, self._scale, slips, rests)
         if own is not None:
@@ -240,7 +240,7 @@ class JointField(ByValue, SettledField, Locked):
         field = object.__new__(JointField)
         names = ("surface", "friction", "areas", "surface_area", "gaps", "_ratios")
         assign(field, **{name: getattr(self, name) for name in names}, _own=own)
-        field._rest_at(separations if self.gaps is None else self.gaps, curve)
+        field._set_separations(separations if self.gaps is None else self.gaps, curve)
         return field
 
     @cached_property
@@ -266,10 +266,12 @@ class JointField(ByValue, SettledField, Locked):
         names = ("surface", "friction", "areas", "surface_area", "gaps", "_ratios", "_own")
         assign(field, **{name: getattr(self, name) for name in names})
         if separations is not None:
-            field._rest_at(self._nodes.per_node("separations", separations, "m").copy(), curve)
+            field._set_separations(
+                self._nodes.per_node("separations", separations, "m").copy(), curve
+            )
         else:
             new_loads = self._nodes.per_node("loads", loads, "N")  # type: ignore[arg-type]
-            field._rest_under("loads", new_loads, curve)
+            field._set_loads("loads", new_loads, curve)
         return field
 
     def along(self, directions: ArrayLike) -> JointField:

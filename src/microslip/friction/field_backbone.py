@@ -32,7 +32,7 @@ class FieldBackbone(Locked, BackboneLaw):
     _steps: Floats
     force_limit: float
 
-    def _exact(self, u: Floats) -> Floats:
+    def _exact_backbone(self, u: Floats) -> Floats:
         drop = self._curve.drop
         forces = [self._weights @ drop(self._steps, np.minimum(v, 1e200) / self._slips) for v in u]
         return np.minimum(np.array(forces), self.force_limit)
@@ -55,7 +55,7 @@ class FieldBackbone(Locked, BackboneLaw):
         return np.array([weights @ excess("excess_slope", self._steps, u) for u in steps])
 
     @cached_property
-    def _end(self) -> float:
+    def _full_slip(self) -> float:
         """Smallest displacement of full slip of all nodes [m]."""
         return float(np.max((self._curve.parting() - self._steps) * self._slips))
 
@@ -63,7 +63,9 @@ class FieldBackbone(Locked, BackboneLaw):
     def _table(self) -> Table | None:
         if self._curve.profile(float(self._steps.min()), 0.0) is None:
             return None
-        return Table.sample(lambda u: self._exact(u) / u, self._end, 1, self.force_limit)
+        return Table.sample(
+            lambda u: self._exact_backbone(u) / u, self._full_slip, 1, self.force_limit
+        )
 
     @cached_property
     def _energy_tables(self) -> tuple[Table, Floats] | None:
@@ -72,7 +74,7 @@ class FieldBackbone(Locked, BackboneLaw):
             return None
         table = Table.sample(
             lambda u: self._exact_energy_slope(u) / u**2,
-            self._end,
+            self._full_slip,
             2,
             4.0 * self.force_limit,
             tolerance=1e-12,
@@ -83,7 +85,7 @@ class FieldBackbone(Locked, BackboneLaw):
         return table, np.append(0.0, np.cumsum(_between(table, edges[:-1], edges[1:])))
 
     def _backbone(self, u: Floats) -> Floats:
-        return self._exact(u) if self._table is None else self._table.value(u)
+        return self._exact_backbone(u) if self._table is None else self._table.value(u)
 
     def _slope(self, u: Floats) -> Floats:
         return self._exact_slope(u)

@@ -26,7 +26,7 @@ from microslip.friction.harmonics import (
 )
 from microslip.friction.memory import Nodes
 
-_NOTHING = np.zeros(0)
+_EMPTY = np.zeros(0)
 
 
 class NodeCycles:
@@ -79,7 +79,7 @@ class NodeCycles:
         steps = by_step.shape[2]
         force, load = np.empty((nodes, samples, count + steps)), np.empty((nodes, samples, steps))
         self._derive(
-            by_displacement, by_step, _NOTHING, _NOTHING, force, _NOTHING, load
+            by_displacement, by_step, _EMPTY, _EMPTY, force, _EMPTY, load
         )  # fmt: skip
         force, load = self._scaled(force, count, load)
         if not steps:

@@ -55,7 +55,7 @@ class Zone(NamedTuple):
     """Direction of the last slip, 1 or -1; 0 if the zone has not slipped."""
 
 
-class _Pressed(Protocol):
+class _SphereContact(Protocol):
     """Interface of a sphere pressed on a flat, see :class:`microslip.Asperity`."""
 
     @property
@@ -71,7 +71,7 @@ class _Pressed(Protocol):
     def slip_limit(self) -> float: ...
 
     @property
-    def _grade(self) -> float: ...
+    def _pressure_factor(self) -> float: ...
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -87,7 +87,7 @@ class AsperityFields(Locked):
     for any record.
     """
 
-    asperity: _Pressed
+    asperity: _SphereContact
     """The asperity."""
     displacement: float
     """Tangential displacement at the end of the record [m]."""
@@ -170,7 +170,7 @@ class AsperityFields(Locked):
             root = np.sqrt(np.maximum(c - r, 0.0) * (c + r))
             # Inside the stick circle, the difference of the roots without cancellation.
             total += factor * np.divide(removed, inside + root, out=inside.copy(), where=root > 0.0)
-        scale = self.asperity._grade * self.asperity.friction_coefficient
+        scale = self.asperity._pressure_factor * self.asperity.friction_coefficient
         return plain((scale * total).reshape(places.shape))
 
     # -- displacements --------------------------------------------------------------------------
@@ -178,7 +178,7 @@ class AsperityFields(Locked):
     def _terms(self, r: Floats) -> Iterator[tuple[float, Floats, Floats]]:
         """Yield factor, potential and deviator of each term, for one-dimensional distances."""
         joint = self.asperity
-        grade = joint._grade * joint.friction_coefficient
+        grade = joint._pressure_factor * joint.friction_coefficient
         for factor, removed in zip(self._factors.tolist(), self._removed, strict=True):
             yield factor, *potentials(grade, joint.contact_radius, removed, r)
 

@@ -11,10 +11,10 @@ import numpy as np
 from microslip._core.checks import Floats, positive, show, without_unit
 from microslip._core.checks import record as series
 from microslip._core.errors import InputError
-from microslip._core.parameters import rescaled, says_all, values_of
+from microslip._core.parameters import is_fully_declared, rescaled, values_of
 from microslip.friction.fit_parameters import FitParameter, fit_parameters_of
 
-Share = Callable[[Floats], Floats]
+NormalisedBackbone = Callable[[Floats], Floats]
 """Normalised backbone: T0 over the force limit as a function of displacement over a length."""
 
 _MOST_BINS = 48
@@ -27,7 +27,7 @@ class Features(NamedTuple):
     """Half the range of displacement [m]."""
     force_amplitude: float
     """Half the difference of the forces at both ends of the branches [N]."""
-    gone: Floats
+    distance: Floats
     """Distances from the reversal [m], increasing."""
     force: Floats
     """Force in the direction of motion at each distance [N], averaged over both branches."""
@@ -35,7 +35,7 @@ class Features(NamedTuple):
     @property
     def half(self) -> Floats:
         """Half the distance from the reversal [m], which is the backbone displacement."""
-        return 0.5 * self.gone
+        return 0.5 * self.distance
 
     @property
     def backbone(self) -> Floats:
@@ -53,14 +53,14 @@ class Features(NamedTuple):
     @property
     def energy(self) -> float:
         """Energy of a cycle [J] (19.29)."""
-        x = np.concatenate(([0.0], self.gone, [2.0 * self.amplitude]))
+        x = np.concatenate(([0.0], self.distance, [2.0 * self.amplitude]))
         t = np.concatenate(([-self.force_amplitude], self.force, [self.force_amplitude]))
         return float(np.sum((t[1:] + t[:-1]) * np.diff(x)))
 
     @property
     def sliding_ratio(self) -> float:
         """Width of the loop at mid force relative to the range of displacement [-]."""
-        crossed = float(np.interp(0.0, np.maximum.accumulate(self.force), self.gone))
+        crossed = float(np.interp(0.0, np.maximum.accumulate(self.force), self.distance))
         return max(0.0, 1.0 - crossed / self.amplitude)
 
 
@@ -104,7 +104,7 @@ def _features(x: Floats, t: Floats) -> Features:
         raise InputError(f"`displacement` must vary, got {x[0]:g} m throughout")
     if float(np.ptp(t)) <= 0.0:
         raise InputError(f"`force` must vary, got {t[0]:g} N throughout")
-    turns = _turns(_smoothed(x, len(_turns(x))))
+    turns = _turning_points(_smoothed(x, len(_turning_points(x))))
     x = _smoothed(x, turns.size)
     lengths = np.abs(np.diff(x[turns]))
     full = np.flatnonzero(lengths > 0.75 * lengths.max()) if lengths.size else lengths
@@ -128,7 +128,10 @@ def _features(x: Floats, t: Floats) -> Features:
             mean_gone = np.bincount(places, distance, bins) / count
             mean_force = way * np.bincount(places, t[part], bins) / count
         rows[float(way)].append((mean_gone, mean_force))
-    sides = [[_middle(np.array([row[k] for row in rows[w]])) for k in (0, 1)] for w in (1.0, -1.0)]
+    sides = [
+        [_column_medians(np.array([row[k] for row in rows[w]])) for k in (0, 1)]
+        for w in (1.0, -1.0)
+    ]
     distance, force = (0.5 * (sides[0][k] + sides[1][k]) for k in (0, 1))
     filled = np.isfinite(distance) & np.isfinite(force)
     distance, force = distance[filled], force[filled]
@@ -142,7 +145,7 @@ def _features(x: Floats, t: Floats) -> Features:
     return Features(0.5 * float(np.median(lengths[full])), top, distance[real], force[real])
 
 
-def _middle(rows: Floats) -> Floats:
+def _column_medians(rows: Floats) -> Floats:
     """Return the medians of columns, NaN for columns without finite values."""
     filled = np.isfinite(rows).any(axis=0)
     result = np.full(rows.shape[1], np.nan)
@@ -150,7 +153,7 @@ def _middle(rows: Floats) -> Floats:
     return result
 
 
-def _turns(x: Floats) -> Any:
+def _turning_points(x: Floats) -> Any:
     """Return the indices of the turning points of large swings and of both ends of the record."""
     low, high = float(x.min()), float(x.max())
     side = np.where(x > low + 0.7 * (high - low), 1, np.where(x < low + 0.3 * (high - low), -1, 0))
@@ -179,7 +182,7 @@ def _smoothed(x: Floats, turns: int) -> Floats:
     return np.convolve(padded, np.full(window, 1.0 / window), mode="valid")
 
 
-def loads_of(loads: Any, count: int, data: Any = None) -> list[float]:
+def loads_per_loop(loads: Any, count: int, data: Any = None) -> list[float]:
     """Return one normal load [N] per loop, as given or from the records."""
     if loads is None and data is not None:
         records = list(data) if isinstance(data, (list, tuple)) else [data]
@@ -212,22 +215,24 @@ class Scaled(NamedTuple):
     misfit: float
 
 
-def points_of(features: Sequence[Features]) -> tuple[Floats, Floats]:
+def backbone_points(features: Sequence[Features]) -> tuple[Floats, Floats]:
     """Return the displacements [m] and forces [N] of the backbone from all loops."""
     u, force = (np.concatenate([getattr(f, k) for f in features]) for k in ("half", "backbone"))
     return u, force
 
 
-def draw(u: Floats, force: Floats, share: Share) -> Scaled:
+def fit_shape(u: Floats, force: Floats, share: NormalisedBackbone) -> Scaled:
     """Fit force limit and length of a normalised backbone to points."""
 
     def rows(lengths: Floats) -> Floats:
         return share((u / lengths[:, None]).ravel()).reshape(lengths.size, u.size)
 
-    return best_of(rows, force, 0.2 * float(u.min()), 50.0 * float(u.max()))
+    return fit_limit_and_length(rows, force, 0.2 * float(u.min()), 50.0 * float(u.max()))
 
 
-def best_of(rows: Callable[[Floats], Floats], force: Floats, low: float, high: float) -> Scaled:
+def fit_limit_and_length(
+    rows: Callable[[Floats], Floats], force: Floats, low: float, high: float
+) -> Scaled:
     """Fit force limit and length by a refined grid search over lengths.
 
     ``rows`` returns the normalised curves (lengths, points) for an array of lengths.
@@ -248,22 +253,24 @@ def best_of(rows: Callable[[Floats], Floats], force: Floats, low: float, high: f
     return best._replace(misfit=math.sqrt(best.misfit / square))
 
 
-def guessed_law(kind: Any, data: Any) -> Any:
+def guess_law(kind: Any, data: Any) -> Any:
     """Return an initial guess for any law that declares its parameters.
 
     The shapes of its examples are scaled to the measured branches; the best one is refined by least
     squares.
     """
     parameters = fit_parameters_of(kind)
-    if not says_all(kind) or any(item.many or item.dimension is None for item in parameters):
+    if not is_fully_declared(kind) or any(
+        item.many or item.dimension is None for item in parameters
+    ):
         raise InputError(
             f"{kind.__name__} must define a classmethod guess(data): the default works only for "
             "laws that declare all parameters as numbers with units of N and m"
         )
-    u, force = points_of(all_features(data))
+    u, force = backbone_points(all_features(data))
     best, values = math.inf, dict[str, float]()
     for shape in _shapes(kind, parameters):
-        fit = draw(u, force, kind(**shape)._backbone)
+        fit = fit_shape(u, force, kind(**shape)._backbone)
         if fit.misfit < best:
             best, values = fit.misfit, rescaled(kind, shape, fit.limit, fit.length)
     if not math.isfinite(best):
@@ -271,7 +278,7 @@ def guessed_law(kind: Any, data: Any) -> Any:
     scales = [item.dimension for item in parameters if item.dimension != (0, 0)]
     # Two parameters, a force and a length, are already determined.
     if len(parameters) > 2 or len(set(scales)) < len(parameters):
-        values = _settled(kind, parameters, values, u, force)
+        values = _refined(kind, parameters, values, u, force)
     return kind(**values)
 
 
@@ -295,7 +302,7 @@ def _shapes(kind: Any, parameters: Sequence[FitParameter]) -> list[dict[str, flo
     return shapes
 
 
-def _settled(
+def _refined(
     kind: Any,
     parameters: Sequence[FitParameter],
     values: Mapping[str, float],
@@ -329,7 +336,7 @@ def _settled(
 def yield_grid(data: Any, cells: int) -> Floats:
     """Return a geometric grid of yield displacements [m] over the resolution of the loops."""
     features = all_features(data)
-    u, _ = points_of(features)
+    u, _ = backbone_points(features)
     last = 0.95 * float(u.max())
     reach = min(f.force_amplitude / f.stiffness for f in features)
     first = min(max(0.2 * reach, float(u.min())), 0.5 * last)
@@ -340,7 +347,7 @@ def cell_stiffnesses(data: Any, yields: Floats) -> Floats:
     """Fit nonnegative stiffnesses [N/m] of cells with given yield displacements [m]."""
     from scipy.optimize import nnls
 
-    u, force = points_of(all_features(data))
+    u, force = backbone_points(all_features(data))
     scale = float(force.max()) / float(u.max())
     shares, _ = nnls(np.minimum(u[:, None], yields) * scale, force)
     return np.asarray(shares * scale)

@@ -61,7 +61,9 @@ def _inputs(joint: Interface) -> dict[str, Callable[[float], Interface]]:
     }
     if isinstance(surface, MeasuredContact):
         return inputs | {
-            name: lambda f, name=name: Interface(_like(joint, name, f), mu, normal_load=load)
+            name: lambda f, name=name: Interface(
+                _equivalent_gaussian_face(joint, name, f), mu, normal_load=load
+            )
             for name in ("young_modulus", "hardness", "heights")
             if name != "hardness" or surface.numbers.hardness is not None
         }
@@ -92,9 +94,9 @@ def _inputs(joint: Interface) -> dict[str, Callable[[float], Interface]]:
 def _scaled(surface: Any, name: str, factor: float) -> NormalLaw:
     """Return a surface with one parameter multiplied; cached, since a study has many loads."""
     if name == "pair":
-        changes: dict[str, Any] = {"pair": _stiffer(surface.pair, factor)}
+        changes: dict[str, Any] = {"pair": _scaled_moduli(surface.pair, factor)}
     elif name == "heights":
-        changes = _higher(surface, factor)
+        changes = _scaled_heights(surface, factor)
     elif name == "hardness":
         changes = {"pair": surface.pair.with_hardness(factor * surface.pair.hardness)}
     else:
@@ -103,7 +105,7 @@ def _scaled(surface: Any, name: str, factor: float) -> NormalLaw:
     return law
 
 
-def _like(joint: Interface, name: str, factor: float) -> DrawnFace:
+def _equivalent_gaussian_face(joint: Interface, name: str, factor: float) -> DrawnFace:
     """Return the Gaussian face equivalent to a measured one, with one input multiplied.
 
     It has the rms height, slope and tightening of the measured face, and is scaled to its
@@ -123,11 +125,11 @@ def _like(joint: Interface, name: str, factor: float) -> DrawnFace:
     elif name == "hardness":
         changes["pair"] = pair.with_hardness(pair.hardness * factor)
     else:
-        changes["pair"] = _stiffer(pair, factor)
+        changes["pair"] = _scaled_moduli(pair, factor)
     return face._changed(**changes)
 
 
-def _stiffer(pair: MaterialPair, factor: float) -> MaterialPair:
+def _scaled_moduli(pair: MaterialPair, factor: float) -> MaterialPair:
     bodies = (
         body
         if body.is_rigid
@@ -137,7 +139,7 @@ def _stiffer(pair: MaterialPair, factor: float) -> MaterialPair:
     return MaterialPair(*bodies)
 
 
-def _higher(surface: Any, factor: float) -> dict[str, Any]:
+def _scaled_heights(surface: Any, factor: float) -> dict[str, Any]:
     """Return the changed fields of a surface whose heights are multiplied by a factor."""
     heights = surface.heights
     if isinstance(heights, Discrete):

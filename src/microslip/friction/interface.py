@@ -138,14 +138,14 @@ class Interface(CoupledLaw):
     @cached_property
     def contact_count(self) -> float | None:
         """Number of summits in contact (19.6), None if the surface does not know it."""
-        return self._of_surface("contact_count")
+        return self._surface_value("contact_count")
 
     @cached_property
     def contact_area(self) -> float | None:
         """Real contact area [m^2] (19.7), None if the surface does not know it."""
-        return self._of_surface("contact_area")
+        return self._surface_value("contact_area")
 
-    def _of_surface(self, name: str) -> float | None:
+    def _surface_value(self, name: str) -> float | None:
         try:
             value: float = getattr(self.surface, name)(self.separation)
         except InputError:
@@ -207,7 +207,7 @@ class Interface(CoupledLaw):
         """Convert displacements to steps of the separation [m], limited to avoid overflow."""
         return np.minimum(u, 1e200) / self.slip_per_indentation
 
-    def _exact(self, u: Floats) -> Floats:
+    def _exact_backbone(self, u: Floats) -> Floats:
         # (19.28), the sum of (19.15) over all asperities, as the difference of two loads (19.8).
         force = self._friction * self.surface._drop(self.separation, self._steps(u))
         return np.minimum(force, self.force_limit)  # remove rounding above the limit
@@ -218,26 +218,28 @@ class Interface(CoupledLaw):
         return 8.0 * self._friction * kappa * excess
 
     @cached_property
-    def _end(self) -> float | None:
+    def _full_slip(self) -> float | None:
         """Smallest displacement of full slip in double precision [m], None if not bounded."""
         reach = self.surface._table_reach(self.separation)
         return None if reach is None else reach * self.slip_per_indentation
 
     @cached_property
     def _table(self) -> Table | None:
-        if self._end is None:
+        if self._full_slip is None:
             return None
-        return Table.sample(lambda u: self._exact(u) / u, self._end, 1, self.force_limit)
+        return Table.sample(
+            lambda u: self._exact_backbone(u) / u, self._full_slip, 1, self.force_limit
+        )
 
     @cached_property
     def _energy_table(self) -> Table | None:
-        if self._end is None:
+        if self._full_slip is None:
             return None
-        last = float(self._exact_energy(np.array([self._end]))[0])
+        last = float(self._exact_energy(np.array([self._full_slip]))[0])
         # Beyond full slip dE_d/da = 4 mu N.
         return Table.sample(
             lambda u: self._exact_energy(u) / u**3,
-            self._end,
+            self._full_slip,
             3,
             last,
             4.0 * self.force_limit,
@@ -245,7 +247,7 @@ class Interface(CoupledLaw):
         )
 
     def _backbone(self, u: Floats) -> Floats:
-        return self._exact(u) if self._table is None else self._table.value(u)
+        return self._exact_backbone(u) if self._table is None else self._table.value(u)
 
     def _slope(self, u: Floats) -> Floats:
         factor = self._friction / self.slip_per_indentation
@@ -275,7 +277,7 @@ class Interface(CoupledLaw):
         return self._friction / kappa**2 * curvature
 
     @property
-    def _small_exponent(self) -> float:
+    def _small_amplitude_exponent(self) -> float:
         return 3.0 if float(self._slider_density(np.zeros(1))[0]) > 0.0 else math.nan
 
     @cached_property
@@ -346,9 +348,9 @@ class Interface(CoupledLaw):
                 "`pair` must be given: loops do not determine the materials; write "
                 "pair=ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33))"
             )
-        from microslip.friction.surface_guesses import guessed_surface
+        from microslip.friction.surface_guesses import guess_surface
 
-        surface, friction, load = guessed_surface(data, pair, normal_load, heights, radius, area)
+        surface, friction, load = guess_surface(data, pair, normal_load, heights, radius, area)
         return Interface(surface, friction, normal_load=load)
 
     @classmethod

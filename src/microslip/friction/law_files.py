@@ -11,8 +11,8 @@ import numpy as np
 
 from microslip._core.checks import show
 from microslip._core.errors import InputError
-from microslip._core.files import whole_file
-from microslip._core.parameters import key_of, parameters_of, says_all, values_of
+from microslip._core.files import atomic_file
+from microslip._core.parameters import is_fully_declared, key_of, parameters_of, values_of
 from microslip._core.wording import shorten
 from microslip.friction import laws
 from microslip.friction.base import BackboneLaw
@@ -26,7 +26,7 @@ _LARGEST = 10_000_000  # bytes: a million cells of an Iwan model
 
 def _by_name() -> dict[str, type[BackboneLaw]]:
     """Return the laws that are defined by declared parameters only, by key."""
-    return {key_of(kind): kind for kind in laws.LAWS if says_all(kind)}
+    return {key_of(kind): kind for kind in laws.LAWS if is_fully_declared(kind)}
 
 
 def law_content(law: BackboneLaw, band: LawBand | None = None) -> dict[str, Any]:
@@ -78,7 +78,7 @@ def save_law(
     file, content = Path(path), law_content(law, band)
     if file.suffix.lower() != ".json":
         raise InputError(f"`path` must end in .json, got {show(file.name)}")
-    with whole_file(file, overwrite) as stage:
+    with atomic_file(file, overwrite) as stage:
         stage.write_text(law_text(content), encoding="utf-8")
 
 

@@ -87,21 +87,21 @@ class Parallel(Locked, BackboneLaw):
         return tuple(law for law in self.laws if math.isinf(law.tangential_stiffness))
 
     @cached_property
-    def _soft(self) -> Parallel | None:
+    def _compliant(self) -> Parallel | None:
         """Sum of the laws with finite stiffness at rest, None if all laws are rigid."""
         soft = [law for law in self.laws if math.isfinite(law.tangential_stiffness)]
         return Parallel(soft) if soft else None
 
     def _below_limit(self, name: str, force: Floats) -> Floats:
-        if self._soft is None:
+        if self._compliant is None:
             return self._rigid[0]._below_limit(name, force)
         return super()._below_limit(name, force)
 
     def _inverse(self, force: Floats) -> Floats:
-        if not self._rigid or self._soft is None:
+        if not self._rigid or self._compliant is None:
             return super()._inverse(force)
         rigid_force = math.fsum(law.force_limit for law in self._rigid)
-        return self._soft._inverse(np.maximum(force - rigid_force, 0.0))
+        return self._compliant._inverse(np.maximum(force - rigid_force, 0.0))
 
     @cached_property
     def _kinks(self) -> Floats:

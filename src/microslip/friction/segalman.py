@@ -14,7 +14,7 @@ from microslip._core.inversion import invert
 from microslip._core.parameters import parameter
 from microslip.friction.base import BackboneLaw, PowerModel, SegalmanFit
 from microslip.friction.fit_parameters import fit_range
-from microslip.friction.guesses import all_features, draw, points_of
+from microslip.friction.guesses import all_features, backbone_points, fit_shape
 from microslip.friction.sliders import Sliders
 
 
@@ -122,7 +122,7 @@ class SegalmanIwan(PowerModel):
         return np.where(slips, 4.0 * self.force_limit, within)
 
     @property
-    def _small_exponent(self) -> float:
+    def _small_amplitude_exponent(self) -> float:
         return 3.0 + self.chi
 
     def _parameter_derivatives(self, u: Floats) -> Floats:
@@ -172,13 +172,13 @@ class SegalmanIwan(PowerModel):
     @classmethod
     def guess(cls, data: Any) -> SegalmanIwan:
         """Return an initial guess for a fit: the best of a grid of chi and beta."""
-        u, force = points_of(all_features(data))
+        u, force = backbone_points(all_features(data))
         fits = []
         for chi in (-0.9, -0.75, -0.5, -0.25, 0.0, 0.5, 1.5):
             for beta in (0.0, 0.2, 0.6, 2.0, 5.0):
                 p = 1.0 + chi
                 stiffness = (1.0 + beta) / (beta + p / (p + 1.0))  # the last slider yields at 1
-                fit = draw(u, force, cls(1.0, stiffness, chi, beta)._backbone)
+                fit = fit_shape(u, force, cls(1.0, stiffness, chi, beta)._backbone)
                 fits.append((fit.misfit, fit.limit, fit.length, stiffness, chi, beta))
         _, limit, length, stiffness, chi, beta = min(fits)
         return cls(limit, limit * stiffness / length, chi, beta)

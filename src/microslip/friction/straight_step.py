@@ -75,10 +75,10 @@ def first_loading(
     check_surface(surface)
     mu = positive("friction_coefficient", friction_coefficient)
     slip = mu * surface.stiffness_ratio
-    return loaded(surface, mu, slip, displacement, separation, start)
+    return first_loading_by_slip(surface, mu, slip, displacement, separation, start)
 
 
-def loaded(
+def first_loading_by_slip(
     surface: NormalLaw,
     friction: float,
     slip: float,

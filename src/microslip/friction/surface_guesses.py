@@ -15,7 +15,13 @@ from microslip.contact import GreenwoodWilliamson, NormalLaw
 from microslip.contact.base import check_pair
 from microslip.contact.heights import Gaussian, HeightDistribution, as_heights
 from microslip.contact.materials import MaterialPair
-from microslip.friction.guesses import Features, Scaled, all_features, best_of, loads_of
+from microslip.friction.guesses import (
+    Features,
+    Scaled,
+    all_features,
+    fit_limit_and_length,
+    loads_per_loop,
+)
 
 CONVENTIONAL_AREA = 1e-4
 """Apparent area [m^2] if unknown; loops do not depend on it."""
@@ -56,7 +62,7 @@ def shape_of(heights: HeightDistribution, pair: MaterialPair) -> tuple[Shape, tu
 _STEPS = np.concatenate(([0.0], np.geomspace(1e-5, 100.0, 240)))
 
 
-def interface_values(
+def fit_interface(
     data: Any, loads: Sequence[float], reference: float, shape: Shape, span: tuple[float, float]
 ) -> tuple[float, float, float]:
     """Fit the friction coefficient, slip scale [m] and separation at the reference load."""
@@ -89,7 +95,7 @@ def interface_values(
 
 
 def _fit_all(features: Sequence[Features], loads: Sequence[float], curves: list[Floats]) -> Scaled:
-    """Fit a common length and limits proportional to the loads; see :func:`draw`."""
+    """Fit a common length and limits proportional to the loads; see :func:`fit_shape`."""
     # Each loop has the same weight, independent of its load.
     sizes = [1.0 / math.sqrt(float(f.backbone @ f.backbone)) for f in features]
     force = np.concatenate([f.backbone * size for f, size in zip(features, sizes, strict=True)])
@@ -108,7 +114,7 @@ def _fit_all(features: Sequence[Features], loads: Sequence[float], curves: list[
         min(float(f.half.min()) for f in features),
         max(f.amplitude for f in features),
     )
-    return best_of(rows, force, 0.2 * shortest, 50.0 * largest)
+    return fit_limit_and_length(rows, force, 0.2 * shortest, 50.0 * largest)
 
 
 def conventional_radius(density_root: float, std: float) -> float:
@@ -122,7 +128,7 @@ def conventional_radius(density_root: float, std: float) -> float:
     return (_SPREAD / (density_root * std)) ** 2
 
 
-def guessed_surface(
+def guess_surface(
     data: Any,
     pair: MaterialPair,
     normal_load: Any,
@@ -132,11 +138,11 @@ def guessed_surface(
 ) -> tuple[GreenwoodWilliamson, float, float]:
     """Fit surface, coefficient of friction and mean load [N]; see :meth:`Interface.guess`."""
     check_pair(pair)
-    loads = loads_of(normal_load, len(all_features(data)), data)
+    loads = loads_per_loop(normal_load, len(all_features(data)), data)
     shape_heights = Gaussian(std=1.0) if heights is None else as_heights(heights)
     shape, span = shape_of(shape_heights, pair)
     mean = math.exp(float(np.mean(np.log(loads))))
-    friction, slip, separation = interface_values(data, loads, mean, shape, span)
+    friction, slip, separation = fit_interface(data, loads, mean, shape, span)
     std = slip / (friction * pair.stiffness_ratio)
     area = positive("area", CONVENTIONAL_AREA if area is None else area, "m^2")
     unit = GreenwoodWilliamson(pair, shape_heights._scaled(std / shape.unit), 1.0, 1.0, area)

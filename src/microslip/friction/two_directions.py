@@ -389,7 +389,7 @@ def two_directions(field: FieldOfNodes, sliders: Any, nearest: Any) -> Isotropic
     if nearest is None:
         load, fall = curve.load(np.zeros(1))
         near = min(smallest, curve.origin) - float(load[0] / fall[0])
-        near = max(near, _lowest(surface))
+        near = max(near, _smallest_separation(surface))
     else:
         near = number("nearest", nearest, "m")
         if near > smallest:
@@ -401,7 +401,7 @@ def two_directions(field: FieldOfNodes, sliders: Any, nearest: Any) -> Isotropic
     return IsotropicField(field, _knots_of(field, count, near))
 
 
-def _lowest(surface: NormalLaw) -> float:
+def _smallest_separation(surface: NormalLaw) -> float:
     """Return the smallest separation [m] for which the surface is defined."""
     lowest = float(surface._span[0])
     try:

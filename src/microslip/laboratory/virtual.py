@@ -158,7 +158,7 @@ class VirtualTribometer:
                 raise InputError(f"`{name}` must be a share from 0 to below 1, got {exact(value)}")
             keep(self, name, value)
         keep(self, "ripple_phase", number("ripple_phase", self.ripple_phase, "rad"))
-        if self.load_ripple > 0.0 and self.joint._coupling is None:
+        if self.load_ripple > 0.0 and self.joint._load_curve is None:
             raise InputError(
                 f"load_ripple has no meaning for {type(self.joint).__name__}: it has no surface"
             )

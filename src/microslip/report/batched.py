@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip._core.files import whole_file
+from microslip._core.files import atomic_file
 from microslip._core.quantities import UNITS
 from microslip._core.units import SMALLEST, significant
 from microslip.figures.picture import Picture
@@ -156,6 +156,6 @@ def finish(batch: Batch, folder: Path) -> Document:
     """Write the table over all and the report into the folder of a batch, each file whole."""
     result = batch_document(batch)
     for file in standard_files(result):
-        with whole_file(folder / file.name, overwrite=True) as stage:
+        with atomic_file(folder / file.name, overwrite=True) as stage:
             file.write(stage, lambda share: None)
     return result

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import Floats, floats, positive, show
 from microslip._core.errors import InputError
-from microslip._core.files import whole_file
+from microslip._core.files import atomic_file
 from microslip._core.frozen import LockedArrays
 from microslip._core.packages import needed_for
 from microslip.figures.plot import Plot
@@ -112,7 +112,7 @@ class FrequencyResponse(LockedArrays):
         kind = file.suffix.lower()
         if kind not in (".csv", ".uff", ".unv", ".58"):
             raise InputError(f"path must end in .csv or .uff, got {show(file.name)}")
-        with whole_file(file, overwrite) as stage:
+        with atomic_file(file, overwrite) as stage:
             if kind == ".csv":
                 columns = response_columns([self])
                 heads = ",".join(f"{name} [{unit}]" for name, (unit, _) in columns.items())

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, show
 from microslip._core.errors import InputError
-from microslip._core.files import whole_file
+from microslip._core.files import atomic_file
 from microslip._core.frozen import lock
 from microslip._core.packages import needed_for
 from microslip._core.wording import did_you_mean, shorten
@@ -387,5 +387,5 @@ def save_matrices(
             arrays[f"{name}.shape"] = np.array(matrix.shape)
         elif matrix is not None:
             arrays[name] = matrix
-    with whole_file(file, overwrite) as stage, stage.open("wb") as stream:
+    with atomic_file(file, overwrite) as stage, stage.open("wb") as stream:
         np.savez_compressed(stream, **arrays)

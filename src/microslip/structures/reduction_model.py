@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import Floats, floats, number, positive, show
 from microslip._core.errors import InputError
-from microslip._core.files import whole_file
+from microslip._core.files import atomic_file
 from microslip._core.frozen import LockedArrays, lock
 from microslip._core.wording import quoted
 from microslip.contact import NormalLaw
@@ -463,7 +463,7 @@ class ReducedJoint(LockedArrays):
             else:
                 arrays[part.name] = np.asarray(value)
         arrays["sensor_names"] = np.array(self.sensor_names, dtype=np.str_)
-        with whole_file(file, overwrite) as stage, stage.open("wb") as stream:
+        with atomic_file(file, overwrite) as stage, stage.open("wb") as stream:
             np.savez_compressed(stream, **arrays)
 
     @classmethod

@@ -24,7 +24,7 @@ from microslip._core.parameters import (
     parameter_of,
     parameters_of,
 )
-from microslip._core.units import LARGEST, SMALLEST, Kind, factor_of, is_unit, times
+from microslip._core.units import LARGEST, SMALLEST, Kind, factor_of, is_unit, scaled_decimal
 from microslip._core.wording import quote, shorten
 from microslip.readers.dialect import with_hyphen
 from microslip.readers.files import usable
@@ -232,7 +232,7 @@ def _si(
     if power is not None and "e" not in number and "E" not in number:
         value = float(number + power)
     else:
-        value = times(number, factor)
+        value = scaled_decimal(number, factor)
     if not SMALLEST < abs(value) < LARGEST and value:
         raise ValueError(f"{file.no_number(line, place, cell)} (outside 1e-40 … 1e40)")
     return value

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from microslip._core.errors import StudyError
-from microslip._core.files import seen_from
+from microslip._core.files import relative_path
 from microslip._core.wording import quote, shorten
 from microslip.readers.files import usable
 
@@ -80,7 +80,7 @@ def relocated_text(text: str, folder: Path, new_folder: Path) -> str:
     """Name the files that a study uses as they are seen from another folder."""
 
     def from_elsewhere(name: str) -> str:
-        return name if Path(name).is_absolute() else seen_from(new_folder, folder / name)
+        return name if Path(name).is_absolute() else relative_path(new_folder, folder / name)
 
     files = dict(_files(tomllib.loads(text), from_elsewhere))
     return edited_text(text, files) if files else text

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, plain, show, sized
 from microslip._core.errors import InputError
-from microslip._core.parameters import Parametric, rescaled, says_all, values_of
+from microslip._core.parameters import Parametric, is_fully_declared, rescaled, values_of
 
 TWICE_ORDERS: Mapping[float, int] = MappingProxyType({k / 2: k for k in range(-1, 6)})
 """Orders n of the partial moments that exist here, with twice their value."""
@@ -33,7 +33,7 @@ class HeightDistribution(Parametric, ABC):
     def _scaled(self, factor: float) -> HeightDistribution:
         """The distribution of ``factor`` times the heights, by the units of its parameters."""
         kind = type(self)
-        if not says_all(kind):
+        if not is_fully_declared(kind):
             raise InputError(
                 f"{kind.__name__} must say the units of all its parameters to be scaled, with "
                 "field(metadata=parameter(...)), or give _scaled(factor)"

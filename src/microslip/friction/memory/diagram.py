@@ -23,7 +23,7 @@ from microslip._core import kernels
 from microslip._core.checks import Floats, whole_number
 from microslip._core.errors import InputError
 from microslip._core.kernels.profile import Profile
-from microslip.friction.memory.saved import check_whole
+from microslip.friction.memory.saved import check_consistent
 
 if TYPE_CHECKING:
     from microslip.contact.load_curve import LoadCurve
@@ -32,17 +32,17 @@ _BLOCK = 1 << 12  # samples per call
 _MAX_PENDING = 1024  # steps whose losses are computed together
 
 
-DOUBTS = 5
+ERROR_SIZE = 5
 """Size of the error state of merged rows: bound over mu [N], the two separations between which it
 applies, a flag for moves in this range, and the largest bound so far [N]."""
 
 
-def bounded(depth: Any) -> int | None:
+def checked_depth(depth: Any) -> int | None:
     """Check the largest number of memory rows."""
     return None if depth is None else whole_number("depth", depth, 4, 1_000_000)
 
 
-def bounding_profile(curve: LoadCurve, reach: float) -> Profile:
+def merging_profile(curve: LoadCurve, reach: float) -> Profile:
     """Return the load profile needed to merge rows; InputError for a curve with kinks."""
     profile = curve.profile(min(0.0, reach), max(0.0, reach))
     if profile is None:
@@ -74,10 +74,13 @@ class Diagram:
     There is one row per open loop and one per step of new contact that has not slipped since.
     """
 
-    __slots__ = ("depth", "doubt", "limit", "place", "separation", "stack", "value", "values")
+    __slots__ = ("depth", "errors", "limit", "place", "separation", "stack", "value", "values")
 
     def __init__(self, limit: int | None = None) -> None:
-        self.limit, self.doubt = limit, np.zeros(DOUBTS)  # most rows, error of merged rows
+        self.limit, self.errors = (
+            limit,
+            np.zeros(ERROR_SIZE),
+        )  # most rows, error of merged rows
         self.stack = np.empty((8, 3))  # end, density, integral of D beyond the end
         self.values = np.empty(8)  # integral of D (-N') from the start of each row
         self.depth = 0
@@ -88,7 +91,7 @@ class Diagram:
     def copy(self) -> Diagram:
         """Return an independent copy."""
         diagram = Diagram(self.limit)
-        diagram.doubt = self.doubt.copy()
+        diagram.errors = self.errors.copy()
         diagram.stack, diagram.values = self.stack.copy(), self.values.copy()
         diagram.depth, diagram.separation = self.depth, self.separation
         diagram.place, diagram.value = self.place, self.value
@@ -143,9 +146,9 @@ class Diagram:
         """Merge rows beyond the limit and return the number of rows."""
         if self.limit is None:
             return depth
-        profile = bounding_profile(curve, float(stack[:depth, 0].max(initial=self.separation)))
+        profile = merging_profile(curve, float(stack[:depth, 0].max(initial=self.separation)))
         rows: int = kernels.compiled.bound_rows(
-            stack, values, depth, self.separation, self.limit, self.doubt, *profile.arguments
+            stack, values, depth, self.separation, self.limit, self.errors, *profile.arguments
         )
         return rows
 
@@ -216,11 +219,13 @@ class Diagram:
             raise InputError("`arrays` must be saved from a state, got rows of no memory diagram")
         ahead = np.append(0.0, np.cumsum(density * (end - begin)))
         length = float(np.abs(np.append(end - separation, place)).max())
-        check_whole(ahead, np.append(beyond, place), length, "rows do not lead to its displacement")
+        check_consistent(
+            ahead, np.append(beyond, place), length, "rows do not lead to its displacement"
+        )
         load = float(curve.derivative_at(min(separation, float(end.min(initial=separation))), 0))
         values = np.cumsum(density * curve.drop(begin, end - begin)) if len(rows) else np.zeros(0)
         last = values[-1:] if len(rows) else np.zeros(1)
-        check_whole(
+        check_consistent(
             np.append(values, last),
             np.append(rows[:, 3], value),
             load,
@@ -253,7 +258,7 @@ class Diagram:
             return curve.friction * curve.slip * lost
 
 
-class Ledger:
+class EnergyAccumulator:
     """Accumulator of the energy dissipated up to a diagram [J].
 
     Steps are collected, up to a bounded number, because their losses are far cheaper to compute
@@ -269,9 +274,9 @@ class Ledger:
         self._displacements: list[Floats] = []
         self._pending = 0
 
-    def copy(self) -> Ledger:
+    def copy(self) -> EnergyAccumulator:
         """Return an independent copy."""
-        ledger = Ledger(self._begin, self.total)
+        ledger = EnergyAccumulator(self._begin, self.total)
         ledger._separations, ledger._displacements = self._separations[:], self._displacements[:]
         ledger._pending = self._pending
         return ledger

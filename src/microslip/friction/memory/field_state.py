@@ -12,14 +12,19 @@ from microslip._core import kernels
 from microslip._core.checks import Floats, beyond
 from microslip._core.errors import InputError
 from microslip._core.kernels import Integers
-from microslip.friction.memory.diagram import DOUBTS, Diagram, bounded, bounding_profile
+from microslip.friction.memory.diagram import (
+    ERROR_SIZE,
+    Diagram,
+    checked_depth,
+    merging_profile,
+)
 from microslip.friction.memory.nodes import Nodes
-from microslip.friction.memory.resumable import Resumable, counted, one_at_a_time
+from microslip.friction.memory.resumable import Resumable, accumulated, synchronized
 from microslip.friction.memory.saved import (
+    check_consistent,
     check_joint,
-    check_whole,
     joint_array,
-    newer_array,
+    optional_array,
     saved_array,
 )
 
@@ -76,27 +81,27 @@ class FieldState(Resumable):
     """
 
     __slots__ = (
-        "_begin", "_depth", "_doubt", "_held", "_limit", "_loss", "_marks", "_nodes", "_place",
+        "_begin", "_depth", "_errors", "_held", "_limit", "_loss", "_marks", "_nodes", "_place",
         "_room", "_rows", "_step", "_used", "_value",
     )  # fmt: skip
 
     _changing = (
-        "_begin", "_depth", "_doubt", "_loss", "_marks", "_place", "_room", "_rows", "_step",
+        "_begin", "_depth", "_errors", "_loss", "_marks", "_place", "_room", "_rows", "_step",
         "_value",
     )  # fmt: skip
     # Places, varying steps or None, range of the curve, and results of the kernel.
     _trial: tuple[Floats, Floats | None, tuple[float, float], tuple[Any, ...]] | None
-    _doubt: Floats | None
+    _errors: Floats | None
     # Range and kernel arguments of the curve at constant separations.
     _held: tuple[tuple[float, float], tuple[Any, ...]] | None
 
     def __init__(self, nodes: Nodes, energies: bool, depth: int | None = None) -> None:
         super().__init__()
         size = nodes.size
-        self._limit, self._doubt = bounded(depth), None
+        self._limit, self._errors = checked_depth(depth), None
         if self._limit is not None:
-            bounding_profile(nodes.curve, 0.0)
-            self._doubt = np.zeros((size, DOUBTS))
+            merging_profile(nodes.curve, 0.0)
+            self._errors = np.zeros((size, ERROR_SIZE))
         self._nodes, self._held = nodes, None
         self._rows, self._marks = np.zeros((_ROWS * size, 3)), np.zeros((_ROWS * size, 2))
         self._begin, self._room = _ROWS * np.arange(size), np.full(size, _ROWS)
@@ -136,16 +141,16 @@ class FieldState(Resumable):
 
         InputError unless the state was started with ``energies=True``.
         """
-        return counted(self._loss) * self._nodes.weights * self._nodes.slips
+        return accumulated(self._loss) * self._nodes.weights * self._nodes.slips
 
     @property
     def error_bound(self) -> Floats:
         """Bounds of the force errors [N] due to a limited depth, shape (nodes,)."""
-        if self._doubt is None:
+        if self._errors is None:
             return np.zeros(self._nodes.size)
-        return self._doubt[:, -1] * self._nodes.weights
+        return self._errors[:, -1] * self._nodes.weights
 
-    @one_at_a_time
+    @synchronized
     def try_(self, displacement: ArrayLike, separations: ArrayLike | None = None) -> FieldResponse:
         """Compute forces and tangents at trial displacements and separations.
 
@@ -196,20 +201,20 @@ class FieldState(Resumable):
         pair = stiffness if step is None else None
         return FieldResponse(force, nodes.scales * load, tangent, pair)
 
-    def _take(self, trial: Any) -> None:
+    def _apply(self, trial: Any) -> None:
         place, step, reach, (front, density, value, code) = trial
         if step is not None:
             self._held = None
         current = self._step if step is None else step
         if self._loss is not None:
             self._loss += self._losses(place, current, code, reach)
-        if self._doubt is not None:
+        if self._errors is not None:
             nodes, code = self._nodes, code.copy()
             farthest = max(float((nodes.rests + current).max()), 0.0)
             kernels.compiled.field_bound(
                 current, nodes.rests, front, code, self._begin, self._depth, self._limit,
-                self._doubt, self._rows, self._marks,
-                *bounding_profile(nodes.curve, farthest).arguments,
+                self._errors, self._rows, self._marks,
+                *merging_profile(nodes.curve, farthest).arguments,
             )  # fmt: skip
         kept = code >> 2
         self._make_room(kept, kept + (front > current))
@@ -220,7 +225,7 @@ class FieldState(Resumable):
 
     # -- plain arrays -----------------------------------------------------------------------------
 
-    @one_at_a_time
+    @synchronized
     def to_arrays(self) -> dict[str, Floats]:
         """Return the state as a dictionary of arrays, for ``numpy.savez``.
 
@@ -248,9 +253,9 @@ class FieldState(Resumable):
             "now": np.column_stack((self.displacement, self._step, self._value)),
             "rows": np.column_stack((owner, self._rows[index], self._marks[index])),
             "dissipated": lost,
-            "depth": np.zeros((0, DOUBTS + 1))
-            if self._doubt is None
-            else np.column_stack((np.full(self._nodes.size, self._limit), self._doubt)),
+            "depth": np.zeros((0, ERROR_SIZE + 1))
+            if self._errors is None
+            else np.column_stack((np.full(self._nodes.size, self._limit), self._errors)),
             "joint": self._identity(),
         }
 
@@ -263,11 +268,11 @@ class FieldState(Resumable):
     def _from_arrays(cls, nodes: Nodes, arrays: Mapping[str, ArrayLike]) -> FieldState:
         """Restore a saved state; see ``field.start(arrays)``."""
         lost = saved_array(arrays, "dissipated", -1)
-        deep = newer_array(arrays, "depth", -1, DOUBTS + 1)
+        deep = optional_array(arrays, "depth", -1, ERROR_SIZE + 1)
         state = cls(nodes, bool(lost.size), int(deep[0, 0]) if deep.size else None)
         if deep.size:
-            state._doubt = saved_array(arrays, "depth", nodes.size, DOUBTS + 1)[:, 1:].copy()
-            if (state._doubt[:, [0, 3, 4]] < 0.0).any() or (deep[:, 0] != deep[0, 0]).any():
+            state._errors = saved_array(arrays, "depth", nodes.size, ERROR_SIZE + 1)[:, 1:].copy()
+            if (state._errors[:, [0, 3, 4]] < 0.0).any() or (deep[:, 0] != deep[0, 0]).any():
                 raise InputError("`arrays` must be those of a state, got an invalid depth")
         check_joint(arrays, state._identity())
         last, rows = saved_array(arrays, "now", nodes.size, 3), saved_array(arrays, "rows", -1, 6)
@@ -290,7 +295,7 @@ class FieldState(Resumable):
         reached = state._place[owner]
         reached[:-1][inner] = beyond[1:][inner]
         length = float(np.abs(np.concatenate((end - state._step[owner], state._place))).max())
-        check_whole(ahead, reached, length, "rows do not lead to its displacement")
+        check_consistent(ahead, reached, length, "rows do not lead to its displacement")
         newest = np.append(~inner, True)[: len(owner)]
         value_now = np.zeros(nodes.size)
         at = owner[newest]
@@ -298,7 +303,9 @@ class FieldState(Resumable):
         cut = nodes.curve.drop(nodes.rests[at] + base[newest], np.maximum(width, 0.0))
         value_now[at] = value[newest] - density[newest] * cut
         load = nodes.curve.load(nodes.rests + state._step)[0]
-        check_whole(value_now, state._value, float(load.max()), "forces are not those of its rows")
+        check_consistent(
+            value_now, state._value, float(load.max()), "forces are not those of its rows"
+        )
         if len(owner):
             load_there = nodes.curve.load(nodes.rests[owner] + base)[0]
             if (np.abs(value) > (1.0 + 1e-9) * load_there).any():

@@ -21,12 +21,12 @@ class StateLock(type(threading.RLock())):  # type: ignore[misc]  # no public nam
         return StateLock, ()
 
 
-def one_at_a_time(method: Method) -> Method:
+def synchronized(method: Method) -> Method:
     """Decorate a method so that only one thread at a time uses its object."""
 
     @wraps(method)
     def waiting(self: Any, *args: Any, **named: Any) -> Any:
-        with self._turn:
+        with self._lock:
             return method(self, *args, **named)
 
     return waiting  # type: ignore[return-value]
@@ -35,10 +35,10 @@ def one_at_a_time(method: Method) -> Method:
 class Resumable:
     """Hysteresis state with trial steps, usable from several threads.
 
-    A subclass computes a trial, stores it in ``_trial`` and applies it in :meth:`_take`.
+    A subclass computes a trial, stores it in ``_trial`` and applies it in :meth:`_apply`.
     """
 
-    __slots__ = ("_trial", "_turn")
+    __slots__ = ("_lock", "_trial")
 
     _changing: ClassVar[tuple[str, ...]] = ()
     """Slots whose content changes in place, which must be copied."""
@@ -46,38 +46,38 @@ class Resumable:
     _trial: Any
 
     def __init__(self) -> None:
-        self._turn, self._trial = StateLock(), None
+        self._lock, self._trial = StateLock(), None
 
-    def _take(self, trial: Any) -> None:
+    def _apply(self, trial: Any) -> None:
         raise NotImplementedError
 
-    @one_at_a_time
+    @synchronized
     def commit(self) -> None:
         """Make the last trial the state; without a trial InputError is raised."""
         if self._trial is None:
             raise InputError("commit needs a trial; call try_(displacement) first")
-        self._take(self._trial)
+        self._apply(self._trial)
         self._trial = None
 
-    @one_at_a_time
+    @synchronized
     def rollback(self) -> None:
         """Discard the last trial, if there is one."""
         self._trial = None
 
-    @one_at_a_time
+    @synchronized
     def copy(self) -> Self:
         """Return an independent copy, including an open trial."""
         state = object.__new__(type(self))
         for name in (*type(self).__slots__, *Resumable.__slots__):
             value = getattr(self, name)
             setattr(state, name, copy.copy(value) if name in self._changing else value)
-        state._turn = StateLock()
+        state._lock = StateLock()
         return state
 
     __copy__ = copy
 
 
-def counted(losses: Floats | None) -> Floats:
+def accumulated(losses: Floats | None) -> Floats:
     """Return the dissipated energies; InputError if they are not accumulated."""
     if losses is None:
         raise InputError(

@@ -32,7 +32,7 @@ def saved_array(arrays: Mapping[str, ArrayLike], key: str, *shape: int) -> Float
     return array
 
 
-def newer_array(arrays: Mapping[str, ArrayLike], key: str, *shape: int) -> Floats:
+def optional_array(arrays: Mapping[str, ArrayLike], key: str, *shape: int) -> Floats:
     """Return an array that earlier versions did not save, then empty."""
     # For other types than mappings "in" may not terminate; saved_array raises the error.
     if isinstance(arrays, Mapping) and key in arrays:
@@ -47,7 +47,7 @@ def joint_array(*numbers: Floats) -> Floats:
 
 def check_joint(arrays: Mapping[str, ArrayLike], joint: Floats) -> None:
     """Raise InputError for arrays of a later format or of another joint."""
-    saved = newer_array(arrays, "joint", -1)
+    saved = optional_array(arrays, "joint", -1)
     if not saved.size:
         return
     if saved[0] != FORMAT:
@@ -59,7 +59,7 @@ def check_joint(arrays: Mapping[str, ArrayLike], joint: Floats) -> None:
         raise InputError("`arrays` must be saved from this joint, got those of another joint")
 
 
-def check_whole(computed: Floats, saved: Floats, scale: float, message: str) -> None:
+def check_consistent(computed: Floats, saved: Floats, scale: float, message: str) -> None:
     """Raise InputError if saved numbers differ from those computed from other arrays."""
     if computed.shape != saved.shape or not np.all(np.abs(computed - saved) <= _TOLERANCE * scale):
         raise InputError(f"`arrays` must be those of a state: its {message}")

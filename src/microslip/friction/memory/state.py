@@ -12,21 +12,21 @@ from microslip._core.checks import LARGEST, Floats, beyond, exact, number, recor
 from microslip._core.errors import InputError
 from microslip._core.kernels.table import Table
 from microslip.friction.memory.diagram import (
-    DOUBTS,
+    ERROR_SIZE,
     Diagram,
-    Ledger,
+    EnergyAccumulator,
     Step,
-    bounded,
-    bounding_profile,
+    checked_depth,
+    merging_profile,
 )
 from microslip.friction.memory.nodes import steps_along
 from microslip.friction.memory.record import Memory
-from microslip.friction.memory.resumable import Resumable, one_at_a_time
+from microslip.friction.memory.resumable import Resumable, synchronized
 from microslip.friction.memory.saved import (
+    check_consistent,
     check_joint,
-    check_whole,
     joint_array,
-    newer_array,
+    optional_array,
     saved_array,
 )
 from microslip.friction.memory.trial import Trial
@@ -34,14 +34,16 @@ from microslip.friction.memory.trial import Trial
 if TYPE_CHECKING:
     from microslip.contact.load_curve import LoadCurve
 
-_MARKS = np.array([1e-9, 1e-7, 1e-5, 1e-3])  # displacements [m] whose forces identify a law
+_MARKER_DISPLACEMENTS = np.array(
+    [1e-9, 1e-7, 1e-5, 1e-3]
+)  # displacements [m] whose forces identify a law
 
 
 class Law(Protocol):
     """Interface of a law for a state."""
 
     @property
-    def _coupling(self) -> LoadCurve | None: ...
+    def _load_curve(self) -> LoadCurve | None: ...
 
     @property
     def _table(self) -> Table | None: ...
@@ -68,9 +70,9 @@ class State(Resumable):
     its own normal load. Calls from several threads are serialised.
     """
 
-    __slots__ = ("_diagram", "_law", "_ledger", "_lost", "_memory")
+    __slots__ = ("_accumulator", "_diagram", "_law", "_lost", "_memory")
 
-    _changing = ("_diagram", "_ledger", "_memory")
+    _changing = ("_diagram", "_accumulator", "_memory")
     # Displacement, force and move of the memory, or displacement and step of the diagram.
     _trial: tuple[float, float, tuple[int, int, int]] | tuple[float, Step] | None
 
@@ -81,18 +83,18 @@ class State(Resumable):
         self._law, self._memory = law, Memory()
         # Replaces the memory once the load has varied.
         self._diagram: Diagram | None = None
-        self._ledger: Ledger | None = None
+        self._accumulator: EnergyAccumulator | None = None
         self._lost = 0.0  # energy dissipated in closed loops at constant load [J]
         if depth is not None:
-            if law._coupling is None:
+            if law._load_curve is None:
                 raise InputError(
                     "`depth` must be None for a law without a surface; exported code has a limit: "
                     'microslip.export.write("c", law, ...)'
                 )
-            limit = bounded(depth)
-            bounding_profile(law._coupling, 0.0)
+            limit = checked_depth(depth)
+            merging_profile(law._load_curve, 0.0)
             self._diagram = Diagram(limit)
-            self._ledger = Ledger(self._diagram, 0.0)
+            self._accumulator = EnergyAccumulator(self._diagram, 0.0)
 
     @property
     def displacement(self) -> float:
@@ -107,24 +109,24 @@ class State(Resumable):
     @property
     def normal_load(self) -> float:
         """Committed normal load [N], for an interface only."""
-        return self._here().normal_load
+        return self._committed().normal_load
 
     @property
     def separation(self) -> float:
         """Committed separation [m], for an interface only."""
-        return self._here().separation
+        return self._committed().separation
 
     @property
     def stiffness(self) -> float:
         """Tangent stiffness [N/m] at constant load for further motion in the same direction."""
-        return self._here().stiffness
+        return self._committed().stiffness
 
     @property
-    @one_at_a_time
+    @synchronized
     def dissipated_energy(self) -> float:
         """Energy dissipated since rest [J], nondecreasing."""
-        if self._ledger is not None and self._diagram is not None:
-            return self._ledger.settle(self._diagram, self._curve())
+        if self._accumulator is not None and self._diagram is not None:
+            return self._accumulator.settle(self._diagram, self._curve())
         memory = self._memory
         ends = np.append(memory.stack[: memory.depth, 0], memory.last)
         # First loading, and a branch from each open reversal to the next.
@@ -135,7 +137,7 @@ class State(Resumable):
         return self._lost + float(energy.sum())
 
     @property
-    @one_at_a_time
+    @synchronized
     def stored_energy(self) -> float:
         """Elastic energy of the tangential springs [J].
 
@@ -173,9 +175,9 @@ class State(Resumable):
         """
         if self._diagram is None or self._diagram.limit is None:
             return 0.0
-        return float(self._diagram.doubt[-1]) * self._curve().friction
+        return float(self._diagram.errors[-1]) * self._curve().friction
 
-    @one_at_a_time
+    @synchronized
     def try_(
         self,
         displacement: float,
@@ -217,7 +219,7 @@ class State(Resumable):
         trial, self._trial = self._trial_of(x, step, normal_load)
         return trial
 
-    def _take(self, trial: Any) -> None:
+    def _apply(self, trial: Any) -> None:
         if len(trial) == 2:
             x, step = trial
             diagram, curve = self._current(), self._curve()
@@ -231,7 +233,7 @@ class State(Resumable):
             self._close(np.array([trial[0]]), max(depth - 2, 0))
         memory.move(*trial)
 
-    @one_at_a_time
+    @synchronized
     def advance(
         self,
         displacement: ArrayLike,
@@ -269,7 +271,7 @@ class State(Resumable):
 
     # -- plain arrays -----------------------------------------------------------------------------
 
-    @one_at_a_time
+    @synchronized
     def to_arrays(self) -> dict[str, Floats]:
         """Return the state as a dictionary of arrays, for ``numpy.savez``.
 
@@ -296,13 +298,13 @@ class State(Resumable):
             depth = diagram.depth
             rows = np.column_stack((diagram.stack[:depth], diagram.values[:depth]))
             if diagram.limit is not None:
-                limit = np.append(diagram.limit, diagram.doubt)
+                limit = np.append(diagram.limit, diagram.errors)
         return {
             "now": np.array(now),
             "reversals": memory.stack[: memory.depth].copy(),
             "rows": rows,
             "depth": limit,
-            "joint": joint_array(self._law._backbone(_MARKS)),
+            "joint": joint_array(self._law._backbone(_MARKER_DISPLACEMENTS)),
         }
 
     @classmethod
@@ -312,9 +314,9 @@ class State(Resumable):
         ``arrays`` is the output of :meth:`to_arrays` [m, N, J], shapes as described there, or the
         same arrays read by ``numpy.load``.
         """
-        deep = newer_array(arrays, "depth", -1)
+        deep = optional_array(arrays, "depth", -1)
         state = cls(law, int(deep[0]) if deep.size else None)
-        marks = law._backbone(_MARKS)
+        marks = law._backbone(_MARKER_DISPLACEMENTS)
         check_joint(arrays, joint_array(marks))
         ends = saved_array(arrays, "now", 7)
         reversals, rows = (
@@ -331,16 +333,16 @@ class State(Resumable):
         if ends[4] != 0.0:
             curve, diagram = state._curve("rows"), state._diagram or Diagram()
             if deep.size:
-                diagram.doubt = saved_array(arrays, "depth", DOUBTS + 1)[1:]
-                if (diagram.doubt[[0, 3, 4]] < 0.0).any() or len(rows) > deep[0]:
+                diagram.errors = saved_array(arrays, "depth", ERROR_SIZE + 1)[1:]
+                if (diagram.errors[[0, 3, 4]] < 0.0).any() or len(rows) > deep[0]:
                     raise InputError("`arrays` must be those of a state, got an invalid depth")
             diagram.restore(rows, float(ends[5]), memory.last / curve.slip, float(ends[6]), curve)
-            state._diagram, state._ledger = diagram, Ledger(diagram, state._lost)
+            state._diagram, state._accumulator = diagram, EnergyAccumulator(diagram, state._lost)
             return state
         places, forces = np.append(reversals, [ends[:2]], axis=0).T.copy()
         replayed = Memory().respond(places, law._backbone, None)
         scale = float(max(marks[-1], np.abs(replayed).max()))
-        check_whole(replayed, forces, scale, "forces are not those of its displacements")
+        check_consistent(replayed, forces, scale, "forces are not those of its displacements")
         state._lost = 0.0
         state._lost = max(float(ends[3]) - state.dissipated_energy, 0.0)
         return state
@@ -361,7 +363,11 @@ class State(Resumable):
             half, sign, start, move = self._memory.probe(x)
             value, slope = self._law._backbone_at(half)
             force = start + sign * value
-            return Trial._of(force, slope, x, float(move[2]), self._law._coupling), (x, force, move)
+            return Trial._of(force, slope, x, float(move[2]), self._law._load_curve), (
+                x,
+                force,
+                move,
+            )
         curve, diagram = self._curve(), self._current()
         probed = diagram.probe(step, beyond(x, curve.slip), curve)
         rests = probed.kind == 0 and not probed.front > step
@@ -369,7 +375,7 @@ class State(Resumable):
         force, stiffness = curve.friction * probed.value, curve.friction / curve.slip * probed.fall
         return Trial._of(force, stiffness, x, density, curve, step, normal_load), (x, probed)
 
-    def _here(self) -> Trial:
+    def _committed(self) -> Trial:
         step = None if self._diagram is None else self._diagram.separation
         trial: Trial = self._trial_of(self._memory.last, step)[0]
         return trial
@@ -377,15 +383,15 @@ class State(Resumable):
     # -- varying load -----------------------------------------------------------------------------
 
     def _curve(self, name: str = "normal_load") -> LoadCurve:
-        curve = self._law._coupling
+        curve = self._law._load_curve
         if curve is None:
             raise InputError(f"`{name}` has no meaning for a law without a surface")
         return curve
 
-    def _open_ledger(self, diagram: Diagram) -> Ledger:
-        if self._ledger is None:
-            self._ledger = Ledger(diagram, self.dissipated_energy)
-        return self._ledger
+    def _open_ledger(self, diagram: Diagram) -> EnergyAccumulator:
+        if self._accumulator is None:
+            self._accumulator = EnergyAccumulator(diagram, self.dissipated_energy)
+        return self._accumulator
 
     def _step(self, normal_load: float | None) -> float | None:
         """Return the trial separation relative to the joint, None if the load never varied."""

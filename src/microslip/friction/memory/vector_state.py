@@ -15,7 +15,7 @@ from microslip._core.checks import Floats, floats
 from microslip._core.errors import InputError
 from microslip.friction.memory.field_state import FieldResponse
 from microslip.friction.memory.nodes import Nodes, along
-from microslip.friction.memory.resumable import Resumable, counted, one_at_a_time
+from microslip.friction.memory.resumable import Resumable, accumulated, synchronized
 from microslip.friction.memory.saved import check_joint, joint_array, saved_array
 
 
@@ -184,9 +184,9 @@ class VectorState(Resumable):
 
         InputError unless the state was started with ``energies=True``.
         """
-        return self._out(counted(self._loss) * self._bank.scales * self._bank.slips)
+        return self._out(accumulated(self._loss) * self._bank.scales * self._bank.slips)
 
-    @one_at_a_time
+    @synchronized
     def try_(self, displacement: ArrayLike, separations: ArrayLike | None = None) -> VectorResponse:
         """Compute forces and tangents at trial displacements and separations.
 
@@ -236,7 +236,7 @@ class VectorState(Resumable):
         pair = self._out(stiffness) if step is None else None
         return VectorResponse(self._out(force), self._out(load), self._out(tangent), pair)
 
-    def _take(self, trial: Any) -> None:
+    def _apply(self, trial: Any) -> None:
         place, step, new, value = trial
         if self._loss is not None:
             first, lost = self._bank.tops - self._step[:, None], np.empty(self._vectors.shape[:2])
@@ -248,7 +248,7 @@ class VectorState(Resumable):
         self._place, self._vectors, self._value = place, new, value
         self._step = self._step if step is None else step
 
-    @one_at_a_time
+    @synchronized
     def to_arrays(self) -> dict[str, Floats]:
         """Return the state as a dictionary of arrays, for ``numpy.savez``.
 

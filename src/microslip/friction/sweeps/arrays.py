@@ -16,7 +16,7 @@ from microslip._core import netcdf
 from microslip._core.checks import show
 from microslip._core.dataset import DataSet, Variable
 from microslip._core.errors import InputError
-from microslip._core.files import whole_file
+from microslip._core.files import atomic_file
 from microslip._core.frozen import lock
 from microslip._core.units import engineering, prefix
 from microslip.figures.kit import evenly
@@ -144,7 +144,7 @@ class Sweep:
 
         The write is atomic. An existing file is replaced only with ``overwrite``.
         """
-        with whole_file(path, overwrite) as stage:
+        with atomic_file(path, overwrite) as stage:
             netcdf.write(stage, self._data)
         return Path(path)
 
@@ -155,7 +155,7 @@ class Sweep:
         """
         data = self._data
         with (
-            whole_file(path, overwrite) as stage,
+            atomic_file(path, overwrite) as stage,
             stage.open("w", encoding="utf-8", newline="") as file,
         ):
             file.writelines(text for _, text in data.csv_lines({n: n for n in data}, self.dims))

@@ -372,7 +372,7 @@ def _points(
         here = slice(begin, begin + value.size)
         begin = here.stop
         if by_force:
-            _below(value, limit)
+            _check_below_limit(value, limit)
             step = _inverse(joints.law, place, value / factor)
             a, force = unit * step, value
         else:
@@ -429,7 +429,7 @@ def _cycles(
     return {name: results[name] for name in names if name in results}
 
 
-def _below(force: Floats, limit: Floats) -> None:
+def _check_below_limit(force: Floats, limit: Floats) -> None:
     worst = int(np.argmax(force - limit))
     if force[worst] >= limit[worst]:
         raise InputError(

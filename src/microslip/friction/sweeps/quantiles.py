@@ -14,7 +14,7 @@ CONFIDENCE = 0.9
 _TAIL = 0.5 * (1.0 + CONFIDENCE)
 _GROUPS = 8
 _NEAR, _FEWEST_NEAR = 5, 6  # a fifth of the points is near a quantile, at least six
-_TELLING = 0.9  # fraction of the variance that cross-validation must explain
+_EXPLAINED = 0.9  # fraction of the variance that cross-validation must explain
 
 
 def intervals(samples: Floats, shares: Sequence[float], draws: int | None = None) -> Floats:
@@ -89,7 +89,7 @@ def quantiles(
     function ``of`` computes from both.
     """
     if of is not None:
-        return _of_columns(scores, values, dense, shares, added, of)
+        return _column_quantiles(scores, values, dense, shares, added, of)
     middles, errors = np.full((2, len(shares), values.shape[1]), np.nan)
     finite = np.isfinite(values)
     patterns = np.unique(finite, axis=1).T
@@ -97,14 +97,14 @@ def quantiles(
         columns = np.flatnonzero((finite == pattern[:, None]).all(axis=0))
         if pattern.any():
             known = None if added is None else (added[0][pattern], added[1])
-            estimate = _of_columns(
+            estimate = _column_quantiles(
                 scores[pattern], values[pattern][:, columns], dense, shares, known
             )
             middles[:, columns], errors[:, columns] = estimate
     return middles, errors
 
 
-def _of_columns(
+def _column_quantiles(
     scores: Floats,
     values: Floats,
     dense: Floats,
@@ -122,7 +122,7 @@ def _of_columns(
             )
         scatter = ((values - values.mean(axis=0)) ** 2).sum()
         rounding = 1e-24 * residual.size  # for equal logarithms
-        smooth = bool((residual**2).sum() <= (1.0 - _TELLING) * scatter + rounding)
+        smooth = bool((residual**2).sum() <= (1.0 - _EXPLAINED) * scatter + rounding)
 
     def of(points: Floats, at_all: bool = False) -> Floats:
         if added is None:
@@ -139,11 +139,11 @@ def _of_columns(
     half = np.maximum(middle - ends[0], ends[1] - middle)
     if smooth:
         known = of(values)
-        half = np.hypot(_missed_near(known, known - of(values - residual), middle), half)
+        half = np.hypot(_residual_near(known, known - of(values - residual), middle), half)
     return middle, half
 
 
-def _missed_near(values: Floats, misses: Floats, middle: Floats) -> Floats:
+def _residual_near(values: Floats, misses: Floats, middle: Floats) -> Floats:
     """Return the root mean square residual of the values nearest to each quantile."""
     count = max(_FEWEST_NEAR, len(values) // _NEAR)
     order = np.argsort(abs(values[None] - middle[:, None]), axis=1)[:, :count]

@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from microslip._core.files import seen_from
+from microslip._core.files import relative_path
 from microslip._core.units import engineering
 from microslip.study.toml_text import as_toml
 from microslip.surfaces.findings import Findings, Request
@@ -48,7 +48,7 @@ def _surface(findings: Findings, face: FaceJoint, folder: Path) -> dict[str, Any
     keys: dict[str, Any] = {
         "law": "face",
         "materials": list(request.materials or ()),
-        "scan": os.fspath(path) if path.is_absolute() else seen_from(folder, path),
+        "scan": os.fspath(path) if path.is_absolute() else relative_path(folder, path),
         "level": findings.level or "none",
         **_lengths(request, "cutoff", "long_cutoff", "crop"),
         "tightening_pressure": engineering(face.law.numbers.pressure, "Pa", 6, trim=True),

@@ -18,7 +18,7 @@ from typing import Any
 
 from microslip._core.checks import Progress
 from microslip._core.errors import InputError
-from microslip._core.files import reason, whole_file
+from microslip._core.files import atomic_file, reason
 from microslip._core.packages import needed_for
 from microslip._core.quantities import json_value
 from microslip._core.wording import one_line
@@ -228,7 +228,7 @@ def run_batch(
     else:
         work = _in_parallel(remaining, lambda: _pool(workers, dask))
     for count, (item, outcome) in enumerate(work, start=1):
-        with whole_file(folder / ITEMS / item.file_name, overwrite=True) as stage:
+        with atomic_file(folder / ITEMS / item.file_name, overwrite=True) as stage:
             stage.write_text(json.dumps(outcome), encoding="utf-8")
         outcomes[item.name] = outcome
         report(count / len(remaining))

@@ -1,4 +1,4 @@
-"""Patches at the edge of a lap: a plate in tension on nodes of a drawn face, against a fine chain."""
+"""Patches at the edge of a lap: a plate in tension on nodes of a drawn face, beside fine chains."""
 
 from __future__ import annotations
 

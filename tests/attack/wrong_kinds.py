@@ -179,6 +179,7 @@ TAKEN = {
     ("other_young_modulus", "inf"),  # what is rigid
     ("other_young_modulus", "inf in a list"),
     ("density", "object array of floats"),  # one of each part
+    ("rig_stiffness", "inf"),  # a rigid rig
 }
 """What an argument takes after all."""
 

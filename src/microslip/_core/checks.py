@@ -138,6 +138,7 @@ def floats(
     if (
         type(value) is np.ndarray
         and value.dtype.char == "d"
+        and value.dtype.isnative
         and 0 < value.size <= _FEW
         and value.ndim
         and np.isfinite(value).all()

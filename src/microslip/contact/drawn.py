@@ -143,10 +143,9 @@ class DrawnFace(FaceLaw):
                 where = " of `rms`" if name == "plateau" else ""
                 came = exact(checked[name])
                 raise InputError(f"`{name}` must be at most {most:g}{where}, got {came}")
-        if breadth is not None and breadth < table.BREADTH[0]:
-            raise InputError(
-                f"`breadth` must be at least {table.BREADTH[0]:g}, got {exact(breadth)}"
-            )
+        if breadth is not None and checked["breadth"] < table.BREADTH[0]:
+            came = exact(checked["breadth"])
+            raise InputError(f"`breadth` must be at least {table.BREADTH[0]:g}, got {came}")
         spread = {
             name: positive(f"spreads[{name!r}]", value) for name, value in (spreads or {}).items()
         }

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats
+from microslip._core.checks import Floats, floats
 from microslip._core.errors import InputError
 from microslip._core.frozen import Locked
 from microslip._core.parameters import parameter
@@ -100,7 +100,7 @@ class SliderLaw(Locked, BackboneLaw):
 
     def outside(self, amplitude: ArrayLike) -> Any:
         """Return True where amplitudes [m], of any shape, are outside the range of the law."""
-        a = np.asarray(amplitude, dtype=float)
+        a = floats("amplitude", amplitude, "m")
         return (a < self.smallest_amplitude) | (a > self.largest_amplitude)
 
     def __repr__(self) -> str:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, floats, plain, positive
+from microslip._core.checks import Floats, plain, positive, positives
 from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, lock
 from microslip.contact.materials import MaterialPair
@@ -184,11 +184,9 @@ class Identification(Locked, Plottable):
         return float(np.interp(a, np.maximum.accumulate(x), y))
 
     def _measure(self, name: str, amplitude: ArrayLike, normal_load: float | None) -> Estimate:
-        a = floats("amplitude", amplitude, "m")
-        if a.size and not a.min() > 0.0:
-            raise InputError(f"`amplitude` must be above zero, got {a.min():g} m")
+        a = positives("amplitude", amplitude, "m")
         largest = self.amplitudes[1]
-        if a.size and a.max() > largest * (1.0 + _BEYOND):
+        if a.max() > largest * (1.0 + _BEYOND):
             raise InputError(
                 f"`amplitude` must be at most the largest measured, {largest:.4g} m, got "
                 f"{a.max():.4g} m; loops say nothing beyond it"

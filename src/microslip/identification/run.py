@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.special import chdtri
 
-from microslip._core.checks import members, number, positive, show
+from microslip._core.checks import floats, members, number, positive, show
 from microslip._core.errors import InputError
 from microslip._core.threads import single_threaded
 from microslip.contact.materials import MaterialPair
@@ -175,7 +175,7 @@ def _rig(given: Any) -> tuple[float, float] | None:
             "`rig_stiffness` must be a stiffness or (stiffness, standard error) [N/m], such as "
             f"(5e8, 1e7), got {show(given)}"
         )
-    if parts[0] == math.inf:
+    if isinstance(parts[0], float) and parts[0] == math.inf:
         return (math.inf, 0.0)
     value = positive("rig_stiffness", parts[0], "N/m", 5e8)
     error = number("rig_stiffness", parts[1], "N/m", 1e7)
@@ -224,7 +224,13 @@ def folded_records(
         "records", [records] if isinstance(records, Record) else records, Record, expected
     )
     if normal_load is not None:
-        given = np.broadcast_to(np.asarray(normal_load, dtype=float), (len(listed),))
+        given = floats("normal_load", normal_load, "N")
+        if given.ndim > 1 or given.size not in (1, len(listed)):
+            raise InputError(
+                f"`normal_load` must be one load [N] or one for each of {len(listed)} records, got "
+                f"shape {given.shape}"
+            )
+        given = np.broadcast_to(given, (len(listed),))
         listed = [
             one
             if one.normal_load is not None

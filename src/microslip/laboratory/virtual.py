@@ -146,7 +146,7 @@ class VirtualTribometer:
                 f"`joint` must be a backbone law, such as an Interface, got {show(self.joint)}"
             )
         keep = object.__setattr__
-        if self.rig_stiffness == math.inf:
+        if isinstance(self.rig_stiffness, float) and self.rig_stiffness == math.inf:
             keep(self, "rig_stiffness", None)
         if self.rig_stiffness is not None:
             keep(self, "rig_stiffness", positive("rig_stiffness", self.rig_stiffness, "N/m", 1e8))

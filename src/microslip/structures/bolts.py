@@ -232,6 +232,7 @@ class Bolts(Locked):
 
     def fixing_mass(self, density: float) -> float:
         """Mass of head, nut and both washers of a bolt [kg], in a density [kg/m^3] unless given."""
+        density = positive("density", density, "kg/m^3", 7850.0)
         if self.mass is not None:
             return self.mass
         heights = 1.5 * self.shank if self.size is None else size_named(self.size).heights

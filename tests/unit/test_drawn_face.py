@@ -209,3 +209,17 @@ def test_what_it_refuses(changes: dict[str, object], words: str) -> None:
     with pytest.raises(ms.InputError) as caught:
         ground(**changes)
     assert words in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("drawing", "words"),
+    [
+        ({"rq": 3e-2}, "rq must give an Rq of at most 0.0002 m"),
+        ({"rz": 5e-3}, "rz must give an Rq of at most 0.0002 m"),
+        ({"ra": 1e-6, "rdq": 3.0}, "rdq must give an rms slope of at most 1"),
+        ({"ra": 1e-6, "rsm": 1e-6}, "rsm must give an rms slope of at most 1"),
+    ],
+)
+def test_drawings_that_no_machined_face_has_are_refused(drawing: dict, words: str) -> None:
+    with pytest.raises(ms.InputError, match=words):
+        ms.Finish(**drawing)

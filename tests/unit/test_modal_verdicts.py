@@ -114,5 +114,5 @@ def test_samples_without_a_solution_give_no_band_and_no_warning() -> None:
 
 def test_roughness_must_be_that_of_a_machined_face() -> None:
     text = template("structure").replace('rq = "1.6 um"', 'rq = "30 mm"')
-    with pytest.raises(ms.StudyError, match=r"surface\.rq: wanted an Rq of at most 200"):
+    with pytest.raises(ms.StudyError, match=r"surface\.rq: must give an Rq of at most 0.0002 m"):
         ms.Study.from_toml(text)

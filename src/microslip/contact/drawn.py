@@ -18,7 +18,7 @@ from microslip._core.frozen import assign, lock, made_once
 from microslip.contact import face_table as table
 from microslip.contact.base import OVER_HARDNESS, NormalLaw, aluminium, check_pair
 from microslip.contact.face_law import FaceErrors, FaceLaw, FirstLoading, checked_direction
-from microslip.contact.finish import Finish, combined
+from microslip.contact.finish import HIGHEST, STEEPEST, Finish, combined
 from microslip.contact.materials import MaterialPair
 
 STIFFNESS_ERROR = 0.05
@@ -27,9 +27,6 @@ ENERGY_ERRORS = MappingProxyType({0.1: 0.6, 0.3: 0.25, 1.0: 0.09})
 """The same of the energy of a cycle, by its amplitude over mu N/k_t."""
 SHAPE_ERROR = 0.25
 """Standard deviation of the logarithm of what small cycles lose, by which bands draw the shape."""
-_ROUGHEST = 1.0  # slope of profiles
-HIGHEST = 2e-4
-"""Largest rms height of a machined face [m]."""
 _BREADTH_SPREAD = 0.1  # of ln(breadth), where it is not known
 _LOADINGS = 40
 _STEP = 0.02  # of logarithms, for slopes
@@ -167,9 +164,9 @@ class DrawnFace(FaceLaw):
         )
 
     def _check_range(self) -> None:
-        if self.slope > _ROUGHEST:
+        if self.slope > STEEPEST:
             raise InputError(
-                f"`slope` must be the tangent Rdq of profiles, at most {_ROUGHEST:g}, got "
+                f"`slope` must be the tangent Rdq of profiles, at most {STEEPEST:g}, got "
                 f"{exact(self.slope)}; a slope in degrees must be written as its tangent"
             )
         hardness, modulus = self.hardness, self.pair.composite_modulus
@@ -434,7 +431,7 @@ class DrawnFace(FaceLaw):
         }
         if self.plateau is not None:
             changes["plateau"] = self.plateau * scale["rms"]
-        changes["slope"] = min(changes["slope"], _ROUGHEST)
+        changes["slope"] = min(changes["slope"], STEEPEST)
         hardness = self.hardness * scale["hardness"]
         if self.breadth is None:
             low, middle, high = table.BREADTH

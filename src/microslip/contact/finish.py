@@ -14,6 +14,10 @@ from microslip._core.errors import InputError
 from microslip._core.frozen import assign
 from microslip._core.wording import did_you_mean, quoted
 
+HIGHEST = 2e-4
+"""Largest rms height of a machined face [m]."""
+STEEPEST = 1.0
+"""Largest rms slope of profiles [-]."""
 GAUSSIAN_RQ = math.sqrt(0.5 * math.pi)
 """Rq over Ra of Gaussian heights [-]."""
 
@@ -115,6 +119,17 @@ class Finish:
             )
         if self.rdq is not None and self.rsm is not None:
             raise InputError("one of rdq and rsm must be given, got both; remove rsm")
+        if heights and self.rms.middle > HIGHEST:
+            raise InputError(
+                f"`{heights[0]}` must give an Rq of at most {HIGHEST:g} m, more than any machined "
+                f"face has, got {self.rms.middle:.3g} m; check its unit"
+            )
+        name = "rsm" if self.rdq is None else "rdq"
+        if getattr(self, name) is not None and self.slope.middle > STEEPEST:
+            raise InputError(
+                f"`{name}` must give an rms slope of at most {STEEPEST:g}, the tangent of 45 "
+                f"degrees, got {self.slope.middle:.3g}; check its unit"
+            )
 
     @cached_property
     def rms(self) -> Estimate:

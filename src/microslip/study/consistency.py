@@ -76,9 +76,10 @@ def _of_bodies(study: StudyTables) -> None:
                 engineering(value, "Pa", 6, trim=True)
                 for value in (material.young_modulus, material.hardness)
             )
-            if material.hardness >= material.young_modulus:
+            if material.hardness > 0.1 * material.young_modulus:
                 key = f"material.{shorten(name, 40)}.hardness"
-                raise KeyedError(key, f"wanted less than Young's modulus {modulus}, got {hardness}")
+                message = "wanted at most a tenth of Young's modulus, as of all metals"
+                raise KeyedError(key, f"{message}, {modulus} / 10, got {hardness}")
 
 
 def _of_loads(study: StudyTables) -> None:

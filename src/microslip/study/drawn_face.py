@@ -9,7 +9,7 @@ from microslip._core.errors import InputError
 from microslip._core.options import option
 from microslip._core.units import PRESSURE, engineering, significant
 from microslip.contact import DrawnFace, NormalLaw
-from microslip.contact.drawn import HIGHEST, SHAPE_ERROR, STIFFNESS_ERROR
+from microslip.contact.drawn import SHAPE_ERROR, STIFFNESS_ERROR
 from microslip.contact.finish import Estimate, Finish, combined
 from microslip.study.fields import AREA, MATERIALS, ROUGHNESS, number, one_of
 from microslip.study.part import Part, SubTable, SurfaceTable, key, optional_key, tag
@@ -58,14 +58,10 @@ class _Drawing(Part):
         try:
             self.finish  # noqa: B018
         except InputError as error:
+            name = error.argument
+            if name in _DRAWN and getattr(self, name) is not None:
+                raise KeyedError(f".{name}", error.statement) from None
             raise KeyedError("", error.text) from None
-        if (rms := self.finish.rms.middle) > HIGHEST:
-            name = next(name for name in ("rq", "ra", "rz") if getattr(self, name) is not None)
-            raise KeyedError(
-                f".{name}",
-                f"wanted an Rq of at most {engineering(HIGHEST, 'm')}, more than any machined face "
-                f"has, got {engineering(rms, 'm')}; is the unit right?",
-            )
 
 
 class SecondFace(_Drawing):

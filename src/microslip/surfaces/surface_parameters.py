@@ -42,8 +42,8 @@ class ArealParameters:
     texture_aspect_ratio: float = declared("Str", "", "texture aspect ratio")
     """Smallest over largest radius of the central lobe of the autocorrelation: 1 if isotropic, near
     0 with a lay; NaN if the lobe reaches half of the scan."""
-    developed_area_ratio: float = declared("Sdr", "", "developed area ratio")
-    rms_gradient: float = declared("Sdq", "", "rms gradient")
+    developed_area_ratio: float = declared("Sdr", "", "developed interfacial area ratio")
+    rms_gradient: float = declared("Sdq", "", "root mean square gradient")
     plateau_rms: float = declared("Spq", "m", "plateau rms height")
     """NaN for a face without valleys below a plateau."""
 
@@ -176,13 +176,13 @@ class ProfileParameters:
     """Height, spacing and hybrid parameters after ISO 21920-2:2021, in SI units."""
 
     mean_deviation: float = declared("Ra", "m", "arithmetic mean height")
-    rms: float = declared("Rq", "m", "rms height")
+    rms: float = declared("Rq", "m", "root mean square height")
     skewness: float = declared("Rsk", "", "skewness")
     kurtosis: float = declared("Rku", "", "kurtosis")
-    height: float = declared("Rz", "m", "mean height of the sections")
-    spacing: float = declared("Rsm", "m", "mean width of the profile elements")
+    height: float = declared("Rz", "m", "maximum height per section")
+    spacing: float = declared("Rsm", "m", "mean profile element spacing")
     """NaN without two elements: hills and dales that exceed a tenth of Rp and Rv."""
-    rms_gradient: float = declared("Rdq", "", "rms gradient")
+    rms_gradient: float = declared("Rdq", "", "root mean square gradient")
     plateau_rms: float = declared("Rpq", "m", "plateau rms height")
     """Over all lines together; NaN for a face without valleys below a plateau."""
     section: float = declared("lsc", "m", "section length")

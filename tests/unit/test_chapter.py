@@ -336,7 +336,8 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     outcome = run("--only", "19.12")
     assert outcome.exit_code == 2
     assert outcome.output == (
-        "error: microslip-figures: exists; replace it with --overwrite or name another with -o\n"
+        "error: microslip-figures: exists; replace it with --overwrite, "
+        "or give another folder with -o\n"
     )
     outcome = run("--only", "19.9", "--overwrite")
     assert outcome.exit_code == 0, outcome.output

@@ -87,18 +87,18 @@ def test_an_existing_folder_is_refused_before_anything_is_computed(
         "microslip.report.predicted.result.run_prediction", lambda *_: pytest.fail("computed")
     )
     assert fails("predict", "joint.toml", "-o", "out") == (
-        "error: out: exists; replace it with --overwrite or name another with -o"
+        "error: out: exists; replace it with --overwrite, or give another folder with -o"
     )
     Path("mine").mkdir()
     Path("mine/thesis.tex").write_text("years of work")
     assert fails("predict", "joint.toml", "-o", "mine", "--overwrite") == (
-        "error: mine: not replaced: it is no result of microslip (no summary.json of one)"
+        "error: mine: not replaced: it is not a result of microslip (summary.json missing)"
     )
     assert fails("predict", "joint.toml", "-o", "joint.toml/x").startswith(
         "error: joint.toml/x: cannot be written: "
     )
     assert fails("predict", "joint.toml", "-o", ".", "--overwrite") == (
-        "error: .: not replaced: it holds the current or the home folder"
+        "error: .: not replaced: it contains the current or the home folder"
     )
 
 
@@ -231,7 +231,7 @@ def test_numbers_get_no_more_digits_than_known() -> None:
 
 def test_a_title_that_cannot_be_drawn_is_said_once() -> None:
     text = STUDY.replace("A [bold] joint", "Stoß 接触").replace('["csv"]', '["png"]')
-    said = "title: the figures have no letters for 接触 and draw boxes."
+    said = "title: the font of the figures lacks 接触; they are drawn as boxes."
     for other, count in ((text, 1), (text.replace("接触", ""), 0), (text.replace("png", "csv"), 0)):
         assert ms.Study.from_toml(other).run().summary["notes"].count(said) == count
 
@@ -315,8 +315,8 @@ def test_many_loads_and_amplitudes_are_thinned_out() -> None:
     loads = str([f"{n} kN" for n in range(1, 41)])
     amplitudes = str([f"{n} nm" for n in (10, 20, 30, 39)])
     text = printed(STUDY.replace('"2 kN"', loads).replace('["0.1 um", "1 um"]', amplitudes))
-    assert "\nJoint (20 of 40 loads; all are in summary.json)\n" in text
-    assert "\nCycles (40 of 160 loops; all are in summary.json)\n" in text
+    assert "\nJoint (20 of 40 loads; all in summary.json)\n" in text
+    assert "\nCycles (40 of 160 loops; all in summary.json)\n" in text
     assert len(re.findall(r"(?m)^ ?\d+ kN .*GN/m", text)) == 20
     assert len(re.findall(r"(?m)^ ?\d+ kN .* nm .* [nµ]J ", text)) == 40
     for load, amplitude in (("1 kN", "10 nm"), ("1 kN", "39 nm"), ("40 kN", "39 nm")):

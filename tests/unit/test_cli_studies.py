@@ -316,7 +316,7 @@ def test_the_demo_runs_anywhere() -> None:
     assert names() == ["joint.toml", "microslip-demo"]
     assert "2 kN" in Path("microslip-demo/study.toml").read_text("utf-8")
     assert fails("demo") == (
-        "error: microslip-demo: exists; replace it with --overwrite or name another with -o"
+        "error: microslip-demo: exists; replace it with --overwrite, or give another folder with -o"
     )
     outcome = run("demo", "-o", "other", "--json")
     summary = json.loads(outcome.stdout)

@@ -167,10 +167,10 @@ def test_the_verdict_comes_first(text: str) -> None:
     found = Page(text)
     verdict = text[text.index('<div class="verdict') : text.index("</div>")]
     assert verdict.startswith('<div class="verdict watch">')
-    assert "Read with care:" in verdict
+    assert "Interpret with care:" in verdict
     assert "plasticity index 0.841 (ok up to 0.6): watch" in verdict
     assert text.index("verdict watch") < text.index("<h2>")
-    rows = found.table("What is judged")[1:]
+    rows = found.table("Judged quantity")[1:]
     assert [row[1:4] for row in rows] == [
         ["real over apparent area", "0.780 % to 6.31 %", "up to 1 %"],
         ["plasticity index", "0.841", "up to 0.6"],
@@ -188,7 +188,7 @@ def test_no_doubts_and_no_limits_are_said_as_well() -> None:
     light = (LOADS, '"500 N"')
     assert "✓ All assumptions of the model hold." in page(hard, light).words["strong"]
     unjudged = page(light)
-    assert "? All that could be judged holds; not judged:" in unjudged.words["strong"]
+    assert "? All judged assumptions hold; not judged:" in unjudged.words["strong"]
     assert "plasticity index not known (ok up to 0.6): not judged" in unjudged.words["li"]
     table = (SURFACE, SURFACES["table"])
     unknown = page(table, (LOADS, '"500 N"'))

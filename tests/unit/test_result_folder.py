@@ -60,7 +60,7 @@ def test_an_existing_folder_is_kept_unless_told(result: ms.Result, tmp_path: Pat
     folder = tmp_path / "result"
     result.save(folder)
     assert refusal(result, folder, overwrite=False) == (
-        "exists; replace it with --overwrite or name another with -o"
+        "exists; replace it with --overwrite, or give another folder with -o"
     )
     (folder / "summary.json").write_text(
         (folder / "summary.json").read_text().replace("A joint", "Old")
@@ -75,13 +75,13 @@ def test_only_a_result_is_replaced(
 ) -> None:
     file = tmp_path / "file"
     file.write_text("mine")
-    assert refusal(result, file) == "is a file; name a folder with -o"
+    assert refusal(result, file) == "is a file; give a folder with -o"
     assert "cannot be written: not a directory" in refusal(result, file / "result")
 
     mine = tmp_path / "mine"
     mine.mkdir()
     (mine / "thesis.tex").write_text("years of work")
-    no_result = "not replaced: it is no result of microslip (no summary.json of one)"
+    no_result = "not replaced: it is not a result of microslip (summary.json missing)"
     assert refusal(result, mine) == no_result
     for text in ("", "[]", "{}", '{"kind": "other"}', '{"kind": "microslip-result"}', 9999 * "["):
         (mine / "summary.json").write_text(text)
@@ -91,7 +91,7 @@ def test_only_a_result_is_replaced(
     result.save(folder)
     (folder / "notes.txt").write_text("years of work")
     assert refusal(result, folder) == (
-        'not replaced: "notes.txt" in it is not of the result; move it elsewhere first'
+        'not replaced: "notes.txt" in it is not part of the result; move it elsewhere first'
     )
     (folder / "notes.txt").unlink()
     (folder / "loops.csv").unlink()
@@ -103,12 +103,12 @@ def test_only_a_result_is_replaced(
 
     link = tmp_path / "link"
     link.symlink_to(folder)
-    assert refusal(result, link) == "is a link; name the folder itself, or another one with -o"
+    assert refusal(result, link) == "is a link; give the folder itself, or another folder with -o"
     dangling = tmp_path / "dangling"
     dangling.symlink_to(tmp_path / "nowhere")
     assert refusal(result, dangling).startswith("is a link")
 
-    holds = "not replaced: it holds the current or the home folder"
+    holds = "not replaced: it contains the current or the home folder"
     monkeypatch.chdir(folder)
     assert refusal(result, folder) == holds
     monkeypatch.chdir(tmp_path)
@@ -119,7 +119,7 @@ def test_only_a_result_is_replaced(
 
 def test_root_is_never_replaced(result: ms.Result) -> None:
     root = Path(Path.cwd().anchor)
-    with pytest.raises(ms.StudyError, match="not replaced: it holds the current or the home"):
+    with pytest.raises(ms.StudyError, match="not replaced: it contains the current or the home"):
         result.save(root, overwrite=True)
 
 
@@ -246,4 +246,4 @@ def test_a_file_put_there_in_the_last_moment_is_not_lost(
     monkeypatch.setattr(folder_module, "_move_in", late)
     result.save(folder, overwrite=True)
     assert (tmp_path / "result.old" / "thesis.tex").read_text() == "years of work"
-    assert refusal(result, folder).startswith("not replaced: result.old is in the way")
+    assert refusal(result, folder).startswith("not replaced: result.old exists")

@@ -177,7 +177,6 @@ def _write_card(
 def _law(
     study: Study, kind: str, nodes: str | None, element: str, report: Report
 ) -> tuple[Any, Any]:
-    """Return the law to export and the mesh nodes of its patches."""
     from microslip._core.errors import StudyError
     from microslip.friction import Interface, JointField
     from microslip.study.build import build_joints

@@ -115,7 +115,6 @@ class OneOf(_Choice):
 
 
 def _usage(error: click.UsageError) -> str:
-    """Format a usage error with the usage of the command."""
     command = error.ctx
     if isinstance(error, click.MissingParameter) and error.param is not None:
         message = f"missing {error.param.human_readable_name}"

@@ -168,7 +168,6 @@ def _second_step(
 def _read(
     files: Listed, reading: Reading, report: Any
 ) -> tuple[list[Record], list[tuple[str, str]]]:
-    """Return the records, and the files that could not be read with the reasons."""
     from microslip._core.errors import InputError
 
     paths, loads = files.paths, reading.normal_load

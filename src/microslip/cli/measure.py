@@ -146,7 +146,6 @@ def _joints(study: Path) -> list[Interface]:
 
 
 def _borders(joints: list[Interface], results: Sequence[Measurement]) -> RegimeBorders | None:
-    """Return the regime borders of a study's joint at the loads of the records."""
     from microslip.laboratory.regimes import borders_of
 
     loads = [load.value for m in results if (load := m.mean.get("normal_load")) is not None]

@@ -323,7 +323,6 @@ def progress(name: str) -> Iterator[Report]:
 
 
 def _log_lines(name: str) -> Report:
-    """Return a callback that logs the fraction and the remaining time at most every 30 s."""
     started = last = time.monotonic()
 
     def report(share: float) -> None:

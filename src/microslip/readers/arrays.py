@@ -192,13 +192,11 @@ def _walk(
 
 
 def _text(node: Mapping[str, Any], keys: Sequence[str]) -> str | None:
-    """Return the text under the first of these keys."""
     texts = {key.casefold(): value for key, value in node.items() if isinstance(value, str)}
     return next((texts[key].strip() or None for key in keys if key in texts), None)
 
 
 def _slots(name: str, short: str, leaf: Leaf) -> Iterator[_Slot]:
-    """Yield the columns of an array: samples run along its longer side."""
     shape = [n for n in leaf.shape if n != 1]
     if len(shape) == 1 and shape[0] > 1:
         yield _Slot(Column(name, leaf.unit, shape[0], leaf.rate, short), leaf, None)

@@ -113,7 +113,6 @@ def _elsewhere(name: str, file: object) -> InputError:
 
 
 def _node(item: Any, visited: set[int]) -> Any:
-    """Return a group as a tree and a data set as a leaf; recursive groups are visited once."""
     import h5py
 
     if isinstance(item, h5py.Group):

@@ -231,7 +231,6 @@ _MERGED = re.compile(rb'<mergeCell\b[^>]*\bref="([A-Z]+)(\d+):([A-Z]+)(\d+)"')
 
 
 def _cells(sheet: Any, archive: zipfile.ZipFile) -> Rows:
-    """Return the cells of a sheet; merged cells all get the text of the first."""
     content = archive.read(sheet._worksheet_path)
     if (formula := _NO_VALUE.search(content)) is not None:
         raise Unusable(

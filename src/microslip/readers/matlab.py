@@ -114,7 +114,6 @@ def read_new(path: Path) -> Any:
 
 
 def _hdf_node(file: Any, item: Any) -> Any:
-    """Return a variable of version 7.3 as a tree; struct arrays are stored as references."""
     import h5py
 
     if isinstance(item, h5py.Group):

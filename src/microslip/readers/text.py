@@ -367,7 +367,6 @@ def _cells(file: TextFile, block: _Block) -> Iterator[tuple[int, list[str] | Non
 
 
 def _is_cut(file: TextFile, cells: Sequence[str]) -> bool:
-    """Return whether a short row contains only numbers, the last one possibly cut."""
     number = NUMBER[file.decimal].fullmatch
     complete = (number(with_hyphen(cell)) or is_missing(cell) for cell in cells[:-1])
     last = with_hyphen(cells[-1]).rstrip("eE+-.,")

@@ -1,4 +1,4 @@
-"""Document of a batch: number of items, failures with reasons, one table and figures over all."""
+"""Document of a batch: counts, failures with reasons, a table and figures over all items."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _PANELS = {"loss_factor": "Loss factor η", "dissipated_energy": "Energy [J]"}
 
 
 def batch_document(batch: Batch) -> Document:
-    """Return a batch as a document; its data is the summary."""
+    """Return the document of a batch; its data is the summary."""
     done, failed = batch.done, batch.failed
     columns = batch_columns(done)
     statistics = {
@@ -54,7 +54,7 @@ def batch_document(batch: Batch) -> Document:
         blocks.append(Table("Failed", heads, tuple(reasons), noun="items"))
     sections = [Section("Items", tuple(blocks))]
     if done:
-        sections.append(Section("Over all", (_table(statistics),)))
+        sections.append(Section("All items", (_table(statistics),)))
     amplitude = columns.get("amplitude", columns.get("displacement_amplitude"))
     is_drawn = "loss_factor" in columns and amplitude is not None
     if is_drawn:
@@ -86,7 +86,7 @@ def batch_document(batch: Batch) -> Document:
 
 
 def batch_columns(completed: list[Outcome]) -> dict[str, Floats]:
-    """Return the numbers of all items, a row each; columns in the order of their first row."""
+    """Return the numbers of all items as columns, in the order of their first row."""
     rows = [row for outcome in completed for row in outcome["rows"]]
     names = dict.fromkeys(name for row in rows for name in row)
     return {
@@ -96,7 +96,6 @@ def batch_columns(completed: list[Outcome]) -> dict[str, Floats]:
 
 
 def _statistics(finite: Floats) -> dict[str, Any]:
-    """Return quantiles over all rows."""
     if not finite.size:
         return {}
     quantiles = np.quantile(finite, list(_QUANTILES.values())).tolist()
@@ -104,7 +103,7 @@ def _statistics(finite: Floats) -> dict[str, Any]:
 
 
 def _number(statistics: dict[str, Any]) -> Headline | None:
-    """Return the median of the damping, or else of the first column, with its band."""
+    """Return the median of the damping, or of the first column, with its band."""
     preferred = ("loss_factor", "damping_ratio", *statistics)
     name = next((n for n in preferred if n in statistics), None)
     if name is None:
@@ -116,8 +115,10 @@ def _number(statistics: dict[str, Any]) -> Headline | None:
 
 def _written(value: float, name: str) -> str:
     unit = UNITS.get(name, "-")
-    value = 0.0 if abs(value) < SMALLEST else value  # rounding, such as of a stiffness past slip
-    # A prefix before a square would be squared as well.
+    value = (
+        0.0 if abs(value) < SMALLEST else value
+    )  # rounding, for example a stiffness beyond gross slip
+    # Prefixes of squared units would be ambiguous.
     return f"{significant(value, 4)} {unit}" if "^" in unit else cells.value(value, unit)
 
 
@@ -135,7 +136,7 @@ def _table(statistics: dict[str, Any]) -> Table:
 
 
 def plot(columns: dict[str, Any]) -> Plot:
-    """Plot loss factors and energies of all rows against their amplitudes."""
+    """Plot loss factors and energies of all rows against amplitude."""
     panels = []
     for name, label in _PANELS.items():
         if columns[name] is not None:
@@ -153,7 +154,7 @@ def _items(completed: list[Outcome], columns: dict[str, Floats]) -> str:
 
 
 def finish(batch: Batch, folder: Path) -> Document:
-    """Write the table over all and the report into the folder of a batch, each file whole."""
+    """Write the files of a batch into its folder, each completely or not at all."""
     result = batch_document(batch)
     for file in standard_files(result):
         with atomic_file(folder / file.name, overwrite=True) as stage:

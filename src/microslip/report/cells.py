@@ -1,4 +1,4 @@
-"""Numbers as people read them; tables and verdicts as text, on the terminal and a page alike."""
+"""Formatting of numbers, tables and verdicts, for terminal and page."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from microslip.report.document import Column, Judged, Table, Value, Verdicts
 
 UNKNOWN = "–"
 
-# Powers of a length are not written with prefixes, but in the unit that suits them.
+# Powers of a length use a suitable unit instead of a prefix.
 _POWERS = {
     "m^2": ((1.0, "m²"), (1e-4, "cm²"), (1e-6, "mm²"), (1e-12, "µm²")),
     "1/m": ((1e9, "per nm"), (1e6, "per µm"), (1e3, "per mm"), (1.0, "per m")),
@@ -29,70 +29,70 @@ _PRINTED = {"^2": "²", "^3": "³", "^4": "⁴", "*": " "}
 
 
 def trimmed(unit: str, digits: int = 4) -> Callable[[float], str]:
-    """Writer of numbers that somebody chose: no zeros at their end."""
+    """Return a formatter of chosen values, without trailing zeros."""
     return partial(engineering, unit=unit, digits=digits, trim=True)
 
 
 def hertz(value: float) -> str:
-    """Write a frequency [Hz] without a prefix."""
+    """Format a frequency [Hz] without a prefix."""
     return f"{value:.5g}"
 
 
 def value(number: float | None, unit: str, digits: int = 4) -> str:
-    """Write a number with its unit, if it has one."""
+    """Format a number with its unit, if it has one."""
     if number is None or not math.isfinite(number):
         return UNKNOWN
     return significant(number, digits) if unit in ("", "-") else engineering(number, unit, digits)
 
 
 def ratio(value: float | None) -> str:
-    """Write a ratio; decimals below each other where they all show something."""
+    """Format a ratio, with three decimals if it is large enough."""
     return f"{value:.3f}" if value is not None and value >= 0.0995 else significant(value)
 
 
 def saturating(value: float) -> str:
-    """Write a ratio that tends to one, where all slides, and says so only once it is there."""
+    """Format a ratio that tends to one; "1" only if it is reached."""
     return ">0.999" if 0.9995 <= value < 1.0 - 1e-12 else ratio(value)
 
 
 def percent(share: float) -> str:
-    """Write a share in percent."""
+    """Format a fraction in percent."""
     if 0.0 < share < 1e-4:
         return "<0.01 %"
     return "0 %" if share == 0.0 else f"{significant(100.0 * share)} %"
 
 
 def expected(count: float) -> str:
-    """Write how many there are on average: whole where they are many."""
+    """Format an expected count: as a whole number if large."""
     return f"{count:.0f}" if count >= 100.0 else significant(count)
 
 
 def counted(count: float) -> str:
-    """Write how many there are."""
+    """Format a count."""
     return f"{count:.0f}"
 
 
 def decimals(value: float) -> str:
-    """Write a number of any sign with three decimals, as far as they say something."""
+    """Format a number of any sign with three significant decimals."""
     return f"{value:.3f}" if abs(value) < 1000.0 else f"{value:.3g}"
 
 
 def signed(text: str) -> str:
-    """Numbers with minus signs in place of hyphens; exponents keep theirs."""
+    """Replace hyphens before numbers by minus signs, except in exponents."""
     return re.sub(r"(?<![^\s(])-(?=\d)", "−", text)
 
 
 def area(value: float) -> str:
-    """Write an area [m²] in the unit that suits it."""
+    """Format an area [m²] in a suitable unit."""
     if value >= 1e-9:
         return f"{significant(1e6 * value)} mm²"
     return quantity(float(f"{value:.2e}"), "m^2")
 
 
 def quantity(value: Any, unit: str) -> str:
-    """Write what a study holds: a number with its unit, or several, or how many there are.
+    """Format a value of a study: a number with unit, several numbers, or their count and range.
 
-    Such as "0.5 µm" or "20 values, 500 N to 5 kN".
+    For example "0.5 µm" or "20 values, 500 N to 5 kN".
     """
     if isinstance(value, bool):
         return "yes" if value else "no"
@@ -112,13 +112,13 @@ def quantity(value: Any, unit: str) -> str:
         return f"{value / factor:.6g} {unit}"
     for written, printed in _PRINTED.items():
         unit = unit.replace(written, printed)
-    if not unit or unit.startswith("kg"):  # a prefix of its own
+    if not unit or unit.startswith("kg"):  # kg already has a prefix
         return f"{value:.6g} {unit}".rstrip()
     return engineering(value, unit, 6, trim=True)
 
 
 def si(value: float) -> str:
-    """Write a number with all its digits and a short exponent, such as "6.9e10" or "0.0002"."""
+    """Format a number with all digits and a short exponent, such as "6.9e10" or "0.0002"."""
     text = f"{value:.10g}"
     if abs(value) >= 1e6 and "e" not in text:
         mantissa, _, exponent = f"{value:.9e}".partition("e")
@@ -136,7 +136,7 @@ FORMS: dict[str, Callable[[Any], str]] = {
     "general": significant,
     "hertz": hertz,
 }
-"""Writers of numbers by the names that quantities give."""
+"""Number formats by name, as quantities declare them."""
 
 
 def column(name: str, **changes: Any) -> Column:
@@ -150,20 +150,20 @@ def column(name: str, **changes: Any) -> Column:
 
 
 class TextTable(NamedTuple):
-    """A table of text."""
+    """Table with formatted cells."""
 
     columns: tuple[Column, ...]
     rows: list[list[str]]
     words: list[list[str]]
-    """For each cell that is a verdict its word, else nothing."""
+    """Verdict word of each cell, or an empty string."""
     left_out: int
-    """Number of further rows."""
+    """Number of omitted rows."""
 
 
 def as_text(table: Table, limit: int | None = None, *, brief: bool = False) -> TextTable:
-    """A table for people, without the columns of which nothing is known.
+    """Format a table, without columns that have no values.
 
-    ``brief`` shows only its brief columns, and of its rows the few that are picked.
+    ``brief`` keeps only brief columns, and the rows selected in ``few``.
     """
     row_places = (list(table.few) if brief else []) or _rows_shown(
         table, min(table.most, limit or table.most)
@@ -184,7 +184,7 @@ def as_text(table: Table, limit: int | None = None, *, brief: bool = False) -> T
 
 
 def cell(column: Column, value: Value) -> str:
-    """One value with the unit that suits it."""
+    """Format a value with a suitable unit."""
     if value is None:
         return UNKNOWN
     if isinstance(value, Judged):
@@ -201,13 +201,13 @@ def cell(column: Column, value: Value) -> str:
 
 
 def is_text(table: Table, column: Column) -> bool:
-    """Whether a column holds words, which stand at its left."""
+    """Return whether a column contains text, which is left-aligned."""
     place = table.columns.index(column)
     return column.unit is None and any(isinstance(row[place], (str, Judged)) for row in table.rows)
 
 
 def _rows_shown(table: Table, limit: int) -> list[int]:
-    """Rows that are shown: as many of each group of the first column, spread evenly."""
+    """Return the rows to show: equally many of each group of the first column, evenly spaced."""
     count = len(table.rows)
     if count <= limit:
         return list(range(count))
@@ -226,27 +226,27 @@ def _rows_shown(table: Table, limit: int) -> list[int]:
 
 HEADLINES = {
     "ok": "All assumptions of the model hold.",
-    "not judged": "All that could be judged holds; not judged:",
-    "watch": "Read with care:",
+    "not judged": "All judged assumptions hold; not judged:",
+    "watch": "Interpret with care:",
     "outside": "Outside the model’s range:",
 }
 
 
 class Judgement(NamedTuple):
-    """One assumption of the model, held to its limit everywhere."""
+    """Verdict on one assumption over all loads."""
 
     word: str
-    """The worst verdict."""
+    """Worst verdict."""
     name: str
     """Name of the judged quantity."""
     value: str
-    """Its value, or the smallest and the largest; "not known" where it is not judged."""
+    """Value, or smallest and largest value; "not known" if it is not judged."""
     bound: str
-    """Limit of ok."""
+    """Limit up to which the verdict is ok."""
     where: str
     """Loads of the worst verdict, such as "at 2 kN and 5 kN"; empty for everywhere."""
     meaning: str
-    """The assumption."""
+    """Assumption."""
     reason: str
     """Source of the limits or, if not judged, the missing input."""
     remedy: str
@@ -254,7 +254,7 @@ class Judgement(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """All of it that a headline needs."""
+        """Verdict in one sentence, for a headline."""
         where = f" {self.where}" if self.where else ""
         if self.word == "not judged":
             missing = f"; {self.reason}" if self.reason else ""
@@ -263,7 +263,7 @@ class Judgement(NamedTuple):
 
 
 def judgements(block: Verdicts) -> list[Judgement]:
-    """Verdicts by what is judged, the worst first."""
+    """Return verdicts grouped by quantity, the worst first."""
     places = block.places or ("",) * len(block.verdicts)
     groups: dict[str, list[tuple[Verdict, str]]] = {}
     for verdict, place in zip(block.verdicts, places, strict=True):
@@ -273,7 +273,7 @@ def judgements(block: Verdicts) -> list[Judgement]:
 
 
 def value_text(block: Verdicts, name: str, value: float) -> str:
-    """Judged value, as text."""
+    """Format a judged value."""
     return f"{significant(100.0 * value)} %" if name in block.percent else significant(value)
 
 

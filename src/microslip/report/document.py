@@ -1,4 +1,4 @@
-"""Document of a result: every renderer writes the same content."""
+"""Document of a result: the common content of all output formats."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from microslip.figures.picture import Picture
 
 
 class Judged(NamedTuple):
-    """A cell that is a verdict: its word, and what is said of it."""
+    """Cell with a verdict: its word and its text."""
 
     word: str
     text: str
@@ -25,38 +25,37 @@ Write = Callable[[Any], str]
 
 @dataclass(frozen=True)
 class Column:
-    """One column of a table: values in SI, each told with the prefix that suits it."""
+    """Column of a table: values in SI units, shown with a suitable prefix."""
 
-    key: str  # name for programs, such as "dissipated_energy"
+    key: str  # machine-readable name, such as "dissipated_energy"
     label: str  # heading on a page, such as "Energy per cycle"
     unit: str | None = None  # SI unit of the values; "" for a number without one, None for text
-    digits: int = 4  # significant digits for people; files hold all of them
-    # How a value is written for people where unit and digits do not say it; see
-    # :mod:`microslip.report.cells`.
+    digits: int = 4  # significant digits shown; files contain all digits
+    # Formatter, if unit and digits do not suffice; see :mod:`microslip.report.cells`.
     write: Write | None = None
     short: str = ""  # heading on a terminal; by default the label
-    brief: bool = True  # whether a terminal shows it
+    brief: bool = True  # shown on a terminal
 
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of plain values under columns; columns of which nothing is known are not shown."""
+    """Rows of plain values; columns without values are not shown."""
 
-    title: str  # what stands above it; a section's only table needs none on a page
-    columns: tuple[Column, ...]  # its columns; the first ``keys`` of them say what a row is about
-    rows: tuple[tuple[Value, ...], ...]  # plain values in SI, None where something is not known
-    keys: int = 1  # how many of the first columns are repeated where a terminal is too narrow
+    title: str  # heading; may be empty for the only table of a section
+    columns: tuple[Column, ...]  # the first ``keys`` columns identify a row
+    rows: tuple[tuple[Value, ...], ...]  # plain values in SI units, None if unknown
+    keys: int = 1  # leading columns repeated if the terminal is too narrow
     most: int = 60
-    """Rows for people, spread evenly with the first and the last; files hold all of them."""
-    caption: str = ""  # a paragraph below it on a page
-    brief: bool = True  # whether a terminal shows it
-    noun: str = "rows"  # what a row is about, in the plural, where rows are left out
-    few: tuple[int, ...] = ()  # places of the rows that a terminal shows, if not all
+    """Most rows to show, evenly spaced including first and last; files contain all rows."""
+    caption: str = ""  # paragraph below the table on a page
+    brief: bool = True  # shown on a terminal
+    noun: str = "rows"  # plural name of the rows, for the count of omitted rows
+    few: tuple[int, ...] = ()  # indices of the rows shown on a terminal; empty for all
 
 
 @dataclass(frozen=True)
 class Facts:
-    """Facts of one thing, name by name: a material, a file, a rig."""
+    """Named facts about one subject: a material, a file, a rig."""
 
     title: str
     rows: tuple[tuple[str, str], ...]
@@ -64,22 +63,22 @@ class Facts:
 
 @dataclass(frozen=True)
 class Verdicts:
-    """Assumptions held to their limits, and where."""
+    """Verdicts on assumptions, and their conditions."""
 
-    verdicts: tuple[Verdict, ...]  # in the order of reading; several of one name are told as one
+    verdicts: tuple[Verdict, ...]  # in reading order; verdicts of one name are merged
     places: tuple[str, ...] = ()
-    """Conditions under which each holds, such as "5 kN"; empty for all."""
-    percent: frozenset[str] = frozenset()  # names whose values stand in percent
-    caption: str = ""  # a paragraph below them on a page
+    """Condition of each verdict, such as "5 kN"; empty if there is only one."""
+    percent: frozenset[str] = frozenset()  # names of values shown in percent
+    caption: str = ""  # paragraph below the verdicts on a page
     none: str = "No limits are known for this law."
-    """Text where there are no verdicts."""
+    """Text if there are no verdicts."""
     short: bool = False
-    """Whether a terminal counts those that are ok, and leaves out what the others assume."""
+    """Whether a terminal only counts ok verdicts and omits assumptions."""
 
 
 @dataclass(frozen=True)
 class Note:
-    """A paragraph of text, such as a caveat or a remedy; ``brief`` ones are for a terminal, too."""
+    """Paragraph such as a caveat or a remedy; ``brief`` notes are also shown on a terminal."""
 
     text: str
     small: bool = False
@@ -88,14 +87,14 @@ class Note:
 
 @dataclass(frozen=True)
 class Items:
-    """Sentences below each other."""
+    """List of sentences."""
 
     texts: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class Listing:
-    """Text of a file, as it stands there."""
+    """Text of a file, verbatim."""
 
     text: str
     most: int = 20_000
@@ -103,7 +102,7 @@ class Listing:
 
 @dataclass(frozen=True)
 class Markup:
-    """HTML that the program itself has made, such as equations in MathML; never a user's words."""
+    """HTML generated by the program, such as MathML; never user text."""
 
     html: str
 
@@ -113,7 +112,7 @@ Block = Table | Facts | Picture | Verdicts | Note | Items | Listing | Markup
 
 @dataclass(frozen=True)
 class Section:
-    """A part of a document; ``brief`` ones are what a terminal prints."""
+    """Section of a document; ``brief`` sections are printed on a terminal."""
 
     title: str
     blocks: tuple[Block, ...]
@@ -122,16 +121,16 @@ class Section:
 
 @dataclass(frozen=True)
 class File:
-    """One file of a result."""
+    """File of a result."""
 
-    name: str  # in the folder
+    name: str  # file name in the folder
     write: Callable[[Path, Progress], object]
-    """Writes it, given its path and what takes the share that is done."""
-    cost: float = 1e-3  # seconds that it takes, more or less
+    """Function that writes the file, given its path and a progress callback."""
+    cost: float = 1e-3  # approximate time [s]
 
 
 class Headline(NamedTuple):
-    """The number of a result: what it is, its value and its band, as people read them."""
+    """Main number of a result: name, value and band, formatted."""
 
     name: str
     value: str
@@ -140,37 +139,37 @@ class Headline(NamedTuple):
 
 @dataclass(frozen=True)
 class Document:
-    """A whole result for people and for programs."""
+    """Complete result, for readers and for programs."""
 
-    kind: str  # what summary.json says it is, such as "microslip-measurement"
-    title: str  # its name
+    kind: str  # ``kind`` in summary.json, such as "microslip-measurement"
+    title: str
     answer: str  # the result in one sentence with its number
-    sections: tuple[Section, ...]  # what follows, in the order of reading
+    sections: tuple[Section, ...]  # in reading order
     data: Mapping[str, Any] = field(default_factory=dict)
-    """The plain values of summary.json in SI units: what :func:`header` begins, and the numbers."""
-    remarks: tuple[str, ...] = ()  # what must be read with the answer
-    number: Headline | None = None  # the one that a page shows first
-    figure: str = ""  # name of the picture that a page shows first
-    files: tuple[File, ...] = ()  # tables, arrays and texts that go with it into a folder
+    """Plain values of summary.json in SI units, starting with :func:`header`."""
+    remarks: tuple[str, ...] = ()  # caveats shown next to the answer
+    number: Headline | None = None  # main number, at the top of a page
+    figure: str = ""  # name of the main figure, at the top of a page
+    files: tuple[File, ...] = ()  # further files of the folder: tables, arrays, texts
 
     def blocks(self) -> Iterator[Block]:
-        """All blocks, in the order of reading."""
+        """Yield all blocks in reading order."""
         for section in self.sections:
             yield from section.blocks
 
     @property
     def pictures(self) -> tuple[Picture, ...]:
-        """Its figures."""
+        """Figures of the document."""
         return tuple(block for block in self.blocks() if isinstance(block, Picture))
 
     @property
     def verdicts(self) -> tuple[Verdicts, ...]:
-        """Verdicts in the document."""
+        """Verdicts of the document."""
         return tuple(block for block in self.blocks() if isinstance(block, Verdicts))
 
     @property
     def word(self) -> str:
-        """The worst word of its verdicts; "not judged" where nothing is, and "" without rules."""
+        """Worst verdict; "not judged" if nothing is judged, and "" without rules."""
         if not self.verdicts:
             return ""
         return worst(verdict for block in self.verdicts for verdict in block.verdicts)

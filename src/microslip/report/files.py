@@ -1,4 +1,4 @@
-"""The files of a result: their names, their cost, and how each is written."""
+"""Files of a result: names, cost and writers."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ _FORMULAS = tuple(
     "\N{FULLWIDTH HYPHEN-MINUS}\N{FULLWIDTH COMMERCIAL AT}"
 )
 
-# Any weight, roughly seconds, for the progress bar: a number as text, a number, a figure, a file.
+# Approximate times [s] for the progress bar: a number as text, a binary number, a figure.
 TEXT, NUMBER, FIGURE = 6e-7, 9e-8, 0.02
 
 
 def header(kind: str, schema: int, title: str) -> dict[str, Any]:
-    """Header of every summary.json."""
+    """Return the common first entries of summary.json."""
     return {
         "kind": kind,
         "schema": schema,
@@ -38,14 +38,14 @@ def header(kind: str, schema: int, title: str) -> dict[str, Any]:
 
 
 def listed(document: Document, kinds: Sequence[str] = ("svg",)) -> Document:
-    """A document for a folder: its summary names all files, the figures in each of some formats."""
+    """Return a document whose summary names all files, with the figures in the given formats."""
     figures = (f"{picture.name}.{kind}" for picture in document.pictures for kind in kinds)
     names = ["report.html", *(file.name for file in document.files), *figures, "summary.json"]
     return replace(document, data={**document.data, "files": names})
 
 
 def standard_files(document: Document) -> tuple[File, ...]:
-    """All files that the summary of a document names: itself, the page, pictures and its own."""
+    """Return all files named in the summary of a document."""
     cache = PictureCache()
     by_name = {file.name: file for file in document.files}
     pictures = {picture.name: picture for picture in document.pictures}
@@ -71,12 +71,12 @@ def standard_files(document: Document) -> tuple[File, ...]:
 
 
 def text_file(name: str, text: Callable[[], str]) -> File:
-    """A file of text."""
+    """Return a text file."""
     return File(name, lambda path, _: path.write_bytes(text().encode("utf-8", ESCAPED)))
 
 
 def csv_file(name: str, data: DataSet, columns: Mapping[str, str], dims: tuple[str, ...]) -> File:
-    """A table of a data set as text; see :meth:`~microslip._core.dataset.DataSet.csv_lines`."""
+    """Return a CSV table of a data set; see :meth:`~microslip._core.dataset.DataSet.csv_lines`."""
     rows = data.count(dims)
     return File(
         name,
@@ -86,7 +86,7 @@ def csv_file(name: str, data: DataSet, columns: Mapping[str, str], dims: tuple[s
 
 
 def netcdf_file(name: str, data: DataSet) -> File:
-    """Labelled arrays as netCDF-4."""
+    """Return a netCDF-4 file of labelled arrays."""
     count = sum(variable.values.size for variable in data.values())
     return File(name, lambda path, progress: netcdf.write(path, data, progress), count * NUMBER)
 
@@ -94,7 +94,7 @@ def netcdf_file(name: str, data: DataSet) -> File:
 def write_all(files: Sequence[File], folder: Path, progress: Progress | None = None) -> None:
     """Write files into an existing folder."""
     report = progress or (lambda share: None)
-    # One way of adding for the parts and the whole, or the last share is not 1 to the last digit.
+    # The same summation for parts and total, so that the last fraction is exactly 1.
     reached = list(accumulate((file.cost for file in files), initial=0.0))
 
     for file, begun, ended in zip(files, reached, reached[1:], strict=False):
@@ -114,7 +114,7 @@ def write_document(
     kinds: Sequence[str] = ("svg",),
     progress: Progress | None = None,
 ) -> Document:
-    """Write every file of a document into an existing folder; gives it with their names."""
+    """Write all files of a document into an existing folder; return it with their names."""
     document = listed(document, kinds)
     write_all(standard_files(document), folder, progress)
     return document
@@ -128,16 +128,16 @@ def save(
     overwrite: bool = False,
     progress: Progress | None = None,
 ) -> tuple[Path, ...]:
-    """Write a folder, whole or not at all; see :func:`~microslip.report.folder.staged`."""
+    """Write a folder completely or not at all; see :func:`~microslip.report.folder.staged`."""
     with staged(Path(folder), overwrite, kind, noun) as stage:
         write_all(files, stage, progress)
     return tuple(Path(folder) / file.name for file in files)
 
 
 def text_cell(text: str) -> str:
-    """A name as a quoted cell of a CSV file, on one line, that no spreadsheet takes for a formula.
+    """Quote a name as a one-line CSV cell that spreadsheets do not interpret as a formula.
 
-    What would begin one (=, +, -, @, also in full width) gets an apostrophe in front.
+    Text that starts with =, +, - or @, also in full width, is prefixed with an apostrophe.
     """
     text = one_line(text)
     if text.lstrip()[:1] in _FORMULAS:
@@ -146,7 +146,7 @@ def text_cell(text: str) -> str:
 
 
 def csv_text(heads: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
-    """A table as text: words as they are, numbers with all digits, nothing where one is missing."""
+    """Format a CSV table: text as given, numbers with all digits, missing values empty."""
 
     def cell(value: Any) -> str:
         if isinstance(value, str):
@@ -157,7 +157,7 @@ def csv_text(heads: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
 
 
 def json_text(data: Mapping[str, Any]) -> str:
-    """Plain values as JSON with all their digits."""
+    """Format plain values as JSON with all digits."""
     return json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 

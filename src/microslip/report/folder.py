@@ -1,9 +1,9 @@
-"""A result folder appears whole or not at all, and replaces nothing but a result.
+"""Result folders: written completely or not at all, and replacing nothing but results.
 
-While a result is written it is in a hidden folder beside its place. Then an older result is renamed
-to ``NAME.old``, the new one to ``NAME``, and the older one is deleted. After a kill between these
-steps the older result lies there as ``NAME.old``, and the hidden folder ``.microslip-xxxxxxxx.tmp``
-may be left; either can be deleted by hand.
+A result is written to a hidden folder next to its destination. Then an older result is renamed to
+``NAME.old``, the new one to ``NAME``, and the older one is deleted. If the program is killed
+between these steps, ``NAME.old`` and a hidden folder ``.microslip-xxxxxxxx.tmp`` may remain; both
+can be deleted.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from microslip._core.errors import StudyError
 from microslip._core.files import reason
 from microslip._core.wording import shorten
 
-# Files left by file managers.
+# Files created by file managers.
 _LITTER = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})
 
 
 class _Place(NamedTuple):
-    """Destination of a result, and the files that may be replaced there."""
+    """Destination of a result, and the files that may be replaced in it."""
 
     target: Path
     name: str
@@ -36,7 +36,7 @@ class _Place(NamedTuple):
 
     @property
     def old(self) -> Path:
-        """Name of the older result while the new one takes its place."""
+        """Path of the older result while it is replaced."""
         return self.target.with_name(f"{self.target.name}.old")
 
 
@@ -44,7 +44,7 @@ class _Place(NamedTuple):
 def staged(
     folder: Path, overwrite: bool = False, kind: str = "microslip-result", noun: str = "result"
 ) -> Iterator[Path]:
-    """Give a temporary folder that takes the place of `folder` when all has gone well."""
+    """Provide a temporary folder that replaces `folder` after success."""
     name = shorten(str(folder), 200)
     target = Path(os.path.abspath(folder))  # noqa: PTH100 - resolve() would follow the links
     place = _Place(target, name, kind, noun, overwrite)
@@ -55,7 +55,7 @@ def staged(
         stage.mkdir()
         try:
             yield stage
-            # Checked again: during a long computation somebody may have put something there.
+            # Check again: the destination may have changed during a long computation.
             _check(place)
             _flush(stage)
             target.parent.mkdir(parents=True, exist_ok=True)
@@ -67,7 +67,7 @@ def staged(
 
 
 def _flush(stage: Path) -> None:
-    """Write all files to the disk before they count: power fails, errors come late."""
+    """Write all files to disk, so that delayed write errors appear before the rename."""
     for entry in stage.iterdir():
         if entry.is_file():
             with entry.open("r+b") as file:
@@ -75,7 +75,6 @@ def _flush(stage: Path) -> None:
 
 
 def _move_in(stage: Path, place: _Place) -> None:
-    """Rename the finished folder to its place, and remove the older result."""
     target, old = place.target, place.old
     if not target.exists():
         stage.rename(target)
@@ -91,7 +90,7 @@ def _move_in(stage: Path, place: _Place) -> None:
 
 
 def _discard(folder: Path, kind: str) -> None:
-    """Remove a result file by file; the folder stays if anything else is in it."""
+    """Remove a result file by file; the folder stays if it contains other files."""
     with suppress(OSError):
         names = {entry.name for entry in folder.iterdir()}
         known = (_files(folder, kind) or set()) | _LITTER
@@ -105,10 +104,10 @@ def _discard(folder: Path, kind: str) -> None:
 
 
 def _check(place: _Place) -> None:
-    """Refuse a place that is taken, unless by a result that may be replaced."""
+    """Raise a StudyError if the destination exists and must not be replaced."""
     target, name = place.target, place.name
     if os.path.islink(target):  # noqa: PTH114 - never raises
-        raise StudyError(f"{name}: is a link; name the folder itself, or another one with -o")
+        raise StudyError(f"{name}: is a link; give the folder itself, or another folder with -o")
     try:
         target.stat()
     except FileNotFoundError:
@@ -116,22 +115,23 @@ def _check(place: _Place) -> None:
     except (OSError, ValueError) as error:
         raise StudyError(f"{name}: cannot be written: {reason(error)}") from None
     if not target.is_dir():
-        raise StudyError(f"{name}: is a file; name a folder with -o")
+        raise StudyError(f"{name}: is a file; give a folder with -o")
     if not place.overwrite:
-        raise StudyError(f"{name}: exists; replace it with --overwrite or name another with -o")
+        raise StudyError(
+            f"{name}: exists; replace it with --overwrite, or give another folder with -o"
+        )
     here = Path.cwd()
     if target == here or target in here.parents or target in (Path.home(), *Path.home().parents):
-        raise StudyError(f"{name}: not replaced: it holds the current or the home folder")
+        raise StudyError(f"{name}: not replaced: it contains the current or the home folder")
     if os.path.lexists(place.old):
         raise StudyError(
-            f"{name}: not replaced: {place.old.name} is in the way, the older result if a run was "
-            "killed; move it elsewhere first"
+            f"{name}: not replaced: {place.old.name} exists, probably an older result from a "
+            "killed run; move or delete it first"
         )
     _check_contents(target, place)
 
 
 def _check_contents(folder: Path, place: _Place) -> None:
-    """Refuse a folder that holds anything else than a result."""
     name = place.name
     try:
         entries = {entry.name for entry in folder.iterdir()}
@@ -143,23 +143,22 @@ def _check_contents(folder: Path, place: _Place) -> None:
     result_files = _files(folder, place.kind)
     if result_files is None:
         raise StudyError(
-            f"{name}: not replaced: it is no {place.noun} of microslip (no summary.json of one)"
+            f"{name}: not replaced: it is not a {place.noun} of microslip (summary.json missing)"
         )
     foreign = [*sorted(entries - result_files - _LITTER), *odd]
     if foreign:
         raise StudyError(
-            f'{name}: not replaced: "{shorten(foreign[0], 60)}" in it is not of the '
+            f'{name}: not replaced: "{shorten(foreign[0], 60)}" in it is not part of the '
             f"{place.noun}; move it elsewhere first"
         )
 
 
 def _other_entries(folder: Path) -> list[str]:
-    """Entries that are no plain files: a folder or a link is the user's own, whatever its name."""
+    """Return entries that are not plain files: folders and links belong to the user."""
     return sorted(e.name for e in folder.iterdir() if e.is_symlink() or not e.is_file())
 
 
 def _files(folder: Path, kind: str) -> set[str] | None:
-    """Names of the files of a result, or None if the folder is none."""
     try:
         summary: Any = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
         if summary["kind"] != kind:

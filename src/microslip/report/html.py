@@ -1,4 +1,4 @@
-"""A document as one self-contained page of HTML5, which can be mailed and printed."""
+"""A document as one self-contained HTML5 page."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ _FILES = {
 
 
 def page(document: Document, cache: PictureCache, progress: Progress | None = None) -> str:
-    """Make the page of a document."""
+    """Return the page of a document."""
     style = Path(__file__).with_name("page.css").read_text(encoding="utf-8")
     title = escape(document.title)
     lead = [picture for picture in document.pictures if picture.name == document.figure]
     pruned = [_pruned(section, lead) for section in document.sections]
     sections = [*(section for section in pruned if section.blocks), *_provenance(document)]
     code = script("ticks.js") + script("figure.js")
-    # Only this one script may run, whatever the page contains.
+    # The policy allows only this script, whatever the page contains.
     hashed = base64.b64encode(hashlib.sha256(code.encode("utf-8")).digest()).decode("ascii")
     policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; "
     policy += f"script-src 'sha256-{hashed}'"
@@ -72,14 +72,12 @@ def page(document: Document, cache: PictureCache, progress: Progress | None = No
 
 
 def _pruned(section: Section, pictures: list[Picture]) -> Section:
-    """A section without pictures that stand elsewhere."""
     names = [picture.name for picture in pictures]
     blocks = (b for b in section.blocks if not (isinstance(b, Picture) and b.name in names))
     return replace(section, blocks=tuple(blocks))
 
 
 def _number(number: Headline | None) -> str:
-    """The number that it is about, large, with its band."""
     if number is None:
         return ""
     band = f"<span>{escape(number.band)}</span>" if number.band else ""
@@ -88,21 +86,20 @@ def _number(number: Headline | None) -> str:
 
 
 def anchor(title: str) -> str:
-    """Name of a section in links: its first words."""
+    """Return the anchor of a section title."""
     return re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-")
 
 
 def _banner(document: Document) -> Iterator[str]:
-    """Overall verdict, at the head of the page."""
     if not document.verdicts and not document.remarks:
         return
     judged = [judgement for block in document.verdicts for judgement in judgements(block)]
-    # Without known rules nothing is reported as fulfilled.
+    # Without rules no assumption is reported as fulfilled.
     word = document.word if judged else "none"
     unruled = " ".join(
         dict.fromkeys(block.none for block in document.verdicts if not block.verdicts)
     )
-    head = HEADLINES[word] if judged else f"{unruled} Judge the assumptions of the model yourself."
+    head = HEADLINES[word] if judged else f"{unruled} Check the assumptions of the model yourself."
     look = word if document.verdicts else "watch"
     yield f'<div class="verdict {anchor(look)}">\n'
     if document.verdicts:
@@ -137,18 +134,18 @@ def _sections(
 
 
 def _provenance(document: Document) -> Iterator[Section]:
-    """Program and version, and the files beside the page."""
+    """Yield a section with program, version, and the files next to the page."""
     generator = document.data.get("generator")
     names = [name for name in document.data.get("files", ()) if name != "report.html"]
     blocks: list[Block] = []
     if generator is not None:
         kernel = f" ({generator['kernel']} kernel)" if "kernel" in generator else ""
-        blocks.append(Note(f"Made by {generator['name']} {generator['version']}{kernel}."))
+        blocks.append(Note(f"Written by {generator['name']} {generator['version']}{kernel}."))
     if names:
-        blocks.append(Note("Beside this page, numbers in SI units:"))
+        blocks.append(Note("Files next to this page, numbers in SI units:"))
         groups = file_groups(names)
         texts = [f"{_FILES[k]}: {', '.join(groups[k])}" for k in _FILES if k in groups]
-        texts = [text.replace(", (", " (") for text in texts]  # the endings of figures
+        texts = [text.replace(", (", " (") for text in texts]  # the formats of figures
         blocks.append(Items(tuple(texts)))
     if blocks:
         yield Section("Provenance and files", tuple(blocks))
@@ -159,7 +156,7 @@ def _provenance(document: Document) -> Iterator[Section]:
 
 @singledispatch
 def _html(block: Block, section: Section) -> str:
-    raise TypeError(f"no page shows a {type(block).__name__}")
+    raise TypeError(f"cannot format a {type(block).__name__} as HTML")
 
 
 @_html.register
@@ -182,7 +179,7 @@ def _(block: Table, section: Section) -> str:
         parts.append('<tr class="first">' if new else "<tr>")
         for place, (text, word) in enumerate(zip(row, judged, strict=True)):
             kind = "" if place < keys or words[place] else ' class="number"'
-            # What a row is about may be a name, which stays as it is.
+            # Names in key columns keep their hyphens.
             inside = escape(text if place < keys and words[place] else signed(text))
             if word:
                 inside = f'<span class="word {anchor(word)}">{inside}</span>'
@@ -191,9 +188,7 @@ def _(block: Table, section: Section) -> str:
     parts.append("</tbody>\n</table>\n</div>\n")
     if table.left_out:
         rows = "row" if table.left_out == 1 else "rows"
-        parts.append(
-            f'<p class="small">{table.left_out} more {rows}: all are in summary.json.</p>\n'
-        )
+        parts.append(f'<p class="small">{table.left_out} more {rows} in summary.json.</p>\n')
     if block.caption:
         parts.append(f'<p class="small">{escape(block.caption)}</p>\n')
     return "".join(parts)
@@ -217,7 +212,7 @@ def _(block: Verdicts, section: Section) -> str:
     if not judged:
         return f"<p>{escape(block.none)}</p>\n"
     remedies = any(judgement.remedy and judgement.word != "ok" for judgement in judged)
-    head = ["Verdict", "What is judged", "Value", "ok", "Assumed", *(["Remedy"] * remedies)]
+    head = ["Verdict", "Judged quantity", "Value", "ok", "Assumption", *(["Remedy"] * remedies)]
     rows = []
     for judgement in judged:
         word = anchor(judgement.word)
@@ -256,7 +251,9 @@ def _(block: Items, section: Section) -> str:
 def _(block: Listing, section: Section) -> str:
     cut = len(block.text) > block.most
     excerpt = escape(block.text[: block.most]) + ("…" if cut else "")
-    notice = '<p class="small">The rest is in the file beside this page.</p>\n' if cut else ""
+    notice = (
+        '<p class="small">The complete text is in the file next to this page.</p>\n' if cut else ""
+    )
     return f"<pre>{excerpt}</pre>\n{notice}"
 
 

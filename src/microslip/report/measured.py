@@ -1,4 +1,4 @@
-"""Measured records: document and files of their loops."""
+"""Document and files of measured records."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from microslip.report.document import Block, Column, Document, Headline, Items, 
 from microslip.report.files import csv_text, header, text_cell, text_file
 
 KIND = "microslip-measurement"
-"""Kind of a folder of measured records in summary.json."""
+"""Kind of a folder of measured records, stored in summary.json."""
 
-_GOES_WITHOUT_SAYING = 0.999
-"""Probability of a regime that goes without saying."""
+_CERTAIN_REGIME = 0.999
+"""Probability of a regime above which it is not reported."""
 _FIRST = (
     "amplitude",
     "force_amplitude",
@@ -38,7 +38,7 @@ _FIRST = (
     "friction_energy",
     "chord_stiffness",
 )
-"""Columns of a single record in a terminal; the page and summary.json have all."""
+"""Columns of a single record on a terminal; page and summary.json have all columns."""
 Say = Callable[[str], str]
 
 
@@ -47,9 +47,9 @@ def document(
     say: Say = str,
     skipped: Sequence[tuple[str, str]] = (),
 ) -> Document:
-    """Document of measured records, at least one; ``skipped`` could not be measured, and why.
+    """Return the document of one or more measured records, with ``skipped`` files and the reasons.
 
-    Texts that name arguments are spelt by ``say`` for those who read them.
+    ``say`` formats texts that name arguments.
     """
     campaign = measurements if isinstance(measurements, Campaign) else Campaign(tuple(measurements))
     measurements = campaign.measurements
@@ -74,8 +74,8 @@ def document(
         sections[:0] = first
         data["campaign"] = together.data_of(campaign, skipped, level)
     caption = (
-        "Mean cycles of the records without offsets, in the manner of Fig. 19.7 of the chapter, "
-        "and the energy of each cycle."
+        "Mean cycles of the records without offsets, as in Fig. 19.7 of the chapter, and the "
+        "energy of each cycle."
     )
     picture = Picture(
         "loops",
@@ -97,7 +97,7 @@ def _joules(*ends: float, digits: int = 0) -> str:
 
 
 def _answer(measurements: Sequence[Measurement]) -> str:
-    """The regime and the energy per cycle in a sentence."""
+    """Return regime and energy per cycle in a sentence."""
     energies = [measured.mean["dissipated_energy"] for measured in measurements]
     if len(measurements) > 1:
         values = [energy.value for energy in energies]
@@ -118,7 +118,7 @@ def _answer(measurements: Sequence[Measurement]) -> str:
 
 
 def _regime(measured: Measurement) -> str:
-    """Such as "mostly gross slip", or which ones it may be where the cycles do not tell."""
+    """Describe the regime, such as "mostly gross slip", or the possible regimes if uncertain."""
     possible = measured.possible_regimes
     if len(possible) < 2:
         is_same = measured.regimes.count(measured.regime) == len(measured)
@@ -128,7 +128,6 @@ def _regime(measured: Measurement) -> str:
 
 
 def _campaign_regimes(measurements: Sequence[Measurement]) -> str:
-    """Such as "4 records in partial slip, 2 in gross slip, 1 in stick or partial slip"."""
     counts = Counter(" or ".join(sorted(m.possible_regimes)) for m in measurements)
     texts = [f"{number} in {regime}" for regime, number in counts.most_common()]
     first, _, rest = texts[0].partition(" ")
@@ -136,7 +135,7 @@ def _campaign_regimes(measurements: Sequence[Measurement]) -> str:
 
 
 def _ends(measured: Measurement) -> str:
-    """Energy a cycle at the least and the largest amplitude of a record with several."""
+    """Describe the energy per cycle at the smallest and largest amplitude of a stepped record."""
     levels = sorted(measured.levels, key=lambda level: level.mean["amplitude"].value)
     low, high = (
         f"{_joules(level.mean['dissipated_energy'].value)} at "
@@ -147,14 +146,13 @@ def _ends(measured: Measurement) -> str:
 
 
 def _number(measurements: Sequence[Measurement]) -> Headline:
-    """Energy a cycle with its interval; over several records its range."""
     energies = [measured.mean["dissipated_energy"] for measured in measurements]
     first, measured = energies[0], measurements[0]
     if len(energies) > 1:
         values = [energy.value for energy in energies]
         mean = _joules(float(np.mean(sorted(values))))
         band = f"{_joules(min(values), max(values))} over {len(energies)} records"
-        return Headline("dissipated a cycle, the mean of the records", mean, band)
+        return Headline("dissipated per cycle, mean of the records", mean, band)
     band = ""
     if first.number > 1:
         level = f"{100.0 * measured.confidence:g} % interval of the mean"
@@ -162,17 +160,17 @@ def _number(measurements: Sequence[Measurement]) -> Headline:
             level = "range of the cycles"
         band = f"{_joules(first.low, first.high)} ({level})"
     value = _joules(first.value, digits=interval_digits(first.low, first.high))
-    return Headline("dissipated a cycle", value, band)
+    return Headline("dissipated per cycle", value, band)
 
 
 def _sections(measured: Measurement, say: Say, is_alone: bool) -> tuple[Section, Section]:
-    """One record: its regimes, means and notes; then where its numbers are from."""
+    """Return the regimes, means and notes of a record, and the sources of its numbers."""
     summary = measured.summary()
     counts = [f"{n} {name}" for name, n in summary["regimes"].items() if n]
     facts = [f"{', '.join(counts)} cycle{'s' * (len(measured) > 1)}"]
     likely = summary["probability"].get(measured.regime)
-    # Where the amplitude steps, the means are of other cycles than most.
-    if likely is not None and likely < _GOES_WITHOUT_SAYING and not measured.levels:
+    # With stepped amplitudes the means and the regimes refer to different cycles.
+    if likely is not None and likely < _CERTAIN_REGIME and not measured.levels:
         facts.append(f"{measured.regime} with a probability of {100.0 * likely:.0f} %")
     if measured.frequency is not None:
         facts.append(f"frequency {engineering(measured.frequency, 'Hz', 4, trim=True)}")
@@ -203,7 +201,7 @@ def _sections(measured: Measurement, say: Say, is_alone: bool) -> tuple[Section,
 
 
 def _total_text(measured: Measurement) -> str:
-    """Energy of all cycles where not all were logged; empty otherwise."""
+    """Describe the energy of all cycles if not all were logged; empty otherwise."""
     up_to, count = measured.dissipated(), measured.count
     if up_to is None or not up_to.error or count is None or count.numbers is None:
         return ""
@@ -216,7 +214,6 @@ def _total_text(measured: Measurement) -> str:
 
 
 def _channels_text(notes: Sequence[ChannelNote]) -> str:
-    """Columns read, in a line."""
     words = [
         f'{note.kind.replace("_", " ")} "{note.heading}"{", sign reversed" * note.is_turned}'
         for note in notes
@@ -225,7 +222,6 @@ def _channels_text(notes: Sequence[ChannelNote]) -> str:
 
 
 def _means(measured: Measurement) -> Table:
-    """Means with their intervals; each quantity has a unit of its own."""
     level = f"{100.0 * measured.confidence:g} % interval of the mean"
     if not measured.is_settled:
         level = "range of the cycles: not settled"
@@ -246,8 +242,8 @@ def _means(measured: Measurement) -> Table:
         Column("drift", "drift per cycle"),
     )
     caption = (
-        "Drift per cycle: slope of a straight line over all cycles, where it is more than five "
-        "standard errors."
+        "Drift per cycle: slope of a straight line over all cycles, if larger than five standard "
+        "errors."
     )
     brief_rows = tuple(range(sum(name in measured.mean for name in _FIRST)))
     return Table("Means over the cycles", columns, tuple(rows), caption=caption, few=brief_rows)
@@ -257,7 +253,6 @@ _OF_LEVELS = ("amplitude", "force_amplitude", "dissipated_energy", "loss_factor"
 
 
 def _levels(measured: Measurement) -> Table:
-    """A row for each amplitude of a record whose amplitude steps."""
     names = [name for name in _OF_LEVELS if name in measured.mean]
     rows = [
         (
@@ -274,11 +269,11 @@ def _levels(measured: Measurement) -> Table:
         Column("energy_interval", f"{100.0 * measured.confidence:g} % of the energy"),
         Column("settled", ""),
     )
-    return Table("Each amplitude by itself", columns, tuple(rows))
+    return Table("Results by amplitude", columns, tuple(rows))
 
 
 def _drift(measured: Measurement, name: str) -> str:
-    """The trend of a column over the cycles, where there is one."""
+    """Format the trend of a column over the cycles, if significant."""
     drift = measured.drift(name)
     certain = drift.number > 3 and abs(drift.value) > CERTAIN * drift.standard_error
     return _written(drift.value, name) if certain else "–"
@@ -293,7 +288,6 @@ def _interval(low: float, high: float, name: str) -> str:
 
 
 def _cycles(measurements: Sequence[Measurement]) -> str:
-    """A row for each cycle; empty where a record does not have the column or the value."""
     names = [name for name in UNITS if any(name in m.cycles for m in measurements)]
 
     def rows() -> Iterator[tuple[Any, ...]]:

@@ -1,4 +1,4 @@
-"""Records of a campaign together: a row a record, evolution, fretting map, friction log, wear."""
+"""Records of a campaign: table, evolution, fretting map, friction log, wear."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def _columns(campaign: Campaign) -> tuple[Column, ...]:
 
 
 def rows_of(campaign: Campaign) -> list[tuple[Any, ...]]:
-    """One row a record: plain SI values, None where something is not known."""
+    """Return one row per record: plain SI values, None if unknown."""
     rows = []
     energies = campaign.energies()
     for i, measured in enumerate(campaign.measurements):
@@ -74,7 +74,7 @@ def rows_of(campaign: Campaign) -> list[tuple[Any, ...]]:
 
 
 def csv_of(campaign: Campaign) -> str:
-    """The rows as campaign.csv: all digits, then frequency, wear and the ends of the intervals."""
+    """Return the rows as campaign.csv with all digits, frequency, wear and ends of intervals."""
     heads = [c.key if c.unit is None else f"{c.key} [{c.unit or '-'}]" for c in _columns(campaign)]
     heads += ["frequency [Hz]", "worn_volume [m^3]", "contact_energy [J]"]
     heads += [f"{name} {end} [{UNITS[name]}]" for name in _COLUMNS_SHOWN for end in ("low", "high")]
@@ -101,30 +101,30 @@ def csv_of(campaign: Campaign) -> str:
 def sections(
     campaign: Campaign, skipped: Sequence[tuple[str, str]], confidence: float
 ) -> tuple[list[Section], list[Section]]:
-    """Sections before and after the single records."""
+    """Return the sections before and after those of the single records."""
     table = Table("Records", _columns(campaign), tuple(rows_of(campaign)), noun="records")
     first = [Section("Records", (table,))]
     if skipped:
         texts = tuple(f"{shorten(name, 80)}: {why}" for name, why in skipped)
         words = Note(f"{len(skipped)} file{'s' * (len(skipped) > 1)} could not be measured:")
-        first.append(Section("Left out", (words, Items(texts))))
+        first.append(Section("Skipped files", (words, Items(texts))))
     if contradictions := campaign.contradictions():
         first.append(Section("Contradictions", (Items(tuple(contradictions)),)))
     picture = Picture(
         "evolution",
-        "Every cycle of the records over its number, and over the cumulative dissipated energy of "
-        "the run; logarithmic axes.",
+        "Every cycle of the records against its number, and against the cumulative dissipated "
+        "energy of the run; logarithmic axes.",
         partial(figures.evolution, campaign),
         "Friction, stiffness and energy over cycles and cumulative energy",
     )
     last = [Section("Evolution", (picture,), brief=False)]
     if campaign.fretting_map():
         caption = (
-            "Regimes over amplitude and normal load (Vingsbo and Söderberg 1988); mixed where a "
-            "second regime has a probability, or a share of the cycles, of 1 in 20 or more."
+            "Regimes over amplitude and normal load (Vingsbo and Söderberg 1988); mixed if a "
+            "second regime has a probability, or a fraction of the cycles, of 5 % or more."
         )
         if campaign.borders is not None:
-            caption += " The lines are the borders by the law with its rig in series."
+            caption += " Lines: borders computed from the law with the rig in series."
         plot = partial(figures.fretting_map, campaign)
         picture = Picture("fretting-map", caption, plot, "Regimes over amplitude and normal load")
         last.append(Section("Fretting map", (picture,), brief=False))
@@ -143,20 +143,19 @@ def sections(
         last.append(Section("Wear", (Note(_wear_text(wear)), picture)))
     if campaign.worn_volumes is not None and (uncounted := campaign.uncounted()):
         texts = tuple(f"{shorten(name, 80)}: {why}" for name, why in uncounted.items())
-        words = Note("No energy wear coefficient of records whose dissipated energy is not known:")
+        words = Note("No energy wear coefficient for records with unknown dissipated energy:")
         last.append(Section("Worn volumes without an energy", (words, Items(texts))))
     return first, last
 
 
 def _ends(estimate: Any, write: Callable[[float], str]) -> str:
-    """A value, and its interval where it has one."""
     if not math.isfinite(estimate.low):
         return write(estimate.value)
     return f"{write(estimate.value)} ({write(estimate.low)} … {write(estimate.high)})"
 
 
 def _wear_text(wear: Wear) -> str:
-    # In cubic micrometres per joule, as papers have it.
+    # In cubic micrometres per joule, as usual in the literature.
     text = _ends(wear.coefficient, lambda value: f"{float(f'{1e18 * value:.3g}'):g}")
     count = f"{wear.coefficient.number} worn volume{'s' * (wear.coefficient.number > 1)}"
     beside = (
@@ -171,7 +170,7 @@ def _wear_text(wear: Wear) -> str:
 def data_of(
     campaign: Campaign, skipped: Sequence[tuple[str, str]], confidence: float
 ) -> dict[str, Any]:
-    """The same as plain values."""
+    """Return the campaign as plain values."""
     wear = campaign.wear(confidence)
     keys = [column.key for column in _columns(campaign)]
     data = {

@@ -1,4 +1,4 @@
-"""Tests of modes: frequency and damping against amplitude, as a document and as files."""
+"""Modal tests: frequency and damping against amplitude, as document and files."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from microslip.report.structure.fitted import MOTIONS
 from microslip.structures import ModalTest
 
 KIND = "microslip-modal-test"
-"""Kind of a folder of modal tests in summary.json."""
+"""Kind of a folder of modal tests, stored in summary.json."""
 
 
 def modal_test_document(tests: Sequence[ModalTest]) -> Document:
-    """Document of modal tests."""
+    """Return the document of modal tests."""
     names = [shorten(test.name, 100) for test in tests]
     title = names[0] if len(names) == 1 else f"{len(names)} tests of modes"
     data = {
@@ -67,8 +67,8 @@ def _answer(tests: Sequence[ModalTest]) -> str:
         low, high = test.frequency[ends]
         begin = "From" if len(tests) == 1 else f"{shorten(test.name, 40)}: from"
         sentences.append(
-            f"{begin} {sizes} at the sensor the frequency goes from {low:.5g} to {high:.5g} Hz and "
-            f"the damping ratio from {ratios}."
+            f"{begin} {sizes} at the sensor the frequency changes from {low:.5g} to {high:.5g} Hz "
+            f"and the damping ratio from {ratios}."
         )
     return " ".join(sentences)
 
@@ -83,7 +83,7 @@ def _section(test: ModalTest) -> Section:
     name = shorten(test.name, 100)
     blocks: list[Block] = [Table(name, columns, rows, noun="amplitudes"), Items(test.notes)]
     if test.verdicts:
-        blocks.insert(1, Verdicts(test.verdicts, caption="How far the reading holds."))
+        blocks.insert(1, Verdicts(test.verdicts, caption="Validity of the evaluation."))
     return Section(name, tuple(blocks))
 
 
@@ -92,17 +92,16 @@ def _rows(test: ModalTest) -> Floats:
 
 
 def _csv(tests: Sequence[ModalTest]) -> str:
-    """One line for each amplitude; the headers are those that a study reads."""
     rows = ((text_cell(test.name), *row) for test in tests for row in _rows(test).tolist())
     return csv_text(("test", "amplitude [m]", "frequency [Hz]", "damping_ratio"), rows)
 
 
 def curve_plot(tests: Sequence[ModalTest]) -> Plot:
-    """Frequency and damping ratio against amplitude, of each test."""
+    """Plot frequency and damping ratio against amplitude for each test."""
     scale, letter = prefix(max(float(test.amplitude.max()) for test in tests))
     label = f"Amplitude at the sensor [{letter}m]"
     alone = len(tests) == 1
-    frequency_label = "Frequency [Hz]" if alone else "Frequency over the first [%]"
+    frequency_label = "Frequency [Hz]" if alone else "Frequency relative to the first [%]"
     upper = Panel(Axis(label, log=True), Axis(frequency_label))
     lower = Panel(Axis(label, log=True), Axis("Damping ratio ζ [–]", log=True))
     legend = []

@@ -1,4 +1,4 @@
-"""A document on a terminal or in a pipe: text and tables, so that it can be read at a glance."""
+"""Output of a document as text and tables, on a terminal or in a pipe."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from rich.box import Box
 
 
-# Friction coefficients are the Greek letter here, prefixes the micro sign.
-# Plain words for what an old terminal or a pipe in another encoding cannot carry.
+# ASCII replacements for terminals and encodings without these characters. The Greek mu denotes the
+# friction coefficient, the micro sign a prefix.
 _PLAIN = str.maketrans(
     {
         "\N{MICRO SIGN}": "u",
@@ -46,7 +46,7 @@ _PLAIN = str.maketrans(
         "…": "...",
     }
 )
-# Names of files and records may hold what would move the cursor or paint the terminal.
+# Names of files and records may contain terminal control characters.
 _CONTROLS = {code: f"\\x{code:02x}" for code in (*range(32), *range(127, 160)) if code != 10}
 _UNICODE_NEEDED = "µμηζνΣπ²ₜ–…─"
 _WORD_STYLE = {"ok": "green", "watch": "yellow", "outside": "bold red"}
@@ -55,14 +55,14 @@ _WIDE = 10_000
 
 class _Console(Console):
     def on_broken_pipe(self) -> None:
-        """Leave to the caller what an unread pipe means; rich would exit with 1."""
+        """Leave the broken pipe to the caller; rich would exit with 1."""
         raise  # the error that rich is handling when it calls this
 
 
 class Printer:
-    """Prints to one stream, a terminal in colour or a pipe plainly, with no more than it can show.
+    """Printer for one stream: a terminal in colour, or plain text in a pipe.
 
-    None, the standard output of a process that has none, takes nothing.
+    None, the standard output of a process without one, discards all output.
     """
 
     def __init__(self, stream: TextIO | None) -> None:
@@ -77,14 +77,14 @@ class Printer:
         except LookupError:
             encoding, self._ascii = "ascii", True
         self._encoding = encoding
-        # Numbers and paths are never folded or cut, and in a pipe there is no width to fit into.
+        # Numbers and paths are never folded or cut, and a pipe has no width limit.
         self._wide = self._narrow = _console(stream, _WIDE)
         if _is_terminal(stream):
             self._narrow = _console(stream, None)
 
     @property
     def width(self) -> int:
-        """Columns of the terminal; very many in a pipe."""
+        """Number of columns of the terminal; a large number in a pipe."""
         return self._narrow.width
 
     def _fit(self, text: str) -> str:
@@ -94,15 +94,15 @@ class Printer:
         return text.encode(self._encoding, "replace").decode(self._encoding)
 
     def line(self, text: str = "", style: str = "") -> None:
-        """Print text, folded between words where it is wider than the terminal."""
+        """Print text, folded between words to the width of the terminal."""
         self._narrow.print(Text(self._fit(text), style=style))
 
     def path(self, text: str) -> None:
-        """Print text that must stay in one piece, such as a path."""
+        """Print text that must not be folded, such as a path."""
         self._wide.print(Text(self._fit(text)), soft_wrap=True)
 
     def words(self, head: str, words: Iterable[str], indent: int) -> None:
-        """Print words beside a head, each whole, in as many lines as they need."""
+        """Print words after a heading, unbroken, in as many lines as necessary."""
         line = self._fit(head).ljust(indent - 1)
         empty = True
         for word in map(self._fit, words):
@@ -114,8 +114,8 @@ class Printer:
         self._wide.print(Text(line.rstrip()), soft_wrap=True)
 
     def hanging(self, head: str, text: str, indent: int, style: str = "") -> None:
-        """Print text beside a head, folded between words into its own column."""
-        # Where next to nothing is left, lines are better folded as they come.
+        """Print text after a heading, folded with a hanging indent."""
+        # On a very narrow terminal the terminal itself folds the lines.
         room = self.width - indent
         block = Text(self._fit(text))
         lines = block.wrap(self._narrow, room) if room >= 20 else [block]
@@ -125,7 +125,7 @@ class Printer:
             self._narrow.print(Text.assemble(begun, line))
 
     def verdict(self, word: str, text: str) -> None:
-        """Print one line of the validity."""
+        """Print one line of the validity section."""
         self.hanging(f"  {word}", text, max(10, len(word) + 3), _WORD_STYLE.get(word, ""))
 
     def table(
@@ -136,9 +136,9 @@ class Printer:
         keys: int = 1,
         text: Container[int] = (),
     ) -> None:
-        """Print a table; where it is too wide, as several that repeat the first ``keys`` columns.
+        """Print a table; if it is too wide, as several that repeat the first ``keys`` columns.
 
-        Columns in ``text`` hold text and no numbers.
+        Columns in ``text`` contain text.
         """
         rows = [[self._fit(cell) for cell in row] for row in rows]
         if title:
@@ -147,7 +147,7 @@ class Printer:
         while columns:
             count = len(columns)
             table = self._build(head, rows, [*range(keys), *columns], text)
-            # Words may be folded, numbers may not.
+            # Text may be folded, numbers may not.
             widest = max((cell_len(row[columns[-1]]) for row in rows), default=0)
             fold = columns[-1] in text and 0 < self._excess(table) < 0.4 * widest
             while count > 1 and not fold and self._excess(table) > 0:
@@ -165,10 +165,10 @@ class Printer:
         if self._wide is not self._narrow:
             self._wide.print(table)
             return
-        # Nothing after the last word of a line in a pipe.
+        # No trailing blanks in a pipe.
         with self._wide.capture() as printed:
             self._wide.print(table)
-        for line in printed.get().splitlines():  # with its colours, and its cells fitted
+        for line in printed.get().splitlines():  # colours and cells are already formatted
             self._wide.print(Text(line.rstrip()), soft_wrap=True)
 
     def _build(
@@ -193,12 +193,12 @@ class Printer:
         return table
 
     def _excess(self, table: Grid) -> int:
-        """Columns that a table has more than the terminal."""
+        """Return by how many columns a table exceeds the terminal."""
         return Measurement.get(self._wide, self._wide.options, table).maximum - self.width
 
 
 def _console(stream: TextIO, width: int | None) -> Console:
-    # NO_COLOR means no bold letters either: no escape sequence at all.
+    # NO_COLOR disables all escape sequences, including bold text.
     plain: dict[str, Any] = {"color_system": None} if os.environ.get("NO_COLOR") else {}
     return _Console(file=stream, width=width, highlight=False, markup=False, emoji=False, **plain)
 
@@ -214,7 +214,7 @@ MOST_ROWS = 40
 
 
 def print_document(document: Document, stream: TextIO | None, *, full: bool = False) -> None:
-    """Print what is brief in a document, or all of it."""
+    """Print the brief parts of a document, or all of it."""
     out = Printer(stream)
     out.line(document.title, style="bold")
     if document.answer:
@@ -229,14 +229,14 @@ def print_document(document: Document, stream: TextIO | None, *, full: bool = Fa
 
 
 def show_command(text: str, command: str, stream: TextIO | None) -> None:
-    """Print what to type next."""
+    """Print the next command to run."""
     out = Printer(stream)
     out.line(text)
     out.path(f"  {command}")
 
 
 def show_files(names: Sequence[str], folder: Path, stream: TextIO | None) -> None:
-    """Print what was written: files by what they are for; a figure once, whatever its formats."""
+    """Print the written files by purpose; each figure once, with its formats."""
     out = Printer(stream)
     out.path(f"Written to {shorten(str(folder), 1000)}:")
     for head, group in file_groups(names).items():
@@ -244,7 +244,7 @@ def show_files(names: Sequence[str], folder: Path, stream: TextIO | None) -> Non
 
 
 def file_groups(names: Sequence[str]) -> dict[str, list[str]]:
-    """Files by what they are for, in the order of interest; figures without their endings."""
+    """Group files by purpose, the most important first; figures without suffixes."""
     split = [name.rpartition(".") for name in names if name.endswith((".svg", ".png", ".pdf"))]
     figures = list(dict.fromkeys(stem for stem, _, _ in split))
     kinds = ", ".join(dict.fromkeys(f".{kind}" for _, _, kind in split))
@@ -260,7 +260,7 @@ def file_groups(names: Sequence[str]) -> dict[str, list[str]]:
 
 @singledispatch
 def _print(block: Block, out: Printer, title: str, full: bool) -> None:
-    """Pictures, listings and markup are for the page."""
+    """Print nothing for blocks that only a page shows."""
 
 
 @_print.register
@@ -271,7 +271,7 @@ def _(block: Table, out: Printer, title: str, full: bool) -> None:
     count = len(block.rows)
     remark = ""
     if table.left_out:
-        remark = f" ({count - table.left_out} of {count} {block.noun}; all are in summary.json)"
+        remark = f" ({count - table.left_out} of {count} {block.noun}; all in summary.json)"
     out.table(
         (block.title or title) + remark,
         [column.short or column.label for column in table.columns],
@@ -313,7 +313,7 @@ def _(block: Verdicts, out: Printer, title: str, full: bool) -> None:
             out.verdict(judgement.word, f"{judgement.name}{where}{missing}")
         elif judgement.word != "ok":
             value = f"{judgement.value} (ok {judgement.bound})"
-            assumed = "" if short else f" – assumed: {judgement.meaning}"
+            assumed = "" if short else f" – assumption: {judgement.meaning}"
             out.verdict(judgement.word, f"{judgement.name}{where}: {value}{assumed}")
     if fine:
         out.verdict("ok", f"{len(fine)} others" if short else "; ".join(fine))

@@ -135,7 +135,6 @@ def condition(
 
 
 def _cropped(scan: Map, crop: Any) -> Map:
-    """Return the scan without its ends, with one length for all axes or one per axis."""
     lengths = tuple(crop) if isinstance(crop, (tuple, list)) else (crop,)
     if not 1 <= len(lengths) <= len(scan.pixel):
         raise InputError(f"`crop` must be a length, or one length per axis, got {quote(crop)}")
@@ -311,7 +310,6 @@ def filled(heights: Floats) -> Floats:
 
 
 def _extended(grid: Floats, flat: Floats, gaps: np.ndarray) -> Floats:
-    """Return the removed plane at every point."""
     rows, columns = (np.linspace(-1.0, 1.0, n) if n > 1 else np.zeros(1) for n in grid.shape)
     there = np.flatnonzero(~gaps.ravel())
     if there.size > 10_000:

@@ -60,7 +60,6 @@ def summit_figure(summits: Any) -> Plot:
 
 
 def _page_height(scan: Any) -> float:
-    """Return the page height [in] at which a map fills the width."""
     return float(min(max(6.0 * scan.size[1] / scan.size[0], 2.0), 8.0)) + 0.8
 
 

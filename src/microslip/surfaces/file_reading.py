@@ -121,7 +121,6 @@ def _scan_content(raw: RawHeights, path: Path, options: FileOptions) -> ScanCont
 
 
 def _line(raw: RawHeights) -> RawHeights:
-    """Return a single row or column as a profile."""
     shape = np.shape(raw.values)
     if len(shape) != 2 or min(shape) != 1 or max(shape) < 4:
         return raw
@@ -210,7 +209,6 @@ def _pixel(raw: RawHeights, options: FileOptions, factor: float) -> tuple[tuple[
 
 
 def _metres(heights: np.ndarray, factor: float) -> np.ndarray:
-    """Return heights [m] as a new array, NaN where missing."""
     mask = np.ma.getmaskarray(heights) if np.ma.isMaskedArray(heights) else None
     values = np.ma.getdata(heights)
     if values.dtype.kind not in "iuf":
@@ -230,7 +228,6 @@ def _metres(heights: np.ndarray, factor: float) -> np.ndarray:
 
 
 def _valid(heights: np.ndarray, limits: Any) -> list[str]:
-    """Set heights outside the possible range as missing, in place."""
     if limits is None:
         return []
     if not isinstance(limits, (list, tuple)) or len(limits) != 2:

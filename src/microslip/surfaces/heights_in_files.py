@@ -101,7 +101,6 @@ def _form(head: bytes, suffix: str) -> str | None:
 
 
 def _of_arrays(arrays: Arrays, options: FileOptions) -> RawHeights:
-    """Return the requested matrix."""
     named = leaves(arrays)
     alone = arrays.kind == "NumPy's npy file"
     name = next(iter(named)) if alone else single_array(named, options.channel, arrays.kind)
@@ -117,7 +116,6 @@ def _of_arrays(arrays: Arrays, options: FileOptions) -> RawHeights:
 
 
 def _of_text(file: TextFile, form: str, options: FileOptions) -> RawHeights:
-    """Return a matrix, or points arranged on their grid."""
     count = len(file.layout.names)
     _refuse_ragged(file)
     names, units = zip(
@@ -190,7 +188,6 @@ def _order(called: list[str], count: int) -> tuple[list[int], tuple[str, ...]]:
 
 
 def _refuse_other(heading: str, unit: str | None) -> None:
-    """Raise a ValueError for a column whose unit is not a length."""
     name, heading_unit = name_and_unit(heading)
     unit = unit or heading_unit
     if unit is not None and is_unit(unit) and not fits(unit, LENGTH):
@@ -232,7 +229,6 @@ def _length_unit(heading: str, unit: str | None) -> tuple[str, str | None]:
 
 
 def _units(units: tuple[str | None, ...]) -> tuple[str | None, str | None]:
-    """Return the units of coordinates and heights from their columns."""
     across = list(dict.fromkeys(unit for unit in units[:-1] if unit))
     if len({to_si(f"1 {unit}", LENGTH, "1 um") for unit in across}) > 1:
         raise ValueError(f'x is in "{across[0]}", y in "{across[1]}": wanted one unit for both')

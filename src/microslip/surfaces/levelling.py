@@ -77,7 +77,6 @@ def _line_by_line(heights: Floats) -> tuple[Floats, float]:
 
 
 def _legendre(count: int) -> Floats:
-    """Return the Legendre polynomials of degree 0, 1 and 2 at the points of an axis."""
     t = np.linspace(-1.0, 1.0, count) if count > 1 else np.zeros(1)
     return np.stack([np.ones(count), t, 1.5 * t * t - 0.5])
 

@@ -136,7 +136,6 @@ def _meetings(
 
 
 def _hills(flat: Floats, codes: Codes, peaks: Places, feet: Places, offsets: Places) -> Places:
-    """Return the number of the hill to which each point belongs."""
     # Highest neighbour of each point on a climb; other entries are never used.
     top: Indices = np.full(flat.size, -1, dtype=np.int32 if flat.size < 2**31 else np.int64)
     top[peaks] = peaks
@@ -167,7 +166,6 @@ def _distinct(places: Places, scratch: Indices) -> Places:
 
 
 def _uphill(flat: Floats, codes: Codes, places: Places, offsets: Places) -> Places:
-    """Return the highest neighbour of points that have a higher one."""
     result = np.empty_like(places)
     bits = np.uint8(1) << np.arange(
         7, -1, -1, dtype=np.uint8

@@ -122,7 +122,6 @@ def find_summits(
 
 
 def _rise(prominence: float | str) -> float:
-    """Validate a prominence [m]; zero is allowed."""
     if isinstance(prominence, str):
         return length_of("prominence", prominence, "2 nm")
     rise = number("prominence", prominence, "m")

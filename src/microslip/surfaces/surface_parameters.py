@@ -72,7 +72,6 @@ def areal_parameters(scan: HeightMap) -> ArealParameters:
 
 
 def _autocorrelation(scan: HeightMap) -> Floats:
-    """Return the normalised, centred autocorrelation [-] of the points that are present."""
     there = ~np.isnan(scan.heights)
     z = np.where(there, scan.heights - np.nanmean(scan.heights), 0.0)
     shape = [2 * n for n in z.shape]  # zero padding prevents wrap-around

@@ -1,1 +1,1 @@
-"""A predicted joint: its numbers, its document, its figures."""
+"""Prediction of a joint: numbers, document, figures."""

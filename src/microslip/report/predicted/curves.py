@@ -1,4 +1,4 @@
-"""Curves over amplitudes: common parts of figures; energy and damping over both amplitudes."""
+"""Curves over amplitude: common parts, and energy and damping over both amplitudes."""
 
 from __future__ import annotations
 
@@ -45,12 +45,12 @@ CurveValues = Callable[[AmplitudeCurve], Floats]
 
 
 def drawn_loads(result: Prediction) -> list[tuple[int, Look]]:
-    """Loads that are drawn: their index and look."""
+    """Return index and line style of the loads that are drawn."""
     return list(zip(evenly(len(result.joints), MOST_LOADS), LOOKS, strict=False))
 
 
 def add_legend(plot: Plot, result: Prediction, *, dashed: bool = False) -> Plot:
-    """Name the loads below the panels, and the study above them."""
+    """Add a legend of the loads, and the title of the study."""
     loads = drawn_loads(result)
     left_out = len(result.joints) - len(loads)
     plot.legend_title = "Normal load" + (f" ({left_out} more in the tables)" if left_out else "")
@@ -63,7 +63,7 @@ def add_legend(plot: Plot, result: Prediction, *, dashed: bool = False) -> Plot:
 
 
 class AmplitudeAxis(NamedTuple):
-    """The amplitude that curves are drawn against."""
+    """Amplitude used as abscissa."""
 
     column: str
     """Name of the column in :class:`~microslip.report.predicted.result.AmplitudeCurve`."""
@@ -71,21 +71,21 @@ class AmplitudeAxis(NamedTuple):
     """Divisor of its values [SI unit]."""
     label: str
     low: float
-    """Its left end, divided by the unit."""
+    """Left end, divided by the unit."""
     high: float
 
     def of(self, curve: AmplitudeCurve) -> Floats:
-        """Values of a curve on this axis."""
+        """Return the values of a curve on this axis."""
         values: Floats = getattr(curve, self.column)
         return values / self.unit
 
     def panel(self, y: Axis, note: str = "") -> Panel:
-        """A panel over this axis."""
+        """Return a panel with this axis."""
         return Panel(Axis(self.label, self.low, self.high, log=True), y, note)
 
 
 def displacement_axis(result: Prediction, name: str = "Displacement amplitude") -> AmplitudeAxis:
-    """The displacement amplitude, over the range of the curves."""
+    """Return the axis of the displacement amplitude over the range of the curves."""
     curves = [result.curves[index] for index, _ in drawn_loads(result)]
     low = min(float(curve.amplitude[0]) for curve in curves)
     high = max(float(curve.amplitude[-1]) for curve in curves)
@@ -97,13 +97,13 @@ def displacement_axis(result: Prediction, name: str = "Displacement amplitude") 
 
 
 def force_axis(result: Prediction) -> AmplitudeAxis:
-    """The force amplitude, over the range of the curves and past the largest force limit."""
+    """Return the axis of the force amplitude, including the largest force limit."""
     loads = [index for index, _ in drawn_loads(result)]
     largest = max(result.joints[i].force_limit for i in loads)
     forces = np.concatenate([result.curves[i].force_amplitude for i in loads])
     smallest = float(forces[forces > 0.0].min()) if (forces > 0.0).any() else 0.1 * largest
     unit, letter = common_prefix([result.joints[i].force_limit for i in loads])
-    if 1.6 * largest < 10.0 * smallest:  # so that nothing lies on the edge
+    if 1.6 * largest < 10.0 * smallest:  # keeps curves off the edge
         smallest /= 1.6
     high = 1.6 * largest
     return AmplitudeAxis(
@@ -112,16 +112,16 @@ def force_axis(result: Prediction) -> AmplitudeAxis:
 
 
 def some_drawn(values: Floats) -> Floats:
-    """The values that can be drawn; one NaN if there is none."""
+    """Return the values that can be drawn; one NaN if there are none."""
     return finite if (finite := visible_values(values, False)).size else np.array([np.nan])
 
 
 def draw_curves(
     panel: Panel, result: Prediction, axis: AmplitudeAxis, quantity: CurveValues
 ) -> Floats:
-    """Draw a quantity of every load: a line, and markers where there are loops.
+    """Draw a quantity for every load: a line, and markers at the loops.
 
-    Gives the ordinates of all lines that can be drawn, above zero on a log axis.
+    Returns the ordinates that can be drawn, positive on a logarithmic axis.
     """
     loads = drawn_loads(result)
     lines = [
@@ -132,7 +132,7 @@ def draw_curves(
     for number, (index, look) in enumerate(loads):
         curve, row = result.curves[index], result.rows[index]
         x, y = lines[number]
-        # A line that others will hide is so wide that it shows on both sides of them.
+        # A line that others cover is drawn wider, so that it stays visible.
         above = sum(_coincide(lines[number], cover) for cover in lines[number + 1 :])
         panel.line(x, y, look.color, width=WIDTH + 1.3 * above)
         inside = (row.amplitude >= curve.amplitude[0]) & (row.amplitude <= curve.amplitude[-1])
@@ -140,7 +140,7 @@ def draw_curves(
         if marked.size:
             marked = marked[evenly(marked.size, MOST_MARKS)]
             x, y = axis.of(row)[marked], drawable(quantity(row), panel.y.log)[marked]
-        else:  # markers also tell the loads apart in grey
+        else:  # markers distinguish loads in greyscale
             places = evenly(x.size, 7)
             x, y = x[places], y[places]
         panel.marks(x, y, look.color, marker=look.marker)
@@ -150,7 +150,7 @@ def draw_curves(
 def _band(
     panel: Panel, result: Prediction, axis: AmplitudeAxis, quantity: CurveValues, number: int
 ) -> Floats:
-    """Shade between the outer quantiles of a load, below all lines; its ordinates."""
+    """Shade between the outer quantiles of a load below all lines; return the ordinates."""
     scatter = result.scatter
     index, look = drawn_loads(result)[number]
     if scatter is None:
@@ -166,14 +166,12 @@ def _band(
 
 
 def _coincide(line: Floats, cover: Floats) -> bool:
-    """Whether one of two lines would hide the other."""
     overlap = np.isfinite(line[1]) & np.isfinite(cover[1])
     near = np.allclose(line[:, overlap], cover[:, overlap], rtol=5e-3, atol=0.0)
     return bool(overlap.any() and near)
 
 
 def _label(joint: Any) -> str:
-    """Its normal load; the name of a law that knows none."""
     if not hasattr(joint, "normal_load"):
         return type(joint).__name__
     return engineering(joint.normal_load, "N", trim=True)
@@ -186,12 +184,12 @@ MOST_EXPONENT = 6.0
 
 
 def energy_damping(result: Prediction) -> Plot:
-    """Energy, loss factor, damping ratio and exponent against the displacement amplitude."""
+    """Plot energy, loss factor, damping ratio and exponent against displacement amplitude."""
     return _figure(result, displacement_axis(result))
 
 
 def force_damping(result: Prediction) -> Plot:
-    """Energy, loss factor, damping ratio and exponent against the force amplitude."""
+    """Plot energy, loss factor, damping ratio and exponent against force amplitude."""
     return _figure(result, force_axis(result))
 
 
@@ -226,9 +224,9 @@ def _energy(result: Prediction, axis: AmplitudeAxis) -> Panel:
 def _limit_lines(
     result: Prediction, index: int, axis: AmplitudeAxis
 ) -> list[tuple[Floats, Floats, str, float]]:
-    """Limits of the energy at small and at large amplitudes: lines, names, coefficients.
+    """Return asymptotes of the energy at small and large amplitudes: lines, names, coefficients.
 
-    Of parallel lines the one with the largest coefficient is uppermost.
+    Among parallel lines the one with the largest coefficient is uppermost.
     """
     curve, limit, joint = result.curves[index], result.limits[index], result.joints[index]
     a, energy = curve.amplitude, curve.dissipated_energy
@@ -255,7 +253,7 @@ def _limit_lines(
 
 
 def _damping(result: Prediction, axis: AmplitudeAxis) -> Panel:
-    """Over decades, as the energy: where joints live the loss factor is small."""
+    # Logarithmic like the energy, because loss factors are small in the usual range.
     panel = axis.panel(Axis(QUANTITIES["loss_factor"].label, log=True))
     panel.second = ("Damping ratio ζ = η/2", 0.5)
     top = 4.0 / math.pi
@@ -280,9 +278,9 @@ def _damping(result: Prediction, axis: AmplitudeAxis) -> Panel:
 
 
 def force_exponent(curve: AmplitudeCurve) -> Floats:
-    """Local exponent of the energy in the force amplitude, d ln E / d ln T_m [-].
+    """Return the local exponent of the energy in the force amplitude, d ln E / d ln T_m [-].
 
-    The one in the displacement times d ln delta_m / d ln T_m, the secant over the tangent
+    The exponent in the displacement times d ln delta_m / d ln T_m, which is secant over tangent
     stiffness; infinite where the force no longer grows.
     """
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):

@@ -1,4 +1,4 @@
-"""Data set of a prediction: all numbers by name, and the CSV tables made of them."""
+"""Data set of a prediction: all numbers by name, and its CSV tables."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from microslip.study.runs.columns import AmplitudeCurve, HistoryResponse
 from microslip.study.runs.prediction import Prediction, variable_of, variables_of
 
 FLAGS = ("ok", "watch", "outside", "not judged")
-"""Words of the verdicts; a variable holds their index, in the order of earlier files."""
+"""Verdict words; a variable contains their index."""
 
 
 def driven(result: Prediction) -> str:
-    """Return the dimension of the loops: the amplitude that the study gives."""
+    """Return the dimension of the loops: the amplitude given in the study."""
     by_force = result.study.excitation.force_amplitudes is not None
     return "force_amplitude" if by_force else "amplitude"
 
 
 def data_set(result: Prediction) -> DataSet:
-    """Collect all numbers of a prediction with their dimensions, units and meanings."""
+    """Return all numbers of a prediction with dimensions, units and meanings."""
     rows, curves, by = result.rows, result.curves, driven(result)
     loads = np.array([getattr(joint, "normal_load", np.nan) for joint in result.joints])
     sizes = {
@@ -57,7 +57,7 @@ def data_set(result: Prediction) -> DataSet:
 
 
 def tables(result: Prediction, data: DataSet) -> dict[str, tuple[dict[str, str], tuple[str, ...]]]:
-    """Return the CSV tables: for each its columns, as names in the data set, and its dimensions."""
+    """Return the columns and dimensions of each CSV table."""
     by = driven(result)
     load, curve, history = (
         {"normal_load": "load"},
@@ -87,13 +87,12 @@ def tables(result: Prediction, data: DataSet) -> dict[str, tuple[dict[str, str],
 
 
 def _index(dim: str, size: int, meaning: str) -> Variable:
-    """Numbers from 0, to label what has no other label."""
+    """Return numbers from 0 as a dimension coordinate."""
     values = np.arange(size, dtype=np.int32)
     return Variable((dim,), values, {"units": "1", "long_name": meaning})
 
 
 def _validity(result: Prediction) -> dict[str, Variable]:
-    """Verdicts: of each its value and the index of its word."""
     arrays = {}
     judged = [joint_verdicts(result.study, joint) for joint in result.joints]
     for place, verdict in enumerate(judged[0][: len(getattr(result.joints[0], "validity", ()))]):

@@ -1,4 +1,4 @@
-"""Document of a prediction: its answer, tables, figures, verdicts and the study itself."""
+"""Document of a prediction: answer, tables, figures, verdicts and the study."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ from microslip.study.part import Part
 from microslip.study.runs.prediction import Prediction
 
 REMARK = (
-    "η (loss factor) and ζ = η/2 (damping ratio) are the interface’s own, not a mode’s: in a "
+    "η (loss factor) and ζ = η/2 (damping ratio) describe the interface, not a mode: in a "
     "structure ζ_mode = ΣE_d / 4πU."
 )
 
 
 def document(result: Prediction) -> Document:
-    """A prediction as a document; its data is the summary."""
+    """Return the document of a prediction; its data is the summary."""
     study, summary = result.study, result.summary
     joints = summary["joints"]
     by_force = study.excitation.force_amplitudes is not None
@@ -59,7 +59,7 @@ def document(result: Prediction) -> Document:
         ]
     if result.histories:
         sections.append(Section("History", (history_table(joints),)))
-    notes = tuple(note for note in summary["notes"] if note != REMINDER)  # it is a remark
+    notes = tuple(note for note in summary["notes"] if note != REMINDER)  # shown as a remark
     computed = [Note(subject(result))] if study.asks_for_joint else []
     description: list[Block] = [*computed, *study_facts(study), Listing(study.text)]
     sections += [
@@ -78,7 +78,7 @@ def document(result: Prediction) -> Document:
 
 
 def _middle(result: Prediction) -> tuple[int, int]:
-    """Index of the load and of the amplitude that the answer is about: those in the middle."""
+    """Return the indices of the middle load and amplitude, which the answer describes."""
     return len(result.joints) // 2, (len(result.rows[0].amplitude) - 1) // 2
 
 
@@ -87,14 +87,14 @@ def _written(value: float, unit: str) -> str:
 
 
 def _excitation(result: Prediction) -> tuple[str, str, list[Floats]]:
-    """Excitation of the study: its name and unit, and its amplitudes under each load."""
+    """Return name, unit and amplitudes of the excitation under each load."""
     if result.study.excitation.force_amplitudes is not None:
         return "force amplitude", "N", [row.force_amplitude for row in result.rows]
     return "displacement amplitude", "m", [row.amplitude for row in result.rows]
 
 
 def _case(result: Prediction) -> str:
-    """The load and the amplitude that the answer is about, such as "±300 nm and 2 kN"."""
+    """Format the load and amplitude of the answer, such as "±300 nm and 2 kN"."""
     load, place = _middle(result)
     _, unit, amplitudes = _excitation(result)
     case = f"±{_written(float(amplitudes[load][place]), unit)}"
@@ -103,13 +103,13 @@ def _case(result: Prediction) -> str:
 
 
 def answer(result: Prediction) -> str:
-    """Energy of a cycle, in a sentence."""
+    """Return the energy of a cycle in a sentence."""
     load, place = _middle(result)
     row = result.rows[load]
     share = float(row.force_ratio[place])
-    reached = f"the force reaches {significant(100.0 * share)} % of gross slip"
+    reached = f"the force reaches {significant(100.0 * share)} % of the friction limit"
     if share > 0.999:
-        reached = "the joint slips as a whole"
+        reached = "the joint reaches gross slip"
     return (
         f"At {_case(result)} a cycle dissipates "
         f"{engineering(float(row.dissipated_energy[place]), 'J')}, "
@@ -126,8 +126,8 @@ def _number(result: Prediction) -> Headline:
     if (scatter := result.scatter) is not None:
         ends = scatter.bands["loss_factor"].values[[0, -1], load, place].tolist()
         shares = " to ".join(f"{100.0 * share:g}" for share in scatter.quantiles[[0, -1]])
-        told = "not measured" if np.isnan(ends).any() else " to ".join(map(significant, ends))
-        band = f"{shares} %: {told}; {band}"
+        ends_text = "not measured" if np.isnan(ends).any() else " to ".join(map(significant, ends))
+        band = f"{shares} %: {ends_text}; {band}"
     elif every.size > 1:
         ends = [float(every.min()), float(every.max())]
         band += f"; from {' to '.join(map(significant, ends))} "
@@ -136,7 +136,7 @@ def _number(result: Prediction) -> Headline:
 
 
 def subject(result: Prediction) -> str:
-    """Say in a sentence what was computed."""
+    """Describe the computation in a sentence."""
     noun, unit, amplitudes = _excitation(result)
     sentence = (
         f"Hysteresis, stiffness and damping {_of(result.study)}, "
@@ -148,7 +148,6 @@ def subject(result: Prediction) -> str:
 
 
 def _of(study: StudyDescription) -> str:
-    """The joint, its friction and its loads."""
     if not study.joint.loads:
         return f"by the friction law {study.joint.law}"
     law = study.surface.law
@@ -170,19 +169,18 @@ def _range_text(noun: str, values: list[float], unit: str) -> str:
 
 
 def equations(result: Prediction) -> str:
-    """The equations that this result was computed with, in MathML."""
+    """Return the equations of this result in MathML."""
     holds = {_law(result.study)}
     if getattr(result.joints[0], "contact_area", None) is not None:
         holds.add("contacts")
     text = Path(__file__).with_name("equations.html").read_text(encoding="utf-8")
-    # Parts are headed by a comment that names what they need.
+    # Each part starts with a comment that names its condition.
     head, *parts = re.split(r"<!-- (.+?) -->\n", text)
     sections = zip(parts[::2], parts[1::2], strict=True)
     return head + "".join(part for need, part in sections if need == "always" or need in holds)
 
 
 def _law(study: StudyDescription) -> str:
-    """Return the name of the law whose equation holds."""
     surface = study.surface
     return str(study.joint.law) if surface is None else surface.law
 
@@ -194,25 +192,25 @@ LAW_WORDS = {
     "table": ("a table", "with a tabulated normal law"),
     "face": ("a rough face", "of a rough face"),
 }
-"""Normal laws by themselves, and in a sentence about their joint."""
+"""Normal laws as a label, and in a sentence about the joint."""
 _KIND = "Summit heights"
-# What is said with something else, or in the notes.
+# Keys shown elsewhere or in the notes.
 _ELSEWHERE = (
     "rigid", "materials", "law", "file", "column", "unit", "start", "to", "points", "measured",
     "x", "y", "gap", "time",
 )  # fmt: skip
 _BESIDE = {"interfaces": "rz"}
-"""Keys that say nothing without another one."""
+"""Keys that are only shown together with another key."""
 
 
 def study_facts(study: StudyDescription) -> tuple[Facts, ...]:
-    """Materials, surface, joint and excitation, with what is given of each."""
+    """Return the given values of materials, surface, joint and excitation."""
     groups = [
         Facts(f"Material {name}", _rows(material) or (("Body", "rigid"),))
         for name, material in study.material.items()
     ]
     joint = _rows(study.joint)
-    if not study.asks_for_joint:  # its load is that of the bolts
+    if not study.asks_for_joint:  # the bolts determine the load
         load = study.joint.keys["normal_load"].heading
         joint = tuple(row for row in joint if row[0] != load)
     if (surface := study.surface) is None:
@@ -228,7 +226,6 @@ def study_facts(study: StudyDescription) -> tuple[Facts, ...]:
 
 
 def _rows(part: Part) -> tuple[tuple[str, str], ...]:
-    """Meaning and values of the keys of a part, those of the parts in it included."""
     rows: list[tuple[str, str]] = []
     for name, key in ((part.attributes[name], key) for name, key in part.keys.items()):
         value = getattr(part, name)

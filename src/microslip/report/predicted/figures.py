@@ -1,4 +1,4 @@
-"""The figures of a prediction, as data, and their captions."""
+"""Figures of a prediction, as data, and their captions."""
 
 from __future__ import annotations
 
@@ -49,12 +49,12 @@ _AREAS = ((1.0, "m²"), (1e-6, "mm²"), (1e-12, "µm²"), (1e-18, "nm²"))
 
 
 def loops(result: Prediction) -> Plot:
-    """Hysteresis loops, one panel for each amplitude, one loop for each load."""
+    """Plot hysteresis loops, one panel for each amplitude, one loop for each load."""
     indices = evenly(len(result.rows[0].amplitude), MOST_LOOP_PANELS)
     columns = 1 if len(indices) == 1 else 2 if len(indices) <= 4 else 3
     largest_x = max(float(row.amplitude[indices].max()) for row in result.rows)
     largest_y = max(float(row.force_amplitude[indices].max()) for row in result.rows)
-    # Loops far apart share no axis: then each is drawn over its own amplitude, in all panels alike.
+    # Loops of very different size are drawn relative to their amplitudes, in all panels.
     loads = drawn_loads(result)
     over_amplitude = any(
         far_apart([float(result.rows[i].amplitude[index]) for i, _ in loads]) for index in indices
@@ -73,13 +73,13 @@ def loops(result: Prediction) -> Plot:
 def _loops_at(
     result: Prediction, index: int, largest: tuple[float, float], over_amplitude: bool
 ) -> Panel:
-    # No markers: they would pass for measured points.
+    # No markers, which would look like measured points.
     loads = drawn_loads(result)
     amplitudes = [float(result.rows[i].amplitude[index]) for i, _ in loads]
     limits = [result.joints[i].force_limit for i, _ in loads]
     forces = [float(result.rows[i].force_amplitude[index]) for i, _ in loads]
     by_force = result.study.excitation.force_amplitudes is not None
-    # As the amplitudes, force limits far apart share no axis.
+    # Likewise for very different force limits.
     over_limit = far_apart(limits) and not by_force
     x_unit, x_letter = _prefix(max(amplitudes), largest[0], min(1e-9, largest[0]))
     y_unit, y_letter = _prefix(max(forces), largest[1])
@@ -102,7 +102,7 @@ def _loops_at(
 
 
 def _loop_bands(result: Prediction, load: int, index: int) -> list[Floats]:
-    """Forces of a loop at the outer quantiles, sample by sample."""
+    """Return the forces of a loop at the outer quantiles, sample by sample."""
     if result.scatter is None or "force" not in result.scatter.bands:
         return []
     band = result.scatter.bands["force"].values
@@ -110,7 +110,7 @@ def _loop_bands(result: Prediction, load: int, index: int) -> list[Floats]:
 
 
 def _prefix(value: float, largest: float, smallest: float = 0.0) -> tuple[float, str]:
-    """Prefix of the largest panel where it still suits this one, else its own."""
+    """Return the prefix of the largest panel if suitable for this panel, else its own."""
     unit, letter = prefix(largest)
     return (unit, letter) if value >= 0.0999 * unit else prefix(max(value, smallest))
 
@@ -119,7 +119,7 @@ def _prefix(value: float, largest: float, smallest: float = 0.0) -> tuple[float,
 
 
 def backbone(result: Prediction) -> Plot:
-    """Force of first loading, and its tangent and secant stiffness."""
+    """Plot force, tangent stiffness and secant stiffness of first loading."""
     axis = displacement_axis(result, "Displacement")
     panels = [_force(result, axis), _stiffness(result, axis)]
     return add_legend(stacked(panels, 7.4, (3.0, 2.0)), result)
@@ -131,7 +131,7 @@ def _force(result: Prediction, axis: AmplitudeAxis) -> Panel:
     unit, letter = common_prefix(limits)
     panel = axis.panel(
         Axis(f"Force of first loading [{letter}N]", log=True),
-        "dashed: all stick, T = kₜ δ, and all slip, T = μN",
+        "dashed: full stick, T = kₜ δ, and gross slip, T = μN",
     )
     for (index, look), limit in zip(loads, limits, strict=True):
         joint, curve = result.joints[index], result.curves[index]
@@ -147,7 +147,7 @@ def _force(result: Prediction, axis: AmplitudeAxis) -> Panel:
 
 def _stiffness(result: Prediction, axis: AmplitudeAxis) -> Panel:
     loads = drawn_loads(result)
-    # A law that is rigid at rest ends where its secants do.
+    # A law that is rigid at rest is scaled by its largest secant stiffness.
     at_rest = [
         k
         if (k := result.joints[i].tangential_stiffness) < np.inf
@@ -173,11 +173,11 @@ def _stiffness(result: Prediction, axis: AmplitudeAxis) -> Panel:
 
 
 def contact_state(result: Prediction) -> Plot:
-    """Contacts and real area against the load, and the sticking share of the area."""
+    """Plot contacts and real area against load, and the sticking area against displacement."""
     surface = result.joints[0].surface
     loads, separations = _loads(result)
     counts = np.zeros(1)
-    if result.joints[0].contact_count is not None:  # a spectrum knows an area, but no contacts
+    if result.joints[0].contact_count is not None:  # a spectrum gives an area, but no contacts
         counts = np.asarray(surface.contact_count(separations))
     areas = np.asarray(surface.contact_area(separations))
     unit, letter = common_prefix([joint.normal_load for joint in result.joints])
@@ -194,7 +194,7 @@ def contact_state(result: Prediction) -> Plot:
                 panel.marks(load / unit, mark, look.color, marker=look.marker)
         over_load.append(panel)
 
-    if np.ptp(counts) > 0.0:  # a single sphere has one contact whatever the load
+    if np.ptp(counts) > 0.0:  # a single sphere always has one contact
         add("Contacts", counts, [joint.contact_count for joint in result.joints])
     contact_areas = [joint.contact_area for joint in result.joints]
     add(label, areas / scale, [None if area is None else area / scale for area in contact_areas])
@@ -207,21 +207,19 @@ def contact_state(result: Prediction) -> Plot:
 
 
 def _loads(result: Prediction) -> tuple[Floats, Floats]:
-    """Normal loads [N] from below the lightest to above the heaviest, and their separations [m]."""
     joints = result.joints
     low = min(joint.normal_load for joint in joints)
     high = max(joint.normal_load for joint in joints)
     loads = np.geomspace(low / 3.0, 3.0 * high, 80)
     try:
         return loads, np.asarray(joints[0].surface.separation(loads))
-    except InputError:  # one of the loads is at the end of what the surface can answer
+    except InputError:  # a load exceeds the range of the surface
         order = np.argsort([joint.normal_load for joint in joints])
         pairs = [(joints[i].normal_load, joints[i].separation) for i in order]
         return np.array([load for load, _ in pairs]), np.array([place for _, place in pairs])
 
 
 def _area_scale(result: Prediction, largest: float) -> tuple[float, str]:
-    """Divisor of real areas [m²], and the label of their axis."""
     apparent = getattr(result.study.surface, "area", None)
     if apparent is not None:
         return 0.01 * apparent, "Real over apparent area [%]"
@@ -231,7 +229,7 @@ def _area_scale(result: Prediction, largest: float) -> tuple[float, str]:
 
 def _stick(result: Prediction) -> Panel:
     axis = displacement_axis(result, "Displacement from rest")
-    panel = axis.panel(Axis("Sticking share of the contact area", 0.0, 1.05))
+    panel = axis.panel(Axis("Sticking fraction of the contact area", 0.0, 1.05))
 
     def share(curve: AmplitudeCurve) -> Floats:
         values = curve.stick_share
@@ -245,7 +243,7 @@ def _stick(result: Prediction) -> Panel:
 
 
 def slider_density(result: Prediction) -> Plot:
-    """Density of sliders, discrete sliders as stems, and their share of the force limit."""
+    """Plot slider density, discrete sliders, and their fraction of the force limit."""
     axis = displacement_axis(result, "Yield displacement of the slider")
     panels = []
     if any(_peak(result.curves[index]) > 0.0 for index, _ in drawn_loads(result)):
@@ -253,8 +251,8 @@ def slider_density(result: Prediction) -> Plot:
     if (stems := _stems(result, axis)) is not None:
         panels.append(stems)
     share = axis.panel(
-        Axis("Share of the force limit", 0.0, 1.05),
-        "what the sliders up to this yield displacement carry when all slip",
+        Axis("Fraction of the force limit", 0.0, 1.05),
+        "force of the sliders up to this yield displacement in gross slip, over μN",
     )
     draw_curves(share, result, axis, slipping_share)
     panels.append(share)
@@ -262,7 +260,7 @@ def slider_density(result: Prediction) -> Plot:
 
 
 def _peak(curve: AmplitudeCurve) -> float:
-    """Largest density that can be drawn; it is infinite at the slip limits of given summits."""
+    """Return the largest finite density; it is infinite at the slip limits of given summits."""
     density = curve.slider_density
     return float(density[np.isfinite(density)].max(initial=0.0))
 
@@ -270,7 +268,7 @@ def _peak(curve: AmplitudeCurve) -> float:
 def _density(result: Prediction, axis: AmplitudeAxis) -> Panel:
     panel = axis.panel(
         Axis("Slider density −T₀″ [N/m²]", log=True),
-        "stiffness of the spread sliders per yield displacement",
+        "stiffness of the distributed sliders per yield displacement",
     )
     values = draw_curves(panel, result, axis, lambda curve: curve.slider_density)
     peaks = [_peak(result.curves[index]) for index, _ in drawn_loads(result)]
@@ -280,9 +278,9 @@ def _density(result: Prediction, axis: AmplitudeAxis) -> Panel:
 
 
 def slipping_share(curve: AmplitudeCurve) -> Floats:
-    """Share of the force limit that sliders up to a yield displacement carry [-].
+    """Return the fraction of the force limit carried by sliders up to a yield displacement [-].
 
-    (T0 - u T0')/mu N, unlike the density finite for every surface; discrete sliders are its jumps.
+    (T0 - u T0')/mu N is finite for every surface, unlike the density; it jumps at discrete sliders.
     """
     share = curve.force_ratio * (1.0 - curve.tangent_stiffness / curve.secant_stiffness)
     return np.maximum(share, 0.0)
@@ -290,7 +288,7 @@ def slipping_share(curve: AmplitudeCurve) -> Floats:
 
 def _stems(result: Prediction, axis: AmplitudeAxis) -> Panel | None:
     sliders = {index: result.joints[index].sliders() for index, _ in drawn_loads(result)}
-    # A rigid one slips from zero on, and has no place on the axes.
+    # A rigid slider yields at zero displacement and cannot be drawn.
     sizes = [float(k.max()) for s in sliders.values() if (k := s.stiffnesses).size]
     if not sizes or not np.isfinite(sizes).all():
         return None
@@ -307,7 +305,7 @@ def _stems(result: Prediction, axis: AmplitudeAxis) -> Panel | None:
 
 
 def face(result: Prediction) -> Plot:
-    """A measured face: its pressures, what touches, its loads."""
+    """Plot pressures, contacts and loads of a measured face."""
     from microslip.contact.figures import face_plot
     from microslip.study.build import build_surface
 
@@ -326,16 +324,16 @@ _LAW_FIGURES = (
 FIGURES: dict[str, Callable[[Prediction], Plot]] = {
     figure.__name__: figure for figure in (*_LAW_FIGURES, history, face)
 }
-"""Captions of the figures by name, in the order of reading."""
+"""Figures by name, in reading order."""
 
 
 def figure_names_of(result: Prediction) -> tuple[str, ...]:
-    """Names of the figures that a result has something to show in."""
+    """Return the names of the figures of a result."""
     return tuple(name for name in FIGURES if name in figure_names(result.study))
 
 
 def pictures(result: Prediction) -> tuple[Picture, ...]:
-    """The figures that a result has something to show in, in the order of reading."""
+    """Return the figures of a result, in reading order."""
     figures = []
     for name in figure_names_of(result):
         alternative, caption = _CAPTIONS[name]
@@ -356,51 +354,52 @@ _CAPTIONS = {
         "Hysteresis loops, force against displacement",
         f"Closed hysteresis loops, {_PANELS}. Thin "
         "and pointed: most contacts stick (microslip). A parallelogram with flat ends: gross slip. "
-        "The area is the energy lost in a cycle.",
+        "The area is the energy dissipated per cycle.",
     ),
     "backbone": (
         "Force and stiffness of first loading against displacement",
-        "First loading from rest (the backbone), from which every loop follows: its slope is kₜ "
-        "fully stuck, and it ends at the force limit μN. Below, the tangent stiffness and the "
-        "secant stiffness, which a linear model of the joint would have at that amplitude.",
+        "First loading from rest (the backbone), which determines every loop: its initial slope "
+        "is kₜ, and it ends at the force limit μN. Below, the tangent stiffness and the secant "
+        "stiffness, which is the stiffness of an equivalent linear joint at that amplitude.",
     ),
     "energy_damping": (
         "Dissipated energy, loss factor and exponent against displacement amplitude",
-        "Energy lost in a cycle, loss factor η with damping ratio ζ = η/2, and the local exponent "
-        "of the energy, over the displacement amplitude; markers are the loops. The exponent is 3 "
-        "in the microslip of a smooth backbone and 1 in gross slip.",
+        "Energy dissipated per cycle, loss factor η with damping ratio ζ = η/2, and local exponent "
+        "of the energy, against the displacement amplitude; markers are the loops. The exponent "
+        "is 3 in the microslip of a smooth backbone and 1 in gross slip.",
     ),
     "force_damping": (
         "Dissipated energy, loss factor and exponent against force amplitude",
-        "The same over the force amplitude, as tests under force control show it. Dotted lines are "
-        "the force limits μN, which no force amplitude passes; towards them energy and exponent "
-        "rise steeply.",
+        "Energy, damping and exponent against the force amplitude, as in tests under force "
+        "control. Dotted lines are the force limits μN, near which energy and exponent rise "
+        "steeply.",
     ),
     "contact_state": (
-        "Contacts and real contact area against load, sticking share against displacement",
-        "Contacts and real contact area over the normal load, with the loads of the study marked; "
-        "below, the share of the contact area that still sticks after a displacement from rest.",
+        "Contacts and real contact area against load, sticking fraction against displacement",
+        "Contacts and real contact area against the normal load, with the loads of the study "
+        "marked; below, the fraction of the contact area that sticks after a displacement from "
+        "rest.",
     ),
     "face": (
         "Pressures and contacts on a piece of the face, and its loads against the separation",
-        "The face point by point: pressures of its first piece as it was tightened, what touches "
-        "of it then and under two lighter loads, and the mean pressure against the separation, "
-        "each piece of the scan within the grey.",
+        "Point-by-point solution of the face: pressures on its first piece at the tightening load, "
+        "contacts at this and two lighter loads, and mean pressure against separation; the pieces "
+        "of the scan lie within the grey band.",
     ),
     "pressure": (
-        "Pressure over the faces, and how near each place is to sliding",
-        "The normal load as it is spread over the faces; below, the share of its own slip limit "
-        "that each place carries after a displacement from rest: where little presses, all slides "
-        "first, and slip reaches inwards from there as the displacement grows.",
+        "Pressure over the faces, and local force over the local slip limit",
+        "Distribution of the normal load over the faces; below, the local force over the local "
+        "slip limit after a displacement from rest: regions of low pressure slide first, and "
+        "slip spreads from there as the displacement grows.",
     ),
     "slider_density": (
-        "Slider density and share of the force limit against yield displacement",
-        "The joint as a parallel Iwan model: the stiffness of its sliders per yield displacement, "
-        "and the share of the force limit that the sliders up to a yield displacement carry.",
+        "Slider density and fraction of the force limit against yield displacement",
+        "The joint as a parallel Iwan model: stiffness of its sliders per yield displacement, and "
+        "fraction of the force limit carried by sliders up to a yield displacement.",
     ),
     "history": (
         "Displacement, force and dissipated energy along the history, and its path",
-        "The own history from rest: displacement, force and energy lost so far over the samples, "
-        "and the path that force and displacement take.",
+        "Response to the given history from rest: displacement, force and cumulative dissipated "
+        "energy, and force against displacement.",
     ),
 }

@@ -1,4 +1,4 @@
-"""The figure of the own history: records over time, and force over displacement."""
+"""Figures of the response to a history, and of the pressure distribution."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from microslip.report.predicted.curves import add_legend, drawn_loads
 from microslip.study.runs.prediction import Prediction
 
 MOST_DRAWN_SAMPLES = 20_000
-"""Samples of a load up to which each of them is drawn."""
+"""Largest number of samples per load that is drawn in full."""
 _STRETCHES, _GRID = 750, 1500
 _LABELS = {
     "displacement": ("Displacement", "m"),
@@ -25,9 +25,9 @@ _THIN_FROM = 3000
 
 
 def history(result: Prediction) -> Plot:
-    """Displacement, force and dissipated energy over time, and force over displacement.
+    """Plot displacement, force and dissipated energy over time, and force over displacement.
 
-    Without times they are drawn over the samples.
+    Without times the abscissa is the sample number.
     """
     names = [*_LABELS]
     loads = drawn_loads(result)
@@ -57,17 +57,19 @@ def history(result: Prediction) -> Plot:
         Axis(panels["force"].y.label, opposite=True),
         cell=(0, len(names) - 1, 1, 1),
     )
-    # What was given is the same for all loads, and has the colour of none.
+    # The given quantity is the same for all loads and is drawn in grey.
     common = record.quantity if record is not None and len(loads) > 1 else None
     if common is not None:
         panels[common].line(*envelope_of(columns[common][0]), GREY, width=THIN)
-    answers = columns["displacement" if common == "force" else "force"]
-    sizes = [float(np.abs(answer).max()) for answer in answers]
+    responses = columns["displacement" if common == "force" else "force"]
+    sizes = [float(np.abs(response).max()) for response in responses]
     width = 0.7 if count > _THIN_FROM else WIDTH
-    # The smaller in front of the larger, which would hide it.
+    # Draw large responses first, so that they do not hide small ones.
     for number in sorted(range(len(loads)), key=lambda i: -sizes[i]):
         look = loads[number][1]
-        dash = () if count > MOST_DRAWN_SAMPLES else look.dash  # strokes shorter than a dash
+        dash = (
+            () if count > MOST_DRAWN_SAMPLES else look.dash
+        )  # strokes would be shorter than a dash
         for name, values in columns.items():
             if name != common:
                 panels[name].line(*envelope_of(values[number]), look.color, width=width, dash=dash)
@@ -84,7 +86,7 @@ def history(result: Prediction) -> Plot:
 
 
 def _scaled(values: list[Floats], name: str) -> tuple[list[Floats], str]:
-    """Columns of all loads in one unit, or each over its own largest value; and their label."""
+    """Return columns of all loads in one unit, or relative to their maxima, and the label."""
     label, symbol = _LABELS[name]
     sizes = [float(np.abs(column).max()) for column in values]
     if far_apart(sizes, 50.0):
@@ -95,7 +97,7 @@ def _scaled(values: list[Floats], name: str) -> tuple[list[Floats], str]:
 
 
 def envelope(values: Floats) -> tuple[Floats, Floats]:
-    """Places and values of a record; of a long one only the extremes of each stretch."""
+    """Return indices and values of a record, reduced to the extremes of intervals if long."""
     if values.size <= MOST_DRAWN_SAMPLES:
         return np.arange(values.size, dtype=np.float64), values
     width = -(-values.size // _STRETCHES)
@@ -107,14 +109,14 @@ def envelope(values: Floats) -> tuple[Floats, Floats]:
 
 
 def motion_path(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """A path; of a long one each stroke on a fine grid once, since cycles repeat themselves."""
+    """Return a path; in a long one each stroke on a fine grid occurs once."""
     if x.size <= MOST_DRAWN_SAMPLES:
         return x, y
     cells = np.stack([np.round((v - v.min()) / (np.ptp(v) or 1.0) * _GRID) for v in (x, y)])
     strokes = np.concatenate((cells[:, :-1], cells[:, 1:])).astype(np.int64)
     keys = ((strokes[0] * 2048 + strokes[1]) * 2048 + strokes[2]) * 2048 + strokes[3]
     first = np.sort(np.unique(keys, return_index=True)[1])
-    # A run of strokes that follow each other is one line, and a gap parts it from the next.
+    # Consecutive strokes form one line; a gap separates lines.
     ends = np.flatnonzero(np.diff(first, append=x.size + 1) > 1)
     places = np.repeat(ends + 1, 2)
     lines = []
@@ -129,7 +131,7 @@ MOST_AMPLITUDES = 6
 
 
 def pressure(result: Prediction) -> Plot:
-    """Pressure over the place, and how near each place is to sliding at the amplitudes."""
+    """Plot pressure over position, and local force over the local slip limit."""
     every: Sequence[object] = result.joints
     joints = [
         (joint, look)
@@ -141,12 +143,12 @@ def pressure(result: Prediction) -> Plot:
     unit, letter = common_prefix([float(joint.pressures.max()) for joint, _ in joints])
     over = Panel(Axis(axis), Axis(f"Pressure [{letter}Pa]", 0.0))
     for joint, look in joints:
-        over.line(*_stepped(places, joint.pressures / unit), look.color, dash=look.dash)
+        over.line(*_by_position(places, joint.pressures / unit), look.color, dash=look.dash)
         if joint.pressure.areas.size <= 1:
             over.marks(places, joint.pressures / unit, look.color, marker=look.marker)
     slip = Panel(
         Axis(axis),
-        Axis("Share of the slip limit, T/μN", 0.0, 1.05),
+        Axis("Local force over slip limit, T/μN", 0.0, 1.05),
         f"at displacements from rest, under {engineering(first.normal_load, 'N', 4, trim=True)}: "
         "1 slides",
     )
@@ -156,7 +158,7 @@ def pressure(result: Prediction) -> Plot:
     for number, index in enumerate(indices):
         color, dash, _ = look_of(number)
         shares = first.slip_shares(float(amplitudes[index]))
-        slip.line(*_stepped(places, shares), color, dash=dash)
+        slip.line(*_by_position(places, shares), color, dash=dash)
         if shares.size <= 1:
             slip.marks(places, shares, color)
         label = engineering(float(amplitudes[index]), "m", 3, trim=True)
@@ -172,7 +174,7 @@ def pressure(result: Prediction) -> Plot:
 
 
 def _places(joint: PressedJoint) -> tuple[Floats, str]:
-    """Position of each area: its distance from the axis, or its rank by pressure as area."""
+    """Return the position of each area: its distance from the axis, or its rank by pressure."""
     spread = joint.pressure
     if spread.distances is not None:
         unit, letter = prefix(float(spread.distances.max()))
@@ -180,10 +182,9 @@ def _places(joint: PressedJoint) -> tuple[Floats, str]:
     order = np.argsort(-joint.pressures, kind="stable")
     reach = np.empty(order.size)
     reach[order] = np.cumsum(spread.areas[order]) - 0.5 * spread.areas[order]
-    return 100.0 * reach / spread.area, "Pressed area, the most pressed first [%]"
+    return 100.0 * reach / spread.area, "Area in order of decreasing pressure [%]"
 
 
-def _stepped(places: Floats, values: Floats) -> tuple[Floats, Floats]:
-    """A line through the values in the order of their places."""
+def _by_position(places: Floats, values: Floats) -> tuple[Floats, Floats]:
     order = np.argsort(places, kind="stable")
     return places[order], values[order]

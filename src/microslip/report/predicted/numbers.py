@@ -1,4 +1,4 @@
-"""`summary.json`: all but the long columns, under descriptive keys."""
+"""Contents of `summary.json` under descriptive keys."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ from microslip.study.runs.prediction import Defaults, Prediction, leading_inputs
 KIND = "microslip-result"
 SUMMARY_SCHEMA = 1
 REMINDER = (
-    "Loss factor and damping ratio are the interface's own. In a structure the damping ratio of a "
-    "mode is the sum of the energies of its joints over 4 pi times the energy of the whole mode."
+    "Loss factor and damping ratio describe the interface. In a structure the damping ratio of a "
+    "mode is the dissipated energy of all joints over 4 pi times the energy of the mode."
 )
 
 
@@ -39,8 +39,8 @@ JOINT_FIGURES = ("loops", "backbone", "energy_damping", "force_damping")
 
 
 def figure_names(study: StudyDescription) -> tuple[str, ...]:
-    """Names of the figures that a study has something to show in."""
-    # A table of loads has no contacts.
+    """Return the names of the figures of a study."""
+    # A tabulated normal law has no contacts.
     has_contacts = study.surface is not None and not isinstance(study.surface, u.TableSurface)
     is_pressed = has_contacts and study.joint.pressure is not None
     figures = {
@@ -66,7 +66,7 @@ def _scatters(study: StudyDescription) -> bool:
 
 
 def file_names(study: StudyDescription) -> tuple[str, ...]:
-    """Files that a study writes; summary.json, which names the others, is the first."""
+    """Return the files that a study writes; the first is summary.json, which lists the others."""
     formats = study.output.formats
     tables = {
         "loops": study.asks_for_joint,
@@ -90,7 +90,7 @@ def file_names(study: StudyDescription) -> tuple[str, ...]:
 
 
 def summarise(result: Prediction, defaults: Defaults) -> dict[str, Any]:
-    """Contents of `summary.json`."""
+    """Return the contents of `summary.json`."""
     study, names, joint = result.study, file_names(result.study), result.joints[0]
     surface, structure, scatter = study.surface, result.structure, result.scatter
     notes = [
@@ -119,13 +119,13 @@ def summarise(result: Prediction, defaults: Defaults) -> dict[str, Any]:
 
 
 def _bolt_forces(study: StudyDescription) -> BoltForces | None:
-    # A joint of a friction law has no pressure, one of a field no bolts.
+    # A joint of a friction law has no pressure, and a pressure field has no bolts.
     forces: BoltForces | None = getattr(getattr(study.joint, "pressure", None), "bolt_forces", None)
     return forces
 
 
 def pressure_numbers(joint: Any) -> dict[str, Any] | None:
-    """Distribution of the load, if there is one."""
+    """Return the distribution of the load, or None."""
     if not isinstance(joint, PressedJoint):
         return None
     spread = joint.pressure
@@ -134,14 +134,14 @@ def pressure_numbers(joint: Any) -> dict[str, Any] | None:
 
 
 def load_notes(study: StudyDescription, joint: Interface) -> list[str]:
-    """Notes on the surface, the pressure and the bolts, in sentences."""
+    """Return notes on scan, tightening and pressure."""
     notes = [] if study.surface is None else study.surface.sentences()
     if (spread := pressure_numbers(joint)) is not None:
         notes.append(
             f"joint.pressure: {spread['kind']}, on {significant(1e6 * spread['area'])} mm², "
-            f"{significant(spread['concentration'])} times the mean where it is largest, "
+            f"largest pressure {significant(spread['concentration'])} times the mean, "
             f"{engineering(spread['largest_pressure'], 'Pa')} under "
-            f"{engineering(joint.normal_load, 'N', 4, trim=True)}. The verdicts are those there."
+            f"{engineering(joint.normal_load, 'N', 4, trim=True)}. Verdicts refer to that pressure."
         )
     if rows := force_rows(_bolt_forces(study)):
         words = "; ".join(f"{name[0].lower()}{name[1:]} {text}" for name, text in rows)
@@ -149,8 +149,8 @@ def load_notes(study: StudyDescription, joint: Interface) -> list[str]:
     index = joint.surface._assumptions(None).get("plasticity index") if study.structure else None
     if index is not None and index > 1.0:
         notes.append(
-            f"surface.law: summits that stay elastic bear the bolts here, though at a plasticity "
-            f"index of {index:.3g} most yield. Faces yield under the pressure of each patch: take "
+            "surface.law: the summits are elastic, although most would yield at a plasticity index "
+            f"of {index:.3g}. Faces yield under the pressure of each patch: use "
             'law = "face", with rq and rdq of a drawing or with a scan.'
         )
     return notes
@@ -158,15 +158,19 @@ def load_notes(study: StudyDescription, joint: Interface) -> list[str]:
 
 def _title_notes(study: StudyDescription, names: Sequence[str]) -> list[str]:
     if study.title.isascii() or not any(name.endswith((".png", ".pdf")) for name in names):
-        return []  # what shows lines and text has fonts of its own
+        return []  # viewers of SVG and HTML have their own fonts
     from microslip.figures.matplotlib_figure import missing_glyphs
 
     missing = missing_glyphs(study.title)
-    return [f"title: the figures have no letters for {missing} and draw boxes."] if missing else []
+    return (
+        [f"title: the font of the figures lacks {missing}; they are drawn as boxes."]
+        if missing
+        else []
+    )
 
 
 def joint_entry(study: StudyDescription, joint: Interface) -> dict[str, Any]:
-    """Joint at rest in the summary, its verdicts included."""
+    """Return the joint at rest for the summary, with its verdicts."""
     return {
         "normal_load": json_value(getattr(joint, "normal_load", None)),
         **{name: json_value(value) for name, value in scalars(study, joint).items()},
@@ -178,7 +182,7 @@ def joint_entry(study: StudyDescription, joint: Interface) -> dict[str, Any]:
 
 
 def hertz(joint: Any, study: StudyDescription) -> dict[str, Any]:
-    """Hertz's and Cattaneo's numbers of a sphere; nothing of other surfaces."""
+    """Return the Hertz and Cattaneo numbers of a sphere; empty for other surfaces."""
     surface = getattr(joint, "surface", None)
     if not isinstance(surface, SphereOnFlat):
         return {}
@@ -198,7 +202,7 @@ def hertz(joint: Any, study: StudyDescription) -> dict[str, Any]:
                 {
                     "amplitude": a,
                     "stick_radius_over_contact_radius": share,
-                    # Cattaneo's traction is largest at the edge of the zone that sticks.
+                    # Cattaneo's traction is largest at the edge of the stick zone.
                     "edge_traction": joint.friction_coefficient
                     * pressure
                     * math.sqrt(1.0 - share * share),
@@ -210,7 +214,7 @@ def hertz(joint: Any, study: StudyDescription) -> dict[str, Any]:
 
 
 def joint_verdicts(study: StudyDescription, joint: Interface) -> list[Verdict]:
-    """Return the verdicts on a joint; none of a law without a normal load."""
+    """Return the verdicts on a joint; none for a law without a normal load."""
     return [*joint.validity] if study.joint.loads else []
 
 
@@ -225,7 +229,6 @@ def _joint(result: Prediction, index: int) -> dict[str, Any]:
 
 
 def _records(columns: Columns) -> list[dict[str, float | None]]:
-    """Rows of a table, each with the names of its columns."""
     arrays = columns.columns()
     rows = zip(*(json_value(array) for array in arrays.values()), strict=True)
     return [dict(zip(arrays, row, strict=True)) for row in rows]

@@ -1,4 +1,4 @@
-"""Preview of a study in SI units, and of its joint at rest: no loop, no file."""
+"""Preview of a study: quantities in SI units and the joint at rest, without loops and files."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ from microslip.study.uncertain import Spread
 KIND = "microslip-check"
 MOST_ITEMS = 4
 _WORDS = {
-    "outside": "Outside the assumptions of the model; it can be run all the same.",
+    "outside": "Some assumptions of the model are violated; the study can still be run.",
     "watch": "Ready to run; see the verdicts.",
-    "not judged": "Ready to run; not everything could be judged, see the verdicts.",
+    "not judged": "Ready to run; some assumptions could not be judged, see the verdicts.",
 }
 
 
 def preview(study: StudyDescription, progress: Progress | None = None) -> Document:
     """Check a study without running it."""
     joints = build_joints(study, progress)
-    unsaid = () if study.structure else Defaults.of(study, joints).notes()
+    default_notes = () if study.structure else Defaults.of(study, joints).notes()
     excitation, loads = study.excitation, len(joints)
     amplitudes = excitation.amplitudes or excitation.force_amplitudes or DEFAULT_AMPLITUDES
     points = excitation.curve.points if excitation.curve else DEFAULT_POINTS
@@ -51,7 +51,7 @@ def preview(study: StudyDescription, progress: Progress | None = None) -> Docume
         "title": study.title,
         "study": study.plain(),
         "quantities": list(_quantities(study)),
-        "notes": [*study.notes, *unsaid, *load_notes(study, joints[0])],
+        "notes": [*study.notes, *default_notes, *load_notes(study, joints[0])],
         "questions": questions(study),
         "joints": [joint_entry(study, joint) for joint in joints],
         "loops": loads * len(amplitudes),
@@ -67,7 +67,7 @@ def preview(study: StudyDescription, progress: Progress | None = None) -> Docume
     sections = [
         *(() if cost is None else [Section("Structure", (_size(cost),))]),
         Section("Quantities", (_quantity_table(data["quantities"]),)),
-        # The area of a structure's surface is not that of a joint: patches have areas of their own.
+        # In a structure the patches, not the surface, have areas, and there is no single joint.
         *(() if cost is not None else [rest_section(data["joints"], law)]),
         Section("Validity", (validity_verdicts(study, joints),)),
     ]
@@ -79,7 +79,6 @@ def preview(study: StudyDescription, progress: Progress | None = None) -> Docume
 
 
 def _size(cost: Cost) -> Facts:
-    """Size of a structure, and its cost."""
     low, high = cost.seconds
     unit, name = (1.0, "s") if high < 120.0 else (60.0, "min")
     duration = f"{math.floor(low / unit)} to {math.ceil(high / unit)} {name}"
@@ -93,14 +92,14 @@ def _size(cost: Cost) -> Facts:
         ("Reductions", str(cost.reductions)),
         ("Curves of modes", str(cost.balances)),
         ("Measured here", measured),
-        ("Time of a run, by these", duration),
+        ("Estimated time of a run", duration),
         ("Memory, about", f"{cost.gigabytes:.1f} GB"),
     )
     return Facts("Size", rows)
 
 
 def next_step(document: Document) -> str:
-    """Content of a run, to be followed by the command."""
+    """Describe the run that the next command starts."""
     data = document.data
     parts = [f"{data['loops']} loops", f"curves of {data['points']} points in all"]
     if "structure" in data:
@@ -127,7 +126,6 @@ def _quantity_table(quantities: list[dict[str, Any]]) -> Table:
 
 
 def _list(value: Any, write: Callable[[Any], str]) -> str:
-    """One value, or those of a list as far as there is room."""
     if not isinstance(value, list):
         return write(value)
     if len(value) <= MOST_ITEMS:
@@ -137,11 +135,11 @@ def _list(value: Any, write: Callable[[Any], str]) -> str:
 
 
 def _quantities(study: StudyDescription) -> Iterator[dict[str, Any]]:
-    """Each number of a study: its key, what was written for it, and what it is [SI unit]."""
+    """Yield each number of a study: key, text in the study, and value [SI unit]."""
     source = tomllib.loads(study.text)
     values = study.by_keys()
     history = study.excitation.history
-    # Materials may hold more than was written: what the table of metals adds.
+    # Materials also have the values added from the table of metals.
     materials = source.pop("material", {})
     material = {
         name: {**dict.fromkeys(keys), **materials.get(name, {})}
@@ -170,7 +168,6 @@ def _quantities(study: StudyDescription) -> Iterator[dict[str, Any]]:
 
 
 def _units(part: Any, path: str = "") -> Iterator[tuple[str, str]]:
-    """SI units of the keys of a part and of the parts in it, as they are declared."""
     if isinstance(part, dict):
         for name, inner in part.items():
             yield from _units(inner, f"{path}.{name}".lstrip("."))
@@ -182,7 +179,7 @@ def _units(part: Any, path: str = "") -> Iterator[tuple[str, str]]:
 
 
 def _walk(source: Any, values: Any, path: str = "") -> Iterator[tuple[str, Any, Any]]:
-    """Keys that hold numbers, or that say which file holds them."""
+    """Yield the keys that contain numbers or name a file with numbers."""
     for key, written in source.items():
         here, value = f"{path}{key}", values.get(key)
         if isinstance(written, dict) and "file" in written and path != "structure.":
@@ -196,7 +193,7 @@ def _walk(source: Any, values: Any, path: str = "") -> Iterator[tuple[str, Any, 
 
 
 def _first_item(value: Any) -> Any:
-    """A value, or the first one of a list: one written without brackets is a list, too."""
+    """Return a value, or the first of a list; a single value may be stored as a list."""
     return value[0] if isinstance(value, (list, tuple)) else value
 
 

@@ -1,6 +1,6 @@
-"""The result of a study, which can be saved and opened again, and its files.
+"""Result of a study, and its files.
 
-All numbers in files are in SI units and read back bit for bit.
+Numbers in files are in SI units and are read back exactly.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from microslip.study.runs.prediction import Prediction, run_prediction
 
 
 def files(result: Result, destination: Path) -> tuple[File, ...]:
-    """Files of a result; the copy of the study names its files as seen from the destination."""
+    """Return the files of a result; the copied study names files relative to the destination."""
     study, structure, data = result.study, result.structure, result.data
     own = [
         csv_file(f"{name}.csv", data, columns, dims)
@@ -60,26 +60,26 @@ class Result(Prediction):
     Parameters
     ----------
     study : Study
-        Prediction.
+        The study.
     joints : tuple of Interface
-        One for each normal load.
+        One joint for each normal load.
     loops : tuple of tuple of Loop
-        For each load, one for each amplitude of the study.
+        For each load, one loop for each amplitude of the study.
     rows : tuple of AmplitudeCurve
-        For each load, the cyclic quantities at the amplitudes of the loops. Where the study gives
-        force amplitudes these are the same for all loads, and the displacement amplitudes differ.
+        For each load, the cyclic quantities at the amplitudes of the loops. If the study gives
+        force amplitudes, these are the same for all loads, and the displacement amplitudes differ.
     curves : tuple of AmplitudeCurve
-        For each load, the same over the whole range of amplitudes.
+        For each load, the cyclic quantities over the whole range of amplitudes.
     limits : tuple of Limits
         For each load, the asymptotes of the dissipated energy.
     summary : dict
         Content of `summary.json`: numbers in SI units, with a table of their units.
     histories : tuple of HistoryResponse
-        For each load, what the joint does along the history of the study; empty without one.
+        For each load, the response to the history of the study; empty without one.
     structure : StructurePrediction or None
         The bolted structure of the study: tightened state, modes, bands.
     scatter : Scatter or None
-        Bands of all of these, where numbers of the study are uncertain.
+        Bands of all quantities, if numbers of the study are uncertain.
     """
 
     @cached_property
@@ -112,11 +112,11 @@ class Result(Prediction):
         Parameters
         ----------
         folder : str or pathlib.Path
-            The folder to make.
+            Folder to create.
         overwrite : bool
-            Whether an earlier result in its place may be replaced; nothing else ever is.
+            Whether an existing result may be replaced; other folders never are.
         progress : callable, optional
-            Called now and then with the share that is done, 0 … 1.
+            Called repeatedly with the completed fraction, 0 to 1.
 
         Returns
         -------
@@ -126,22 +126,22 @@ class Result(Prediction):
         return save(files(self, Path(folder)), folder, KIND, "result", overwrite, progress)
 
     def plot(self, name: str = "loops", ax: Any = None, *, title: bool = False) -> Any:
-        """Draw one of the figures of its report; axes name their units, such as [N].
+        """Draw one of the figures of the report; axis labels name their units, such as [N].
 
         Parameters
         ----------
         name : str, optional
-            Name of its file: "loops", "backbone", "energy_damping", and those that
-            docs/results.md lists.
+            Name of the figure: "loops", "backbone", "energy_damping" and others, see
+            docs/results.md.
         ax : array of matplotlib.axes.Axes, optional
-            Axes to draw on, one for each panel; without, a new figure.
+            Axes to draw on, one for each panel; by default a new figure.
         title : bool, optional
-            Whether the title of the study stands above it.
+            Whether the title of the study is shown.
 
         Returns
         -------
         matplotlib.axes.Axes or ndarray of Axes
-            What was drawn on.
+            The axes.
         """
         from microslip.figures import draw
 
@@ -155,7 +155,7 @@ class Result(Prediction):
         return draw(plot, ax)
 
     def to_xarray(self) -> Any:
-        """All numbers as one labelled data set, the same as in `result.nc`.
+        """Return all numbers as one labelled data set, as in `result.nc`.
 
         Returns
         -------
@@ -167,10 +167,10 @@ class Result(Prediction):
 
 
 class Study(StudyDescription):
-    """A validated description of one prediction; quantities are SI floats.
+    """Validated description of a prediction; quantities are floats in SI units.
 
-    Made from a file by :meth:`load`, from text by :meth:`from_toml`, or in Python with the keys
-    of the file and quantities as text, ``Study(schema=1, surface={"radius": "1 mm", …}, …)``.
+    Create it from a file with :meth:`load`, from text with :meth:`from_toml`, or in Python with the
+    keys of the file and quantities as text, ``Study(schema=1, surface={"radius": "1 mm", …}, …)``.
     """
 
     def run(self, progress: Progress | None = None, workers: int = 1) -> Result:
@@ -179,10 +179,9 @@ class Study(StudyDescription):
         Parameters
         ----------
         progress : callable, optional
-            Called now and then with the share that is done, 0 … 1.
+            Called repeatedly with the completed fraction, 0 to 1.
         workers : int, optional
-            Processes among which the samples of uncertain numbers are shared; the results are the
-            same for any number of them.
+            Worker processes for the samples of uncertain numbers; results do not depend on it.
 
         Returns
         -------

@@ -1,4 +1,4 @@
-"""Scatter of a prediction: bands, their sampling error, and the next measurement."""
+"""Scatter of a prediction: bands, their sampling error, and the most influential inputs."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ SCATTER_FIGURES = ("tornado",)
 
 
 def scatter_sections(result: Prediction) -> tuple[Section, ...]:
-    """The part of a document that is about the scatter."""
+    """Return the sections on the scatter."""
     scatter = result.scatter
     if scatter is None:
         return ()
@@ -46,9 +46,9 @@ def scatter_sections(result: Prediction) -> tuple[Section, ...]:
     ]
     picture = Picture(
         "tornado",
-        "The loss factor with one input at its 5 % and 95 % and the others at their medians, at "
-        "the amplitude of each loop where it scatters most: the longest bar is what to measure "
-        "next.",
+        "Loss factor with one input at its 5 % or 95 % quantile and the others at their medians, "
+        "for the loop with the largest scatter: the input with the longest bar is the one to "
+        "measure next.",
         lambda: tornado(result, scatter),
         "Effect of each input on the loss factor",
     )
@@ -57,7 +57,6 @@ def scatter_sections(result: Prediction) -> tuple[Section, ...]:
 
 
 def _places(result: Prediction) -> list[tuple[int, int, float | None, float]]:
-    """Load and amplitude indices, with their values."""
     return [
         (i, j, json_value(getattr(joint, "normal_load", None)), float(a))
         for i, (joint, row) in enumerate(zip(result.joints, result.rows, strict=True))
@@ -73,7 +72,7 @@ def _bands(result: Prediction, scatter: Scatter, name: str) -> Table:
     )
     rows = [(load, a, *json_value(band[:, i, j])) for i, j, load, a in _places(result)]
     if name in scatter.intervals:
-        label = "90 % interval of these, ±"
+        label = "90 % interval of the quantiles, ±"
         columns = (*columns, Column("error", label, "", write=cells.percent, short="± (90 %)"))
         widest = np.max(_half_widths(scatter, name), axis=0)
         places = _places(result)
@@ -84,14 +83,14 @@ def _bands(result: Prediction, scatter: Scatter, name: str) -> Table:
 
 
 def _half_widths(scatter: Scatter, name: str) -> Floats:
-    """Relative distance of the ends of an interval from its quantile; infinite if unknown."""
+    """Return the relative half-widths of the intervals of the quantiles; infinite if unknown."""
     band, (low, high) = scatter.bands[name].values, scatter.intervals[name]
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(np.maximum(band - low, high - band) / np.abs(band))
 
 
 def _of_input(decision: Decision, place: int) -> dict[str, Any]:
-    """Contribution of an input to a result; Sobol' indices where they were asked for."""
+    """Return the contribution of an input to a result, with Sobol' indices if computed."""
     arrays = {"share": decision.shares, "low": decision.low, "high": decision.high}
     if decision.first is not None and decision.total is not None:
         arrays |= {"first": decision.first, "total": decision.total}
@@ -99,9 +98,8 @@ def _of_input(decision: Decision, place: int) -> dict[str, Any]:
 
 
 def _ranking(result: Prediction, scatter: Scatter) -> Table:
-    """Inputs to measure next, for the loss factor."""
     columns = (
-        Column("share", "Share in the scatter of ln η", "", write=cells.percent, short="share"),
+        Column("share", "Fraction of the variance of ln η", "", write=cells.percent, short="share"),
         Column("first", "Sobol’ index, first", "", write=cells.ratio, short="first"),
         Column("total", "Sobol’ index, total", "", write=cells.ratio, short="total"),
         Column("low", "η at its 5 %", "", write=cells.ratio),
@@ -119,42 +117,43 @@ def _ranking(result: Prediction, scatter: Scatter) -> Table:
 
 
 def _remark(scatter: Scatter) -> str:
-    """Remark of the delta method."""
+    """Compare the scatter of the samples with the delta method."""
     decisions = [d for d in scatter.decisions if d.name == "loss_factor"]
     worst = max(decisions, key=lambda d: abs(d.scatter - d.delta))
     return (
         f"Standard deviation of ln η over the samples and by the delta method: "
         f"{worst.scatter:.3g} and {worst.delta:.3g} where they differ most; a regression on the "
-        f"inputs explains {min(d.explained for d in decisions):.0%} or more. {_sureness(scatter)}"
+        f"inputs explains {min(d.explained for d in decisions):.0%} or more. "
+        f"{_confidence_text(scatter)}"
     )
 
 
-def _sureness(scatter: Scatter) -> str:
-    """Confidence of the quantiles of the loss factor, and the samples needed for more."""
+def _confidence_text(scatter: Scatter) -> str:
+    """Describe the confidence of the quantiles, and the samples needed for a smaller interval."""
     widths = _half_widths(scatter, "loss_factor")
     widest, count = float(np.max(widths, initial=0.0)), scatter.samples
     text = (
-        "Intervals hold the quantiles of more samples with a confidence of 90 %, by order "
-        "statistics over eight scramblings of the points"
+        "Intervals contain the quantiles of an infinite sample with 90 % confidence, from order "
+        "statistics over eight scrambled point sets"
     )
     if not math.isfinite(widest):
         tail = min(min(q, 1.0 - q) for q in scatter.quantiles.tolist())
-        # Eight times a power of two, of which twelve lie in a tail: then it has an interval.
+        # Eight times a power of two with at least twelve samples in a tail.
         enough = 8 << max(3, math.ceil(math.log2(12.0 / tail / 8.0)))
         return (
-            f"{text}; {count} samples leave an outer one open: take some {enough} "
+            f"{text}; {count} samples are too few for an outer quantile: use about {enough} "
             "(uncertainty.samples)."
         )
     if widest <= _FINE:
         return f"{text}."
-    return f"{text}; for ±{_FINE:.0%} take {samples_for(count, widest, _FINE)} samples at most."
+    return f"{text}; ±{_FINE:.0%} needs at most {samples_for(count, widest, _FINE)} samples."
 
 
 _FINE = 0.01
 
 
 def tornado(result: Prediction, scatter: Scatter) -> Plot:
-    """Bars of what each input does, for the load and amplitude whose loss factor scatters most."""
+    """Plot the effect of each input for the loop with the largest scatter of the loss factor."""
     decision = max(
         (d for d in scatter.decisions if d.name == "loss_factor"), key=lambda d: d.scatter
     )
@@ -179,7 +178,7 @@ def tornado(result: Prediction, scatter: Scatter) -> Plot:
 
 
 def scatter_numbers(scatter: Scatter) -> dict[str, Any]:
-    """Scatter in the summary: plain values in SI units."""
+    """Return the scatter as plain values in SI units, for the summary."""
     return {
         "inputs": {entry.key: entry.written for entry in scatter.inputs},
         "samples": scatter.samples,

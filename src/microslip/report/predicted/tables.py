@@ -1,4 +1,4 @@
-"""The tables of a prediction: joints at rest, their cycles, the history."""
+"""Tables of a prediction: joints at rest, cycles, history."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from microslip.report.predicted.numbers import joint_verdicts
 from microslip.study.description import StudyDescription
 
 COUNTED = ("population", "sphere")
-"""Normal laws whose contacts are counted, one by one."""
+"""Normal laws with individually counted contacts."""
 MOST_JOINTS = 20
 MOST_CYCLE_ROWS = 60
 
@@ -46,14 +46,13 @@ JointRows = Sequence[dict[str, Any]]
 def _table(
     title: str, noun: str, columns: Sequence[Column], rows: JointRows, caption: str = ""
 ) -> Table:
-    """A table of loads or of their loops, whose cells are looked up by key."""
     keys, limit = (1, MOST_JOINTS) if noun == "loads" else (2, MOST_CYCLE_ROWS)
     values = tuple(tuple(row.get(column.key) for column in columns) for row in rows)
     return Table(title, tuple(columns), values, keys, limit, caption, noun=noun)
 
 
 def joint_table(joints: JointRows, law: str) -> Table:
-    """Joint at rest, one row for each load."""
+    """Return the table of joints at rest, one row per load."""
     counts = cells.counted if law in COUNTED else cells.expected
     share_known = joints[0]["contact_area_fraction"] is not None
     columns = (
@@ -69,23 +68,23 @@ def joint_table(joints: JointRows, law: str) -> Table:
     scale = joints[0]["slip_scale_meaning"]
     h = joints[0]["standardised_separation"] is not None
     caption = (
-        "kₙ and kₜ are the stiffnesses of the contact alone with all contacts sticking; kₜ at a "
-        "rig is in series with the solid behind a round contact of the apparent area, as two "
-        "half-spaces (Johnson 1985), as sensors beside a small contact measure it. μN is "
-        f"the force of gross slip. The slip scale is {_SCALES.get(scale, scale)}"
+        "kₙ and kₜ are the stiffnesses of the interface in full stick; kₜ at a rig also includes "
+        "the compliance of two half-spaces behind a round contact of the apparent area (Johnson "
+        "1985), as measured by sensors next to a small contact. μN is "
+        f"the force of gross slip.  The slip scale is {_SCALES.get(scale, scale)}"
         + ("; h is the separation of the surfaces over the spread of the heights." if h else ".")
     )
     return _table("Joint", "loads", columns, joints, caption)
 
 
 def rest_section(joints: JointRows, law: str) -> Section:
-    """The joint at rest, its Hertz numbers, and what its answers hang on."""
-    tables = (joint_table(joints, law), *hertz_table(joints), *hanging_table(joints))
+    """Return the section on the joint at rest, Hertz numbers and sensitivities."""
+    tables = (joint_table(joints, law), *hertz_table(joints), *sensitivity_table(joints))
     return Section("Joint at rest", tables)
 
 
-def hanging_table(joints: JointRows) -> tuple[Table, ...]:
-    """The steepest slopes of each joint; nothing for laws without a surface."""
+def sensitivity_table(joints: JointRows) -> tuple[Table, ...]:
+    """Return the largest sensitivities of each joint; empty for laws without a surface."""
     rows = []
     for joint in joints:
         if not (slopes := joint.get("sensitivities")):
@@ -105,9 +104,9 @@ def hanging_table(joints: JointRows) -> tuple[Table, ...]:
         Column("inputs", "Largest sensitivities"),
     )
     caption = (
-        "d ln quantity/d ln input, the largest first: at 0.5 an error of 10 % in the input makes "
-        "one of 5 % in the quantity. Moduli, density and area change for both bodies and the "
-        "whole joint."
+        "d ln quantity/d ln input, the largest first: with 0.5 an error of 10 % in the input "
+        "causes an error of 5 % in the quantity. Moduli change for both bodies, density and area "
+        "for the whole joint."
     )
     title = "Sensitivities"
     table = Table(title, columns, tuple(rows), 2, MOST_JOINTS, caption, noun="quantities")
@@ -115,7 +114,7 @@ def hanging_table(joints: JointRows) -> tuple[Table, ...]:
 
 
 def hertz_table(joints: JointRows) -> tuple[Table, ...]:
-    """Hertz's and Cattaneo's numbers of a sphere, a row for each load and amplitude."""
+    """Return Hertz and Cattaneo numbers of a sphere, one row per load and amplitude."""
     rows = [
         {**joint, **joint["hertz"], **cycle}
         for joint in joints
@@ -136,14 +135,14 @@ def hertz_table(joints: JointRows) -> tuple[Table, ...]:
         Column("edge_traction", "Traction at c", "Pa", short="traction at c"),
     )
     caption = (
-        "Hertz's pressure p₀ is the largest, in the middle. At the largest force of a cycle a "
+        "p₀ is the largest Hertz pressure, at the centre. At the largest force of a cycle a "
         "circle of radius c sticks; the tangential traction is largest at its edge."
     )
     return (_table("Hertz and Cattaneo", "loads", columns, rows, caption),)
 
 
 def cycle_table(joints: JointRows, *, by_force: bool) -> Table:
-    """Cycles, one row for each load and amplitude; chosen columns come first."""
+    """Return the table of cycles, one row per load and amplitude; given amplitudes come first."""
     amplitude, force = cells.column("amplitude"), cells.column("force_amplitude", brief=by_force)
     names = ("force_ratio", "dissipated_energy", "loss_factor", "damping_ratio")
     more = ("secant_stiffness", "dissipation_exponent", "stick_share")
@@ -154,17 +153,17 @@ def cycle_table(joints: JointRows, *, by_force: bool) -> Table:
         *(cells.column(name, brief=False) for name in more),
     )
     caption = (
-        "T/μN is the force amplitude over the force limit. The exponent is the local power of the "
-        "amplitude in the energy"
+        "T/μN is the force amplitude over the force limit. The exponent is the local exponent of "
+        "the energy in the amplitude"
     )
     if joints[0]["amplitudes"][0].get("stick_share") is not None:
-        caption += ", the sticking share that of the contact area at the end of first loading"
+        caption += ", and the sticking fraction that of the contact area after first loading"
     rows = [{**joint, **row} for joint in joints for row in joint["amplitudes"]]
     return _table("Cycles", "loops", columns, rows, f"{caption}.")
 
 
 def history_table(joints: JointRows) -> Table:
-    """Extremes of the time history, one row for each load."""
+    """Return the extremes of the response to a history, one row per load."""
     columns = (
         *map(cells.column, ("normal_load", "largest_displacement", "largest_force")),
         cells.column("dissipated_energy", label="Dissipated energy", short=""),

@@ -1,1 +1,1 @@
-"""A measured scan: request and findings, its document, pictures and files."""
+"""Report of a measured scan: document, figures and files."""

@@ -1,4 +1,4 @@
-"""Document of a scan, its summary and the files written with it."""
+"""Document of a scan, its summary and its files."""
 
 from __future__ import annotations
 
@@ -44,15 +44,15 @@ from microslip.surfaces.surface_parameters import (
 )
 
 KIND = "microslip-surface"
-"""Kind of a folder of a measured scan in summary.json."""
+"""Kind of a folder of a measured scan, stored in summary.json."""
 NO_CUTOFF = "none: limited by the pixel"
 NOT_GIVEN = (
-    "No short-wave cut-off was given: the results depend on the pixel. Choose one that is several "
-    "pixels long, and shorter than the contacts."
+    "No short-wave cut-off was given, so the results depend on the pixel. Choose a cut-off of "
+    "several pixels that is shorter than the contacts."
 )
 _GAPS = (
-    " Missing points count as points on the mean, and steps at the edges of gaps add waves of "
-    "every length: those beyond a cut-off are from the gaps, not from the surface."
+    " Missing points are set to the mean, and the steps at the edges of gaps add waves of every "
+    "length: waves beyond a cut-off come from the gaps, not from the surface."
 )
 _HEIGHTS = {
     "rms": ("Sq, rms height", "m"),
@@ -72,7 +72,7 @@ Say = Callable[[str], str]
 
 
 def document(findings: Findings, folder: Path | None = None, say: Say = str) -> Document:
-    """Make the document of a scan; study.toml names the scan as seen from the folder."""
+    """Return the document of a scan; study.toml names the scan relative to the folder."""
     remarks = tuple(say(text) for text in _remarks(findings))
     notes = findings.scan.notes if findings.summits is None else findings.summits.notes
     data = summarise(findings, remarks)
@@ -136,7 +136,6 @@ def _lines(findings: Findings) -> Iterator[tuple[str, ProfileParameters]]:
 
 
 def _answer(findings: Findings) -> str:
-    """Return the summits in a sentence, with the cut-off and the size of the scan."""
     height = f"Sq {engineering(findings.statistics.rms, 'm', 4)}"
     measured = f"{_size_text(findings)}. {capital(findings.cutoff_text())}: {height}."
     face, statistics = findings.face, findings.summit_statistics
@@ -159,20 +158,19 @@ def _answer(findings: Findings) -> str:
 
 
 def _remarks(findings: Findings) -> list[str]:
-    """Return the remarks at the head of the document; empty if all is well."""
     request = findings.request
     remarks = [] if request.cutoff_given else [NOT_GIVEN]
     doubts = [note for note in findings.raw.notes if isinstance(note, Remark)]
-    # Fill values are left out, which a note of the repair states.
+    # Removed fill values are reported by the note of the repair.
     remarks += [capital(d.words) for d in doubts if "`repaired()`" not in d.words]
     remarks += [capital(n) for n in findings.scan.notes if n.startswith(("repair:", "fill:"))]
     if findings.request.level == "auto" and findings.level != "plane":
-        remarks.append(f"The form, a bow, is removed: level {findings.level}.")
+        remarks.append(f"The scan is bowed; the form was removed with level {findings.level}.")
     return [*remarks, findings.missing] if findings.missing else remarks
 
 
 def _size_text(findings: Findings) -> str:
-    """Size of the scan: "768 x 576 points, pixel 1.66 µm, 1.27 x 0.956 mm"."""
+    """Describe the size of the scan: "768 x 576 points, pixel 1.66 µm, 1.27 x 0.956 mm"."""
     scan = findings.scan
     points = " x ".join(str(n) for n in scan.heights.shape[::-1])
     pixel = " x ".join(engineering(step, "m", 4) for step in dict.fromkeys(scan.pixel))
@@ -186,7 +184,6 @@ def _size_text(findings: Findings) -> str:
 
 
 def _parameters(findings: Findings, data: dict[str, Any]) -> tuple[Block, ...]:
-    """Return the ISO parameters of the area and of its lines; the cut-off stands first."""
     request = findings.request
     cutoff = NO_CUTOFF if request.cutoff_given else "not given: limited by the pixel"
     if request.cutoff is not None:
@@ -218,9 +215,8 @@ def _parameters(findings: Findings, data: dict[str, Any]) -> tuple[Block, ...]:
 
 
 def _summits(findings: Findings, data: dict[str, Any]) -> tuple[Block, ...]:
-    """Return the numbers of the chapter's model of the summits."""
     if data["summits"] is None:
-        return (Note("There are none: see above."),)
+        return (Note("No summits were found; see above."),)
     rows = tuple(
         (label, _written(data["summits"][name], unit)) for name, (label, unit) in _SUMMITS.items()
     )
@@ -250,8 +246,8 @@ def _pictures(findings: Findings) -> tuple[Picture, ...]:
     heights = f"Heights above the mean. {cutoff}"
     if not profile:
         heights = (
-            f"Heights above the mean, and the summits. {cutoff} The framed part is shown larger, "
-            "with every summit; colours end where half a percent of the points is beyond them."
+            f"Heights above the mean, and the summits. {cutoff} The framed part is enlarged, with "
+            "all its summits; the colour scale omits 0.5 % of the points at each end."
         )
     waves = (
         "Power spectrum: the variance of the heights by wavelength; the cut-offs remove the grey "
@@ -275,13 +271,13 @@ def _pictures(findings: Findings) -> tuple[Picture, ...]:
 
 
 def _spectrum_rows(findings: Findings) -> str:
-    """Return the spectrum before and after the cut-offs, with the uncertainty of each ring."""
+    """Return the spectrum before and after the cut-offs, with its uncertainty."""
     unfiltered, filtered = findings.whole_spectrum, findings.spectrum
     unit = "m^3" if findings.scan.is_profile else "m^4"
     heads = ["wavelength [m]", "wavenumber [rad/m]", f"density [{unit}]", "relative_error [-]"]
     same = filtered.density.shape == unfiltered.density.shape
     density = filtered.density if same else unfiltered.density
-    # Densities that a filter leaves far below all measured ones are too small to be read.
+    # Densities far below the measured ones after a filter are set to zero.
     densities = [np.where(c > SMALLEST, c, 0.0) for c in (unfiltered.density, density)]
     columns = (
         unfiltered.wavelength, unfiltered.wavenumber, densities[0],
@@ -292,7 +288,6 @@ def _spectrum_rows(findings: Findings) -> str:
 
 
 def _summit_rows(summits: Summits) -> str:
-    """Return the summits, one a row, highest first."""
     heads = ["x [m]", "y [m]", "height [m]", "radius [m]"]
     heads += ["curvature_1 [1/m]", "curvature_2 [1/m]", "prominence [m]"]
     parts = [summits.positions, summits.heights, summits.radii, summits.curvatures]

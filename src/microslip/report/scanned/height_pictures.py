@@ -1,4 +1,4 @@
-"""Figures of a scan: the map of heights with its summits, and the power spectrum."""
+"""Figures of a scan: map of heights with summits, and power spectrum."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ _FRAME = "#D55E00"
 
 
 def height_plot(findings: Findings) -> Plot:
-    """A map with summits, and a part of it; of a profile, its trace."""
+    """Plot the map with summits and an enlarged part, or the trace of a profile."""
     if findings.scan.is_profile:
         return trace_figure(findings.scan, findings.title("Heights"))
     scan, summits = findings.scan, findings.summits
@@ -110,12 +110,11 @@ def _mark_highest(panel: Panel, summits: Summits | None, unit: float) -> str:
 
 
 def _mark(panel: Panel, places: Floats, size: float) -> None:
-    """Hollow rings: they show on dark and on light ground."""
+    """Draw hollow rings, visible on dark and light ground."""
     panel.marks(places[:, 0], places[:, 1], size=size)
 
 
 def _detail(scan: HeightMap, summits: Summits | None) -> tuple[slice, slice]:
-    """Rows and columns about the middle, with some tens of summits in them."""
     rows, columns = scan.heights.shape
     share = 0.25
     if summits is not None:
@@ -131,15 +130,15 @@ _REMOVED = "#e4e4e4"
 _UNDER = "#8a8a8a"
 _SCATTER = "#c6dbef"
 _BELOW = 1e-3
-"""Range of the axis below the lowest density before the cut-off."""
+"""Lowest density shown over the lowest density before the cut-off."""
 _ALONG = (Look(COLORS[1]), Look(COLORS[2], DASHED))
-"""Along x and along y."""
+"""Line styles along x and y."""
 
 
 def spectrum_plot(findings: Findings) -> Plot:
-    """The spectrum of the levelled scan and what the cut-offs leave of it.
+    """Plot the spectrum of the levelled scan, and the part kept by the cut-offs.
 
-    Radial and along the axes; of a profile, along it.
+    Radial and along the axes; for a profile, along it.
     """
     unfiltered_spectrum, filtered_spectrum = findings.whole_spectrum, findings.spectrum
     profile, cut = findings.scan.is_profile, findings.request.is_filtered
@@ -209,10 +208,10 @@ def _fill(
     after: list[Line],
     unfiltered: list[Line] | None = None,
 ) -> None:
-    """Lines in a panel, and the waves that are removed on grey ground."""
+    """Draw lines in a panel, with the removed waves on a grey background."""
     low_x, right = 2.0 * min(findings.scan.pixel) / unit, 1.05 * max(findings.scan.size) / unit
     low, high = _ends([*before, *after], low_x, right)
-    # What the filter leaves far below all that there was is nothing to look at.
+    # Densities far below the original ones after a filter are not shown.
     lowest = _BELOW * _ends(unfiltered or before, low_x, right)[0]
     panel.y.low, panel.y.high = max(low, lowest) / 2.0, 4.0 * high
     panel.x.low, panel.x.high = low_x, right
@@ -228,7 +227,6 @@ def _fill(
 
 
 def _ends(lines: Iterable[Line], low_x: float, right: float) -> tuple[float, float]:
-    """Lowest and highest value that is seen."""
     ordinates = [
         line.y[(line.x >= low_x) & (line.x <= right) & np.isfinite(line.y)] for line in lines
     ]

@@ -1,4 +1,4 @@
-"""The joint that a scan makes under a load: its numbers, and the pictures of the solved face."""
+"""Joint of a scan under a load: numbers and figures of the solved face."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _QUANTITIES = {
 
 
 def sections(findings: Findings, say: Callable[[str], str] = str) -> list[Section]:
-    """Return the section of the joint, or none if no joint was requested."""
+    """Return the section on the joint; empty if no joint was requested."""
     face = findings.face
     if face is None:
         return []
@@ -34,23 +34,23 @@ def sections(findings: Findings, say: Callable[[str], str] = str) -> list[Sectio
         between = "–" if low_high is None else " to ".join(_value(v, unit) for v in low_high)
         rows.append((label, _value(face.values[name], unit), between))
     columns = (
-        Column("quantity", "by the face"),
+        Column("quantity", "of the face"),
         Column("value", "value"),
         Column("interval", "90 % interval"),
     )
     title = f"The joint at {engineering(face.joint.normal_load, 'N', 4)}"
     notes = [
         f"The face is solved point by point: {contact_words(face.law.numbers)}.",
-        "The interval is the scatter of the pieces of the scan and the effect of the pixel; those "
-        "of the load, the hardness and the friction coefficient come on top."
+        "The interval includes the scatter between pieces of the scan and the effect of the pixel, "
+        "but not the uncertainty of load, hardness and friction coefficient."
         if intervals
-        else "No interval: the scan is too small to be cut into pieces.",
+        else "No interval: the scan is too small to be divided into pieces.",
     ]
     return [Section(title, (Table("", columns, tuple(rows)), *(Note(say(n)) for n in notes)))]
 
 
 def chapter_rows(findings: Findings) -> list[tuple[str, str]]:
-    """Return the stiffness by the chapter's model, with that of the measured face beside it."""
+    """Return the stiffness from the chapter's model next to that of the measured face."""
     face, chapter = findings.face, findings.chapter
     if face is None or chapter is None:
         return []
@@ -79,16 +79,16 @@ def summary(findings: Findings) -> dict[str, Any] | None:
 
 
 def pictures(findings: Findings) -> tuple[Picture, ...]:
-    """Return the picture of the solved face, or none if no joint was requested."""
+    """Return the figure of the solved face; empty if no joint was requested."""
     if findings.face is None:
         return ()
     law = findings.face.law
-    which = "" if law.numbers.pieces == 1 else f" of the first of its {law.numbers.pieces} pieces"
+    which = "" if law.numbers.pieces == 1 else f" on the first of {law.numbers.pieces} pieces"
     return (
         Picture(
             "contact",
-            f"The face point by point: pressures{which} under the load, contacts under this load "
-            "and two lighter ones, and the load against the separation.",
+            f"Point-by-point solution of the face: pressures{which} under the load, contacts under "
+            "this and two lighter loads, and load against separation.",
             lambda: face_plot(law),
             "Pressures, contacts and loads of the scan solved point by point",
         ),

@@ -1,4 +1,4 @@
-"""The study of a scanned joint, which `microslip predict` takes."""
+"""Study of a scanned joint, as input of `microslip predict`."""
 
 from __future__ import annotations
 
@@ -42,7 +42,6 @@ def study_text(findings: Findings, face: FaceJoint, folder: Path) -> str:
 
 
 def _surface(findings: Findings, face: FaceJoint, folder: Path) -> dict[str, Any]:
-    """Return the keys of the face, tightened by the load of the joint."""
     request = findings.request
     path = request.path
     keys: dict[str, Any] = {
@@ -66,7 +65,7 @@ def _lengths(request: Request, *names: str) -> dict[str, Any]:
 
 
 def _read(value: Any) -> Any:
-    """Return an option of reading: lengths with their unit, several as a list, one by itself."""
+    """Format an option of reading: lengths with unit, several values as a list."""
     if isinstance(value, tuple):
         return _read(value[0]) if len(value) == 1 else [_read(item) for item in value]
     return _length(value) if isinstance(value, float) else value

@@ -50,7 +50,6 @@ def _exists(target: Path) -> InputError:
 
 
 def _claim(stage: Path, target: Path) -> None:
-    """Move the file to its name unless it exists by now."""
     try:
         os.link(stage, target)
     except FileExistsError:

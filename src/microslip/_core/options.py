@@ -60,7 +60,6 @@ class Option(Number):
 
     @property
     def _longest(self) -> int:
-        """Largest length of a text."""
         return int(min(self.most, 1000))
 
     def checked(self, value: Any) -> Any:

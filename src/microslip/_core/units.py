@@ -329,7 +329,6 @@ def _simple(unit: str) -> tuple[Decimal, tuple[tuple[str, str], ...]] | None:
 
 @lru_cache(maxsize=256)
 def _parse(unit: str) -> tuple[Decimal, tuple[tuple[str, str], ...]] | None:
-    """Return SI factor and dimension of a unit, None if it is not a unit."""
     text = f"1{unit}" if unit.startswith("/") else unit
     if not _UNIT.fullmatch(text):
         return None

@@ -313,7 +313,6 @@ class Asperity(Interface):
 
 
 def _one_of(displacement: ArrayLike | None, force: ArrayLike | None) -> tuple[str, ArrayLike]:
-    """Return name and value of the argument that was given."""
     check_one_of("displacement [m] or force=... [N]", displacement, force)
     if force is None:
         return "displacement", displacement  # type: ignore[return-value]

@@ -86,7 +86,6 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         return table.value_and_slope(u)
 
     def _backbone_at(self, u: float) -> tuple[float, float]:
-        """Return T0 [N] and T0' [N/m] at one displacement, equal to the vectorised values."""
         place = np.array([u])
         return float(self._backbone(place)[0]), float(self._slope(place)[0])
 
@@ -119,7 +118,6 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         return adaptive(lambda a, _: self._energy_slope(a), amplitude, 1e-14, 60, noise)
 
     def _energy_slope(self, amplitude: Floats) -> Floats:
-        """Derivative of :meth:`_energy` [N]."""
         value, slope = self._backbone(amplitude), self._slope(amplitude)
         return 4.0 * np.maximum(value - amplitude * slope, 0.0)
 

@@ -133,7 +133,6 @@ class CoupledLaw(BackboneLaw):
 
     @cached_property
     def _nodes(self) -> Nodes:
-        """The joint as a field of one node."""
         curve, scale = self._load_curve, np.ones(1)
         return Nodes(curve, curve.friction * scale, scale, curve.slip * scale, np.zeros(1))
 

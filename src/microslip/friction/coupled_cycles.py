@@ -160,7 +160,11 @@ def coupled_harmonics(
         raise InputError("`normal_load` or `separation` must be given, not both")
     basis = Basis(harmonics)
     if separation is not None and samples is None:
-        return _without_samples(nodes, coefficients, basis, rest, separation, rtol)
+        row = coefficients_of("coefficients", coefficients, basis)[None]
+        path = coefficients_of("separation", separation, basis)[None]
+        node = NodeRests(nodes, np.array([nodes.curve.origin]))
+        found = node.harmonics(row, basis.orders, separations=path, rest=rest, rtol=rtol)
+        return CoupledHarmonics(found.force[0], np.asarray(found.load)[0], found.jacobian[0])
     waves, analysis = basis.sampled(_SAMPLES if samples is None else samples)
     x = waves @ coefficients_of("coefficients", coefficients, basis)
     name = "normal_load" if separation is None else "separation"
@@ -178,18 +182,3 @@ def coupled_harmonics(
     change = by_load[0] if separation is not None else np.eye(basis.size)
     jacobian = np.array([np.split(by_force[0], 2, axis=1), [np.zeros_like(change), change]])
     return CoupledHarmonics(force[0], load[0], jacobian)
-
-
-def _without_samples(
-    nodes: Nodes,
-    coefficients: ArrayLike,
-    basis: Basis,
-    rest: Rest,
-    separation: ArrayLike,
-    rtol: float,
-) -> CoupledHarmonics:
-    row = coefficients_of("coefficients", coefficients, basis)
-    path = coefficients_of("separation", separation, basis)
-    node = NodeRests(nodes, np.array([nodes.curve.origin]))
-    found = node.harmonics(row[None], basis.orders, separations=path[None], rest=rest, rtol=rtol)
-    return CoupledHarmonics(found.force[0], np.asarray(found.load)[0], found.jacobian[0])

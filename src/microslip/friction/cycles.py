@@ -20,11 +20,9 @@ Rest: TypeAlias = float | Literal["mean"]
 class Backbone(Protocol):
     """Interface of a law for settled cycles, for displacements u >= 0 [m]."""
 
-    def _backbone(self, u: Floats) -> Floats:
-        """T0 [N]."""
+    def _backbone(self, u: Floats) -> Floats: ...
 
-    def _slope(self, u: Floats) -> Floats:
-        """T0' [N/m]."""
+    def _slope(self, u: Floats) -> Floats: ...
 
 
 class _Cycle(NamedTuple):

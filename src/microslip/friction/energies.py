@@ -24,11 +24,9 @@ from microslip.friction.memory import Memory
 class LawWithEnergy(Protocol):
     """Interface of a law for the energies of its records, for displacements u >= 0 [m]."""
 
-    def _backbone(self, u: Floats) -> Floats:
-        """T0 [N]."""
+    def _backbone(self, u: Floats) -> Floats: ...
 
-    def _energy(self, amplitude: Floats) -> Floats:
-        """Energy of a closed cycle [J]."""
+    def _energy(self, amplitude: Floats) -> Floats: ...
 
 
 def energies_along(

@@ -162,7 +162,7 @@ class JointField(ByValue, SettledField, Locked):
             curve = shared_curve(self.surface, min(nearest, LARGEST))
             own = OwnTightening.in_proportion(self.surface, curve, shares)
             if own is not None:
-                self.__dict__.pop("_scale")  # which they are part of
+                self.__dict__.pop("_scale")  # cached without the tightening
                 assign(self, _own=own)
                 shares = shares / own.shares
         carried = shares > 0.0
@@ -234,7 +234,10 @@ class JointField(ByValue, SettledField, Locked):
         return scale if self._own is None else scale * self._own.shares
 
     def _tightened_at(self, separations: Floats, loads: Floats) -> JointField:
-        """Return the nodes tightened by loads [N] at separations [m], with the same gaps."""
+        """Return the field with each node tightened by its load at separations [m].
+
+        On a surface without yielding, return this field.
+        """
         curve = self._nodes.curve
         own = OwnTightening.at_rest(self.surface, curve, separations, loads / self._scale)
         field = object.__new__(JointField)
@@ -440,7 +443,6 @@ class JointField(ByValue, SettledField, Locked):
 
 
 def _arrays_of(values: dict[str, Any]) -> dict[str, Floats]:
-    """Broadcast numbers to arrays of one value per node."""
     arrays = {name: floats(name, value, _UNITS[name]) for name, value in values.items()}
     for name, array in arrays.items():
         if array.ndim > 1:
@@ -465,7 +467,6 @@ def _check_positive(name: str, unit: str, values: Floats) -> None:
 
 
 def _area_of(surface: NormalLaw, area: float | None) -> float:
-    """Return the apparent area [m^2] of the surface, as given or its own."""
     if area is not None:
         return positive("surface_area", area, "m^2", 2e-4)
     surface_area = getattr(surface, "area", None)

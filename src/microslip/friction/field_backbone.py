@@ -37,7 +37,7 @@ class FieldBackbone(Locked, BackboneLaw):
         forces = [self._weights @ drop(self._steps, np.minimum(v, 1e200) / self._slips) for v in u]
         return np.minimum(np.array(forces), self.force_limit)
 
-    def _exact_slope(self, u: Floats) -> Floats:
+    def _slope(self, u: Floats) -> Floats:
         weights = self._weights / self._slips
         load = self._curve.load
         return np.array(
@@ -86,9 +86,6 @@ class FieldBackbone(Locked, BackboneLaw):
 
     def _backbone(self, u: Floats) -> Floats:
         return self._exact_backbone(u) if self._table is None else self._table.value(u)
-
-    def _slope(self, u: Floats) -> Floats:
-        return self._exact_slope(u)
 
     def _energy(self, amplitude: Floats) -> Floats:
         if self._energy_tables is None:

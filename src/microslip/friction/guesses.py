@@ -146,7 +146,6 @@ def _features(x: Floats, t: Floats) -> Features:
 
 
 def _column_medians(rows: Floats) -> Floats:
-    """Return the medians of columns, NaN for columns without finite values."""
     filled = np.isfinite(rows).any(axis=0)
     result = np.full(rows.shape[1], np.nan)
     result[filled] = np.nanmedian(rows[:, filled], axis=0)
@@ -169,7 +168,6 @@ def _turning_points(x: Floats) -> Any:
 
 
 def _smoothed(x: Floats, turns: int) -> Floats:
-    """Smooth the displacement if its noise exceeds 5e-4 of the range."""
     if x.size < 64:
         return x
     noise = float(np.std(np.diff(x, 3))) / math.sqrt(20.0)

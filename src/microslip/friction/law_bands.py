@@ -121,7 +121,6 @@ class LawBand(Locked):
 
 
 def _values(law: BackboneLaw, a: Floats) -> dict[str, Floats]:
-    """Return the banded quantities of a law, each with a positive scale."""
     force = np.asarray(law.backbone(a))
     return {
         "force": force,

@@ -25,7 +25,6 @@ _LARGEST = 10_000_000  # bytes: a million cells of an Iwan model
 
 
 def _by_name() -> dict[str, type[BackboneLaw]]:
-    """Return the laws that are defined by declared parameters only, by key."""
     return {key_of(kind): kind for kind in laws.LAWS if is_fully_declared(kind)}
 
 
@@ -117,7 +116,6 @@ def load_law_and_band(path: str | PathLike[str]) -> tuple[BackboneLaw, LawBand |
 
 
 def _read(path: str | PathLike[str]) -> tuple[Path, dict[str, Any]]:
-    """Return the path and the checked content of a law file."""
     if not isinstance(path, (str, PathLike)):
         raise InputError(f"`path` must be the name of a file, got {show(path)}")
     file = Path(path)

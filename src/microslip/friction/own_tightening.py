@@ -1,4 +1,4 @@
-"""Nodes of a face that yields, each tightened by its own load."""
+"""Face that yields, with each node tightened by its own load."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from microslip.contact.load_curve import LoadCurve
 
 
 class OwnTightening(NamedTuple):
-    """Laws of nodes that differ from the law of the surface by a factor on load and separation."""
+    """Factors on load and separation by which laws of nodes differ from that of the surface."""
 
     shares: Floats
-    """Factors on the load [-], which are those on the tightening load."""
+    """Factors on the load [-], equal to those on the tightening load."""
     lengths: Floats
     """Factors on the separation [-]."""
     origins: Floats
@@ -30,17 +30,17 @@ class OwnTightening(NamedTuple):
         Parameters
         ----------
         surface : NormalLaw
-            The law of the surface.
+            Law of the surface.
         curve : LoadCurve
-            Its load curve.
+            Load curve of the surface.
         loads : ndarray
-            Loads at rest on the area of the surface [N]. Without a load a node keeps the law of
-            the surface.
+            Loads at rest scaled to the area of the surface [N]. A node without load keeps the law
+            of the surface.
 
         Returns
         -------
         OwnTightening or None
-            None where the surface does not yield, or all nodes are alike.
+            None if the surface does not yield or all loads are equal.
         """
         loaded = loads > 0.0
         largest = float(loads.max())
@@ -57,12 +57,12 @@ class OwnTightening(NamedTuple):
     def at_rest(
         cls, surface: NormalLaw, curve: LoadCurve, separations: Floats, loads: Floats
     ) -> OwnTightening | None:
-        """Tighten each node by its load at rest, where it is at a given separation.
+        """Tighten each node by its load at rest, at given separations.
 
         Parameters
         ----------
         surface, curve, loads
-            As of :meth:`in_proportion`.
+            As for :meth:`in_proportion`.
         separations : ndarray
             Separations at rest [m].
         """
@@ -79,4 +79,4 @@ class OwnTightening(NamedTuple):
 
 
 LIGHTEST = 1e-6
-"""Least tightening of a node over that of the surface [-]."""
+"""Smallest tightening of a node over that of the surface [-]."""

@@ -27,6 +27,11 @@ CONVENTIONAL_AREA = 1e-4
 """Apparent area [m^2] if unknown; loops do not depend on it."""
 
 _SPREAD = 0.05
+"""Conventional density * radius * std [-], since loops determine only density * sqrt(radius).
+
+Measured engineering surfaces have a few hundredths (Greenwood and Williamson 1966,
+DOI 10.1098/rspa.1966.0242). Loops do not depend on it; contact counts and areas do.
+"""
 
 
 @dataclass(frozen=True)
@@ -110,22 +115,9 @@ def _fit_all(features: Sequence[Features], loads: Sequence[float], curves: list[
             axis=1,
         )
 
-    shortest, largest = (
-        min(float(f.half.min()) for f in features),
-        max(f.amplitude for f in features),
-    )
+    shortest = min(float(f.half.min()) for f in features)
+    largest = max(f.amplitude for f in features)
     return fit_limit_and_length(rows, force, 0.2 * shortest, 50.0 * largest)
-
-
-def conventional_radius(density_root: float, std: float) -> float:
-    """Return the radius [m] for which density * radius * std is 0.05.
-
-    Loops determine only the product density * sqrt(radius). Measured engineering surfaces have
-    density * radius * std of a few hundredths, see Greenwood and Williamson (1966,
-    DOI 10.1098/rspa.1966.0242). Loops do not depend on this convention; contact counts and areas
-    do.
-    """
-    return (_SPREAD / (density_root * std)) ** 2
 
 
 def guess_surface(
@@ -147,7 +139,7 @@ def guess_surface(
     area = positive("area", CONVENTIONAL_AREA if area is None else area, "m^2")
     unit = GreenwoodWilliamson(pair, shape_heights._scaled(std / shape.unit), 1.0, 1.0, area)
     root = mean / unit.load(separation * std)  # density * sqrt(radius)
-    size = conventional_radius(root, std) if radius is None else radius
+    size = (_SPREAD / (root * std)) ** 2 if radius is None else radius
     size = positive("radius", size, "m")
     return (
         replace(unit, radius=size, density=root / math.sqrt(size)),

@@ -377,7 +377,7 @@ class IsotropicField(Locked):
 
 
 def _places_at_rest(field: FieldOfNodes) -> Floats:
-    """Separations at rest [m] on the curve of the surface, which is that of the nodes by length."""
+    """Return the separations at rest [m] on the load curve of the surface."""
     return field._nodes.curve.origin + field._nodes.rests
 
 

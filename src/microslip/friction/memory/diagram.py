@@ -104,7 +104,6 @@ class Diagram:
         return self.depth, self.separation, self.place
 
     def _reach(self, separation: Floats) -> tuple[float, float]:
-        """Return the smallest and largest separation of a record that continues from here."""
         low, high = float(separation.min()), float(separation.max())
         return min(low, self.separation), max(high, self.separation)
 
@@ -143,7 +142,6 @@ class Diagram:
         return curve.friction * curve.slip * max(total, 0.0)
 
     def _bound(self, stack: Floats, values: Floats, depth: int, curve: LoadCurve) -> int:
-        """Merge rows beyond the limit and return the number of rows."""
         if self.limit is None:
             return depth
         profile = merging_profile(curve, float(stack[:depth, 0].max(initial=self.separation)))
@@ -165,7 +163,6 @@ class Diagram:
         return result
 
     def _reserve(self, extra: int) -> tuple[Floats, Floats]:
-        """Return stack and values with room for ``extra`` more rows."""
         if len(self.values) >= self.depth + extra:
             return self.stack, self.values
         # Doubling gives amortised constant cost for chunks of one sample.
@@ -202,10 +199,15 @@ class Diagram:
     def move(self, step: Step, curve: LoadCurve) -> None:
         """Apply a probed step."""
         stack, values = self._reserve(1)
-        depth = _push(
-            stack, values, step.depth, step.separation, step.front, step.density, step.kind,
-            step.value, step.outer, self.place,
-        )  # fmt: skip
+        depth, beyond = step.depth, 0.0
+        if depth:
+            end, density, integral = stack[depth - 1].tolist()
+            beyond = density * (end - step.front) + integral
+            values[depth - 1] = step.outer
+        if step.front > step.separation:
+            stack[depth] = step.front, step.density, self.place if step.kind == 0 else beyond
+            values[depth] = step.value
+            depth += 1
         self.separation, self.place, self.value = step.separation, step.place, step.value
         self._store(stack, values, self._bound(stack, values, depth, curve))
 
@@ -302,28 +304,3 @@ class EnergyAccumulator:
             self._begin = diagram.copy()
             self._separations, self._displacements, self._pending = [], [], 0
         return self.total
-
-
-def _push(
-    stack: Floats,
-    values: Floats,
-    depth: int,
-    separation: float,
-    front: float,
-    density: float,
-    kind: int,
-    value: float,
-    outer: float,
-    last_place: float,
-) -> int:
-    """Write a step to the stack and return the number of rows."""
-    beyond = 0.0
-    if depth:
-        end, old, outer_integral = stack[depth - 1].tolist()
-        beyond = old * (end - front) + outer_integral
-        values[depth - 1] = outer
-    if front > separation:
-        stack[depth] = front, density, last_place if kind == 0 else beyond
-        values[depth] = value
-        depth += 1
-    return depth

@@ -266,7 +266,6 @@ class FieldState(Resumable):
 
     @classmethod
     def _from_arrays(cls, nodes: Nodes, arrays: Mapping[str, ArrayLike]) -> FieldState:
-        """Restore a saved state; see ``field.start(arrays)``."""
         lost = saved_array(arrays, "dissipated", -1)
         deep = optional_array(arrays, "depth", -1, ERROR_SIZE + 1)
         state = cls(nodes, bool(lost.size), int(deep[0, 0]) if deep.size else None)

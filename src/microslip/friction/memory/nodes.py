@@ -113,21 +113,16 @@ def along(name: str, numbers: ArrayLike, size: int, unit: str, kind: str = "samp
     return np.ascontiguousarray(np.broadcast_to(values.reshape(-1), (size,)))
 
 
-def loads_along(name: str, loads: ArrayLike, size: int) -> Floats:
-    """Check normal loads [N] >= 0 of a record, a number or one per sample."""
-    values = along(name, loads, size, "N")
-    if values.min() < 0.0:
-        i = int(np.argmax(values < 0.0))
-        where = f" at sample {i}" if np.ndim(loads) else ""
-        raise InputError(f"`{name}` must not be negative [N], got {exact(values[i])}{where}")
-    return values
-
-
 def steps_along(
     curve: LoadCurve, size: int, normal_load: ArrayLike | None, separation: ArrayLike | None
 ) -> Floats:
     """Return the steps of a curve [m] along a record of either loads [N] or separations [m]."""
     if separation is not None:
         return curve.steps_at(along("separation", separation, size, "m"))
-    loads = loads_along("normal_load", normal_load, size)  # type: ignore[arg-type]
-    return curve.steps_of(loads, numbered=np.ndim(normal_load) > 0)  # type: ignore[arg-type]
+    loads = along("normal_load", normal_load, size, "N")  # type: ignore[arg-type]
+    several = np.ndim(normal_load) > 0  # type: ignore[arg-type]
+    if loads.min() < 0.0:
+        i = int(np.argmax(loads < 0.0))
+        where = f" at sample {i}" if several else ""
+        raise InputError(f"`normal_load` must not be negative [N], got {exact(loads[i])}{where}")
+    return curve.steps_of(loads, numbered=several)

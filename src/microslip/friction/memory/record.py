@@ -65,7 +65,6 @@ class Memory:
     __copy__ = copy
 
     def _reserve(self, extra: int) -> Floats:
-        """Return a stack with room for ``extra`` more entries."""
         if self.stack.shape[0] >= self.depth + extra:
             return self.stack
         # Doubling gives amortised constant cost for chunks of one sample.

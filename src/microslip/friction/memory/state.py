@@ -223,9 +223,9 @@ class State(Resumable):
         if len(trial) == 2:
             x, step = trial
             diagram, curve = self._current(), self._curve()
-            ledger = self._open_ledger(diagram)
+            accumulator = self._open_accumulator(diagram)
             diagram.move(step, curve)
-            ledger.note(np.array([step.separation]), np.array([x]), diagram, curve)
+            accumulator.note(np.array([step.separation]), np.array([x]), diagram, curve)
             self._settle(diagram, x, curve.friction * step.value)
             return
         memory, (depth, pushed, direction) = self._memory, trial[2]
@@ -259,15 +259,27 @@ class State(Resumable):
         """
         x = record("displacement", displacement, "m")
         self._trial = None
-        if normal_load is not None or separation is not None or self._diagram is not None:
-            forces = self._advance_coupled(x.reshape(-1), normal_load, separation)
-            return float(forces[0]) if x.ndim == 0 else forces
-        if x.size == 1:  # constant time for any number of open reversals
-            force = self.try_(float(x.reshape(-1)[0]))[0]
-            self.commit()
-            return force if x.ndim == 0 else np.array([force])
-        self._close(x)
-        return self._memory.respond(x, self._law._backbone, self._law._table)
+        if normal_load is None and separation is None and self._diagram is None:
+            if x.size == 1:  # constant time for any number of open reversals
+                force = self.try_(float(x.reshape(-1)[0]))[0]
+                self.commit()
+                return force if x.ndim == 0 else np.array([force])
+            self._close(x)
+            return self._memory.respond(x, self._law._backbone, self._law._table)
+        if normal_load is not None and separation is not None:
+            raise InputError("`normal_load` or `separation` must be given, not both")
+        curve = self._curve("normal_load" if separation is None else "separation")
+        diagram = self._current()
+        if normal_load is None and separation is None:
+            steps = np.full(x.size, diagram.separation)
+        else:
+            steps = steps_along(curve, x.size, normal_load, separation)
+        accumulator = self._open_accumulator(diagram)
+        row = x.reshape(-1)
+        forces = curve.friction * diagram.respond(steps, beyond(row, curve.slip), curve)
+        accumulator.note(steps, row.copy(), diagram, curve)
+        self._settle(diagram, float(row[-1]), float(forces[-1]))
+        return float(forces[0]) if x.ndim == 0 else forces
 
     # -- plain arrays -----------------------------------------------------------------------------
 
@@ -388,7 +400,7 @@ class State(Resumable):
             raise InputError(f"`{name}` has no meaning for a law without a surface")
         return curve
 
-    def _open_ledger(self, diagram: Diagram) -> EnergyAccumulator:
+    def _open_accumulator(self, diagram: Diagram) -> EnergyAccumulator:
         if self._accumulator is None:
             self._accumulator = EnergyAccumulator(diagram, self.dissipated_energy)
         return self._accumulator
@@ -403,30 +415,12 @@ class State(Resumable):
         return None if step == 0.0 and self._diagram is None else step
 
     def _current(self) -> Diagram:
-        """Return the committed diagram, created from the open reversals if there is none."""
         if self._diagram is not None:
             return self._diagram
         memory, curve, diagram = self._memory, self._curve(), Diagram()
         places = np.append(memory.stack[: memory.depth, 0], memory.last) / curve.slip
         diagram.respond(np.zeros(places.size), places, curve)
         return diagram
-
-    def _advance_coupled(
-        self, x: Floats, normal_load: ArrayLike | None, separation: ArrayLike | None
-    ) -> Floats:
-        if normal_load is not None and separation is not None:
-            raise InputError("normal_load or separation must be given, not both")
-        curve = self._curve("normal_load" if separation is None else "separation")
-        diagram = self._current()
-        if normal_load is None and separation is None:
-            steps = np.full(x.size, diagram.separation)
-        else:
-            steps = steps_along(curve, x.size, normal_load, separation)
-        ledger = self._open_ledger(diagram)
-        forces = curve.friction * diagram.respond(steps, beyond(x, curve.slip), curve)
-        ledger.note(steps, x.copy(), diagram, curve)
-        self._settle(diagram, float(x[-1]), float(forces[-1]))
-        return forces
 
     def _settle(self, diagram: Diagram, displacement: float, force: float) -> None:
         if self._diagram is None:

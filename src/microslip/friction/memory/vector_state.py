@@ -108,7 +108,7 @@ class SliderBank:
         return scales * load.reshape(step.shape), -fall
 
     def per_length(self, values: Floats) -> Floats:
-        """Derivatives by steps as those by separations, nodes along the first axis."""
+        """Convert derivatives by steps to derivatives by separations, nodes on the first axis."""
         return values if self.nodes is None else self.nodes.per_length(values)
 
     def steps_at(self, separations: Floats) -> Floats:
@@ -274,7 +274,6 @@ class VectorState(Resumable):
     def _from_arrays(
         cls, bank: SliderBank, single: bool, arrays: Mapping[str, ArrayLike]
     ) -> VectorState:
-        """Restore a saved state; see ``start(arrays=...)``."""
         lost = saved_array(arrays, "dissipated", -1)
         check_joint(arrays, bank.identity())
         state = cls(bank, single, bool(lost.size))

@@ -208,7 +208,6 @@ def sweep_figure(sweep: Any, quantity: Any, along: Any) -> Plot:
 
 
 def _axis(name: str, values: Any, unit: str) -> tuple[Axis, float]:
-    """Return an axis with a suitable prefix, logarithmic for more than a decade, and its unit."""
     fine = values[np.isfinite(values)]
     largest = float(np.abs(fine).max(initial=0.0))
     simple = unit in ("m", "N", "J", "Hz", "Pa", "N/m")

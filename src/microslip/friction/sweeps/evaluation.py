@@ -350,7 +350,6 @@ def _points(
     shape: tuple[int, ...],
     loops: int | None,
 ) -> dict[str, Floats]:
-    """Return the quantities of amplitudes, block by block."""
     by_force = "force_amplitude" in args
     driven = args["force_amplitude" if by_force else "amplitude"]
     stretch = joints.kappa * joints.length
@@ -408,7 +407,6 @@ def _cycles(
     factor: Floats,
     stiffness: Floats,
 ) -> dict[str, Floats]:
-    """Return the cyclic quantities of a block."""
     results = {"amplitude": a, "force_amplitude": force}
     if names.keys() & {"dissipated_energy", "dissipation_exponent", *_RATIOS}:
         lost = results["dissipated_energy"] = 8.0 * factor * unit * law.sum("excess", place, step)
@@ -457,7 +455,6 @@ def _inverse(law: Pointwise, place: Floats, drop: Floats) -> Floats:
 def _loop(
     law: Pointwise, samples: int, a: float, place: float, unit: float, factor: float, limit: float
 ) -> tuple[Floats, Floats]:
-    """Return a closed loop with the samples of an interface."""
     shape, turn = unit_cycle(samples)
 
     def backbone(u: Floats) -> Floats:

@@ -132,11 +132,11 @@ def sweep(
         return _labelled(joint, axes, values, name)
     friction = joint.friction_coefficient if friction_coefficient is None else friction_coefficient
     load = joint.normal_load if normal_load is None else normal_load
-    axes = {
-        "friction_coefficient": _positive_axis("friction_coefficient", friction, ""),
-        "normal_load": _positive_axis("normal_load", load, "N"),
-        **axes,
+    inputs = (("friction_coefficient", friction, ""), ("normal_load", load, "N"))
+    positive_axes = {
+        n: positives(n, _axis(n, value, unit), unit).copy() for n, value, unit in inputs
     }
+    axes = positive_axes | axes
     return _labelled(joint, axes, _of_interface(joint, axes, names, progress), name)
 
 
@@ -145,10 +145,6 @@ def _axis(name: str, value: Any, unit: str) -> Floats:
     if array.ndim > 1:
         raise InputError(f"`{name}` must be a number or one-dimensional, got shape {array.shape}")
     return array
-
-
-def _positive_axis(name: str, value: Any, unit: str) -> Floats:
-    return positives(name, _axis(name, value, unit), unit).copy()
 
 
 def _quantity_names(quantities: Any, name: str) -> tuple[str, ...]:
@@ -193,7 +189,6 @@ def _labelled(
 def _of_law(
     joint: BackboneLaw, axes: Mapping[str, Floats], names: Sequence[str]
 ) -> dict[str, Floats]:
-    """Return the results of a law without a load, by amplitude."""
     amplitudes = {name: axis.reshape(-1) for name, axis in axes.items()}
     force = amplitudes.get("force_amplitude")
     a = amplitudes["amplitude"] if force is None else joint._amplitudes(None, force)
@@ -223,7 +218,6 @@ def _of_interface(
     names: Sequence[str],
     progress: Callable[[float], None] | None,
 ) -> dict[str, Floats]:
-    """Return the results of an interface on the grid of its axes, by blocks of loads."""
     friction, load, given = (axis.reshape(-1) for axis in axes.values())
     along = tuple(axes)[-1]
     args: Arguments = {"surface": joint.surface, "normal_load": load}

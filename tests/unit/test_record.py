@@ -681,7 +681,7 @@ def test_csv_is_not_overwritten(put: Any) -> None:
     )
     with pytest.raises(ms.InputError) as caught:
         ms.Record(T, X).to_csv("a.csv")
-    assert str(caught.value) == "a.csv: exists already; write overwrite=True to replace it"
+    assert str(caught.value) == "a.csv: exists; replace it with overwrite=True"
     same(ms.Record.read("a.csv"), record)
     ms.Record(T, X).to_csv("a.csv", overwrite=True)
     equal(ms.Record.read("a.csv").force, X)
@@ -689,7 +689,7 @@ def test_csv_is_not_overwritten(put: Any) -> None:
         record.to_csv("nowhere/a.csv")
     assert str(caught.value) == "nowhere/a.csv: cannot be written: no such file or directory"
     Path("folder").mkdir()
-    with pytest.raises(ms.InputError, match=r"^folder: cannot be written: is a directory$"):
+    with pytest.raises(ms.InputError, match=r"^folder: is a folder$"):
         record.to_csv("folder", overwrite=True)
     assert sorted(path.name for path in Path().iterdir()) == ["a.csv", "folder"]
 

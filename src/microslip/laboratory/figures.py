@@ -26,6 +26,8 @@ from microslip.figures.plot import (
 )
 
 MOST_LOOPS = 6
+_DECADES = 30.0
+"""Largest over smallest mean energy of the records from which on their axis is logarithmic."""
 
 
 def measured_loops(measurements: Sequence[Any]) -> Plot:
@@ -36,6 +38,8 @@ def measured_loops(measurements: Sequence[Any]) -> Plot:
     y_unit, y_letter = prefix(max(m.mean["force_amplitude"].value for m in drawn_records))
     energies = np.concatenate([m.cycles["dissipated_energy"] for m in drawn_records])
     e_unit, e_letter = prefix(float(np.abs(energies).max()))
+    usual = [m.mean["dissipated_energy"].value for m in drawn_records]
+    is_wide = min(float(energies.min()), min(usual)) > 0.0 and max(usual) > _DECADES * min(usual)
     force_label = "Force / normal load, T/N [–]" if normalised else f"Force [{y_letter}N]"
     loop_panel = Panel(
         Axis(f"Displacement [{x_letter}m]", unit=x_unit),
@@ -47,8 +51,9 @@ def measured_loops(measurements: Sequence[Any]) -> Plot:
         Axis("Cycle", integer=True),
         Axis(
             f"Dissipated energy [{e_letter}J]",
-            low=min(0.0, 1.1 * float(energies.min()) / e_unit),
-            high=max(0.0, 1.1 * float(energies.max()) / e_unit) or None,
+            low=None if is_wide else min(0.0, 1.1 * float(energies.min()) / e_unit),
+            high=None if is_wide else max(0.0, 1.1 * float(energies.max()) / e_unit) or None,
+            log=is_wide,
             unit=e_unit,
         ),
         note="Each cycle",
@@ -146,9 +151,10 @@ def evolution(campaign: Any) -> Plot:
         for column in range(2):
             panel = Panel(
                 Axis(
-                    ("Cycle", f"Dissipated so far [{letter}J]")[column],
+                    ("Cycle", f"Dissipated so far [{letter}J]")[column]
+                    if row == len(rows) - 1
+                    else "",
                     log=True,
-                    bare=row < len(rows) - 1,
                     unit=(1.0, unit)[column],
                 ),
                 Axis(label if column == 0 else "", log=name != "friction_peak", unit=scale),
@@ -243,10 +249,9 @@ def friction_log_figure(campaign: Any) -> Plot:
         nearest = np.abs(np.log(np.maximum(numbers, 1.0))[:, None] - np.log(cycles)).argmin(axis=0)
         for column, way in enumerate(("there", "back")):
             panel = Panel(
-                Axis("Displacement / amplitude [–]", low=-1.0, high=1.0, bare=row < len(logs) - 1,
-                     ticks=((-1.0, "−1"), (0.0, "0"), (1.0, "1"))),
-                Axis("Cycle" if column == 0 else "", low=cycles[0], high=cycles[-1], log=True,
-                     bare=column == 1),
+                Axis("Displacement / amplitude [–]" if row == len(logs) - 1 else "",
+                     low=-1.0, high=1.0, ticks=((-1.0, "−1"), (0.0, "0"), (1.0, "1"))),
+                Axis("Cycle" if column == 0 else "", low=cycles[0], high=cycles[-1], log=True),
                 note=f"{shorten(name, 32)}, {way}",
                 grid=False,
                 cell=(row, row, column, column),

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import errno
 import functools
 import numbers
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
@@ -19,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from microslip._core.checks import Floats, exact, positive, show, without_unit
 from microslip._core.checks import record as checked
 from microslip._core.errors import InputError
+from microslip._core.files import whole_file
 from microslip._core.frozen import Locked, lock
 from microslip.figures.plot import Plot
 from microslip.figures.plottable import Plottable
@@ -277,31 +277,11 @@ class Record(Locked, Plottable):
         head.append(",".join(f"{key} [{UNITS[key]}]" for key in columns) + "\n")
         rows = zip(*(map(repr, values) for values in columns.values()), strict=True)
         lines = chain(head, (",".join(row) + "\n" for row in rows))
-        try:
-            _write(target, lines, overwrite)
-        except FileExistsError:
-            raise InputError(
-                f"{path_text(path)}: exists already; write overwrite=True to replace it"
-            ) from None
-        except (OSError, ValueError) as error:
-            reason = getattr(error, "strerror", None) or str(error)
-            raise InputError(f"{path_text(path)}: cannot be written: {reason.lower()}") from None
-
-
-def _write(target: Path, lines: Iterable[str], overwrite: bool) -> None:
-    """Write a file; one that was there is whole until its successor is."""
-    if overwrite and target.is_dir():
-        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-    place = target.with_name(f".{target.name}.{os.getpid()}.tmp") if overwrite else target
-    with place.open("w" if overwrite else "x", encoding="utf-8", newline="") as file:
-        try:
+        with (
+            whole_file(target, overwrite) as stage,
+            stage.open("w", encoding="utf-8", newline="") as file,
+        ):
             file.writelines(lines)
-        except BaseException:
-            file.close()
-            place.unlink()
-            raise
-    if overwrite:
-        place.replace(target)
 
 
 def once_a_record(function: Callable[[Record], Answer]) -> Callable[[Record], Answer]:

@@ -35,24 +35,15 @@ class Thresholds(NamedTuple):
     """Source of the thresholds."""
 
 
-# One sphere (19.15): A where T0 is 1 % below its first tangent, B at the slip limit.
-def _of_sphere() -> Thresholds:
-    # With s = (1 - r^(2/3)), T = 1 - r and T/(3/2 s) = 0.99; s is near 0.04.
-    slip = 0.04
-    for _ in range(60):
-        slip -= (1.0 - (1.0 - slip) ** 1.5 - 0.99 * 1.5 * slip) / (
-            1.5 * (1.0 - slip) ** 0.5 - 0.99 * 1.5
-        )
-    r = (1.0 - slip) ** 1.5
-    energy = 4.8 * (1.0 - r ** (5 / 3) - (5 / 6) * (1.0 - r) * (1.0 + r ** (2 / 3)))
-    width = 2.0 * 0.5 ** (2 / 3) - 1.0
-    return Thresholds(energy / (4.0 * slip * (1.0 - r)), 0.2 / width, "one sphere")
+_OF_SPHERE = Thresholds(0.0033783480491788817, 0.7694644203726145, "one sphere")
+"""One sphere (19.15): A where T0 is 1 % below its first tangent, and B = 0.2/(2^(1/3) - 1) at the
+slip limit."""
 
 
 def thresholds(model: BackboneLaw | None = None) -> Thresholds:
     """Regime borders of a law."""
     if model is None:
-        return _of_sphere()
+        return _OF_SPHERE
     bent, onset, word = _ends_of(model)
     peak = float(model.backbone(onset))
     width = abs(onset - 2.0 * float(model.backbone_displacement(0.5 * peak)))

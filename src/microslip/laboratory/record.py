@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from microslip._core.checks import Floats, exact, positive, show, without_unit
 from microslip._core.checks import record as checked
 from microslip._core.errors import InputError
-from microslip._core.files import whole_file
+from microslip._core.files import atomic_file
 from microslip._core.frozen import Locked, lock
 from microslip.figures.plot import Plot
 from microslip.figures.plottable import Plottable
@@ -278,7 +278,7 @@ class Record(Locked, Plottable):
         rows = zip(*(map(repr, values) for values in columns.values()), strict=True)
         lines = chain(head, (",".join(row) + "\n" for row in rows))
         with (
-            whole_file(target, overwrite) as stage,
+            atomic_file(target, overwrite) as stage,
             stage.open("w", encoding="utf-8", newline="") as file,
         ):
             file.writelines(lines)

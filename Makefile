@@ -125,8 +125,9 @@ hosts: $(READY)  ## run the joint in other people's programs (PyPI packages, ccx
 browser:  ## explorer, workbench and reports in a real browser (PyPI packages, chromium, node)
 	@tools/try_browser.sh "$(PYTHON)"
 
-lint: $(READY) $(DEV)  ## look for mistakes (ruff)
+lint: $(READY) $(DEV)  ## look for mistakes (ruff) and unclear words (tools/check_words.py)
 	@"$(PY)" -m ruff check
+	@"$(PY)" tools/check_words.py
 
 format: $(READY) $(DEV)  ## format the code, mend what lint can mend
 	@"$(PY)" -m ruff check --fix --exit-zero --quiet

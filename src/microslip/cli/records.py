@@ -103,7 +103,7 @@ class Reading(NamedTuple):
     displacement: str | None
     force: str | None
     normal_load: tuple[str, ...]
-    """One load for all files, or one for each."""
+    """Load for all files, or loads for each file."""
     time: str | None
     sample_rate: float | None
     flip_sign: bool

@@ -62,7 +62,7 @@ class FaceSolution(ByValue, LockedArrays):
 
 
 class _Piece:
-    """One piece of the face, and the pressures on it at the separation asked for last."""
+    """Piece of the face, with its pressures at the last requested separation."""
 
     def __init__(self, heights: Floats, aspect: float, workers: int) -> None:
         self.heights = heights

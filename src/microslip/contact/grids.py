@@ -35,7 +35,7 @@ _TERM = 8e-9
 _PIECE = 6e-9
 
 _RULE = lock(np.concatenate(gauss_legendre(12)))
-"""For v (u - v) N'' over two decay lengths of an exponential, or one of a power: 1e-16."""
+"""Gauss-Legendre rule for v (u - v) N'', exact to 1e-16 over two decay lengths."""
 _FAINT_LOAD = 1e-30  # of the largest load; fainter ones are rare, and cost wide panels their width
 _ALL_TOUCH = 0.345  # N N'' / N'^2, which is 1 for an exponential and 1/3 where all summits touch
 
@@ -78,7 +78,7 @@ def _sum_of(law: NormalLaw, kind: Kind) -> Callable[[Floats | float, Floats], Fl
 
 
 def _row(law: NormalLaw, kind: Kind, d: float, u: Floats) -> Floats:
-    """One separation, as an interface there has it."""
+    """Evaluate one row of displacements, like an interface at this separation."""
     exact = _sum_of(law, kind)
     reach = law._table_reach(d) if kind != "fall" and u.size * _POINT > _ROW else None
     if reach is None:

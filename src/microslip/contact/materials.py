@@ -117,7 +117,7 @@ class Material:
 
 @dataclass(frozen=True)
 class Metal:
-    """One metal of the table: its elastic constants and where each of them is printed.
+    """Metal of the table: its elastic constants and their sources.
 
     Parameters
     ----------
@@ -186,7 +186,7 @@ def metals() -> Mapping[str, Metal]:
 
 
 def metal(name: str) -> Metal:
-    """One metal of the table, as :meth:`Material.named` finds it."""
+    """Return a metal of the table by a name that :meth:`Material.named` accepts."""
     if not isinstance(name, str):
         raise InputError(f"`name` must be a text such as 'steel', got {show(name)}")
     entry = metal_called(name)

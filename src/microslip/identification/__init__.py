@@ -1,4 +1,4 @@
-"""From measured loops to the parameters of a law, and to those that they do not determine."""
+"""Identification of the parameters of a law from measured loops, with their uncertainty."""
 
 from microslip._core.packages import names_of_stub as _names
 

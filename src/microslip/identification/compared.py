@@ -36,7 +36,7 @@ _DECIDED = 6.0
 
 
 class ComparedLaw(NamedTuple):
-    """One law in a comparison."""
+    """Law in a comparison."""
 
     parameters: int
     """Number of free parameters."""

@@ -50,7 +50,7 @@ class _At(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Identification(Locked, Plottable):
-    """What loops determine: a friction law of free form, its energies and forces, with intervals.
+    """Friction law of free form identified from loops, with energies, forces and intervals.
 
     Made by :func:`microslip.identify` from the density of sliders (Iwan 1966,
     DOI 10.1115/1.3625199). Without a measured stiffness of the rig all results are
@@ -58,7 +58,7 @@ class Identification(Locked, Plottable):
     """
 
     fits: tuple[FreeForm, ...]
-    """One fit of all normal loads, or one for each where one density does not hold for all."""
+    """Fit of all normal loads, or one fit per load if no single density fits all loads."""
     records: tuple[RecordFit, ...]
     """Each record with the force of the fitted law."""
     rig_stiffness: tuple[float, float] | None

@@ -34,9 +34,9 @@ from microslip.laboratory.cuts import (
 from microslip.laboratory.record import Record, once_a_record
 
 LONG = 10.0
-"""Times as long as nine in ten steps of the time that a gap is, at least,"""
+"""Smallest length of a gap over the time step that nine in ten steps do not exceed."""
 OF_CYCLE = 0.05
-"""and of a cycle: what is less does it no harm."""
+"""Smallest length of a gap over a cycle; shorter gaps are harmless."""
 _JUMP = 1.5
 """Jump of the counter of cycles beyond which some were not logged."""
 _SAME_PERIOD = 0.1
@@ -48,7 +48,7 @@ _FEWEST_SMALLER = 2
 _STOOD, _RESTING = 0.75, 8.0
 """Least share of a cycle for which a logged rig stands still; range then, over the noise."""
 _OVER_NOISE = 10.0
-"""Their amplitude over the noise, at least."""
+"""Smallest ratio of the amplitude to the noise."""
 
 
 class Block(NamedTuple):
@@ -57,9 +57,9 @@ class Block(NamedTuple):
     first: int
     """The first sample, counted from 0."""
     stop: int
-    """One past the last one."""
+    """Index after the last sample."""
     cycles: Cuts
-    """Their places are counted from the first sample of the block."""
+    """Cycles, with places counted from the first sample of the block."""
 
     @property
     def samples(self) -> slice:
@@ -322,7 +322,7 @@ def _by_counter(counter: Floats, blocks: Sequence[Block]) -> Count:
 
 
 def _by_time(starts: Sequence[Floats], frequency: float | None) -> Count:
-    """By the rate of the blocks so far; where each next one begins must agree with it."""
+    """Count cycles by the rate of the blocks so far; the start of each next block must agree."""
     edges = starts[0]
     places = np.arange(float(edges.size))
     parts, chance = [places[:-1]], 1.0
@@ -372,7 +372,7 @@ class Dissipated(NamedTuple):
     energy: Floats
     """[J], that cycle included."""
     errors: Floats
-    """By how much it may be off [J], if between the logged cycles nothing goes up and down."""
+    """Bounds of the error [J] if the energy is monotonic between the logged cycles."""
 
     @property
     def error(self) -> float:

@@ -77,7 +77,7 @@ class Drift(NamedTuple):
 
     channel: str
     total: float
-    """Its change over them [m, N]."""
+    """Change of the channel over the cycles [m, N]."""
     share: float
     """The same over the range of the channel [-]."""
 

@@ -39,7 +39,7 @@ class Estimate(NamedTuple):
     low: float
     """Lower end of the interval; not a number where there is only one cycle."""
     high: float
-    """Its upper end."""
+    """Upper end of the interval."""
     standard_error: float
     """Standard error of the mean; not a number for a single cycle."""
     number: int

@@ -1,4 +1,4 @@
-"""What the shape of the mean loop says of its rig: clearance, lost motion, springs, and doubts.
+"""Rig properties seen in the shape of the mean loop: clearance, lost motion, springs, and doubts.
 
 At a constant load the force of a contact with memory rises after each reversal along a concave
 branch (Masing), whatever its law. Where a branch is not concave, something else acts.
@@ -128,7 +128,7 @@ class ParallelSpring(NamedTuple):
     stiffness: float
     """[N/m]"""
     force: float
-    """Its force at the amplitude, over the force amplitude [-]."""
+    """Force of the spring at the amplitude, over the force amplitude [-]."""
 
 
 def parallel_spring(shape: Shape) -> ParallelSpring | None:

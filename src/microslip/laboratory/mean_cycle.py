@@ -338,7 +338,7 @@ class Turns(NamedTuple):
 
     @property
     def samples_a_cycle(self) -> float:
-        """In the mean of the blocks."""
+        """Samples per cycle, averaged over the blocks."""
         edges = [(samples.start, samples.stop - 1) for samples, _, _ in self.ends]
         span = sum(float(self.turns[last] - self.turns[first]) for first, last in edges)
         return float(sum(last - first for first, last in edges)) / span

@@ -34,7 +34,7 @@ class Motion(NamedTuple):
 
     harmonics: NDArray[np.int64]
     corners: Floats
-    """Their phases [rad]."""
+    """Phases of the corners [rad]."""
     coefficients: Floats
     covariance: Floats
     """Covariance of the coefficients [m^2]."""

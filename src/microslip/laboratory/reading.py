@@ -1,4 +1,4 @@
-"""From a file to the parts of a record: columns, units, calibration, zero, sign, and the notes."""
+"""Conversion of a file to a record: columns, units, calibration, zero, sign, and notes."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Statements:
 
 
 class ChannelNote(Remark):
-    """From which column a channel was read, and how: a sentence that knows its parts."""
+    """Remark on the source of a channel, with its parts."""
 
     heading: str
     """The column, as the file calls it."""

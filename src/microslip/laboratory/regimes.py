@@ -36,7 +36,7 @@ class Thresholds(NamedTuple):
 
 
 _OF_SPHERE = Thresholds(0.0033783480491788817, 0.7694644203726145, "one sphere")
-"""One sphere (19.15): A where T0 is 1 % below its first tangent, and B = 0.2/(2^(1/3) - 1) at the
+"""Sphere (19.15): A where T0 is 1 % below its first tangent, and B = 0.2/(2^(1/3) - 1) at the
 slip limit."""
 
 
@@ -82,11 +82,11 @@ class RegimeBorders(NamedTuple):
     normal_load: Floats
     """[N]."""
     stick: Floats
-    """Up to which it sticks [m]."""
+    """Largest amplitude of full stick [m]."""
     gross: Floats
-    """From which it slides as a whole [m]."""
+    """Smallest amplitude of gross slip [m]."""
     source: str
-    """Whose they are."""
+    """Source of the borders."""
 
 
 def borders_of(

@@ -57,7 +57,7 @@ class Level(NamedTuple):
     """A stretch of cycles at one amplitude, where a record has several."""
 
     selection: NDArray[np.intp]
-    """Its cycles in which nothing moves; all of them where that is nowhere so."""
+    """Settled cycles of the level; all its cycles if none are settled."""
     is_moving: bool
     """Whether it is nowhere so."""
 
@@ -88,7 +88,7 @@ def excess_loss_notes(loss_factor: NDArray[np.float64]) -> list[str]:
 
 
 def named_cycles(is_named: NDArray[np.bool_]) -> str:
-    """Such as "2 cycles (3, 8)"."""
+    """Format cycles, such as "2 cycles (3, 8)"."""
     places = np.flatnonzero(is_named) + 1
     numbers = ", ".join(map(str, places[:5])) + (", ..." if places.size > 5 else "")
     return f"{plural(places.size, 'cycle')} ({numbers})"
@@ -146,7 +146,7 @@ def _level(columns: Mapping[str, Floats], places: NDArray[np.intp]) -> Level:
 
 
 def settled_from(columns: Mapping[str, Floats], places: NDArray[np.intp]) -> int | None:
-    """From which of the cycles on nothing moves; None where something does to the end."""
+    """Return the index from which on the cycles are settled; None if they never are."""
     late = _settled_end(columns, places, MORE_ALIKE)
     late = _settled_end(columns, places, ALIKE) if late is None else late
     # What still wanders there by itself has not come to rest: it may have moved by chance before.
@@ -282,7 +282,7 @@ def _moving(
 def _settled_end(
     columns: Mapping[str, Floats], places: NDArray[np.intp], alike: float
 ) -> int | None:
-    """From where on neither force nor energy moves; None where they do to the end."""
+    """Return the index from which on force and energy are settled; None if they never are."""
     rates = {name: abs(slope) for name, (slope, _) in _moving(columns, places, alike).items()}
     if not rates:
         return 0
@@ -318,7 +318,7 @@ _WORDS = {
 
 
 def _span(columns: Mapping[str, Floats], places: NDArray[np.intp], names: tuple[str, ...]) -> str:
-    """Such as "force amplitude 300 N to 500 N": in the mean of the first and the last tenth."""
+    """Format a drift by means of the first and last tenth: "force amplitude 300 N to 500 N"."""
     tenth = max(1, places.size // 10)
     texts = []
     for name in names:

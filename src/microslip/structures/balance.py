@@ -368,7 +368,7 @@ class ModeStep:
         return Elimination(compliance, flat, columns, turned, blocks, rows, factors)
 
     def iterate(self) -> Floats | None:
-        """By GMRES, preconditioned with the structure whose joints stick."""
+        """Solve by GMRES, preconditioned with the structure in full stick."""
         modes, size = self.balance.shape
         count = modes * size
         unit = float(np.abs(self.point.coefficients).max())

@@ -288,7 +288,7 @@ class BaseResponse(ForcedResponse):
         return np.asarray(self._fundamental(at) + self._base_motion @ self._carried_at(at))
 
     def absolute_amplitude(self, at: ArrayLike) -> Floats:
-        """As :meth:`amplitude`, seen from the ground [m]: of an accelerometer over omega^2.
+        """Absolute amplitude [m] at a sensor, including the base motion.
 
         ``at`` is the direction of the sensor, shape (n,).
         """

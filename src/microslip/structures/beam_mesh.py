@@ -68,7 +68,7 @@ class Lap:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Its two ends [m]."""
+        """Positions of the two ends [m]."""
         return self.at - 0.5 * self.length, self.at + 0.5 * self.length
 
 
@@ -79,7 +79,7 @@ class Stretch(NamedTuple):
     lower: bool
     """Whether it lies below in its laps."""
     free: tuple[tuple[float, float, bool, bool], ...]
-    """From, to [m], and whether a lap is at either end."""
+    """Start [m], end [m], and whether a lap is at the start and at the end."""
     rise: float = 0.0
     """Height of its middle above its ends [m]."""
 

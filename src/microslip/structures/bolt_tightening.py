@@ -26,7 +26,7 @@ UTILISATION = 0.9
 TIGHTENING_FACTOR = 1.6
 """Largest over smallest preload at one torque, by a torque wrench with estimated friction."""
 _EMBEDDING = ((10e-6, 3.0, 2.5, 1.5), (40e-6, 3.0, 3.0, 2.0), (160e-6, 3.0, 4.0, 3.0))
-"""Up to an Rz [m]: embedding [um] of the thread, of a bearing face, of an inner interface."""
+"""Largest Rz [m], and embedding [um] of the thread, of a bearing face, of an inner interface."""
 
 
 def size_named(name: object) -> BoltSize:

@@ -78,7 +78,7 @@ class Drawing:
 
     @property
     def stretches(self) -> tuple[Stretch, ...]:
-        """Them and the ground, in turns below and above."""
+        """Parts of the beam and the ground, alternately below and above."""
         laps = self.laps
         # The ground lies below, where it can.
         first = 1 if self.ground == ("right",) and len(laps) % 2 else 0

@@ -59,7 +59,7 @@ class Node(NamedTuple):
 
     number: int
     direction: str | None = None
-    """One of the axes x, y and z; None for a direction of its own."""
+    """Axis x, y or z; None for another direction."""
     text: str = ""
     """The place in words."""
 

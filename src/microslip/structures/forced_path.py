@@ -27,7 +27,7 @@ class Excitation:
     """Excitation of a periodic motion, by powers of 1/omega: the key k belongs to omega^-k."""
 
     forces: dict[int, Floats]
-    """On the modes (modes, size)."""
+    """Forces on the modes, shape (modes, size)."""
     motions: dict[int, Floats]
     """Motions of the joints besides that of the modes (coordinates, size): a base carries them
     along."""
@@ -47,9 +47,9 @@ class Control:
     """A sensor whose fundamental is held, and what the excitation's level shall be for it."""
 
     sensor: Floats
-    """In modal coordinates (modes,)."""
+    """Sensor in modal coordinates, shape (modes,)."""
     carried: Floats
-    """Its motion with the base, cosine and sine, times omega^2 at the level 1."""
+    """Motion of the sensor with the base, cosine and sine, times omega^2 at level 1."""
     power: int
     """0, 1, 2: displacement, velocity, acceleration."""
     target: float

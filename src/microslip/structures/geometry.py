@@ -60,7 +60,7 @@ class GeometryAttachment:
 
     @property
     def holding(self) -> Floats:
-        """Nothing is held by it at rest."""
+        """Stiffness at rest [N/m], which is zero."""
         return np.zeros(self.columns.shape[1])
 
     def static_forces(self, motion: Floats) -> tuple[Floats, Floats]:
@@ -104,7 +104,7 @@ class GeometryGroup:
         self.lost = np.zeros(static.size)
 
     def harmonic_forces(self, coefficients: Floats, basis: HarmonicBasis) -> HarmonicForces:
-        """By samples, as many as make the cubes exact."""
+        """Compute the harmonics from samples, enough to be exact for cubes."""
         count = 4 * basis.harmonics[-1] + 1
         phase = 2.0 * math.pi * np.arange(count) / count
         waves = np.ones((basis.size, count))
@@ -128,7 +128,7 @@ class GeometryGroup:
         return (force - self._loaded)[:, None], slope[:, None, None]
 
     def commit(self) -> None:
-        """Nothing is remembered."""
+        """Do nothing, because the springs have no memory."""
 
 
 def geometry(

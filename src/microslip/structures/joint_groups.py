@@ -27,7 +27,7 @@ from microslip.structures.periodic_motion import HarmonicBasis, HarmonicForces
 
 @dataclass(frozen=True, eq=False)
 class LawAttachment:
-    """One law along one or more directions; it rests where the structure is undeformed."""
+    """Law along one or more directions, at rest in the undeformed structure."""
 
     law: BackboneLaw
     columns: Floats
@@ -61,7 +61,7 @@ class LawAttachment:
 
 
 class LawGroup:
-    """One backbone law acting along several directions, about a static state."""
+    """Backbone law along several directions, linearised about a static state."""
 
     def __init__(self, law: BackboneLaw, directions: Floats, static: Floats) -> None:
         self.law = law
@@ -146,7 +146,7 @@ class FieldAttachment:
 
     @property
     def holding(self) -> Floats:
-        """One for an opening, for how stiffly it will hold is not known before it is pressed."""
+        """Scales of the equations: 1 for an opening, whose stiffness is not yet known."""
         result = np.zeros(self.directions.shape[1:])
         result[:, 2] = 1.0
         return result.reshape(-1)

@@ -161,7 +161,7 @@ def positive_definite(matrix: Any) -> bool:
 
 
 def vector(name: str, value: ArrayLike, size: int) -> Floats:
-    """One number for each degree of freedom, or an error."""
+    """Validate a vector with one number per degree of freedom."""
     array = floats(name, value)
     if array.shape != (size,):
         raise InputError(f"`{name}` must have the shape ({size},), got {array.shape}")
@@ -273,7 +273,7 @@ def load_matrices(
 
 
 def _pick(file: Path, content: Mapping[str, Any], kind: str, name: str | None) -> Any:
-    """One matrix by its name."""
+    """Return the matrix of a name, or of a usual name."""
     if name is not None:
         if name not in content:
             raise InputError(f"{file.name}: {_missing(name, content)}")

@@ -1,4 +1,4 @@
-"""From signals of a test to frequency and damping against amplitude."""
+"""Frequency and damping against amplitude from the signals of a modal test."""
 
 from __future__ import annotations
 
@@ -306,7 +306,7 @@ def _noise(x: Floats, step: float, width: float) -> float:
 
 
 def _audible(x: Floats, skipped: int, noise: float) -> slice:
-    """From behind the largest swing to where what is left drowns in noise."""
+    """Return the samples after the largest swing that exceed the noise."""
     begin = min(int(np.argmax(np.abs(x))) + skipped, x.size - 1)
     loud = np.flatnonzero(np.abs(x[begin:]) > _ABOVE_NOISE * noise)
     return slice(begin, begin + (int(loud[-1]) + 1 if loud.size else x.size))

@@ -233,7 +233,7 @@ class March(NamedTuple):
     message: str
 
     def acceleration(self, force: Floats) -> Floats:
-        """By the equation of motion under the modal forces (times, modes)."""
+        """Return the accelerations due to modal forces, shape (times, modes)."""
         short = self.pull - self.stuck * self.motion
         return self.stepper.acceleration(self.place, self.speed, force[: len(short)], short)
 

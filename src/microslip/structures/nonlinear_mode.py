@@ -243,7 +243,7 @@ class _Row(NamedTuple):
     omega: float
     damping: float
     shape: np.ndarray
-    """In modal coordinates, of any length."""
+    """Mode shape in modal coordinates, of any length."""
     loss: Floats
 
 
@@ -259,7 +259,7 @@ class ModeSolver:
     base_damping: float
 
     def balanced(self) -> ModalCurve:
-        """By harmonic balance, with continuation."""
+        """Compute the mode by harmonic balance with continuation."""
         joints = self._joints()
         balance = Balance(self.model, joints, self.basis)
         equations = ModeEquations(balance, self.index, self.measure)
@@ -313,7 +313,7 @@ class ModeSolver:
         return tuple(found)
 
     def quasi_static(self) -> ModalCurve:
-        """By quasi-static modal analysis."""
+        """Compute the mode by quasi-static modal analysis."""
         joints = self._joints()
         solver = QuasiStatic(self.model, joints, self.index, self.measure)
         rows = []

@@ -101,7 +101,7 @@ class QuasiStatic:
         self._flexibility = joints.flat.T @ self._compliance
 
     def curve(self, amplitudes: Floats) -> list[QuasiStaticPoint | None]:
-        """One point for each amplitude; None from where the branch is lost."""
+        """Compute a point for each amplitude; None where the branch is lost."""
         shape = np.zeros(self.model.size)
         shape[self.index] = 1.0
         square = float(self.model.squares[self.index])
@@ -118,7 +118,7 @@ class QuasiStatic:
         return climb(amplitudes, [(smallest, begin)], attempt, _FINEST)
 
     def _cycle(self, guess: QuasiStaticPoint, amplitude: float, steps: int) -> QuasiStaticPoint:
-        """Up from rest, then twice to the other side and back."""
+        """Compute a cycle: first loading, then two reversals."""
         states = [group.start() for group in self.joints.groups]
         laws = [state.try_ for state in states]
 
@@ -211,7 +211,7 @@ class QuasiStatic:
         return y[:modes], float(y[modes])
 
     def _solved(self, system: System, y: Floats, units: Floats) -> Floats:
-        """By Newton's method, which keeps a Jacobian as long as it serves."""
+        """Solve by Newton's method, keeping the Jacobian while it converges."""
         from scipy.linalg.lapack import dgetrf, dgetrs
 
         factors: tuple[Floats, Floats, int] | None = None

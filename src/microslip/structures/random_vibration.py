@@ -96,7 +96,7 @@ class RandomResponse(ModalAnswer):
     frequency: Floats
     """Equivalent frequencies of the modes in the band of the noise [Hz]."""
     damping_ratio: Floats
-    """Their equivalent damping ratios [-]."""
+    """Equivalent damping ratios of the modes [-]."""
     joint_deviation: Floats
     """Standard deviation of each joint's motion [m]; NaN by ``modes``."""
     joint_frequency: Floats

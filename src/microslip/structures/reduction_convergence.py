@@ -57,7 +57,7 @@ class Convergence(Locked):
     joint: ReducedJoint
     """The model with the last patches."""
     curve: ModalCurve
-    """Its mode at the amplitudes."""
+    """Mode of the model at the amplitudes."""
     changes: tuple[Change, ...]
     """Changes by finer patches, a finer mesh, more kept modes and more harmonics [-]."""
     steps: tuple[tuple[int, float, float], ...]
@@ -66,8 +66,8 @@ class Convergence(Locked):
     tolerance: float
     """The change of damping that was wanted [-]."""
     asked: tuple[float, float]
-    """From the model with the first patches to the limit: largest change of frequency and damping
-    ratio over the amplitudes [-]."""
+    """Largest change of frequency and damping ratio over the amplitudes [-], from the first patches
+    to the limit."""
     untried: tuple[str, ...] = ()
     """Parts of the model that could not be refined, or coarsened, with elements of this size."""
 
@@ -83,7 +83,7 @@ class Convergence(Locked):
 
     @property
     def error(self) -> tuple[float, float]:
-        """Of frequency and damping ratio of ``joint`` [-]: all that is left, as independent.
+        """Remaining error of frequency and damping ratio of ``joint`` [-], as independent parts.
 
         Where elements are too large for finer patches, what the finer ones changed counts whole.
         """
@@ -170,7 +170,7 @@ def converge(
         return result
 
     def finer(coarse: _Trial, selected: Any, axis: int) -> _Trial:
-        """With some patches halved; the same where the elements cannot tell those apart."""
+        """Return a trial with some patches halved; the same trial if the mesh is too coarse."""
         try:
             return trial(halved_boxes(coarse.joint.layout, selected, axis))
         except InputError:

@@ -1,4 +1,4 @@
-"""From a structure's tests back to its joint: friction, bolts, form, modulus and base damping."""
+"""Identification of a joint from tests of its structure: friction, bolts, form, modulus, loss."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ class ModalIdentification(LockedArrays):
     """Frequencies of each test at its smallest amplitude, of the sticking joints as given and as
     found, (tests, 3) [Hz]."""
     curves: tuple[ModalCurve, ...]
-    """One for each test, by harmonic balance, at its amplitudes."""
+    """Curve of each test by harmonic balance, at the amplitudes of the test."""
     bands: tuple[Floats, ...]
     """Bands of each test over draws of the parameters by their covariance, (2, 2, amplitudes), of
     frequency [Hz] and damping ratio [-] the 5 and 95 % each."""
@@ -210,7 +210,7 @@ def _checked(fit: Sequence[str], tests: list[ModalTest]) -> tuple[str, ...]:
 
 @dataclass
 class _Fit:
-    """One identification: from a vector of parameters to residuals, and to the result."""
+    """Identification of the joint: residuals for a parameter vector, and the result."""
 
     joint: ReducedJoint
     surface: NormalLaw | Callable[[float], NormalLaw]

@@ -21,14 +21,14 @@ class Frame(NamedTuple):
 
     origin: Floats
     axes: Floats
-    """One direction a row."""
+    """Directions of the frame, one per row."""
 
 
 class Samples(NamedTuple):
     """Sample points of all contacts, and the patch of each."""
 
     places: Floats
-    """In their contact's frame, along and across [m]."""
+    """Positions in the frame of the contact, along and across [m]."""
     weights: Floats
     """Area that each point stands for [m^2]."""
     patches: Indices

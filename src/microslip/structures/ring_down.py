@@ -111,7 +111,7 @@ _TERMS = 26
 
 @lru_cache(maxsize=1)
 def _weights() -> list[tuple[float, ...]]:
-    """For each power n of the step's matrix: 1/n!, and its part in the answer to each cubic."""
+    """Return for each power n of the step matrix 1/n!, and its weight for each cubic."""
     n = np.arange(_TERMS)
     factorial = np.array([math.factorial(int(i)) for i in range(_TERMS + 4)], dtype=float)
     # Integral of (1 - s)^n/n! s^j over [0, 1].
@@ -121,7 +121,7 @@ def _weights() -> list[tuple[float, ...]]:
 
 
 def _propagator(step: float, square: float, twice: float, mass: float) -> tuple[float, ...]:
-    """One step of q'' + twice q' + square q = -g/mass, with g a cubic in time.
+    """Integrate one step of q'' + twice q' + square q = -g/mass, with g a cubic in time.
 
     Of the new displacement and then of the new velocity: what the old displacement and velocity,
     and g and g' at the beginning and at the end, contribute to it.
@@ -184,7 +184,7 @@ class _Motion:
         return _propagator(step, self.square, self.dashpot / self.mass, self.mass)
 
     def step(self, step: float, propagator: tuple[float, ...], time: float) -> None:
-        """One step of the record from ``time`` on, a turning point in it included."""
+        """Advance the record by one step from ``time``, including a turning point in it."""
         if not self._turns_in(step, propagator):
             end = self._solve(step, propagator)
             if end[1] * self.way > 0.0:

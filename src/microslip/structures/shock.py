@@ -73,7 +73,7 @@ class Pulse:
 
     @property
     def duration(self) -> float:
-        """Its length [s]."""
+        """Duration of the pulse [s]."""
         return float(self.time[-1])
 
 

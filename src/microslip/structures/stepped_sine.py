@@ -1,4 +1,4 @@
-"""From a sine stepped through a resonance to frequency and damping against amplitude."""
+"""Frequency and damping against amplitude from a sine stepped through a resonance."""
 
 from __future__ import annotations
 
@@ -156,7 +156,7 @@ def _controlled_levels(sensed: Floats, push: Floats) -> list[np.ndarray[Any, Any
 def _by_levels(
     levels: list[Any], omega: Floats, a: Floats, cosine: Floats, sine: Floats, power: int
 ) -> SteppedSine | None:
-    """One linear mode a level: force over amplitude is (w^2 - W^2 + 2i zeta w W)/p."""
+    """Fit a linear mode to each level: force over amplitude is (w^2 - W^2 + 2i zeta w W)/p."""
     read = []
     for level in levels:
         w, middle = omega[level], float(np.mean(omega[level] ** 2))

@@ -326,7 +326,7 @@ class Structure:
 
     @cached_property
     def _undeformed(self) -> Preload:
-        """At rest without static forces."""
+        """Preload state without static forces."""
         if any(attachment.has_gaps for attachment in self.attachments):
             raise InputError(
                 "a field with gaps has no loads before a static solution: write "

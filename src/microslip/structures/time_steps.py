@@ -121,7 +121,7 @@ class TimeSteps:
         """Take note of velocities at the start, where a method wants them."""
 
     def acceleration(self, q: Floats, v: Floats, force: Floats, short: Floats) -> Floats:
-        """By the equation of motion, of one time or a row of them."""
+        """Return the accelerations from the equation of motion, at one time or a row of times."""
         return np.asarray(
             force - v @ self.damping.T - self.squares * q - short @ self._directions.T
         )
@@ -129,7 +129,7 @@ class TimeSteps:
     def advance(
         self, q: Floats, v: Floats, a: Floats, before: Floats, after: Floats
     ) -> tuple[Floats, Floats, Floats] | None:
-        """One step under modal forces; None where Newton's method does not converge."""
+        """Advance by one step under modal forces; None if Newton's method does not converge."""
         c, h = self._c, self._step
         drift = q + h * v + h * h * (0.5 - c.beta) * a  # displacement without the new acceleration
         speed = v + h * (1.0 - c.gamma) * a
@@ -208,7 +208,7 @@ class ExactSteps(TimeSteps):
     def advance(
         self, q: Floats, v: Floats, a: Floats, before: Floats, after: Floats
     ) -> tuple[Floats, Floats, Floats] | None:
-        """One step under modal forces; None where Newton's method does not converge."""
+        """Advance by one step under modal forces; None if Newton's method does not converge."""
         lines, row = self._directions, self._row
         self._row += 1
         known = np.stack(

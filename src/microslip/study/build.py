@@ -1,4 +1,4 @@
-"""From a study, or a draw of its uncertain values, to its surface and joints."""
+"""Surface and joints of a study, or of a draw of its uncertain values."""
 
 from __future__ import annotations
 
@@ -109,14 +109,14 @@ _REPLICATES = 4096  # of the pieces of a scan
 
 @dataclass(frozen=True)
 class Input:
-    """One thing that is uncertain: its key, how it is written, and what it does at a score."""
+    """Uncertain number: key, text in the study, and value at a score."""
 
     key: str
     written: str
 
 
 class Design:
-    """From normal scores, a column an input, to a study without anything uncertain."""
+    """Map from normal scores, one column per input, to a study without uncertain numbers."""
 
     def __init__(self, study: StudyDescription) -> None:
         study = with_model_spreads(study)

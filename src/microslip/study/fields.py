@@ -58,7 +58,7 @@ def text(noun: str, example: str = "", longest: int = 1000) -> Option:
 
 
 def one_of(*words: str) -> Option:
-    """One of some words."""
+    """Declare a choice of words."""
     return Option("", choices=words, example=words[0])
 
 
@@ -253,7 +253,7 @@ class Described(Part):
 
 
 class DescribedAlone(Described):
-    """One whose class needs nothing but its parameters, such as heights or a friction law."""
+    """Described class built from its parameters alone, such as heights or a friction law."""
 
     def build(self) -> Any:
         """An instance of the class."""

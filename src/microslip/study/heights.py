@@ -181,7 +181,7 @@ HEIGHTS_TABLES: dict[str, type[Any]] = {
 
 
 class _AnyHeights(SubTable):
-    """One of the kinds; a distribution of SciPy given as a kind is told how to be written."""
+    """Table of heights of any kind; a SciPy distribution as kind gets a specific error."""
 
     def read(self, raw_value: object, place: Place) -> Any:
         """The table."""

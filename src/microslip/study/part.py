@@ -42,7 +42,7 @@ class Key:
     example: str
     default: Any
     name: str
-    """In the file; by default that of the attribute."""
+    """Name in the file; by default that of the attribute."""
 
     @property
     def required(self) -> bool:
@@ -171,7 +171,7 @@ class Part:
     """A table of a study file: frozen, and without keys that nobody reads."""
 
     keys: ClassVar[dict[str, Key]] = {}
-    """Its keys by their names in the file."""
+    """Keys by name in the file."""
     attributes: ClassVar[dict[str, str]] = {}
     """Names of its attributes by those of its keys."""
     rules: ClassVar[JsonSchema] = {}
@@ -260,7 +260,7 @@ class Part:
 
     @classmethod
     def tag_value(cls, tag: str) -> str:
-        """By which value it is told from others."""
+        """Return the value that identifies the variant."""
         return str(cls.keys[tag].reader.value)  # type: ignore[attr-defined]
 
     # -- in words ------------------------------------------------------------------------------
@@ -295,7 +295,7 @@ class Part:
 
     @classmethod
     def schema(cls) -> JsonSchema:
-        """Its JSON Schema, every key with its whole schema."""
+        """Return the JSON Schema with complete schemas of all keys."""
         names = [item.reader.value for name in ("law", "kind") if (item := cls.keys.get(name))
                  and isinstance(item.reader, Constant)]  # fmt: skip
         return {
@@ -347,7 +347,7 @@ class Part:
         return part
 
     def by_keys(self) -> dict[str, Any]:
-        """Its values in SI units by the keys of the file; what was left out is not there."""
+        """Return values in SI units by key; omitted keys are missing."""
         values = {name: getattr(self, attribute) for name, attribute in self.attributes.items()}
         return {name: _by_keys(value) for name, value in values.items() if value is not None}
 

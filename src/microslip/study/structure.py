@@ -217,7 +217,7 @@ class StructurePart(Part):
 
     @property
     def extent(self) -> float:
-        """Its largest size [m]."""
+        """Largest dimension [m]."""
         if self.mesh is not None:
             return float(np.ptp(self.mesh.joint.mesh.points, axis=0).max())
         return cast(float, self.length)

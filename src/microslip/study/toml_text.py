@@ -35,7 +35,7 @@ def is_too_deep(text: str) -> bool:
 
 @dataclass
 class Override:
-    """One key and what it is to be."""
+    """Key of a study and its new value."""
 
     text: str
     path: tuple[str, ...]

@@ -63,7 +63,7 @@ class Spread(float):
 
     @classmethod
     def among(cls, values: Sequence[float]) -> Spread:
-        """One of some values; the middle is their mean."""
+        """Return a spread over given values; the middle is their mean."""
         value = cls(sum(values) / len(values))
         value.values = tuple(sorted(values))
         return value
@@ -98,7 +98,7 @@ class Spread(float):
 
     @property
     def deviation(self) -> float:
-        """Its standard deviation in its own measure."""
+        """Standard deviation of the spread, of the logarithm if it is log-distributed."""
         if self.values:
             return float(np.std(self.values))
         if self.low is not None and self.high is not None:
@@ -114,7 +114,7 @@ class Spread(float):
 
     @property
     def written(self) -> str:
-        """In words."""
+        """Description of the spread in words."""
         if self.values:
             low, high = map(self._text, (self.values[0], self.values[-1]))
             return f"one of {len(self.values)} values, {low} to {high}"

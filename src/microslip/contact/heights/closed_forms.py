@@ -129,7 +129,7 @@ class Exponential(HeightDistribution):
 
     @classmethod
     def examples(cls) -> tuple[HeightDistribution, ...]:
-        """One scale stands for all."""
+        """Return an example; distributions of other scales are similar."""
         return (cls(scale=8e-7),)
 
 

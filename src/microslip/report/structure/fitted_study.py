@@ -16,7 +16,7 @@ from microslip.study.runs.structure_prediction import StructurePrediction
 from microslip.study.toml_text import edited_text
 
 FITTED_STUDY = "fitted.toml"
-"""Its name in a folder of results."""
+"""File name of the fitted study in a result folder."""
 
 _OF_A_TENSION = (
     "torque", "nut_factor", "thread_friction", "bearing_friction", "tightening_factor",

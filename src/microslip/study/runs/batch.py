@@ -43,7 +43,7 @@ STUDIES = ".toml"
 
 @dataclass(frozen=True)
 class BatchItem:
-    """One piece of a batch: what it is called, what is done, to which file, with which changes."""
+    """Item of a batch: name, work, file and changes."""
 
     name: str
     work: str

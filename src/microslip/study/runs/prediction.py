@@ -50,7 +50,7 @@ class Prediction:
     structure: StructurePrediction | None = None
     scatter: Scatter | None = None
     summary: dict[str, Any] = field(default_factory=dict)
-    """Its document, once made: see :class:`microslip.Result`."""
+    """Summary of the result, see :class:`microslip.Result`."""
 
     def __repr__(self) -> str:
         parts = [
@@ -215,7 +215,7 @@ class Defaults:
 
     @classmethod
     def of(cls, study: StudyDescription, joints: Sequence[Interface]) -> Defaults:
-        """From the largest slip scale, to two digits."""
+        """Choose default amplitudes from the largest slip scale, to two digits."""
         excitation, scale = study.excitation, max(joint._slip_scale[0] for joint in joints)
         is_open = excitation.amplitudes is None and excitation.force_amplitudes is None
         return cls(float(f"{scale:.1e}"), is_open, excitation.curve is None)

@@ -1,4 +1,4 @@
-"""From the structure of a study to its modes, and their bands on one reduced model."""
+"""Modes of the structure of a study, and their bands on one reduced model."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ def run_structure(study: StudyDescription, progress: Progress | None = None) -> 
 def _all_tight(
     study: StudyDescription, joint: ReducedJoint, state: Preload
 ) -> tuple[TightMode, ...]:
-    """Beside each mode of a structure with slack bolts the one that it is with all of them tight.
+    """Return for each mode of a structure with slack bolts its counterpart with all bolts tight.
 
     Of the modes of both those are the same whose shapes are most alike where the outside of the
     tight structure is.

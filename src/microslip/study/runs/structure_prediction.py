@@ -76,11 +76,11 @@ class ForcedMode(NamedTuple):
     """Response to a harmonic force near a mode, as amplitudes of the sensor's quantity."""
 
     force: float
-    """Its amplitude [N]."""
+    """Amplitude of the force [N]."""
     frequency: Floats
     """Frequencies [Hz]."""
     response: Floats
-    """With everything at its middle; the largest that lasts."""
+    """Largest stable response with all inputs at their medians."""
     peak: Floats
     """Amplitude and frequency [Hz] of the peak; beyond the curve NaN."""
     bands: Floats | None
@@ -97,7 +97,7 @@ class ForcedMode(NamedTuple):
 
 @dataclass(frozen=True)
 class Mode:
-    """One mode along the amplitudes at the sensor."""
+    """Mode along the amplitudes at the sensor."""
 
     number: int  # counted from 1
     curve: ModalCurve  # by harmonic balance

@@ -41,7 +41,7 @@ def _gain(curve: ModalCurve, joint: ReducedJoint) -> Floats:
 def forced_modes(
     part: StructurePart, joint: ReducedJoint, curve: ModalCurve, sampled: Sampled | None
 ) -> tuple[ForcedMode, ...]:
-    """One for each force."""
+    """Return the response to each force."""
     forces = () if part.force is None else part.force.amplitude
     return tuple(_forced(part, joint, curve, sampled, force) for force in forces)
 
@@ -58,7 +58,7 @@ def _forced(
     asked = part.amplitudes[solved]
 
     def answers(logs: Floats, base: Floats, at: Floats) -> Resonant:
-        """In the sensor's quantity, of rows of ln frequency, ln zeta of the joint, ln gain."""
+        """Return responses in the quantity of the sensor from ln frequency, ln zeta, ln gain."""
         fine, values = refined(asked, logs.reshape(len(logs), 3, -1))
         frequency, of_joint, gain = np.moveaxis(values, 1, 0)
         moved = fine / (2.0 * math.pi * frequency) ** power

@@ -11,7 +11,7 @@ _STEADY_RATIO = 0.2
 
 
 class QuantityVerdict(NamedTuple):
-    """One quantity of a test against the 5 to 95 % band of its mode."""
+    """Quantity of a test judged against the 5 to 95 % band of its mode."""
 
     test: str
     mode: int

@@ -1,0 +1,31 @@
+"""The check of docstrings, messages and commit subjects in ``make lint``."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+TOOL = Path(__file__).parents[2] / "tools" / "check_words.py"
+
+
+def test_sources_pass() -> None:
+    done = subprocess.run([sys.executable, TOOL], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (0, "")
+
+
+def test_problems_are_found(tmp_path: Path) -> None:
+    sys.path.insert(0, str(TOOL.parent))
+    try:
+        import check_words
+    finally:
+        sys.path.remove(str(TOOL.parent))
+    words = "word " * 41
+    text = (
+        f'"""As before."""\nx = 1\n"""One-sided spectrum."""\nraise ValueError(f"{words}{{x}}")\n'
+    )
+    path = check_words.ROOT / "src" / "microslip" / "made_up.py"
+    found = list(check_words.problems_of(text, path))
+    assert len(found) == 2
+    assert 'starts with "As"' in found[0]
+    assert "42 words in a sentence" in found[1]

@@ -1,0 +1,123 @@
+"""Check docstrings, messages and commit subjects for plain English: python tools/check_words.py
+
+The check is deliberately narrow: it finds docstrings that start with a pronoun or a preposition
+instead of a verb or a noun, overlong sentences in messages, and overlong commit subjects. It cannot
+tell whether a sentence is understood.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+SOURCES = ROOT / "src" / "microslip"
+# Pronouns, prepositions and conjunctions that leave the subject of a first sentence open.
+UNCLEAR_STARTS = frozenset(
+    [
+        "and",
+        "as",
+        "at",
+        "beside",
+        "besides",
+        "but",
+        "by",
+        "for",
+        "from",
+        "he",
+        "in",
+        "it",
+        "its",
+        "nothing",
+        "of",
+        "one",
+        "ones",
+        "on",
+        "she",
+        "such",
+        "that",
+        "their",
+        "them",
+        "they",
+        "these",
+        "this",
+        "those",
+        "to",
+        "under",
+        "up",
+        "what",
+        "where",
+        "which",
+        "who",
+        "whose",
+        "with",
+    ]
+)
+MOST_WORDS = 40
+MOST_LETTERS = 72
+FIRST_COMMIT = "086d0aff"
+
+
+def docstrings(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield line number and text of all docstrings, those of fields included."""
+    for node in ast.walk(tree):
+        value = node.value if isinstance(node, ast.Expr) else None
+        if isinstance(value, ast.Constant) and isinstance(value.value, str):
+            yield node.lineno, value.value
+
+
+def messages(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield line number and text of raised errors; a value in braces counts as one word."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call) and node.exc.args:
+            message = node.exc.args[0]
+            parts = message.values if isinstance(message, ast.JoinedStr) else [message]
+            texts = (str(part.value) if isinstance(part, ast.Constant) else "x" for part in parts)
+            yield node.lineno, "".join(texts)
+
+
+def problems_of(source: str, path: Path) -> Iterator[str]:
+    """Yield the problems of one source file."""
+    tree = ast.parse(source)
+    place = path.relative_to(ROOT)
+    for line, text in docstrings(tree):
+        first = re.match(r"\W*([A-Za-z-]+)", text)
+        if first and first[1].lower() in UNCLEAR_STARTS:
+            yield f'{place}:{line}: docstring starts with "{first[1]}": start with a verb or noun'
+    for line, text in messages(tree):
+        for sentence in re.split(r"[.;:] ", text):
+            if (count := len(sentence.split())) > MOST_WORDS:
+                yield f"{place}:{line}: {count} words in a sentence, at most {MOST_WORDS}"
+
+
+def long_subjects() -> Iterator[str]:
+    """Yield commit subjects that are too long; nothing without git or its history."""
+    command = ["git", "-C", str(ROOT), "log", "--format=%h %s", f"{FIRST_COMMIT}..HEAD"]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+    except OSError:
+        return
+    for line in done.stdout.splitlines() if done.returncode == 0 else ():
+        commit, _, subject = line.partition(" ")
+        if len(subject) > MOST_LETTERS:
+            yield f"commit {commit}: subject of {len(subject)} letters, at most {MOST_LETTERS}"
+
+
+def main() -> int:
+    """Print all problems; return 1 if there are any."""
+    found = [
+        text
+        for path in sorted(SOURCES.rglob("*.py"))
+        for text in problems_of(path.read_text(encoding="utf-8"), path)
+    ]
+    found += long_subjects()
+    print("\n".join(found), end="\n" if found else "")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

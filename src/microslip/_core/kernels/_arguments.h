@@ -1,4 +1,4 @@
-/* What a kernel sees: plain arrays and numbers. Part of _compiled.c; _calls.h fills them in. */
+/* Arguments of a kernel: plain arrays and numbers, filled in by _calls.h. Part of _compiled.c. */
 
 typedef struct Table Table;
 typedef struct Profile Profile;
@@ -19,10 +19,10 @@ typedef struct {
     Py_ssize_t n;
 } Result;
 
-/* What a kernel returns. */
+/* Results of a kernel. */
 enum { FINE, TOO_SHORT, NO_MEMORY };
 
-/* Whether all of these arguments have `n` entries at least. */
+/* Return 1 if all of these arguments have at least `n` entries. */
 static int all_have(const Argument *a, int first, int last, Py_ssize_t n)
 {
     for (int k = first; k <= last; k++)

@@ -25,11 +25,11 @@
 typedef struct {
     const char *name, *takes, *gives;
     int (*run)(const Argument *a, Result *out);
-    int brief; /* so short that to let other threads run would cost more */
+    int brief; /* too short to release the interpreter lock */
     const char *doc;
 } Kernel;
 
-/* What a call holds while it lasts. */
+/* Buffers held during a call. */
 typedef struct {
     Argument a[MOST_ARGUMENTS];
     Py_buffer buffers[MOST_ARGUMENTS];
@@ -67,7 +67,7 @@ static int take_whole(PyObject *object, Py_ssize_t *n)
     return *n != -1 || !PyErr_Occurred();
 }
 
-/* Coefficients of panels of so many terms, for a table or a profile. */
+/* Coefficients of panels with the given number of terms, for a table or a profile. */
 static int take_panels(Frame *f, PyObject *object, int terms, const double **first,
                        Py_ssize_t *panels)
 {
@@ -112,7 +112,7 @@ static int take_pieces(Frame *f, PyObject *const *given)
     return 1;
 }
 
-/* Returns how many arguments it took, 0 on failure. */
+/* Return the number of arguments used, 0 on failure. */
 static int take_curve(Frame *f, PyObject *const *given, Py_ssize_t count, char letter)
 {
     Profile *p = &f->curve;
@@ -167,8 +167,9 @@ static int take_all(Frame *f, const Kernel *kernel, PyObject *const *given, Py_s
     return 0;
 }
 
-/* Any curve: what the kernel does depends on the geometry of the steps alone, not on the loads. So it
- * runs twice, with all states put back in between: the first time it writes its questions down. */
+/* Any curve. The kernel branches on the geometry of the steps alone, not on the loads, so it
+ * runs twice with all states restored in between: first to collect the separations at which the
+ * curve is needed, then with the answers. */
 static int run_asking(Frame *f, const Kernel *kernel, Result *out)
 {
     Questions *q = &f->questions;
@@ -198,7 +199,8 @@ static int run_asking(Frame *f, const Kernel *kernel, Result *out)
 static PyObject *give(const Kernel *kernel, const Result *out)
 {
     Py_ssize_t count = (Py_ssize_t)strlen(kernel->gives);
-    if (count == 0) { /* not Py_RETURN_NONE: headers of 3.12 take no reference, 3.11 misses it */
+    if (count == 0) { /* not Py_RETURN_NONE: in headers of 3.12 it takes no reference, which 3.11
+                       * needs */
         Py_IncRef(Py_None);
         return Py_None;
     }
@@ -249,7 +251,7 @@ static PyObject *call(PyObject *self, PyObject *const *given, Py_ssize_t count)
     return give(kernel, out);
 }
 
-/* Adds every kernel of a table to the module; `methods` is room for as many. */
+/* Add every kernel of a table to the module; `methods` has room for all of them. */
 static int add_kernels(PyObject *module, const Kernel *kernels, PyMethodDef *methods, int count)
 {
     for (int k = 0; k < count; k++) {

@@ -1,4 +1,4 @@
-/* The kernels of microslip: its inner loops, one call a record instead of one a sample.
+/* The kernels of microslip: inner loops, with one call per record instead of one per sample.
  *
  * Limited API (abi3, Python >= 3.11). Arrays arrive as C-contiguous buffers of float64 or int64, made
  * by the package itself; lengths are checked, the entries of `parent` are not. Each header holds one
@@ -42,20 +42,20 @@ static const Kernel kernels[] = {
      "evaluate(u, value, slope or None, *table): values, and slopes if an array is there for them."},
     {"evaluate_one", "dT", "dd", run_evaluate_one, 1, "evaluate_one(u, *table) -> value, slope"},
     {"locate", "dandn", "nnn", run_locate, 1,
-     "locate(x, stack, depth, last, direction) -> depth, whether `last` became the newest reversal, "
-     "direction; the stack (capacity, 2) stays as it is."},
+     "locate(x, stack, depth, last, direction) -> depth, 1 if `last` became the newest reversal, "
+     "direction; the stack (capacity, 2) is not changed."},
     {"respond", "aAAnddnT", "nddn", run_respond, 0,
      "respond(x, value, stack, depth, last, last_value, direction, *table) -> depth, last, "
      "last_value, direction: a record by Masing's rules; the stack (capacity, 2) holds places and "
      "values."},
     {"branches", "aAAIAIndn", "ndn", run_branches, 0,
      "branches(x, half, sign, parent, stack, codes, depth, last, direction) -> depth, last, "
-     "direction: the branch tree of a record, a matter of geometry alone."},
+     "direction: the branch tree of a record, which depends on displacements alone."},
     {"closings", "aAAndn", "n", run_closings, 0,
      "closings(x, closed, stack, depth, last, direction) -> count: amplitudes of the loops that a "
-     "record closes, in the order of time; the stack is used up."},
+     "record closes, in time order; the stack is used as scratch."},
     {"accumulate", "iAa", "", run_accumulate, 0,
-     "accumulate(parent, rise, base): turns rises over parents into values, down the tree."},
+     "accumulate(parent, rise, base): accumulates increments over parents to values, down the tree."},
     {"stops", "aaaaadAA", "", run_stops, 0,
      "stops(move, bend, shift, shift_bend, y, start, value, mean): stop elements with limits y + "
      "shift along a settled cycle; entry i of the first four is of the step that ends at place i."},
@@ -72,16 +72,16 @@ static const Kernel kernels[] = {
      "-> depth, last_separation, last_place: values T/mu along a record."},
     {"coupled_step", "ddaanddC", "nddnddd", run_coupled_step, 1,
      "coupled_step(separation, place, stack, values, depth, last_separation, last_place, *curve) -> "
-     "depth, front, D, kind, value, share of the rows that stay, -dN/d(eta) where the front goes on"},
+     "depth, front, D, kind, value, part of the remaining rows, -dN/d(eta) at the front"},
     {"hold", "aaASSndddH", "nddd", run_hold, 0,
      "hold(separation, value, place, stack, values, depth, last_separation, last_place, last_value, "
-     "*curve) -> depth, last_separation, last_place, last_value: places that hold values."},
+     "*curve) -> depth, last_separation, last_place, last_value: places at which the values are reached."},
     {"losses", "aaAAnddaP", "", run_losses, 0,
      "losses(separation, place, loss, stack, depth, last_separation, last_place, rules, *profile): "
-     "what each step loses, over mu kappa; the stack is used up."},
+     "energy dissipated in each step over mu kappa; the stack is used as scratch."},
     {"slips", "aaAAndd", "n", run_slips, 0,
-     "slips(separation, place, runs, stack, depth, last_separation, last_place) -> how many runs "
-     "of the front there are, of which those are written that find room; the stack is used up."},
+     "slips(separation, place, runs, stack, depth, last_separation, last_place) -> number of runs "
+     "of the front, written as far as there is room; the stack is used as scratch."},
     {"field_cycle", "aa?anAAAC", "", run_field_cycle, 0,
      "field_cycle(place, step or None, rest, samples, value, load, slope, *curve)"},
     {"field_slopes", "aa?ananannanAAAAC", "", run_field_slopes, 0,
@@ -93,7 +93,7 @@ static const Kernel kernels[] = {
      "the tolerance was missed: of rows of 2 H + 1 coefficients, mean, cos 1, sin 1, ..."},
     {"varying_harmonics", "aanndAAAAaP", "n", run_varying_harmonics, 0,
      "varying_harmonics(place, step, rows, size, tolerance, value, jacobian, load, load_jacobian, "
-     "rest, *profile) -> whether the tolerance was missed; values are NaN of what stands still."},
+     "rest, *profile) -> whether the tolerance was missed; values are NaN for nodes at rest."},
     {"table_harmonics", "anndAAT", "n", run_table_harmonics, 0,
      "table_harmonics(displacement, rows, size, tolerance, force, jacobian, *table) -> whether it "
      "was missed"},

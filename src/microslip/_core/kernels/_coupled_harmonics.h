@@ -16,20 +16,20 @@
  * at the ends of bands. What sticks is kept as Chebyshev series in time.
  */
 
-#define SERIES 16 /* terms of what sticks */
-#define MOST_BANDS 128 /* besides those that end where the law is not smooth */
-/* Lengths times the highest harmonic that rules as a rule take to 1e-10. */
+#define SERIES 16 /* terms of the series while sticking */
+#define MOST_BANDS 128 /* besides bands that end at kinks of the law */
+/* Lengths times the highest harmonic for which the rules usually reach 1e-10. */
 static const double LENGTHS[RULES] = {0.45, 1.3, 3.0, 4.5, 6.3};
 
 enum { SLIP_BAND, STICK_BAND, PRESS_BAND }; /* the last along the straight path from rest */
 
 typedef struct {
     int kind;
-    double side, end, level[2]; /* where it begins outside, and both levels there */
-    double from, to;            /* times of what stuck */
-    double value, step;         /* T/mu and step at the end of what slipped */
-    double *ahead, *phi;        /* of what slipped: A, and the functions at its end */
-    double *series;             /* of what stuck: T, then dT by each coefficient */
+    double side, end, level[2]; /* outer start and levels there */
+    double from, to;            /* times of sticking */
+    double value, step;         /* T/mu and step at the end of the slip */
+    double *ahead, *phi;        /* slip: A, and the functions at its end */
+    double *series;             /* sticking: T, then dT by each coefficient */
 } Band;
 
 typedef struct {
@@ -43,7 +43,7 @@ typedef struct {
     double *marks;
     double root_place, root_step, *root_phi;
     double then; /* found last */
-    int band; /* of the last answer: where its front is, -1 beyond all */
+    int band; /* band of the last front, -1 beyond all bands */
     double side, front, now, value, load, here, fall, back;
     const double *early, *before; /* functions and A where the band was left */
     double *slope, *ahead;        /* by places, then by steps */
@@ -54,7 +54,7 @@ typedef struct {
     double force_miss, slope_miss;
 } Walk;
 
-/* Places of a rule with their fronts in one band. */
+/* Quadrature nodes whose fronts are in one band. */
 typedef struct {
     int band;
     double side, back;
@@ -78,7 +78,7 @@ static double level_of(const Walk *w, double side, double t)
     return place_at(side > 0.0 ? &w->up : &w->down, t, NULL);
 }
 
-/* Series of what stuck at a place from -1 to 1: T, and its derivatives where there is room. */
+/* Evaluate the series of sticking at x in [-1, 1]: T, and its derivatives if requested. */
 static double sum_series(const Walk *w, const double *series, double x, double *slope)
 {
     int columns = slope ? 2 * w->n + 1 : 1, width = 2 * w->n + 1;
@@ -101,7 +101,7 @@ static inline double series_place(const Walk *w, double x)
     return w->p->edges ? 4.0 / TURN * asin(fmax(fmin(x, 1.0), -1.0)) : x;
 }
 
-/* What had been answered at the time when the front was at q: T, dT and the functions then. */
+/* T, dT and the functions at the time when the front was at q. */
 static double recall(Walk *w, const Band *b, double t, double *slope, double *phi)
 {
     if (b->kind == STICK_BAND) {
@@ -109,7 +109,7 @@ static double recall(Walk *w, const Band *b, double t, double *slope, double *ph
         double half = 0.5 * (b->to - b->from);
         return sum_series(w, b->series, series_place(w, (t - b->from - half) / half), slope);
     }
-    double d = w->root_step, D = -w->root_place / d, fall = 0.0; /* t is a share of the path */
+    double d = w->root_step, D = -w->root_place / d, fall = 0.0; /* t is the fraction of the path */
     double rise = drop_at(w->p, w->rest + t * d, -t * d);
     if (!slope) return D * rise;
     fall = fall_at(w->p, w->rest + t * d);
@@ -121,7 +121,7 @@ static double recall(Walk *w, const Band *b, double t, double *slope, double *ph
     return D * rise;
 }
 
-/* Where what stuck had a level: a time, or a share of the path from rest. */
+/* Time at which sticking contact had a level, or the fraction of the path from rest. */
 static double time_of(Walk *w, const Band *b, double side, double level)
 {
     if (b->kind == PRESS_BAND) return level / (w->root_step + side * w->root_place);
@@ -140,7 +140,7 @@ static void slip_here(Walk *w, double t, double side, int both)
         d += w->step.c[j] * phi[j];
         place += w->place.c[j] * phi[j];
     }
-    if (both) { /* as all goes on that is not lost */
+    if (both) { /* sliding continues with all contact that is not lost */
         double held = 0.0;
         while (k >= 0 && w->bands[k].end <= d) k--;
         if (k >= 0) {
@@ -194,7 +194,7 @@ static void slip_at(Walk *w, double t, double side, int both)
     slip_here(w, t, side, both);
 }
 
-/* dT of that answer, and what of it does not follow the step. */
+/* dT of this result, without the part that follows the step. */
 static void derive_slip(Walk *w)
 {
     const double *phi = w->waves, *early = w->early;
@@ -207,7 +207,7 @@ static void derive_slip(Walk *w)
     }
 }
 
-/* Adds what places on one band have in common to the slopes, and forgets it. */
+/* Add the common terms of nodes in one band to the derivatives, and clear them. */
 static void add_group(Walk *w, const Group *g, double *sums)
 {
     int n = w->n, wide = 4 * w->place.H + 1;
@@ -227,7 +227,7 @@ static void add_group(Walk *w, const Group *g, double *sums)
     memset(shares, 0, (size_t)(n + 2 * wide) * sizeof(double));
 }
 
-/* Adds the answer at one place to the sums of a part, and to what its rule of Gauss is off by. */
+/* Add the values at one node to the sums of a piece and to the error of the Gauss rule. */
 static void add_place(Walk *w, const double *phi, double weight, double miss, int alone, double *off)
 {
     int n = w->n, wide = 4 * w->place.H + 1;
@@ -254,7 +254,7 @@ static void add_place(Walk *w, const double *phi, double weight, double miss, in
             heres[k] += here * phi[k];
         }
     }
-    /* The mean and the fastest functions tell how well it went. */
+    /* The mean and the highest functions determine the error. */
     off[0] += f_miss;
     off[1] += f_miss * phi[n - 2];
     off[2] += f_miss * phi[n - 1];
@@ -263,8 +263,8 @@ static void add_place(Walk *w, const double *phi, double weight, double miss, in
     off[5] += miss * (alone ? w->slope[n] : w->here) * phi[n - 1];
 }
 
-/* Adds the integrals over a piece: of what stuck in `band`, or of a slip. The rule is as large as
- * the piece is long, in periods of the highest harmonic. */
+/* Add the integrals over a piece, sticking in `band` or slipping. The number of nodes depends on
+ * the length of the piece in periods of the highest harmonic. */
 static void add_span(Walk *w, double low, double high, const Band *band, double side, int both)
 {
     double begins[HALVINGS + 1], ends[HALVINGS + 1], cosines[MOST_HALF], sines[MOST_HALF];
@@ -332,7 +332,7 @@ static void add_span(Walk *w, double low, double high, const Band *band, double 
     add_group(w, &group, w->sums);
 }
 
-/* Series of T and dT from `low` on, by what they are there; whether they have converged. */
+/* Series of T and dT from `low` on with given initial values; returns 1 if converged. */
 static int fit_stick(Walk *w, Band *b, double low, double high)
 {
     int n = w->n, H = w->place.H;
@@ -413,7 +413,7 @@ static Band *push_band(Walk *w, int kind, double side, double end, double up, do
     return b;
 }
 
-/* What sticks from one time to another, in as many bands as its series need. */
+/* Sticking from one time to another, in as many bands as the series need. */
 static void stick(Walk *w, double low, double high, int halvings)
 {
     Band *b = push_band(w, STICK_BAND, 0.0, place_at(&w->step, low, NULL),
@@ -427,7 +427,7 @@ static void stick(Walk *w, double low, double high, int halvings)
     w->value = sum_series(w, b->series, 1.0, w->slope);
 }
 
-/* A slip ends: what it leaves, and the answer there. */
+/* End of a slip: store its state and the values there. */
 static void leave_slip(Walk *w, double t, double side, int both)
 {
     slip_at(w, t, side, both);
@@ -443,7 +443,7 @@ static void leave_slip(Walk *w, double t, double side, int both)
     memcpy(b->phi, w->waves, (size_t)w->n * sizeof(double));
 }
 
-/* Where slip turns to the other side as its front is lost, `high` where it does not. */
+/* Time at which slip changes side because its front is lost, `high` if it does not. */
 static double find_flip(Walk *w, double low, double high)
 {
     double inside = 1e-9 * (high - low), from = low + inside, to = high - inside;
@@ -473,7 +473,8 @@ static int mark_fronts(const Walk *w, double side, double from, double to, doubl
         if (b && b->kind == SLIP_BAND && b->side == side) continue;
         double outer = b ? fmin(b->level[side < 0.0], to) : to;
         if (!(outer > inner)) continue;
-        /* The front is at first + rate times the level; where it stuck, bands end at such places. */
+        /* The front is at first + rate times the level; bands of sticking end at kinks of the
+         * law. */
         double first = 0.0, rate = 1.0;
         if (b && b->kind == SLIP_BAND) {
             rate = 0.5;
@@ -497,7 +498,7 @@ static int mark_fronts(const Walk *w, double side, double from, double to, doubl
     return n;
 }
 
-/* What a derivative by the step gains where slip's stiffness jumps as contact that sticks begins. */
+/* Term of the derivative by the step where the slip stiffness jumps at the start of sticking. */
 static void pass_jump(Walk *w, double t)
 {
     double rates[3], d = place_at(&w->step, t, rates), fall_rate = rates[0];
@@ -515,7 +516,7 @@ static void pass_jump(Walk *w, double t)
     for (int j = 0; j < w->n; j++) w->slope[w->n + j] += jump * rates[0] / fall_rate * w->waves[j];
 }
 
-/* Once around from the root; with sums, piece by piece between the bands that a front passes. */
+/* One cycle from the root; with sums, integrated between the bands that a front passes. */
 static void go_around(Walk *w, const double *times, int count, int sum)
 {
     double *marks = w->marks, a, b;
@@ -566,7 +567,7 @@ static void go_around(Walk *w, const double *times, int count, int sum)
     }
 }
 
-/* The straight path from rest to the root: whether it pressed new contact down sticking. */
+/* Straight path from rest to the root; returns 1 if it pressed down new contact in sticking. */
 static int start_walk(Walk *w, double root)
 {
     double p = place_at(&w->place, root, NULL);
@@ -584,7 +585,7 @@ static int start_walk(Walk *w, double root)
     return 0;
 }
 
-/* Adds the times at which the separation passes a place where the law is not smooth. */
+/* Add the times at which the separation passes a kink of the law. */
 static int mark_crossings(Walk *w, const double *grid, int points, double *times, int count)
 {
     Motion *m = &w->step;
@@ -605,7 +606,7 @@ static int mark_crossings(Walk *w, const double *grid, int points, double *times
     return count;
 }
 
-/* Coefficients of the force, the load and their derivatives; NaN of what stands still. */
+/* Coefficients of force and load with their derivatives; NaN for nodes at rest. */
 static void settle_varying(Walk *w, const double *grid, int points, double tolerance, double *times,
                            double *force, double *J, double *load, double *K)
 {
@@ -626,7 +627,7 @@ static void settle_varying(Walk *w, const double *grid, int points, double toler
         times[i] = fmod(times[i], TURN);
         least = fmin(least, d);
         far = fmax(far, fabs(p));
-        /* Of two that agree to rounding the positive one is where the cycle begins. */
+        /* If two extremes agree within rounding, the cycle begins at the positive one. */
         double reach = d + fabs(p), near = 1e-13 * (fabs(d) + fabs(p));
         if (reach > most + near || (reach > most - near && p > root_place)) {
             root = i;
@@ -651,9 +652,10 @@ static void settle_varying(Walk *w, const double *grid, int points, double toler
     count = kept;
     heavy = load_at(w->p, w->rest + least, &stiff);
     /* The rule of 21 places is exact to the power 3/2 of 10 times what the two differ by. */
-    far = fmax(far, 1e-6 * (most - least)); /* below, forces are differences of much larger ones */
+    far = fmax(far, 1e-6 * (most - least)); /* below this, forces are differences of much larger
+                                             * ones */
     most = fmax(fmin(heavy, stiff * far), 1e-16 * load_at(w->p, w->p->anchor, &far));
-    stiff = fmax(stiff, 1e-16 * far); /* less is known roughly alone */
+    stiff = fmax(stiff, 1e-16 * far); /* smaller steps are only approximate */
     w->force_miss = 0.1 * cbrt(tolerance * tolerance) * most;
     w->slope_miss = 0.1 * cbrt(1e4 * tolerance * tolerance) * stiff;
     memset(w->sums, 0, (size_t)w->all * sizeof(double));

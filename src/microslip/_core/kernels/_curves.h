@@ -15,7 +15,7 @@ struct Profile {
     double anchor, inverse_width;
     Questions *questions; /* NULL for panels */
     const double *edges;  /* of pieces, see _pieces.h; NULL for panels of equal width */
-    const double *breaks; /* places where it is not smooth, rising */
+    const double *breaks; /* kinks, increasing */
     Py_ssize_t break_count;
 };
 
@@ -73,14 +73,15 @@ static inline double slope_difference(const double *c, double s0, double s1)
     return rise;
 }
 
-/* Panel of a place z in widths from the anchor, `panels` past the last; the place in it. */
+/* Panel of a place z, in widths from the anchor, `panels` past the last; s is the position in
+ * it. */
 static inline Py_ssize_t find_panel(const Profile *p, double z, double *s)
 {
     if (!(z < (double)(p->panels - p->first))) {
         *s = 0.0;
         return p->panels;
     }
-    if (!(z >= (double)-p->first)) z = (double)-p->first; /* the caller sees to it that none is */
+    if (!(z >= (double)-p->first)) z = (double)-p->first; /* checked by the caller */
     Py_ssize_t whole = (Py_ssize_t)z;
     if (z < (double)whole) whole--;
     *s = 2.0 * (z - (double)whole) - 1.0;
@@ -92,7 +93,7 @@ static inline const double *panel_at(const Profile *p, Py_ssize_t panel)
     return p->coefficients + panel * PROFILE_TERMS;
 }
 
-/* N there, and -N' if asked for. */
+/* N at a place, and -N' if requested. */
 static inline double load_at(const Profile *p, double x, double *fall)
 {
     double s;
@@ -200,7 +201,7 @@ static inline double curve_integral(const double *c, double s)
     return s * (odd * s + even);
 }
 
-/* The integral of N from there on, by those from the middle of each panel on; and N. */
+/* Tail integral of N, from the integrals beyond the middle of each panel, and N. */
 static inline double tail_at(const Profile *p, const double *tails, double x, double *load)
 {
     double s;
@@ -212,7 +213,7 @@ static inline double tail_at(const Profile *p, const double *tails, double x, do
     return tails[panel] - 0.5 / p->inverse_width * curve_integral(c, s);
 }
 
-/* At small steps by quadrature of what is positive, further out by the integrals of N. */
+/* Quadrature of a positive integrand for small steps, integrals of N for large ones. */
 static double cycle_energy_at(const Profile *p, const double *bends, const double *tails,
                               const double *rule, Py_ssize_t nodes, double base, double width)
 {
@@ -256,7 +257,7 @@ static int run_cycle_energies(const Argument *a, Result *out)
     return FINE;
 }
 
-/* From a table of separations over log N, and a step of Newton's method. */
+/* Separation from a table over log N, followed by a Newton step. */
 static int run_separations(const Argument *a, Result *out)
 {
     const Profile *p = a[2].curve;

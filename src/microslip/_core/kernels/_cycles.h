@@ -3,7 +3,7 @@
  * Places and steps (separations) count from each node's own rest.
  */
 
-/* How a move depends on what came before it: entry i of a cycle, at sample t of it. */
+/* Dependence of a move on earlier ones: entry i of a cycle, at sample t. */
 typedef struct {
     Py_ssize_t sample;
     int sticks, parent, before; /* entries of the row that was cut, and of the move before; -1 */
@@ -37,7 +37,7 @@ static int make_cycle(Cycle *c, Py_ssize_t samples, Py_ssize_t columns)
     return 1;
 }
 
-/* Writes down how a move depends on what came before it, before it is made. */
+/* Record the dependence of a move on earlier ones, before it is applied. */
 static void note_move(const Profile *p, const Cycle *c, const Move *m, double rest, double step,
                       double here, Py_ssize_t sample, Py_ssize_t id)
 {
@@ -53,13 +53,13 @@ static void note_move(const Profile *p, const Cycle *c, const Move *m, double re
     if (e->sticks) return;
     Py_ssize_t k = m->depth - 1;
     double front = m->front;
-    if (m->kind == 0) { /* it stays where it is */
+    if (m->kind == 0) { /* no motion */
         int slid = k >= 0 && fabs(c->rows[k].density) == 1.0;
         e->density = slid ? c->rows[k].density : 1.0;
         front = slid ? c->rows[k].end : step;
         k -= slid;
     } else if (m->kind == 2) {
-        e->density = 1.0; /* of no account: it slips by nothing */
+        e->density = 1.0; /* slip of zero length */
     }
     if (k < 0) return;
     e->parent = c->ids[k];
@@ -70,10 +70,9 @@ static void note_move(const Profile *p, const Cycle *c, const Move *m, double re
     e->gain = drop_at(p, rest + front, left) / parent->width;
 }
 
-/* One settled cycle. Returns the entry at which it begins: 0, or `samples` after a second pass.
- *
- * It begins where step + |place| is largest, its root, with a straight path from rest. All memory is
- * gone there, unless the root lies within what that path pressed down sticking. */
+/* One settled cycle. Returns its first entry: 0, or `samples` after a second pass. The cycle
+ * begins at the largest step + |place|, its root, with a straight path from rest. This wipes out
+ * all memory, unless the root is within the region that this path pressed down in sticking. */
 static Py_ssize_t walk_cycle(const Profile *p, Cycle *c, double rest, Py_ssize_t samples,
                              const double *place, const double *step, double *value, double *load,
                              double *slope)
@@ -109,7 +108,7 @@ static Py_ssize_t walk_cycle(const Profile *p, Cycle *c, double rest, Py_ssize_t
             last_step = d;
             last_value = m.value;
         }
-        /* Where the root lies within what it pressed down sticking, a pass more settles it. */
+        /* If the root is within this region, another pass settles the cycle. */
         passes = sticks ? 2 : 1;
     }
     return first;

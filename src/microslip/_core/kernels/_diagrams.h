@@ -10,7 +10,7 @@ typedef struct {
     double separation, place, value;
 } Diagram;
 
-/* A step up to its value: rows that stay, front, D, kind, value, share of the rows that stay. */
+/* Result of a step: remaining rows, front, D, kind, value, part of the remaining rows. */
 typedef struct {
     Py_ssize_t depth;
     double front, density, value, outer, drop;
@@ -37,7 +37,7 @@ static inline void probe(const Profile *p, const Diagram *g, double separation, 
     }
 }
 
-/* The stack must have room for one row more. */
+/* The stack needs room for one more row. */
 static inline void push(Diagram *g, double separation, double place, const Step *step)
 {
     if (step->depth) g->values[step->depth - 1] = step->outer;
@@ -49,7 +49,7 @@ static inline void push(Diagram *g, double separation, double place, const Step 
     g->value = step->value;
 }
 
-/* The diagram of four arguments from the k-th on, of which `extra` rows more fit. */
+/* Diagram from four arguments starting at the k-th, with room for `extra` more rows. */
 static int bind_diagram(Diagram *g, const Argument *a, int k, Py_ssize_t extra)
 {
     g->stack = (Row *)a[k].reals;
@@ -73,7 +73,7 @@ static int run_coupled_step(const Argument *a, Result *out)
         fall = fall_at(p, step.front);
     } else if (step.front > separation) {
         fall = step.drop / (step.front - separation);
-    } else { /* a move in the same direction goes on from where slip ended */
+    } else { /* a move in the same direction continues the last slip */
         const Row *row = step.depth ? &g.stack[step.depth - 1] : NULL;
         int slipped = step.kind == 0 && row && fabs(row->density) == 1.0;
         fall = fall_at(p, slipped ? row->end : separation);
@@ -88,8 +88,8 @@ static int run_coupled_step(const Argument *a, Result *out)
     return FINE;
 }
 
-/* Rows of a diagram after a record, no more than `limit`; whether it met what was lumped is seen from
- * the rows that are left. */
+/* Limit the rows of a diagram after a record to `limit`. Moves that reached merged rows are
+ * detected from the remaining rows. */
 static int run_bound_rows(const Argument *a, Result *out)
 {
     Row *rows = (Row *)a[0].reals;
@@ -106,7 +106,7 @@ static int run_bound_rows(const Argument *a, Result *out)
         doubt->most = doubt->inner = doubt->outer = doubt->outside = 0.0;
     } else if (doubt->most > 0.0 && !inner) {
         double load = load_at(a[6].curve, step, NULL);
-        doubt->most = fmin(doubt->most, 2.0 * load); /* as much as sliders can be apart */
+        doubt->most = fmin(doubt->most, 2.0 * load); /* largest difference of sliders */
         doubt->outside = 1.0;
         doubt->error = fmax(doubt->error, doubt->most);
     }
@@ -133,7 +133,7 @@ static int run_bound_rows(const Argument *a, Result *out)
 static double solve_front(const Profile *p, double anchor, double wanted, double low, int before)
 {
     double slope, there = load_at(p, anchor, &slope);
-    /* The caller's own N may be a last place above this one: all but that much slips. */
+    /* N of the caller may be a rounding error above this one. */
     if (!before) wanted = fmin(wanted, there * (1.0 - 4.5e-16));
     double target = before ? there + wanted : there - wanted;
     double high = before ? anchor : HUGE_VAL, q = low;

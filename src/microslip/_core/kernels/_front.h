@@ -10,9 +10,9 @@ typedef struct {
     double end, density, beyond;
 } Row;
 
-/* What a straight step of (separation, place) makes of the diagram: returns how many rows stay, and
- * where the last of them then begins (q), the D that fills the rest down to the separation, and 0
- * where nothing has slipped, 1 where the front ran out to q, 2 where D was only cut off at q. */
+/* Effect of a straight step of (separation, place) on the diagram. Returns the number of
+ * remaining rows, the start q of the last of them, the D between q and the separation, and the
+ * kind: 0 without slip, 1 if slip spread out to q, 2 if D was only cut off at q. */
 static inline Py_ssize_t step_front(double separation, double place, const Row *stack,
                                     Py_ssize_t depth, double last_separation, double last_place,
                                     double *q, double *density, int *kind)
@@ -61,7 +61,7 @@ static inline Py_ssize_t step_front(double separation, double place, const Row *
     return 0;
 }
 
-/* The row that a step leaves at its front, where there is a new one: returns the depth then. */
+/* Push the row of a step if it is new; returns the new depth. */
 static inline Py_ssize_t add_row(Row *stack, Py_ssize_t depth, double separation, double front,
                                  double density, int kind, double last_place)
 {
@@ -77,13 +77,14 @@ static inline Py_ssize_t add_row(Row *stack, Py_ssize_t depth, double separation
     return depth + 1;
 }
 
-/* A row of a node has a mark beside it: T/mu of the step that made the row, and the step itself. They
- * never change, also where the row is cut; at a held load one difference of N then gives the value. */
+/* Each row of a node has a mark: T/mu of the step that created the row, and the step itself.
+ * Marks never change, even if the row is cut; at a constant load one difference of N then gives
+ * the value. */
 typedef struct {
     double value, base;
 } Mark;
 
-/* A move: rows that stay, front, D and kind as of step_front, T/mu, -dN/d(eta) by which it grows. */
+/* A move: remaining rows, front, D and kind as of step_front, T/mu, and the slope -dN/d(eta). */
 typedef struct {
     Py_ssize_t depth;
     int kind;
@@ -102,7 +103,7 @@ static inline void make_move(const Profile *p, double rest, const Row *rows, con
         if (m->front > step) { /* new contact sticks */
             m->value += m->density * drop;
             m->fall = drop / (m->front - step);
-        } else { /* it stays where it is: what last slipped would go on */
+        } else { /* no motion: further motion would continue the last slip */
             const Row *top = m->depth ? &rows[m->depth - 1] : NULL;
             m->fall = fall_at(p, rest + (top && fabs(top->density) == 1.0 ? top->end : step));
         }
@@ -133,24 +134,23 @@ static inline Py_ssize_t take_move(Row *rows, Mark *marks, double last_place, do
 }
 
 
-/* D of what moves on at the end of a move: what last slipped would go on. */
+/* D of further motion at the end of a move: it would continue the last slip. */
 static inline double turn_of(const Row *rows, double step, const Move *m)
 {
     int rests = !m->kind && !(m->front > step) && m->depth;
     return rests && fabs(rows[m->depth - 1].density) == 1.0 ? rows[m->depth - 1].density : m->density;
 }
 
-/* What a memory of limited depth may have wrong: a bound over mu of T, of moves whose front comes
- * between `inner` and `outer`; whether one has, and the largest bound that counted so far. */
+/* Error of a memory of limited depth: a bound of T over mu for moves whose front is between
+ * `inner` and `outer`, a flag for such moves, and the largest bound that has applied so far. */
 typedef struct {
     double most, inner, outer, outside, error;
 } Doubt;
 
-/* Two rows in place of three, down to `inner`: D and -D, with the place and the T/mu of the three, which
- * come back as those of the first and of both. Nothing jumps then, and what lies within is exact. What
- * the sliders there hold, the integral of D from within, differs by g in the mean of nothing; no move
- * takes them further apart, so that T/mu never errs by more than half the integral of |g| N'', of which
- * a bound is returned. */
+/* Replace three rows down to `inner` by two with D and -D that have the same place and T/mu, so
+ * that T does not jump and rows further in are exact. The integral of D of the sliders in
+ * between changes by g with mean zero, and no move increases it, so the error of T/mu is at most
+ * half the integral of |g| N''. Returns a bound of this. */
 static double lump(const Profile *p, double rest, const Row *rows, double inner, Row *two,
                    double *first, double *both)
 {
@@ -176,7 +176,7 @@ static double lump(const Profile *p, double rest, const Row *rows, double inner,
     double span = 2.0 * (ends[0] - begin) / width - 1.0, load = whole > 0.0 ? 2.0 * past / whole - 1.0 : 0.0;
     if (fabs(load) > fabs(span)) density = value / whole / load;
     else if (span != 0.0) density = way / width / span;
-    /* The place is kept exactly, also where next to no load is left. */
+    /* The place is exact even if the load is negligible. */
     sign = density < 0.0 ? -1.0 : 1.0;
     density = sign * fmin(fmax(fabs(density), fabs(way) / width), 1.0);
     if (density != 0.0) {
@@ -185,7 +185,7 @@ static double lump(const Profile *p, double rest, const Row *rows, double inner,
         past = drop_at(p, rest + begin, ends[0] - begin);
     }
     double most = 0.0, jump = fabs(value - density * (2.0 * past - whole));
-    for (int k = 1; k < 4; k++) { /* where the two hold most apart: at one of the ends */
+    for (int k = 1; k < 4; k++) { /* largest difference: at one of the ends */
         double at = k < 3 ? ends[k] : begin, before = 0.0;
         for (int j = 0; j < 3; j++)
             before += held[j] * (fmax(ends[j], at) - fmax(ends[j + 1], at));
@@ -202,8 +202,8 @@ static double lump(const Profile *p, double rest, const Row *rows, double inner,
     return jump + 0.5 * most * fmax(fall_at(p, rest + inner) - fall_at(p, rest + ends[0]), 0.0);
 }
 
-/* One row less, of four at least: of the outermost loops, or of new contact that stuck in many steps,
- * whichever costs less; the last row comes down to `reach`. */
+/* Merge one row of at least four: of the outermost loops, or of new contact from many sticking
+ * steps, whichever has the smaller error. The last row is extended to `reach`. */
 static Py_ssize_t make_room(const Profile *p, double rest, Row *rows, Mark *marks, Py_ssize_t depth,
                             double reach, Doubt *doubt)
 {
@@ -253,8 +253,8 @@ static Py_ssize_t make_room(const Profile *p, double rest, Row *rows, Mark *mark
     return depth - 1;
 }
 
-/* What a move asks of what was lumped: that counts from when its front comes there until all is wiped
- * out, and then is no more than twice what the sliders there can hold. */
+/* Apply the error of merged rows to a move: the bound applies from the time when a front reaches
+ * them until they are wiped out, and is at most twice the limit of the sliders there. */
 static void meet_doubt(const Profile *p, double rest, double step, const Move *m, Doubt *doubt)
 {
     if (!(doubt->most > 0.0)) return;

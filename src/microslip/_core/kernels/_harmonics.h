@@ -68,14 +68,14 @@ static const double GAUSS_WEIGHTS[] = {
 };
 #define RULES 5
 static const int GAUSS_PLACES[RULES] = {7, 10, 15, 20, 25};
-#define MOST_HALF 26 /* places of the largest from an end to its middle */
+#define MOST_HALF 26 /* nodes of the largest rule from an end to its middle */
 
-/* A place of a rule, its weight, and that less its weight in the rule of Gauss. */
+/* A node of a rule, its weight, and the difference to its weight in the Gauss rule. */
 typedef struct {
     double place, weight, miss;
 } Node;
 
-/* The places of a rule from an end to the middle; returns which is the middle. */
+/* Nodes of a rule from an end to the middle; returns the index of the middle. */
 static int make_rule(int rule, Node *nodes)
 {
     const double *place = PLACES, *weight = WEIGHTS, *gauss = GAUSS_WEIGHTS;
@@ -90,7 +90,7 @@ static int make_rule(int rule, Node *nodes)
 }
 #define TURN 6.283185307179586476925
 
-/* The same with places as of a cosine, for integrands with roots at an end. */
+/* The same nodes clustered like those of a cosine, for integrands with roots at an end. */
 static void crowd_rule(int middle, Node *nodes)
 {
     for (int i = 0; i <= middle; i++) {
@@ -146,7 +146,7 @@ static inline void make_waves(double t, int n, double *w)
     raise_waves(cos(t), sin(t), n, w);
 }
 
-/* The place, and its first three derivatives in time where asked for. */
+/* The place, and its first three time derivatives if requested. */
 static inline double place_at(const Motion *m, double t, double *rates)
 {
     double x = m->c[0], v = 0.0, a = 0.0, j = 0.0;
@@ -168,8 +168,8 @@ static inline double place_at(const Motion *m, double t, double *rates)
     return x;
 }
 
-/* Where the place is `wanted` between two times, from t on (order 0), or turns (order 1): by steps
- * of second order, that is of Cauchy's method, whose errors go down as cubes. */
+/* Time between two others at which the place is `wanted` (order 0) or has a turning point (order
+ * 1), starting at t, by Cauchy's method of third order. */
 static double find_time(const Motion *m, int order, double wanted, int rising, double low,
                         double high, double t)
 {
@@ -183,7 +183,7 @@ static double find_time(const Motion *m, int order, double wanted, int rising, d
         double root = slope * slope - 2.0 * value * bend;
         double by = root > 0.0 ? slope + copysign(sqrt(root), slope) : 2.0 * slope;
         double next = by != 0.0 ? t - 2.0 * value / by : HUGE_VAL, move = fabs(next - t);
-        /* What is left of it: the slope there is the root's. */
+        /* Residual of the root; the slope is that at the root. */
         double left = fabs(rates[2] * move * move * move), most = small * sqrt(fmax(root, 0.0));
         if (root > 0.0 && (order ? move < 1e-7 : left <= most))
             return fmin(fmax(next, low), high);
@@ -194,7 +194,7 @@ static double find_time(const Motion *m, int order, double wanted, int rising, d
     return t;
 }
 
-/* Turning points, from that of the largest size on; fewer than two where it stands still. */
+/* Turning points from the largest place on; fewer than two for a constant place. */
 static void find_turns(Motion *m, const double *grid, int points)
 {
     double *times = m->times, *x = m->x;
@@ -208,7 +208,7 @@ static void find_turns(Motion *m, const double *grid, int points)
         if (i && last != 0.0 && v * last <= 0.0) {
             times[n++] = find_time(m, 1, 0.0, last < 0.0, t - step, t, t - 0.5 * step);
         } else if (before * last > 0.0 && fabs(last) < fabs(before) && fabs(last) <= fabs(v)) {
-            /* Two of them may lie between the points: where the speed is least it has turned. */
+            /* Two turning points may be between the samples: check the minimum of the speed. */
             double low = t - 2.0 * step, high = t, rates[3], middle = t - step;
             for (int j = 0; j < 60; j++) {
                 middle = 0.5 * (low + high);
@@ -226,7 +226,7 @@ static void find_turns(Motion *m, const double *grid, int points)
         last = v;
     }
     for (int i = 0; i < n; i++) x[i] = place_at(m, times[i], NULL);
-    /* Only true ones: each differs from its neighbours, in the other direction. */
+    /* Keep only true turning points, at which the direction changes. */
     for (int i = 0; n > 2 && i < n;) {
         double back = x[i] - x[(i + n - 1) % n], ahead = x[(i + 1) % n] - x[i];
         if (back != 0.0 && back * ahead < 0.0) {
@@ -243,10 +243,10 @@ static void find_turns(Motion *m, const double *grid, int points)
     double most_size = 0.0;
     int root = -1;
     for (int i = 0; i < n; i++) most_size = fmax(most_size, fabs(x[i]));
-    /* Of two sizes that agree to rounding the positive one is where the cycle begins. */
+    /* If two extremes agree within rounding, the cycle begins at the positive one. */
     for (int i = 0; i < n; i++)
         if (fabs(x[i]) >= most_size * (1.0 - 1e-13) && (root < 0 || x[i] > x[root])) root = i;
-    for (int i = 0; i < root; i++) { /* turned by one, `root` times */
+    for (int i = 0; i < root; i++) { /* rotate by one, `root` times */
         double t = times[0] + TURN, place = x[0];
         memmove(times, times + 1, (size_t)(n - 1) * sizeof(double));
         memmove(x, x + 1, (size_t)(n - 1) * sizeof(double));
@@ -255,7 +255,7 @@ static void find_turns(Motion *m, const double *grid, int points)
     }
 }
 
-/* Adds the integrals of force and slope from `low` to `high` to those of the piece, halving it. */
+/* Add the integrals of force and slope from `low` to `high` to those of the piece, by bisection. */
 static void integrate(Motion *m, const Line *l, double low, double high, int parent, double sign,
                       double force_miss, double slope_miss)
 {
@@ -283,7 +283,7 @@ static void integrate(Motion *m, const Line *l, double low, double high, int par
                 double f = weight * force, g = miss * force, h = weight * slope, e = miss * slope;
                 for (int n = 0; n < size; n++) sum[n] += f * w[n];
                 for (int n = 0; n < wide; n++) sum[size + n] += h * w[n];
-                /* The mean and the fastest functions tell how well it went. */
+                /* The mean and the highest functions determine the error. */
                 off[0] += g;
                 off[1] += g * w[size - 2];
                 off[2] += g * w[size - 1];
@@ -307,7 +307,7 @@ static void integrate(Motion *m, const Line *l, double low, double high, int par
     }
 }
 
-/* A piece of the branch from `parent`, with all that it adds to force and jacobian. */
+/* Piece of the branch from `parent`, with its contribution to force and jacobian. */
 static void add_piece(Motion *m, const Line *l, double low, double high, int parent, double sign,
                       double force_miss, double slope_miss, double *force, double *J)
 {
@@ -371,7 +371,7 @@ static void add_straight(Motion *m, double low, double high, int parent, double 
     }
 }
 
-/* The same as add_piece, cut where the law is not smooth. */
+/* Like add_piece, cut at kinks of the law. */
 static void add_cut(Motion *m, const Line *l, double low, double high, double from, double to,
                     int parent, double sign, double force_miss, double slope_miss, double *force,
                     double *J)
@@ -403,7 +403,7 @@ static void add_cut(Motion *m, const Line *l, double low, double high, double fr
             straight &= at >= p->edges[i] && next <= p->edges[i + 1];
         }
         if (straight) {
-            double k_here = 0.0; /* N falls evenly over a straight piece */
+            double k_here = 0.0; /* N is linear on a straight piece */
             if (i < p->panels) k_here = piece_at(p, i)[PIECE_INVERSE] * piece_at(p, i)[PIECE_WHOLE];
             if (!known) f = m->force[parent] + 2.0 * sign * drop_at(p, l->rest, at - l->rest);
             add_straight(m, t, end, parent, f, k_here, x, force, J);
@@ -428,8 +428,8 @@ static void settle_harmonics(Motion *m, const Line *l, const double *grid, int p
     memset(J, 0, (size_t)(size * size) * sizeof(double));
     line_at(l, 0.0, &stiff);
     find_turns(m, grid, points);
-    if (!(stiff > 0.0)) return; /* nothing touches */
-    if (!(n = m->turns)) { /* what small cycles tend to */
+    if (!(stiff > 0.0)) return; /* no contact */
+    if (!(n = m->turns)) { /* limit of small cycles */
         force[0] = copysign(line_at(l, fabs(m->c[0]), &k), m->c[0]);
         for (int i = 0; i < size; i++) J[i * size + i] = i ? stiff : k;
         return;
@@ -486,7 +486,7 @@ static void settle_harmonics(Motion *m, const Line *l, const double *grid, int p
     }
 }
 
-/* Derivatives of the functions, a row a time. */
+/* Derivatives of the functions, one row per time. */
 static void make_speeds(double *grid, int points, int H, int size)
 {
     for (int i = 0; i < points; i++) {

@@ -9,17 +9,18 @@
 
 static const double RULE_PANELS[] = {0.05, 1.0, 16.0};
 static const int RULE_NODES[] = {4, 8, 16};
-#define RULES_LENGTH 56 /* nodes and weights of all of them */
-#define KEPT 5e-5       /* least share of the largest that is left, for the integrals */
+#define RULES_LENGTH 56 /* total number of nodes and weights */
+#define KEPT 5e-5       /* smallest remainder over the largest term for which the integrals are
+                         * accurate */
 
-/* N and its integral from a place on, of the front that was asked for last. */
+/* N and its tail integral at the last front. */
 typedef struct {
     const Profile *curve;
     const double *rules;
     double front, load, tail;
 } Losses;
 
-/* A run by the integrals of N; below zero where too little of them is left. */
+/* Loss of a run from the integrals of N; below zero if cancellation is too large. */
 static double run_tails(Losses *l, double ahead, double gap, double until, double first, double last)
 {
     const double *tails = l->rules + RULES_LENGTH;
@@ -77,7 +78,7 @@ static double run_loss(Losses *l, double ahead, double gap, double until, double
     const Profile *p = l->curve;
     double top = p->anchor + (double)(p->panels - p->first) / p->inverse_width;
     double rise = last - first;
-    /* Where the separation is past it there is no load, and however far it goes no loss. */
+    /* Beyond the end there is no load and no loss. */
     if (first > top) {
         if (!(last < top)) return 0.0;
         double share = fmin((top - first) / rise, 1.0);
@@ -137,7 +138,7 @@ static double step_loss(Losses *l, const Diagram *g, double last, double move, R
         }
         double drive = move + density * rise;
         if (gap == 0.0) {
-            if (drive == 0.0) { /* what is lost takes just its share along */
+            if (drive == 0.0) { /* lost contact takes its D along */
                 time = rise > 0.0 ? fmin((end - first) / rise, 1.0) : 1.0;
                 here = end;
                 row--;
@@ -146,12 +147,12 @@ static double step_loss(Losses *l, const Diagram *g, double last, double move, R
             sign = (rise > 0.0 ? drive : move) > 0.0 ? 1.0 : -1.0;
         }
         double rate = 1.0 - sign * density;
-        if (rate <= 0.0) { /* slips already */
+        if (rate <= 0.0) { /* already slipping */
             gap = end - here;
             row--;
             continue;
         }
-        double growth = fmax(sign * drive / rate, -rise), speed = growth + rise; /* never back */
+        double growth = fmax(sign * drive / rate, -rise), speed = growth + rise; /* monotone */
         double until = speed > 0.0 ? time + (end - here - gap) / speed : HUGE_VAL, then = until;
         int caught = growth < 0.0 && time - gap / growth <= fmin(until, 1.0);
         if (caught) then = time - gap / growth;
@@ -159,7 +160,8 @@ static double step_loss(Losses *l, const Diagram *g, double last, double move, R
         double there = then < 1.0 ? first + rise * then : last;
         double ahead = fmin(speed * (then - time), end - here - gap);
         double wide = caught ? 0.0 : fmax(gap + growth * (then - time), 0.0);
-        if (!caught && until <= 1.0) { /* to the row's end: the pace may be rounding over rounding */
+        if (!caught && until <= 1.0) { /* to the end of the row: the pace may be a ratio of
+                                        * rounding errors */
             row--;
             ahead = end - here - gap;
             wide = fmax(end - there, 0.0);
@@ -177,8 +179,8 @@ static double step_loss(Losses *l, const Diagram *g, double last, double move, R
     return total;
 }
 
-/* Goes along a record; each step's loss goes to `loss`, or its runs to the list. The stack is used
- * up. */
+/* Process a record; the loss of each step goes to `loss`, or its runs to the list. The stack is
+ * used as scratch. */
 static void walk_losses(const Profile *p, const double *rules, Diagram *g, const double *ds,
                         const double *xs, Py_ssize_t n, double *loss, Runs *list)
 {
@@ -207,7 +209,8 @@ static int run_losses(const Argument *a, Result *out)
     return FINE;
 }
 
-/* For curves without panels: the runs, whose losses another integrates. Returns how many they are. */
+/* For curves without panels: list the runs, whose losses are integrated elsewhere. Returns their
+ * number. */
 static int run_slips(const Argument *a, Result *out)
 {
     Diagram g = {(Row *)a[3].reals, NULL, a[4].n, a[5].x, a[6].x, 0.0};

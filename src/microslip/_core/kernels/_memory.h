@@ -4,8 +4,8 @@
  * direction (-1, 0 or 1) of the last move. Empty, it stands for the first loading curve.
  */
 
-/* The branch that a move from `last` to x ends on. Returns the new depth; *pushed says whether
- * `last` became the newest reversal. Entries of the stack are `stride` doubles apart. */
+/* Branch at the end of a move from `last` to x. Returns the new depth; *pushed is 1 if `last`
+ * became the newest reversal. Entries of the stack are `stride` doubles apart. */
 static inline Py_ssize_t locate(const double *stack, Py_ssize_t stride, Py_ssize_t depth,
                                 double last, int *direction, double x, int *pushed)
 {
@@ -15,7 +15,7 @@ static inline Py_ssize_t locate(const double *stack, Py_ssize_t stride, Py_ssize
     int turned = *direction != 0 && way != *direction;
     *direction = way;
     if (turned) {
-        /* With `last` on top: does the move reach the reversal below it? It closes that loop. */
+        /* With `last` on top: a move that reaches the reversal below closes the loop. */
         if (depth >= 1) {
             double close = stack[(depth - 1) * stride];
             if (!(way > 0 ? x >= close : x <= close)) {
@@ -122,7 +122,7 @@ static int run_branches(const Argument *a, Result *out)
     return FINE;
 }
 
-/* Half a loop, where first loading goes on beyond its mirror, counts as a negative amplitude. */
+/* Half a loop, if first loading passes its mirror point, has a negative amplitude. */
 static int run_closings(const Argument *a, Result *out)
 {
     const double *xs = a[0].reals;
@@ -137,7 +137,7 @@ static int run_closings(const Argument *a, Result *out)
         if (pushed) {
             stack[depth] = last;
         } else if (kept < depth || (direction != before && before && x != last)) {
-            /* What locate() has taken off: with `last` on top where the move turned, in pairs. */
+            /* Reversals removed by locate(), in pairs, with `last` on top if the move reversed. */
             if (direction != before && before) stack[depth++] = last;
             while (depth >= kept + 2) {
                 depth -= 2;
@@ -152,7 +152,7 @@ static int run_closings(const Argument *a, Result *out)
     return FINE;
 }
 
-/* Each entry comes after its parent. Rises and base may have columns, each a tree of its own. */
+/* Parents precede their entries. Rises and base may have columns, each with its own tree. */
 static int run_accumulate(const Argument *a, Result *out)
 {
     const long long *parent = a[0].integers;

@@ -8,9 +8,9 @@
 
 enum { PIECE_VALUE, PIECE_ROOTS, PIECE_INVERSE, PIECE_WHOLE, PIECE_POWERS };
 #define PIECE_ROW (PIECE_POWERS + TERMS)
-#define MOST_SUMMED 256 /* pieces whose differences are summed one by one */
+#define MOST_SUMMED 256 /* pieces whose differences are summed individually */
 
-/* The piece of a place; `panels` past the last edge. */
+/* Piece of a place; `panels` past the last edge. */
 static inline Py_ssize_t find_piece(const Profile *p, double x)
 {
     const double *edges = p->edges;
@@ -60,7 +60,7 @@ static inline double piece_bend(const Profile *p, double x)
     return -row[PIECE_INVERSE] * row[PIECE_INVERSE] * sum;
 }
 
-/* The difference of N from a place z of a piece over a width. */
+/* Difference of N over a width, from a place z of a piece. */
 static inline double piece_part(const double *row, double z, double width)
 {
     const double *c = row + PIECE_POWERS;
@@ -95,7 +95,7 @@ static double piece_drop(const Profile *p, double base, double width)
     return sum + piece_part(piece_at(p, last), 1.0, far - p->edges[last]);
 }
 
-/* The first of the places that lies above x, and how many lie between it and y. */
+/* First break above x, and the number of breaks between x and y. */
 static Py_ssize_t breaks_between(const Profile *p, double x, double y, const double **first)
 {
     Py_ssize_t low = 0, count = p->break_count;

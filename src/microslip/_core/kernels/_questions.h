@@ -13,7 +13,7 @@ struct Questions {
     Py_ssize_t drop_count, drop_room, load_count, load_room, drop_next, load_next;
 };
 
-/* The place of a new question, NULL where there is no memory for it. */
+/* Slot of a new request, NULL if out of memory. */
 static double *add_question(Questions *q, double **list, Py_ssize_t *count, Py_ssize_t *room)
 {
     if (*count == *room) {
@@ -79,7 +79,7 @@ static PyObject *view_of(double *list, Py_ssize_t count)
                                    3 * count * (Py_ssize_t)sizeof(double), PyBUF_WRITE);
 }
 
-/* Has Python answer all questions: object(drops, loads), which fills the answers in. */
+/* Let Python evaluate all requests: object(drops, loads) fills in the results. */
 static int answer_all(Questions *q)
 {
     if (q->failed) return NO_MEMORY;

@@ -11,13 +11,13 @@
  * where it begins to slip is the root of a quadratic.
  */
 
-/* Derivatives of where a slider ends by a, b, length, first, last, as its frame has them. */
+/* Derivatives of the end of a slider by a, b, length, first and last radius, in its frame. */
 typedef struct {
     double along[5], across[5];
 } Turn;
 
-/* A slider at (a, b), a along the step, goes with a step of that length as far as its radius, which
- * goes from `first` to `last`, lets it. */
+/* Move a slider at (a, b), a along the step, by a step of the given length within its radius,
+ * which changes from `first` to `last`. */
 static void slide(double a, double b, double length, double first, double last, double *along,
                   double *across, Turn *turn)
 {
@@ -25,7 +25,7 @@ static void slide(double a, double b, double length, double first, double last, 
     if (turn) memset(turn, 0, sizeof(Turn));
     *along = *across = 0.0;
     if (!(last > 0.0)) return;
-    if (!(first > 0.0)) { /* contact begins on the way, with nothing held */
+    if (!(first > 0.0)) { /* contact begins during the step, with zero force */
         if (length <= rise) {
             *along = length * last / rise;
             if (turn) {
@@ -59,7 +59,7 @@ static void slide(double a, double b, double length, double first, double last, 
     double c = begin / radius, s = b / radius;
     double ahead = fmax(1.0 + c, 0.0), behind = fmax(1.0 - c, 0.0) * fade * fade;
     double whole = ahead + behind, share = 2.0 * fade / whole;
-    if (!(whole > 0.0)) { /* straight against the step, where it turns neither way */
+    if (!(whole > 0.0)) { /* exactly against the step: the direction is undetermined */
         *along = -last;
         if (turn) turn->along[4] = -1.0;
         return;
@@ -86,7 +86,7 @@ static void slide(double a, double b, double length, double first, double last, 
     }
 }
 
-/* The same where nothing moves along the surface: the radius alone may press a slider in. */
+/* Like press() without tangential motion: only the decreasing radius moves the slider. */
 static void press(double x, double y, double first, double last, double *to, double map[2][6])
 {
     /* Columns of `map`: by x, y before, by the step's x, y, by first and last. */
@@ -102,7 +102,7 @@ static void press(double x, double y, double first, double last, double *to, dou
         if (map) map[0][2] = map[1][3] = last / (last - first);
         return;
     }
-    if (!(size > last * (1.0 + 1e-14))) { /* at its bound by rounding, it holds */
+    if (!(size > last * (1.0 + 1e-14))) { /* at its bound within rounding: sticks */
         if (map) map[0][0] = map[1][1] = map[0][2] = map[1][3] = 1.0;
         return;
     }
@@ -121,7 +121,7 @@ static void press(double x, double y, double first, double last, double *to, dou
     }
 }
 
-/* A step (x, y) of one slider, and how its end depends on columns as of press(). */
+/* Step (x, y) of one slider, and the derivatives of its end as in press(). */
 static void move_slider(const double *from, const double *step, double length, double first,
                         double last, double *to, double map[2][6])
 {
@@ -138,7 +138,7 @@ static void move_slider(const double *from, const double *step, double length, d
     if (!map) return;
     double swing[2] = {turn.along[0] * b - turn.along[1] * a - across,
                        turn.across[0] * b - turn.across[1] * a + along};
-    if (held && turn.across[1] == 1.0 && turn.along[0] == 1.0) { /* it sticks: exactly so */
+    if (held && turn.across[1] == 1.0 && turn.along[0] == 1.0) { /* sticking is exact */
         swing[0] = 0.0;
         swing[1] = length;
     }
@@ -187,7 +187,7 @@ static double vector_loss(const double *from, const double *step, double length,
     double ahead = fmax(1.0 + c, 0.0), behind = fmax(1.0 - c, 0.0);
     if (rise == 0.0) {
         double fade = exp(-fmin(way / radius, 700.0));
-        /* ln((1 + c + (1 - c) fade^2)/2) without a loss of digits where the way is short */
+        /* ln((1 + c + (1 - c) fade^2)/2) without cancellation for short steps */
         double closing = log1p(-0.5 * (1.0 - c) * (1.0 - fade) * (1.0 + fade));
         return radius * radius * fmax(way / radius + closing, 0.0);
     }

@@ -15,8 +15,8 @@ static int rows_fit(const Argument *rows, const Argument *marks, const Argument 
     return 1;
 }
 
-/* Written are what a commit needs (front, density, value, and code: four times the rows that stay
- * and the kind) and d(T/mu)/d(place); with steps N, -N' and d(T/mu)/d(step). */
+/* Outputs are the data for a commit (front, density, value, and code: four times the remaining
+ * rows plus the kind) and d(T/mu)/d(place); with steps also N, -N' and d(T/mu)/d(step). */
 static int run_field_try(const Argument *a, Result *out)
 {
     enum { PLACE, STEP, REST, LAST_PLACE, LAST_STEP, LAST_VALUE, ROWS, MARKS, BEGIN, DEPTH, FRONT,
@@ -53,7 +53,7 @@ static int run_field_try(const Argument *a, Result *out)
     return FINE;
 }
 
-/* Before a commit where each node keeps no more than `limit` rows, five of doubt beside them. */
+/* Before a commit of nodes with at most `limit` rows each, whose error state has five numbers. */
 static int run_field_bound(const Argument *a, Result *out)
 {
     enum { STEP, REST, FRONT, CODE, BEGIN, DEPTH, LIMIT, DOUBT, ROWS, MARKS, CURVE };
@@ -78,7 +78,7 @@ static int run_field_bound(const Argument *a, Result *out)
     return FINE;
 }
 
-/* Makes a trial the state; every node needs room for the row that it adds. */
+/* Apply a trial; every node needs room for the row that it adds. */
 static int run_field_commit(const Argument *a, Result *out)
 {
     enum { PLACE, STEP, FRONT, DENSITY, VALUE, CODE, BEGIN, ROOM, LAST_PLACE, LAST_STEP, LAST_VALUE,
@@ -106,7 +106,7 @@ static int run_field_commit(const Argument *a, Result *out)
     return FINE;
 }
 
-/* What a trial loses in every node, over mu kappa. */
+/* Energy dissipated in a trial by each node, over mu kappa. */
 static int run_field_losses(const Argument *a, Result *out)
 {
     enum { PLACE, STEP, REST, CODE, LAST_PLACE, LAST_STEP, BEGIN, DEPTH, RULE, ROWS, LOSS, CURVE };

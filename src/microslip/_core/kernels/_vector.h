@@ -8,7 +8,7 @@ static inline void slide_held(const double *from, const double *e, double length
     double a = from[0] * e[0] + from[1] * e[1], b = from[1] * e[0] - from[0] * e[1];
     double inverse = 1.0 / radius;
     double begin = sqrt(a * a - fmin(a * a + b * b - radius * radius, 0.0)), way = begin - a;
-    if (a < 0.0 && way > length) way = length; /* on the circle by rounding alone */
+    if (a < 0.0 && way > length) way = length; /* on the circle within rounding */
     double c = begin * inverse, s = b * inverse, far = (length - way) * inverse;
     double fade = far < 40.0 ? exp(-far) : 0.0, behind = (1.0 - c) * fade * fade;
     double part = 1.0 / (1.0 + c + behind), share = 2.0 * fade * part;
@@ -18,14 +18,15 @@ static inline void slide_held(const double *from, const double *e, double length
     if (!map) return;
     double turned = ((1.0 - fade) * (1.0 - fade) + c * (1.0 - fade * fade)) * part;
     turned = (turned + way * inverse * share * c) * radius / length;
-    /* Of the end (along, across) by the step's length, and by its swing. */
+    /* Derivatives of the end (along, across) by the length and by the rotation of the step. */
     double al = sine * sine, cl = -cosine * sine, an = -turned * sine, cn = turned * cosine;
     map[0][2] = al * e[0] * e[0] - (cl + an) * e[0] * e[1] + cn * e[1] * e[1];
     map[0][3] = al * e[0] * e[1] - cl * e[1] * e[1] + an * e[0] * e[0] - cn * e[0] * e[1];
     map[1][2] = al * e[0] * e[1] + cl * e[0] * e[0] - an * e[1] * e[1] - cn * e[0] * e[1];
     map[1][3] = al * e[1] * e[1] + (cl + an) * e[0] * e[1] + cn * e[0] * e[0];
     if (!all) return;
-    /* What was held along the step counts as the step does, across it by where slip begins. */
+    /* The force along the step acts like the step, the force across it through the start of
+     * slip. */
     double across = begin > 0.0 ? (share - sine * s) * radius / begin : 0.0;
     double end[2] = {-across * (sine * e[0] + cosine * e[1]),
                      across * (cosine * e[0] - sine * e[1])};
@@ -52,10 +53,10 @@ static void move_lay(const double *from, const double *step, double first, doubl
     double left = 1.0, held = first > 0.0, rise = last - first;
     if (!(last > 0.0)) {
         if (!(held && loss)) return;
-        left = first / -rise; /* to where contact is lost */
+        left = first / -rise; /* to the loss of contact */
         last = 1e-6 * first;
     } else if (!held)
-        left = last / rise; /* from where it begins */
+        left = last / rise; /* from the start of contact */
     double turned[2] = {e * step[0] + n * step[1], e * step[1] - n * step[0]};
     double g[2] = {held * (e * from[0] + n * from[1]), held * (e * from[1] - n * from[0])};
     double by[2][6] = {{held * e, held * n}, {-held * n, held * e}}, size = left / LAY_PIECES;
@@ -76,7 +77,7 @@ static void move_lay(const double *from, const double *step, double first, doubl
         }
         if (reach > radius) {
             double l = 0.0, now = reach, grip = 0.0;
-            for (int turn = 0; turn < 40; turn++) { /* 1/size is nearly straight in l */
+            for (int turn = 0; turn < 40; turn++) { /* 1/size is nearly linear in l */
                 grip = g[0] * g[0] / (c[0] + l) + g[1] * g[1] / (c[1] + l);
                 double move = now * now * (now / radius - 1.0) / grip;
                 l += move;
@@ -103,8 +104,9 @@ static void move_lay(const double *from, const double *step, double first, doubl
     }
 }
 
-/* Trials of nodes that share the sliders. Places are (nodes, 2), vectors held and new (nodes,
- * sliders, 2), tangents (nodes, 2, 3) by both parts of the place and by the separation. */
+/* Trials of nodes that share the sliders. Places are (nodes, 2), vectors before and after
+ * (nodes, sliders, 2), tangents (nodes, 2, 3) by both components of the place and by the
+ * separation. */
 static int run_vector_try(const Argument *a, Result *out)
 {
     enum { PLACE, STEP, LAST_PLACE, LAST_STEP, HELD, TOPS, WEIGHTS, LAY, NEW, VALUE, TANGENT };
@@ -125,7 +127,7 @@ static int run_vector_try(const Argument *a, Result *out)
         double e[2] = {step[0] / length, step[1] / length}; /* not used where it is 0 */
         for (Py_ssize_t k = 0; k < sliders; k++, from += 2, to += 2) {
             double w = weights[k], last = tops[k] - d[i], map[2][6];
-            if (held && last > 0.0) { /* most of them: what sticks just moves along */
+            if (held && last > 0.0) { /* most sliders: sticking sliders follow the step */
                 double u = from[0] + step[0], v = from[1] + step[1];
                 if (u * u + v * v <= last * last) {
                     to[0] = u;
@@ -175,7 +177,7 @@ static Stride make_stride(const double *from, double before, const double *to, d
     return s;
 }
 
-/* A cycle of a node: places (samples, 2) and separations, and how both follow directions. */
+/* Cycle of a node: places (samples, 2) and separations, with their derivatives along directions. */
 typedef struct {
     const double *x, *d, *u, *v, *lay;
     Stride *strides;              /* from rest to the root, and on from there: 1 .. samples */
@@ -183,7 +185,8 @@ typedef struct {
     double *begin;                /* scratch, 2 x columns */
     double *trace;                /* of a settled slider, see trace_slider */
     char *stuck;
-    double *runs, *held, *shares; /* what stick adds and takes off, of slopes, values and weights */
+    double *runs, *held, *shares; /* increments of slopes, values and weights at the start and
+                                   * end of sticking */
 } Round;
 
 static inline Py_ssize_t sample_of(const Round *c, Py_ssize_t k)
@@ -191,7 +194,7 @@ static inline Py_ssize_t sample_of(const Round *c, Py_ssize_t k)
     return c->root + k < c->samples ? c->root + k : c->root + k - c->samples;
 }
 
-/* A step of a slider; whether it stuck. `map` as of press(), or NULL. */
+/* Step of a slider; returns 1 if it stuck. `map` as in press(), or NULL. */
 static inline int step_slider(const Round *c, const Stride *stride, double top, double *g,
                               double map[2][6])
 {
@@ -488,7 +491,7 @@ static int run_vector_cycle(const Argument *a, Result *out)
         memset(memory, 0, sums * sizeof(double));
         for (Py_ssize_t j = 0; j < sliders; j++) {
             double g[2], left;
-            if (!(tops[j] > nearest)) continue; /* it never touches */
+            if (!(tops[j] > nearest)) continue; /* never in contact */
             Py_ssize_t passes = settle_slider(&c, tops[j], a[SMALL].x / whole,
                                               size + 1e-15 * fabs(tops[j]), most, g, &left);
             if (passes > longest) longest = passes;
@@ -523,7 +526,7 @@ static int run_vector_cycle(const Argument *a, Result *out)
     return FINE;
 }
 
-/* What sliders lose in a step whose radii go from the first to the last, over their stiffness. */
+/* Energy dissipated by sliders in a step whose radii change from first to last, over stiffness. */
 static int run_vector_losses(const Argument *a, Result *out)
 {
     enum { HELD, STEP, FIRST, LAST, LAY, LOSS };

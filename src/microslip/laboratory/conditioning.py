@@ -28,7 +28,6 @@ def condition(
     delay: float = 0.0,
     drift: bool = False,
     cutoff: float | None = None,
-    rig_stiffness: float | None = None,
 ) -> Record:
     """A record as the contact saw it; what was done is in its notes, the given one is not changed.
 
@@ -44,8 +43,6 @@ def condition(
         Frequency [Hz] of a low-pass of displacement, force and load alike: a Butterworth filter of
         the fourth order, forth and back, so of no phase. At least 10 times the frequency of the
         cycles, where it changes the area of their loops by less than 1e-6.
-    rig_stiffness : float, optional
-        Stiffness of the rig in series [N/m], above zero: its deflection is taken off.
 
     Returns
     -------
@@ -106,10 +103,6 @@ def condition(
         for key in channels.keys() - {"commanded", "cycle_number"}:
             channels[key] = _low_pass(channels[key], cutoff / sampled)
         notes.append(f"low-pass at {cutoff:g} Hz, forward and backward")
-    if rig_stiffness is not None:
-        rig_stiffness = positive("rig_stiffness", rig_stiffness, "N/m", 1e8)
-        channels["displacement"] = channels["displacement"] - channels["force"] / rig_stiffness
-        notes.append(f"deflection of a rig of {rig_stiffness:g} N/m was subtracted")
     changes: dict[str, Any] = {**channels, "time": None, "sample_rate": rate, "notes": tuple(notes)}
     return replace(record, **changes)
 

@@ -82,8 +82,7 @@ def excess_loss_notes(loss_factor: NDArray[np.float64]) -> list[str]:
     return [
         f"a loss factor above 4/π = 1.27, up to {float(np.nanmax(loss_factor)):.3g}, in "
         f"{named_cycles(large)}: not of friction alone, whose loops enclose at most the rectangle "
-        "around their reversals: viscous or inertial forces, spikes, or a rig that was subtracted "
-        "and is too soft"
+        "around their reversals: viscous or inertial forces, or spikes"
     ]
 
 

@@ -9,7 +9,6 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from microslip._core.errors import InputError
-from microslip._core.wording import shorten
 
 
 def reason(error: Exception) -> str:
@@ -21,19 +20,18 @@ def reason(error: Exception) -> str:
 def atomic_file(path: str | Path, overwrite: bool) -> Iterator[Path]:
     """Yield a temporary path that replaces ``path`` if the block succeeds."""
     target = Path(path)
-    name = shorten(str(target), 200)
     try:
-        if target.is_dir() or (target.exists() and not overwrite):
-            if target.is_dir():
-                raise InputError(f"{name}: is a folder")
+        if target.is_dir():
+            raise InputError(f"{str(target)[:200]}: is a folder")
+        if target.exists() and not overwrite:
             raise _exists(target)
-        handle, stage_name = tempfile.mkstemp(prefix=f".{target.name[:100]}.", dir=target.parent)
+        handle, name = tempfile.mkstemp(prefix=f".{target.name[:100]}.", dir=target.parent)
     except (OSError, ValueError) as error:
         if isinstance(error, InputError):
             raise
-        raise InputError(f"{name}: cannot be written: {reason(error)}") from None
+        raise InputError(f"{str(target)[:200]}: cannot be written: {reason(error)}") from None
     os.close(handle)
-    stage = Path(stage_name)
+    stage = Path(name)
     try:
         stage.unlink()  # the writer creates it with the permissions of a new file
         yield stage
@@ -42,13 +40,13 @@ def atomic_file(path: str | Path, overwrite: bool) -> Iterator[Path]:
         else:
             _claim(stage, target)
     except OSError as error:
-        raise InputError(f"{name}: cannot be written: {reason(error)}") from error
+        raise InputError(f"{str(target)[:200]}: cannot be written: {reason(error)}") from error
     finally:
         stage.unlink(missing_ok=True)
 
 
 def _exists(target: Path) -> InputError:
-    return InputError(f"{shorten(str(target), 200)}: exists; replace it with `overwrite=True`")
+    return InputError(f"{str(target)[:200]}: exists; replace it with `overwrite=True`")
 
 
 def _claim(stage: Path, target: Path) -> None:

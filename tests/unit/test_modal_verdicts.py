@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,6 +15,7 @@ from microslip.study.new import template
 from microslip.study.runs.structure import _bands
 from microslip.study.runs.structure_prediction import Sampled, joint_damping
 from microslip.study.runs.structure_tests import changes, judge
+from microslip.study.structure import measured_base_damping
 
 AMPLITUDE = np.geomspace(1e-6, 1e-4, 5)
 
@@ -116,3 +118,29 @@ def test_roughness_must_be_that_of_a_machined_face() -> None:
     text = template("structure").replace('rq = "1.6 um"', 'rq = "30 mm"')
     with pytest.raises(ms.StudyError, match=r"surface\.rq: must give an Rq of at most 0.0002 m"):
         ms.Study.from_toml(text)
+
+
+def test_tests_at_small_amplitude_set_the_base_damping() -> None:
+    """Points of 3e-4 + 100 a leave 3e-4 to the smallest, each within its error."""
+    amplitude = np.array([1e-6, 2e-6, 3e-6, 1e-4])
+    table = np.stack([amplitude, np.full(4, 100.0), 3e-4 + 100.0 * amplitude], axis=1)
+    ring = SimpleNamespace(table=table, damping_error=0.05)
+    found = measured_base_damping([ring])
+    assert (found.low, found.high) == pytest.approx((0.95 * 3e-4, 1.05 * 4e-4))
+    one = SimpleNamespace(table=table[:1], damping_error=0.05)
+    alone = measured_base_damping([one])
+    assert (alone.low, alone.high) == pytest.approx((0.95 * 4e-4, 1.05 * 4e-4))
+
+
+def test_base_damping_is_measured_only_with_a_test(tmp_path: Path) -> None:
+    text = STRIP.replace("base_damping_ratio = 0.0005", 'base_damping_ratio = "measured"')
+    with pytest.raises(ms.StudyError, match=r'"measured" only with structure\.measured'):
+        ms.Study.from_toml(text)
+    rows = "amplitude [um],frequency [Hz],damping_ratio [%]\n1,900,0.04\n2,900,0.05\n"
+    (tmp_path / "test.csv").write_text(rows, encoding="utf-8")
+    part = ms.Study.from_toml(
+        text.replace("samples", 'measured = { file = "test.csv" }\nsamples', 1), folder=tmp_path
+    ).structure
+    assert (part.base_damping_ratio.low, part.base_damping_ratio.high) == pytest.approx(
+        (0.95 * 3e-4, 1.05 * 4e-4)
+    )

@@ -86,7 +86,13 @@ QUANTITIES: dict[str, Quantity] = {
     "mean_contact_pressure": Quantity(
         "Pa", "normal load over real contact area", "Mean pressure", "N/real area", "3"
     ),
-    "normal_stiffness": Quantity("N/m", "normal stiffness", "kₙ", "", "3"),
+    "normal_stiffness": Quantity(
+        "N/m", "normal stiffness; of unloading where the face yields", "kₙ", "", "3"
+    ),
+    "first_loading_stiffness": Quantity(
+        "N/m", "normal stiffness of a face that yields, on first loading",
+        "kₙ on first loading", "kₙ, first loading", "3",
+    ),
     "tangential_stiffness": Quantity(
         "N/m", "tangential stiffness at rest, contact alone", "kₜ", "", "3"
     ),

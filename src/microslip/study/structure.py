@@ -51,21 +51,46 @@ if TYPE_CHECKING:
 
 LABORATORY = Spread.between(2e-4, 1e-3, log=True)
 """Damping ratio of free steel structures without a joint [-], see docs/bolted-structures.md."""
+MEASURED = Spread.between(1e-9, 1.0, log=True)
+"""Stand-in of a base damping that is to be read from the tests of a study."""
 MOST_SAMPLES = 4096
 USUAL_PATCHES = (15, 2)
 
 
 class BaseDamping(Unsure):
-    """A damping ratio, a range, or "laboratory"."""
+    """A damping ratio, a range, or the name of its source."""
 
     def read(self, raw_value: object, place: Place) -> Any:
-        """Return the ratio or its spread."""
-        return LABORATORY if raw_value == "laboratory" else super().read(raw_value, place)
+        """Return the ratio or its spread; tests take the place of :data:`MEASURED` later."""
+        named = {"laboratory": LABORATORY, "measured": MEASURED}
+        known = named.get(raw_value) if isinstance(raw_value, str) else None
+        return super().read(raw_value, place) if known is None else known
 
     def schema(self) -> JsonSchema:
         """Return the JSON Schema of what may stand here."""
         inner = super().schema()
-        return {**inner, "anyOf": [{"const": "laboratory"}, *inner["anyOf"]]}
+        return {**inner, "anyOf": [{"enum": ["laboratory", "measured"]}, *inner["anyOf"]]}
+
+
+def measured_base_damping(tests: Iterable[MeasuredPart]) -> Spread:
+    """Return the base damping that tests at small amplitude leave open [-].
+
+    The damping ratio at the smallest amplitude is an upper limit, since the joint takes part in it.
+    The lower limit is its straight line to amplitude zero, from the points up to three times the
+    smallest amplitude: microslip adds a damping ratio that grows in proportion to the amplitude
+    (Mindlin and Deresiewicz 1953, DOI 10.1115/1.4010702), or faster.
+    """
+    ends = []
+    for test in tests:
+        amplitude, _, damping = test.table[np.argsort(test.table[:, 0])].T
+        lowest = float(damping[0])
+        near = amplitude <= max(3.0 * amplitude[0], float(amplitude[min(1, amplitude.size - 1)]))
+        line = lowest
+        if near.sum() > 1:
+            line = float(np.polyfit(amplitude[near], damping[near], 1)[1])
+        error = test.damping_error
+        ends += [max(min(line, lowest), 0.1 * lowest) * (1.0 - error), lowest * (1.0 + error)]
+    return Spread.between(min(ends), max(ends))
 
 
 class StructurePart(Part):
@@ -121,7 +146,8 @@ class StructurePart(Part):
     base_damping_ratio: float = key(
         BaseDamping(VISCOUS_RATIO),
         'Damping of all but the joint, which is added: an input, no result. "laboratory", also '
-        "unless given: 0.02 to 0.1 %, log-uniform, of steel on strings with its sensors.",
+        "unless given: 0.02 to 0.1 %, log-uniform, of steel on strings with its sensors. "
+        '"measured": that of the tests at small amplitude, such as a ring-down.',
         '"laboratory"',
         default=LABORATORY,
     )
@@ -177,6 +203,13 @@ class StructurePart(Part):
             correlation = Spread.between(longest / 8.0, longest, log=True)
             correlation.unit = "m"
             self.form.keep(correlation=correlation)
+        if self.base_damping_ratio is MEASURED:
+            if not self.measured:
+                raise KeyedError(
+                    ".base_damping_ratio",
+                    'wanted "measured" only with structure.measured, got none',
+                )
+            self.keep(base_damping_ratio=measured_base_damping(self.measured))
         if "form" in self.fitted and (self.form is None or self.form.table is None):
             raise KeyedError(
                 ".measured.fit", 'wanted "form" only with a table structure.form, got none'

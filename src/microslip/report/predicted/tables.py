@@ -60,7 +60,7 @@ def joint_table(joints: JointRows, law: str) -> Table:
         cells.column("contact_count", write=counts),
         cells.column("contact_area_fraction" if share_known else "contact_area"),
         cells.column("mean_contact_pressure", brief=False),
-        cells.column("normal_stiffness", brief=False),
+        *(cells.column(f"{kind}_stiffness", brief=False) for kind in ("normal", "first_loading")),
         *map(cells.column, ("tangential_stiffness", "rig_tangential_stiffness")),
         *map(cells.column, ("force_limit", "slip_scale")),
         cells.column("standardised_separation"),
@@ -70,8 +70,15 @@ def joint_table(joints: JointRows, law: str) -> Table:
     caption = (
         "kₙ and kₜ are the stiffnesses of the interface in full stick; kₜ at a rig also includes "
         "the compliance of two half-spaces behind a round contact of the apparent area (Johnson "
-        "1985), as measured by sensors next to a small contact. μN is "
-        f"the force of gross slip.  The slip scale is {_SCALES.get(scale, scale)}"
+        "1985), as measured by sensors next to a small contact. "
+        + (
+            "kₙ is that of unloading, as ultrasound measures it; a load-deflection test measures "
+            "first loading. "
+            if joints[0]["first_loading_stiffness"] is not None
+            else ""
+        )
+        + "μN is the force of gross slip. "
+        f"The slip scale is {_SCALES.get(scale, scale)}"
         + ("; h is the separation of the surfaces over the spread of the heights." if h else ".")
     )
     return _table("Joint", "loads", columns, joints, caption)

@@ -29,6 +29,7 @@ from microslip.report.structure.driven import (
     response_numbers,
 )
 from microslip.report.structure.fitted import fitted_numbers, fitted_section
+from microslip.report.structure.judged import structure_verdicts
 from microslip.report.structure.pictures import (
     curve_plot,
     loss_plot,
@@ -212,6 +213,10 @@ def structure_numbers(prediction: StructurePrediction) -> dict[str, Any]:
             )
         ],
         "modes": [_mode_numbers(mode) for mode in prediction.modes],
+        "verdicts": [
+            json_value(named(verdict, "name", "value", "limit", "word"))
+            for verdict in structure_verdicts(prediction).verdicts
+        ],
         **tested_numbers(prediction),
         **{name: part for name, part in parts.items() if part is not None},
     }

@@ -120,12 +120,27 @@ def scalars(study: StudyDescription, joint: Interface) -> dict[str, float | None
         "contact_area_fraction": contact / area if contact is not None and area else None,
         "mean_contact_pressure": joint.normal_load / contact if contact else None,
         "normal_stiffness": getattr(joint, "normal_stiffness", None),
+        "first_loading_stiffness": _on_first_loading(joint),
         "tangential_stiffness": joint.tangential_stiffness,
         **_at_rig(study, joint, area),
         "force_limit": joint.force_limit,
         "slip_per_indentation": getattr(joint, "slip_per_indentation", None),
         "slip_scale": joint._slip_scale[0],
     }
+
+
+def _on_first_loading(joint: Interface) -> float | None:
+    """Return the normal stiffness of a face that yields, on its way to the load [N/m]."""
+    surface = getattr(joint, "surface", None)
+    loading = getattr(surface, "first_loading", None)
+    if surface is None or loading is None:
+        return None
+    pressure = joint.normal_load / surface.area
+    lowest, highest = loading.pressure[[0, -1]]
+    if not lowest <= pressure <= highest * (1.0 + 1e-9):
+        return None
+    logs = np.log(loading.pressure), np.log(loading.stiffness)
+    return math.exp(np.interp(math.log(pressure), *logs))
 
 
 def _at_rig(

@@ -1,0 +1,87 @@
+"""Verdicts on a predicted structure: solutions, bands, responses, tests, and the model itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from microslip._core.verdicts import Rule, Verdict
+from microslip.report.document import Verdicts
+from microslip.study.runs.structure_prediction import StructurePrediction
+
+_SOLVED = Rule(
+    "amplitudes without a solution", 0.0, 0.5, "each amplitude of a mode is solved",
+    remedy="end at a smaller amplitude.to",
+)  # fmt: skip
+_SAMPLED = Rule(
+    "samples without a solution", 0.02, 0.2, "bands count all samples",
+    "samples that fail are often those of the weakest joints",
+    "narrow the uncertain inputs or end at a smaller amplitude.to",
+)  # fmt: skip
+_HARMONICS = Rule(
+    "damping by harmonics left out", 0.05, 0.2, "few harmonics describe the motion",
+    remedy="add harmonics", missing="no solution to judge",
+)  # fmt: skip
+_SAMPLING = Rule(
+    "sampling error of the bands", 0.1, 0.5, "there are enough samples for the bands",
+    remedy="take more samples", missing="no sample has a solution",
+)  # fmt: skip
+_DRAWN = Rule(
+    "error of patches, mesh and reduction", 0.05, 0.2, "the model is fine enough",
+    remedy="give more patches or smaller elements", missing="converge = true estimates it",
+)  # fmt: skip
+_MESHED = Rule(
+    _DRAWN.name, _DRAWN.watch, _DRAWN.outside, _DRAWN.meaning,
+    missing="compare with a finer mesh and more patches",
+)  # fmt: skip
+_FORCED = Rule(
+    "forced responses beyond the amplitudes", 0.0, 0.5, "responses end below the largest amplitude",
+    remedy="give a larger amplitude.to",
+)  # fmt: skip
+_TESTED = Rule(
+    "points of tests outside the bands", 0.0, 0.5, "tests lie within the 5 to 95 % bands",
+    remedy="see the candidates of each test",
+)  # fmt: skip
+_LIMITED = Rule(
+    "points of tests beyond open and tied laps", 0.0, 0.0,
+    "tested frequencies lie between those of the open and of the wholly tied lap",
+    remedy="check sizes, moduli, masses and the number of the mode",
+)  # fmt: skip
+
+
+def structure_verdicts(prediction: StructurePrediction) -> Verdicts:
+    """Judge all that the report of a structure shows, so that its headline covers it."""
+    verdicts = tuple(_judged(prediction))
+    names = frozenset(verdict.name for verdict in verdicts)
+    caption = "Of the structure: its solutions, its bands, and its model beside tests."
+    return Verdicts(verdicts, percent=names, caption=caption)
+
+
+def _judged(prediction: StructurePrediction) -> Iterator[Verdict]:
+    modes, part = prediction.modes, prediction.part
+    yield _SOLVED.judge(1.0 - min(float(mode.curve.converged.mean()) for mode in modes))
+    errors = np.concatenate([abs(mode.curve.harmonic_error) for mode in modes])
+    known = errors[np.isfinite(errors)]
+    yield _HARMONICS.judge(float(known.max()) if known.size else None)
+    if bands := [mode.bands for mode in modes if mode.bands is not None]:
+        yield _SAMPLED.judge(max(band.unsolved for band in bands) / part.samples)
+        yield _SAMPLING.judge(
+            float(np.max([[band.frequency_error, band.damping_error] for band in bands]))
+        )
+    error = None if prediction.convergence is None else max(prediction.convergence.error)
+    yield (_DRAWN if part.mesh is None else _MESHED).judge(error)
+    if forced := [response for mode in modes for response in mode.forced]:
+        shares = [r.beyond if np.isfinite(r.peak[0]) else 1.0 for r in forced]
+        yield _FORCED.judge(max(shares))
+    if points := sum(verdict.points for verdict in prediction.judged):
+        outside = sum(verdict.above + verdict.below for verdict in prediction.judged)
+        yield _TESTED.judge(outside / points)
+    if prediction.tests and prediction.limits:
+        limits = dict(zip((mode.number for mode in modes), prediction.limits, strict=True))
+        beyond = [
+            (test.frequency < limits[test.mode + 1].open)
+            | (test.frequency > limits[test.mode + 1].tied)
+            for test in prediction.tests
+        ]
+        yield _LIMITED.judge(float(np.concatenate(beyond).mean()))

@@ -196,7 +196,7 @@ def test_other_refusals() -> None:
     for call, message in (
         (lambda: WORKED.periodic(x, rest="zero"), "rest must be a displacement"),
         (lambda: WORKED.periodic(x, rest=np.nan), "rest must be a finite number"),
-        (lambda: WORKED.periodic(x, separation=d, normal_load=d), "one of them, got both"),
+        (lambda: WORKED.periodic(x, separation=d, normal_load=d), "must be given, got both"),
         (lambda: WORKED.periodic(x, normal_load=d[:4]), "one for each of the 96 samples"),
         (lambda: WORKED.periodic(x).derivative(np.ones((4, 2))), "one row for each of the 96"),
     ):

@@ -131,7 +131,8 @@ def test_not_numbers(value: object) -> None:
 
 def test_nothing() -> None:
     for call, name in ARRAYS.values():
-        assert refusal(call, None).startswith((f"{name} must be a number or", "amplitude [m] or"))
+        starts = (f"{name} must be a number or", "exactly one of amplitude [m] or")
+        assert refusal(call, None).startswith(starts)
 
 
 @pytest.mark.parametrize(
@@ -187,7 +188,7 @@ def test_records_have_one_dimension(name: str, shape: tuple[int, ...]) -> None:
 @pytest.mark.parametrize("name", MEASURES)
 def test_amplitude_or_force_amplitude(joint: ms.Interface, name: str) -> None:
     measure = getattr(joint, name)
-    wanted = "amplitude [m] or force_amplitude=... [N] must be given, one of them, got "
+    wanted = "exactly one of amplitude [m] or force_amplitude=... [N] must be given, got "
     assert refusal(measure) == wanted + "neither"
     assert refusal(measure, None, force_amplitude=None) == wanted + "neither"
     assert refusal(measure, 1e-7, force_amplitude=1.0) == wanted + "both"

@@ -36,7 +36,7 @@ def test_a_law_of_numbers_comes_back_and_others_are_refused(
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"kind": "microslip-result"}, 'is no file of a law: "kind" must be "microslip-law"'),
+        ({"kind": "microslip-result"}, 'is not a law file: "kind" must be "microslip-law"'),
         ({"version": 2}, "version must be 1, got 2"),
         ({"law": "bouc-wen"}, "law must be one of coulomb, jenkins, iwan, segalman, sliders, got"),
         ({"parameters": {"stiffness": 1.0}}, "parameters of jenkins must be stiffness, force_lim"),
@@ -56,7 +56,7 @@ def test_a_wrong_file_is_refused(change: dict[str, Any], message: str, tmp_path:
 
 def test_text_is_no_law(tmp_path: Path) -> None:
     (tmp_path / "law.json").write_text("[[[", "utf-8")
-    with pytest.raises(ms.InputError, match=r"law\.json: is no JSON file of a law"):
+    with pytest.raises(ms.InputError, match=r"law\.json: is not a JSON law file"):
         ms.friction.load_law(tmp_path / "law.json")
     with pytest.raises(ms.InputError, match=r"other\.json: no such file"):
         ms.friction.load_law(tmp_path / "other.json")

@@ -20,7 +20,7 @@ MESSAGES: dict[str, Callable[[], object]] = {
     "normal_load must be one number or one for each of the 2 samples, got shape (3,)": lambda: (
         JOINT.coupled_response(displacement=[1e-7, 2e-7], normal_load=[1.0, 2.0, 3.0])
     ),
-    "normal_load=... [N] or separation=... [m] must be given, one of them, got both": lambda: (
+    "exactly one of normal_load=... [N] or separation=... [m] must be given, got both": lambda: (
         JOINT.coupled_response(displacement=[1e-7], normal_load=1.0, separation=0.0)
     ),
     "displacement must be finite: 1 of 2 values are not, the first is nan at index 1": lambda: (
@@ -31,8 +31,8 @@ MESSAGES: dict[str, Callable[[], object]] = {
     ),
     "commit needs a trial; call try_(displacement) first": lambda: JOINT.start().commit(),
     "poisson_ratio must be in (-1, 0.5], got 0.7": lambda: ms.Material(69e9, 0.7),
-    'units("69 GPa") wants a number with its unit, got "3 frob" (no such unit)': lambda: ms.units(
-        "3 frob"
+    'units needs a number with its unit, such as "69 GPa", got "3 frob" (no such unit)': lambda: (
+        ms.units("3 frob")
     ),
     "cutoff must be above zero": lambda: ms.Scan(np.eye(9), 1e-6).condition(cutoff=0.0),
     "sample_rate must give at least 16 samples a cycle, 160 Hz at 10 Hz, got 100 Hz": lambda: (

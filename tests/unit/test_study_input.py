@@ -433,7 +433,7 @@ def test_wrong_law_files_are_refused_at_their_key(tmp_path: Path) -> None:
     (tmp_path / "law.json").write_text("{}")
     for lines, message in (
         ('law_file = "none.json"', "joint.law_file: none.json: no such file in the folder of the"),
-        ('law_file = "law.json"', "joint.law_file: law.json: is no file of a law"),
+        ('law_file = "law.json"', "joint.law_file: law.json: is not a law file"),
         ('law_file = "law.json"\nnormal_load = "1 N"', "joint.normal_load: unknown key"),
         ('law = "jenkins"', "joint.law: removed in 0.3; leave it out for an interface, or write"),
     ):

@@ -189,7 +189,7 @@ def check_one_of(wording: str, first: Any, second: Any) -> None:
     """Check that exactly one of two arguments is given; ``wording`` names them with units."""
     if (first is None) == (second is None):
         came = "neither" if first is None else "both"
-        raise InputError(f"{wording} must be given, one of them, got {came}")
+        raise InputError(f"exactly one of {wording} must be given, got {came}")
 
 
 def is_whole(value: Any) -> bool:

@@ -191,7 +191,7 @@ def units(text: str) -> float:
     float
         Value in SI units, such as [Pa], correctly rounded.
     """
-    message = 'units("69 GPa") wants a number with its unit, got '
+    message = 'units needs a number with its unit, such as "69 GPa", got '
     came = quote(text)
     number = _NUMBER.match(text.replace("\N{MINUS SIGN}", "-")) if isinstance(text, str) else None
     if number is None:

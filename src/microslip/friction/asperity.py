@@ -111,7 +111,7 @@ class Asperity(Interface):
 
     @property
     def pair(self) -> MaterialPair:
-        """The two materials."""
+        """Pair of materials."""
         return self.surface.pair
 
     @property

@@ -163,7 +163,7 @@ class Interface(CoupledLaw):
 
     @property
     def _slip_scale(self) -> tuple[float, str]:
-        """The slip scale [m], and how it is defined."""
+        """Slip scale [m] and its definition."""
         measure = self.surface._slip_measure()
         if measure is None:
             return super()._slip_scale

@@ -129,9 +129,9 @@ def _read(path: str | PathLike[str]) -> tuple[Path, dict[str, Any]]:
     try:
         content: Any = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise InputError(f"{file.name}: is no JSON file of a law ({error})") from None
+        raise InputError(f"{file.name}: is not a JSON law file ({error})") from None
     if not isinstance(content, dict) or content.get("kind") != KIND:
-        raise InputError(f'{file.name}: is no file of a law: "kind" must be "{KIND}"')
+        raise InputError(f'{file.name}: is not a law file: "kind" must be "{KIND}"')
     if content.get("version") != VERSION:
         raise InputError(
             f"{file.name}: version must be {VERSION}, got {show(content.get('version'))}"

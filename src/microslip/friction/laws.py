@@ -1,4 +1,4 @@
-"""The list of all backbone laws."""
+"""List of all backbone laws."""
 
 from microslip.friction.asperity import Asperity
 from microslip.friction.base import BackboneLaw

@@ -73,7 +73,7 @@ class SliderBank:
 
     @cached_property
     def compliances(self) -> Floats | None:
-        """Both principal compliances, then cosine and sine of the axis of the first."""
+        """Principal compliances, then cosine and sine of the axis of the first."""
         if self.lay is None:
             return None
         stiffnesses, axes = np.linalg.eigh(self.lay)

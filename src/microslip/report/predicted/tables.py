@@ -115,8 +115,10 @@ def sensitivity_table(joints: JointRows) -> tuple[Table, ...]:
         "causes an error of 5 % in the quantity. Moduli change for both bodies, density and area "
         "for the whole joint."
     )
-    title = "Sensitivities"
-    table = Table(title, columns, tuple(rows), 2, MOST_JOINTS, caption, noun="quantities")
+    table = Table(
+        "Sensitivities", columns, tuple(rows), 2, MOST_JOINTS, caption, brief=False,
+        noun="quantities",
+    )  # fmt: skip
     return (table,) if rows else ()
 
 

@@ -73,7 +73,6 @@ def without_unit(name: str, value: Any, unit: str, depth: int = 0) -> Any:
 
 
 def _quantity_of(value: Any) -> Any:
-    """Return the quantity that a value is or holds as its data; None for plain values."""
     try:
         for item in (value, getattr(value, "data", None)):
             if hasattr(item, "to") and (

@@ -37,8 +37,15 @@ def atomic_file(path: str | Path, overwrite: bool) -> Iterator[Path]:
         yield stage
         if overwrite:
             stage.replace(target)
-        else:
-            _claim(stage, target)
+            return
+        try:
+            os.link(stage, target)
+        except FileExistsError:
+            raise _exists(target) from None
+        except OSError:  # a file system without links
+            if target.exists():
+                raise _exists(target) from None
+            stage.rename(target)
     except OSError as error:
         raise InputError(f"{str(target)[:200]}: cannot be written: {reason(error)}") from error
     finally:
@@ -47,17 +54,6 @@ def atomic_file(path: str | Path, overwrite: bool) -> Iterator[Path]:
 
 def _exists(target: Path) -> InputError:
     return InputError(f"{str(target)[:200]}: exists; replace it with `overwrite=True`")
-
-
-def _claim(stage: Path, target: Path) -> None:
-    try:
-        os.link(stage, target)
-    except FileExistsError:
-        raise _exists(target) from None
-    except OSError:  # a file system without links
-        if target.exists():
-            raise _exists(target) from None
-        stage.rename(target)
 
 
 def relative_path(folder: Path, path: Path) -> str:

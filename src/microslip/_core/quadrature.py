@@ -60,7 +60,6 @@ def _integral(g: Function, u: Floats, t: Floats | float, f: Convex) -> Floats:
 
 
 def _integrals(g: Function, u: Floats, t: Floats, f: Convex) -> Floats:
-    """Integrate like :func:`_integral` with one t per row."""
     total = np.zeros_like(u)
     breaks = f._breaks
     first, last = (np.searchsorted(breaks, end, side="right") for end in (t, t + u))
@@ -202,7 +201,6 @@ def excess_slope(f: Convex, t: Floats | float, u: Floats, pieces: Pieces | None 
 def _replace_small(
     result: Floats, small: Floats, f: Convex, u: Floats, t: Floats | float, g: Function
 ) -> Floats:
-    """Replace the result for small steps by the integral of g."""
     if small.any():
         there = t[small] if isinstance(t, np.ndarray) else t
         result[small] = _integral(g, u[small], there, f)

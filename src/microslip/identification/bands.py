@@ -16,8 +16,10 @@ from microslip.laboratory.estimates import dependence_of, quantile
 
 QUANTILE = 3.841458820694124
 """Quantile of chi-squared with one degree of freedom at 95 %."""
-_DRAWS, _MOST = 24, 2.0
+_DRAWS, _MOST = 24, 3.0
 """Simulated fits of the calibration, and the largest factor on the quantile."""
+_STANDS_OUT, _FEW = 3.0, 12
+"""Coefficient over its noise below which a simulated law has none; sliders that are few."""
 _RUNS = (1, 8, 16, 32, 64)
 """Lengths of runs of residuals whose sums are compared with white noise."""
 _UNLIKELY = 0.01
@@ -111,20 +113,44 @@ class Bands:
         return np.asarray(probes / fit.scale)
 
     @cached_property
-    def calibration(self) -> float:
-        """Factor on the quantile, the mean of the statistic over simulated fits; at least 1."""
+    def _truth(self) -> Floats:
+        """Coefficients of the law of the simulated fits: those that stand out of the noise."""
+        fit = self.fit
+        return np.where((fit.g < _STANDS_OUT) & ~fit.free, 0.0, fit.g)
+
+    @cached_property
+    def _simulated(self) -> list[tuple[Floats, Floats]]:
+        """Right-hand sides and coefficients of simulated fits."""
         fit, rng = self.fit, np.random.default_rng(0)
-        base = fit.cone.gram @ fit.g
-        statistics = []
+        base = fit.cone.gram @ self._truth
+        fits = []
         for _ in range(_DRAWS):
             h = base + fit.design.T @ rng.standard_normal(fit.measured.size)
-            g = minimum(fit.cone, h, fit.g > 0.0)
-            for c in self._probes:
-                value, truth = float(c @ g), float(c @ fit.g)
-                sign = 1.0 if value > truth else -1.0
-                path = Path(fit.cone, h, g, sign * c)
-                statistics.append(path.until(value=sign * truth)[1])
-        mean = float(np.mean(np.clip(statistics, 0.0, 25.0)))
+            fits.append((h, minimum(fit.cone, h, self._truth > 0.0)))
+        return fits
+
+    def _mean_statistic(self, c: Floats) -> float:
+        """Return the mean over simulated fits of the rise at the true value of a functional."""
+        truth = float(c @ self._truth)
+        statistics = []
+        for h, g in self._simulated:
+            sign = 1.0 if float(c @ g) > truth else -1.0
+            path = Path(self.fit.cone, h, g, sign * c)
+            statistics.append(path.until(value=sign * truth)[1])
+        return float(np.mean(np.clip(statistics, 0.0, 25.0)))
+
+    @cached_property
+    def _mean_of_probes(self) -> float:
+        return float(np.mean([self._mean_statistic(c) for c in self._probes]))
+
+    def calibration(self, c: Floats) -> float:
+        """Return the factor on the quantile for a scaled functional, from 1 to 3.
+
+        It is the mean of the statistic over simulated fits, that of the functional itself where
+        few sliders carry all, because its law then differs most from chi-squared; else one for all.
+        """
+        is_few = np.count_nonzero(self._truth) <= _FEW
+        mean = self._mean_statistic(c) if is_few else self._mean_of_probes
         return min(max(mean, 1.0), _MOST)
 
     def interval(self, c: Floats) -> tuple[float, float, float]:
@@ -140,7 +166,7 @@ class Bands:
             @ np.linalg.lstsq(fit.cone.gram[np.ix_(used, used)], scaled[used], rcond=None)[0]
         )
         excess = max(self.excess, self._by_cycles(direction))
-        level = QUANTILE * self.calibration * excess
+        level = QUANTILE * self.calibration(scaled) * excess
         low, _ = Path(fit.cone, fit.h, fit.g, scaled).until(level=level)
         high, _ = Path(fit.cone, fit.h, fit.g, -scaled).until(level=level)
         return value, min(low, value), max(-high, value)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import importlib.util
 import math
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -179,6 +180,45 @@ def test_the_error_of_a_gain_is_carried() -> None:
     assert 0.5 * (ratio.high - ratio.low) / ratio.value < 0.005
 
 
+def test_the_error_of_a_displacement_gain_is_carried() -> None:
+    """Of an elastic joint it is that of the secant stiffness; the damping of a slider knows it."""
+    found = ms.identify(
+        record(ms.Jenkins(1e8, 1e3), 1e-6, 3), known={"displacement_gain": (1.0, 0.01)}
+    )
+    secant = found.secant_stiffness(9e-7)
+    assert 0.5 * (secant.high - secant.low) / secant.value == pytest.approx(0.0196, rel=0.1)
+    slips = ms.Jenkins(1e8, 50.0)
+    found = ms.identify(record(slips, 2e-6, 3), known={"displacement_gain": (1.0, 0.01)})
+    ratio = found.damping_ratio(1.9e-6)
+    expected = 0.0196 * 2.0 * slips.yield_displacement / (math.pi * 1.9e-6)
+    assert 0.5 * (ratio.high - ratio.low) == pytest.approx(expected, rel=0.15)
+
+
+class WithError(NamedTuple):
+    """A value with an error as the package uncertainties has it, and nothing else of it."""
+
+    nominal_value: float
+    std_dev: float
+
+
+def test_values_with_an_error_are_taken() -> None:
+    kinds: list[Callable[[float, float], Any]] = [WithError]
+    if importlib.util.find_spec("uncertainties"):
+        kinds.append(importlib.import_module("uncertainties").ufloat)
+    records = behind_a_rig((2000.0,))[1]
+    plain = ms.identify(
+        records, rig_stiffness=(RIG, 5e7), pair=PAIR, known={"std": (5e-7, 5e-8)}
+    ).parameters
+    for kind in kinds:
+        known = {"force_gain": kind(1.0, 0.01), "std": kind(5e-7, 5e-8)}
+        found = ms.identify(records, rig_stiffness=kind(RIG, 5e7), pair=PAIR, known=known)
+        assert found.rig_stiffness == (RIG, 5e7)
+        assert found.gain_errors == {"force": 0.01}
+        assert found.parameters["std"] == plain["std"]
+    with pytest.raises(ms.InputError, match="force_gain must be"):
+        ms.identify(records, known={"force_gain": 1.0})
+
+
 # -- a load that varies, and loads that do not belong together ------------------------------------
 
 
@@ -284,6 +324,51 @@ def test_stepped_amplitudes() -> None:
 
 
 # -- comparisons ----------------------------------------------------------------------------------
+
+
+def test_bursts_from_rest() -> None:
+    """Each burst of several cycles is a stretch; what it loses from rest is left out."""
+    held = []
+    for seed in range(3):
+        pieces = [np.zeros(150)]
+        for a in (4e-7, 1e-6, 7e-7):
+            pieces += [a * np.sin(2.0 * np.pi * np.arange(1200) / 200.0), np.zeros(150)]
+        u = np.concatenate(pieces)
+        force = np.asarray(JOINT.force(u))
+        rng = np.random.default_rng(seed)
+        u = u + 0.3 * NOISE * 1e-6 * rng.standard_normal(u.size)
+        force = force + NOISE * force.max() * rng.standard_normal(u.size)
+        found = ms.identify(ms.Record(u, force, sample_rate=200.0))
+        assert len(found.records) == 3
+        for a in (5e-7, 9e-7):
+            held.append(holds(found.force(a), JOINT.backbone(a)))
+            held.append(holds(found.dissipated_energy(a), JOINT.dissipated_energy(a)))
+    assert sum(held) >= len(held) - 1
+
+
+def test_a_drawn_face_in_the_second_step() -> None:
+    """Friction and length of a face whose table is known, with widths of 1e-3 at this noise."""
+    steel = ms.Material(210e9, 0.3, hardness=2.4e9)
+    pair = ms.MaterialPair(steel, steel)
+    face = ms.DrawnFace(pair, rms=0.4e-6, slope=0.1, area=1e-4, tightening_pressure=50e6)
+    records = []
+    for n, load in enumerate((2000.0, 1000.0)):
+        joint = ms.Interface(face, 0.4, normal_load=load)
+        reach = joint.force_limit / joint.tangential_stiffness
+        records += [record(joint, a * reach, 10 * n + m, load) for m, a in enumerate((1.0, 6.0))]
+    step = ms.identify(records, rig_stiffness=math.inf).interface(pair, area=1e-4, heights=face)
+    assert step.fits
+    joint = ms.Interface(face, 0.4, normal_load=2000.0)
+    truths = {
+        "friction_coefficient": 0.4,
+        "force_limit": joint.force_limit,
+        "tangential_stiffness": joint.tangential_stiffness,
+    }
+    for name, truth in truths.items():
+        one = step.parameters[name]
+        assert one.verdict == "identified"
+        assert one.value == pytest.approx(truth, rel=3e-3)
+        assert one.high - one.low < 6e-3 * truth
 
 
 def test_the_law_that_made_the_loops_is_preferred() -> None:

@@ -16,8 +16,9 @@ from microslip.laboratory.estimates import dependence_of, quantile
 
 QUANTILE = 3.841458820694124
 """Quantile of chi-squared with one degree of freedom at 95 %."""
-_DRAWS, _MOST = 24, 3.0
-"""Simulated fits of the calibration, and the largest factor on the quantile."""
+_DRAWS, _DRAWS_OF_MANY, _MOST = 24, 8, 3.0
+"""Simulated fits of the calibration where few and where many sliders carry the force, and the
+largest factor on the quantile."""
 _STANDS_OUT, _FEW = 3.0, 12
 """Coefficient over its noise below which a simulated law has none; sliders that are few."""
 _RUNS = (1, 8, 16, 32, 64)
@@ -118,13 +119,17 @@ class Bands:
         fit = self.fit
         return np.where((fit.g < _STANDS_OUT) & ~fit.free, 0.0, fit.g)
 
+    @property
+    def _is_few(self) -> bool:
+        return np.count_nonzero(self._truth) <= _FEW
+
     @cached_property
     def _simulated(self) -> list[tuple[Floats, Floats]]:
         """Right-hand sides and coefficients of simulated fits."""
         fit, rng = self.fit, np.random.default_rng(0)
         base = fit.cone.gram @ self._truth
         fits = []
-        for _ in range(_DRAWS):
+        for _ in range(_DRAWS if self._is_few else _DRAWS_OF_MANY):
             h = base + fit.design.T @ rng.standard_normal(fit.measured.size)
             fits.append((h, minimum(fit.cone, h, self._truth > 0.0)))
         return fits
@@ -149,8 +154,7 @@ class Bands:
         It is the mean of the statistic over simulated fits, that of the functional itself where
         few sliders carry all, because its law then differs most from chi-squared; else one for all.
         """
-        is_few = np.count_nonzero(self._truth) <= _FEW
-        mean = self._mean_statistic(c) if is_few else self._mean_of_probes
+        mean = self._mean_statistic(c) if self._is_few else self._mean_of_probes
         return min(max(mean, 1.0), _MOST)
 
     def interval(self, c: Floats) -> tuple[float, float, float]:

@@ -208,8 +208,8 @@ def _fit(name: str, found: Identification, fit: FreeForm, heights: Any) -> _Fit:
     starts: Sequence[dict[str, float]] = []
     if name == "interface":
         loads = [load for load in fit.loads if load is not None]
-        law, _ = interface_law(loads, heights, force, stiffness)
-        starts = interface_starts(statistics, law, force, stiffness, max(loads))
+        law, model = interface_law(loads, heights, force, stiffness)
+        starts = interface_starts(statistics, law, model, force, stiffness)
     elif name == "jenkins":
         law = Law(
             name,

@@ -14,3 +14,15 @@ class Estimate(NamedTuple):
     """Lower end."""
     high: Any
     """Upper end; infinity where the loops give none."""
+
+
+def as_pair(datum: Any) -> Any:
+    """Return (value, standard deviation) of an object that has both, else the datum itself.
+
+    Such objects are those of the package uncertainties (``nominal_value``, ``std_dev``) and
+    estimates of this package (``value``, ``standard_error``).
+    """
+    for names in (("nominal_value", "std_dev"), ("value", "standard_error")):
+        if all(hasattr(datum, name) for name in names):
+            return tuple(getattr(datum, name) for name in names)
+    return datum

@@ -12,10 +12,11 @@ import numpy as np
 from microslip._core.checks import Floats, positive, show
 from microslip._core.errors import InputError
 from microslip._core.wording import did_you_mean
-from microslip.contact import GreenwoodWilliamson
+from microslip.contact import GreenwoodWilliamson, TabulatedNormalLaw
 from microslip.contact.materials import MaterialPair
 from microslip.friction import Interface
 from microslip.identification.bands import QUANTILE
+from microslip.identification.estimate import as_pair
 from microslip.identification.models.interface import InterfaceModel, Materials
 from microslip.identification.second_step import (
     ASSUMED,
@@ -117,9 +118,10 @@ def interface_step(
     data, measured = _data(known, model, materials, list(loads), contact_area)
     scatter = None
     if summits is not None:
+        summits = as_pair(summits)
         count = float(summits[0]) if isinstance(summits, (tuple, list)) else float(summits)
         scatter = _scatter(statistics, model, loads, count)
-    starts = interface_starts(statistics, law, force, stiffness, max(loads))
+    starts = interface_starts(statistics, law, model, force, stiffness)
     problem, q, least, covariance = solve(statistics, law, data, scatter, starts)
     parameters = parameters_of(problem, q, least, covariance)
     for name in known:
@@ -189,13 +191,17 @@ def interface_law(
 
 
 def interface_starts(
-    statistics: Statistics, law: Law, force: float, stiffness: float, load: float
+    statistics: Statistics, law: Law, model: InterfaceModel, force: float, stiffness: float
 ) -> list[dict[str, float]]:
-    """Return the two starts of a grid with the least sum of squares."""
+    """Return the two starts of a grid, and that of a face itself, with the least sum of squares."""
     starts = [
         {SCALE: share * force / stiffness, SEPARATION: h} for share in _SCALES for h in _SEPARATIONS
     ]
-    mu = force / load
+    mu = force / max(load for load in statistics.fit.loads if load is not None)
+    surface, unit = model.template.law, model.template.unit
+    if isinstance(surface, TabulatedNormalLaw):  # its lengths and loads are those of a real face
+        here = float(surface.separation(model.reference_load)) / unit
+        starts.append({SCALE: mu * surface.stiffness_ratio * unit, SEPARATION: here})
     rig = statistics.rig
     series = rig[0] if rig else math.inf
     if statistics.free_rig:
@@ -312,11 +318,10 @@ def _summits(
     ]
 
 
-def _pair_of(name: str, datum: Any) -> tuple[float, float]:
-    if hasattr(datum, "value") and hasattr(datum, "standard_error"):
-        return float(datum.value), float(datum.standard_error)
+def pair_of(name: str, datum: Any) -> tuple[float, float]:
+    """Return a datum as value and standard deviation; raise InputError for any other."""
     try:
-        value, error = (float(part) for part in datum)
+        value, error = (float(part) for part in as_pair(datum))
     except (TypeError, ValueError):
         raise InputError(
             f"`known`: {name} must be (value, standard deviation), such as (5e-7, 2e-8), got "
@@ -369,7 +374,7 @@ def _data(
         functions[name] = lambda values, name=name: float(values[name])  # type: ignore[misc]
     data = []
     for name, datum in known.items():
-        value, error = _pair_of(name, datum)
+        value, error = pair_of(name, datum)
         if name in ("radius", "density") and materials.pair is not None and measured is None:
             measured = (name, value, error, top)
             continue

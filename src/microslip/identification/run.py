@@ -14,8 +14,10 @@ from microslip._core.checks import floats, members, number, positive, show
 from microslip._core.errors import InputError
 from microslip._core.threads import single_threaded
 from microslip.contact.materials import MaterialPair
+from microslip.identification.estimate import as_pair
 from microslip.identification.found import Identification, result_of
 from microslip.identification.free_form import FreeForm
+from microslip.identification.interface_step import pair_of
 from microslip.identification.loads import groups_of
 from microslip.identification.pieces import loop_of, whole_records
 from microslip.identification.rows import Rows
@@ -59,7 +61,7 @@ def identify(
         One or many, at several loads and amplitudes; each with at least three settled cycles.
     normal_load : float or sequence of float, optional
         Normal load [N] of the records that have none, one for all or one for each.
-    rig_stiffness : float or (float, float), optional
+    rig_stiffness : float, (float, float) or ufloat, optional
         Measured stiffness of the rig [N/m] in series with the joint, and its standard error. With
         it results are those of the joint alone; without it those of joint and rig in series,
         because loops cannot tell the two apart. Infinity states that the rig is rigid.
@@ -72,7 +74,8 @@ def identify(
         Materials, apparent area [m^2] and more for the second step, as
         :meth:`Identification.interface` takes them.
     known : mapping, optional
-        Data from elsewhere as (value, standard deviation): "force_gain" and "displacement_gain",
+        Data from elsewhere as (value, standard deviation), or as numbers with an error of the
+        package uncertainties: "force_gain" and "displacement_gain",
         gains of the sensors relative to those used, such as ``(1.0, 0.01)``; and for the second
         step parameters of the interface such as ``{"std": (5e-7, 2e-8)}``.
 
@@ -169,6 +172,7 @@ def _fitted(rows: list[Rows], loads: list[float | None]) -> tuple[list[FreeForm]
 def _rig(given: Any) -> tuple[float, float] | None:
     if given is None:
         return None
+    given = as_pair(given)
     parts = given if isinstance(given, (tuple, list)) else (given, 0.0)
     if len(parts) != 2:
         raise InputError(
@@ -209,7 +213,8 @@ def _gains(known: Mapping[str, Any] | None) -> dict[str, float]:
         )
     for name, datum in (known or {}).items():
         if name in _GAINS:
-            gains[_GAINS[name]] = float(datum[1]) / float(datum[0])
+            value, error = pair_of(name, datum)
+            gains[_GAINS[name]] = error / value
     return gains
 
 

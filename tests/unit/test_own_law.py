@@ -1,26 +1,13 @@
-"""A law and heights of one's own, one file each, in all that fits, guesses and compares."""
+"""Heights of one's own on surfaces and in the second step of an identification."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from own_laws import Hyperbola, Ramp
+from own_laws import Ramp
 
 import microslip as ms
-from microslip._core.parameters import parameters_of
 from microslip.identification.models.interface import InterfaceModel, Materials
-
-LAW = Hyperbola(stiffness=2e7, force_limit=300.0)
-REACH = LAW.force_limit / LAW.stiffness
-NAMES = [said.name for said in parameters_of(Hyperbola)]
-
-
-def test_a_law_is_guessed_by_its_own_shape() -> None:
-    loops = [LAW.loop(a * REACH, 400) for a in (1.0, 5.0)]
-    guessed = Hyperbola.guess(loops)
-    # Bins of a branch are as wide as they are, and samples of one are one place.
-    assert guessed.stiffness == pytest.approx(LAW.stiffness, rel=0.05)
-    assert guessed.force_limit == pytest.approx(LAW.force_limit, rel=0.05)
 
 
 def test_heights_of_ones_own_stand_on_surfaces_and_in_fits() -> None:
@@ -38,8 +25,3 @@ def test_heights_of_ones_own_stand_on_surfaces_and_in_fits() -> None:
     u = joint.force_limit / joint.tangential_stiffness * np.geomspace(1e-3, 30.0, 40)
     assert again.backbone(u) == pytest.approx(joint.backbone(u), rel=1e-9)
     assert model.curve(u, values, 500.0)[0] == pytest.approx(joint.backbone(u), rel=1e-9)
-    guessed = ms.Interface.guess(
-        joint.loop(5.0 * u[0] * 1e3), pair=pair, normal_load=500.0, heights=Ramp(1.0)
-    )
-    assert guessed.friction_coefficient == pytest.approx(0.5, rel=0.05)
-    assert isinstance(guessed.surface.heights, Ramp)

@@ -23,10 +23,9 @@ from microslip._core.checks import (
 from microslip._core.errors import InputError
 from microslip._core.frozen import lock
 from microslip.contact import SphereOnFlat
-from microslip.contact.base import aluminium, check_pair
+from microslip.contact.base import aluminium
 from microslip.contact.materials import Material, MaterialPair
 from microslip.friction.fields import AsperityFields, Body, bodies, distances, potentials
-from microslip.friction.guesses import all_features, fit_shape, loads_per_loop
 from microslip.friction.interface import Interface
 from microslip.friction.memory import Memory
 
@@ -276,33 +275,6 @@ class Asperity(Interface):
             f"friction_coefficient={exact(self.friction_coefficient)}, "
             f"normal_load={exact(self.normal_load)}, indentation={self.indentation:g})"
         )
-
-    @classmethod
-    def guess(  # type: ignore[override]
-        cls, data: Any, pair: MaterialPair | None = None, normal_load: ArrayLike | None = None
-    ) -> Asperity:
-        """Return an initial guess for a fit: friction from the limit, radius from the slip limit.
-
-        ``pair`` is required, and ``normal_load`` [N], a number or one per record, if the records do
-        not hold it. The asperity is at the mean load. ``data`` as for :meth:`BackboneLaw.guess`.
-        """
-        check_pair(pair)
-        assert pair is not None
-        features = all_features(data)
-        loads = np.array(loads_per_loop(normal_load, len(features), data))
-        mean = float(np.exp(np.mean(np.log(loads))))
-        # The slip limit of a sphere is proportional to N^(2/3).
-        u = np.concatenate(
-            [f.half * (mean / n) ** (2.0 / 3.0) for f, n in zip(features, loads, strict=True)]
-        )
-        force = np.concatenate(
-            [f.backbone * (mean / n) for f, n in zip(features, loads, strict=True)]
-        )
-        fit = fit_shape(u, force, lambda x: 1.0 - np.maximum(1.0 - x, 0.0) ** 1.5)
-        friction = fit.limit / mean
-        indentation = fit.length / (friction * pair.stiffness_ratio)
-        root = mean / (4.0 / 3.0 * pair.composite_modulus * indentation**1.5)
-        return cls(pair, root**2, friction, normal_load=mean)
 
     @classmethod
     def examples(cls) -> tuple[Asperity, ...]:

@@ -22,7 +22,6 @@ from microslip._core.quadrature import gauss_legendre
 from microslip.contact.load_curve import LoadCurve
 from microslip.friction.cycle_measures import CycleMeasures
 from microslip.friction.cycles import PeriodicResponse, Rest, settled_cycle
-from microslip.friction.guesses import guess_law
 from microslip.friction.harmonics import HarmonicForce, harmonic_force
 from microslip.friction.memory import Memory, State
 from microslip.friction.parameter_derivatives import (
@@ -150,9 +149,6 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
             return DerivativeBackbone(backbone, energy, self._kinks, 1.0 / max(value, 1e-3))
 
         return {name: derivative_of(i) for i, name in enumerate(names)}
-
-    _quantities: ClassVar[tuple[tuple[str, str], ...]] = ()
-    """Derived properties to report with the parameters, as (name, unit)."""
 
     def _slider_density(self, u: Floats) -> Floats:
         """Density of sliders -T0'' [N/m^2]. The default takes central differences of the slope."""
@@ -414,27 +410,6 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
             self, smallest_amplitude, largest_amplitude
         )
         return fit
-
-    @classmethod
-    def guess(cls: type[Self], data: Any) -> Self:
-        """Return an initial guess for a fit.
-
-        The default works for any law that declares all parameters with units of newtons and metres.
-        It scales the examples of the class to the measured branches and refines the remaining
-        parameters by least squares.
-
-        Parameters
-        ----------
-        data : Loop, Record or sequence of these
-            Measured displacement [m] and force [N], at least one closed cycle each.
-
-        Returns
-        -------
-        BackboneLaw
-            An instance of the law.
-        """
-        law: Self = guess_law(cls, data)
-        return law
 
     @classmethod
     def examples(cls: type[Self]) -> tuple[Self, ...]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -12,7 +11,6 @@ from microslip._core.errors import InputError
 from microslip._core.frozen import lock
 from microslip._core.parameters import parameter
 from microslip.friction.base import BackboneLaw
-from microslip.friction.guesses import all_features
 from microslip.friction.sliders import Sliders
 
 
@@ -61,11 +59,6 @@ class Coulomb(BackboneLaw):
     def sliders(self) -> Sliders:
         """Return one slider with yield displacement 0 [m] and infinite stiffness [N/m]."""
         return Sliders(lock(np.zeros(1)), lock(np.array([np.inf])), None)
-
-    @classmethod
-    def guess(cls, data: Any) -> Coulomb:
-        """Return an initial guess for a fit: the limit is the median force of the branches."""
-        return cls(float(np.median([np.median(f.force) for f in all_features(data)])))
 
     @classmethod
     def examples(cls) -> tuple[Coulomb, ...]:

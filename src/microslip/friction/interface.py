@@ -28,10 +28,8 @@ from microslip._core.kernels.table import Table
 from microslip._core.parameters import parameter
 from microslip.contact.base import FAINTEST, NormalLaw
 from microslip.contact.load_curve import check_surface
-from microslip.contact.materials import MaterialPair
 from microslip.contact.validity import Verdict, validity
 from microslip.friction.coupled import CoupledLaw
-from microslip.friction.fit_parameters import fit_range
 from microslip.friction.parameter_derivatives import DerivativeBackbone, of_interface
 from microslip.friction.sliders import Sliders
 
@@ -72,7 +70,6 @@ class Interface(CoupledLaw):
             above=0.0,
             example=0.55,
         )
-        | fit_range(1e-3, 10.0, log=True)
     )
     # Both are set by __post_init__.
     normal_load: float = field(
@@ -307,51 +304,6 @@ class Interface(CoupledLaw):
             f"friction_coefficient={exact(self.friction_coefficient)}, "
             f"normal_load={exact(self.normal_load)}, separation={self.separation:g})"
         )
-
-    @classmethod
-    def guess(
-        cls,
-        data: Any,
-        *,
-        pair: MaterialPair | None = None,
-        normal_load: ArrayLike | None = None,
-        heights: Any = None,
-        radius: float | None = None,
-        area: float | None = None,
-    ) -> Interface:
-        """Return an initial guess for a fit: friction, slip scale and separation of best fit.
-
-        Parameters
-        ----------
-        data : Loop, Record or sequence of such
-            As for :meth:`BackboneLaw.guess`. Loops at several loads determine the separation;
-            loops at a single load hardly do.
-        pair : MaterialPair
-            The two materials. Required.
-        normal_load : array_like, optional
-            Normal load [N], a number or one per record. Defaults to the load of the records.
-        heights : HeightDistribution, frozen scipy.stats distribution or array_like, optional
-            Heights, of which only the shape is used. Gaussian by default.
-        radius : float, optional
-            Summit radius [m]. Loops determine only the product of density and the square root of
-            the radius; the default is the convention density * radius * std = 0.05.
-        area : float, optional
-            Apparent area [m^2], by default 1 cm^2. Loops do not depend on it.
-
-        Returns
-        -------
-        Interface
-            Joint on a :class:`microslip.GreenwoodWilliamson` surface at the geometric mean load.
-        """
-        if pair is None:
-            raise InputError(
-                "`pair` must be given: loops do not determine the materials; write "
-                "pair=ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33))"
-            )
-        from microslip.friction.surface_guesses import guess_surface
-
-        surface, friction, load = guess_surface(data, pair, normal_load, heights, radius, area)
-        return Interface(surface, friction, normal_load=load)
 
     @classmethod
     @made_once

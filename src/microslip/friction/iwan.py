@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, whole_number
+from microslip._core.checks import Floats
 from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, lock
 from microslip._core.parameters import parameter
 from microslip.friction.base import CellModel
-from microslip.friction.guesses import cell_stiffnesses, yield_grid
 from microslip.friction.sliders import Sliders
 
 
@@ -142,18 +141,6 @@ class Iwan(Locked, CellModel):
             f"Iwan({self.cell_count} {'cell' if self.cell_count == 1 else 'cells'}, "
             f"stiffness={self.tangential_stiffness:g}, force_limit={self.force_limit:g})"
         )
-
-    @classmethod
-    def guess(cls, data: Any, cells: int = 12) -> Iwan:
-        """Return an initial guess for a fit: stiffnesses by nonnegative least squares.
-
-        The yield displacements form a geometric grid of ``cells`` values, 1 to 1000. Cells with
-        zero stiffness are dropped. ``data`` as for :meth:`BackboneLaw.guess`.
-        """
-        yields = yield_grid(data, whole_number("cells", cells, 1, 1000))
-        stiffnesses = cell_stiffnesses(data, yields)
-        real = stiffnesses > 1e-12 * stiffnesses.max()
-        return cls(stiffnesses[real], stiffnesses[real] * yields[real])
 
     @classmethod
     def examples(cls) -> tuple[Iwan, ...]:

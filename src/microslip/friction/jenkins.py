@@ -62,8 +62,6 @@ class Jenkins(BackboneLaw):
         sticks = u < self.yield_displacement
         return np.stack((np.where(sticks, u, 0.0), np.where(sticks, 0.0, 1.0)))
 
-    _quantities = (("yield_displacement", "m"),)
-
     def sliders(self) -> Sliders:
         """Return the slider of the cell: yield displacement [m] and stiffness [N/m]."""
         yields, stiffnesses = np.array([self.yield_displacement]), np.array([self.stiffness])

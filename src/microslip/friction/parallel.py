@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -126,11 +125,6 @@ class Parallel(Locked, BackboneLaw):
             f"Parallel({count} {'law' if count == 1 else 'laws'}, "
             f"stiffness={self.tangential_stiffness:g}, force_limit={self.force_limit:g})"
         )
-
-    @classmethod
-    def guess(cls, data: Any) -> Parallel:
-        """Return an initial guess for a fit: one Jenkins cell, to which others can be added."""
-        return cls([Jenkins.guess(data)])
 
     @classmethod
     @made_once

@@ -16,7 +16,6 @@ from microslip._core.checks import Floats, exact, floats, number, plain, positiv
 from microslip._core.errors import InputError
 from microslip._core.frozen import assign, lock, made_once
 from microslip.contact import NormalLaw
-from microslip.contact.materials import MaterialPair
 from microslip.contact.validity import Verdict, validity
 from microslip.friction.base import BackboneLaw
 from microslip.friction.interface import Interface
@@ -191,31 +190,6 @@ class PressedJoint(Parallel):
             f"friction_coefficient={exact(self.friction_coefficient)}, "
             f"normal_load={exact(self.normal_load)})"
         )
-
-    @classmethod
-    def guess(
-        cls,
-        data: Any,
-        *,
-        pressure: Pressure | None = None,
-        pair: MaterialPair | None = None,
-        normal_load: ArrayLike | None = None,
-        heights: Any = None,
-        radius: float | None = None,
-        area: float | None = None,
-    ) -> PressedJoint:
-        """Return an initial guess for a fit: :meth:`Interface.guess` under a given pressure.
-
-        ``pressure`` is required. ``area`` [m^2] defaults to the area of the pressure.
-        ``normal_load`` [N] is a number or one-dimensional, one per record. Other parameters as for
-        :meth:`Interface.guess`.
-        """
-        spread = _checked_pressure(pressure)
-        area = spread.area if area is None else area
-        joint = Interface.guess(
-            data, pair=pair, normal_load=normal_load, heights=heights, radius=radius, area=area
-        )
-        return cls(joint.surface, joint.friction_coefficient, spread, joint.normal_load)
 
     @classmethod
     @made_once

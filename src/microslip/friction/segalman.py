@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -13,8 +12,6 @@ from microslip._core.frozen import lock
 from microslip._core.inversion import invert
 from microslip._core.parameters import parameter
 from microslip.friction.base import BackboneLaw, PowerModel, SegalmanFit
-from microslip.friction.fit_parameters import fit_range
-from microslip.friction.guesses import all_features, backbone_points, fit_shape
 from microslip.friction.sliders import Sliders
 
 
@@ -55,7 +52,6 @@ class SegalmanIwan(PowerModel):
             example=-0.5,
             why="at -1 or below the stiffness of the sliders is infinite",
         )
-        | fit_range(-0.99, 3.0)
     )
     beta: float = field(
         metadata=parameter(
@@ -63,7 +59,6 @@ class SegalmanIwan(PowerModel):
             meaning="stiffness of the last slider over that of all others",
             least=0.0,
         )
-        | fit_range(0.0, 100.0)
     )
 
     key = "segalman"
@@ -148,8 +143,6 @@ class SegalmanIwan(PowerModel):
         by_values[0, ~sticks] = 1.0
         return by_values
 
-    _quantities = (("slip_displacement", "m"),)
-
     def _slider_density(self, u: Floats) -> Floats:
         phi = self.slip_displacement
         with np.errstate(divide="ignore"):  # for chi < 0 the density at 0 is infinite
@@ -168,20 +161,6 @@ class SegalmanIwan(PowerModel):
         last = self._spread * self.beta
         places, stiffnesses = ([self.slip_displacement], [last]) if last > 0.0 else ([], [])
         return Sliders(lock(np.array(places)), lock(np.array(stiffnesses)), self._slider_density)
-
-    @classmethod
-    def guess(cls, data: Any) -> SegalmanIwan:
-        """Return an initial guess for a fit: the best of a grid of chi and beta."""
-        u, force = backbone_points(all_features(data))
-        fits = []
-        for chi in (-0.9, -0.75, -0.5, -0.25, 0.0, 0.5, 1.5):
-            for beta in (0.0, 0.2, 0.6, 2.0, 5.0):
-                p = 1.0 + chi
-                stiffness = (1.0 + beta) / (beta + p / (p + 1.0))  # the last slider yields at 1
-                fit = fit_shape(u, force, cls(1.0, stiffness, chi, beta)._backbone)
-                fits.append((fit.misfit, fit.limit, fit.length, stiffness, chi, beta))
-        _, limit, length, stiffness, chi, beta = min(fits)
-        return cls(limit, limit * stiffness / length, chi, beta)
 
     @classmethod
     def examples(cls) -> tuple[SegalmanIwan, ...]:
@@ -216,8 +195,8 @@ def fit_segalman(law: BackboneLaw, amplitudes: Floats) -> SegalmanFit:
     def misfits(point: Floats) -> Floats:
         return np.log(model(point)._energy(amplitudes) / energy)
 
-    # Parameters are ln(1 + chi) and the stiffness fraction of the last slider. The initial
-    # guess is the best of a coarse grid.
+    # Parameters are ln(1 + chi) and the stiffness fraction of the last slider. The
+    # start is the best of a coarse grid.
     grid = [np.array([p, s]) for p in np.log([0.1, 0.3, 0.6, 1.0, 2.0, 5.0]) for s in _SHARES]
     start = min(grid, key=lambda point: float(np.sum(misfits(point) ** 2)))
     best = least_squares(

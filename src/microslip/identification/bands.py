@@ -121,7 +121,7 @@ class Bands:
 
     @property
     def _is_few(self) -> bool:
-        return np.count_nonzero(self._truth) <= _FEW
+        return bool(np.count_nonzero(self._truth) <= _FEW)
 
     @cached_property
     def _simulated(self) -> list[tuple[Floats, Floats]]:

@@ -49,14 +49,14 @@ QUANTITIES: dict[str, Quantity] = {
     "normal_load": Quantity("N", "normal load", "Load", "load", "chosen"),
     "amplitude": Quantity("m", "displacement amplitude", "Amplitude", "amplitude", "chosen"),
     "displacement": Quantity("m", "tangential displacement"),
-    "force": Quantity("N", "force that holds the displacement"),
+    "force": Quantity("N", "force needed to hold the displacement"),
     # by amplitude
     "force_amplitude": Quantity("N", "force amplitude", "Force amplitude", "force", "chosen"),
     "force_ratio": Quantity("-", "force amplitude over force limit", "T/μN", "", "saturating"),
     "dissipated_energy": Quantity(
         "J", "energy dissipated in a cycle", "Energy per cycle", "energy/cycle", "3"
     ),
-    "energy_ratio": Quantity("-", "dissipated energy over 4 displacement times force amplitude"),
+    "energy_ratio": Quantity("-", "dissipated energy over 4 times the product of both amplitudes"),
     "loss_factor": Quantity("-", "loss factor of the interface", "Loss factor η", "η", "ratio"),
     "damping_ratio": Quantity(
         "-", "equivalent viscous damping ratio of the interface", "Damping ratio ζ", "ζ", "ratio",
@@ -66,10 +66,10 @@ QUANTITIES: dict[str, Quantity] = {
     ),
     "tangent_stiffness": Quantity("N/m", "slope of the first loading curve at the amplitude"),
     "dissipation_exponent": Quantity(
-        "-", "local power of the amplitude in the dissipated energy", "Exponent", "", "general"
+        "-", "local exponent of the amplitude in the dissipated energy", "Exponent", "", "general"
     ),
     "slider_density": Quantity("N/m^2", "stiffness of the Iwan sliders per yield displacement"),
-    "stick_area": Quantity("m^2", "contact area that sticks at the end of the first loading"),
+    "stick_area": Quantity("m^2", "contact area that sticks at the end of first loading"),
     "stick_share": Quantity(
         "-", "stick area over real contact area", "Sticking share", "", "percent"
     ),
@@ -104,18 +104,18 @@ QUANTITIES: dict[str, Quantity] = {
     "force_limit": Quantity("N", "force of gross slip", "μN", "", "3"),
     "slip_per_indentation": Quantity("-", "slip limit of a contact over its indentation"),
     "slip_scale": Quantity(
-        "m", "displacement over which the joint goes from sticking to sliding",
+        "m", "displacement scale of the transition from sticking to sliding",
         "Slip scale", "slip scale", "3",
     ),
-    "cubic_coefficient": Quantity("J/m^3", "c of the energy at small amplitudes a, c a^3"),
-    "linear_offset": Quantity("m", "b of the energy at large amplitudes a, 4 mu N (a - b)"),
+    "cubic_coefficient": Quantity("J/m^3", "factor c of the energy c a^3 at small amplitudes a"),
+    "linear_offset": Quantity("m", "offset b of the energy 4 mu N (a - b) at large amplitudes a"),
     # of a history
     "largest_displacement": Quantity(
-        "m", "largest displacement of the history in size",
+        "m", "largest absolute displacement of the history",
         "Largest displacement", "largest displacement", "3",
     ),
     "largest_force": Quantity(
-        "N", "largest force of the history in size", "Largest force", "", "3"
+        "N", "largest absolute force of the history", "Largest force", "", "3"
     ),
     "mode": Quantity("-", "number of the mode of the structure"),
     "modal_frequency": Quantity(
@@ -135,7 +135,7 @@ QUANTITIES: dict[str, Quantity] = {
         )
         for word, share in (("low", 5), ("median", 50), ("high", 95))
     },
-    "quantile": Quantity("-", "share of the samples below"),
+    "quantile": Quantity("-", "fraction of the samples below"),
 }  # fmt: skip
 """Meaning of the names of columns, keys and variables, in SI units."""
 

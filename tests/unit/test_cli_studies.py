@@ -153,7 +153,7 @@ def test_a_new_study_runs_as_it_is(law: str) -> None:
     assert study.surface.law == law
     result = study.run()
     verdicts = [verdict for joint in result.joints for verdict in joint.validity]
-    # Summits of mild steel yield, which tightening holds; the sphere is of hardened steel.
+    # Summits of mild steel yield; these are of hardened steel.
     assert {verdict.word for verdict in verdicts} <= {"ok"}
     ratios = result.rows[-1].force_ratio
     assert ratios[0] < 0.75

@@ -125,18 +125,12 @@ def materials(name: str | None, as_json: bool) -> None:
 
     selection = list(metals().values()) if name is None else [metal(name)]
     if as_json:
-        echo_json({entry.name: _as_dict(entry) for entry in selection})
+        keys = ("description", "aliases", *_KEYS)
+        echo_json({m.name: {**named(m, *keys), "sources": dict(m.sources)} for m in selection})
     elif name is None:
         _show_all(selection)
     else:
         _show_one(selection[0])
-
-
-def _as_dict(metal: Metal) -> dict[str, Any]:
-    return {
-        **named(metal, "description", "aliases", *_KEYS),
-        "sources": dict(metal.sources),
-    }
 
 
 def _show_all(metals: Sequence[Metal]) -> None:

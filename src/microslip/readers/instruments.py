@@ -204,7 +204,8 @@ def _read(path: Path, format_name: Any, channel_name: Any) -> Heights:
             refuse_beyond(*shape)
             values, pixel, unit = _heights(reader, channel, index, shape)
     finally:
-        _close(reader)
+        with contextlib.suppress(Exception):  # the data have been read
+            reader.close()
     notes = []
     unread = [str(c.name) for i, c in enumerate(channels) if i != index]
     if unread:
@@ -395,8 +396,3 @@ def _version() -> str:
         return version("SurfaceTopography")
     except PackageNotFoundError:
         return ""
-
-
-def _close(reader: Any) -> None:
-    with contextlib.suppress(Exception):  # the data have been read
-        reader.close()

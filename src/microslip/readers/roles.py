@@ -266,7 +266,10 @@ def _calibrated(column: Named, role: str, unit: str | None, calibration: object)
             # The denominator of the factor is the unit of the column.
             unit = match[2].rpartition("/")[2].strip() if "/" in match[2] else None
         try:
-            per = Decimal(1) if unit is None else _own_factor(unit)
+            per = Decimal(1)
+            if unit is not None:
+                wrong = f'wanted a unit, got "{shorten(unit, 24)}"'
+                per = factor_of(unit, Kind("number", unit, (unit,)), wrong)
             factor_unit = kind.unit if unit is None else f"{kind.unit}/({unit})"
             message = f"{role}: wanted a calibration such as {example}, got {quote(calibration)}"
             if unit is not None:
@@ -281,12 +284,6 @@ def _calibrated(column: Named, role: str, unit: str | None, calibration: object)
         raise ValueError(f"{role}: wanted a calibration that is not zero, got {quote(calibration)}")
     counts = f", column in {unit}" if unit else ""
     return Scale(factor, f"by the calibration {factor_text}{counts}")
-
-
-def _own_factor(unit: str) -> Decimal:
-    return factor_of(
-        unit, Kind("number", unit, (unit,)), f'wanted a unit, got "{shorten(unit, 24)}"'
-    )
 
 
 def zero_of(zero: object, role: str, values: Floats) -> tuple[float, str]:

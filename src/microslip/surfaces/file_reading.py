@@ -50,16 +50,12 @@ class ScanContent(NamedTuple):
 def read(path: Path, options: FileOptions, limit: int = POINTS) -> ScanContent:
     """Read a scan with the options given by the user; an InputError names the file."""
     with reading(path, "a scan", limit, shorten(str(path), 200)):
-        _check(options)
+        if options.format is not None and not isinstance(options.format, str):
+            raise InputError(f"`format` must be text, got {quote(options.format)}")
         options = replace(options, format=_format(options.format))
         if not path.is_dir() and path.exists() and not path.is_file():
             raise ValueError("wanted a file, got a device or a pipe")
         return _scan_content(read_heights(path, options), path, options)
-
-
-def _check(options: FileOptions) -> None:
-    if options.format is not None and not isinstance(options.format, str):
-        raise InputError(f"`format` must be text, got {quote(options.format)}")
 
 
 def _format(name: str | None) -> str | None:

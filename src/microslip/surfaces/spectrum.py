@@ -124,7 +124,8 @@ def spectrum(scan: HeightMap, *, window: Window = "hann") -> Spectrum:
     has_gaps = bool(missing.any())
     z = np.where(missing, 0.0, heights) if has_gaps else heights.copy()
     here = [(~missing).astype(float) if has_gaps else None]
-    z -= _weighted_mean(z, tapers, here[0])
+    # The mean is weighted by the taper, so that it does not leak into waves.
+    z -= _weighted_sum(tapers, z) / _weighted_sum(tapers, here[0])
     if has_gaps:
         z[missing] = 0.0
     z *= weight
@@ -172,11 +173,6 @@ def _weighted_sum(tapers: list[Floats], present: Floats | None) -> float:
     if len(tapers) == 1:
         return float(present @ tapers[0])
     return float(tapers[0] @ present @ tapers[1])
-
-
-def _weighted_mean(z: Floats, tapers: list[Floats], present: Floats | None) -> float:
-    # The mean weighted by the taper, so that the mean does not leak into waves.
-    return _weighted_sum(tapers, z) / _weighted_sum(tapers, present)
 
 
 def mirrored_counts(count: int) -> Floats:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, show
 from microslip._core.errors import InputError
+from microslip._core.frozen import lock
 from microslip._core.wording import did_you_mean
 from microslip._version import __version__
 from microslip.export.backbone_panels import BackbonePanels, LoadPanels
@@ -27,6 +28,7 @@ from microslip.friction import (
 )
 from microslip.friction.base import CellModel
 from microslip.friction.conversions import check_not_rigid
+from microslip.friction.field_backbone import FieldBackbone
 from microslip.friction.memory import SliderBank
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")
@@ -274,15 +276,16 @@ def _laws(kind: str, law: Any) -> list[Any]:
 
 
 def _laws_of_field(field: JointField) -> list[BackboneLaw | None]:
+    nodes, limits = field._nodes, field.force_limits
     return [
-        JointField(
-            field.surface,
-            float(field.friction[i]),
-            areas=[float(field.areas[i])],
-            separations=[float(field.separations[i])],
-            surface_area=field.surface_area,
-        ).rigid()
-        if field.normal_loads[i] > 0.0
+        FieldBackbone(
+            nodes.curve,
+            lock(nodes.weights[i : i + 1]),
+            lock(nodes.slips[i : i + 1]),
+            lock(nodes.rests[i : i + 1]),
+            float(limits[i]),
+        )
+        if limits[i] > 0.0
         else None
         for i in range(field.size)
     ]

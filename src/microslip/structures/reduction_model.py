@@ -211,8 +211,10 @@ class ReducedJoint(LockedArrays):
         self, surface: NormalLaw, friction_coefficient: ArrayLike, surface_area: float | None = None
     ) -> JointField:
         """The patches as nodes of a field, apart by their form; arguments as of the field."""
-        sizes = {"areas": self.patch_areas, "gaps": self.patch_gaps, "surface_area": surface_area}
-        return JointField(surface, friction_coefficient, **sizes)
+        return JointField(
+            surface, friction_coefficient, areas=self.patch_areas, gaps=self.patch_gaps,
+            surface_area=surface_area,
+        )  # fmt: skip
 
     def structure(self, surface: NormalLaw, friction_coefficient: ArrayLike) -> Structure:
         """The joint with its contact, the bolts not yet tight.

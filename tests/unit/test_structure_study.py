@@ -169,7 +169,7 @@ def test_bands_hold_what_was_drawn_and_inputs_are_ranked(result: ms.Result) -> N
 
 @pytest.mark.slow
 def test_bands_are_those_of_a_monte_carlo_of_balances() -> None:
-    """Friction and tension of the demo's beam, 60 draws in layers against 64 samples, in 10 %."""
+    """Friction and tension of the demo's beam, 128 draws against 64 samples: within 10 %."""
     text = files_of("microslip.study").joinpath("demo_beam.toml").read_text(encoding="utf-8")
     text = re.sub(r'base_damping_ratio = "laboratory".*', "base_damping_ratio = 2e-4", text)
     text = re.sub("rdq = {.*}", "rdq = 0.041\\nstiffness_factor = 1.0\\nshape_factor = 1.0", text)
@@ -181,7 +181,8 @@ def test_bands_are_those_of_a_monte_carlo_of_balances() -> None:
     assert predicted is not None
     (mode,), joint = predicted.modes, predicted.joint
     design, sensor = Design(study), predicted.joint.sensor("sensor")
-    layers = stats.qmc.LatinHypercube(len(design.inputs), rng=np.random.default_rng(4)).random(60)
+    # Fewer draws leave the outer quantiles open by more than 10 %.
+    layers = stats.qmc.Sobol(len(design.inputs), rng=np.random.default_rng(5)).random(128)
     places, lost, peaks = mode.curve.amplitude, [], []
     for scores in stats.norm.ppf(layers):
         drawn = design.at(scores)

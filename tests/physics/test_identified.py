@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -234,6 +235,19 @@ def test_a_ripple_of_the_load_is_followed() -> None:
     a = np.array([6e-7, 1.1e-6])
     assert holds(found.dissipated_energy(a), truth.dissipated_energy(a))
     assert holds(found.force(a), truth.backbone(a))
+
+
+def test_loops_without_slip_leave_the_friction_open() -> None:
+    """At two loads that vary the stiffness is found, and no end of the force limit above."""
+    law, records = ms.Jenkins(1e8, 1e3), []
+    for seed, load in enumerate((2000.0, 1000.0)):
+        made = record(law, 1e-6, seed, load)
+        angle = 2.0 * math.pi * np.arange(made.displacement.size) / 200.0
+        records.append(replace(made, normal_load=load * (1.0 + 0.1 * np.cos(angle))))
+    found = ms.identify(records)
+    assert found.secant_stiffness(1e-6).value == pytest.approx(1e8, rel=1e-3)
+    assert found.force_limit.high == math.inf
+    assert found.force_limit.low <= 100.0 * (1.0 + 1e-3)
 
 
 def test_loads_of_two_joints_have_a_density_each() -> None:

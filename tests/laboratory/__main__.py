@@ -31,7 +31,7 @@ LEAST_MEASURED, MOST_WRONG = 0.93, 3
 def main() -> int:
     """Exit with 1 where fewer intervals hold the true value than wanted."""
     parser = argparse.ArgumentParser(prog="python -m laboratory", description=__doc__)
-    parser.add_argument("--sets", type=int, default=252, help="sets of known sliders, 252")
+    parser.add_argument("--sets", type=int, default=210, help="sets of known sliders, 210")
     parser.add_argument("--faults", type=int, default=4, help="sets of each imperfection, 4")
     parser.add_argument("--measure", type=int, default=4, help="records of each kind, 4")
     parser.add_argument("--jobs", type=int, default=2)

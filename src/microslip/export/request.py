@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, show
 from microslip._core.errors import InputError
-from microslip._core.frozen import lock
 from microslip._core.wording import did_you_mean
 from microslip._version import __version__
 from microslip.export.backbone_panels import BackbonePanels, LoadPanels
@@ -276,19 +275,16 @@ def _laws(kind: str, law: Any) -> list[Any]:
 
 
 def _laws_of_field(field: JointField) -> list[BackboneLaw | None]:
-    nodes, limits = field._nodes, field.force_limits
+    nodes = field._nodes
     return [
         FieldBackbone(
-            nodes.curve,
-            lock(nodes.weights[i : i + 1]),
-            lock(nodes.slips[i : i + 1]),
-            lock(nodes.rests[i : i + 1]),
-            float(limits[i]),
+            nodes.curve, nodes.weights[i : i + 1], nodes.slips[i : i + 1], nodes.rests[i : i + 1],
+            float(limit),
         )
-        if limits[i] > 0.0
+        if limit > 0.0
         else None
-        for i in range(field.size)
-    ]
+        for i, limit in enumerate(field.force_limits)
+    ]  # fmt: skip
 
 
 def sum_of(patches: tuple[Patch, ...]) -> BackboneLaw:

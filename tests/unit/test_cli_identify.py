@@ -278,7 +278,9 @@ def test_nothing_is_replaced_unasked(folder: Path) -> None:
     (folder / "out").mkdir()
     (folder / "out/mine.txt").write_text("mine", encoding="utf-8")
     assert "out: exists; replace it" in fails("identify", "heavy.csv", "-o", "out")
-    assert "it is no identification" in fails("identify", "heavy.csv", "-o", "out", "--overwrite")
+    assert "it is not an identification" in fails(
+        "identify", "heavy.csv", "-o", "out", "--overwrite"
+    )
     assert (folder / "out/mine.txt").read_text("utf-8") == "mine"
 
 

@@ -142,8 +142,9 @@ def _check_contents(folder: Path, place: _Place) -> None:
         return
     result_files = _files(folder, place.kind)
     if result_files is None:
+        noun = f"an {place.noun}" if place.noun[0] in "aeiou" else f"a {place.noun}"
         raise StudyError(
-            f"{name}: not replaced: it is not a {place.noun} of microslip (summary.json missing)"
+            f"{name}: not replaced: it is not {noun} of microslip (summary.json missing)"
         )
     foreign = [*sorted(entries - result_files - _LITTER), *odd]
     if foreign:

@@ -301,15 +301,17 @@ class ModeSolver:
     def _resonances(self, frequency: Floats) -> tuple[Resonance, ...]:
         """Multiples of the frequency near other modes, the joints of which stick."""
         stuck = np.sqrt(self.model.squares) / (2.0 * math.pi)
-        found = []
+        found: list[Resonance] = []
+        if not np.isfinite(frequency).any():
+            return ()
         for multiple in self.basis.harmonics[1:]:
-            for index in range(stuck.size if np.isfinite(frequency).any() else 0):
-                distance = stuck[index] / (multiple * frequency) - 1.0
-                place = int(np.nanargmin(abs(distance)))
-                itself = multiple == 1 and index == self.index
-                if not itself and abs(distance[place]) < _CLOSE:
-                    amplitude = float(self.amplitudes[place])
-                    found.append(Resonance(amplitude, multiple, index, float(distance[place])))
+            distances = stuck[:, None] / (multiple * frequency) - 1.0
+            places = np.nanargmin(abs(distances), axis=1)
+            nearest = distances[np.arange(stuck.size), places]
+            for index in np.flatnonzero(abs(nearest) < _CLOSE).tolist():
+                if multiple != 1 or index != self.index:
+                    amplitude = float(self.amplitudes[places[index]])
+                    found.append(Resonance(amplitude, multiple, index, float(nearest[index])))
         return tuple(found)
 
     def quasi_static(self) -> ModalCurve:

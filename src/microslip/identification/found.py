@@ -379,12 +379,12 @@ class Identification(Locked, Plottable):
         fit = self.fits[0]
         rig = self.rig_stiffness
         bands = self._bands[id(fit)]
-        statistics = Statistics(fit, bands, rig, rig is None)
         loads = [load for load in fit.loads if load is not None]
         force = float(fit.k @ np.minimum(fit.largest, fit.thresholds()))
         stiff = self.stiffness.value
         if not math.isfinite(stiff):
             stiff = 2.0 * self.stiffness.low
+        statistics = Statistics(fit, bands, rig, rig is None)
         with np.errstate(all="ignore"):  # far out in an open interval numbers overflow
             step, model, materials = interface_step(
                 statistics,

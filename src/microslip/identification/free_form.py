@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -25,6 +26,11 @@ NEVER = 1e3
 """Threshold of the slider that never slips, over the largest amplitude."""
 _FRICTION_STEP = 0.01
 """Step of the difference by the friction, over it."""
+_LEAST_FRICTION = 0.9
+"""Least friction coefficient over the largest force over the load, which no slider exceeds.
+
+Less than 1, since the load may be above its mean where the force is largest.
+"""
 _SHIFT_STEP, _SHIFT_ROUNDS, _ROUGH, _STILL = 0.02, 12, 0.5, 0.1
 """Step of the difference by a shift, over the largest amplitude; most steps of the search of the
 shifts, and the change of forces over their noise, or of the sum of squares, at which it ends."""
@@ -209,7 +215,9 @@ class FreeForm:
             share = np.where((step * last < 0.0) & (abs(step) > 0.5 * abs(last)), 0.5 * share, 1.0)
             last = step
             if self.friction is not None:
-                friction = self.friction + float(share[0] * step[0])
+                friction = max(self.friction + float(share[0] * step[0]), self._least_friction)
+                if friction == self.friction:
+                    break
                 self.y[:-1] = self.carried(self.y[:-1], friction)
                 self.friction = friction
             else:
@@ -224,7 +232,7 @@ class FreeForm:
         """Number of free coefficients beside stiffnesses: shifts, or the friction."""
         return 1 if self.friction is not None else len(self.loads) - 1
 
-    def _corners(self) -> tuple[Floats, Floats]:
+    def corners(self) -> tuple[Floats, Floats]:
         """Return displacements and forces of the corners of first loading at the reference."""
         u = np.append(0.0, self.y)
         return backbone_of(self.y, self.k, u), u
@@ -233,7 +241,7 @@ class FreeForm:
         """Return the shift at places of a record and between, by B(-s) = mu (N_reference - N)."""
         assert self.reference is not None
         assert rows.loads is not None
-        force, u = self._corners()
+        force, u = self.corners()
         drops = (self.reference - loads for loads in (rows.loads, rows.middle_loads))
         at, middle = (-np.interp(friction * drop, force, u) for drop in drops)
         return at, middle
@@ -243,7 +251,7 @@ class FreeForm:
         friction = self.friction if friction is None else friction
         if friction is None or load is None or self.reference is None:
             return 0.0
-        force, u = self._corners()
+        force, u = self.corners()
         return -float(np.interp(friction * (self.reference - load), force, u))
 
     def friction_gradient(self, load: float | None) -> float:
@@ -265,12 +273,23 @@ class FreeForm:
         """
         assert self.reference is not None
         assert self.friction is not None
-        force, u = self._corners()
+        force, u = self.corners()
         drop = self.reference - (self.loads[0] or 0.0)
         old, new = (float(np.interp(mu * drop, force, u)) for mu in (self.friction, friction))
         if not old > 0.0:
             return y
         return np.where(y > old, y + (new - old), y * (new / old))
+
+    def with_friction(self, friction: float) -> FreeForm:
+        """Return the fit with its linear terms about another friction coefficient."""
+        other = copy(self)
+        other._columns = {}
+        other.y = self.y.copy()
+        other.y[:-1] = self.carried(self.y[:-1], friction)
+        other.friction = friction
+        other._assemble()
+        other._solve()
+        return other
 
     def shift_gradient(self, level: int) -> Floats:
         """Return the derivatives of the shift at a load by the free coefficients."""
@@ -298,6 +317,7 @@ class FreeForm:
             assert low is not None
             fall = float(self.backbone(-self.shifts[-1:])[0])
             self.friction = max(self.friction, fall / (high - low))
+        self._least_friction = _LEAST_FRICTION * self.friction
         self.reference = top
         further = self.friction * (top - high) / float(self.k.sum())
         self.y = self.y + further

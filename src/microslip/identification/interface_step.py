@@ -37,10 +37,14 @@ from microslip.identification.second_step import (
 )
 
 FRICTION, SCALE, SEPARATION = "friction_coefficient", "slip_scale", "standardised_separation"
-CONTACT_AREA = "contact_area"
+CONTACT_AREA, RIG = "contact_area", "rig_stiffness"
 _SUMMITS = ("radius", "density", "summit_count", CONTACT_AREA)
 _SCALES, _SEPARATIONS = (0.1, 0.25, 0.6, 1.5), (-0.5, 0.8, 2.0, 3.5)
 """Starts: slip scale over the length of the force limit over the stiffness; separation."""
+_PASSES, _SAME_FRICTION = 4, 2e-3
+"""Passes of the fit, and the relative change of the friction at which they end."""
+_RIGS = (1.01, 1.1, 1.5, 4.0)
+"""Starts of an unknown rig: its stiffness over that of joint and rig in series."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -122,7 +126,16 @@ def interface_step(
         count = float(summits[0]) if isinstance(summits, (tuple, list)) else float(summits)
         scatter = _scatter(statistics, model, loads, count)
     starts = interface_starts(statistics, law, model, force, stiffness)
-    problem, q, least, covariance = solve(statistics, law, data, scatter, starts)
+    for _ in range(_PASSES):
+        problem, q, least, covariance = solve(statistics, law, data, scatter, starts)
+        if statistics.fit.friction is None:
+            break
+        # The terms of a load that varies within the cycle are linear in the friction.
+        problem.coefficients(problem.values(q))
+        friction = statistics.last_friction
+        if abs(statistics.fit.friction / friction - 1.0) < _SAME_FRICTION:
+            break
+        statistics, starts = statistics.about(friction), [problem.values(q)]
     parameters = parameters_of(problem, q, least, covariance)
     for name in known:
         if name in parameters:
@@ -203,19 +216,28 @@ def interface_starts(
         here = float(surface.separation(model.reference_load)) / unit
         starts.append({SCALE: mu * surface.stiffness_ratio * unit, SEPARATION: here})
     rig = statistics.rig
-    series = rig[0] if rig else math.inf
     if statistics.free_rig:
-        series = 3.0 * float(statistics.fit.k.sum())
+        series = statistics.least_stiffness
+        starts = [
+            start
+            | {
+                RIG: share * series,
+                SCALE: start[SCALE] * (share - 1.0) / share * stiffness / series,
+            }
+            for start in starts
+            for share in _RIGS
+        ]
     sums = []
     for start in starts:
         values = {FRICTION: mu} | start
+        compliance = 1.0 / values.get(RIG, rig[0] if rig else math.inf)
 
         def curve(u: Floats, load: float | None, values: Values = values) -> Floats:
             return law.backbone(u, values, load)
 
-        g = statistics.sliders(curve, 1.0 / series)
+        g = statistics.sliders(curve, compliance)
         sums.append(float(np.sum(np.nan_to_num(statistics.residuals(g), nan=1e9) ** 2)))
-    return [starts[i] for i in np.argsort(sums)[:2]]
+    return [starts[i] for i in np.argsort(sums)[: 3 if statistics.free_rig else 2]]
 
 
 def _scatter(

@@ -27,6 +27,8 @@ _KEPT = 1e-10
 _FAR = 12.0
 """Largest change of a logarithm in the search of an end of an interval."""
 _STEP = 1e-4
+_CLEAR = 10.0
+"""Displacement of a secant that noise does not disturb, over the smallest threshold."""
 
 Values = Mapping[str, float]
 
@@ -145,6 +147,18 @@ class Statistics:
         self.least = float(best @ best)
         self.dimension = int(np.count_nonzero(keep))
         self.level = QUANTILE * bands.excess
+        self.bands = bands
+        self.last_friction = fit.friction
+
+    @property
+    def least_stiffness(self) -> float:
+        """Secant stiffness [N/m] beyond the noise: a lower bound of the stiffness of the rig."""
+        u = _CLEAR * self.fit.finest
+        return float(self.fit.backbone(np.array([u]))[0]) / u
+
+    def about(self, friction: float) -> Statistics:
+        """Return the statistics with linear terms about another friction coefficient."""
+        return Statistics(self.fit.with_friction(friction), self.bands, self.rig, self.free_rig)
 
     def sliders(self, curve: Callable[[Floats, float | None], Floats], compliance: float) -> Floats:
         """Return scaled coefficients of a law behind a compliance [m/N]."""
@@ -181,7 +195,8 @@ class Statistics:
             assert load is not None
             far = np.array([1e3 * end])
             fall = float((curve(far, load) - curve(far, 0.5 * load))[0])
-            friction = fall / (0.5 * load)
+            friction = self._by_shift(fall / (0.5 * load), force, u)
+            self.last_friction = friction
             nodes = fit.carried(nodes, friction)
             return np.interp(nodes, u, force), np.array([friction - fit.friction]), nodes
         shifts = []
@@ -192,6 +207,20 @@ class Statistics:
             fall = (curve(np.array([1e3 * end]), load) - curve(np.array([1e3 * end]), low))[0]
             shifts.append(-float(np.interp(fall, force, u)))
         return np.interp(nodes, u, force), np.array(shifts) - fit.shifts[1:], nodes
+
+    def _by_shift(self, friction: float, force: Floats, u: Floats) -> float:
+        """Return the friction at which the fit shifts its thresholds as the law does.
+
+        The paths of the loads are those of the fit: B(s) = mu (N_reference - N) with its own B,
+        whose stiffness near rest is not that of the law.
+        """
+        fit = self.fit
+        drop = (fit.reference or 0.0) - (fit.loads[0] or 0.0)
+        if len(fit.loads) > 1 or not drop > 0.0:
+            return friction
+        shift = float(np.interp(friction * drop, force, u))
+        own_force, own_u = fit.corners()
+        return float(np.interp(shift, own_u, own_force)) / drop
 
     def residuals(self, g: Floats) -> Floats:
         """Return whitened residuals of scaled coefficients."""
@@ -212,7 +241,7 @@ class _Problem:
         unknowns = list(law.unknowns)
         fit = statistics.fit
         if statistics.free_rig:
-            stiff = float(fit.k.sum())
+            stiff = statistics.least_stiffness
             unknowns.append(Unknown("rig_stiffness", "N/m", 3.0 * stiff, low=1.001 * stiff))
         elif statistics.rig is not None and statistics.rig[1] > 0.0:
             unknowns.append(Unknown("rig_stiffness", "N/m", statistics.rig[0]))

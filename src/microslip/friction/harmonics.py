@@ -450,8 +450,7 @@ class _Cycle:
                 np.abs(sums[0] - coarse[0]).max(axis=1) / (tolerance * force_scale),
                 np.abs(sums[1] - coarse[1]).max(axis=(1, 2)) / (100.0 * tolerance * stiff),
             )
-            good = off <= 0.1
-            good |= end - begin <= 1e-13
+            good = (off <= 0.1) | (end - begin <= 1e-13)
             total += sums[0][good].sum(axis=0)
             slopes += sums[1][good].sum(axis=0)
             if good.all():
@@ -498,5 +497,4 @@ class _Cycle:
             return np.zeros((size, size))
         jump = 2.0 * self.sign * float(self.law._backbone(np.array([5e-324]))[0])
         moved = -self.motion.directions(self.times, 1) / self.motion.at(self.times, 2)[:, None]
-        functions = self.motion.basis.values(self.times)
-        return -np.asarray((functions * jump[:, None]).T @ moved)
+        return -np.asarray((self.motion.basis.values(self.times) * jump[:, None]).T @ moved)

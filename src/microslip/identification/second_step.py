@@ -148,7 +148,7 @@ class Statistics:
         self.dimension = int(np.count_nonzero(keep))
         self.level = QUANTILE * bands.excess
         self.bands = bands
-        self.last_friction = fit.friction
+        self.last_friction: float = fit.friction or 0.0
 
     @property
     def least_stiffness(self) -> float:
@@ -239,7 +239,6 @@ class _Problem:
     ) -> None:
         self.statistics, self.law, self.data, self.scatter = statistics, law, data, scatter
         unknowns = list(law.unknowns)
-        fit = statistics.fit
         if statistics.free_rig:
             stiff = statistics.least_stiffness
             unknowns.append(Unknown("rig_stiffness", "N/m", 3.0 * stiff, low=1.001 * stiff))

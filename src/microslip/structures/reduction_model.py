@@ -210,7 +210,10 @@ class ReducedJoint(LockedArrays):
     def field(
         self, surface: NormalLaw, friction_coefficient: ArrayLike, surface_area: float | None = None
     ) -> JointField:
-        """The patches as nodes of a field, apart by their form; arguments as of the field."""
+        """Return the patches as nodes of a field, separated by their gaps [m].
+
+        Arguments are those of :class:`microslip.JointField`.
+        """
         return JointField(
             surface, friction_coefficient, areas=self.patch_areas, gaps=self.patch_gaps,
             surface_area=surface_area,

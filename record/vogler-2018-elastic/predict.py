@@ -1,6 +1,7 @@
 """Stiffness of rock fractures at 10.3 MPa: first loading, and unloading over it.
 
-The standard deviation of the aperture was measured; slope and hardness of the minerals are priors.
+The standard deviation of the aperture was measured; the slope is a prior. The face is elastic: the
+hardness of feldspar and quartz, 6 GPa and more, is above what such slopes can load at this modulus.
 """
 
 import numpy as np
@@ -10,7 +11,7 @@ import microslip as ms
 
 APERTURE = {"vd1": 0.095e-3, "vd2": 0.105e-3, "vd3": 0.080e-3}  # m, standard deviations
 SLOPE = (0.1, 0.5)  # Rdq of the aperture at pixels of 0.1 mm, log-uniform
-HARDNESS = (2e9, 8e9)  # Pa, log-uniform: feldspar and quartz, weakened by cracks
+HARDNESS = 1e15  # Pa, elastic
 MODULUS = (10e9, 12e9)  # Pa, of the paper, uniform
 PRESSURE = 10.27e6  # Pa
 
@@ -20,11 +21,11 @@ def predict() -> dict[str, tuple[float, float, float]]:
     answers = {}
     for name, rms in APERTURE.items():
         loading, ratio = [], []
-        for u, v, w in qmc.Sobol(3, seed=1).random(128):
+        for u, w in qmc.Sobol(2, seed=1).random(128):
             rock = ms.Material(
                 MODULUS[0] + w * (MODULUS[1] - MODULUS[0]),
                 0.25,
-                hardness=HARDNESS[0] * (HARDNESS[1] / HARDNESS[0]) ** v,
+                hardness=HARDNESS,
             )
             face = ms.DrawnFace(
                 ms.MaterialPair(rock, rock),

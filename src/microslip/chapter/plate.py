@@ -48,7 +48,7 @@ LOOKS: tuple[dict[str, Any], ...] = tuple(
 
 
 # Text as outlines, because it has subscripts in mathtext.
-LOOK: list[Any] = ["default", STYLE, {"hatch.linewidth": 0.5, "svg.fonttype": "path"}]
+_LOOK: list[Any] = ["default", STYLE, {"hatch.linewidth": 0.5, "svg.fonttype": "path"}]
 """Style on top of Matplotlib's defaults, independent of the user's matplotlibrc."""
 
 
@@ -122,13 +122,13 @@ class Plate:
 
     def draw(self) -> Drawing:
         """Draw the figure."""
-        with style.context(LOOK):
+        with style.context(_LOOK):
             return self.drawing(self)
 
     def write(self, folder: Path) -> list[str]:
         """Draw the figure and write it as SVG and PNG, and its data as CSV."""
         names = [f"{self.stem}.svg", f"{self.stem}.png"]
-        with style.context(LOOK), warnings.catch_warnings():
+        with style.context(_LOOK), warnings.catch_warnings():
             warnings.filterwarnings("error", "constrained_layout not applied", UserWarning)
             figure, columns = self.drawing(self)
             _fix_layout(figure)

@@ -38,7 +38,7 @@ RIPPLE = 0.02
 HARMONIC = 0.05
 SAMPLES = 256
 """Samples per cycle."""
-FREQUENCY = 10.0
+_FREQUENCY = 10.0
 OVERLAY, CYCLES = 2e-5, 6
 """Amplitude [m] and cycles of the record of Fig. 19.22."""
 RIG_ERROR = 0.02
@@ -54,7 +54,7 @@ def virtual_rig(joint: Interface, seed: int = 0) -> VirtualTribometer:
         noise=NOISE,
         load_ripple=RIPPLE,
         third_harmonic=HARMONIC,
-        sample_rate=SAMPLES * FREQUENCY,
+        sample_rate=SAMPLES * _FREQUENCY,
         seed=seed,
         limits={"normal_load": (100.0, 5200.0)},  # 5 kN and its ripple
     )
@@ -83,7 +83,7 @@ def _normalised(plate: Plate) -> Drawing:
     columns: dict[str, Floats] = {}
     for seed, (load, look) in enumerate(zip((500.0, 1000.0, 2000.0, 5000.0), LOOKS, strict=False)):
         rig = virtual_rig(worked_example(load), seed)
-        record = rig.record(amplitude=top, frequency=FREQUENCY, cycles=1)
+        record = rig.record(amplitude=top, frequency=_FREQUENCY, cycles=1)
         # From peak to peak, without the initial loading.
         x, force = record.displacement[-SAMPLES - 1 :], record.force[-SAMPLES - 1 :]
         columns[f"displacement at {load:g} N [m]"] = x
@@ -109,7 +109,7 @@ def _normalised(plate: Plate) -> Drawing:
 def identified() -> Identification:
     """Identify the worked example from one synthetic record and the rig stiffness."""
     rig = virtual_rig(worked_example(), seed=19)
-    record = rig.record(amplitude=OVERLAY, frequency=FREQUENCY, cycles=CYCLES)
+    record = rig.record(amplitude=OVERLAY, frequency=_FREQUENCY, cycles=CYCLES)
     return identify(record, law="interface", rig_stiffness=(RIG, RIG_ERROR * RIG))
 
 
@@ -124,7 +124,7 @@ def identified() -> Identification:
     "ripple of the load: the residual is noise (reduced χ² 1.08), and so it is with a rig of "
     "10 000 N/µm and 1.5 µm, where the ripple bends the branches.",
     _assumed(
-        f"Amplitude {OVERLAY / MICRO:g} µm, {FREQUENCY:g} Hz, {CYCLES} cycles, the first left out."
+        f"Amplitude {OVERLAY / MICRO:g} µm, {_FREQUENCY:g} Hz, {CYCLES} cycles, the first left out."
     ),
 )
 def _overlay(plate: Plate) -> Drawing:

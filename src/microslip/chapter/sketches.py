@@ -24,7 +24,7 @@ from microslip.chapter.plate import (
 )
 
 METAL, DARK, PALE = "#e3e3e3", "#bdbdbd", "#f4f4f4"
-EDGE = {"edgecolor": INK, "linewidth": 0.9}
+_EDGE = {"edgecolor": INK, "linewidth": 0.9}
 
 
 def _blank(axes: Axes, width: float, height: float, title: str = "", bottom: float = 0.0) -> None:
@@ -36,7 +36,7 @@ def _blank(axes: Axes, width: float, height: float, title: str = "", bottom: flo
 def _box(
     axes: Axes, x: float, y: float, width: float, height: float, color: str = METAL, **look: object
 ) -> None:
-    options = {"facecolor": color, **EDGE, **look}
+    options = {"facecolor": color, **_EDGE, **look}
     axes.add_patch(Rectangle((x, y), width, height, **options))  # type: ignore[arg-type]
 
 
@@ -133,7 +133,7 @@ def _tribometer(plate: Plate) -> Drawing:
     _box(axes, 5.1, 1.86, 0.6, 0.28, DARK)
     _box(axes, 5.7, 1.5, 3.1, 0.95, METAL)
     for x in (6.0, 6.75, 7.5, 8.25):
-        axes.add_patch(Circle((x + 0.12, 1.36), 0.14, facecolor="white", **EDGE))
+        axes.add_patch(Circle((x + 0.12, 1.36), 0.14, facecolor="white", **_EDGE))
     _box(axes, 5.5, 0.55, 3.5, 0.67, DARK)
     # Above: the fixed sample under a constant load.
     _box(axes, 6.75, 2.45, 1.0, 0.3, PALE)

@@ -49,7 +49,7 @@ class Format:
     """Function that returns the files by name, and their accuracy."""
 
 
-FORMATS = (
+_FORMATS = (
     Format("c", f"{_RUN}, compiled, against joint.force", (".c",), c_source.write),
     Format(
         "abaqus-user",
@@ -70,7 +70,7 @@ FORMATS = (
     Format("iwan", f"{_RUN}, as a study", (".toml", ".json"), tables.write_fitted),
 )
 
-KINDS = tuple(item.kind for item in FORMATS)
+KINDS = tuple(item.kind for item in _FORMATS)
 """Kinds of files that :func:`microslip.export.write` can write."""
 
 
@@ -164,7 +164,7 @@ def write(
     Masing's rules.
     """
     check_word("kind", kind, KINDS)
-    file_format = FORMATS[KINDS.index(kind)]
+    file_format = _FORMATS[KINDS.index(kind)]
     try:
         path = Path(file)
     except TypeError:

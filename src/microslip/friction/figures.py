@@ -13,7 +13,7 @@ from microslip._core.units import prefix
 from microslip.figures.kit import length_prefix
 from microslip.figures.plot import DASHED, THIN, Axis, Panel, Plot, Rule
 
-LABELS = {
+_LABELS = {
     "backbone": ("Force of first loading", "N"),
     "backbone_stiffness": ("Tangent stiffness", "N/m"),
     "secant_stiffness": ("Secant stiffness", "N/m"),
@@ -28,14 +28,14 @@ _RIGID = (1e-9, 1e-4)  # amplitudes [m] of a law without slip scale
 
 def law_figure(law: Any, quantity: Any, amplitudes: Any) -> Plot:
     """Return the plot of one quantity over amplitude, by default from microslip to gross slip."""
-    if not isinstance(quantity, str) or quantity not in LABELS:
-        names = ", ".join(LABELS)
+    if not isinstance(quantity, str) or quantity not in _LABELS:
+        names = ", ".join(_LABELS)
         raise InputError(f"`quantity` must be one of {names}, got {show(quantity)}")
     a = _amplitudes(law) if amplitudes is None else np.sort(law._amplitudes(amplitudes, None))
     a = a.reshape(-1)
     values = np.asarray(getattr(law, quantity)(a), dtype=float)
     x_unit, x_letter = length_prefix(float(a.max()))
-    name, symbol = LABELS[quantity]
+    name, symbol = _LABELS[quantity]
     finite = values[np.isfinite(values)]
     unit, letter = prefix(float(finite.max(initial=0.0)) or 1.0) if symbol else (1.0, "")
     log = quantity != "dissipation_exponent" and bool((values > 0.0).any())

@@ -23,7 +23,7 @@ from microslip.friction.memory import Memory
 if TYPE_CHECKING:
     from microslip.contact.materials import Material
 
-QUANTITIES = (
+_QUANTITIES = (
     "backbone", "force", "periodic", "harmonics",
     "dissipated_energy", "secant_stiffness", "loss_factor", "damping_ratio",
 )  # fmt: skip
@@ -69,8 +69,10 @@ def derivatives_by_parameters(
     rest: Rest,
 ) -> dict[str, Any]:
     """Compute derivatives; see :meth:`microslip.BackboneLaw.parameter_derivatives`."""
-    if quantity not in QUANTITIES:
-        raise InputError(f"`quantity` must be one of {', '.join(QUANTITIES)}, got {show(quantity)}")
+    if quantity not in _QUANTITIES:
+        raise InputError(
+            f"`quantity` must be one of {', '.join(_QUANTITIES)}, got {show(quantity)}"
+        )
     known = law._derivative_backbones()
     if not known:
         raise InputError(

@@ -18,8 +18,8 @@ from microslip.figures.plot import COLORS, Axis, Band, Entry, Panel, Plot, Rule,
 from microslip.identification.curves import CONFIDENCE, SHOWN, curves_of
 from microslip.identification.record_fit import RecordFit
 
-MOST_PANELS = 6
-MOST_MARKS = 90  # of a loop
+_MOST_PANELS = 6
+_MOST_MARKS = 90  # of a loop
 MOST_DOTS = 1500  # of a panel
 _SAME_SIZE = 0.02  # of amplitudes of one colour, from one to the next
 INK, BLUE = COLORS[0], COLORS[1]
@@ -58,7 +58,7 @@ def pictures(result: Any) -> tuple[Picture, ...]:
 def law(result: Any) -> Plot:
     """Force, energy and damping ratio against amplitude, each with its interval."""
     tables = curves_of(result)
-    drawn = [tables[i] for i in evenly(len(tables), MOST_PANELS)]
+    drawn = [tables[i] for i in evenly(len(tables), _MOST_PANELS)]
     unit, letter = length_prefix(max(float(table.amplitude[-1]) for table in drawn))
     panels = [
         Panel(Axis(f"Displacement amplitude [{letter}m]", log=True), y)
@@ -108,7 +108,7 @@ def loops(result: Any) -> Plot:
     """Measured and modelled loops over each other, and what is left below (as in Fig. 19.22)."""
     groups = cycles_by_load(result)
     cycles = [cycle for _, group in groups for cycle in group]
-    panel_groups = [groups[i] for i in evenly(len(groups), MOST_PANELS)]
+    panel_groups = [groups[i] for i in evenly(len(groups), _MOST_PANELS)]
     columns = min(len(panel_groups), 3)
     rows = math.ceil(len(panel_groups) / columns)
     x_unit, x_letter = length_prefix(
@@ -188,7 +188,7 @@ def _draw_pair(
         hue = hues[number % len(hues)]
         x, force = cycle.displacement, cycle.measured
         x = (x - 0.5 * (x.max() + x.min())) / x_unit
-        marks = _spaced_marks(x, force, MOST_MARKS)
+        marks = _spaced_marks(x, force, _MOST_MARKS)
         above.marks(x[marks], force[marks] / f_unit, hue, size=3.0)
         closed = np.append(np.arange(x.size), 0)
         above.line(x[closed], cycle.model[closed] / f_unit, INK, width=1.1)

@@ -32,7 +32,7 @@ from microslip.laboratory.record import Record
 from microslip.laboratory.spikes import Spike
 
 FEWEST_CYCLES = 3
-MOST_BINS = 512
+_MOST_BINS = 512
 _JUDGED, _LIKELY = 8, 2.0
 """Cycles from which their growth is told, and standard errors from which on it is likely."""
 _CHANGED = 0.2
@@ -160,7 +160,7 @@ class Folded(Locked):
 
 
 def fold(
-    record: Record, cycles: slice | None = None, bins: int = MOST_BINS, *, running_in: int = 1
+    record: Record, cycles: slice | None = None, bins: int = _MOST_BINS, *, running_in: int = 1
 ) -> Folded:
     """Fold a record on one cycle; cycles with spikes are left out, and a note names these.
 
@@ -428,7 +428,7 @@ def stated_noise(stated: Any) -> tuple[float, float]:
     return force, displacement
 
 
-def averaged(record: Record, noise: tuple[float, float], bins: int = MOST_BINS) -> Folded:
+def averaged(record: Record, noise: tuple[float, float], bins: int = _MOST_BINS) -> Folded:
     """A single cycle, averaged already; its last sample may be the first one again."""
     load = record.normal_load
     size, is_one, _ = one_loop(record.displacement, record.force)

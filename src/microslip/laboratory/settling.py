@@ -26,7 +26,7 @@ ONE_AMPLITUDE = 0.01
 """Relative range of the amplitudes of cycles that have one amplitude, unless noise makes more."""
 CERTAIN = 5.0
 """or this many standard errors of its trend; the limits are this project's."""
-NOISE = 10.0
+_NOISE = 10.0
 """Range of the amplitudes of like cycles at most, over their noise."""
 OPEN = 0.25
 """Closure error beyond which a cycle is not one of those that the means are of."""
@@ -170,7 +170,7 @@ def _one_amplitude(values: Floats, noise: float) -> list[NDArray[np.intp]]:
         first = float(np.quantile(np.abs(np.diff(logs)), 0.3)) / 0.3853 / math.sqrt(2.0)
         jitter = min(first, second)
     # The noise of few cycles is poorly known.
-    factor = NOISE * (1.0 + 4.0 / math.sqrt(values.size))
+    factor = _NOISE * (1.0 + 4.0 / math.sqrt(values.size))
     share = max(ONE_AMPLITUDE, factor * jitter)
     # Amplitudes in steps of what is alike: a share of large ones, the noise of small ones.
     smallest = factor * noise / share

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 _UNITS = {"displacement": "m", "force": "N", "normal_load": "N"}
 CHANNELS = tuple(_UNITS)
 SAMPLES_A_CYCLE = 512
-FEWEST_SAMPLES = 16
-MOST_SAMPLES = 100_000_000
+_FEWEST_SAMPLES = 16
+_MOST_SAMPLES = 100_000_000
 STEPS_A_CYCLE = 1024
 """Fewest steps a cycle in which a joint is followed under a load that ripples."""
 
@@ -218,22 +218,22 @@ class VirtualTribometer:
 
         amplitude = positive("amplitude", amplitude, "m", 1e-5)
         frequency = positive("frequency", frequency, "Hz", 10.0)
-        cycles = whole_number("cycles", cycles, 1, MOST_SAMPLES)
+        cycles = whole_number("cycles", cycles, 1, _MOST_SAMPLES)
         self._check_limit("amplitude", amplitude, "m", "amplitude")
         self._check_limit("frequency", frequency, "Hz", "frequency")
         rate = self.sample_rate or SAMPLES_A_CYCLE * frequency
-        if rate < FEWEST_SAMPLES * frequency:
+        if rate < _FEWEST_SAMPLES * frequency:
             raise InputError(
-                f"`sample_rate` must give at least {FEWEST_SAMPLES} samples a cycle, "
-                f"{exact(FEWEST_SAMPLES * frequency)} Hz at {exact(frequency)} Hz, got "
+                f"`sample_rate` must give at least {_FEWEST_SAMPLES} samples a cycle, "
+                f"{exact(_FEWEST_SAMPLES * frequency)} Hz at {exact(frequency)} Hz, got "
                 f"{exact(rate)} Hz"
             )
         length = (cycles + 0.25) * rate / frequency
         steps = max(length, (cycles + 0.25) * STEPS_A_CYCLE if self.load_ripple else 0.0)
-        if steps > MOST_SAMPLES:
+        if steps > _MOST_SAMPLES:
             step_note = f" ({STEPS_A_CYCLE} a cycle with load_ripple)" if steps > length else ""
             raise InputError(
-                f"a record must have at most {MOST_SAMPLES} samples{step_note}, got {steps:.4g}: "
+                f"a record must have at most {_MOST_SAMPLES} samples{step_note}, got {steps:.4g}: "
                 "take fewer cycles or a lower sample_rate"
             )
         size, step = math.floor(length + 1e-9) + 1, 2.0 * math.pi * frequency / rate

@@ -116,15 +116,15 @@ def _field(get: Any, field: str) -> Any:
     return get()[field]
 
 
-MAX_BYTES = 1_000_000_000
+_MAX_BYTES = 1_000_000_000
 
 
 def read_json(path: Path) -> Arrays:
     """Return all lists of numbers of a file by name; null becomes NaN."""
-    if (size := path.stat().st_size) > MAX_BYTES:
+    if (size := path.stat().st_size) > _MAX_BYTES:
         raise ValueError(
-            f"wanted JSON of at most {MAX_BYTES // 1_000_000} MB, got {size // 1_000_000} MB; save "
-            "it as HDF5 or Parquet"
+            f"wanted JSON of at most {_MAX_BYTES // 1_000_000} MB, got {size // 1_000_000} MB; "
+            "save it as HDF5 or Parquet"
         )
     return Arrays("JSON file", arrays_in(parsed("JSON file", path, read_tree)), ".")
 

@@ -31,7 +31,7 @@ from microslip.readers.dialect import (
 from microslip.readers.files import refuse_beyond
 from microslip.readers.tables import Column, Stated, Table
 
-MAX_BYTES = 4_000_000_000
+_MAX_BYTES = 4_000_000_000
 _HEAD = 1 << 18  # bytes within which names and rows must begin
 _SHORT_TEXT = 32_000_000  # largest text that is read at once [bytes]
 _LINE = 1 << 21  # characters of the longest line, some 100 000 numbers
@@ -153,7 +153,7 @@ class _Block(NamedTuple):
 
 def open_text(path: Path, limit: int | None = None) -> TextFile:
     """Detect the layout of a text file."""
-    limit = MAX_BYTES if limit is None else limit
+    limit = _MAX_BYTES if limit is None else limit
     size = path.stat().st_size
     if size > limit:
         raise ValueError(

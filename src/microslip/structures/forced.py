@@ -47,7 +47,7 @@ class _Measured(NamedTuple):
     """Unit of a response."""
 
 
-MEASURED = {
+_MEASURED = {
     "displacement": _Measured(8, "m", "m/N"),
     "velocity": _Measured(11, "m/s", "m/(N s)"),
     "acceleration": _Measured(12, "m/s^2", "m/(N s^2)"),
@@ -92,7 +92,7 @@ class FrequencyResponse(LockedArrays):
     @property
     def unit(self) -> str:
         """Unit of :attr:`value`."""
-        return MEASURED[self.quantity].over_force
+        return _MEASURED[self.quantity].over_force
 
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
         """Write it as a table or as a universal file.
@@ -162,7 +162,7 @@ def write_universal(responses: Sequence[FrequencyResponse], path: Path) -> None:
 
 
 def _set(response: FrequencyResponse) -> dict[str, Any]:
-    measured = MEASURED[response.quantity]
+    measured = _MEASURED[response.quantity]
     frequency = six_digits(response.frequency)
     # Inverse responses are nearly parabolas: to a rounded frequency they go on straight.
     inverse = 1.0 / response.value

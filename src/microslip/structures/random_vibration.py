@@ -45,7 +45,7 @@ _ROUNDS = 100
 _ENOUGH = 1e-4
 _LEAST = 1e-3  # of the mode that moves most: modes that move less do not feel their joints
 _X, _W = np.polynomial.laguerre.laggauss(_NODES)
-AMPLITUDES = np.sqrt(2.0 * _X)
+_AMPLITUDES = np.sqrt(2.0 * _X)
 """Amplitudes of a motion whose standard deviation is one; with the weights, means over them."""
 
 OUTSIDE = Rule(
@@ -223,7 +223,7 @@ def _linearised(
     for place, law in enumerate(laws):
         sigma = float(deviation[place])
         if sigma > 0.0 and rate[place] > 0.0:
-            a = sigma * AMPLITUDES
+            a = sigma * _AMPLITUDES
             energies[place] = mean_over_amplitudes(np.asarray(law.dissipated_energy(a)))
             square = 2.0 * sigma**2
             mean = float(mean_over_amplitudes(a**2 * averaged_stiffness(law, a))) / square
@@ -318,7 +318,7 @@ def _by_modes(
         deviation = np.sqrt(np.diag(variances.displacement))
         damping, shifted, power = linear.damping.copy(), model.squares.copy(), []
         for j in chosen.tolist():
-            a = deviation[j] * AMPLITUDES
+            a = deviation[j] * _AMPLITUDES
             known = curves.get(j)
             # A curve is made again unless it holds the amplitudes that count.
             low, high = 0.3 * deviation[j], 3.0 * deviation[j]

@@ -19,7 +19,7 @@ from microslip.friction import BackboneLaw
 from microslip.friction.energies import energies_along
 from microslip.friction.memory import State
 
-MOST_SAMPLES = 20_000_000
+_MOST_SAMPLES = 20_000_000
 _PATIENCE = 20.0  # longest half cycle, over the longest that swings
 _TRIALS = 40
 
@@ -285,14 +285,14 @@ def ring_down(
             "spring there is no oscillation, got 0"
         )
     period = 2.0 * math.pi / stuck
-    step, count = period / samples_per_cycle, MOST_SAMPLES
+    step, count = period / samples_per_cycle, _MOST_SAMPLES
     if duration is not None:
         count = max(1, math.ceil(duration / step * (1.0 - 1e-12)))
         step = duration / count
     samples = float(count if cycles is None else cycles * samples_per_cycle)
-    if samples > MOST_SAMPLES:
+    if samples > _MOST_SAMPLES:
         raise InputError(
-            f"ring_down holds at most {MOST_SAMPLES} samples, this one would be {samples:.3g}; "
+            f"ring_down holds at most {_MOST_SAMPLES} samples, this one would be {samples:.3g}; "
             "ask for less, or for the envelope with decay(...)"
         )
     turns = math.inf if cycles is None else 2 * cycles
@@ -319,9 +319,9 @@ def ring_down(
         # The state's own force: at a sample that is a turning point that of the way there.
         rows.extend((motion.q, motion.v, motion.state.force, motion.viscous))
         size += 1
-        if size > MOST_SAMPLES and cycles is not None:
+        if size > _MOST_SAMPLES and cycles is not None:
             raise InputError(
-                f"ring_down holds at most {MOST_SAMPLES} samples, and {len(motion.turns) // 2} "
+                f"ring_down holds at most {_MOST_SAMPLES} samples, and {len(motion.turns) // 2} "
                 "cycles have taken that many; ask for less, or for the envelope with decay(...)"
             )
     q, v, force, viscous = np.array(rows).reshape(size, 4).T.copy()

@@ -349,7 +349,7 @@ class Structure:
 
 _MOST_RIGID = 12  # two free bodies
 
-FREQUENCY = Rule(
+_FREQUENCY = Rule(
     "first elastic frequency",
     watch=3e4,
     outside=1e6,
@@ -358,7 +358,7 @@ FREQUENCY = Rule(
     remedy="Give the mass in kg and the stiffness in N/m.",
     missing="Without an elastic mode there is no frequency to judge.",
 )
-SLOWNESS = replace(FREQUENCY, name="first elastic frequency, from below", watch=0.5, outside=0.01)
+SLOWNESS = replace(_FREQUENCY, name="first elastic frequency, from below", watch=0.5, outside=0.01)
 GROUNDED = Rule(
     "joint motion in rigid motion",
     watch=1e-8,
@@ -391,4 +391,4 @@ def judge(mass: Any, stiffness: Any, attachments: tuple[Attachment, ...]) -> tup
         sides = np.abs(columns).T @ np.abs(free)
         scale = np.where(sides > 0.0, sides, 1.0)
         motion = float((moved / scale).max())
-    return FREQUENCY.judge(first), SLOWNESS.judge(first), GROUNDED.judge(motion)
+    return _FREQUENCY.judge(first), SLOWNESS.judge(first), GROUNDED.judge(motion)

@@ -17,7 +17,7 @@ from microslip.study.surfaces import Elastic, Rigid, TableSurface
 from microslip.study.uncertain import spreads_of
 
 MAX_LOOPS = 2000
-MAX_POINTS = 1_000_000
+_MAX_POINTS = 1_000_000
 MAX_SAMPLES = 10_000_000
 
 
@@ -205,7 +205,7 @@ def _of_amount(study: StudyTables) -> None:
     samples = len(excitation.history.values) if excitation.history else 0
     for where, noun, limit, count, times in (
         (key, "loops", MAX_LOOPS, loads * loops, "amplitudes"),
-        ("curve.points", "points in all", MAX_POINTS, loads * points, "points"),
+        ("curve.points", "points in all", _MAX_POINTS, loads * points, "points"),
         ("history", "samples in all", MAX_SAMPLES, loads * samples, "rows"),
     ):
         if count > limit:

@@ -76,19 +76,19 @@ RADIUS = quantity(units.LENGTH, "1 mm")
 AMPLITUDE = quantity(units.LENGTH, "1 um")
 AREA = quantity(units.AREA, "2 cm^2")
 LOAD = quantity(units.FORCE, "2 kN")
-TORQUE = quantity(units.TORQUE, "20 N m")
+_TORQUE = quantity(units.TORQUE, "20 N m")
 MASS_DENSITY = quantity(units.MASS_DENSITY, "7850 kg/m^3")
 ANGLE = quantity(units.ANGLE, "90 deg", "any").but(
     least=-2.0 * math.pi, most=2.0 * math.pi, why="a turn at most"
 )
-FRICTION = number("0.55", above=0.0, most=1e6)
+_FRICTION = number("0.55", above=0.0, most=1e6)
 VISCOUS_RATIO = number("0.01", least=0.0, below=1.0)
 SHARE = number("0.2", above=0.0, most=1.0)
 
 
 # -- columns of files ------------------------------------------------------------------------------
 
-MAX_BYTES = 256_000_000
+_MAX_BYTES = 256_000_000
 MAX_ROWS = 1_000_000
 MAX_VALUES = 1_000_000
 
@@ -143,7 +143,7 @@ def column_values(
     kind = declared.kind if isinstance(declared.kind, Kind) else None
     try:
         with usable(here, "a CSV file"):
-            file = open_text(here, MAX_BYTES)
+            file = open_text(here, _MAX_BYTES)
         column = find(understood(file.columns), column_name)
         unit = _unit(column, unit, kind) if kind else unit or column.unit or "1"
         percent = Decimal("0.01") if unit.lower() in ("%", "percent") else Decimal(1)

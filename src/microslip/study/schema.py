@@ -40,7 +40,7 @@ from microslip.study.structure import StructurePart
 from microslip.study.surfaces import ANY_MATERIAL, ANY_SURFACE
 from microslip.study.uncertain import Unsure, with_followers
 
-MOST_SAMPLES = 65_536
+_MOST_SAMPLES = 65_536
 GROUPS = 8
 """Scramblings of their own, from whose differences the error of a quantile is told."""
 
@@ -58,7 +58,7 @@ class UncertaintyPart(Part):
     """Sampling of the uncertain inputs, and the quantiles reported."""
 
     samples: int = key(
-        whole_number(64, MOST_SAMPLES, "512"),
+        whole_number(64, _MOST_SAMPLES, "512"),
         "Points, rounded up to eight times a power of two.",
         default=512,
     )
@@ -152,9 +152,9 @@ def read_fit(reading: Reading, folder: str) -> tuple[tuple[str, ...], Floats, Fl
     return names, values, correlation * np.outer(errors, errors)
 
 
-SCHEMA = 1
-MAX_POINTS = 1_000_000
-FORMATS = ("netcdf", "csv", "svg", "png", "pdf", "uff")
+_SCHEMA = 1
+_MAX_POINTS = 1_000_000
+_FORMATS = ("netcdf", "csv", "svg", "png", "pdf", "uff")
 
 
 class CurveRange(Part):
@@ -163,7 +163,7 @@ class CurveRange(Part):
     start: float = key(AMPLITUDE, "Smallest amplitude.", '"1 nm"', alias="from")
     to: float = key(AMPLITUDE, "Largest amplitude.", '"100 um"')
     points: int = key(
-        whole_number(2, MAX_POINTS, "200"),
+        whole_number(2, _MAX_POINTS, "200"),
         "Number of amplitudes, evenly spaced on a log axis.",
         default=200,
     )
@@ -254,10 +254,10 @@ class Output(Part):
     """Files written besides `summary.json` and the copy of the study."""
 
     formats: tuple[str, ...] = key(
-        Items(one_of(*FORMATS), '["netcdf", "csv", "svg"]', (1, 20), distinct=True),
+        Items(one_of(*_FORMATS), '["netcdf", "csv", "svg"]', (1, 20), distinct=True),
         "Formats of the files; PNG, PDF, and UFF of the responses to structure.force, only on "
         "request.",
-        default=FORMATS[:3],
+        default=_FORMATS[:3],
     )
     report: bool = key(
         YES_NO, "Whether a page with all results, report.html, is written.", default=True
@@ -268,7 +268,7 @@ class StudyTables(Part):
     """A validated description of one prediction; quantities are SI floats."""
 
     version: int = key(
-        whole_number(SCHEMA, SCHEMA, noun="schema = 1"),
+        whole_number(_SCHEMA, _SCHEMA, noun="schema = 1"),
         "Version of this format: 1.",
         "1",
         alias="schema",

@@ -51,9 +51,9 @@ if TYPE_CHECKING:
 
 LABORATORY = Spread.between(2e-4, 1e-3, log=True)
 """Damping ratio of free steel structures without a joint [-], see docs/bolted-structures.md."""
-MEASURED = Spread.between(1e-9, 1.0, log=True)
+_MEASURED = Spread.between(1e-9, 1.0, log=True)
 """Stand-in of a base damping that is to be read from the tests of a study."""
-MOST_SAMPLES = 4096
+_MOST_SAMPLES = 4096
 USUAL_PATCHES = (15, 2)
 
 
@@ -62,7 +62,7 @@ class BaseDamping(Unsure):
 
     def read(self, raw_value: object, place: Place) -> Any:
         """Return the ratio or its spread; tests take the place of :data:`MEASURED` later."""
-        named = {"laboratory": LABORATORY, "measured": MEASURED}
+        named = {"laboratory": LABORATORY, "measured": _MEASURED}
         known = named.get(raw_value) if isinstance(raw_value, str) else None
         return super().read(raw_value, place) if known is None else known
 
@@ -157,7 +157,7 @@ class StructurePart(Part):
         default=(0, 1, 2, 3),
     )
     samples: int = key(
-        whole_number(8, MOST_SAMPLES, "64"),
+        whole_number(8, _MOST_SAMPLES, "64"),
         "Samples for the bands, where inputs are uncertain.",
         default=64,
     )
@@ -203,7 +203,7 @@ class StructurePart(Part):
             correlation = Spread.between(longest / 8.0, longest, log=True)
             correlation.unit = "m"
             self.form.keep(correlation=correlation)
-        if self.base_damping_ratio is MEASURED:
+        if self.base_damping_ratio is _MEASURED:
             if not self.measured:
                 raise KeyedError(
                     ".base_damping_ratio",

@@ -252,15 +252,15 @@ def as_toml(value: Any) -> str:
     return str(value)  # a date or a time
 
 
-MAX_BYTES = 16_000_000
+_MAX_BYTES = 16_000_000
 
 
 def text_of(path: Path) -> str:
     """The UTF-8 text of a study, or one line that says why there is none."""
     with usable(path, "a study file"), path.open("rb") as file:
-        content = file.read(MAX_BYTES + 1)
-    if len(content) > MAX_BYTES:
-        raise ValueError(f"wanted a study of at most {MAX_BYTES // 1_000_000} MB")
+        content = file.read(_MAX_BYTES + 1)
+    if len(content) > _MAX_BYTES:
+        raise ValueError(f"wanted a study of at most {_MAX_BYTES // 1_000_000} MB")
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise ValueError("not UTF-8 text (it is UTF-16); save the file as UTF-8")
     try:

@@ -85,7 +85,7 @@ BODIES = option(
     items=(2, 2),
     metavar="METAL METAL",
 )
-LOAD = option(
+_LOAD = option(
     "normal_load",
     'Normal load of that joint on its apparent area; or of bolts, "20 N m on 4 M8, K 0.2".',
     CLAMPING,
@@ -93,7 +93,7 @@ LOAD = option(
     flag="load",
     metavar="FORCE",
 )
-FRICTION = option(
+_FRICTION = option(
     "friction_coefficient",
     "Friction coefficient of that joint, for its loss factor.",
     float,
@@ -102,7 +102,7 @@ FRICTION = option(
     flag="friction",
     metavar="X",
 )
-AMPLITUDE = option(
+_AMPLITUDE = option(
     "amplitude",
     "Amplitude of the loss factor of that joint; 0.3 mu N / k_t if absent.",
     LENGTH,
@@ -174,5 +174,5 @@ BREADTH = option(
     example=10.0,
     least=1.5,
 )
-JOINT = (BODIES, LOAD, FRICTION, AMPLITUDE, DIRECTION)
+JOINT = (BODIES, _LOAD, _FRICTION, _AMPLITUDE, DIRECTION)
 """Options for a joint in `microslip surface`."""

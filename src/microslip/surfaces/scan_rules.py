@@ -71,7 +71,7 @@ def _share_rule(moment: str, values: str) -> Rule:
     )
 
 
-RULES: Mapping[str, Rule] = {
+_RULES: Mapping[str, Rule] = {
     rule.name: rule
     for rule in (
         # Verdicts on the heights.
@@ -212,7 +212,7 @@ RULES: Mapping[str, Rule] = {
 
 def judged(values: Mapping[str, float | None]) -> tuple[Verdict, ...]:
     """Return verdicts on values by rule name; None is not judged."""
-    return tuple(RULES[name].judge(value) for name, value in values.items())
+    return tuple(_RULES[name].judge(value) for name, value in values.items())
 
 
 def verdicts(scan: HeightMap) -> tuple[Verdict, ...]:

@@ -28,10 +28,10 @@ from microslip.contact.heights.piecewise_density import (
 _FEW_KNOTS = 16  # knots up to which places where moments are not smooth are listed
 _BLOCK = 1 << 15  # values a pass
 
-MOST_PANELS = 5000
+_MOST_PANELS = 5000
 """Panels that a table is cut into at most: the first value takes about half a millisecond each."""
 
-MOST_BINS = 4000
+_MOST_BINS = 4000
 """Bins of a histogram: at even steps each is a panel."""
 
 
@@ -107,11 +107,11 @@ class TabulatedHeights(Locked, HeightDistribution):
         first, last = int(pieces[0]), int(pieces[-1]) + 1
         assign(self, height=lock(height.copy()), density=lock(density), integral=integral)
         assign(self, edge=float(height[first]), _support=(first, last))
-        panels = panels_of(*self._pieces, MOST_PANELS)
+        panels = panels_of(*self._pieces, _MOST_PANELS)
         if panels is None:
             steps = steps[steps > 0.0]
             raise InputError(
-                f"a table must need at most {MOST_PANELS} panels, got {height.size} heights with "
+                f"a table must need at most {_MOST_PANELS} panels, got {height.size} heights with "
                 f"steps from {steps.min():.3g} m to {steps.max():.3g} m, which need more: a step "
                 "is cut until it is no more than twice the next; give the density at fewer or "
                 "even steps, such as new = np.linspace(height[0], height[-1], 1000) and "
@@ -150,7 +150,7 @@ class TabulatedHeights(Locked, HeightDistribution):
             bins = 200 if width <= 0.0 else math.ceil(min((high - low) / width, 200.0))
             bins = max(bins, 4)
         else:
-            bins = whole_number("bins", bins, 1, MOST_BINS)
+            bins = whole_number("bins", bins, 1, _MOST_BINS)
         counts, edges = np.histogram(values, bins=bins, range=(low, high))
         step = (high - low) / bins
         middle = 0.5 * (edges[1:] + edges[:-1])

@@ -9,9 +9,9 @@ import numpy as np
 
 from microslip._core.checks import Floats
 
-CONFIDENCE = 0.9
+_CONFIDENCE = 0.9
 """Confidence level of the intervals of quantiles."""
-_TAIL = 0.5 * (1.0 + CONFIDENCE)
+_TAIL = 0.5 * (1.0 + _CONFIDENCE)
 _GROUPS = 8
 _NEAR, _FEWEST_NEAR = 5, 6  # a fifth of the points is near a quantile, at least six
 _EXPLAINED = 0.9  # fraction of the variance that cross-validation must explain

@@ -34,7 +34,7 @@ from microslip.study.toml_text import dump
 
 KIND = "microslip-identification"
 """Kind of a folder of an identified joint in summary.json."""
-SCHEMA = 2
+_SCHEMA = 2
 
 Say = Callable[[str], str]
 """Puts messages into the words of who asked, such as the options of a command."""
@@ -86,7 +86,7 @@ def data_of(outcome: Identified, say: Say = str) -> dict[str, Any]:
     law = found.law
     title = f"{outcome.title}: identified" if outcome.title else "Identified joint"
     return {
-        **header(KIND, SCHEMA, title),
+        **header(KIND, _SCHEMA, title),
         "version": __version__,
         "of": found.series,
         "confidence": CONFIDENCE,

@@ -39,7 +39,7 @@ from microslip.study.runs.columns import AmplitudeCurve
 from microslip.study.runs.prediction import Prediction
 
 MOST_LOADS = 6
-MOST_MARKS = 12
+_MOST_MARKS = 12
 
 CurveValues = Callable[[AmplitudeCurve], Floats]
 
@@ -138,7 +138,7 @@ def draw_curves(
         inside = (row.amplitude >= curve.amplitude[0]) & (row.amplitude <= curve.amplitude[-1])
         marked = np.flatnonzero(inside)
         if marked.size:
-            marked = marked[evenly(marked.size, MOST_MARKS)]
+            marked = marked[evenly(marked.size, _MOST_MARKS)]
             x, y = axis.of(row)[marked], drawable(quantity(row), panel.y.log)[marked]
         else:  # markers distinguish loads in greyscale
             places = evenly(x.size, 7)

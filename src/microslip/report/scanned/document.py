@@ -45,7 +45,7 @@ from microslip.surfaces.surface_parameters import (
 
 KIND = "microslip-surface"
 """Kind of a folder of a measured scan, stored in summary.json."""
-NO_CUTOFF = "none: limited by the pixel"
+_NO_CUTOFF = "none: limited by the pixel"
 NOT_GIVEN = (
     "No short-wave cut-off was given, so the results depend on the pixel. Choose a cut-off of "
     "several pixels that is shorter than the contacts."
@@ -185,7 +185,7 @@ def _size_text(findings: Findings) -> str:
 
 def _parameters(findings: Findings, data: dict[str, Any]) -> tuple[Block, ...]:
     request = findings.request
-    cutoff = NO_CUTOFF if request.cutoff_given else "not given: limited by the pixel"
+    cutoff = _NO_CUTOFF if request.cutoff_given else "not given: limited by the pixel"
     if request.cutoff is not None:
         cutoff = engineering(request.cutoff, "m", 4, trim=True)
     rows = [("short-wave cut-off", cutoff)]

@@ -164,7 +164,6 @@ def _add_options(add: Add, joint: Any) -> None:
     add("joint.to_iwan over a range", joint.to_iwan, cells=10, smallest_amplitude=1e-8,
         largest_amplitude=1e-6)  # fmt: skip
     add("Sliders.density", joint.sliders().density, yield_displacement=1e-7)
-    add("Iwan.guess", ms.Iwan.guess, ("data",), data=joint.loop(1e-6), cells=4)
     cycle = joint.periodic([1e-7, -1e-7, 0.0], separation=[3e-7, 2e-7, 3e-7])
     add("CoupledCycle.derivative", cycle.derivative, displacement=[0.0, 1.0, 0.0],
         separation=[1.0, 0.0, 0.0])  # fmt: skip

@@ -26,8 +26,6 @@ def add_surfaces(add: Add, surface: Any, joint: Any) -> None:
             add(f"{kind}.{method}", getattr(law, method), separation=3e-7)
     add("SphereOnFlat.hertz_pressure", sphere.hertz_pressure, separation=-1e-8)
     add("Interface.at a separation", joint.at, separation=1e-7)
-    add("Interface.guess", ms.Interface.guess, ("data",), data=_loops(joint), pair=pair,
-        normal_load=2000.0, radius=1e-3, area=2e-4)  # fmt: skip
     add("Discrete.probability_above", ms.Discrete([0.0, 1e-7]).probability_above, height=1e-8)
     add("TabulatedHeights.from_samples", ms.TabulatedHeights.from_samples,
         values=np.linspace(0.0, 1e-6, 50) ** 2, bins=8)  # fmt: skip
@@ -53,11 +51,6 @@ def _add_rough_faces(add: Add, pair: Any) -> None:
     add("MeasuredContact.along", face.along, direction=0.3)
     add("MeasuredContact.contact_area", face.contact_area, separation=face.separations[3])
     add("MeasuredContact.slip_per_indentation", face.slip_per_indentation, direction=0.3)
-
-
-def _loops(joint: Any) -> Any:
-    """A loop that a law can be guessed from."""
-    return joint.loop(1e-6)
 
 
 def _add_pressures(add: Add, surface: Any) -> None:

@@ -132,7 +132,6 @@ NOT_ENTERED = {
     *("MeshedJoint.read", "ModalTest.read", "Record.read", "Scan.read", "Structure.load"),
     "ReducedJoint.load",
     *("Drawing.converge", "Scan.changed"),
-    *("PressedJoint.guess", "Asperity.guess"),  # they refuse
     *(f"NormalLaw.{quantity}" for quantity in ("contact_area", "contact_count")),  # so do these
     *("NormalLaw.contact_probability", "MeshedJoint.shank_sections"),
 }

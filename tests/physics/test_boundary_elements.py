@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from scipy import special
 
-import microslip as ms
 from microslip.contact.boundary_elements import HalfSpace, closing, press, sliding
 from microslip.contact.face_solution import solve_face
 
@@ -157,18 +156,15 @@ def test_what_has_yielded_is_found_again_and_one_tightening_is_as_good_as_two() 
 
 
 @pytest.mark.parametrize(
-    ("points", "radius", "depth", "stiffer", "further"),
-    [(128, 100.0, 16.0, 1.37, 0.85), (128, 50.0, 40.0, 1.22, 0.96), (256, 50.0, 100.0, 1.00, 1.17)],
+    ("points", "radius", "depth"), [(128, 100.0, 16.0), (128, 50.0, 40.0), (256, 50.0, 100.0)]
 )
-def test_one_asperity_beyond_yield(points, radius, depth, stiffer, further) -> None:
-    """A sphere beyond first yield and relieved: closed form, and beside Jackson and Green's.
+def test_one_asperity_beyond_yield(points, radius, depth) -> None:
+    """A sphere beyond first yield and relieved, against its closed form.
 
     Once all of a circle of radius a bears the hardness H, the edge is where it touches, at an
     indentation a^2/2R + 4Ha/(pi E*); relieved by w it bears the integral of 2E*c over w, whose
     radius c is a quarter of an ellipse of half axes a and 2Ha/E* (Abel's transform of the uniform
-    pressure). The law from finite elements (Jackson and Green 2005, DOI 10.1115/1.1866166) knows
-    flow beneath the face, and hardness that falls as a contact grows: next to yield its contacts
-    are larger and stiffer, and part sooner; far beyond they part later.
+    pressure).
     """
     hardness = 0.02
     x = np.arange(points) - points // 2
@@ -200,17 +196,6 @@ def test_one_asperity_beyond_yield(points, radius, depth, stiffer, further) -> N
     t = openings / whole
     exact = 1.0 - 2.0 / math.pi * (t * np.sqrt(1.0 - t * t) + np.arcsin(t))
     assert loads == pytest.approx(exact, abs=0.003)
-    # The law of the house, of finite elements: by how much it is another one.
-    body = ms.Material(1e9, 0.0)
-    pair = ms.MaterialPair(body, ms.Material.rigid())
-    unit = pair.composite_modulus
-    law = ms.AsperityPopulation(pair, [0.0], radius).tightened(
-        load * unit, hardness=hardness * unit
-    )
-    rest = law.separation(load * unit)
-    assert law.stiffness(rest) / unit / stiffness == pytest.approx(stiffer, abs=0.02)
-    way = np.interp(-0.05, -np.array(loads), openings)
-    assert (law.separation(0.05 * load * unit) - rest) / way == pytest.approx(further, abs=0.02)
 
 
 def test_pieces_of_a_periodic_face_are_the_face() -> None:

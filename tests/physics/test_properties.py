@@ -505,6 +505,8 @@ def joint_on(surface: ms.NormalLaw, joint: ms.Interface, length: float) -> ms.In
 def test_dimensional_scaling(law, x, length, force):
     other = rescaled(law, length, force)
     near = {"rel": 1e-12 + 4 * rounding(law)}
+    if isinstance(law.surface, ms.DrawnFace):  # logarithms of its table in other units
+        near = {"rel": 5e-12}
     assert other.normal_load == pytest.approx(force * law.normal_load, **near)
     assert other.tangential_stiffness == pytest.approx(
         force / length * law.tangential_stiffness, **near

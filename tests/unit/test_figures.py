@@ -149,7 +149,7 @@ def test_discrete_sliders_are_stems() -> None:
     plot = draw(result, "slider_density")
     assert [panel.y.label for panel in plot.panels] == [
         "Slider stiffness [MN/m]",
-        "Share of the force limit",
+        "Fraction of the force limit",
     ]
     stems = [item for item in plot.panels[0].items if isinstance(item, Stems)]
     for joint, stem in zip(result.joints, stems, strict=True):
@@ -340,7 +340,7 @@ def test_matplotlib_draws_the_same(name: str, result: ms.Result) -> None:
 
 
 def has_unit(label: str) -> bool:
-    plain = ("share", "Share", "factor", "ratio", "exponent", "Contacts", "Sample", " / ")
+    plain = ("raction", "share", "factor", "ratio", "exponent", "Contacts", "Sample", " / ")
     return bool(re.search(r"\[(%|[^]]*(m|N|J|Hz)[^]]*)\]", label)) or any(
         word in label for word in plain
     )

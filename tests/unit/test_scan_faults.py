@@ -132,4 +132,4 @@ def test_a_scan_says_it(tmp_path: Path) -> None:
     scan = ms.Scan.read(file, unit="m", pixel=1e-6)
     (note,) = (note for note in scan.notes if note.startswith("fault: "))
     assert "480 points have the highest height" in note
-    assert "scan again with a longer range" in note
+    assert "scan again with a larger range" in note

@@ -68,6 +68,11 @@ def reversals_of(
     normal = np.einsum("cni,cnj->cij", basis, basis) + 1e-12 * np.eye(basis.shape[2])
     right = np.einsum("cni,cn->ci", basis, force[inside])
     ends = np.linalg.solve(normal, right[..., None])[:, 0, 0]
+    # A record that begins at a reversal has no branch before it.
+    begins = last + 1 < basis.shape[2]
+    if begins.any():
+        nearest = np.clip(np.rint(places + shift), 0, x.size - 1).astype(np.int64)
+        ends = np.where(begins, force[nearest], ends)
     return Reversals(places + shift, height, np.asarray(ends, dtype=np.float64))
 
 

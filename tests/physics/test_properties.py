@@ -453,7 +453,11 @@ def rescaled(joint: ms.Interface, length: float, force: float) -> ms.Interface:
     surface = joint.surface
 
     def body(material: ms.Material) -> ms.Material:
-        return ms.Material(material.young_modulus * force / length**2, material.poisson_ratio)
+        stress = force / length**2
+        hardness = None if material.hardness is None else material.hardness * stress
+        return ms.Material(
+            material.young_modulus * stress, material.poisson_ratio, hardness=hardness
+        )
 
     pair = ms.MaterialPair(body(surface.pair.first), body(surface.pair.second))
     made: ms.NormalLaw
@@ -461,6 +465,17 @@ def rescaled(joint: ms.Interface, length: float, force: float) -> ms.Interface:
         made = ms.SphereOnFlat(pair, surface.radius * length)
     elif isinstance(surface, ms.AsperityPopulation):
         made = ms.AsperityPopulation(pair, surface.heights * length, surface.radii * length)
+    elif isinstance(surface, ms.DrawnFace):
+        made = ms.DrawnFace(
+            pair,
+            surface.rms * length,
+            surface.slope,
+            surface.area * length**2,
+            surface.tightening_pressure * force / length**2,
+            plateau=None if surface.plateau is None else surface.plateau * length,
+            breadth=surface.breadth,
+            lay=surface.lay,
+        ).along(surface.direction)
     elif isinstance(surface, ms.TabulatedNormalLaw):
         made = ms.TabulatedNormalLaw(
             pair, surface.separations * length, surface.loads * force, tail=surface.tail
@@ -503,10 +518,11 @@ def joint_on(surface: ms.NormalLaw, joint: ms.Interface, length: float) -> ms.In
     force=st.floats(1e-4, 1e4),
 )
 def test_dimensional_scaling(law, x, length, force):
-    other = rescaled(law, length, force)
     near = {"rel": 1e-12 + 4 * rounding(law)}
-    if isinstance(law.surface, ms.DrawnFace):  # logarithms of its table in other units
-        near = {"rel": 5e-12}
+    if isinstance(law.surface, ms.DrawnFace):
+        length = min(length, 100.0)  # an rms above 0.2 mm is refused
+        near = {"rel": 5e-12}  # logarithms of its table in other units
+    other = rescaled(law, length, force)
     assert other.normal_load == pytest.approx(force * law.normal_load, **near)
     assert other.tangential_stiffness == pytest.approx(
         force / length * law.tangential_stiffness, **near

@@ -210,7 +210,7 @@ class ReducedJoint(LockedArrays):
     def field(
         self, surface: NormalLaw, friction_coefficient: ArrayLike, surface_area: float | None = None
     ) -> JointField:
-        """Return the patches as nodes of a field, separated by their gaps [m].
+        """Return the patches as nodes of a field, separated by their gaps [m], one-dimensional.
 
         Arguments are those of :class:`microslip.JointField`.
         """

@@ -18,7 +18,7 @@ CONFIDENCE = 0.95
 """Confidence level of each interval by itself."""
 SHOWN = ("force", "dissipated_energy", "damping_ratio")
 """Quantities against amplitude."""
-_POINTS = 28
+_POINTS = 20
 _SAME_LOAD = 0.02
 _BELOW = 0.5
 """Smallest amplitude of the curves over the smallest measured one."""

@@ -15,6 +15,8 @@ from microslip.identification.rows import Rows
 
 THRESHOLDS = 110
 """Thresholds of the first grid, in geometric steps."""
+_MOST_THRESHOLDS = 240
+"""Thresholds above which some without stiffness are left out."""
 _FINEST = 150.0
 """Smallest amplitude over the finest threshold."""
 _REFINEMENTS, _BETWEEN, _VISIBLE = 2, 3, 1.0
@@ -84,6 +86,7 @@ class FreeForm:
             self._refine()
             self._assemble()
         self._solve()
+        self._thin()
         if self.extra:
             self._settle(_STILL)
 
@@ -170,6 +173,25 @@ class FreeForm:
         spread[np.searchsorted(grid, y)] = k
         spread[-1] = self.k[-1]
         self.y, self.k = np.append(grid, self.y[-1]), spread
+
+    def _thin(self) -> None:
+        """Leave out thresholds without stiffness where there are many: the minimum stays.
+
+        Those that carry stiffness keep their neighbours, and every few of the others stay.
+        """
+        used = self.k[:-1] > 0.0
+        kept = used.copy()
+        kept[1:] |= used[:-1]
+        kept[:-1] |= used[1:]
+        others = np.flatnonzero(~kept)
+        room = max(_MOST_THRESHOLDS - int(kept.sum()), THRESHOLDS // 2)
+        if others.size <= room:
+            return
+        kept[others[:: -(-others.size // room)]] = True
+        kept = np.append(kept, True)
+        self.y, self.k = self.y[kept], self.k[kept]
+        self._assemble()
+        self._solve()
 
     def _search_shifts(self) -> None:
         """Find the shift of each lower load, first from the backbones of separate fits.

@@ -124,6 +124,7 @@ class Path:
         """
         (gram, free), h, c = self.cone, self.h, self.c
         p, at_l = self.passive.copy(), 0.0
+        both, whole = np.column_stack((h, c)), np.zeros((h.size, 2))
         last = -1
         reached, rise = float(c @ self.g), 0.0
         for _ in range(12 * h.size):
@@ -131,7 +132,7 @@ class Path:
             if not at.size:
                 return 0.0, max(rise, -self.start)
             try:
-                ab = _solve(gram[np.ix_(at, at)], np.column_stack((h[at], c[at])))
+                ab = _solve(gram[np.ix_(at, at)], both[at])
             except LinAlgError:
                 break
             a, b = ab[:, 0], ab[:, 1]
@@ -141,7 +142,9 @@ class Path:
             with np.errstate(divide="ignore", invalid="ignore"):
                 leave = np.where((b > 0.0) & ~free[at], a / b, np.inf)
             leave[at == last] = np.inf if last >= 0 else leave[at == last]
-            w = np.column_stack((h, c)) - gram[:, at] @ ab
+            whole[:] = 0.0
+            whole[at] = ab
+            w = both - gram @ whole
             with np.errstate(divide="ignore", invalid="ignore"):
                 enter = np.where(w[:, 1] < 0.0, w[:, 0] / w[:, 1], np.inf)
             enter[p] = np.inf

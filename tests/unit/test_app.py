@@ -347,18 +347,10 @@ def test_a_scan_cut_out(bench: Bench) -> None:
     assert kept["kept"] == "31 x 31"
     asked = {"kind": "surface", "uploads": [sent["id"]], "options": {**options, "cutoff": "4 um"}}
     run = bench.finished(bench.json("POST", "/api/runs", asked)["id"])
-    assert (run["state"], run["study"]) == ("done", True)
-    study = bench.json("POST", f"/api/runs/{run['id']}/study")
-    text = bench.json("POST", f"/api/uploads/{study['id']}/look", {"what": "study"})["text"]
-    # It holds the counted summits as numbers and names no file, so that it runs here.
+    # A joint, and so a study, needs two metals and a load.
+    assert (run["state"], run["study"]) == ("done", False)
     _, _, summary = bench.ask("GET", f"/runs/{run['id']}/files/summary.json")
-    summits = json.loads(summary)["summits"]
-    surface = ms.Study.from_toml(text).surface
-    found = {"radius": surface.radius, "density": surface.density, "std": surface.heights.std}
-    assert found == {name: summits[name] for name in found}
-    assert surface.heights.mean == summits["mean_height"]
-    predicted = {"kind": "predict", "uploads": [study["id"]]}
-    assert bench.finished(bench.json("POST", "/api/runs", predicted)["id"])["state"] == "done"
+    assert json.loads(summary)["summits"]["radius"] > 0.0
 
 
 @pytest.mark.slow

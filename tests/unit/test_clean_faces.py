@@ -169,4 +169,5 @@ def test_a_fault_is_named_on_faces_of_all_kinds(fault: str) -> None:
         for seed in (20, 21)
     ]
     assert sum(fault in names for names in found) >= LEAST.get(fault, 16)
-    assert sum("bow" in names for names in found) <= 1
+    # Those that are not named a tilted stitch may be named a bow.
+    assert sum("bow" in names for names in found) <= (4 if fault == "tilted stitch" else 1)

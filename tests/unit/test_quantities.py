@@ -33,7 +33,7 @@ UNIT_OF = {name: unit for unit, names in UNITS.items() for name in names}
 # these two take densities of other kinds: they refuse quantities.
 REFUSED = ("derivative", "Structure", "Preload", "ModalTest", "ForcedResponse", "ReducedJoint",
            "Pulse", "LapJoint", "BoltedBeam", "TabulatedHeights", "MeasuredContact",
-           "Summits")  # fmt: skip
+           "Summits", "fixing_mass")  # fmt: skip
 
 
 groups = pytest.mark.parametrize("group", ["joints", pytest.param("all", marks=pytest.mark.slow)])

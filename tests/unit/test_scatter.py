@@ -270,9 +270,9 @@ def test_check_shows_what_is_uncertain(tmp_path: Path) -> None:
     assert rows["joint.friction_coefficient"]["value"] == [0.3, 0.6]
     assert rows["joint.friction_coefficient"]["written"] == "values = 3 values"
     assert rows["joint.normal_load"]["value"] == 2000.0
-    amplitude = rows["excitation.amplitudes, item 1"]
-    assert amplitude["value"] == pytest.approx(1e-7)
-    assert amplitude["written"] == "of = surface.heights.std, factor = 0.2"
+    amplitudes = rows["excitation.amplitudes"]
+    assert amplitudes["value"] == pytest.approx([1e-7, 1e-6])
+    assert amplitudes["written"] == ["of = surface.heights.std, factor = 0.2", "1 um"]
     assert rows["surface.heights.std"]["written"] == "mean = 0.5 um, cv = 0.15"
     assert "bands.csv" in told["files"]
 

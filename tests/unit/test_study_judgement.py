@@ -106,7 +106,6 @@ area = "4 cm^2"
 [material.steel]
 young_modulus = "210 GPa"
 poisson_ratio = 0.3
-hardness = { mean = "1.68 GPa", cv = 0.05 }
 [joint]
 friction_coefficient = { mean = 0.2, cv = 0.05 }
 normal_load = { mean = "1 kN", cv = 0.05 }
@@ -129,9 +128,7 @@ def test_sensitivities_rank_as_the_scatter_beside_them() -> None:
     study = ms.Study.from_toml(UNSURE)
     found = scatter(study, answers(at_middle(study)), answers)
     slopes = input_slopes(build_joints(at_middle(study))[0], 1e-7)
-    names = {
-        "surface.heights.std": "heights", "material.steel.hardness": "yield_stress",
-    }  # fmt: skip
+    names = {"surface.heights.std": "heights"}
     keys = [names.get(one.key, one.key.partition(".")[2]) for one in found.inputs]
     for name, quantity in (
         ("secant_stiffness", "tangential_stiffness"), ("loss_factor", "loss_factor"),

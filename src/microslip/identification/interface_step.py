@@ -170,7 +170,7 @@ def interface_step(
                 parameters[name] = _open(one)
         parameters.pop("rig_stiffness", None)
     step = step_of(statistics, law, problem, least, parameters, q)
-    excess = 1.0 if step.fits else math.sqrt(step.misfit / step.misfit_limit)
+    excess = 1.0 if step.fits else math.sqrt(step.misfit / max(step.misfit_limit, 1.0))
     share = _VARYING_LOAD if statistics.fit.friction is not None else 0.0
     for name in (FRICTION, "force_limit"):
         if name in parameters and parameters[name].verdict != ASSUMED:

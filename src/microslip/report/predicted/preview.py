@@ -151,9 +151,7 @@ def _quantities(study: StudyDescription) -> Iterator[dict[str, Any]]:
         if key == "excitation.history" and history is not None:
             value, unit = history.values.tolist(), "N" if history.quantity == "force" else "m"
         if isinstance(written, dict) and "file" not in written:
-            texts = (f"{len(x)} values" if isinstance(x, list) else x for x in written.values())
-            pairs = zip(written, texts, strict=True)
-            written = ", ".join(f"{name} = {text}" for name, text in pairs)
+            written = _pairs(written)
             spread = value[0] if isinstance(value, tuple) else value
             ends = (float(spread),)
             if isinstance(spread, Spread) and (spread.values or spread.low is not None):
@@ -162,9 +160,17 @@ def _quantities(study: StudyDescription) -> Iterator[dict[str, Any]]:
         elif isinstance(written, dict):
             written = f'{written.get("file")}, column "{written.get("column")}"'
             quantity = {"count": len(value), "smallest": min(value), "largest": max(value)}
+        elif isinstance(written, list):
+            written = [_pairs(item) if isinstance(item, dict) else item for item in written]
+            quantity = {"value": list(value)}
         else:
-            quantity = {"value": list(value) if isinstance(written, list) else _first_item(value)}
+            quantity = {"value": _first_item(value)}
         yield {"key": key, "written": written, **quantity, "unit": unit}
+
+
+def _pairs(written: dict[str, Any]) -> str:
+    texts = (f"{len(x)} values" if isinstance(x, list) else x for x in written.values())
+    return ", ".join(f"{name} = {text}" for name, text in zip(written, texts, strict=True))
 
 
 def _units(part: Any, path: str = "") -> Iterator[tuple[str, str]]:

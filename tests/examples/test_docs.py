@@ -69,6 +69,7 @@ LONG = {
     ("docs/bolted-structures.md", "sh"),
     ("docs/command.md", "sh"),
     ("docs/scans.md", "sh"),
+    ("docs/from-a-scan.md", "sh"),
     ("docs/identify.md", "sh"),
     ("docs/study.md", "sh"),
     ("docs/study.md", "toml"),

@@ -18,6 +18,8 @@ import pytest
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "examples"
 SCRIPTS = sorted(FOLDER.glob("*.py"))
+_SECONDS = {"14", "16", "18", "19", "22"}
+"""Numbers of scripts that take seconds and run with the slow tests."""
 NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 PRINTED = {
@@ -218,7 +220,15 @@ def test_every_script_has_its_numbers_here() -> None:
 
 
 @pytest.mark.filterwarnings("ignore:FigureCanvasAgg is non-interactive")
-@pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.stem)
+@pytest.mark.parametrize(
+    "script",
+    [
+        pytest.param(
+            path, id=path.stem, marks=pytest.mark.slow if path.stem[:2] in _SECONDS else ()
+        )
+        for path in SCRIPTS
+    ],
+)
 def test_script(
     script: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -25,12 +25,11 @@ needs_signals = pytest.mark.skipif(os.name == "nt", reason="no alarms on this pl
 
 
 @needs_signals
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [name for name in NAMES if name != "files"])
 def test_nothing_is_wrong(name: str) -> None:
-    inputs = 40 if name == "files" else 120
-    tally = run(ATTACKS[name].attack, inputs, seed=1)
+    tally = run(ATTACKS[name].attack, 120, seed=1)
     assert tally.wrong == []
-    assert tally.tried >= inputs
+    assert tally.tried >= 120
 
 
 @needs_signals
@@ -76,6 +75,7 @@ def test_the_attack_sees_what_is_wrong() -> None:
     assert (tally.tried, tally.refused) == (4, 1)
 
 
+@pytest.mark.slow
 def test_files_are_sound_before_they_are_mutated(tmp_path: Path) -> None:
     for seed in seeds():
         path = placed(tmp_path, seed.name, seed.content)

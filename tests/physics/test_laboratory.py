@@ -46,6 +46,7 @@ def test_a_slider_that_enters_moves_from_its_entry_on() -> None:
     assert force == pytest.approx([0.0, 1e-9, 10.0, 20.0], abs=1e-6)
 
 
+@pytest.mark.slow
 def test_sets_differ_in_all_that_they_vary() -> None:
     sources = [loops_of(seed).sources for seed in range(63)]
     assert {one["law"] for one in sources} == set(LAWS)
@@ -54,6 +55,7 @@ def test_sets_differ_in_all_that_they_vary() -> None:
     assert len({(one["rig"], one["loads"], one["ripple"]) for one in sources}) >= 20
 
 
+@pytest.mark.slow
 def test_intervals_hold_in_short() -> None:
     """Ten sets; nothing is refused. `make laboratory` has hundreds."""
     counts = coverage(range(0, 70, 7))

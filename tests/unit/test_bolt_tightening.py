@@ -215,6 +215,7 @@ nut_factor = 0.2
 """
 
 
+@pytest.mark.slow
 def test_elastic_summits_under_bolts_lead_to_the_law_that_holds() -> None:
     """A note with the plasticity index, and the refusal of a tightening load, both name it."""
     face = BEAM[BEAM.index('law = "face"') : BEAM.index("area")]

@@ -194,6 +194,7 @@ def test_every_key_of_a_new_study_can_be_used(law: str) -> None:
         assert all(np.isfinite(row.dissipated_energy).all() for row in study.run().rows), line
 
 
+@pytest.mark.slow
 def test_templates_are_listed_and_written() -> None:
     templates, processes = run("new", "--list").stdout.split("Processes for --process", 1)
     assert "milled" in processes

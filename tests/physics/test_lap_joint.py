@@ -267,10 +267,10 @@ PUBLISHED = {0.0: (168.5, 580.4, 1177.6), 1.0: (180.6, 595.3, 1199.9)}
 BEAM_STEEL = ms.Material(192.31e9, 0.3)
 
 
-def brake_reuss() -> ms.LapJoint:
+def brake_reuss(**heads: float) -> ms.LapJoint:
     """Dimensions by Porter and Brake (2023), DOI 10.1016/j.ymssp.2023.110210."""
     bolts = ms.Bolts(
-        [-0.03, 0.0, 0.03], shank=0.00794, hole=0.0084, washer=0.01746, tension=12.25e3
+        [-0.03, 0.0, 0.03], shank=0.00794, hole=0.0084, washer=0.01746, tension=12.25e3, **heads
     )
     return ms.LapJoint(length=0.72, width=0.0254, thickness=0.0254, lap=0.12, bolts=bolts)
 
@@ -360,6 +360,11 @@ def test_the_beam_has_the_published_frequencies_flat_and_with_its_form() -> None
         found, load = bending(flat, form, factor)
         np.testing.assert_allclose(load.sum(), 3 * 12.25e3, rtol=1e-7)
         np.testing.assert_allclose(found, published, rtol=0.012)
-    # Fixed-interface frequencies against the other model, its own mesh.
-    ours, theirs = (np.sqrt(np.diag(k)[93:]) for k in (flat.stiffness, reference["stiffness"]))
-    np.testing.assert_allclose(ours, theirs, rtol=0.015)
+    # Fixed-interface frequencies against the other model, its own mesh. Heads that bond the plates
+    # over the whole washer are within 1.26 %; narrower heads on washers, the default since they
+    # are modelled by their dimensions, move two of the 14 frequencies up to 1.81 % away.
+    wide = brake_reuss(head=0.01746, washer_thickness=1e-4).reduce(BEAM_STEEL, 7784.3)
+    theirs = np.sqrt(np.diag(reference["stiffness"])[93:])
+    for joint, tolerance in ((wide, 0.013), (flat, 0.019)):
+        ours = np.sqrt(np.diag(joint.stiffness)[93:])
+        np.testing.assert_allclose(ours, theirs, rtol=tolerance)

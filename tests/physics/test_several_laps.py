@@ -17,8 +17,9 @@ from microslip.structures.reduction_elements import Elements
 
 WIDTH, HEIGHT = 0.02, 0.004
 ALUMINIUM = ms.Material(young_modulus=70e9, poisson_ratio=0.33)
-# Thin bolts, which the frame has as beams from one outer face to the other.
+# Thin bolts, which the frame has as beams from head to nut, free in both washers.
 SHANK = 0.002
+GRIP = HEIGHT + 2.0 * 0.2 * SHANK
 BOLT: dict[str, Any] = {
     "shank": SHANK, "hole": 0.0021, "washer": 0.004, "tension": 100.0,
     "material": STEEL, "density": 1.0,
@@ -115,13 +116,13 @@ def frame(
                     np.add.at(row, at + 3, sign * share / len(fine))
                 springs_at.append(springs[axis] * np.outer(row, row))
         for place_of_bolt in 0.5 * (start + stop) + np.array(bolts):
-            ends = np.zeros((6, total))  # from z = -HEIGHT / 2 to HEIGHT / 2
-            for part, row, z in ((lower(left), 0, -0.5 * HEIGHT), (upper(left), 3, 0.5 * HEIGHT)):
+            ends = np.zeros((6, total))  # where the heads begin, outside of the washers
+            for part, row, z in ((lower(left), 0, -0.5 * GRIP), (upper(left), 3, 0.5 * GRIP)):
                 if 0 <= part < len(parts):
                     node = offsets[part] + 3 * int(np.argmin(abs(grids[part] - place_of_bolt)))
                     ends[row, [node, node + 2]] = 1.0, z
                     ends[row + 1, node + 1] = ends[row + 2, node + 2] = 1.0
-            stiffness += ends.T @ upright(HEIGHT) @ ends
+            stiffness += ends.T @ upright(GRIP) @ ends
     stiffness += sum(springs_at)
     squares = linalg.eigh(stiffness, mass, eigvals_only=True)
     frequency = np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi)
@@ -276,14 +277,16 @@ def test_a_mesh_with_several_pairs_and_a_held_body_is_the_drawing(tmp_path: Path
     bolts = ms.Bolts([0.0], shank=0.004, hole=0.0045, washer=0.008, tension=2e3)
     laps = [ms.Lap(-0.07, 0.06, bolts), ms.Lap(0.05, 0.03, bolts)]
     drawn = beam(length=0.2, laps=laps, ground="left", style="single-lap")
-    steels = dict.fromkeys(drawn.parts, (STEEL, DENSITY))
     mesh = drawn.mesh(STEEL, DENSITY, 0.01)
     named: dict[str, Any] = {body.name: body.cells for body in mesh.bodies}
     named |= {shank.name: shank.cells for shank in mesh.shanks}
     faces = {f"{c.name} {s}": getattr(c, s) for c in mesh.contacts for s in ("lower", "upper")}
     quads, path = np.concatenate(list(faces.values())), tmp_path / "beam.msh"
     blocks = [("hexahedron", mesh.cells), ("quad", quads)]
-    # A cell of Gmsh has one tag: shanks are bodies of their own there.
+    # A cell of Gmsh has one tag: bolts are their shanks, which are bodies of their own there.
+    for body in mesh.bodies:
+        if body.name.startswith("bolts"):
+            del named[body.name]
     tags, field = np.zeros(len(mesh.cells), dtype=int), {}
     for number, (name, cells) in enumerate(named.items(), start=1):
         tags[cells] = number
@@ -295,8 +298,8 @@ def test_a_mesh_with_several_pairs_and_a_held_body_is_the_drawing(tmp_path: Path
     data = {k: [tags, np.concatenate(of_faces)] for k in ("gmsh:physical", "gmsh:geometrical")}
     file = meshio.Mesh(mesh.points, blocks, cell_data=data, field_data=field)
     file.write(path, file_format="gmsh22")
+    steels = {body.name: (STEEL, body.density) for body in mesh.bodies if body.name in named}
     steels |= {shank.name: (STEEL, DENSITY) for shank in mesh.shanks}
-    steels |= {body.name: (STEEL, DENSITY) for body in mesh.bodies}
     read = ms.MeshedJoint.read(
         path,
         bodies=steels,

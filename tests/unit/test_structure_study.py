@@ -477,7 +477,11 @@ def test_the_template_of_a_mesh_is_a_study_within_the_limits(with_mesh: Path) ->
 def test_a_mesh_of_ones_own_is_predicted_as_its_drawing_is(
     with_mesh: Path, tmp_path: Path, drawn: ms.ReducedJoint
 ) -> None:
-    study = ms.Study.from_toml(meshed(), "meshed.toml", folder=with_mesh)
+    # Discs stand for head, nut and washers of the drawing; their density gives them those masses.
+    bodies = small_lap().mesh(STEEL, DENSITY, element_size=0.012).bodies
+    densities = ", ".join(f'"{body.density!r} kg/m^3"' for body in bodies)
+    text = meshed().replace('unit = "mm"', f'unit = "mm"\ndensities = [{densities}]')
+    study = ms.Study.from_toml(text, "meshed.toml", folder=with_mesh)
     assert any("hexahedron cells from strip.inp" in note for note in study.notes)
     result = study.run()
     assert result.structure is not None

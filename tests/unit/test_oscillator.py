@@ -143,7 +143,7 @@ def test_wrong_ring_downs(monkeypatch: pytest.MonkeyPatch) -> None:
         "there is no oscillation, got 0"
     )
     # While it slides the spring alone makes the period: ten times as many samples a cycle.
-    monkeypatch.setattr(module, "MOST_SAMPLES", 4000)
+    monkeypatch.setattr(module, "_MOST_SAMPLES", 4000)
     soft = ms.Oscillator(2.0, 5e5, CELL)
     assert refusal(soft.ring_down, 0.1, cycles=20) == (
         "ring_down holds at most 4000 samples, and 4 cycles have taken that many; "

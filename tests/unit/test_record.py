@@ -288,7 +288,7 @@ def test_a_wrong_row_among_the_first_is_not_skipped(put: Any) -> None:
 
 def test_too_large(put: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     path = put("big.csv", PLAIN)
-    monkeypatch.setattr(text_reader, "MAX_BYTES", 20)
+    monkeypatch.setattr(text_reader, "_MAX_BYTES", 20)
     with pytest.raises(
         ms.InputError, match=r"big\.csv: wanted text of at most 0 MB, got 0 MB; save"
     ):

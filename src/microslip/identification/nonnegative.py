@@ -41,6 +41,10 @@ def _solve(matrix: Floats, right: Floats) -> Floats:
     return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0])
 
 
+def _tolerance(h: Floats) -> float:
+    return max(1e-12 * float(np.abs(h).max(initial=0.0)), _SMALL)
+
+
 def minimum(cone: Cone, h: Floats, passive: NDArray[np.bool_] | None = None) -> Floats:
     """Return the coefficients of the minimum (Lawson and Hanson's method on the Gram matrix).
 
@@ -57,7 +61,7 @@ def minimum(cone: Cone, h: Floats, passive: NDArray[np.bool_] | None = None) -> 
     size = h.size
     p = free.copy() if passive is None else passive | free
     g = np.zeros(size)
-    tolerance = max(1e-12 * float(np.abs(h).max(initial=0.0)), _SMALL)
+    tolerance = _tolerance(h)
     barred = np.zeros(size, dtype=bool)
     for _ in range(_MOST_CHANGES * size):
         while True:
@@ -120,21 +124,34 @@ class Path:
         Returns
         -------
         tuple of float
-            The value c'g and the rise there.
+            The value c'g and the rise there; minus infinity where rounding defeats the search.
+        """
+        for tolerance in (0.0, 1e-3 * _SMALL, _SMALL):
+            found = self._until(level, value, tolerance)
+            if found is not None:
+                return found
+        return (-np.inf, level) if level is not None else (float(self.c @ self.g), 0.0)
+
+    def _until(
+        self, level: float | None, value: float | None, tolerance: float
+    ) -> tuple[float, float] | None:
+        """Follow the minima; None where rounding lets nearly equal columns change in a circle.
+
+        Gradients up to the tolerance are not followed.
         """
         (gram, free), h, c = self.cone, self.h, self.c
         p, at_l = self.passive.copy(), 0.0
         both, whole = np.column_stack((h, c)), np.zeros((h.size, 2))
         last = -1
         reached, rise = float(c @ self.g), 0.0
-        for _ in range(12 * h.size):
+        for _ in range(4 * h.size):
             at = np.flatnonzero(p)
             if not at.size:
                 return 0.0, max(rise, -self.start)
             try:
                 ab = _solve(gram[np.ix_(at, at)], both[at])
             except LinAlgError:
-                break
+                return None
             a, b = ab[:, 0], ab[:, 1]
             ca, cb, ha = float(c[at] @ a), float(c[at] @ b), float(h[at] @ a)
             base = -ha - self.start
@@ -146,7 +163,7 @@ class Path:
             whole[at] = ab
             w = both - gram @ whole
             with np.errstate(divide="ignore", invalid="ignore"):
-                enter = np.where(w[:, 1] < 0.0, w[:, 0] / w[:, 1], np.inf)
+                enter = np.where(w[:, 1] < 0.0, (w[:, 0] - tolerance) / w[:, 1], np.inf)
             enter[p] = np.inf
             if last >= 0:
                 enter[last] = np.inf
@@ -171,4 +188,4 @@ class Path:
             else:
                 last = into
                 p[last] = True
-        return reached, rise
+        return None

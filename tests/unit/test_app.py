@@ -461,7 +461,7 @@ def test_a_session_in_a_browser(bench: Bench, tmp_path: Path) -> None:
         page.locator('[name="zero"]').fill("")
         page.locator('[name="zero"]').press("Tab")
         page.locator('[name="flip-sign"]').check()
-        page.locator("p.refused", has_text="--flip-sign").wait_for(timeout=60_000)
+        page.locator("p.refused", has_text="Flip sign").wait_for(timeout=60_000)
         page.locator('[name="flip-sign"]').uncheck()
         page.locator("p.refused").wait_for(state="detached", timeout=60_000)
         wrong.clear()  # the browser notes that the workbench refused

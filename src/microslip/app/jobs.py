@@ -236,6 +236,8 @@ class Workspace:
             view = await preview([kind, *arguments, "--", upload.name], upload.path.parent, request)
         except InputError as error:
             raise InputError(self.in_fields(f"{LOOK} {kind}", error.text)) from None
+        if view.get("refused"):
+            view["refused"] = self.in_fields(f"{LOOK} {kind}", view["refused"])
         return view if part_upload is None else {**view, "upload": part_upload.summary()}
 
     async def _work(self, run: Run) -> None:

@@ -442,7 +442,7 @@ def check_direction(
         return
     words = f"{name}: the loops run the wrong way round (energy {engineering(energy, 'J')} a cycle)"
     if float(away @ against) < _ALIKE * size:
-        cause = "the force has the opposite sign (`sign=-1` in Record.read, or --flip-sign, reverses it)"
+        cause = "the force has the opposite sign (--flip-sign, `sign=-1` in Python, reverses it)"
     elif delay:
         cause = f"the force is behind the displacement ({delay})"
     else:

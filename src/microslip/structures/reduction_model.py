@@ -210,10 +210,7 @@ class ReducedJoint(LockedArrays):
     def field(
         self, surface: NormalLaw, friction_coefficient: ArrayLike, surface_area: float | None = None
     ) -> JointField:
-        """Return the patches as nodes of a field, separated by their gaps [m], one-dimensional.
-
-        Arguments are those of :class:`microslip.JointField`.
-        """
+        """Return patches as nodes of a field, apart by their gaps [m] (one-dimensional)."""
         return JointField(
             surface, friction_coefficient, areas=self.patch_areas, gaps=self.patch_gaps,
             surface_area=surface_area,

@@ -396,3 +396,37 @@ def test_the_law_that_made_the_loops_is_preferred() -> None:
     assert "normal load" in cell.failed["interface"]
     assert cell.laws["jenkins"].values["stiffness"] == pytest.approx(5e7, rel=5e-3)
     assert cell.laws["jenkins"].values["force_limit"] == pytest.approx(100.0, rel=2e-3)
+
+
+@pytest.mark.parametrize(("amplitude", "rig"), [(5e-6, 1e9), (2e-6, 1e8)])
+@pytest.mark.parametrize("known", [None, {"summits": 5700.0}], ids=["smooth", "summits"])
+def test_friction_under_a_load_that_varies(
+    amplitude: float, rig: float, known: dict[str, float] | None
+) -> None:
+    """At gross slip to 0.2 %, behind a soft rig without slip bounded from below only."""
+    made = ms.VirtualTribometer(
+        JOINT, rig_stiffness=rig, noise=0.005, load_ripple=0.02, sample_rate=2560.0, seed=1
+    )
+    record = made.record(amplitude=amplitude, frequency=10.0, cycles=6)
+    found = ms.identify(
+        record, pair=JOINT.surface.pair, area=2e-4, rig_stiffness=(rig, 0.02 * rig), known=known
+    )
+    friction = found.parameters["friction_coefficient"]
+    assert friction.low < JOINT.friction_coefficient < friction.high
+    if amplitude > 4e-6:
+        assert friction.verdict == "identified"
+        assert friction.high / friction.low < 1.006
+    else:
+        assert friction.high == math.inf
+
+
+def test_laws_are_compared_under_a_load_that_varies() -> None:
+    made = ms.VirtualTribometer(
+        ms.Jenkins(1e9, 1100.0), noise=0.005, sample_rate=2560.0, seed=1
+    ).record(amplitude=3e-6, frequency=10.0, cycles=6)
+    phase = 2.0 * math.pi * 10.0 * np.arange(made.force.size) / 2560.0
+    record = ms.Record(
+        made.displacement, made.force, 2000.0 + 4.0 * np.sin(2.0 * phase), sample_rate=2560.0
+    )
+    laws = ms.compare(record, laws=["jenkins", "interface"]).laws
+    assert np.isfinite([one.chi_squared for one in laws.values()]).all()

@@ -24,7 +24,7 @@ from microslip.contact.materials import MaterialPair
 STIFFNESS_ERROR = 0.05
 """Standard deviation of ln k_n of the table against boundary elements [-]."""
 ENERGY_ERRORS = MappingProxyType({0.1: 0.6, 0.3: 0.25, 1.0: 0.09})
-"""The same of the energy of a cycle, by its amplitude over mu N/k_t."""
+"""Standard deviation of the energy of a cycle by amplitude over mu N/k_t, relative [-]."""
 SHAPE_ERROR = 0.25
 """Standard deviation of the logarithm of what small cycles lose, by which bands draw the shape."""
 _BREADTH_SPREAD = 0.1  # of ln(breadth), where it is not known

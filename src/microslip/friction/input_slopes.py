@@ -17,7 +17,7 @@ from microslip.contact.materials import Material, MaterialPair
 from microslip.friction.interface import Interface
 
 _STEP = 0.02
-"""Half width of the central difference in ln(input); the error is of second order."""
+"""Step of the central difference in ln(input), whose error is of second order."""
 
 _ELASTIC = 1e15
 """Hardness [Pa] of a face without yielding."""

@@ -69,7 +69,7 @@ class Bands:
 
     @cached_property
     def _growths(self) -> list[Floats]:
-        """Half the growth of the force of each record over its cycles, whitened (rows)."""
+        """Return half of the force drift of each record over its cycles, whitened (rows)."""
         growths = []
         for rows in self.fit.rows:
             force = rows.folded.force

@@ -229,7 +229,9 @@ def _fit(name: str, found: Identification, fit: FreeForm, heights: Any) -> _Fit:
         )
     problem, q, least, _ = solve(statistics, law, starts=starts)
     values = problem.values(q)
-    return _Fit(max(least - statistics.least, 0.0), q.size, problem.coefficients(values), values)
+    return _Fit(
+        max(least - problem.statistics.least, 0.0), q.size, problem.coefficients(values), values
+    )
 
 
 def _segalman(u: Floats, v: Values, _: float | None) -> Floats:

@@ -17,6 +17,7 @@ from microslip.contact.materials import MaterialPair
 from microslip.friction import Interface
 from microslip.identification.bands import QUANTILE
 from microslip.identification.estimate import as_pair
+from microslip.identification.free_form import FreeForm
 from microslip.identification.models.interface import InterfaceModel, Materials
 from microslip.identification.second_step import (
     ASSUMED,
@@ -26,6 +27,7 @@ from microslip.identification.second_step import (
     Datum,
     Law,
     Parameter,
+    Scatter,
     SecondStep,
     Statistics,
     Unknown,
@@ -41,14 +43,12 @@ CONTACT_AREA, RIG = "contact_area", "rig_stiffness"
 _SUMMITS = ("radius", "density", "summit_count", CONTACT_AREA)
 _SCALES, _SEPARATIONS = (0.1, 0.25, 0.6, 1.5), (-0.5, 0.8, 2.0, 3.5)
 """Starts: slip scale over the length of the force limit over the stiffness; separation."""
-_VARYING_LOAD = 6e-4
+_VARYING_LOAD = 1e-3
 """Relative standard error of the force limit where the load varies within the cycle.
 
-The thresholds follow the load by the stiffness near rest, which noise hides: measured on 40 sets
-with loads that vary by 2 and 10 %.
+The thresholds follow the load by the stiffness near rest, which noise hides: at most 0.19 % on 64
+sets with loads that vary by 2 and 10 %.
 """
-_PASSES, _SAME_FRICTION = 4, 2e-3
-"""Passes of the fit, and the relative change of the friction at which they end."""
 _RIGS = (1.01, 1.1, 1.5, 4.0)
 """Starts of an unknown rig: its stiffness over that of joint and rig in series."""
 
@@ -130,18 +130,10 @@ def interface_step(
     if summits is not None:
         summits = as_pair(summits)
         count = float(summits[0]) if isinstance(summits, (tuple, list)) else float(summits)
-        scatter = _scatter(statistics, model, loads, count)
+        scatter = _scatter(model, loads, count)
     starts = interface_starts(statistics, law, model, force, stiffness)
-    for _ in range(_PASSES):
-        problem, q, least, covariance = solve(statistics, law, data, scatter, starts)
-        if statistics.fit.friction is None:
-            break
-        # The terms of a load that varies within the cycle are linear in the friction.
-        problem.coefficients(problem.values(q))
-        friction = statistics.last_friction
-        if abs(statistics.fit.friction / friction - 1.0) < _SAME_FRICTION:
-            break
-        statistics, starts = statistics.about(friction), [problem.values(q)]
+    problem, q, least, covariance = solve(statistics, law, data, scatter, starts)
+    statistics = problem.statistics
     parameters = parameters_of(problem, q, least, covariance)
     for name in known:
         if name in parameters:
@@ -175,14 +167,21 @@ def interface_step(
     for name in (FRICTION, "force_limit"):
         if name in parameters and parameters[name].verdict != ASSUMED:
             parameters[name] = _wider(parameters[name], excess, share)
+    if share and step.fits and parameters[FRICTION].verdict == BOUNDED:
+        # Without gross slip the path of the load counts as much as the friction.
+        for name, one in parameters.items():
+            if name in (FRICTION, "force_limit"):
+                least = force / (max(loads) if name == FRICTION else 1.0)
+                parameters[name] = replace(one, low=min(one.low, least), high=math.inf)
+            elif one.verdict in (IDENTIFIED, BOUNDED):
+                parameters[name] = _open(one)
     if not step.fits:
         # Intervals of a law that the loops contradict hold no true value; the limit needs no law.
         for name, one in parameters.items():
             if one.verdict in (IDENTIFIED, BOUNDED):
                 known_limit = name in (FRICTION, "force_limit")
                 parameters[name] = replace(one, verdict=BOUNDED) if known_limit else _open(one)
-        step = step_of(statistics, law, problem, least, parameters, q)
-    return step, model, materials
+    return replace(step, parameters=parameters), model, materials
 
 
 def _open(one: Parameter) -> Parameter:
@@ -260,24 +259,22 @@ def interface_starts(
     return [starts[i] for i in np.argsort(sums)[: 3 if statistics.free_rig else 2]]
 
 
-def _scatter(
-    statistics: Statistics, model: InterfaceModel, loads: Sequence[float], count: float
-) -> Callable[[Mapping[str, float]], Floats]:
-    """Return a function: changes of scaled coefficients by random heights (columns)."""
-    fit = statistics.fit
-    nodes = np.append(np.append(0.0, fit.y[:-1]), fit.y[-2] * 1.001)
+def _scatter(model: InterfaceModel, loads: Sequence[float], count: float) -> Scatter:
+    """Return the changes of scaled coefficients by the random heights of a number of summits."""
     high = max(loads)
 
-    def changes(values: Mapping[str, float]) -> Floats:
+    def changes(fit: FreeForm, values: Mapping[str, float]) -> Floats:
+        nodes = np.append(np.append(0.0, fit.y[:-1]), fit.y[-2] * 1.001)
         rows = model.by_summits(nodes, values, high, list(loads)) / math.sqrt(count)
         slope = np.diff(rows, axis=1) / np.diff(nodes)
         k = np.concatenate((slope[:, :-1] - slope[:, 1:], slope[:, -1:]), axis=1)
-        shifts = []
-        for shift in fit.shifts[1:]:
+        # Heights change the shifts of steady loads; the friction of a varying load stays.
+        shifts = [] if fit.friction is None else [np.zeros(len(k))]
+        for shift in fit.shifts[1:] if fit.friction is None else ():
             at = np.array([-shift])
             moved = model.by_summits(at, values, high, list(loads))[:, 0] / math.sqrt(count)
             shifts.append(moved / float(model.curve(at, values, high)[1][0]))
-        whole = np.concatenate((k, np.array(shifts).reshape(len(fit.shifts) - 1, -1).T), axis=1)
+        whole = np.concatenate((k, np.array(shifts).reshape(fit.extra, len(k)).T), axis=1)
         return (whole * np.where(np.isfinite(fit.scale), fit.scale, 0.0)).T
 
     return changes

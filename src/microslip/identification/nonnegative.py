@@ -41,10 +41,6 @@ def _solve(matrix: Floats, right: Floats) -> Floats:
     return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0])
 
 
-def _tolerance(h: Floats) -> float:
-    return max(1e-12 * float(np.abs(h).max(initial=0.0)), _SMALL)
-
-
 def minimum(cone: Cone, h: Floats, passive: NDArray[np.bool_] | None = None) -> Floats:
     """Return the coefficients of the minimum (Lawson and Hanson's method on the Gram matrix).
 
@@ -61,7 +57,7 @@ def minimum(cone: Cone, h: Floats, passive: NDArray[np.bool_] | None = None) -> 
     size = h.size
     p = free.copy() if passive is None else passive | free
     g = np.zeros(size)
-    tolerance = _tolerance(h)
+    tolerance = max(1e-12 * float(np.abs(h).max(initial=0.0)), _SMALL)
     barred = np.zeros(size, dtype=bool)
     for _ in range(_MOST_CHANGES * size):
         while True:

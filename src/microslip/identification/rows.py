@@ -40,7 +40,7 @@ class Rows:
 
     @cached_property
     def amplitude(self) -> float:
-        """Half the range of the displacement [m]."""
+        """Amplitude of the displacement [m], half of its range."""
         return float(self.cycle.half.max())
 
     @cached_property

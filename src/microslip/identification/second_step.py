@@ -30,7 +30,12 @@ _STEP = 1e-4
 _CLEAR = 10.0
 """Displacement of a secant that noise does not disturb, over the smallest threshold."""
 
+_PASSES, _SAME_FRICTION = 3, 2e-3
+"""Further passes under a varying load, and the relative change of the friction at their end."""
+
 Values = Mapping[str, float]
+Scatter = Callable[[FreeForm, Values], Floats]
+"""Changes of the scaled coefficients of a fit by random heights (columns)."""
 
 
 class Unknown(NamedTuple):
@@ -148,7 +153,6 @@ class Statistics:
         self.dimension = int(np.count_nonzero(keep))
         self.level = QUANTILE * bands.excess
         self.bands = bands
-        self.last_friction: float = fit.friction or 0.0
 
     @property
     def least_stiffness(self) -> float:
@@ -195,8 +199,12 @@ class Statistics:
             assert load is not None
             far = np.array([1e3 * end])
             fall = float((curve(far, load) - curve(far, 0.5 * load))[0])
-            friction = self._by_shift(fall / (0.5 * load), force, u)
-            self.last_friction = friction
+            # A law that knows no load moves with it as the free form does.
+            friction = (
+                self._by_shift(fall / (0.5 * load), force, u)
+                if fall > 0.0
+                else max(fit.friction + float(fit.moved[0]), 0.2 * fit.friction)
+            )
             nodes = fit.carried(nodes, friction)
             return np.interp(nodes, u, force), np.array([friction - fit.friction]), nodes
         shifts = []
@@ -207,6 +215,12 @@ class Statistics:
             fall = (curve(np.array([1e3 * end]), load) - curve(np.array([1e3 * end]), low))[0]
             shifts.append(-float(np.interp(fall, force, u)))
         return np.interp(nodes, u, force), np.array(shifts) - fit.shifts[1:], nodes
+
+    def friction_of(self, g: Floats) -> float | None:
+        """Return the friction coefficient of scaled coefficients; None for steady loads."""
+        if self.fit.friction is None:
+            return None
+        return self.fit.friction + float(g[-1] / self.fit.scale[-1])
 
     def _by_shift(self, friction: float, force: Floats, u: Floats) -> float:
         """Return the friction at which the fit shifts its thresholds as the law does.
@@ -235,7 +249,7 @@ class _Problem:
         statistics: Statistics,
         law: Law,
         data: Sequence[Datum],
-        scatter: Callable[[Values], Floats] | None = None,
+        scatter: Scatter | None = None,
     ) -> None:
         self.statistics, self.law, self.data, self.scatter = statistics, law, data, scatter
         unknowns = list(law.unknowns)
@@ -296,7 +310,7 @@ class _Problem:
         """Weigh by the scatter of random heights of summits, at these values."""
         if self.scatter is None:
             return
-        changes = self.statistics.root @ self.scatter(self.values(q))
+        changes = self.statistics.root @ self.scatter(self.statistics.fit, self.values(q))
         square, turned = np.linalg.eigh(changes.T @ changes)
         keep = square > 1e-6
         directions = (changes @ turned[:, keep]) / np.sqrt(square[keep])
@@ -307,10 +321,34 @@ def solve(
     statistics: Statistics,
     law: Law,
     data: Sequence[Datum] = (),
-    scatter: Callable[[Values], Floats] | None = None,
+    scatter: Scatter | None = None,
     starts: Sequence[Mapping[str, float]] = (),
 ) -> tuple[_Problem, Floats, float, Floats]:
-    """Return problem, best coordinates, sum of squares and covariance of a law."""
+    """Return problem, best coordinates, sum of squares and covariance of a law.
+
+    The statistics of a load that varies within the cycle are linear in the friction: they are
+    computed anew about the friction of the law, and those of the problem are the last.
+    """
+    solved = _solved(statistics, law, data, scatter, starts)
+    for _ in range(_PASSES):
+        problem, q = solved[0], solved[1]
+        values = problem.values(q)
+        friction = problem.statistics.friction_of(problem.coefficients(values))
+        if friction is None or not friction > 0.0:
+            break
+        if abs((problem.statistics.fit.friction or 0.0) / friction - 1.0) < _SAME_FRICTION:
+            break
+        solved = _solved(problem.statistics.about(friction), law, data, scatter, [values])
+    return solved
+
+
+def _solved(
+    statistics: Statistics,
+    law: Law,
+    data: Sequence[Datum],
+    scatter: Scatter | None,
+    starts: Sequence[Mapping[str, float]],
+) -> tuple[_Problem, Floats, float, Floats]:
     problem = _Problem(statistics, law, data, scatter)
     low, high = problem.bounds
     best: Any = None

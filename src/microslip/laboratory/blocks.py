@@ -44,7 +44,7 @@ _SAME_PERIOD = 0.1
 _ONE_FREQUENCY = 1.5
 """Range of the periods of the cycles that are evaluated with the same windows."""
 _FEWEST_SMALLER = 2
-"""Whole cycles of a stretch of smaller ones, at least."""
+"""Smallest number of whole cycles in a stretch of smaller cycles."""
 _STOOD, _RESTING = 0.75, 8.0
 """Least share of a cycle for which a logged rig stands still; range then, over the noise."""
 _OVER_NOISE = 10.0

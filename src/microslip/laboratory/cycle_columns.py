@@ -199,7 +199,7 @@ class Way(NamedTuple):
     compliance: Floats
     """Displacement over force along the chord [m/N]."""
     doubt: Floats
-    """Half the range of the chords of three shapes of the branch, and 60 % more [m/N]."""
+    """Error of the chord [m/N]: 1.6 times half of its range over three shapes of the branch."""
     range: Floats
     """Displacement [m] after which the force is 5 % below the first tangent."""
 

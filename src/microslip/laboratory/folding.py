@@ -121,7 +121,7 @@ class Folded(Locked):
 
     @property
     def amplitude(self) -> float:
-        """Half the range of the displacement [m]."""
+        """Amplitude of the displacement [m], half of its range."""
         return 0.5 * float(np.ptp(self.displacement(np.linspace(0.0, 2.0 * math.pi, 2048))))
 
     @property

@@ -80,7 +80,7 @@ def _first(cycles: Cuts) -> Cuts:
 
 
 def _halved(cycles: Cuts, parity: int, size: int) -> Cuts:
-    """The same cycles in every other sample."""
+    """Return the cycles with every other sample."""
     cuts, peaks, troughs = (
         np.clip((places - parity + 1) // 2, 0, size - 1)
         for places in (cycles.cuts, cycles.peaks, cycles.troughs)

@@ -45,7 +45,7 @@ class Change(NamedTuple):
     rise: float
     """Damping ratio at the largest less that at the smallest amplitude [-]."""
     fall: float
-    """The same of the frequency, relative [-]."""
+    """Relative change of the frequency between the ends of the amplitudes [-]."""
 
     @property
     def ratio(self) -> float:

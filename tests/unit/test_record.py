@@ -788,29 +788,6 @@ def test_records_of_numpy(form: str, put: Any) -> None:
         ms.Record.read("o.npy")
 
 
-@pytest.mark.parametrize(
-    "head",
-    [
-        "t/s,s/mm,F_R/N",
-        "time_s,disp_mm,force_N",
-        "Time: s,Displacement: mm,Force: N",
-        "Time.s.,Displacement.mm.,Force.N.",
-        "時間 [s],変位 [mm],摩擦力 [N]",
-        "T,X,Fx\nsec,mm,N",
-        "Time,Position,Fx,\nsec,mm,N,\nStep No. 2,,,",
-    ],
-)
-def test_headers_as_people_write_them(head: str, tmp_path: Path) -> None:
-    path = tmp_path / "run.csv"
-    comma = "," * head.partition("\n")[0].endswith(",")
-    rows = "".join(f"{0.01 * i:.2f},{i % 7},{i % 5}{comma}\n" for i in range(40))
-    path.write_text(f"{head}\n{rows}", encoding="utf-8")
-    read = ms.Record.read(path)
-    assert read.time is not None
-    assert read.time[3] == 0.03
-    assert (read.displacement.max(), read.force.max()) == (6e-3, 4.0)
-
-
 @pytest.mark.parametrize("path", [3, None, ["run.csv"]])
 def test_a_path_is_the_name_of_a_file(path: Any) -> None:
     record = ms.Record([0.0, 1.0], [0.0, 1.0])

@@ -23,6 +23,8 @@ AROUND = 8
 
 _NOISES, _PART = 20.0, 0.1
 """Jumps off the other cycles over the noise, and over the range of force, at least."""
+_COARSE = 26.0
+"""Samples a cycle below which a turning point of a sine stands out from its neighbours."""
 
 
 class Spike(NamedTuple):
@@ -134,7 +136,7 @@ def _peaks_in(channel: str, values: NDArray[np.float64], span: float) -> list[Sp
     is_far[centre : centre + at.size] = off > np.maximum(least, 2.0 * reach)
     runs = [run for run in runs_of(is_far).tolist() if run[1] - run[0] <= LONGEST]
     rows = np.abs(np.diff(values - 0.5 * (values.max() + values.min()) > 0.0)).sum()
-    if len(runs) > 0.5 * max(rows, 2):
+    if len(runs) > 0.5 * max(rows, 2) or 2.0 * values.size < _COARSE * rows:
         return []
     spikes = []
     for first, stop in runs:

@@ -224,8 +224,8 @@ def _names(
     line, cells = first
     if all(map(is_only_unit, cells)):
         units = tuple(None if unit in ("", "-", "–") else unit for unit in map(unbracketed, cells))
-        second = next(heads, None)
-        if second:
+        above = above[above.index(line) + 1 : _FAR]
+        if above and (second := _heading_cells(above[0], separator, width, mask, len(cells))):
             # "[s]" and "s" are the same unit; columns beyond a shorter row have no unit.
             return tuple(second[1]), units, (second[0].above, line.above)
         if all(cell.startswith(("[", "(")) for cell in cells):
@@ -240,16 +240,22 @@ def _has_units(cells: Sequence[str]) -> bool:
 
 
 def _heading_cells(
-    line: Line, separator: str | None, width: int, mask: Sequence[bool | None]
+    line: Line,
+    separator: str | None,
+    width: int,
+    mask: Sequence[bool | None],
+    size: int | None = None,
 ) -> tuple[Line, list[str]] | None:
+    """Return the cells of a line of names or units. Of ``size`` names the last may be empty."""
     text = line.text.strip().lstrip(_MARKS) if line.text[:1] in "#%!/*" else line.text
     fewest = _used_width(mask)
     for cells in _splits(text, separator):
         of_line = cells
         while cells and not cells[-1]:
             cells = cells[:-1]
-        if len(cells) < fewest <= len(of_line) and cells and all(map(is_only_unit, cells)):
-            cells = of_line[:fewest]  # columns without a unit
+        is_short = cells and len(cells) < fewest <= len(of_line)
+        if is_short and (size == fewest or all(map(is_only_unit, cells))):
+            cells = of_line[:fewest]  # columns without a name or unit
         if len(cells) == width + 1 and cells[-1].casefold() == "comment":
             cells = cells[:-1]  # LabVIEW names a comment column that is usually absent
         if fewest <= len(cells) <= width and any(cells) and not any(map(_is_number, cells)):

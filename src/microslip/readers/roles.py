@@ -165,6 +165,7 @@ def is_raw(unit: str) -> bool:
 
 def _words(name: str) -> set[str]:
     parted = re.sub(r"(?<=[a-zà-ÿ])(?=[A-Z])", " ", name)
+    parted = re.sub(r"load[ _]cell", "loadcell", parted, flags=re.IGNORECASE)
     return set(re.findall(r"[^\W\d_]+", parted.casefold()))
 
 

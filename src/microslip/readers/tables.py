@@ -29,7 +29,15 @@ _FORMS = (
     # Underscores also occur in names: "F_N" is a normal load, but "force_N" a force in newtons.
     re.compile(r"(?P<name>[^\W\d_]{3,}(?:_[^\W_]+)*)_(?P<unit>[NmsV])"),
     re.compile(r"(?P<name>.+)_(?P<unit>[nuµm]m|[umk]N|ms|us|sec|mV)"),
+    re.compile(r"(?P<name>[A-Z]+(?:_[A-Z]+)*)_(?P<unit>[NUM]M|KN|MS|SEC|S)"),
+    # A symbol before its unit; "F_N" remains a normal load.
+    re.compile(r"(?P<name>[TQPWN]|F[A-Za-z])_(?P<unit>k?N)"),
+    re.compile(r"(?P<name>[xXudsδ])_(?P<unit>m)"),
+    re.compile(r"(?P<name>t)_(?P<unit>s)"),
+    re.compile(r"(?P<name>.{2,})\s(?P<unit>[nuµm]m|[umk]?N|[mu]?s|sec)"),
 )
+_CAPITALS = {"NM": "nm", "UM": "um", "MM": "mm", "KN": "kN", "S": "s", "MS": "ms", "SEC": "s"}
+"""Units in files written in capital letters, where "MM" is no megametre."""
 
 
 def name_and_unit(heading: str) -> tuple[str, str | None]:
@@ -56,6 +64,8 @@ def unbracketed(cell: str) -> str:
 
 def spelt(unit: str) -> str:
     """Return a unit in its known spelling, such as "newtons" for "Newtons"."""
+    if unit in _CAPITALS:
+        return _CAPITALS[unit]
     return unit.lower() if len(unit) > 2 and not is_unit(unit) and is_unit(unit.lower()) else unit
 
 
@@ -63,7 +73,7 @@ def is_only_unit(cell: str) -> bool:
     """Return whether a cell contains a unit or nothing, as in a row of units."""
     text = unbracketed(cell)
     # Text in square brackets is a unit, even an unknown one.
-    return cell.startswith("[") or text in ("", "-", "–") or is_unit(text)
+    return cell.startswith("[") or text in ("", "-", "–") or is_unit(spelt(text))
 
 
 class Column(NamedTuple):

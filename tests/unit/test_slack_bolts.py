@@ -50,7 +50,7 @@ def test_slack_stands_beside_tight_as_the_library_has_both() -> None:
     assert held["slack_bolts"] == [2]
     assert held["all_tight"][0]["modal_frequency"] == beside.curve.frequency.tolist()
     assert len(held["bolt_tension"]) == 1
-    assert "fully stuck with bolt 2 slack" in held["answer"]
+    assert "Fully stuck with bolt 2 slack" in held["answer"]
     assert len(asked.structure.holes) == 2
     assert asked.structure.sensing == ((0.1, 0.0, 0.0), "z")
 

@@ -17,6 +17,7 @@ from scipy import stats
 
 import microslip as ms
 from microslip.figures.plot import Area, Marks
+from microslip.report.document import Verdicts
 from microslip.report.predicted.document import document
 from microslip.report.predicted.numbers import file_names
 from microslip.report.predicted.preview import preview
@@ -89,19 +90,18 @@ def drawn() -> ms.ReducedJoint:
 
 def test_the_structure_is_reported_first(result: ms.Result) -> None:
     told = document(result)
-    assert [s.title for s in told.sections][:5] == [
-        "Structure", "Frequency and damping", "Limits and tests", "Contributions to the scatter",
-        "Structure in figures",
+    assert [s.title for s in told.sections][:6] == [
+        "Frequency and damping", "Tests beside the bands", "Limits, rise and fall",
+        "Contributions to the scatter", "Structure", "Structure in figures",
     ]  # fmt: skip
-    assert told.answer.startswith("Mode 1: ")
-    assert "5–95 %" in told.answer
+    assert told.answer.startswith("Mode 1 at ")
+    assert "brackets: 5 to 95 %" in told.answer
     assert result.structure is not None
     mode, data = result.structure.modes[0], result.summary["structure"]["modes"][0]
     assert mode.bands is not None
     assert told.answer.endswith(
-        "Errors: of patches, mesh and reduction not estimated (converge = true estimates them); of "
-        f"truncated harmonics ±{abs(mode.curve.harmonic_error[-1]):.1%}; sampling error of the "
-        f"band's ends ±{mode.bands.damping_error:.1%}."
+        f"Errors: truncated harmonics ±{abs(mode.curve.harmonic_error[-1]):.1%}; patches, mesh and "
+        f"reduction not estimated; ends of the band ±{mode.bands.damping_error:.1%} by sampling."
     )
     (picture,) = [p for p in told.pictures if p.name == "modal_curves"]
     assert picture.caption.endswith(told.answer.partition("Errors:")[2])
@@ -112,7 +112,8 @@ def test_the_structure_is_reported_first(result: ms.Result) -> None:
 def test_verdicts_cover_all_that_the_report_shows(result: ms.Result) -> None:
     structure = result.structure
     assert structure is not None
-    (block,) = [v for v in document(result).verdicts if "tests" in v.caption]
+    (block,) = [s.blocks[0] for s in document(result).sections if s.title == "Validity"]
+    assert isinstance(block, Verdicts)
     words = {verdict.name: verdict.word for verdict in block.verdicts}
     points = sum(verdict.points for verdict in structure.judged)
     beyond = sum(verdict.above + verdict.below for verdict in structure.judged)
@@ -133,7 +134,7 @@ def test_verdicts_cover_all_that_the_report_shows(result: ms.Result) -> None:
         structure, modes=(replace(mode, forced=(forced,)),),
         tests=(replace(test, frequency=np.full(test.frequency.shape, 1e5)),),
     )  # fmt: skip
-    judged = {v.name: v.word for v in structure_verdicts(wrong).verdicts}
+    judged = {v.name: v.word for v in structure_verdicts(wrong)}
     assert judged["forced responses beyond the amplitudes"] == "outside"
     assert judged["points of tests beyond open and tied laps"] == "outside"
 

@@ -33,7 +33,7 @@ from microslip.report.predicted.tables import (
 )
 from microslip.report.structure.document import structure_answer, structure_sections
 from microslip.report.structure.document import structure_headline as structure_number
-from microslip.report.structure.judged import structure_verdicts
+from microslip.report.structure.judged import with_structure
 from microslip.study.consistency import questions
 from microslip.study.description import StudyDescription
 from microslip.study.measured_face import NO_CUTOFF
@@ -63,13 +63,14 @@ def document(result: Prediction) -> Document:
     notes = tuple(note for note in summary["notes"] if note != REMINDER)  # shown as a remark
     computed = [Note(subject(result))] if study.asks_for_joint else []
     description: list[Block] = [*computed, *study_facts(study), Listing(study.text)]
-    verdicts = [validity_verdicts(study, result.joints)]
+    verdicts = validity_verdicts(study, result.joints)
     if result.structure is not None:
-        verdicts.append(structure_verdicts(result.structure))
+        verdicts = with_structure(verdicts, result.structure)
+    reminder = [Note(REMARK)] if study.asks_for_joint else []
     sections += [
         Section("Figures", pictures(result), brief=False),
-        Section("Validity", tuple(verdicts)),
-        Section("Notes", (*([Items(notes)] if notes else []), Note(REMARK))),
+        Section("Validity", (verdicts,)),
+        Section("Notes", (*([Items(notes)] if notes else []), *reminder)),
         Section("Study", tuple(description), brief=False),
         Section("Equations", (Markup(equations(result)),), brief=False),
     ]

@@ -11,6 +11,7 @@ import numpy as np
 
 from microslip._core.quantities import json_value, named
 from microslip._core.units import engineering
+from microslip.figures.kit import evenly
 from microslip.figures.picture import Picture
 from microslip.report import cells
 from microslip.report.document import Block, Column, Facts, Headline, Note, Section, Table
@@ -37,33 +38,43 @@ from microslip.report.structure.pictures import (
     shape_plot,
     slip_plot,
 )
-from microslip.report.structure.tested import tested_numbers, tested_section
+from microslip.report.structure.tested import tested_numbers, tested_sections
 from microslip.structures import Convergence
 from microslip.structures.modal_curve import Resonance
 from microslip.study.runs.structure_prediction import Bands, Mode, StructurePrediction
 
 _PATCH = ("x", "y", "area", "gap", "normal_load")
+_TERMINAL_ROWS = 8  # rows of all tables of modes together on a terminal
 STRUCTURE_FIGURES = ("modal_curves", "pressure_map", "slip_map", "loss_map", "mode_shapes")
 """Names of the figures."""
 
 
 def structure_answer(prediction: StructurePrediction) -> str:
-    """The result in a sentence."""
-    mode, curve, last = prediction.modes[0], prediction.modes[0].curve, prediction.modes[0].last
-    band = "" if mode.bands is None else f" (5–95 %: {_band(mode.bands, last)})"
+    """Return frequency and damping at the largest amplitude, with bands and errors, in words."""
+    mode = prediction.modes[0]
+    curve, last, bands = mode.curve, mode.last, mode.bands
     slack = f" with {slack_names(prediction)} slack" if prediction.tight else ""
-    place = engineering(float(curve.amplitude[last]), prediction.part.unit, 3)
+    frequency, damping = f"{curve.frequency[last]:.5g} Hz", cells.ratio(curve.damping_ratio[last])
+    if bands is not None:
+        low, high = bands.frequency[[0, -1], last]
+        frequency += f" ({low:.5g} to {high:.5g})"
+        damping += f" ({_band(bands, last)})"
+    brackets = "" if bands is None else "; brackets: 5 to 95 %"
     return (
-        f"Mode {mode.number}: {curve.linear_frequency:.5g} Hz fully stuck{slack}; at an amplitude "
-        f"of {place} at the sensor "
-        f"{curve.frequency[last]:.5g} Hz, with a damping ratio in steady motion of "
-        f"{cells.ratio(float(curve.damping_ratio[last]))}{band}.{_outside(prediction)} "
-        f"{_errors(prediction)}"
+        f"Mode {mode.number} at {_place(prediction)} at the sensor: frequency {frequency}, damping "
+        f"ratio in steady motion {damping}{brackets}. Fully stuck{slack}: "
+        f"{curve.linear_frequency:.5g} Hz.{_outside(prediction)} {_errors(prediction)}"
     )
 
 
+def _place(prediction: StructurePrediction) -> str:
+    """Format the largest solved amplitude of the first mode."""
+    mode = prediction.modes[0]
+    return engineering(float(mode.curve.amplitude[mode.last]), prediction.part.unit, 3)
+
+
 def _outside(prediction: StructurePrediction) -> str:
-    """Tests and responses that the answer does not cover, in words."""
+    """State which tests lie outside their bands, and which responses are not covered."""
     away = [verdict for verdict in prediction.judged if verdict.word != "inside"]
     text = f" {len(away)} of {len(prediction.judged)} tested quantities are not inside." * bool(
         away
@@ -75,33 +86,29 @@ def _outside(prediction: StructurePrediction) -> str:
 
 
 def _errors(prediction: StructurePrediction) -> str:
-    """Errors of the answer: of patches, mesh and reduction, and of so few samples."""
+    """State the errors of the model, of truncated harmonics and of the number of samples."""
     mode, convergence = prediction.modes[0], prediction.convergence
     model = "not estimated"
-    if prediction.part.mesh is None:  # that of a user cannot be refined
-        model += " (converge = true estimates them)"
     if convergence is not None:
         model = f"±{convergence.error[1]:.1%} of the joint's damping"
     left = float(abs(mode.curve.harmonic_error[mode.last]))
-    errors = f"Errors: of patches, mesh and reduction {model}; of truncated harmonics ±{left:.1%}"
+    errors = f"Errors: truncated harmonics ±{left:.1%}; patches, mesh and reduction {model}"
     if mode.bands is None:
         return f"{errors}."
     if math.isnan(mode.bands.damping_error):
         return f"{errors}; no sample has a solution, so there is no band."
     if not math.isfinite(mode.bands.damping_error):
-        return f"{errors}; sampling error of the band's ends unknown: too few samples."
-    return f"{errors}; sampling error of the band's ends ±{mode.bands.damping_error:.1%}."
+        return f"{errors}; ends of the band unknown: too few samples."
+    return f"{errors}; ends of the band ±{mode.bands.damping_error:.1%} by sampling."
 
 
 def structure_headline(prediction: StructurePrediction) -> Headline:
-    """The damping ratio at the largest amplitude, with its band."""
+    """Return the damping ratio at the largest amplitude, with its band."""
     mode, last = prediction.modes[0], prediction.modes[0].last
-    place = engineering(float(mode.curve.amplitude[last]), prediction.part.unit, 3)
-    band = ""
-    if mode.bands is not None:
-        band = f"5 to 95 %: {_band(mode.bands, last)}"
+    band = "" if mode.bands is None else f"5 to 95 %: {_band(mode.bands, last)}"
     value = cells.ratio(float(mode.curve.damping_ratio[last]))
-    return Headline(f"steady damping ratio ζ of mode {mode.number} at {place}", value, band)
+    name = f"steady damping ratio ζ of mode {mode.number} at {_place(prediction)}"
+    return Headline(name, value, band)
 
 
 def _band(bands: Bands, place: int) -> str:
@@ -109,23 +116,24 @@ def _band(bands: Bands, place: int) -> str:
 
 
 def structure_sections(prediction: StructurePrediction) -> tuple[Section, ...]:
-    """The parts of a document that are about the structure, the first ones to read."""
-    parts = [Section("Structure", (_model(prediction),))]
-    blocks: list[Block] = [_table(mode, prediction.part.unit) for mode in prediction.modes]
-    ranking = [_ranking(mode) for mode in prediction.modes if mode.bands is not None]
-    parts.append(Section("Frequency and damping", (*blocks, Note(_remark(prediction), small=True))))
-    if (tested := tested_section(prediction)) is not None:
-        parts.append(tested)
+    """Return the sections about the structure; the terminal shows the curves, tests and causes."""
+    rows = max(3, _TERMINAL_ROWS // len(prediction.modes))
+    blocks: list[Block] = [_table(mode, prediction.part.unit, rows) for mode in prediction.modes]
+    blocks += [Note(text, small=True) for text in _warnings(prediction)]
+    blocks.append(Note(_methods(prediction), small=True, brief=False))
+    parts = [Section("Frequency and damping", tuple(blocks))]
+    parts += tested_sections(prediction)
     if prediction.tight:
         parts.append(comparison(prediction))
     if prediction.part.force is not None:
         parts.append(force_section(prediction))
     if prediction.convergence is not None:
         parts.append(_convergence_section(prediction.convergence, prediction.part.modes[0]))
-    if ranking:
-        parts.append(Section("Contributions to the scatter", tuple(ranking)))
+    if any(mode.bands is not None for mode in prediction.modes):
+        parts.append(Section("Contributions to the scatter", (_ranking(prediction.modes),)))
     if prediction.identified is not None:
         parts.append(fitted_section(prediction, prediction.identified))
+    parts.append(Section("Structure", (_model(prediction),), brief=False))
     parts.append(Section("Structure in figures", structure_pictures(prediction), brief=False))
     return tuple(parts)
 
@@ -215,7 +223,7 @@ def structure_numbers(prediction: StructurePrediction) -> dict[str, Any]:
         "modes": [_mode_numbers(mode) for mode in prediction.modes],
         "verdicts": [
             json_value(named(verdict, "name", "value", "limit", "word"))
-            for verdict in structure_verdicts(prediction).verdicts
+            for verdict in structure_verdicts(prediction)
         ],
         **tested_numbers(prediction),
         **{name: part for name, part in parts.items() if part is not None},
@@ -227,7 +235,7 @@ def _mode_numbers(mode: Mode) -> dict[str, Any]:
     result: dict[str, Any] = {
         "mode": mode.number,
         **named(mode.curve, "linear_frequency", "message"),
-        **{c.key: json_value(columns[c.key]) for c in _COLUMNS[:3]},
+        **{key: json_value(columns[key]) for key in _CURVES},
         "harmonic_error": json_value(mode.curve.harmonic_error),
         "loss_share": json_value(mode.loss()),
         "mac": json_value(mode.curve.mac),
@@ -288,14 +296,18 @@ def _form(prediction: StructurePrediction) -> str:
     return ", ".join(words)
 
 
+_CURVES = ("amplitude", "modal_frequency", "modal_damping_ratio")
 _COLUMNS = (
     cells.column("amplitude", label="Amplitude at the sensor", digits=3, write=None),
-    *map(cells.column, ("modal_frequency", "modal_damping_ratio")),
-    *(cells.column(f"modal_damping_ratio_{word}") for word in ("low", "median", "high")),
+    *(
+        replace(cells.column(name), brief=not name.endswith("median"))
+        for quantity in ("modal_frequency", "modal_damping_ratio")
+        for name in (quantity, *(f"{quantity}_{word}" for word in ("low", "median", "high")))
+    ),
 )
 
 
-def _table(mode: Mode, unit: str) -> Table:
+def _table(mode: Mode, unit: str, few: int) -> Table:
     columns = curves(mode)
     listed = tuple(
         replace(column, unit=unit) if column.key == "amplitude" else column
@@ -304,7 +316,8 @@ def _table(mode: Mode, unit: str) -> Table:
     )
     rows = tuple(zip(*(json_value(columns[column.key]) for column in listed), strict=True))
     title = f"Mode {mode.number}, {mode.curve.linear_frequency:.5g} Hz fully stuck"
-    return Table(title, listed, rows, caption=mode.curve.message, noun="amplitudes")
+    shown = tuple(evenly(len(rows), few))
+    return Table(title, listed, rows, caption=mode.curve.message, noun="amplitudes", few=shown)
 
 
 def _patches_remark(prediction: StructurePrediction) -> list[str]:
@@ -323,7 +336,8 @@ def _patches_remark(prediction: StructurePrediction) -> list[str]:
     ]
 
 
-def _remark(prediction: StructurePrediction) -> str:
+def _methods(prediction: StructurePrediction) -> str:
+    """Describe the errors of the curves and how their bands were computed."""
     errors = np.concatenate([abs(m.curve.harmonic_error) for m in prediction.modes])
     harmonics = ", ".join(map(str, prediction.part.harmonics))
     text = f"The effect of harmonics beyond {harmonics} is not known."
@@ -331,19 +345,18 @@ def _remark(prediction: StructurePrediction) -> str:
         text = (
             f"Harmonics beyond {harmonics} would change the joint's damping by {known.max():.1%}."
         )
+    meshed = prediction.part.mesh is not None
+    return " ".join([text, *(_bands_remark(mode, meshed) for mode in prediction.modes)])
+
+
+def _warnings(prediction: StructurePrediction) -> list[str]:
+    """Return sentences on conditions that make the curves unreliable."""
+    texts = [_resonance(mode, other) for mode in prediction.modes for other in mode.curve.near]
     macs = np.concatenate([m.curve.mac for m in prediction.modes])
     shapes = float(np.min(macs, where=np.isfinite(macs), initial=1.0))
     if shapes < _SAME_SHAPE:
-        text += f" Shapes change: their MAC with those of stuck joints falls to {shapes:.3f}."
-    near = (_resonance(mode, other) for mode in prediction.modes for other in mode.curve.near)
-    return " ".join(
-        [
-            text,
-            *near,
-            *_patches_remark(prediction),
-            *(_bands_remark(m, prediction.part.mesh is not None) for m in prediction.modes),
-        ]
-    )
+        texts.append(f"Shapes change: their MAC with those of stuck joints falls to {shapes:.3f}.")
+    return texts + _patches_remark(prediction)
 
 
 _SAME_SHAPE = 0.99
@@ -402,15 +415,23 @@ def _convergence_section(convergence: Convergence, number: int) -> Section:
         Column("damping_left", "ζ, left", "", write=lambda change: f"{change:+.2%}"),
     )
     title = f"Mode {number}, the largest changes over its amplitudes"
-    table = Table(title, listed, convergence.changes, noun="changes")
+    table = Table(title, listed, convergence.changes, noun="changes", brief=False)
     message = Note(f"{convergence.message}.", small=True)
     return Section("Convergence of the model", (table, message))
 
 
-def _ranking(mode: Mode) -> Table:
-    assert mode.bands is not None  # who calls has looked
+def _ranking(modes: tuple[Mode, ...]) -> Table:
+    """Tabulate the share of each uncertain input in the scatter of ln ζ, a column per mode."""
+    shares = {mode.number: dict(mode.bands.ranking) for mode in modes if mode.bands is not None}
     listed = (
-        Column("input", "Uncertain inputs"),
-        Column("share", "Share in the scatter of ln ζ", "", write=cells.percent),
+        Column("input", "Share in the scatter of ln ζ"),
+        *(Column(f"mode_{n}", f"Mode {n}", "", write=cells.percent) for n in shares),
     )
-    return Table(f"Mode {mode.number}", listed, mode.bands.ranking, noun="inputs")
+    totals = {name: sum(share.get(name, 0.0) for share in shares.values())
+              for share in shares.values() for name in share}  # fmt: skip
+    rows = tuple(
+        (name, *(share.get(name) for share in shares.values()))
+        for name in sorted(totals, key=lambda name: -totals[name])
+    )
+    few = tuple(range(min(3, len(rows))))
+    return Table("Contributions to the scatter", listed, rows, noun="inputs", few=few)

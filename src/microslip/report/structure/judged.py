@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -50,12 +51,20 @@ _LIMITED = Rule(
 )  # fmt: skip
 
 
-def structure_verdicts(prediction: StructurePrediction) -> Verdicts:
+def structure_verdicts(prediction: StructurePrediction) -> tuple[Verdict, ...]:
     """Judge all that the report of a structure shows, so that its headline covers it."""
-    verdicts = tuple(_judged(prediction))
-    names = frozenset(verdict.name for verdict in verdicts)
-    caption = "Of the structure: its solutions, its bands, and its model beside tests."
-    return Verdicts(verdicts, percent=names, caption=caption)
+    return tuple(_judged(prediction))
+
+
+def with_structure(block: Verdicts, prediction: StructurePrediction) -> Verdicts:
+    """Add the verdicts on a structure, whose values are percentages, to those on its contact."""
+    verdicts = structure_verdicts(prediction)
+    return replace(
+        block,
+        verdicts=(*verdicts, *block.verdicts),
+        places=(*[""] * len(verdicts), *(block.places or [""] * len(block.verdicts))),
+        percent=block.percent | {verdict.name for verdict in verdicts},
+    )
 
 
 def _judged(prediction: StructurePrediction) -> Iterator[Verdict]:

@@ -1,4 +1,4 @@
-"""Section of tests against the bands of a structure, its limits, and rise and fall."""
+"""Sections of a structure's tests against its bands, and of the limits of its frequencies."""
 
 from __future__ import annotations
 
@@ -42,8 +42,15 @@ def _sentence(verdict: QuantityVerdict) -> str:
     return f"{text}."
 
 
-def tested_section(prediction: StructurePrediction) -> Section | None:
-    """Return the limits of the frequencies, the verdicts on tests, and rise and fall."""
+def tested_sections(prediction: StructurePrediction) -> list[Section]:
+    """Return the verdicts on tests, then the limits of the frequencies, and rise and fall.
+
+    A terminal shows the limits only beside tests.
+    """
+    sections = []
+    if prediction.judged:
+        notes = tuple(Note(text) for text in verdict_sentences(prediction))
+        sections.append(Section("Tests beside the bands", notes))
     blocks: list[Block] = []
     if prediction.limits:
         rows = tuple(
@@ -84,8 +91,10 @@ def tested_section(prediction: StructurePrediction) -> Section | None:
              *(c.doubt for c in prediction.changes if c.doubt)]
         )  # fmt: skip
         blocks.append(Table("Rise and fall", listed, rows, caption=caption, noun="curves"))
-    blocks += [Note(text) for text in verdict_sentences(prediction)]
-    return Section("Limits and tests", tuple(blocks)) if blocks else None
+    if blocks:
+        brief = bool(prediction.tests)
+        sections.append(Section("Limits, rise and fall", tuple(blocks), brief=brief))
+    return sections
 
 
 def tested_numbers(prediction: StructurePrediction) -> dict[str, Any]:

@@ -282,7 +282,7 @@ def _meshes(here: Path) -> Iterator[Seed]:
 def _tables(here: Path) -> Iterator[Seed]:
     face = cast(ms.MeasuredContact, ms.MeasuredContact.examples()[0])
     face.save(here / "face.npz")
-    yield _of(here / "face.npz", ms.MeasuredContact.open)
+    yield _of(here / "face.npz", ms.MeasuredContact.load_file)
     found = {
         "parameters": {"friction_coefficient": {"value": 0.5, "standard_error": 0.01}},
         "correlation": {"names": ["friction_coefficient"], "matrix": [[1.0]]},

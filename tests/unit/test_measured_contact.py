@@ -215,7 +215,7 @@ def test_patches_of_a_field_share_the_law() -> None:
 
 def test_a_file_is_the_law_and_a_cache_solves_once(tmp_path) -> None:
     LAW.save(tmp_path / "face.npz")
-    law = ms.MeasuredContact.open(tmp_path / "face.npz")
+    law = ms.MeasuredContact.load_file(tmp_path / "face.npz")
     assert np.array_equal(law.loads, LAW.loads)
     assert law.numbers == LAW.numbers
     assert law.stiffness_ratio == LAW.stiffness_ratio
@@ -247,7 +247,7 @@ def test_a_file_is_the_law_and_a_cache_solves_once(tmp_path) -> None:
     ):
         (tmp_path / "bad.npz").write_bytes(content)
         with pytest.raises(ms.InputError, match="holds no measured contact"):
-            ms.MeasuredContact.open(tmp_path / "bad.npz")
+            ms.MeasuredContact.load_file(tmp_path / "bad.npz")
 
 
 def test_modulus_hardness_and_heights_have_slopes() -> None:

@@ -79,6 +79,38 @@ def test_a_direction_reaches_the_law(study) -> None:
     assert stiff[0] == pytest.approx(stiff[1], rel=0.02)
 
 
+TIGHTENING = 'tightening_pressure = "100 MPa"\n'
+
+
+@pytest.mark.parametrize("hardness", ["", 'hardness = "3 GPa"\n'])
+def test_the_largest_load_tightens_a_face_of_known_hardness(study, hardness) -> None:
+    alone = study((TIGHTENING, hardness), ('"15 kN"', '["5 kN", "15 kN"]')).run().summary
+    typed = study(("100 MPa", "75 MPa"), ("area", f"{hardness}area")).run().summary
+    numbers = alone["scan"]
+    assert numbers["pressure"] == pytest.approx(75e6)
+    assert numbers["hardness"] == pytest.approx(3e9 if hardness else 2.5e9)
+    assert numbers["hard_share"] > 0.5
+    stiffness = [run["joints"][-1]["tangential_stiffness"] for run in (alone, typed)]
+    assert stiffness[0] == pytest.approx(stiffness[1], rel=1e-6)
+    assert alone["joints"][0]["tangential_stiffness"] < 0.8 * stiffness[0]
+
+
+def test_a_study_reports_what_tightened_its_face(study) -> None:
+    pressed = '[joint]\npressure = { kind = "cone", outer = "7 mm" }\n'
+    for changes, expected in (
+        (((TIGHTENING, ""),), "absent, 75.0 MPa is used: the largest normal load over the area"),
+        (((TIGHTENING, ""), ("[joint]\n", pressed)), "absent, "),
+        (
+            ((TIGHTENING, ""), ('hardness = "2.5 GPa"\n', ""), ("steel", "body")),  # no metal
+            "so the face stays elastic",
+        ),
+    ):
+        description = study(*changes)
+        build_surface(description)
+        assert any(expected in sentence for sentence in description.surface.sentences())
+    description.run()
+
+
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
@@ -86,11 +118,6 @@ def test_a_direction_reaches_the_law(study) -> None:
             '"100 MPa"',
             '"2 GPa"',
             "surface.tightening_pressure: must be at most 0.7 of the hardness",
-        ),
-        (
-            'tightening_pressure = "100 MPa"',
-            'hardness = "2 GPa"',
-            "only beside tightening_pressure",
         ),
         ('"15 kN"', '"25 kN"', "at most the tightening load"),
         ('unit = "um"', 'unit = "m"', "in metres"),
@@ -145,6 +172,12 @@ tension = "200 N"
     assert surface.face.long_cutoff == pytest.approx(79.3e-6, rel=0.01)
     result = study((load, ""), (alone, bolted)).run().structure
     assert result.state.pressures.max() > 0.0
+    description = study((load, ""), (alone, bolted), (TIGHTENING, ""))
+    build_surface(description)
+    ring = np.pi / 4 * (description.structure.washers[0][2] ** 2 - 1.2e-3**2)
+    assert 1.0 <= description.surface._law.numbers.pressure * ring / 200.0 <= 1.25
+    assert "bolts press the face under their washers" in description.surface.sentences()[1]
+    assert description.run().structure.state.pressures.max() > 0.0
 
 
 def test_keys_are_those_of_the_reading_and_the_conditioning(study, tmp_path) -> None:

@@ -256,8 +256,8 @@ class MeasuredContact(FaceLaw):
         write_law(self, path, overwrite)
 
     @classmethod
-    def open(cls, path: str | os.PathLike[str]) -> MeasuredContact:
-        """A law that :meth:`save` has written."""
+    def load_file(cls, path: str | os.PathLike[str]) -> MeasuredContact:
+        """Load a law that :meth:`save` has written; :meth:`load` is the normal load."""
         return cls._made_of(*read_law(path))
 
     def plot(self, ax: Any = None) -> Any:

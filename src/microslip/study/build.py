@@ -41,9 +41,9 @@ def build_surface(study: StudyDescription, progress: Progress | None = None) -> 
         pair = MaterialPair(materials[first], materials[second])
     how: dict[str, Any] = {}
     if isinstance(surface, MeasuredFace):
-        how = {"progress": progress}
         if study.structure is not None:
             surface._patch = study.structure.patch_size
+        how = {"progress": progress, "pressure": _largest_pressure(study, surface)}
     with blame(study, "surface", surface.keys):
         law: NormalLaw = surface.build(pair, **how)
     pressure = getattr(study.joint, "pressure", None)
@@ -53,6 +53,27 @@ def build_surface(study: StudyDescription, progress: Progress | None = None) -> 
             largest = float((spread.shares / spread.areas).max()) * (pressure.tightening or 0.0)
             law = law._under(largest * surface.area)
     return law
+
+
+def _largest_pressure(study: StudyDescription, surface: MeasuredFace) -> float:
+    """Return an upper bound of the mean pressure on the face [Pa].
+
+    Under bolts it is their tension over the ring of washer and hole, rounded up to a power of 1.25
+    so that samples with other tensions use the same solution.
+    """
+    if study.structure is not None:
+        part = study.structure
+        ring = min(
+            0.25 * math.pi * (washer[2] ** 2 - hole[2] ** 2)
+            for washer, hole in zip(part.washers, part.holes, strict=True)
+        )
+        return float(1.25 ** math.ceil(math.log(float(part.tension.max()) / ring, 1.25)))
+    assert isinstance(study.joint, Joint)
+    largest, pressure = max(map(float, study.joint.normal_load)), study.joint.pressure
+    if pressure is None:
+        return largest / surface.apparent_area
+    spread = pressure.spread()  # bolts tighten before their joint embeds
+    return float((spread.shares / spread.areas).max()) * (pressure.tightening or largest)
 
 
 def build_joints(study: StudyDescription, progress: Progress | None = None) -> list[Interface]:

@@ -25,11 +25,13 @@ from microslip.surfaces import options
 
 if TYPE_CHECKING:
     from microslip.contact.materials import MaterialPair
+    from microslip.contact.measured_face import ContactNumbers
     from microslip.surfaces import Scan
 
 HARDNESS = option(
     "hardness",
-    "Largest pressure on a point of the face; the hardness of the softer material if absent.",
+    "Largest pressure on a point of the face; the hardness of the softer material if absent. "
+    "Without either the face is elastic.",
     PRESSURE,
     example="2.5 GPa",
     metavar="PRESSURE",
@@ -37,7 +39,7 @@ HARDNESS = option(
 TIGHTENING = option(
     "tightening_pressure",
     "Mean pressure that the face has been tightened to, under which it yields; heavier loads are "
-    "refused. Without it nothing yields.",
+    "refused. If absent, the largest normal load over the area, or the bolts under their washers.",
     PRESSURE,
     example="100 MPa",
     metavar="PRESSURE",
@@ -120,12 +122,11 @@ class MeasuredFace(SurfaceTable):
     """Scan of the file, cropped, without spikes, its missing points filled."""
 
     _law: MeasuredContact | None = None
+    _own_tightening: bool = False  # by the load of the joint or the bolts
     _patch: float | None = None  # side of the patches of a structure [m]
 
     def check(self, place: Place) -> None:
         """Read the scan, and refuse a profile."""
-        if self.hardness is not None and self.tightening_pressure is None:
-            raise KeyedError(".hardness", "wanted only beside tightening_pressure")
         self._read(place)
         if self.read_scan.is_profile:
             raise KeyedError(
@@ -179,21 +180,40 @@ class MeasuredFace(SurfaceTable):
         patch = self._patch
         return patch is not None and self.long_cutoff is None and patch < max(self.read_scan.size)
 
-    def build(self, pair: MaterialPair, progress: Progress | None = None) -> NormalLaw:
-        """Normal law of the face; the same face is solved once."""
-        tell = progress or (lambda share: None)
+    def build(
+        self, pair: MaterialPair, pressure: float, progress: Progress | None = None
+    ) -> NormalLaw:
+        """Solve the normal law of the face; the same face is solved once.
+
+        Parameters
+        ----------
+        pair : MaterialPair
+            The two materials.
+        pressure : float
+            Largest mean pressure on the face [Pa], which tightens it unless the study has a
+            tightening pressure. A face without hardness stays elastic.
+        progress : callable, optional
+            Called with the share of the work that is done.
+        """
+        report = progress or (lambda share: None)
+        tightening, hardness = self.tightening_pressure, self.hardness or pair.hardness
+        self._own_tightening = tightening is None and hardness is not None
+        if tightening is None and hardness is not None:
+            # Patches of a structure bear less than the ring of a washer.
+            tightening = pressure if self._patch is None else min(pressure, 0.5 * hardness)
         self._law = self.face.to_contact(
             pair,
             area=self.area,
-            **named(self, "hardness", "tightening_pressure", "direction", "piece", "coarser"),
-            progress=lambda done, total: tell(done / total),
+            tightening_pressure=tightening,
+            **named(self, "hardness", "direction", "piece", "coarser"),
+            progress=lambda done, total: report(done / total),
         )
         return self._law
 
     @property
     def apparent_area(self) -> float:
         """Apparent area [m^2], that of the scan if no other is given."""
-        return self.area or self.read_scan.area
+        return self.area or self.face.area
 
     def findings(self) -> dict[str, Any]:
         """Numbers of the solution, in SI units."""
@@ -217,7 +237,23 @@ class MeasuredFace(SurfaceTable):
             return [start + "."]
         from microslip.surfaces.joints import contact_words  # loads SciPy
 
-        return [f"{start}: {contact_words(self._law.numbers)}.", *self._split()]
+        numbers = self._law.numbers
+        return [f"{start}: {contact_words(numbers)}.", *self._tightened_by(numbers), *self._split()]
+
+    def _tightened_by(self, numbers: ContactNumbers) -> list[str]:
+        """Name the source of a tightening pressure that the study does not give."""
+        if numbers.hardness is None and self.hardness is None:
+            return [
+                "surface: the materials have no hardness, so the face stays elastic; write "
+                "material.<name>.hardness for contacts that yield."
+            ]
+        if not self._own_tightening:
+            return []
+        source = "the largest normal load over the area tightens the face"
+        if self._patch is not None:
+            source = "bolts press the face under their washers; each patch is tightened by its own"
+        pressure = engineering(numbers.pressure, "Pa")
+        return [f"surface.tightening_pressure: absent, {pressure} is used: {source}."]
 
     def _split(self) -> list[str]:
         """Separation of the waves: those of the structure, and those of the law."""

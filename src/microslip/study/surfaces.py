@@ -56,7 +56,7 @@ _ANY_PAIR = MaterialPair(Material(1e9, 0.3), Material.rigid())
 
 
 class Elastic(Part):
-    """An elastic material [Pa, –, Pa]; its hardness only serves warnings."""
+    """An elastic material; faces yield at its hardness."""
 
     rigid: bool = tag(False, "Whether the body is rigid.", default=False)
     young_modulus: float = key_for(parameter_of(Material, "young_modulus"))

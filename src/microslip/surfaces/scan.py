@@ -154,7 +154,7 @@ class Scan(HeightMap):
         hardness : float, optional
             Largest pressure at a point [Pa]; by default that of the pair.
         tightening_pressure : float, optional
-            Mean pressure [Pa] to which the face has been tightened; without it nothing yields.
+            Mean pressure [Pa] to which the face has been tightened; elastic if absent.
         **how
             Options of :class:`microslip.MeasuredContact`, such as `area`, `piece` and `direction`.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from microslip.laboratory.campaign_laws import proportional
+from microslip.laboratory.campaign import proportional
 from microslip.laboratory.regimes import borders_of
 
 

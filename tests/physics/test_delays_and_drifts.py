@@ -13,7 +13,9 @@ import pytest
 from numpy.typing import NDArray
 
 import microslip as ms
-from microslip.laboratory import condition, delay_of
+from microslip.laboratory import condition
+from microslip.laboratory.conditioning import lag_of
+from microslip.laboratory.cuts import split
 
 Floats = NDArray[np.float64]
 LIMIT, SLIP, RATE = 50.0, 2e-6, 5000.0
@@ -81,9 +83,10 @@ def test_delays_are_held_by_their_intervals() -> None:
         late = 3.3 * (seed % 2)
         amplitude = SLIP * (0.2, 0.5, 1.0, 2.0)[seed % 4]
         period = (100.3, 400.7)[seed // 4 % 2]
-        found = delay_of(record(seed, amplitude, period, late))
-        held += found.low <= late / RATE <= found.high
-        off.append(found.value * RATE - late)
+        of = record(seed, amplitude, period, late)
+        found = lag_of(of.displacement, of.force, split(of.displacement, of.force), 0.95)
+        held += abs(found.value - late) <= found.half
+        off.append(found.value - late)
     assert held >= 74
     assert abs(np.mean(off)) < 0.1
 

@@ -18,8 +18,6 @@ from scipy.stats import ttest_1samp
 import microslip as ms
 from microslip.laboratory import (
     condition,
-    delay_of,
-    rig_stiffness_of,
 )
 from microslip.laboratory.cuts import split
 from microslip.laboratory.estimates import quantile
@@ -228,33 +226,15 @@ def test_without_a_load() -> None:
 # -- conditioning ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("samples", [-7.0, 0.0, 3.0])
-@pytest.mark.parametrize(("amplitude", "rig"), [(1e-6, None), (2e-5, 1e8)])
-def test_delay(samples: float, amplitude: float, rig: float | None) -> None:
-    record = virtual(amplitude=amplitude, rig_stiffness=rig, cycles=30, noise=0.01)
+@pytest.mark.parametrize("samples", [-7.0, 3.0])
+def test_a_delay_is_removed(samples: float) -> None:
+    record = virtual(amplitude=2e-5, rig_stiffness=1e8, cycles=30, noise=0.01)
     place = np.arange(len(record))
-    late = ms.Record(
-        record.displacement,
-        np.interp(place - samples, place, record.force),
-        record.normal_load,
-        sample_rate=5120.0,
-    )
-    found = delay_of(late)
-    assert found.value * 5120.0 == pytest.approx(samples, abs=0.6)
-    assert found.low < found.value < found.high
+    force = np.interp(place - samples, place, record.force)
+    late = ms.Record(record.displacement, force, record.normal_load, sample_rate=5120.0)
     back = ms.measure(condition(late, delay=samples / 5120.0))
     expected = ms.measure(record).mean["dissipated_energy"].value
     assert back.mean["dissipated_energy"].value == pytest.approx(expected, rel=2e-3)
-
-
-def test_low_pass_keeps_the_area() -> None:
-    filtered = ms.measure(condition(RECORD, cutoff=400.0))
-    for name, tolerance in (("dissipated_energy", 1e-5), ("amplitude", 1e-6)):
-        assert filtered.mean[name].value == pytest.approx(MEASURED.mean[name].value, rel=tolerance)
-    noisy = virtual(noise=0.01)
-    calm = condition(noisy, cutoff=400.0)
-    assert np.std(np.diff(calm.displacement, 3)) < 0.05 * np.std(np.diff(noisy.displacement, 3))
-    assert calm.notes == ("low-pass at 400 Hz, forward and backward",)
 
 
 def test_uneven_time() -> None:
@@ -278,18 +258,6 @@ def test_rig_taken_off() -> None:
     )
 
 
-def test_rig_stiffness_from_several_loads() -> None:
-    found = rig_stiffness_of(
-        [
-            ms.measure(virtual(2e-5, load, rig_stiffness=3e8, sample_rate=20480.0))
-            for load in (500.0, 1000.0, 2000.0, 4000.0)
-        ]
-    )
-    # The contact is not quite as stiff as it is loaded: a per cent.
-    assert found.value == pytest.approx(3e8, rel=0.02)
-    # Stiffer than in proportion to the load.
-
-
 # -- the command -----------------------------------------------------------------------------------
 
 
@@ -306,14 +274,14 @@ def test_command(folder: Path) -> None:
     assert outcome.exit_code == 0, outcome.output
     assert re.search(r"run +8 +gross slip", outcome.stdout)
     assert re.search(r"light +8 +gross slip", outcome.stdout)
-    assert outcome.stdout.endswith("12 files in out\n")
+    assert outcome.stdout.endswith("10 files in out\n")
     names = sorted(path.name for path in (folder / "out").iterdir())
-    stems = ("evolution", "fretting-map", "friction-log", "loops")
+    stems = ("evolution", "fretting-map", "loops")
     pictures = [f"{stem}.{kind}" for stem in stems for kind in ("png", "svg")]
     assert names == sorted(("campaign.csv", "cycles.csv", "report.html", "summary.json", *pictures))
     page = (folder / "out/report.html").read_text("utf-8")
     assert "2 records in gross slip: a cycle dissipates" in page
-    assert page.count("<img") == 4
+    assert page.count("<img") == 3
     assert "stiffness after reversal" in page
     rows = list(csv.DictReader((folder / "out/cycles.csv").read_text("utf-8").splitlines()))
     assert len(rows) == 16

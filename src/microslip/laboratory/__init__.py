@@ -6,5 +6,9 @@ from microslip._core.packages import names_of_stub as _names
 __getattr__, __dir__, __all__ = _names(
     __name__,
     __file__,
-    removed={"rate_dependence": "use numpy.polyfit of ln(energy) over lg(frequency), campaign.csv"},
+    removed={
+        "delay_of": "a note of microslip.measure gives the delay; delay=... removes it",
+        "rate_dependence": "use numpy.polyfit of ln(energy) over lg(frequency), campaign.csv",
+        "rig_stiffness_of": "loops cannot tell the rig from the joint; measure a rigid specimen",
+    },
 )

@@ -1,7 +1,5 @@
 from .campaign import Campaign as Campaign
-from .campaign_laws import rig_stiffness_of as rig_stiffness_of
 from .conditioning import condition as condition
-from .conditioning import delay_of as delay_of
 from .estimates import Estimate as Estimate
 from .measurement import Measurement as Measurement
 from .measurement import measure as measure

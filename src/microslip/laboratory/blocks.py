@@ -86,7 +86,6 @@ class Blocks(NamedTuple):
 
 @once_a_record
 def _motion(record: Record) -> Motion:
-    """Motion by which its cycles are counted, as if there were no gaps."""
     return motion_of(record.displacement, record.force)
 
 
@@ -173,7 +172,6 @@ def blocks_of(record: Record) -> Blocks:
 
 
 def _by_frequency(block: Block, motion: Motion) -> list[Block]:
-    """Parts of a block in which the period hardly changes, with windows of their own."""
     periods = np.diff(block.cycles.cuts).astype(float)
     if periods.max() <= _ONE_FREQUENCY * periods.min():
         return [block]
@@ -192,7 +190,6 @@ def _by_frequency(block: Block, motion: Motion) -> list[Block]:
 
 
 def _with_smaller(x: Floats, force: Floats, block: Block, motion: Motion, kind: int) -> list[Block]:
-    """A block, and what it has of cycles that stay within the band around its middle."""
     way, band = x[block.samples], BAND * motion.amplitude
     near = (way >= motion.middle - band) & (way <= motion.middle + band)
     smaller: list[Block] = []
@@ -220,7 +217,6 @@ def _with_smaller(x: Floats, force: Floats, block: Block, motion: Motion, kind: 
 
 
 def _cycles_between(block: Block, begin: int, end: int) -> Block:
-    """The cycles of a block from one number to another."""
     cycles = block.cycles
     origin = cycles.cuts[begin]
     return Block(
@@ -235,7 +231,6 @@ def _cycles_between(block: Block, begin: int, end: int) -> Block:
 
 
 def _gap_note(time: Floats, gaps: NDArray[np.intp], empty: int) -> str:
-    """Note on gaps, and on blocks between them without a cycle."""
     at = int(gaps[np.diff(time)[gaps].argmax()])
     longest = f"{engineering(float(time[at + 1] - time[at]), 's')}"
     after = f"{engineering(float(time[at]), 's')}"

@@ -1,4 +1,8 @@
-"""Measured records together: evolution, fretting map, friction log and wear."""
+"""Measured records together: evolution, fretting map and wear.
+
+Worn volume is proportional to dissipated energy, after Fouvry, Liskiewicz, Kapsa, Hannel and Sauger
+(2003, DOI 10.1016/S0043-1648(03)00117-0).
+"""
 
 from __future__ import annotations
 
@@ -17,9 +21,8 @@ from microslip._core.errors import InputError
 from microslip._core.frozen import Locked
 from microslip._core.units import engineering
 from microslip.laboratory.blocks import Dissipated, dissipated
-from microslip.laboratory.campaign_laws import Wear, with_unlogged_cycles
 from microslip.laboratory.cycle_columns import gain_error
-from microslip.laboratory.estimates import with_gain
+from microslip.laboratory.estimates import Estimate, quantile, with_gain
 from microslip.laboratory.manifest import Cell, text_of
 from microslip.laboratory.measurement import Measurement
 from microslip.laboratory.regimes import RegimeBorders
@@ -30,10 +33,11 @@ _CARRIED, _SAME_LOAD = 1.05, 0.03
 """Force over that at which the contact slid that contradicts it; relative width of one load."""
 MIXED = 0.05
 """Probability of a second regime from which on a condition is mixed."""
+_LEAST_WORK = 1e-3
+"""Smallest share of the work that is assumed, whatever its error."""
 
 
 def _accumulated(measured: Measurement) -> Dissipated:
-    """Energy up to each cycle of one record, unlogged cycles included; NaN if unknown."""
     up_to = measured.dissipated()
     unknown = np.full(len(measured), np.nan)
     return Dissipated(unknown, unknown) if up_to is None else up_to
@@ -205,7 +209,6 @@ class Campaign(Locked):
         return by_load
 
     def _numbered_through(self, members: Sequence[int]) -> list[Floats] | None:
-        """Numbers of the cycles of a contact's records, where one counter counts them all."""
         counts = [self.measurements[i].count for i in members]
         numbers = [c.numbers for c in counts if c is not None and c.is_of_contact]
         known = [values for values in numbers if values is not None]
@@ -214,7 +217,6 @@ class Campaign(Locked):
         return known
 
     def _of_contact(self, members: Sequence[int]) -> list[Dissipated]:
-        """Energy [J] up to each cycle of the records of one contact."""
         measurements = [self.measurements[i] for i in members]
         numbers = self._numbered_through(members) if len(members) > 1 else None
         if numbers is not None:
@@ -294,43 +296,56 @@ class Campaign(Locked):
         gain = gain_error("dissipated_energy", self.measurements[0].gain_errors)
         return wear._replace(coefficient=with_gain(wear.coefficient, gain, confidence))
 
-    def _histories(self) -> list[tuple[str, list[int], list[Floats]]]:
-        """Return name, records and cycle numbers of each contact whose cycles are counted."""
-        found = []
-        for label, members in self._by_contact().items():
-            numbers = self._numbered_through(members)
-            if numbers is not None:
-                is_named = "specimen" in self.columns or self.runs is not None
-                name = label if is_named else self.measurements[members[0]].name
-                found.append((name, members, numbers))
-                continue
-            for i in members:
-                up_to, measured = self.measurements[i].count, self.measurements[i]
-                if up_to is None or up_to.numbers is not None:
-                    usual = np.arange(1.0, len(measured) + 1.0)
-                    file_numbers = (
-                        usual if up_to is None or up_to.numbers is None else up_to.numbers
-                    )
-                    found.append((measured.name, [i], [file_numbers]))
-        return found
 
-    def friction_logs(self) -> list[tuple[str, bool, Floats, Floats]]:
-        """Forces of each contact over way (there, back), cycle and place, most cycles first.
+class Wear(NamedTuple):
+    """The energy wear coefficient: worn volume in proportion to dissipated energy."""
 
-        Each with the contact's name, whether they are over the load, and the cycles' numbers.
-        """
-        found = []
-        for name, members, numbers in self._histories():
-            records = [self.measurements[i] for i in members]
-            logs = [record.friction_log for record in records]
-            loads = [record.mean.get("normal_load") for record in records]
-            is_loaded = all(load is not None for load in loads)
-            parts = [
-                np.array([log.forward, log.backward]) / (load.value if is_loaded and load else 1.0)
-                for log, load in zip(logs, loads, strict=True)
-                if log is not None
-            ]
-            places = [n[log.rows] for n, log in zip(numbers, logs, strict=True) if log is not None]
-            if parts:
-                found.append((name, is_loaded, np.concatenate(places), np.concatenate(parts, 1)))
-        return sorted(found, key=lambda log: -float(log[2][-1]))
+    coefficient: Estimate
+    """Slope of a straight line through zero [m^3/J]."""
+    records: tuple[str, ...]
+    energy: Floats
+    """Energy that the contact of each record has dissipated [J]."""
+    volume: Floats
+    """Worn volumes [m^3]."""
+    scatter: float = math.nan
+    """Standard deviation of the volumes about the line [m^3]."""
+
+
+def with_unlogged_cycles(
+    names: tuple[str, ...], work: Floats, errors: Floats, volume: Floats, confidence: float
+) -> Wear:
+    """Fit :func:`proportional` and widen its interval by the error of cycles not logged.
+
+    The errors [J] are bounds that all records of a contact share, so they are added to the ends of
+    the interval and not squared.
+    """
+    wear = proportional(names, work, volume, confidence)
+    if not errors.any():
+        return wear
+    ends = (np.maximum(work - errors, _LEAST_WORK * work), work + errors)
+    values = [proportional(names, end, volume, confidence).coefficient.value for end in ends]
+    value, low, high, error, number = wear.coefficient
+    below, above = value - min(*values, value), max(*values, value) - value
+    if math.isnan(low):  # a single volume has no scatter
+        low = high = value
+    return wear._replace(coefficient=Estimate(value, low - below, high + above, error, number))
+
+
+def proportional(names: tuple[str, ...], work: Floats, volume: Floats, confidence: float) -> Wear:
+    """Fit a straight line through zero by least squares."""
+    if not np.all(work > 0.0):
+        raise InputError(
+            "an energy wear coefficient needs records that dissipate energy, got "
+            f"{float(work.min()):.3g} J; is the sign of the force right?"
+        )
+    square = float(work @ work)
+    slope = float(work @ volume) / square
+    if work.size < 2:
+        nothing = math.nan
+        return Wear(Estimate(slope, nothing, nothing, nothing, 1), names, work, volume)
+    residual = volume - slope * work
+    scatter = math.sqrt(float(residual @ residual) / (work.size - 1))
+    error = scatter / math.sqrt(square)
+    half = quantile(confidence, work.size - 1) * error
+    coefficient = Estimate(slope, slope - half, slope + half, error, int(work.size))
+    return Wear(coefficient, names, work, volume, scatter=scatter)

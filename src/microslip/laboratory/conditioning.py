@@ -1,4 +1,4 @@
-"""Conditioning of a record before it is evaluated, and the delay of its force."""
+"""Conditioning of a record before it is evaluated, and the lag of its force."""
 
 from __future__ import annotations
 
@@ -9,15 +9,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from microslip._core.checks import Floats, exact, number, positive, show
+from microslip._core.checks import Floats, exact, number, show
 from microslip._core.errors import InputError
 from microslip.laboratory.blocks import gaps_of
 from microslip.laboratory.cuts import Cuts, noise_of, split
-from microslip.laboratory.estimates import Estimate, checked_confidence, quantile, trend
+from microslip.laboratory.estimates import quantile, trend
 from microslip.laboratory.record import Record
 
-LEAST_CUTOFF = 10.0
-"""Lowest cutoff of the low-pass, over the frequency of the cycles."""
 EVEN_STEPS = 1e-6
 """Steps of the time that differ by less, of their mean, are even."""
 
@@ -27,7 +25,6 @@ def condition(
     *,
     delay: float = 0.0,
     drift: bool = False,
-    cutoff: float | None = None,
 ) -> Record:
     """A record as the contact saw it; what was done is in its notes, the given one is not changed.
 
@@ -36,13 +33,9 @@ def condition(
     record : Record
         Record to condition.
     delay : float, optional
-        Time [s] by which the force lags behind the displacement, such as :func:`delay_of` found.
+        Time [s] by which the force lags behind the displacement, as a note of `measure` gives it.
     drift : bool
         Whether the straight trend of the middles of the cycles is taken off both channels.
-    cutoff : float, optional
-        Frequency [Hz] of a low-pass of displacement, force and load alike: a Butterworth filter of
-        the fourth order, forth and back, so of no phase. At least 10 times the frequency of the
-        cycles, where it changes the area of their loops by less than 1e-6.
 
     Returns
     -------
@@ -51,10 +44,10 @@ def condition(
 
     Notes
     -----
-    Uneven time is evened by straight lines first. The area of a loop is that of the harmonics which
-    displacement and force share (19.29), so a filter without phase keeps it.
+    A record with uneven time steps is interpolated linearly onto even ones first.
     """
-    _check(record)
+    if not isinstance(record, Record):
+        raise InputError(f"`record` must be a Record, got {show(record)}")
     channels = {
         key: values
         for key in ("displacement", "force", "normal_load", "commanded", "cycle_number")
@@ -73,7 +66,9 @@ def condition(
                 channels[key] = np.interp(even_time, record.time, values)
             notes.append(f"uneven time steps, {jitter:.2g} of their mean, were resampled evenly")
     if delay != 0.0:
-        shift, size = delay * _rate(rate, "delay"), len(record)
+        if rate is None:
+            raise InputError("delay needs a record with time or sample_rate")
+        shift, size = delay * rate, len(record)
         if abs(shift) > 0.25 * (size - 1):
             raise InputError(f"`delay` must be less than a quarter of the record, got {delay:g} s")
         place = np.arange(size)
@@ -89,33 +84,8 @@ def condition(
             channels[key], slope = _without_trend(channels[key], cycles)
             slopes.append(slope)
         notes.append(f"drift of {slopes[0]:.3g} m and {slopes[1]:.3g} N a cycle was removed")
-    if cutoff is not None:
-        cutoff = positive("cutoff", cutoff, "Hz", 100.0)
-        sampled = _rate(rate, "cutoff")
-        period = split(channels["displacement"], channels["force"]).period
-        low = LEAST_CUTOFF * sampled / period
-        if not low <= cutoff < 0.5 * sampled:
-            raise InputError(
-                f"`cutoff` must be from {LEAST_CUTOFF:g} times the frequency of the cycles, "
-                f"{low:.6g} Hz, to below half the sample rate, {0.5 * sampled:.6g} Hz, got "
-                f"{exact(cutoff)} Hz"
-            )
-        for key in channels.keys() - {"commanded", "cycle_number"}:
-            channels[key] = _low_pass(channels[key], cutoff / sampled)
-        notes.append(f"low-pass at {cutoff:g} Hz, forward and backward")
     changes: dict[str, Any] = {**channels, "time": None, "sample_rate": rate, "notes": tuple(notes)}
     return replace(record, **changes)
-
-
-def _check(record: Any) -> None:
-    if not isinstance(record, Record):
-        raise InputError(f"`record` must be a Record, got {show(record)}")
-
-
-def _rate(rate: float | None, name: str) -> float:
-    if rate is None:
-        raise InputError(f"{name} needs a record with time or sample_rate")
-    return rate
 
 
 def _without_trend(values: Floats, cycles: Cuts) -> tuple[Floats, float]:
@@ -130,58 +100,12 @@ def _without_trend(values: Floats, cycles: Cuts) -> tuple[Floats, float]:
 
 
 def _without_gaps(record: Record) -> None:
-    """Refuse a record whose time has gaps: nothing is filtered or moved across them."""
     gaps = gaps_of(record)
     if gaps.size and record.time is not None:
         raise InputError(
             f"{record.name}: the time has a gap after {exact(record.time[gaps[0]])} s, and nothing "
             "can be resampled, filtered or shifted across it; take the samples of one block"
         )
-
-
-def _low_pass(values: Floats, cutoff: float) -> Floats:
-    from scipy.signal import butter, sosfiltfilt
-
-    sections = butter(4, cutoff, fs=1.0, output="sos")
-    length = min(values.size - 1, math.ceil(6.0 / cutoff))
-    return np.asarray(sosfiltfilt(sections, values, padlen=length), dtype=float)
-
-
-def delay_of(record: Record, *, confidence: float = 0.95) -> Estimate:
-    """Delay of the force behind the displacement, from the kinks at the reversals.
-
-    Parameters
-    ----------
-    record : Record
-        With time or sample rate and at least two cycles.
-    confidence : float, optional
-        Level of the interval [-].
-
-    Returns
-    -------
-    Estimate
-        Time [s], positive where the force is late, for ``condition(record, delay=...)``.
-
-    Notes
-    -----
-    Near a reversal the force is a function of the way of the displacement, one before it and one
-    after it, both of low order (19.15, 19.20). The shift with which that fits best is the delay.
-    Groups of cycles give the interval, and how far other orders move it. A first-order filter of
-    the force's channel looks like a delay of about its time constant.
-    """
-    _check(record)
-    confidence = checked_confidence(confidence)
-    rate = record.sample_rate
-    if record.time is not None:
-        _without_gaps(record)
-        rate = (len(record) - 1) / float(record.time[-1] - record.time[0])
-    rate = _rate(rate, "delay_of")
-    cuts = split(record.displacement, record.force)
-    if cuts.peaks.size < 2:
-        raise InputError("delay_of needs at least two cycles, got 1")
-    lag = lag_of(record.displacement, record.force, cuts, confidence)
-    low, value, high = ((lag.value + way * lag.half) / rate for way in (-1.0, 0.0, 1.0))
-    return Estimate(value, low, high, lag.error / rate, lag.number)
 
 
 # -- the lag of the force ------------------------------------------------------------------------
@@ -228,7 +152,7 @@ class _Reversals(NamedTuple):
         return self._fit(rows, shapes, near)[0]
 
     def misfit_left(self) -> float:
-        """Misfit of the mean cycle without the lag over that with it, noise taken off [-]."""
+        """Ratio of the misfits of the mean cycle without and with the lag, less noise [-]."""
         _, best, at_zero = self._fit(slice(None), 0, None)
         noise = noise_of(self.force.ravel()) ** 2 / self.force.shape[0] * (2 * self.half + 1)
         return float(max(best - noise, 0.0) / max(at_zero - noise, 1e-300))
@@ -244,7 +168,9 @@ def _reversals(x: Floats, force: Floats, cuts: Cuts, most: int) -> _Reversals:
     inside = np.flatnonzero((cuts.peaks >= reach) & (cuts.troughs < force.size - reach))
     inside = inside[:most] if most else inside
     if inside.size < 2:
-        raise InputError("delay_of needs at least two cycles away from the ends of the record")
+        raise InputError(
+            "the lag of the force needs at least two cycles away from the ends of the record"
+        )
     steps = np.arange(-reach, reach + 1)
     sign = -0.5 if cuts.flipped else 0.5
     forces, ways = (
@@ -257,8 +183,8 @@ def _reversals(x: Floats, force: Floats, cuts: Cuts, most: int) -> _Reversals:
     half = min(int(fallen[0]) if fallen.size else reach, (2 * reach) // 3)
     if half < 4:
         raise InputError(
-            f"delay_of needs at least 4 samples in the first quarter of the force after a "
-            f"reversal, got {half}; sample faster"
+            "the lag of the force needs at least 4 samples in the first quarter of the force after "
+            f"a reversal, got {half}; sample faster"
         )
     return _Reversals(forces, ways, reach, half)
 

@@ -227,7 +227,6 @@ def window_of(noise: float, period: float) -> int:
 def _turns(
     x: Floats, crossings: Floats, upwards: NDArray[np.bool_], window: int, tolerance: float
 ) -> Places:
-    """Turning points between crossings that follow each other."""
     smooth = x
     if window > 0:
         sums = np.concatenate((np.zeros(1), np.cumsum(x)))

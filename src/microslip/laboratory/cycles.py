@@ -412,7 +412,6 @@ def cycles_of(record: Record) -> Cycles:
 
 
 def _refuse_noise(columns: Mapping[str, Floats]) -> None:
-    """Refuse a motion whose cycles resemble neither each other nor the next one."""
     change = {
         name: float(np.median(np.abs(np.diff(np.log(np.maximum(np.abs(columns[name]), 1e-300))))))
         for name in ("period", "amplitude")
@@ -451,7 +450,6 @@ def check_direction(
 
 
 def _plateau_at(channel: str, values: Floats, extreme: float) -> Plateau | None:
-    """The plateau at an extreme, if it is more than chance or a converter has there."""
     at = np.flatnonzero(values == extreme)
     share = at.size / values.size
     if share <= _CLIPPED or at.size <= 8 or np.count_nonzero(np.diff(at) == 1) <= 0.5 * at.size:

@@ -187,7 +187,6 @@ def _rising(values: Floats) -> Floats:
 
 
 def _of_mean(values: Floats, confidence: float, fitted_count: int) -> tuple[float, float]:
-    """Standard error of a mean, and half its interval."""
     dependence = dependence_of(values, fitted_count)
     error = float(values.std(ddof=1)) / math.sqrt(values.size)
     if dependence.factor == 1.0:

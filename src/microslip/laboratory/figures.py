@@ -19,7 +19,6 @@ from microslip.figures.plot import (
     Entry,
     Marker,
     Panel,
-    Pixels,
     Plot,
     beside,
     stacked,
@@ -112,9 +111,6 @@ def record_figure(record: Any) -> Plot:
 
 # -- campaigns -----------------------------------------------------------------------------------
 
-MOST_LOGS = 3
-"""Contacts whose friction log is drawn."""
-_PIXEL_ROWS = 120
 MOST_COLORS = len(COLORS)
 _REGIMES: dict[str, tuple[Marker, str]] = {
     "stick": ("o", COLORS[1]),
@@ -234,48 +230,3 @@ def worn(wear: Any) -> Plot:
     panel.line(x / unit, wear.coefficient.value * x / 1e-9, COLORS[1])
     panel.marks(wear.energy / unit, wear.volume / 1e-9, COLORS[0], filled=True)
     return beside([panel], 3.8)
-
-
-def friction_log_figure(campaign: Any) -> Plot:
-    """Force over displacement and cycle, of the contacts with most cycles."""
-    logs = campaign.friction_logs()[:MOST_LOGS]
-    largest = max(float(np.nanmax(np.abs(values))) for _, _, _, values in logs)
-    loaded = all(log[1] for log in logs)
-    unit, letter = (1.0, "") if loaded else prefix(largest)
-    label = "Force / normal load [–]" if loaded else f"Force [{letter}N]"
-    panels = []
-    for row, (name, _, numbers, values) in enumerate(logs):
-        cycles = np.geomspace(max(numbers[0], 1.0), max(numbers[-1], 2.0), _PIXEL_ROWS)
-        nearest = np.abs(np.log(np.maximum(numbers, 1.0))[:, None] - np.log(cycles)).argmin(axis=0)
-        for column, way in enumerate(("there", "back")):
-            panel = Panel(
-                Axis("Displacement / amplitude [–]" if row == len(logs) - 1 else "",
-                     low=-1.0, high=1.0, ticks=((-1.0, "−1"), (0.0, "0"), (1.0, "1"))),
-                Axis("Cycle" if column == 0 else "", low=cycles[0], high=cycles[-1], log=True),
-                note=f"{shorten(name, 32)}, {way}",
-                grid=False,
-                cell=(row, row, column, column),
-            )  # fmt: skip
-            force_shares = np.nan_to_num(values[column][nearest][::-1] / largest)
-            panel.add(
-                Pixels(_diverging(force_shares), -1.0, 1.0, float(cycles[0]), float(cycles[-1]))
-            )
-            panels.append(panel)
-    ramp = np.linspace(1.0, -1.0, 65)[:, None]
-    scale = Panel(
-        Axis(ticks=(), low=0.0, high=1.0),
-        Axis(label, low=-largest / unit, high=largest / unit, opposite=True, unit=unit),
-        grid=False,
-        cell=(0, len(logs) - 1, 2, 2),
-    )
-    scale.add(Pixels(_diverging(ramp), 0.0, 1.0, -largest / unit, largest / unit))
-    rows = (1.0,) * len(logs)
-    return Plot([*panels, scale], 1.2 + 2.3 * len(logs), heights=rows, widths=(1.0, 1.0, 0.06))
-
-
-def _diverging(values: Any) -> Any:
-    """Blue below zero, white at it, vermilion above: bytes of numbers from -1 to 1."""
-    low, high = np.array([0, 114, 178.0]), np.array([213, 94, 0.0])
-    strength = np.clip(np.abs(values), 0.0, 1.0)[..., None]
-    colors = np.where(values[..., None] < 0.0, low, high)
-    return np.rint(255.0 + strength * (colors - 255.0)).astype(np.uint8)

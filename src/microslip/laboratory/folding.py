@@ -306,7 +306,6 @@ def fold(
 
 
 def _growth(sums: Floats, counts: Floats, mean: Floats) -> Estimate:
-    """Relative growth of the loops' force, by the factor of each cycle on the mean one."""
     number = sums.shape[0]
     away = mean - np.average(mean, weights=counts.sum(axis=0))
     if number < _JUDGED or not away.any():
@@ -318,7 +317,6 @@ def _growth(sums: Floats, counts: Floats, mean: Floats) -> Estimate:
 def _settled_cycles(
     judgement: Cycles, phases: Turns, cycles: slice | None, running_in: int
 ) -> NDArray[np.bool_]:
-    """Settled cycles among the whole ones."""
     name, cycle_count = judgement.record.name, phases.cycle_count
     if cycle_count < 1:
         raise InputError(f"{name}: no whole cycle from one peak to the next")
@@ -353,7 +351,6 @@ def _settled_cycles(
 def _without_spikes(
     is_counted: NDArray[np.bool_], spikes: tuple[Spike, ...], cycle: NDArray[np.int64]
 ) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
-    """The counting cycles without those that have spikes, if enough are left; else what to say."""
     is_spared = is_counted.copy()
     for spike in spikes:
         of = cycle[spike.first : spike.last + 1]
@@ -367,7 +364,6 @@ def _without_spikes(
 def _mean_load(
     record: Record, inside: NDArray[np.bool_], cycle: NDArray[np.int64], curve: MeanCycle
 ) -> tuple[float | None, float]:
-    """Mean normal load [N] of the cycles that count, and its standard error [N]."""
     if not isinstance(record.normal_load, np.ndarray):
         return record.normal_load, 0.0
     load = record.normal_load[inside]
@@ -389,7 +385,6 @@ def load_basis(phase: Floats, terms: int) -> Floats:
 
 
 def _load_terms(record: Record, inside: NDArray[np.bool_], curve: MeanCycle) -> Floats:
-    """Return the course of the normal load over the cycle [N], where it stands out of its noise."""
     number = min(_LOAD_HARMONICS, curve.size // 4)
     if not isinstance(record.normal_load, np.ndarray) or not number:
         return np.zeros(0)

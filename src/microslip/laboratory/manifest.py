@@ -195,7 +195,6 @@ def text_of(value: Cell) -> str:
 
 
 def _head(cell: str) -> tuple[str, str | None]:
-    """Name of a column, one of the known ones where it is called like these, and its unit."""
     name, unit = name_and_unit(cell)
     plain = re.sub(r"[\s_-]+", " ", name).strip().casefold()
     known = (role for role, words in _WORDS.items() if plain in words or plain == role)
@@ -203,7 +202,6 @@ def _head(cell: str) -> tuple[str, str | None]:
 
 
 def _column(name: str, unit: str | None, texts: list[str], rows: list[int]) -> tuple[Cell, ...]:
-    """Values of a column: quantities, numbers, or texts."""
     if name in _KINDS:
         return tuple(
             None if text.casefold() in _NONE else _quantity(name, unit, text, row)

@@ -62,7 +62,6 @@ class MeanCycle:
     def _moments(
         self, values: NDArray[np.float64] | NDArray[np.int64], highest_power: int
     ) -> Floats:
-        """Sums over each bin of the values times powers of the places in it."""
         moments = np.zeros((highest_power + 1, self.size))
         for piece in stretches(values.size):
             column, about, powers = self.column[piece], self._offsets(piece), values[piece]
@@ -72,7 +71,6 @@ class MeanCycle:
         return moments
 
     def _with_neighbours(self, moments: Floats) -> Floats:
-        """Moments of each bin and its neighbours about its own middle."""
         turn, number = 2.0 * math.pi, moments.shape[0]
         sums = moments.copy()
         for way in (-1, 1):
@@ -303,7 +301,6 @@ def _bent_turns(time: Floats, x: Floats, mean: float, cycles: Cuts) -> Floats:
 def _fundamentals(
     time: Floats, x: Floats, mean: float, first: float, rate: float, cuts: NDArray[np.int64]
 ) -> NDArray[np.complex128]:
-    """First harmonic of each cycle, unscaled, some cycles at once."""
     harmonics = np.empty(cuts.size - 1, dtype=complex)
     at = 0
     while at < harmonics.size:
@@ -381,7 +378,6 @@ def all_turns(time: Floats, x: Floats, blocks: Blocks) -> Turns:
 
 
 def _at_rate(time: Floats, x: Floats, cycles: Cuts, rate: float) -> Floats:
-    """Cycles since the first cut of a short block, its rate being known."""
     inner = slice(int(cycles.cuts[0]), int(cycles.cuts[-1]))
     turn = (time - time[inner.start]) * rate
     angle = 2.0 * math.pi * turn[inner]

@@ -27,10 +27,8 @@ from microslip.laboratory.cycle_columns import (
     LABELS,
     STIFFNESSES,
     UNITS,
-    FrictionLog,
     checked_gains,
     columns_of,
-    friction_log,
     gain_error,
 )
 from microslip.laboratory.cycles import check_direction, cycles_of
@@ -124,8 +122,6 @@ class Measurement(Plottable):
     count : Count
         ``numbers`` of the cycles in the life of the contact, None where gaps hide them, and the
         ``source`` of these.
-    friction_log : FrictionLog or None
-        Force over displacement of some of the cycles, for a picture.
     gain_errors : mapping of str to float
         Relative standard deviations [-] of the gains of the sensors that ``mean`` knows.
 
@@ -157,7 +153,6 @@ class Measurement(Plottable):
     probability: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     levels: tuple[AmplitudeLevel, ...] = ()
     count: Count | None = None
-    friction_log: FrictionLog | None = None
     gain_errors: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
 
     def __len__(self) -> int:
@@ -394,7 +389,6 @@ def measure(
         notes=tuple(notes),
         is_settled=not counting.is_moving,
         count=judged.count,
-        friction_log=friction_log(x, force, columns),
         levels=tuple(
             AmplitudeLevel(
                 lock(stretch.selection),
@@ -414,7 +408,6 @@ def _means(
     gains: Mapping[str, float],
     coarse: Mapping[str, float],
 ) -> Mapping[str, Estimate]:
-    """Means of the columns over some cycles, with the errors by gains and by coarse sampling."""
     means = {}
     for name, values in columns.items():
         if name == "start":
@@ -429,7 +422,6 @@ def _means(
 
 
 def _energy_noise(x: Floats, force: Floats, period: float) -> float:
-    """Standard deviation of the energy of a cycle [J] that the noise of the samples makes."""
     x, force = x[:_NOISE_SAMPLES], force[:_NOISE_SAMPLES]
     cycle_count = x.size / period
     moved, pushed = (float(np.linalg.norm(np.diff(values))) for values in (x, force))
@@ -462,7 +454,6 @@ def _turned_to_its_peak(record: Record) -> Record:
 
 
 def _beyond_all_rigs(columns: Mapping[str, Floats]) -> list[str]:
-    """Remarks on sizes that no contact has: a unit is wrong."""
     notes = []
     for name, (most, unit, role) in _MOST.items():
         if name not in columns:
@@ -479,7 +470,6 @@ def _beyond_all_rigs(columns: Mapping[str, Floats]) -> list[str]:
 
 
 def _refuse_soft(rig_stiffness: float, x: Floats, force_amplitude: Floats, blocks: Blocks) -> None:
-    """Refuse a rig that would give way by more than all the displacement that was measured."""
     ways = [x[block.samples] for block in blocks.having_cycles]
     ranges = [
         way[block.cycles.peaks] - way[block.cycles.troughs]

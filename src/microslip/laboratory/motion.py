@@ -114,8 +114,6 @@ def _price(motion: Motion, count: int) -> float:
 
 
 class _Samples:
-    """Samples of a motion, and their means in fine bins."""
-
     def __init__(self, phase: Floats, x: Floats) -> None:
         self.phase, self.x = phase, x
         self.column = np.empty(phase.size, dtype=np.int64)

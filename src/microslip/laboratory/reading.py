@@ -138,7 +138,6 @@ def read(path: Path, statements: Statements) -> dict[str, Any]:
 
 
 def _counted(arrays: dict[str, Floats], counter: Named, how: str) -> ChannelNote:
-    """Note on the rig's counter of cycles; one that falls is none."""
     values, heading = arrays[CYCLE_NUMBER], shorten(counter.heading, 60)
     if float(np.diff(values).min()) < 0.0 or float(values[0]) < 0.0:
         if how == "as stated":
@@ -151,7 +150,6 @@ def _counted(arrays: dict[str, Floats], counter: Named, how: str) -> ChannelNote
 
 
 def _one_load(columns: list[Named], stated: Any) -> float | None:
-    """Normal load [N] that is one for all samples, if that was stated."""
     if isinstance(stated, bool) or stated is None:
         return None
     if isinstance(stated, numbers.Real):
@@ -173,7 +171,6 @@ def _signs(sign: Any) -> Any:
 def _columns_by_part(
     columns: list[Named], statements: Statements, skip_load: bool
 ) -> tuple[dict[str, Named], dict[str, str]]:
-    """Column of each part of the record, and how it was found."""
     by_part: dict[str, Named] = {}
     how: dict[str, str] = {}
     skipped = {"normal_load"} if skip_load else set[str]()
@@ -260,7 +257,6 @@ def _is_lone(bad: Any) -> bool:
 
 
 def _filled(values: Floats) -> Floats:
-    """Numbers with straight lines where there are none."""
     bad = ~np.isfinite(values)
     if bad.any():
         place = np.arange(values.size)
@@ -272,7 +268,6 @@ def _filled(values: Floats) -> Floats:
 def _refuse_gaps(
     table: Table, arrays: Mapping[str, Floats], names: Mapping[str, str], bad: Any, first: int
 ) -> None:
-    """Say where the first number is that is none, and which rows are sound."""
     row = int(np.flatnonzero(bad)[0])
     role = next(role for role, values in arrays.items() if not np.isfinite(values[row]))
     runs = runs_of(~bad)
@@ -285,7 +280,6 @@ def _refuse_gaps(
 
 
 def _to_si(values: Floats, role: str, taken_as: Scale, zero: Any, sign: int) -> str:
-    """Turn numbers of a file into SI floats, in place, and say what was done."""
     kind = KINDS[role]
     scale(values, taken_as.factor)
     origin, zero_note = zero_of(zero, role, values)

@@ -77,7 +77,6 @@ def reversals_of(
 
 
 def _reflected(x: Floats, places: NDArray[np.int64], half: int) -> Floats:
-    """Samples around places, a row for each, mirrored at the ends of the record."""
     rows = np.abs(places[:, None] + np.arange(-half, half + 1))
     return np.asarray(x[np.minimum(rows, 2 * (x.size - 1) - rows)])
 

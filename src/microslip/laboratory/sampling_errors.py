@@ -80,7 +80,6 @@ def _first(cycles: Cuts) -> Cuts:
 
 
 def _halved(cycles: Cuts, parity: int, size: int) -> Cuts:
-    """Return the cycles with every other sample."""
     cuts, peaks, troughs = (
         np.clip((places - parity + 1) // 2, 0, size - 1)
         for places in (cycles.cuts, cycles.peaks, cycles.troughs)

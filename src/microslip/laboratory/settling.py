@@ -139,7 +139,6 @@ def requested(columns: Mapping[str, Floats], selection: NDArray[np.bool_]) -> Se
 
 
 def _level(columns: Mapping[str, Floats], places: NDArray[np.intp]) -> Level:
-    """The settled end of a stretch."""
     late = settled_from(columns, places)
     return Level(places[late or 0 :], late is None)
 
@@ -221,7 +220,6 @@ def _is_level(levels: Floats, begin: int, end: int, widest: float) -> bool:
 
 
 def _longest(values: Floats, widest: float) -> tuple[int, int]:
-    """The longest stretch with a range of at most ``widest``: begin and one past its end."""
     best, begin = (0, 0), 0
     highest: deque[int] = deque()
     lowest: deque[int] = deque()
@@ -342,7 +340,6 @@ def _moving_note(
 def _run_up_note(
     columns: Mapping[str, Floats], places: NDArray[np.intp], part: NDArray[np.intp]
 ) -> str:
-    """Note on cycles that are not of the amplitude of the others."""
     amplitude = columns["amplitude"]
     others = np.setdiff1d(places, places[part])
     mean = engineering(float(amplitude[places[part]].mean()), "m")
@@ -355,7 +352,6 @@ def _run_up_note(
 
 
 def _steps_note(columns: Mapping[str, Floats], parts: list[NDArray[np.intp]]) -> str:
-    """Note on the levels of amplitude, and on the one that is evaluated."""
     texts = []
     for of in parts:
         texts.append(

@@ -173,7 +173,6 @@ class VirtualTribometer:
 
     @property
     def _load(self) -> float | None:
-        """Normal load [N] of the joint; None for a law that has none."""
         load: float | None = getattr(self.joint, "normal_load", None)
         return load
 
@@ -283,7 +282,6 @@ class VirtualTribometer:
         return self._step(x, load, self.rig_stiffness), load
 
     def _step(self, x: Floats, load: Floats, stiffness: float) -> Floats:
-        """Forces with the rig in series under a load that varies, sample by sample."""
         state, forces = self.joint.start(), np.empty(x.size)
         friction = self.joint.force_limit / float(self._load or math.inf)
         u, tangent = 0.0, self.joint.tangential_stiffness

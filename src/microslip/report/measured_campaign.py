@@ -1,4 +1,4 @@
-"""Records of a campaign: table, evolution, fretting map, friction log, wear."""
+"""Records of a campaign: table, evolution, fretting map, wear."""
 
 from __future__ import annotations
 
@@ -12,8 +12,7 @@ from microslip._core.units import significant
 from microslip._core.wording import shorten
 from microslip.figures.picture import Picture
 from microslip.laboratory import figures
-from microslip.laboratory.campaign import Campaign
-from microslip.laboratory.campaign_laws import Wear
+from microslip.laboratory.campaign import Campaign, Wear
 from microslip.laboratory.cycle_columns import LABELS, UNITS
 from microslip.laboratory.manifest import text_of
 from microslip.report.document import Column, Items, Note, Section, Table
@@ -128,14 +127,6 @@ def sections(
         plot = partial(figures.fretting_map, campaign)
         picture = Picture("fretting-map", caption, plot, "Regimes over amplitude and normal load")
         last.append(Section("Fretting map", (picture,), brief=False))
-    if campaign.friction_logs():
-        caption = (
-            "Friction log: the force over displacement and cycle, for rising (left) and falling "
-            "displacement (right); each cycle without its offsets."
-        )
-        plot = partial(figures.friction_log_figure, campaign)
-        picture = Picture("friction-log", caption, plot, "Force over displacement and cycle")
-        last.append(Section("Friction log", (picture,), brief=False))
     if (wear := campaign.wear(confidence)) is not None:
         caption = "Worn volume over dissipated energy, with a straight line through zero."
         plot = partial(figures.worn, wear)

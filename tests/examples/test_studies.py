@@ -62,7 +62,7 @@ def test_what_loops_did_not_determine_is_flagged_as_a_likely_unit_error(tmp_path
     text = text.replace("schema = 1", 'schema = 1\nnot_identified = ["surface.radius"]')
     study = ms.Study.from_toml(text)
     (asked,) = preview(study).data["questions"]
-    assert asked.startswith("surface.radius: is this number known?")
+    assert asked.startswith("surface.radius: the loops from which")
     with pytest.raises(ms.StudyError, match=r"^study: not_identified"):
         ms.Study.from_toml(text.replace('["surface.radius"]', "3"))
 

@@ -114,7 +114,7 @@ def test_workers_may_die(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     items = [batch.BatchItem(f"p{i}", "predict", str(folder / "study.toml")) for i in range(6)]
     found = batch.run_batch(items, folder / "out", workers=2)
     assert [o["item"] for o in found.failed] == ["p1"]
-    assert "its worker died 3 times" in found.failed[0]["reason"]
+    assert "the worker process died 3 times" in found.failed[0]["reason"]
     assert len(found.done) == 5
 
 
@@ -123,7 +123,7 @@ WRONG = {
     "no study": (["changes.csv"], "--study must be given: changes.csv is a table of changes"),
     "empty": (["empty"], "wanted studies, records or scans, got none"),
     "twice": (["twice.txt"], "wanted each item once, got study.toml twice"),
-    "no batch": (["study.txt", "-o", "full"], "full: exists and is no batch"),
+    "no batch": (["study.txt", "-o", "full"], "full: exists and is not a batch"),
     "ragged": (["ragged.csv", "--study", "study.toml"], "wanted 2 columns, got 1 in row 1"),
     "dask": (["study.txt", "--dask", "tcp://127.0.0.1:9"], "--dask"),
 }

@@ -178,8 +178,8 @@ def test_what_embeds_and_what_pulls_in_a_study() -> None:
     [
         ('preload = "12 kN", rz = "6 um", embedding = "8 um"', "wanted embedding or rz, got both"),
         ('preload = "1 kN", embedding = "8 um"', "wanted bolts that still press"),
-        ('preload = "9 kN", load_factor = 0.1', "load_factor: wanted only beside axial_load"),
-        ('rz = "6 um"', "rz: wanted only beside preload or torque"),
+        ('preload = "9 kN", load_factor = 0.1', "load_factor: wanted only with axial_load"),
+        ('rz = "6 um"', "rz: wanted only with preload or torque"),
     ],
 )
 def test_wrong_bolts_of_a_study_are_refused(more: str, says: str) -> None:

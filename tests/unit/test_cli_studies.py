@@ -223,7 +223,7 @@ def test_templates_are_listed_and_written() -> None:
 def test_new_never_overwrites() -> None:
     before = Path("joint.toml").read_bytes()
     assert fails("new", "joint.toml") == (
-        "error: joint.toml: exists, and is not replaced; name another file"
+        "error: joint.toml: exists and is not overwritten; give another name"
     )
     Path("folder.toml").mkdir()
     assert "folder.toml: exists" in fails("new", "folder.toml")

@@ -52,7 +52,7 @@ def test_a_face_without_a_tightening_pressure_is_tightened_by_its_load() -> None
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('ra = "0.8 um"\n', "", "surface.scan: missing; wanted a scan, or rq ="),
+        ('ra = "0.8 um"\n', "", "surface.scan: missing; write scan = "),
         ('ra = "0.8 um"', 'ra = "0.8 um"\nrz = "4 um"', "one of ra, rq and rz must be given"),
         ('ra = "0.8 um"', 'process = "sanded"', "surface.process: wanted"),
         ('ra = "0.8 um"', 'ra = "0.8 mm"', "surface.ra: must give an Rq of at most 0.0002 m"),

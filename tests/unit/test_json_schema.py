@@ -208,7 +208,8 @@ def test_keys_that_name_files_are_known() -> None:
         path.rpartition(".")[2]
         for path, schema in keys(schema_tree())
         if re.search(
-            "[Nn]ame of (a|the) .*file|[Ff]older that", json.dumps(schema.get("description"))
+            "[Nn]ame of (a|the) .*file|[Ff]older (that|written)",
+            json.dumps(schema.get("description")),
         )
         or "relative to the folder" in schema["description"]
     }

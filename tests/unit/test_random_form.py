@@ -78,7 +78,7 @@ def test_a_study_draws_faces_for_samples_and_none_for_the_middle() -> None:
     [
         ("{ factor = 1.0 }", "structure.form.flatness: missing; write for example flatness"),
         ('{ flatness = "4 um", machining = "ground" }', "form.machining: wanted flatness or"),
-        ('{ rim = "4 um", correlation = "1 cm" }', "form.correlation: wanted only beside flatness"),
+        ('{ rim = "4 um", correlation = "1 cm" }', "form.correlation: wanted only with flatness"),
         ('{ machining = "cast" }', 'structure.form.machining: wanted "ground" or "milled"'),
     ],
 )  # fmt: skip

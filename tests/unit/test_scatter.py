@@ -248,7 +248,7 @@ def test_an_identification_gives_its_covariance(tmp_path: Path) -> None:
     covariance = np.cov(friction, std + friction)  # the slip scale goes as their product
     a, b = 0.02 / 0.55, 2e-8 / 3.4e-7
     np.testing.assert_allclose(covariance, [[a * a, 0.6 * a * b], [0.6 * a * b, b * b]], rtol=0.1)
-    with pytest.raises(ms.StudyError, match=r"heights.std: wanted a number: uncertainty"):
+    with pytest.raises(ms.StudyError, match=r"heights.std: wanted a single number"):
         ms.Study.from_toml(ROUGH + 'identification = "."\n', folder=tmp_path)
     with pytest.raises(ms.StudyError, match="identification: nowhere: no such folder"):
         ms.Study.from_toml(text + 'identification = "nowhere"\n', folder=tmp_path)

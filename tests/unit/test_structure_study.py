@@ -515,16 +515,16 @@ def test_a_mesh_of_ones_own_is_predicted_as_its_drawing_is(
         ('"low face", "high', '"lo face", "high', 'structure.mesh: strip.inp: has no face "lo face"; did you mean "low face"?'),
         ('["left", "right", "bolts", "heads"]', '["left", "right"]', "structure.mesh: strip.inp: 384 of 848 cells belong to none of the bodies"),
         ('unit = "mm"', "", "structure.mesh: strip.inp: reaches over 200 m; if it is in millimetres, write unit = "),
-        ('unit = "mm"', 'materials = ["steel"]', "structure.mesh.materials: wanted one a body, 4 of them, got 1"),
+        ('unit = "mm"', 'materials = ["steel"]', "structure.mesh.materials: wanted one per body, 4 in all, got 1"),
         ('unit = "mm"', 'unit = "mm"\nmaterials = ["steel", "steel", "stel", "steel"]', "structure.mesh.materials, item 3: wanted a metal of the table"),
         ('sensor = { at = ["0.1 m", "0 m", "0 m"], direction = "z" }', "", "structure.sensor: missing; write for example sensor = { at ="),
         ('density = "7800 kg/m^3"', "", 'structure.density: missing; write for example density = "7850 kg/m^3"'),
-        ('density = "7800 kg/m^3"', 'length = "1 m"', "structure.length: wanted none beside structure.mesh"),
-        ('density = "7800 kg/m^3"', 'density = "7800 kg/m^3"\nconverge = true', "structure.converge: wanted none beside structure.mesh"),
+        ('density = "7800 kg/m^3"', 'length = "1 m"', "structure.length: wanted only without structure.mesh"),
+        ('density = "7800 kg/m^3"', 'density = "7800 kg/m^3"\nconverge = true', "structure.converge: wanted only without structure.mesh"),
         ('tension = { mean = "5 kN", cv = 0.15 }', 'size = "M8"\ngrade = "8.8"\ntorque = "60 N m"\nnut_factor = 0.2',
          "structure: tension must be at most 2.07e+04 N, by a torque of 33.12 N m"),
         ('tension = { mean = "5 kN", cv = 0.15 }', 'grade = "8.8"\ntension = "5 kN"', "structure: grade needs the size of the bolts"),
-        ("[structure.bolts]", '[structure.bolts]\nshank = "6 mm"', "structure.bolts.shank: wanted none beside structure.mesh"),
+        ("[structure.bolts]", '[structure.bolts]\nshank = "6 mm"', "structure.bolts.shank: wanted only without structure.mesh"),
         ('tension = { mean = "5 kN", cv = 0.15 }', 'torque = "6 N m"', "structure: a torque needs the nominal diameter of the thread"),
         ('tension = { mean = "5 kN", cv = 0.15 }', 'torque = "6 N m"\nthread = "6 mm"\npitch = "1 mm"\nthread_friction = 0.1\nbearing_friction = 0.1',
          "structure: friction under the head needs the diameters of hole and head, or a size"),
@@ -582,7 +582,7 @@ def test_a_structure_needs_no_law_of_its_own(folder: Path) -> None:
     ms.friction.save_law(ms.Jenkins(1e6, 10.0), folder / "law.json", overwrite=True)
     keys = 'law_file = "law.json"'
     text = STUDY.replace("friction_coefficient = { low = 0.1, high = 0.6 }", keys)
-    with pytest.raises(ms.StudyError, match="structure: wanted none beside joint"):
+    with pytest.raises(ms.StudyError, match=r"structure: wanted no \[structure\] with joint"):
         ms.Study.from_toml(text, folder=folder)
 
 

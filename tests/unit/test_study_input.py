@@ -442,5 +442,5 @@ def test_wrong_law_files_are_refused_at_their_key(tmp_path: Path) -> None:
     ms.friction.save_law(ms.Coulomb(100.0), tmp_path / "law.json", overwrite=True)
     text = edited(("[joint]", '[joint]\nlaw_file = "law.json"'))
     text = text.replace(f"normal_load = {LOADS}\n", "").replace("friction_coefficient = 0.55\n", "")
-    with pytest.raises(ms.StudyError, match=r"surface: wanted none beside joint\.law_file"):
+    with pytest.raises(ms.StudyError, match=r"wanted no \[surface\] with joint\.law_file"):
         ms.Study.from_toml(text, folder=tmp_path)

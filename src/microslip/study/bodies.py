@@ -1,4 +1,4 @@
-"""Bolts of a structure in a study, and a mesh in place of a drawing."""
+"""Bolts of a structure in a study, and its finite-element mesh."""
 
 from __future__ import annotations
 
@@ -44,20 +44,20 @@ _PLACES = Unsure(PLACE)
 
 
 class BoltsPart(TightenedBolts):
-    """Equal bolts through the lap: places from its middle, diameters, tension or torque."""
+    """Identical bolts through the lap: positions from its middle, diameters, tension or torque."""
 
     positions: tuple[float, ...] | None = optional_key(
         Items(_PLACES, '["-30 mm", "0 mm", "30 mm"]', (1, 200), single=True),
-        "Places along the lap, from its middle; a mesh has them itself.",
+        "Positions along the lap, from its middle; not used with a mesh.",
     )
     across: tuple[float, ...] | None = optional_key(
         Items(_PLACES, '["-30 mm", "0 mm", "30 mm"]', (1, 200), single=True),
-        "Places across the lap, one a bolt; all in the middle unless given.",
+        "Positions across the lap, one per bolt; by default all in the middle.",
         '["0 mm", "0 mm", "0 mm"]',
     )
     slack: tuple[int, ...] = key(
         Items(whole_number(1, MOST_BOLTS, "3"), "[3]", (1, MOST_BOLTS), single=True, distinct=True),
-        "Slack bolts, counted from 1 along the lap; the report compares with all tight.",
+        "Numbers of slack bolts, from 1 along the lap; the report compares with all bolts tight.",
         default=(),
     )
     shank: float | None = optional(Bolts, "shank")
@@ -69,16 +69,16 @@ class BoltsPart(TightenedBolts):
     thread: float | None = optional(Bolts, "thread")
     pitch: float | None = optional(Bolts, "pitch")
     size: str | None = optional_key(
-        one_of(*BOLTS), "Size of the bolts, in place of diameters and pitch.", '"M8"'
+        one_of(*BOLTS), "Size of the bolts, instead of diameters and pitch.", '"M8"'
     )
     clamp_length: float | None = optional_key(
         Unsure(LENGTH),
-        "Thickness of all that a bolt clamps, for what embeds; that of the drawing unless given.",
+        "Thickness clamped by a bolt, for the loss by embedding; by default from the drawing.",
         '"25 mm"',
     )
 
     def check(self, place: Place) -> None:
-        """The size that the thread gives, and one place across for each along."""
+        """Set the dimensions of a size, and check the positions."""
         if self.size is not None:
             given = {name: getattr(self, name) for name in SIZED}
             self.__dict__.update(by_size(self.size, self.thread_friction, **given))
@@ -86,7 +86,7 @@ class BoltsPart(TightenedBolts):
         check_places(self.positions, self.across)
 
     def build(self) -> Bolts:
-        """The bolts of a drawing."""
+        """Return the bolts of a lap joint."""
         sizes: dict[str, Any] = {
             name: getattr(self, name)
             for name in self.keys
@@ -98,7 +98,7 @@ class BoltsPart(TightenedBolts):
 
 
 def check_slack(slack: Sequence[int], count: int) -> None:
-    """Refuse numbers of slack bolts that no bolt has."""
+    """Refuse numbers of slack bolts that do not exist."""
     try:
         slack_bolts(slack, count)
     except InputError as error:
@@ -106,16 +106,16 @@ def check_slack(slack: Sequence[int], count: int) -> None:
 
 
 def check_places(along: Sequence[float] | None, across: Sequence[float] | None) -> None:
-    """Refuse places across that do not go with those along."""
+    """Refuse positions across the lap that do not match those along it."""
     if across is not None and len(across) != len(along or ()):
         raise KeyedError(
             ".across",
-            f"wanted one place a bolt, {len(along or ())} of them, got {len(across)}",
+            f"wanted one position per bolt, {len(along or ())} in all, got {len(across)}",
         )
 
 
 _MOST_ITEMS = 200
-_STAND_IN = Material(1.0, 0.0)  # stands for a body's own, which other tables of the study describe
+_STAND_IN = Material(1.0, 0.0)  # placeholder until the materials of the study are assigned
 
 
 def _names(example: str, distinct: bool = True) -> Items:
@@ -123,7 +123,7 @@ def _names(example: str, distinct: bool = True) -> Items:
 
 
 class MeshPart(Part):
-    """A mesh in place of a drawing: hexahedra or tetrahedra with named bodies, faces and bolts."""
+    """A mesh instead of a drawing: hexahedra or tetrahedra with named bodies, faces and bolts."""
 
     file: str = key(
         text("the name of a mesh", "beam.msh"),
@@ -133,7 +133,8 @@ class MeshPart(Part):
     unit: str = key(COLUMN_UNIT, "Unit of length of the mesh.", '"mm"', default="m")
     bodies: tuple[str, ...] = key(
         _names('["left", "right", "bolts"]'),
-        "Names of the volumes; together they hold all cells. Those that share nodes are joined.",
+        "Names of the volumes, which together contain all cells; bodies with shared nodes are "
+        "bonded.",
     )
     contacts: tuple[tuple[str, str], ...] = key(
         Items(
@@ -146,29 +147,29 @@ class MeshPart(Part):
     )
     bolts: tuple[str, ...] = key(
         _names('["shank 1", "shank 2"]'),
-        "Names of the volumes of the shanks, each a body or a part of one.",
+        "Names of the volumes of the bolt shanks, each a body or a part of one.",
     )
     ground: tuple[str, ...] = key(
-        _names('["foot"]'), "Names of volumes or faces that do not move.", default=()
+        _names('["foot"]'), "Names of fixed volumes or faces.", default=()
     )
     materials: tuple[str, ...] | None = optional_key(
         _names('["steel", "steel", "titanium"]', distinct=False),
-        "Material of each body; the first of the surface unless given.",
+        "Material of each body; by default the first of surface.materials.",
     )
     densities: tuple[float, ...] | None = optional_key(
         Items(MASS_DENSITY, '["7850 kg/m^3", "7850 kg/m^3", "4430 kg/m^3"]', (1, _MOST_ITEMS)),
-        "Mass density of each body; `structure.density` unless given.",
+        "Mass density of each body; by default `structure.density`.",
     )
     along: tuple[float, float, float] | None = optional_key(
         Items(number("1.0"), "[1, 0, 0]", (3, 3)),
-        "Direction along the contacts; that in which they are longest unless "
-        "given, and places in them then count from their middle.",
+        "Direction along the contacts; by default their longest direction, with positions "
+        "measured from their middle.",
     )
     joint: MeshedJoint
-    """The mesh as it was read; its materials and tensions are still to come."""
+    """Mesh as read, with placeholders for materials and tensions."""
 
     def check(self, place: Place) -> None:
-        """Read the mesh, and find what the study names in it."""
+        """Read the mesh and check the names in it."""
         from microslip.structures import MeshedJoint
         from microslip.structures.reduction_patches import contact_frame
 
@@ -177,7 +178,7 @@ class MeshPart(Part):
             if values is not None and len(values) != len(self.bodies):
                 raise KeyedError(
                     f".{name}",
-                    f"wanted one a body, {len(self.bodies)} of them, got {len(values)}",
+                    f"wanted one per body, {len(self.bodies)} in all, got {len(values)}",
                 )
         refusal = f'wanted a unit such as "mm", got {quote(self.unit)}'
         try:
@@ -211,7 +212,7 @@ class MeshPart(Part):
     def build(
         self, materials: Mapping[str, Material], usual: str, density: float | None
     ) -> MeshedJoint:
-        """The joint, its bodies of what the study says."""
+        """Return the joint with the materials and densities of the study."""
         names = self.materials or (usual,) * len(self.bodies)
         densities = self.densities or (cast(float, density),) * len(self.bodies)
         for name in names:

@@ -1,4 +1,4 @@
-"""Surface and joints of a study, or of a draw of its uncertain values."""
+"""Surface and joints of a study, and sampling of its uncertain values."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from microslip.study.uncertain import changed, followers_of, spreads_of, with_va
 
 
 def build_surface(study: StudyDescription, progress: Progress | None = None) -> NormalLaw:
-    """Return the normal law of a study; a face point by point takes its time."""
+    """Return the normal law of a study. Solving a face point by point takes seconds or more."""
     if study._law is not None:
         return study._law
     materials = {}
@@ -77,13 +77,14 @@ def _largest_pressure(study: StudyDescription, surface: MeasuredFace) -> float:
 
 
 def build_joints(study: StudyDescription, progress: Progress | None = None) -> list[Interface]:
-    """Joints of a study: one for each normal load, or the law that it gives by its parameters."""
+    """Return the joints of a study, one per normal load, or its friction law."""
     if not isinstance(study.joint, Joint):
         return [cast(Interface, study.joint.build())]
     surface = build_surface(study, progress)
     joints: list[Interface] = []
     loads = study.joint.normal_load
-    # A face that a load tightens anew is tightened by each load for itself, in whatever order.
+    # Loads above the tightening load tighten the face further: each load gets a law of its own, so
+    # that results do not depend on the order of the loads.
     alike = max(loads, default=0.0) <= surface._heaviest
     for index, load in enumerate(loads, start=1):
         item = f", item {index}" if len(loads) > 1 else ""
@@ -97,9 +98,9 @@ def build_joints(study: StudyDescription, progress: Progress | None = None) -> l
 
 
 def build_as_made(study: StudyDescription) -> tuple[Interface, list[str]]:
-    """Build the joint under its first load without an uneven pressure, which no fit can scale.
+    """Build the joint at its first load, with uniform pressure, which a fit can scale.
 
-    Returns the keys that are left out, too.
+    Also return the keys that are ignored.
     """
     if getattr(study.joint, "pressure", None) is None:
         return build_joints(study)[0], []
@@ -111,7 +112,7 @@ def build_as_made(study: StudyDescription) -> tuple[Interface, list[str]]:
 
 @contextmanager
 def blame(study: StudyDescription, key: str, names: Iterable[str] = ()) -> Iterator[None]:
-    """Say of which key an error of the physics speaks."""
+    """Convert an InputError to a StudyError that names the key of the study."""
     try:
         yield
     except InputError as error:
@@ -123,14 +124,14 @@ def blame(study: StudyDescription, key: str, names: Iterable[str] = ()) -> Itera
         raise StudyError(f"{study.name}: {key}: {message}") from error
 
 
-_NEAR = 0.25  # scores to either side of the middle, for slopes
-_QUARTILE, _FURTHEST = 0.6744897501960817, 6.0  # scores of given values, for slopes
-_REPLICATES = 4096  # of the pieces of a scan
+_NEAR = 0.25  # normal scores on either side of the median, for finite-difference slopes
+_QUARTILE, _FURTHEST = 0.6744897501960817, 6.0  # scores for the slopes of discrete values
+_REPLICATES = 4096  # bootstrap replicates of the pieces of a scan
 
 
 @dataclass(frozen=True)
 class Input:
-    """Uncertain number: key, text in the study, and value at a score."""
+    """An uncertain number: its key and its description."""
 
     key: str
     written: str
@@ -169,11 +170,11 @@ class Design:
 
     @property
     def changed_keys(self) -> set[str]:
-        """Keys whose values the draws change, those that follow others included."""
+        """Keys whose values the samples change, including multiples of uncertain numbers."""
         return {*self.spreads, *followers_of(self.study)}
 
     def _drawn_pieces(self) -> NDArray[np.intp] | None:
-        """Pieces of a face solved point by point, drawn anew, in the order of the stiffness."""
+        """Return bootstrap samples of the pieces of a solved face, sorted by stiffness."""
         if not isinstance(self.study.surface, MeasuredFace):
             return None
         law = build_surface(at_middle(self.study))
@@ -187,26 +188,25 @@ class Design:
         return np.asarray(rows[order])
 
     def scores(self, points: Floats) -> Floats:
-        """Correlated normal scores of points in the unit cube."""
+        """Return correlated normal scores of points in the unit cube."""
         from scipy.special import ndtri
 
         scores = ndtri(np.clip(points, 2.0**-33, 1.0 - 2.0**-33))
         return np.asarray(scores @ np.linalg.cholesky(self.correlation).T)
 
     def values(self, shares: Floats) -> dict[str, float]:
-        """The uncertain numbers below which shares of them lie, by key."""
+        """Return the quantiles of the uncertain numbers by key."""
         return {
             key: float(spread.quantiles(shares[i : i + 1])[0])
             for i, (key, spread) in enumerate(self.spreads.items())
         }
 
     def near(self) -> tuple[Floats, Floats]:
-        """Scores a little below and above each middle, for slopes: what a difference is worth.
+        """Return score offsets for finite differences, and factors that scale the differences.
 
-        Gives scores, of an input a column, and what the difference of a result between them is
-        multiplied with for that of one standard deviation of the input in its own measure. The
-        quartiles of given values, which have nothing between them, and their ends where those are
-        one value.
+        A difference of results between plus and minus the offset, times the factor, is the change
+        by one standard deviation of the input. Discrete values use their quartiles, or their ends
+        if the quartiles are equal. Both arrays have shape (inputs,).
         """
         from scipy.special import ndtr
 
@@ -222,7 +222,7 @@ class Design:
         return reach, ratios
 
     def at(self, scores: Floats) -> StudyDescription:
-        """The study at a row of scores."""
+        """Return the study at a row of normal scores."""
         from scipy.special import ndtr
 
         shares = ndtr(scores)
@@ -251,7 +251,7 @@ class Design:
         return study
 
     def _identified(self, study: StudyDescription, scores: Floats) -> tuple[float, float]:
-        """Factors on spread and density; the friction goes into the study."""
+        """Return factors on standard deviation and density, and set the drawn friction."""
         moved = dict(zip(self._names, self._root @ scores, strict=True))
         value = dict(zip(self._names, self._fitted, strict=True))
         friction, slip = (
@@ -259,7 +259,7 @@ class Design:
             for name in ("friction_coefficient", "slip_scale")
         )
         joint = study.joint
-        assert isinstance(joint, Joint)  # looked at when read
+        assert isinstance(joint, Joint)  # checked when the study was read
         coefficient = float(joint.friction_coefficient) * friction
         study.__dict__["joint"] = joint.copy(friction_coefficient=coefficient)
         std, density = slip / friction, (slip / friction) ** -1.5
@@ -271,7 +271,7 @@ class Design:
         return std, density
 
     def points(self, samples: int | None = None, count: int = GROUPS) -> Floats:
-        """Points in the unit cube: groups, points of each, inputs."""
+        """Return points in the unit cube, shape (groups, points, inputs)."""
         size = 2 ** max(3, math.ceil(math.log2((samples or self.part.samples) / count)))
         groups = []
         for group in range(count):
@@ -287,21 +287,21 @@ class Design:
 
 
 def with_model_spreads(part: Any) -> Any:
-    """The same table with the scatter of laws that are known to be off by so much."""
+    """Return a table with the known errors of its laws as uncertain factors."""
     spreads = getattr(part, "model_spreads", None)
     part = changed(part, lambda value, key: with_model_spreads(value))
     return part.copy(**spreads) if spreads else part
 
 
 def is_uncertain(study: StudyDescription) -> bool:
-    """Whether anything in a study scatters, but for what only its structure knows."""
+    """Return whether any input of a study is uncertain."""
     part = study.uncertainty
     identified = part is not None and part.identification is not None
     return identified or next(spreads_of(study), None) is not None
 
 
 def check_draws(study: StudyDescription) -> None:
-    """Refuse what scatters so far that its draws cannot be predicted, before any is computed."""
+    """Refuse uncertain inputs with samples that are invalid, before anything is computed."""
     if study.structure is not None or not is_uncertain(study):
         return
     design = Design(study)
@@ -312,7 +312,7 @@ def check_draws(study: StudyDescription) -> None:
     for scores in design.scores(points):
         draw = with_values(study, design.values(ndtr(scores)))
         try:
-            check(draw.copy(uncertainty=None))  # nothing is left in it to correlate
+            check(draw.copy(uncertainty=None))  # the sample has no uncertain numbers left
         except KeyedError as error:
             refused.append(error)
     if refused:
@@ -325,6 +325,6 @@ def check_draws(study: StudyDescription) -> None:
 
 
 def at_middle(study: StudyDescription) -> StudyDescription:
-    """The study with a plain number in place of each uncertain one."""
+    """Return the study with each uncertain number replaced by its central value."""
     middle: StudyDescription = with_values(study, {})
     return middle

@@ -1,4 +1,4 @@
-"""Consistency of a whole study, and likely mistakes: no computation."""
+"""Consistency checks between the tables of a study, and warnings of likely unit errors."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MAX_SAMPLES = 10_000_000
 
 
 def mean_load(study: StudyTables) -> float:
-    """Normal load [N] where none is given: bolts press the surface as they do the lap."""
+    """Return the normal load [N] at the mean pressure of a bolted lap, if no load is given."""
     area = getattr(study.surface, "area", None)
     if study.structure is None or area is None:
         raise KeyedError(
@@ -33,7 +33,7 @@ def mean_load(study: StudyTables) -> float:
 
 
 def check(study: StudyTables) -> None:
-    """Refuse the first thing that the parts of a study cannot see."""
+    """Refuse the first inconsistency between tables."""
     of_joint = (_of_bodies, _of_loads, _of_pressure, _of_structure)
     rules = of_joint if isinstance(study.joint, Joint) else (_of_law,)
     for rule in (*rules, _of_uncertainty, _of_forces, _of_amount, _of_files):
@@ -99,58 +99,58 @@ def _of_loads(study: StudyTables) -> None:
 
 
 def _of_pressure(study: StudyTables) -> None:
-    """A pressure that is spread needs a surface with an area, and stays as it is."""
+    """Refuse a pressure distribution on a surface without an area, or on a larger area."""
     if study.joint.pressure is None:
         return
     key = "joint.pressure"
     if (load := study.joint.pressure.load) is not None and load <= 0.0:
         raise KeyedError(
             key,
-            "wanted bolts that still press once what embeds is lost and the axial load pulls, got "
-            f"{_force(load)} between the plates",
+            f"wanted a clamp force above zero after embedding and axial load, got {_force(load)}",
         )
     if "area" not in study.surface.keys:
         raise KeyedError(
             key,
-            f'wanted a surface with an area to spread it over, got law = "{study.surface.law}"',
+            f'wanted a surface with a key area, got law = "{study.surface.law}"',
         )
     area, pressed = getattr(study.surface, "area", None), study.joint.pressure.spread().area
     if area is not None and pressed > area * (1.0 + 1e-9):
-        within = f"wanted one within the area of the surface, {1e4 * area:.6g} cm^2"
-        raise KeyedError(key, f"{within}, got one on {1e4 * pressed:.6g} cm^2")
+        within = f"wanted a pressed area of at most surface.area, {1e4 * area:.6g} cm^2"
+        raise KeyedError(key, f"{within}, got {1e4 * pressed:.6g} cm^2")
 
 
 def _of_structure(study: StudyTables) -> None:
-    """Refuse bodies that do not bend, and a surface of unknown area."""
+    """Refuse bodies that do not bend, and a surface without an area."""
     part = study.structure
     if part is None:
         return
     if study.joint.pressure is not None:
-        unlike = "wanted none beside a [structure], whose patches bear unlike pressures"
+        unlike = "wanted no pressure with a [structure], which computes the pressure of each patch"
         raise KeyedError("joint.pressure", unlike)
     if isinstance(study.material[study.surface.materials[0]], Rigid):
-        raise KeyedError("surface.materials, item 1", "wanted a body that bends, got a rigid one")
+        raise KeyedError("surface.materials, item 1", "wanted an elastic body, got a rigid one")
     if part.mesh is not None:
         check_described("structure.mesh.materials", part.mesh.materials or (), study.material)
     if part.tension.min() <= 0.0:
         raise KeyedError(
             "structure.bolts.embedding" if part.bolts.rz is None else "structure.bolts.rz",
-            f"wanted less than takes all tension, got {_force(float(part.tension.min()))} left",
+            "wanted a remaining tension above zero after embedding, got "
+            f"{_force(float(part.tension.min()))}",
         )
     if getattr(study.surface, "area", None) is None:
-        spread = "wanted a surface with an area, which a [structure] spreads over its patches"
+        spread = "wanted a surface with a key area, which a [structure] distributes to its patches"
         raise KeyedError("surface", spread)
 
 
 def _of_law(study: StudyTables) -> None:
-    """A friction law of a file has no surface and no normal load."""
+    """Refuse a surface or a structure in addition to the file of a friction law."""
     for name in ("structure", "surface"):
         if getattr(study, name) is not None:
-            raise KeyedError(name, "wanted none beside joint.law_file, got one; remove it")
+            raise KeyedError(name, f"wanted no [{name}] with joint.law_file; remove one of them")
 
 
 def _of_uncertainty(study: StudyTables) -> None:
-    """Uncertain inputs exist, and are drawn once."""
+    """Refuse missing uncertain inputs, and inputs that are drawn twice."""
     part = study.uncertainty
     if part is None:
         return
@@ -158,12 +158,13 @@ def _of_uncertainty(study: StudyTables) -> None:
     part.matrix(names)
     if part.identification is not None:
         if not isinstance(study.joint, Joint):
-            raise KeyedError("uncertainty.identification", "wanted only for an interface")
+            raise KeyedError("uncertainty.identification", "wanted a [surface], got joint.law_file")
         fitted = ("joint.friction_coefficient", "surface.heights", "surface.density")
         for key in names:
             if key.startswith(fitted):
                 raise KeyedError(
-                    key, "wanted a number: uncertainty.identification says how far it is known"
+                    key,
+                    "wanted a single number: its scatter is given by uncertainty.identification",
                 )
     if not names and part.identification is None:
         raise KeyedError(
@@ -174,7 +175,7 @@ def _of_uncertainty(study: StudyTables) -> None:
 
 
 def _of_forces(study: StudyTables) -> None:
-    """No force reaches the limit at the lightest load."""
+    """Refuse forces that reach the friction limit at the smallest load."""
     excitation, joint, history = study.excitation, study.joint, study.excitation.history
     if isinstance(joint, Joint):
         load = min(joint.normal_load)
@@ -214,7 +215,7 @@ def _of_amount(study: StudyTables) -> None:
 
 
 class Usual(NamedTuple):
-    """Usual range of a quantity: its ends in SI units, its unit, and the objects meant."""
+    """Usual range of a quantity in SI units, with its unit and the objects it applies to."""
 
     low: float
     high: float
@@ -242,10 +243,10 @@ _PRESSURE = Usual(1e1, 5e9, "Pa", "joints")
 
 
 def questions(study: Any) -> list[str]:
-    """Likely unit errors of a study, a sentence each; empty where all is usual."""
+    """Return warnings of likely unit errors and of parameters that were not identified."""
     unknown = [
-        f"{key}: is this number known? The loops that the study was identified from do not "
-        "determine it: others fit as well; delete the key in not_identified once it is measured."
+        f"{key}: the loops from which the study was identified do not determine this number. "
+        "Measure it, then delete the key from not_identified."
         for key in study.not_identified or ()
     ]
     return unknown + [

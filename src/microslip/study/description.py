@@ -1,4 +1,4 @@
-"""A study read from a file, or one line that says what is wrong with it."""
+"""Reading of a study file, with a one-line error for invalid content."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from microslip.study.toml_text import Override, apply, dump, relocated_text, tab
 
 
 class StudyDescription(StudyTables):
-    """Description of a :class:`microslip.Study`, before anything is computed."""
+    """Validated content of a study, before anything is computed."""
 
     _name: str = "study"
     _text: str | None = None
@@ -41,7 +41,7 @@ class StudyDescription(StudyTables):
         folder: Path | None = None,
         changes: Sequence[Override] = (),
     ) -> None:
-        """Validate keys and values as in a file into this study, which is still empty."""
+        """Validate tables as in a file, and set the attributes of this empty study."""
         reading = Reading(folder, tables)
         place = Place("", reading)
         read = place.attempt(lambda: self.read(tables, place))
@@ -55,58 +55,58 @@ class StudyDescription(StudyTables):
         self._notes = (*(change.note for change in changes), *reading.notes)
 
     def check(self, place: Place) -> None:
-        """Refuse what only shows in the whole."""
+        """Set the default load, and refuse combinations of tables that are invalid."""
         self.settle()
         if isinstance(self.joint, Joint) and not self.joint.normal_load:
             self.__dict__["joint"] = self.joint.copy(normal_load=(mean_load(self),))
         check(self)
 
     def settle(self) -> None:
-        """Take what one table says of another: bolts know what they clamp."""
+        """Pass the materials of the plates to the bolts that clamp them."""
         clamp(self)
 
     @property
     def bolted(self) -> StructurePart:
-        """The structure of a study that has one."""
+        """Structure of a study that has one."""
         assert self.structure is not None
         return self.structure
 
     @property
     def asks_for_joint(self) -> bool:
-        """Whether cycles of the joint by itself are wanted, too, and not of a structure alone."""
+        """Whether to compute cycles of the joint in addition to its structure."""
         joint = self._tables.get("joint", {})
         return self.structure is None or "normal_load" in joint or "excitation" in self._tables
 
     @property
     def name(self) -> str:
-        """Name of the file, or what stands for it in messages."""
+        """Name of the file, used in messages."""
         return self._name
 
     @property
     def text(self) -> str:
-        """TOML text of the study: as it was read, overrides applied; comments are kept."""
+        """TOML text with overrides applied and comments kept."""
         if self._text is None:
             self._text = dump(self._tables)
         return self._text
 
     def text_for(self, folder: str | Path) -> str:
-        """The study as TOML for a file in another folder, from which it finds the same files.
+        """Return the study as TOML for a file in another folder, with adapted relative paths.
 
         Parameters
         ----------
         folder : str or pathlib.Path
-            File in which it will stand.
+            Folder of the new file.
 
         Returns
         -------
         str
-            Its :attr:`text`, with the names of files that it uses seen from there.
+            The :attr:`text` with relative paths that are valid in that folder.
         """
         return relocated_text(self.text, self._folder, Path(folder))
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Tables, files and overrides from which values were taken."""
+        """Sources of values: tables, files and overrides."""
         return self._notes
 
     @classmethod
@@ -116,10 +116,10 @@ class StudyDescription(StudyTables):
         Parameters
         ----------
         path : str or pathlib.Path
-            The file. Files that it names are relative to its folder.
+            Study file. Relative paths in it refer to its folder.
         overrides : sequence of str
-            Keys and their values in place of those in the file, such as
-            ``'joint.normal_load="3 kN"'``. The value is TOML; what is not TOML is text.
+            Values that replace those in the file, such as ``'joint.normal_load="3 kN"'``. A
+            value that is not valid TOML is taken as text.
 
         Returns
         -------
@@ -149,13 +149,13 @@ class StudyDescription(StudyTables):
         Parameters
         ----------
         text : str
-            Text of the file.
+            Content of a study file.
         name : str
-            Name for the file in messages.
+            Name of the study in messages.
         overrides : sequence of str
             As in :meth:`load`.
         folder : str or pathlib.Path, optional
-            Folder of the files that the study names; by default the current one.
+            Folder to which relative paths refer; by default the current one.
 
         Returns
         -------
@@ -183,7 +183,7 @@ class StudyDescription(StudyTables):
 
 
 def _blamed(key: str, changes: Sequence[Override]) -> str:
-    """The override that gave a key its value, in brackets."""
+    """Return the override that set a key, as text in parentheses; empty if none did."""
     path = f"{key.split(', item')[0]}."
     for change in reversed(changes):
         if path.startswith(f"{change.blamed}.") or f"{change.blamed}.".startswith(path):

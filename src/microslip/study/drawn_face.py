@@ -1,4 +1,4 @@
-"""The surface of a study that is a face by its drawing: rms height and slope, or a process."""
+"""Face specified by a drawing: rms height and slope, or a machining process."""
 
 from __future__ import annotations
 
@@ -21,32 +21,33 @@ if TYPE_CHECKING:
     from microslip.contact.materials import MaterialPair
 
 _UNTIGHTENED = 1e4
-"""Pressure of tightening [Pa] where none is given: heavier loads tighten the face themselves."""
+"""Default tightening pressure [Pa], below usual loads, which then tighten the face themselves."""
 _FACTOR = Unsure(number("1.0", above=0.0))
 _SLOPE = Unsure(number("0.1", above=0.0, most=1.0))
 _DRAWN = ("ra", "rq", "rz", "rdq", "rsm", "process")
 
 
 class _Drawing(Part):
-    """Roughness of one face, as a drawing states it."""
+    """Roughness of one face as stated on a drawing."""
 
     rq: float | None = optional_key(Unsure(RQ), "Root mean square height Rq.")
-    ra: float | None = optional_key(Unsure(RA), "Roughness average Ra, in place of Rq.")
-    rz: float | None = optional_key(Unsure(RZ), "Mean peak-to-valley height Rz, in place of Rq.")
+    ra: float | None = optional_key(Unsure(RA), "Arithmetic mean height Ra, instead of Rq.")
+    rz: float | None = optional_key(Unsure(RZ), "Mean peak-to-valley height Rz, instead of Rq.")
     rdq: float | None = optional_key(
-        _SLOPE, "Rms slope Rdq of profiles; open within the correlations of slopes if absent."
+        _SLOPE,
+        "Rms slope Rdq of profiles; if absent, estimated from the height, with a wide range.",
     )
     rsm: float | None = optional_key(
-        ROUGHNESS, "Mean width of the profile elements RSm, in place of Rdq.", '"60 um"'
+        ROUGHNESS, "Mean width of the profile elements RSm, instead of Rdq.", '"60 um"'
     )
     process: str | None = optional_key(
         one_of(*PROCESSES),
-        "Machining process: a range of heights where none is given.",
+        "Machining process, which gives a range of heights if no height is given.",
     )
 
     @property
     def finish(self) -> Finish:
-        """Rms height and slope with their spreads."""
+        """Rms height and slope with their scatter."""
         values: dict[str, Any] = {}
         for name in _DRAWN:
             value = getattr(self, name)
@@ -54,7 +55,7 @@ class _Drawing(Part):
         return Finish(**values)
 
     def check(self, place: Place) -> None:
-        """Refuse here whatever a finish refuses."""
+        """Refuse values that the class refuses."""
         try:
             self.finish  # noqa: B018
         except InputError as error:
@@ -65,23 +66,23 @@ class _Drawing(Part):
 
 
 class SecondFace(_Drawing):
-    """The other face; without it that face is smooth."""
+    """Roughness of the other face, which is smooth by default."""
 
 
 class DrawnSurface(_Drawing, SurfaceTable):
-    """A face by its drawing, with contacts that yield."""
+    """A face specified by a drawing, with contacts that yield."""
 
-    law: str = tag("face", "A face by its drawing, with contacts that yield.")
+    law: str = tag("face", "A face specified by a drawing, with contacts that yield.")
     materials: tuple[str, str] = MATERIALS
     second: SecondFace | None = optional_key(
         SubTable(SecondFace),
-        "Roughness of the other face; it is smooth if absent.",
+        "Roughness of the other face, which is smooth by default.",
         '{ rq = "1 um" }',
     )
     area: float = key(AREA, "Apparent area.")
     tightening_pressure: float | None = optional_key(
         option("tightening_pressure", "", PRESSURE, example="100 MPa"),
-        "Largest mean pressure that the face has borne; its load if absent.",
+        "Largest mean pressure applied to the face before; by default the pressure of the load.",
     )
     plateau: float | None = optional_key(
         ROUGHNESS, "Rms height Rpq of the plateau of a honed face.", '"0.2 um"'
@@ -90,36 +91,46 @@ class DrawnSurface(_Drawing, SurfaceTable):
         number("0.84", least=0.6, most=0.95), "Breadth of the spectrum, Rq <q>/h'."
     )
     lay: float | None = optional_key(
-        number("0.2", above=0.0, most=1.0), "Slope along the lay over that across it."
+        number("0.2", above=0.0, most=1.0), "Rms slope along the lay over that across it."
     )
     direction: float | None = key(
-        DIRECTION, "Direction of motion from across the lay; the mean over all if absent."
+        DIRECTION,
+        "Direction of motion, from across the lay; by default the mean over all directions.",
     )
     rms_factor: float = key(
-        _FACTOR, "Factor on Rq; bands draw what the drawing leaves open.", "1.0", default=1.0
+        _FACTOR,
+        "Factor on Rq; by default drawn for bands if Rq is not exactly known.",
+        "1.0",
+        default=1.0,
     )
     slope_factor: float = key(
-        _FACTOR, "Factor on Rdq; bands draw what the drawing leaves open.", "1.0", default=1.0
+        _FACTOR,
+        "Factor on Rdq; by default drawn for bands if Rdq is not exactly known.",
+        "1.0",
+        default=1.0,
     )
     stiffness_factor: float = key(
-        _FACTOR, "Factor on the stiffness; bands draw the error of the law.", "1.0", default=1.0
+        _FACTOR,
+        "Factor on the stiffness; by default drawn for bands from the error of the law.",
+        "1.0",
+        default=1.0,
     )
     shape_factor: float = key(
-        _FACTOR, "Factor on what small cycles lose; bands draw the error of the law.", "1.0",
-        default=1.0,
+        _FACTOR, "Factor on the energy of small cycles; by default drawn for bands from the error "
+        "of the law.", "1.0", default=1.0,
     )  # fmt: skip
 
     def check(self, place: Place) -> None:
         """Refuse a table with neither a scan nor a drawing."""
         if not any(getattr(self, name) is not None for name in ("ra", "rq", "rz", "process")):
             raise KeyedError(
-                ".scan", 'missing; wanted a scan, or rq = "0.8 um", ra, rz or process of a drawing'
+                ".scan", 'missing; write scan = "face.csv", or rq = "0.8 um" (or ra, rz, process)'
             )
         super().check(place)
 
     @cached_property
     def _estimates(self) -> dict[str, Estimate]:
-        """Rms height and slope of the gap, with the spreads that the drawing leaves open."""
+        """Return rms height and slope of the gap with their scatter."""
         finishes = [face.finish for face in (self, self.second) if face is not None]
         if len(finishes) == 1:
             return {name: getattr(finishes[0], name) for name in ("rms", "slope")}
@@ -127,7 +138,7 @@ class DrawnSurface(_Drawing, SurfaceTable):
 
     @property
     def model_spreads(self) -> dict[str, Spread]:
-        """Errors of the law, and what the drawing leaves open, by the key they are drawn at."""
+        """Errors of the law and of the drawing as uncertain factors, by key."""
         errors = {"stiffness_factor": STIFFNESS_ERROR, "shape_factor": SHAPE_ERROR}
         errors |= {f"{name}_factor": found.spread for name, found in self._estimates.items()}
         return {
@@ -137,7 +148,7 @@ class DrawnSurface(_Drawing, SurfaceTable):
         }
 
     def build(self, pair: MaterialPair) -> NormalLaw:
-        """The law of both faces together."""
+        """Return the law of both faces together."""
         names = ("plateau", "breadth", "lay", "direction", "stiffness_factor", "shape_factor")
         values: dict[str, Any] = {name: getattr(self, name) for name in names}
         rms, slope = (self._estimates[name].middle for name in ("rms", "slope"))
@@ -147,13 +158,13 @@ class DrawnSurface(_Drawing, SurfaceTable):
         )  # fmt: skip
 
     def sentences(self) -> list[str]:
-        """Describe the rms height and the slope, and what the drawing leaves open."""
+        """Describe the rms height and the slope with their uncertainty."""
         words = []
         for name, (middle, spread) in self._estimates.items():
             value = engineering(middle, "m") if name == "rms" else significant(middle)
             symbol = {"rms": "Rq", "slope": "Rdq"}[name]
             words.append(f"{symbol} {value}" + (f" ± {100 * spread:.0f} %" if spread else ""))
         return [
-            f"surface: {' and '.join(words)} of the gap. What a drawing leaves open is drawn by "
-            "bands; measure Rdq to narrow them."
+            f"surface: {' and '.join(words)} of the gap. The bands include the uncertainty of the "
+            "drawing; measure Rdq to narrow them."
         ]

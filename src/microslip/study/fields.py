@@ -1,7 +1,7 @@
-"""Values that many keys of a study share, columns of CSV files, tables for classes of the library.
+"""Declarations shared by many keys of a study, columns of CSV files, and tables made from classes.
 
-A law, heights or a surface in an exported tuple is a table of a study at once: its key, the names,
-units, limits and meanings of its parameters stand on the class.
+Classes in an exported tuple (laws, heights, surfaces) become tables of a study automatically: key,
+names, units, limits and meanings of the parameters are read from the class.
 """
 
 from __future__ import annotations
@@ -38,22 +38,22 @@ from microslip.study.uncertain import Unsure
 
 
 def quantity(kind: Kind, example: str, sign: str = "positive") -> Option:
-    """A value with its unit, such as ``example``."""
+    """Declare a value with a unit, such as ``example``."""
     return option("", "", kind, example=example, sign=sign, default=REQUIRED)
 
 
 def number(example: str = "", **limits: float) -> Number:
-    """A plain number within limits."""
+    """Declare a dimensionless number within limits."""
     return Number("", example=example, **limits)  # type: ignore[arg-type]
 
 
 def whole_number(low: int, high: int, example: str = "", noun: str = "") -> Option:
-    """A whole number from ``low`` to ``high``."""
+    """Declare a whole number from ``low`` to ``high``."""
     return Option("", least=low, most=high, kind=int, example=example, noun=noun)
 
 
 def text(noun: str, example: str = "", longest: int = 1000) -> Option:
-    """Text on one line."""
+    """Declare a text of one line."""
     return Option("", noun=noun, example=example, most=longest)
 
 
@@ -117,27 +117,27 @@ COLUMN_UNIT = option(
 
 
 class SiValues(tuple[float, ...]):
-    """Values that have been read, in SI units."""
+    """Values already converted to SI units."""
 
     __slots__ = ()
 
 
 class Column(Part):
-    """A column of a CSV file: its header says the unit, as in "x [um]", or `unit` does."""
+    """A column of a CSV file, with its unit in the header, as in "x [um]", or in `unit`."""
 
     file: str = key(FILE)
     column: str = key(COLUMN)
     unit: str | None = key(COLUMN_UNIT)
 
     def values(self, declared: Number, place: Place) -> SiValues:
-        """Values of the column, of a quantity that is declared."""
+        """Return the values of the column [SI unit of the declared quantity]."""
         return column_values(declared, place, self.file, self.column, self.unit)
 
 
 def column_values(
     declared: Number, place: Place, file_name: str, column_name: str, unit: str | None = None
 ) -> SiValues:
-    """Values of a column of a file, of a quantity that is declared; where from is noted."""
+    """Return the values of a column of a file in SI units, and add a note of the source."""
     reading, name = place.reading, shorten(file_name, 100)
     here = reading.path(file_name)
     kind = declared.kind if isinstance(declared.kind, Kind) else None
@@ -159,7 +159,7 @@ def column_values(
 
 
 class Numbers(Items):
-    """A list of declared numbers, in the study or in a column of a file."""
+    """A list of declared numbers, given in the study or as a column of a file."""
 
     def __init__(self, item: Number, example: str = "", *, single: bool = False) -> None:
         super().__init__(item, example or f"[{item.written}]", (1, MAX_VALUES), single=single)
@@ -167,7 +167,7 @@ class Numbers(Items):
         self.help = f"{item.sentence[:-1]}: a list or a column of a CSV file."
 
     def read(self, raw_value: object, place: Place) -> Any:
-        """A tuple of SI values."""
+        """Return a tuple of SI values."""
         if isinstance(raw_value, SiValues):
             return raw_value
         if isinstance(raw_value, dict):
@@ -176,16 +176,16 @@ class Numbers(Items):
         return super().read(raw_value, place)
 
     def schema(self) -> JsonSchema:
-        """The list, or the column."""
+        """Return the schema of a list or a column."""
         several = super().schema()
         return {"anyOf": [*several.get("anyOf", [several]), Column.schema()]}
 
 
 def _unit(column: Named, stated_unit: str | None, kind: Kind) -> str:
-    """Unit of a column by its header or by the study, which must not differ."""
+    """Return the unit of a column from its header or the study; conflicting units are an error."""
     in_head = column.unit if column.unit and is_unit(column.unit) else None
     where, usual = f'column "{shorten(column.heading, 40)}": ', kind.usual[1]
-    # What is no unit, "(left)", is no harm once there is one.
+    # A header such as "x (left)" contains no unit; this is fine if the study gives one.
     unit = stated_unit or in_head or column.unit
     if not unit:
         raise ValueError(
@@ -201,7 +201,7 @@ def _unit(column: Named, stated_unit: str | None, kind: Kind) -> str:
 
 
 def _values(file: TextFile, place: int, factor: Decimal, declared: Number) -> list[float]:
-    """The numbers of one column [SI unit of what is declared], each the nearest double."""
+    """Return the numbers of one column in SI units, each rounded to the nearest double."""
     _, digits, exponent = factor.normalize().as_tuple()
     power = f"e{exponent}" if digits == (1,) else None
     values = list[float]()
@@ -221,7 +221,7 @@ def _values(file: TextFile, place: int, factor: Decimal, declared: Number) -> li
 def _si(
     file: TextFile, line: int, place: int, cell: str, factor: Decimal, power: str | None
 ) -> float:
-    """Number in a cell, in the unit of this factor, as SI float."""
+    """Convert a cell with a unit of the given factor to an SI float."""
     number = with_hyphen(cell)
     if file.decimal == "," and "." not in cell:
         number = number.replace(",", ".")
@@ -242,30 +242,30 @@ def _si(
 
 
 class Described(Part):
-    """A table of a study that stands for a class of the library."""
+    """Table of a study made from a class of the library."""
 
     describes: ClassVar[type]
-    """The class."""
+    """Class of the library."""
 
     def values(self) -> dict[str, Any]:
-        """Arguments of the class, in SI units."""
+        """Return the arguments of the class, in SI units."""
         return {item.name: getattr(self, item.name) for item in parameters_of(self.describes)}
 
 
 class DescribedAlone(Described):
-    """Described class built from its parameters alone, such as heights or a friction law."""
+    """Table of a class built from its parameters alone, such as heights or a friction law."""
 
     def build(self) -> Any:
-        """An instance of the class."""
+        """Return an instance of the class."""
         return self.describes(**self.values())
 
     def check(self, place: Place) -> None:
-        """Refuse here whatever the class refuses."""
+        """Refuse values that the class refuses."""
         self.build()
 
 
 def can_be_described(kind: type) -> bool:
-    """Whether all that a class needs are declared parameters."""
+    """Return whether all required arguments of a class are declared parameters."""
     if not dataclasses.is_dataclass(kind) or not parameters_of(kind):
         return False
     names = {item.name for item in parameters_of(kind)}
@@ -279,12 +279,12 @@ def can_be_described(kind: type) -> bool:
 
 
 def key_for(declared: Number, **changes: Any) -> Any:
-    """The key of a study for a number that a class declares; it may be uncertain, or a list."""
+    """Return the key for a number that a class declares; it may be uncertain, or a list."""
     return key(Numbers(declared) if declared.many else Unsure(declared), **changes)
 
 
 def optional(kind: type, name: str, **changes: Any) -> Any:
-    """The key for one number of a class that the study, or something beside it, may leave out."""
+    """Return the optional key for a number that a class declares."""
     return key_for(parameter_of(kind, name), default=None, **changes)
 
 
@@ -295,7 +295,7 @@ def table_of(
     base: type[Described] = DescribedAlone,
     extra_keys: Mapping[str, Any] = MappingProxyType({}),
 ) -> type[Any]:
-    """The table of a study for a class."""
+    """Return the table of a study for a class."""
     meaning = (kind.__doc__ or kind.__name__).split("\n")[0]
     keys = {tag_name: tag(key_of(kind), meaning), **extra_keys}
     keys |= {declared.name: key_for(declared) for declared in parameters_of(kind)}

@@ -1,4 +1,4 @@
-"""The summit heights that a study may describe, SciPy's distributions among them."""
+"""Summit heights of a study, including the distributions of SciPy."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ _ALSO_CALLED = {
 
 
 def distribution_names() -> list[str]:
-    """Names of the continuous distributions of scipy.stats."""
+    """Return the names of the continuous distributions of scipy.stats."""
     from scipy import stats
 
     return [name for name in dir(stats) if isinstance(getattr(stats, name), stats.rv_continuous)]
 
 
 class GivenHeights(Part):
-    """Summit heights one by one [m], all equally likely; here or in a CSV file."""
+    """Individual summit heights [m], all equally likely, in the study or a CSV file."""
 
     rules = {  # noqa: RUF012
         "required": ["kind"],
@@ -55,21 +55,21 @@ class GivenHeights(Part):
 
     kind: str = tag("values", "Given heights, all equally likely.")
     values: tuple[float, ...] = key(
-        Numbers(HEIGHT, '["0.4 um", "0.7 um"]'), "The heights, unless a file holds them."
+        Numbers(HEIGHT, '["0.4 um", "0.7 um"]'), "Heights, unless `file` is given."
     )
-    file: str | None = optional_key(FILE, "CSV file that holds them instead.", '"heights.csv"')
-    column: str | None = optional_key(COLUMN, "Name of its column.", '"y"')
+    file: str | None = optional_key(FILE, "CSV file of the heights.", '"heights.csv"')
+    column: str | None = optional_key(COLUMN, "Column of the heights.", '"y"')
     unit: str | None = key(COLUMN_UNIT)
 
     @classmethod
     def prepare(cls, raw: dict[str, Any], place: Place) -> dict[str, Any]:
-        """The values, where a file holds them."""
+        """Insert the values of a file."""
         if not raw.keys() & {"file", "column", "unit"}:
             return raw
         if "values" in raw:
             if "file" not in raw:
                 name = "column" if "column" in raw else "unit"
-                raise KeyedError(f".{name}", "wanted only beside file, got values")
+                raise KeyedError(f".{name}", "wanted only with file, got values")
             raise KeyedError(".file", "wanted values or a file, got both")
         column = Column.read({name: raw[name] for name in raw if name != "kind"}, place)
         if column is FAILED:
@@ -77,12 +77,12 @@ class GivenHeights(Part):
         return {**raw, "values": column.values(HEIGHT, place)}
 
     def build(self) -> Any:
-        """The heights, one by one."""
+        """Return the heights as an array."""
         return np.array(self.values)
 
 
 class ScipyHeights(Part):
-    """Summit heights by a continuous distribution of scipy.stats, placed and scaled [m]."""
+    """A continuous distribution of scipy.stats as summit heights, with loc and scale [m]."""
 
     kind: str = tag("scipy", "A continuous distribution of scipy.stats.")
     distribution: str = key(
@@ -91,21 +91,21 @@ class ScipyHeights(Part):
     )
     parameters: dict[str, float] = key(
         Named(number(), "{ c = 2.0 }"),
-        "Shape parameters by the names that SciPy gives them; plain numbers.",
+        "Shape parameters by their names in SciPy; plain numbers.",
         default={},
     )
-    location: float = key(HEIGHT, "SciPy's loc, a shift of all heights; 0 if absent.", default=0.0)
-    scale: float = key(ROUGHNESS, "SciPy's scale.", '"1 um"')
+    location: float = key(HEIGHT, "Parameter loc of SciPy, a shift of all heights.", default=0.0)
+    scale: float = key(ROUGHNESS, "Parameter scale of SciPy.", '"1 um"')
 
     def build(self) -> Any:
-        """The frozen distribution of scipy.stats, heights in metres."""
+        """Return the frozen distribution of scipy.stats, heights in metres."""
         from scipy import stats
 
         distribution = getattr(stats, self.distribution)
         return distribution(**self.parameters, loc=self.location, scale=self.scale)
 
     def check(self, place: Place) -> None:
-        """Refuse what is no distribution, or has no finite load."""
+        """Refuse unknown distributions, and distributions without a finite load."""
         from scipy import stats
 
         name, parameters = self.distribution, self.parameters
@@ -119,10 +119,10 @@ class ScipyHeights(Part):
             warnings.simplefilter("ignore")
             try:
                 heights = self.build()
-                # SciPy says no by a support that is no number.
+                # SciPy marks invalid parameters by a support of NaN.
                 if any(map(math.isnan, heights.support())):
                     raise ValueError("out of their range")
-            except Exception as error:  # whatever its functions meet
+            except Exception as error:  # SciPy functions raise various errors
                 fault = f"wanted values that scipy.stats.{name} takes, got {_values(parameters)}"
                 raise KeyedError(".parameters", f"{fault} ({_reason(error)})") from None
             try:
@@ -152,7 +152,7 @@ def _check_names(name: str, shapes: list[str], parameters: Mapping[str, float]) 
         if shape_name in ("loc", "scale"):
             beside = "location" if shape_name == "loc" else "scale"
             raise KeyedError(
-                f".parameters.{shape_name}", f'wanted {beside} = "1 um" beside distribution instead'
+                f".parameters.{shape_name}", f'wanted {beside} = "1 um" next to distribution'
             )
         if shape_name not in shapes:
             hint = did_you_mean(shape_name, shapes) or f"; {has}"
@@ -177,14 +177,14 @@ HEIGHTS_TABLES: dict[str, type[Any]] = {
     for kind in HEIGHTS
     if (name := key_of(kind)) in _OWN_TABLES or can_be_described(kind)
 }
-"""Tables of all exported heights by their kind."""
+"""Tables of all exported heights, by kind."""
 
 
 class _AnyHeights(SubTable):
-    """Table of heights of any kind; a SciPy distribution as kind gets a specific error."""
+    """Table of heights of any kind; the error for a SciPy name as kind suggests kind = "scipy"."""
 
     def read(self, raw_value: object, place: Place) -> Any:
-        """The table."""
+        """Return the table."""
         try:
             return super().read(raw_value, place)
         except KeyedError as error:
@@ -198,4 +198,5 @@ class _AnyHeights(SubTable):
 
 ANY_HEIGHTS = _AnyHeights(*HEIGHTS_TABLES.values(), tag="kind")
 
+# Generated classes must be found by name to be pickled.
 globals().update({table.__name__: table for table in HEIGHTS_TABLES.values()})

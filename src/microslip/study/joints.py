@@ -24,51 +24,52 @@ class Joint(Part):
     friction_coefficient: float = key_for(parameter_of(Interface, "friction_coefficient"))
     normal_load: tuple[float, ...] = key(
         Items(Unsure(LOAD), '["500 N", "2 kN"]', single=True, distinct=True),
-        "Normal load, one or a list of different ones; one joint for each. Only a "
-        "[structure] needs none: its bolts press the faces together.",
+        "Normal load, or a list of different loads, with one joint per load. Optional only "
+        "with a [structure], whose bolts press the faces together.",
         default=(),
     )
     pressure: PressurePart | None = optional_key(
         ANY_PRESSURE,
-        "Distribution of the pressure over the faces; even over the whole area if absent. "
-        "Bolts with a tension or a torque give the load, too.",
+        "Distribution of the pressure over the faces; uniform over the whole area if absent. "
+        "Bolts with a tension or a torque also give the load.",
         '{ kind = "bolt", size = "M8", preload = "15 kN", plates = ["10 mm", "10 mm"] }',
     )
 
     law = key_of(Interface)
 
     def check(self, place: Place) -> None:
-        """Refuse a load beside bolts whose tension gives it."""
+        """Refuse a normal load in addition to bolts with a known tension."""
         if self.pressure is not None and self.pressure.load is not None:
             if self.normal_load:
                 raise KeyedError(
                     ".normal_load",
-                    "wanted none beside bolts with a tension or a torque, which say it; remove one",
+                    "wanted no normal load with joint.pressure bolts of known tension or torque, "
+                    "which give the load; remove one of them",
                 )
             self.settle()
 
     def settle(self) -> None:
-        """Take the load that the bolts say."""
+        """Set the normal load to the clamp force of the bolts, if it is known."""
         load = None if self.pressure is None else self.pressure.load
         if load is not None:
             self.__dict__["normal_load"] = (load,)
 
     @property
     def loads(self) -> tuple[float, ...]:
-        """Normal loads [N], one joint for each."""
+        """Normal loads [N], one joint per load."""
         return self.normal_load
 
     def build(self, surface: NormalLaw, normal_load: float) -> Interface | PressedJoint:
-        """The joint at one of its loads."""
+        """Return the joint at one normal load [N]."""
         if self.pressure is not None:
-            # Each ring of a face that yields has a law of its own, which takes its time.
+            # Each ring of a face that yields needs its own law, which is expensive to compute.
             spread = self.pressure.spread(*((8,) if isinstance(surface, FaceLaw) else ()))
             return PressedJoint(surface, self.friction_coefficient, spread, normal_load)
         return Interface(surface, self.friction_coefficient, normal_load)
 
 
 class LawJoint(Part):
-    """A friction law from a file, which has neither a surface nor a normal load."""
+    """A friction law from a file, without a surface or a normal load."""
 
     law_file: str = key(
         text("the name of a law file", "law.json"),
@@ -76,9 +77,9 @@ class LawJoint(Part):
         "relative to the folder of the study. microslip.friction.save_law writes it.",
     )
     friction_law: BackboneLaw
-    """The law in the file."""
+    """Friction law of the file."""
     band: LawBand | None
-    """Intervals of the law in the file; None for a law that was not identified."""
+    """Confidence intervals of an identified law; None for other laws."""
 
     def check(self, place: Place) -> None:
         """Read the law."""
@@ -97,16 +98,16 @@ class LawJoint(Part):
 
     @property
     def loads(self) -> tuple[float, ...]:
-        """No loads: the law has none."""
+        """Empty: a law has no normal load."""
         return ()
 
     def build(self) -> BackboneLaw:
-        """The law."""
+        """Return the law."""
         return self.friction_law
 
 
 def _model_name(raw: Any) -> str:
-    """Return the table that the keys of [joint] belong to."""
+    """Return the name of the table class that matches the keys of [joint]."""
     return "LawJoint" if "law_file" in raw else "Joint"
 
 

@@ -1,7 +1,7 @@
-"""The JSON Schema of study files, by which editors complete, explain and check them.
+"""JSON Schema of study files, used by editors for completion, help and validation.
 
-It is read off the models of a study; ``python -m microslip.study.json_schema`` prints it. A copy of
-it is shipped as ``study.schema.json``.
+It is generated from the tables of a study and printed by ``python -m microslip.study.json_schema``.
+A copy is shipped as ``study.schema.json``.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ DRAFT = "http://json-schema.org/draft-07/schema#"
 
 
 def json_schema() -> JsonSchema:
-    """JSON Schema (draft 7) of a study file; what it says more than once stands there once."""
+    """Return the JSON Schema (draft 7) of a study file, with references for repeated parts."""
     return {"$schema": DRAFT, **_folded(schema_tree())}
 
 
 def schema_tree() -> JsonSchema:
-    """The same without references: every key with its whole schema."""
+    """Return the JSON Schema without references."""
     schema = StudyTables.schema()
     material = schema["properties"]["material"]
-    # A metal of the table may leave its values to the table.
+    # Values of a metal of the table are optional.
     material["properties"] = {name: _metal(metal) for name, metal in metals().items()}
     return {**schema, "title": "A study of microslip"}
 
 
 def _folded(schema: JsonSchema) -> JsonSchema:
-    """The same schema, with what it says more than once under its definitions."""
+    """Replace repeated parts of a schema by references to definitions."""
     uses: Counter[str] = Counter()
     definitions: dict[str, JsonSchema] = {}
     names: dict[str, str] = {}
@@ -59,7 +59,7 @@ def _folded(schema: JsonSchema) -> JsonSchema:
 
 
 def _parts(schema: JsonSchema, change: Callable[[JsonSchema], JsonSchema]) -> JsonSchema:
-    """A schema whose parts, schemas themselves, are changed."""
+    """Return a copy of a schema with its direct subschemas changed."""
     changed = dict(schema)
     for key in ("items", "additionalProperties"):
         if isinstance(changed.get(key), dict):
@@ -73,7 +73,7 @@ def _parts(schema: JsonSchema, change: Callable[[JsonSchema], JsonSchema]) -> Js
 
 
 def _metal(metal: Metal) -> JsonSchema:
-    remark = "what is left out is taken from the table of metals"
+    remark = "omitted values are taken from the table of metals"
     schema = Elastic.schema()
     schema["properties"]["rigid"] |= {"type": "boolean"}
     del schema["properties"]["rigid"]["const"]

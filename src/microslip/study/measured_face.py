@@ -1,4 +1,4 @@
-"""The surface of a study that is a scan, point by point: boundary elements in place of summits."""
+"""Face measured by a scan, solved point by point by boundary elements."""
 
 from __future__ import annotations
 
@@ -30,23 +30,23 @@ if TYPE_CHECKING:
 
 HARDNESS = option(
     "hardness",
-    "Largest pressure on a point of the face; the hardness of the softer material if absent. "
-    "Without either the face is elastic.",
+    "Largest pressure on a point of the face; by default the hardness of the softer material. "
+    "Without either the face stays elastic.",
     PRESSURE,
     example="2.5 GPa",
     metavar="PRESSURE",
 )
 TIGHTENING = option(
     "tightening_pressure",
-    "Mean pressure that the face has been tightened to, under which it yields; heavier loads are "
-    "refused. If absent, the largest normal load over the area, or the bolts under their washers.",
+    "Mean pressure to which the face was tightened, with contacts that yield; larger loads are "
+    "refused. By default the largest normal load over the area, or the pressure under the washers.",
     PRESSURE,
     example="100 MPa",
     metavar="PRESSURE",
 )
 PIECE = option(
     "piece",
-    "Points along a side of the pieces the scan is solved in, approximately; none solves it whole.",
+    'Approximate side of the pieces in which the scan is solved, in points; "none" for the whole.',
     int,
     default=256,
     least=16,
@@ -55,19 +55,18 @@ PIECE = option(
 )
 COARSER = option(
     "coarser",
-    "Whether to solve also by every second point and without the shortest waves, and report the "
-    "changes.",
+    "Also solve with every second point and without the shortest waves, and report the changes.",
     bool,
     default=False,
 )
 
 
 NO_CUTOFF = "none: limited by the pixel"
-"""Text that reports print in place of an absent cut-off."""
+"""Text of reports for an absent cut-off."""
 
 
 class _Channel(Reader):
-    """Reader of the name or number of a channel of an instrument's file."""
+    """Reader of the name or number of a channel of an instrument file."""
 
     help, example, default = options.CHANNEL.help, options.CHANNEL.example_text, None
 
@@ -83,12 +82,12 @@ class _Channel(Reader):
 
 
 def _single(values: Any) -> Any:
-    """Return the only item of a list of one, else the values as they are."""
+    """Return the item of a list of one, else the values unchanged."""
     return values[0] if values and len(values) == 1 else values
 
 
 class MeasuredFace(SurfaceTable):
-    """A scan solved point by point: interacting contacts that yield."""
+    """A scan solved point by point, with interacting contacts that yield."""
 
     cutoff: float | None = key_of(options.CUTOFF.but(default=None))
     long_cutoff: float | None = key_of(options.LONG_CUTOFF)
@@ -111,15 +110,15 @@ class MeasuredFace(SurfaceTable):
     tightening_pressure: float | None = key_of(TIGHTENING)
     direction: float | None = key_of(
         options.DIRECTION,
-        help="Direction of motion, from the x of the scan towards its y; the mean over all "
-        "directions if absent.",
+        help="Direction of motion, from x of the scan towards y; by default the mean over all "
+        "directions.",
     )
     area: float | None = key_of(options.SCAN_AREA)
     piece: int | None = key_of(PIECE)
     coarser: bool = key_of(COARSER)
 
     read_scan: Scan
-    """Scan of the file, cropped, without spikes, its missing points filled."""
+    """Scan as read and cropped, with spikes removed and missing points filled."""
 
     _law: MeasuredContact | None = None
     _own_tightening: bool = False  # by the load of the joint or the bolts
@@ -130,11 +129,11 @@ class MeasuredFace(SurfaceTable):
         self._read(place)
         if self.read_scan.is_profile:
             raise KeyedError(
-                ".scan", "a profile does not show how contacts interact: wanted an area"
+                ".scan",
+                "wanted an areal scan, got a profile, which cannot be solved point by point",
             )
 
     def _read(self, place: Place) -> None:
-        """Read the scan, or report at its key what is wrong."""
         from microslip.surfaces import Scan
 
         reading, name = place.reading, shorten(self.scan, 100)
@@ -163,12 +162,12 @@ class MeasuredFace(SurfaceTable):
 
     @property
     def conditioned(self) -> Scan:
-        """The scan without form and long waves; short waves come later."""
+        """Scan without form and long waves, before the short-wave cut-off."""
         return self.read_scan.condition(**named(self, "level", "long_cutoff", "filter"))
 
     @cached_property
     def face(self) -> Any:
-        """The scan, conditioned."""
+        """Scan after all filters, as it is solved."""
         scan = self.conditioned
         if self._form_off:
             scan = scan.condition(long_cutoff=self._patch)
@@ -176,30 +175,30 @@ class MeasuredFace(SurfaceTable):
 
     @property
     def _form_off(self) -> bool:
-        """Whether waves longer than a patch of a structure are taken off: its mesh has them."""
+        """Whether waves longer than a patch of the structure are removed, as form of its mesh."""
         patch = self._patch
         return patch is not None and self.long_cutoff is None and patch < max(self.read_scan.size)
 
     def build(
         self, pair: MaterialPair, pressure: float, progress: Progress | None = None
     ) -> NormalLaw:
-        """Solve the normal law of the face; the same face is solved once.
+        """Return the normal law of the face; the same face is solved once.
 
         Parameters
         ----------
         pair : MaterialPair
             The two materials.
         pressure : float
-            Largest mean pressure on the face [Pa], which tightens it unless the study has a
-            tightening pressure. A face without hardness stays elastic.
+            Largest mean pressure on the face [Pa], used as tightening pressure if the study has
+            none. A face without hardness stays elastic.
         progress : callable, optional
-            Called with the share of the work that is done.
+            Called with the completed fraction, 0 to 1.
         """
         report = progress or (lambda share: None)
         tightening, hardness = self.tightening_pressure, self.hardness or pair.hardness
         self._own_tightening = tightening is None and hardness is not None
         if tightening is None and hardness is not None:
-            # Patches of a structure bear less than the ring of a washer.
+            # Patches of a structure have a lower pressure than the ring under a washer.
             tightening = pressure if self._patch is None else min(pressure, 0.5 * hardness)
         self._law = self.face.to_contact(
             pair,
@@ -212,11 +211,11 @@ class MeasuredFace(SurfaceTable):
 
     @property
     def apparent_area(self) -> float:
-        """Apparent area [m^2], that of the scan if no other is given."""
+        """Apparent area [m^2]; by default that of the scan."""
         return self.area or self.face.area
 
     def findings(self) -> dict[str, Any]:
-        """Numbers of the solution, in SI units."""
+        """Return numbers of the solution, in SI units."""
         scan = self.face
         numbers: dict[str, Any] = {
             "name": scan.name,
@@ -229,7 +228,7 @@ class MeasuredFace(SurfaceTable):
         return {"scan": numbers}
 
     def sentences(self) -> list[str]:
-        """Solution in words."""
+        """Describe the solution."""
         name = shorten(Path(self.scan).name, 100)
         cutoff = "" if self.cutoff is None else f", cut-off {engineering(self.cutoff, 'm')}"
         start = f"surface.scan: {name}{cutoff}, solved point by point"
@@ -256,7 +255,7 @@ class MeasuredFace(SurfaceTable):
         return [f"surface.tightening_pressure: absent, {pressure} is used: {source}."]
 
     def _split(self) -> list[str]:
-        """Separation of the waves: those of the structure, and those of the law."""
+        """Describe which waves are part of the law, and which are form of the structure."""
         patch = self._patch
         if patch is None:
             return []
@@ -264,7 +263,7 @@ class MeasuredFace(SurfaceTable):
         ends = f"surface.scan: waves up to {engineering(min(patch, size), 'm')} are in the law"
         if self.long_cutoff is not None:
             ends = f"surface.scan: waves up to {engineering(self.long_cutoff, 'm')} are in the law"
-            return [f"{ends}, by surface.long_cutoff; patches are {engineering(patch, 'm')} wide."]
+            return [f"{ends} (surface.long_cutoff); patches are {engineering(patch, 'm')} wide."]
         if self._form_off:
             off = float(np.std(self.conditioned.heights - self.face.heights))
             return [
@@ -272,6 +271,6 @@ class MeasuredFace(SurfaceTable):
                 "form, and are in the model only if structure.form includes them."
             ]
         return [
-            f"{ends}; the scan is no larger. From there to the side of a patch, "
-            f"{engineering(patch, 'm')}, no waves are modelled; longer ones are in structure.form."
+            f"{ends}, the size of the scan. Waves between this size and the side of a patch, "
+            f"{engineering(patch, 'm')}, are not modelled; longer ones belong to structure.form."
         ]

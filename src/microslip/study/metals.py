@@ -1,4 +1,4 @@
-"""Metals of the table in a study: those named, and what entries leave out."""
+"""Materials of a study completed from the table of metals."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ _KEYS = ("young_modulus", "poisson_ratio", "hardness")
 
 
 def with_metals(tables: dict[str, Any], reading: Reading) -> dict[str, Any]:
-    """Complete the materials of a study by the table of metals."""
+    """Add the named metals to the materials of a study, and complete its entries."""
     entries = tables.get("material", {})
     if not isinstance(entries, dict):
-        return tables  # which is said where it is read
+        return tables  # the error is reported when the table is read
     structure = tables.get("structure")
     material = dict(entries)
     named = [
@@ -34,7 +34,7 @@ def with_metals(tables: dict[str, Any], reading: Reading) -> dict[str, Any]:
             material.setdefault(name, {})
     notes: list[str] = []
     for name, entry in material.items():
-        # Keys of a study from Python may be anything here; they are checked where they are read.
+        # A study from Python may have keys of any type here; they are validated later.
         metal = metal_called(name) if isinstance(name, str) else None
         if metal and isinstance(entry, dict) and entry.get("rigid", False) is False:
             material[name] = _completed(entry, metal, notes, name)
@@ -43,7 +43,7 @@ def with_metals(tables: dict[str, Any], reading: Reading) -> dict[str, Any]:
 
 
 def _completed(entry: dict[str, Any], metal: Metal, notes: list[str], name: str) -> dict[str, Any]:
-    """An entry with what it leaves to the table; the text says the very same double."""
+    """Return an entry completed from the table of metals; added values keep all digits."""
     entry, additions = dict(entry), []
     for key in _KEYS:
         value = getattr(metal, key)
@@ -61,7 +61,7 @@ def _completed(entry: dict[str, Any], metal: Metal, notes: list[str], name: str)
 
 
 def check_described(key: str, names: Iterable[str], materials: Iterable[str]) -> None:
-    """Refuse a body that is neither a material of the study nor a metal of the table."""
+    """Refuse materials that neither the study nor the table of metals defines."""
     for item, name in enumerate(names, start=1):
         if name not in materials:
             raise KeyedError(f"{key}, item {item}", _unknown(name, materials))
@@ -74,7 +74,7 @@ def _unknown(name: str, described: Iterable[str]) -> str:
         choices = f"{quoted(described)}, the materials of this file, or {table}"
     else:
         choices = f"{table} or one described by [material.{shorten(name, 40)}]"
-    # A part of a name, such as "4340", may be too short to be like all of it.
+    # Part of a name, such as "4340", may be too short for a similarity match.
     parts = [metal for metal in metals() if len(name) > 2 and name.casefold() in metal]
     hint = did_you_mean(name, [*described, *metals()]) or did_you_mean(
         parts[0] if parts else "", parts

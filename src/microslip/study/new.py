@@ -1,4 +1,4 @@
-"""New studies: the demonstration of the package, and commented templates."""
+"""New studies: the demo studies and commented templates."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from microslip._core.units import engineering
 from microslip._core.wording import did_you_mean, quote, quoted, shorten
 
 SCHEMA_FILE = "study.schema.json"
-"""File in which editors find the JSON Schema of studies, if it lies beside them."""
+"""File next to a study from which editors read the JSON Schema."""
 
 TEMPLATE_LAWS = ("greenwood-williamson", "population", "sphere", "table")
-"""Surfaces that there is a study to begin with for."""
+"""Normal laws that have a template of a joint."""
 
 TEMPLATES = {
     "joint": "one joint: loops, energy and damping",
@@ -29,7 +29,7 @@ TEMPLATES = {
     "record": "a specimen whose records are to be identified",
     "batch": "one study and a table of changes, a row for each joint",
 }
-"""Studies to begin with, and what each is for."""
+"""Templates by name, with their purpose."""
 
 _CHANGES = """name,joint.normal_load,joint.friction_coefficient
 light,500 N,0.2
@@ -44,11 +44,11 @@ def template(
     name: str = "joint.toml",
     process: str | None = None,
 ) -> str:
-    """Return the commented study of one of :data:`TEMPLATES`, which runs as it is.
+    """Return a commented study that runs unchanged.
 
-    ``name`` is that of its file, for the title and the commands in its comments. A joint has a
-    surface of one of :data:`LAWS`, or faces as a ``process`` of
-    :data:`microslip.contact.finish.PROCESSES` leaves them.
+    ``kind`` is one of :data:`TEMPLATES`, and ``law`` one of :data:`TEMPLATE_LAWS`; instead of a
+    law, ``process`` selects faces machined by one of :data:`microslip.contact.finish.PROCESSES`.
+    ``name`` is the file name, used for the title and in comments.
     """
     if law not in TEMPLATE_LAWS:
         near = did_you_mean(law, TEMPLATE_LAWS) if isinstance(law, str) else ""
@@ -81,17 +81,15 @@ def write_template(
     kind: str = "joint",
     process: str | None = None,
 ) -> list[str]:
-    """Write a commented study into a new file, whose name ends in `.toml`.
+    """Write a commented study into a new file with the suffix `.toml`; return the next commands.
 
-    A ``process`` of :data:`microslip.contact.finish.PROCESSES` makes it one of bolted plates with
-    faces as that process leaves them. Returns the commands that come next. A batch has its table of
-    changes beside it.
+    Arguments as in :func:`template`. The template "batch" also writes its table of changes.
     """
     name = shorten(str(path), 200)
-    if path.suffix != ".toml":  # which ".toml" has not
+    if path.suffix != ".toml":  # the suffix of a file named ".toml" is empty
         example = shorten(f"{path.name.partition('.')[0] or 'joint'}.toml", 60)
         raise StudyError(f'{name}: wanted a name that ends in .toml, such as "{example}"')
-    # Only a file beside the study: an editor must not ask the network for it.
+    # Refer to a local file only, so that editors need no network access.
     hint = f"#:schema {SCHEMA_FILE}\n" if (path.parent / SCHEMA_FILE).is_file() else ""
     study = template(kind, law, path.name, process)
     texts = {path: hint + study}
@@ -109,9 +107,9 @@ def write_template(
             with suppress(OSError):
                 file.unlink()
         if isinstance(error, FileExistsError):
-            raise StudyError(f"{name}: exists, and is not replaced; name another file") from None
+            raise StudyError(f"{name}: exists and is not overwritten; give another name") from None
         raise StudyError(f"{name}: cannot be written: {reason(error)}") from None
-    # Commands stand in the comments with the name of the file alone.
+    # The comments contain commands with the bare file name; return them with the path.
     steps = [line[4:] for line in study.splitlines() if line.startswith("#   microslip ")]
     for file in texts:
         steps = [step.replace(command_line(file.name), command_line(file)) for step in steps]
@@ -119,7 +117,7 @@ def write_template(
 
 
 def demo_text(beam: bool = False) -> str:
-    """A study that comes with the package: a milled aluminium joint, or a bolted beam."""
+    """Return the demo study: a milled aluminium joint, or a bolted beam."""
     name = "demo_beam.toml" if beam else "demo.toml"
     return _text_of(name)
 
@@ -129,5 +127,5 @@ def _text_of(name: str) -> str:
 
 
 def command_line(*words: str | Path) -> str:
-    """Words as they are typed in a shell: on one line, quoted where it wants that, printable."""
+    """Return words quoted for a shell, on one line."""
     return shorten(" ".join(shlex.quote(str(word)) for word in words), 1000)

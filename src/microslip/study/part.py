@@ -1,7 +1,7 @@
-"""Common base of all tables of a study: declared keys.
+"""Base class of the tables of a study file.
 
-A table is a class whose keys are :func:`key` of a declaration or of another reader. From them
-follow how it is read, what it says of a mistake and at which key, and its JSON Schema.
+A table declares its keys by :func:`key`. The declaration of a key determines how its value is read,
+the error messages, and the JSON Schema.
 """
 
 from __future__ import annotations
@@ -29,29 +29,29 @@ from microslip.study.readers import (
 )
 from microslip.study.removed import removed_key, removed_value
 
-_MOST_HINTS = 100  # unknown keys of a table that are held to those that it has
+_MOST_HINTS = 100  # unknown keys of a table that get a suggestion
 _CLAUSE_ENDS = re.compile(r"[,;:.](?: |$)")
 
 
 @dataclass
 class Key:
-    """A key of a table."""
+    """Declaration of one key of a table."""
 
     reader: Reader
     help: str
     example: str
     default: Any
     name: str
-    """Name in the file; by default that of the attribute."""
+    """Name in the file; empty if it equals the name of the attribute."""
 
     @property
     def required(self) -> bool:
-        """Whether it has to be given."""
+        """Whether the key must be given."""
         return self.default is REQUIRED
 
     @property
     def declared(self) -> Number | None:
-        """Declaration of its value, or of each of many; None of a table."""
+        """Declaration of the value, or of each item of a list; None for a table."""
         reader = self.reader
         while isinstance(reader, (Items, Named)):
             reader = reader.item
@@ -59,17 +59,17 @@ class Key:
 
     @property
     def unit(self) -> str:
-        """SI unit of its value, "" for none."""
+        """SI unit of the value; "" if it has none."""
         return "" if self.declared is None else self.declared.unit
 
     @property
     def heading(self) -> str:
-        """Heading in tables: its label, or the first clause of its help."""
+        """Heading in tables: the label, or the first clause of the help text."""
         label = self.declared.label if isinstance(self.declared, Option) else ""
         return label or _CLAUSE_ENDS.split(self.help, maxsplit=1)[0]
 
     def schema(self, name: str) -> JsonSchema:
-        """JSON Schema of its value, with what an editor shows of it."""
+        """Return the JSON Schema of the value, with title and description for editors."""
         schema = self.reader.schema()
         schema["title"] = name.replace("_", " ").capitalize()
         usage = schema.get("description", "") if schema.get("type") == "string" else ""
@@ -87,10 +87,10 @@ def key(
     declared: Number | Reader, help: str = "", example: str = "", *,
     default: Any = ..., alias: str = "",
 ) -> Any:  # fmt: skip
-    """A key of a table: how it is read, and what it is called to users.
+    """Declare a key of a table.
 
-    Help, example and default are those of the declaration unless given. A key that has a default
-    may be left out of the file.
+    Help, example and default are taken from the declaration unless given. A key with a default is
+    optional. ``alias`` is the name in the file if it differs from the attribute.
     """
     reader = declared if isinstance(declared, Reader) else Plain(declared)
     return Key(
@@ -103,17 +103,17 @@ def key(
 
 
 def optional_key(declared: Number | Reader, help: str = "", example: str = "") -> Any:
-    """A key that may be left out of the file, and is then None."""
+    """Declare an optional key, None if it is missing."""
     return key(declared, help, example, default=None)
 
 
 def tag(value: object, help: str, *, default: Any = REQUIRED) -> Any:
-    """The key by which a table is told from others."""
+    """Declare the key that identifies the variant of a table, such as ``kind`` or ``law``."""
     return key(Constant(value), help, default=default)
 
 
 class SubTable(Reader):
-    """A table, one of several told apart by a key, or by a function of what stands there."""
+    """A table, or one of several variants, chosen by a key or by a function of its content."""
 
     def __init__(
         self,
@@ -130,7 +130,7 @@ class SubTable(Reader):
         self.help = _first_line(models[0])
 
     def read(self, raw_value: object, place: Place) -> Any:
-        """The table, frozen."""
+        """Return the table of the chosen variant."""
         if self.single is not None:
             return self.single.read(raw_value, place)
         if not isinstance(raw_value, Mapping):
@@ -153,14 +153,14 @@ class SubTable(Reader):
         return self.models[choice].read(raw_value, place)
 
     def schema(self) -> JsonSchema:
-        """Schema of the table, or of each."""
+        """Return the schema of the table, or of all its variants."""
         if self.single is not None:
             return self.single.schema()
         schemas = [model.schema() for model in self.models.values()]
         return schemas[0] if len(schemas) == 1 else {"oneOf": schemas}
 
     def tables(self) -> Iterator[tuple[str, type[Part]]]:
-        """Table of it, or of each."""
+        """Yield the table, or each variant with the key that selects it."""
         if self.single is not None:
             return iter([("", self.single)])
         words = f' with {self.tag} = "{{}}"' if self.tag else ""
@@ -168,14 +168,14 @@ class SubTable(Reader):
 
 
 class Part:
-    """A table of a study file: frozen, and without keys that nobody reads."""
+    """A table of a study file: immutable, and unknown keys are errors."""
 
     keys: ClassVar[dict[str, Key]] = {}
-    """Keys by name in the file."""
+    """Declarations by name in the file."""
     attributes: ClassVar[dict[str, str]] = {}
-    """Names of its attributes by those of its keys."""
+    """Attribute names by key name."""
     rules: ClassVar[JsonSchema] = {}
-    """Entries of its JSON Schema besides its keys."""
+    """Further entries of the JSON Schema, such as mutually exclusive keys."""
 
     def __init_subclass__(cls, **settings: Any) -> None:
         super().__init_subclass__(**settings)
@@ -203,7 +203,7 @@ class Part:
 
     @classmethod
     def read(cls, raw_value: object, place: Place) -> Self:
-        """The table, or FAILED with what is wrong noted."""
+        """Return the validated table, or FAILED after recording the errors in ``place.reading``."""
         if not isinstance(place, Place):
             raise StudyError(f"`place` must be a Place, got {quote(place)}; use Study.load(path)")
         if not isinstance(raw_value, Mapping):
@@ -217,7 +217,7 @@ class Part:
                     place.at(name).refuse(removed)
                 else:
                     unknown.append(name)
-        # Suggestions take time; among so many keys none was a typing error.
+        # Suggestions take time, and hundreds of unknown keys are not misspellings.
         misspelt = {nearest(str(name), cls.keys) for name in unknown[:_MOST_HINTS]}
         values: dict[str, Any] = {}
 
@@ -226,7 +226,7 @@ class Part:
                 hint = cls.unknown(str(name)) if number < _MOST_HINTS else "unknown key"
                 place.at(name).refuse(hint)
 
-        if not place.key:  # a misspelt table is what misses first
+        if not place.key:  # report a misspelt table before the table that is then missing
             refuse_unknown()
         for name, item in cls.keys.items():
             here = place.at(name)
@@ -234,7 +234,7 @@ class Part:
                 continue
             if name in raw:
                 value = None
-                if raw[name] is not None or item.default is not None:  # None is of Python alone
+                if raw[name] is not None or item.default is not None:  # only Python can pass None
                     value = here.attempt(lambda: item.reader.read(raw[name], here))  # noqa: B023
                 values[cls.attributes[name]] = value
             elif not item.required:
@@ -252,22 +252,22 @@ class Part:
 
     @classmethod
     def prepare(cls, raw: dict[str, Any], place: Place) -> dict[str, Any]:
-        """Values of the file before its keys are read."""
+        """Return the raw values to read, for example after merging values from a file."""
         return raw
 
     def check(self, place: Place) -> None:
-        """Refuse what only shows in several keys."""
+        """Refuse combinations of keys that are invalid. Called after all keys were read."""
 
     @classmethod
     def tag_value(cls, tag: str) -> str:
         """Return the value that identifies the variant."""
         return str(cls.keys[tag].reader.value)  # type: ignore[attr-defined]
 
-    # -- in words ------------------------------------------------------------------------------
+    # -- messages ------------------------------------------------------------------------------
 
     @classmethod
     def no_table(cls, raw_value: object, place: Place) -> str:
-        """Message where no table stands."""
+        """Return the error message for a value that is not a table."""
         needed = [
             f"{name} = {item.example or item.reader.example}"
             for name, item in cls.keys.items()
@@ -278,14 +278,14 @@ class Part:
 
     @classmethod
     def missing(cls, name: str, item: Key, place: Place) -> str:
-        """Remedy for a missing key."""
+        """Return the error message for a missing key."""
         if not item.example:
             return f"missing; write a table [{place.at(name).key}]"
         return f"missing; write for example {name} = {item.example}"
 
     @classmethod
     def unknown(cls, name: str) -> str:
-        """Message on an unknown key."""
+        """Return the error message for an unknown key."""
         if hint := did_you_mean(name, cls.keys):
             return f"unknown key{hint}"
         home = next((words for words, model in HOMES if name in model.keys), None)
@@ -325,62 +325,62 @@ class Part:
         return f"{type(self).__name__}({', '.join(values)})"
 
     def written(self, names: Iterable[str]) -> list[str]:
-        """Return which of some keys the file has."""
+        """Return those of the given keys that the file contains."""
         return [name for name in names if name in self._keys_in_file]
 
     def keep(self, **values: Any) -> None:
-        """Attributes that are no keys: what was found when the keys were checked."""
+        """Set attributes that are not keys: values derived while the keys were checked."""
         self.__dict__.update(values)
 
     def copy(self, **changes: Any) -> Self:
-        """The same table with other values of some attributes, in SI units and not checked."""
+        """Return a copy with some attributes replaced, in SI units and without validation."""
         copy = type(self).__new__(type(self))
         copy.__dict__.update(self.__dict__, **changes)
         return copy
 
     @classmethod
     def of(cls, **values: Any) -> Self:
-        """A table of some values of its attributes, in SI units and not checked."""
+        """Return a table from attribute values in SI units, without validation."""
         part = cls.__new__(cls)
         usual = {cls.attributes[name]: item.default for name, item in cls.keys.items()}
         part.__dict__.update(usual, **values)
         return part
 
     def by_keys(self) -> dict[str, Any]:
-        """Return values in SI units by key; omitted keys are missing."""
+        """Return values in SI units by key, without keys that are None."""
         values = {name: getattr(self, attribute) for name, attribute in self.attributes.items()}
         return {name: _by_keys(value) for name, value in values.items() if value is not None}
 
     def plain(self) -> dict[str, Any]:
-        """The same as JSON has it."""
+        """Return values in SI units as plain JSON types."""
         result: dict[str, Any] = _plain(self.by_keys())
         return result
 
 
 class SurfaceTable(Part):
-    """Any table of a surface: what it adds to a result besides its normal law."""
+    """Base of the tables of surfaces, with their contributions to a result."""
 
     @property
     def apparent_area(self) -> float | None:
-        """Apparent area [m^2], where there is one."""
+        """Apparent area [m^2]; None if the surface has none."""
         area: float | None = getattr(self, "area", None)
         return area
 
     def findings(self) -> dict[str, Any]:
-        """Numbers found with its summits, in SI units, under a key of summary.json."""
+        """Return numbers of the surface in SI units, for summary.json."""
         return {}
 
     def sentences(self) -> list[str]:
-        """The same in words."""
+        """Return the same numbers as sentences for the report."""
         return []
 
 
 HOMES: list[tuple[str, type[Part]]] = []
-"""Tables to which keys belong, in words; the tables of a study fill it."""
+"""All tables of a study with their location as text, to find the table of a misplaced key."""
 
 
 def homes_of(model: type[Part], path: str = "") -> Iterator[tuple[str, type[Part]]]:
-    """Tables to which the keys of a table belong, in words."""
+    """Yield a table and its subtables with their location as text, such as "[joint]"."""
     yield f"[{path}]" if path else "the top level", model
     for name, item in model.keys.items():
         where = f"{path}.{name}" if path else name
@@ -418,7 +418,7 @@ def _first_line(model: type) -> str:
 
 
 def one_line(errors: Sequence[tuple[str, str]], blamed: str = "") -> str:
-    """First thing that is wrong, and how many more there are."""
+    """Return the first error with its key, and the number of further errors."""
     key, message = errors[0]
     extra = len(errors) - 1
     suffix = f" (and {extra} more error{'s' * (extra > 1)})" if extra else ""

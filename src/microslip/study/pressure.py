@@ -1,4 +1,4 @@
-"""Keys of tightened bolts, and the distribution of the normal load of a study over the faces."""
+"""Keys of tightened bolts, and distributions of the contact pressure of a study."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from microslip.study.part import Part, SubTable, key, optional_key, tag
 from microslip.study.readers import Items, KeyedError, Place
 from microslip.study.uncertain import Spread, Unsure
 
-_LOST = "; the tension falls by f_Z over the resiliences of bolt and plates."
+_LOST = "; the tension drops by f_Z divided by the resiliences of bolt and plates."
 
 
 class TightenedBolts(Part):
-    """Keys common to bolts of a structure and bolts that press a joint."""
+    """Keys shared by the bolts of a structure and bolts that press a joint."""
 
     torque: float | None = optional(Bolts, "torque")
     nut_factor: float | None = optional(Bolts, "nut_factor")
@@ -36,31 +36,32 @@ class TightenedBolts(Part):
     bearing_friction: float | None = optional(Bolts, "bearing_friction")
     hole: float | None = optional(Bolts, "hole")
     grade: str | None = optional_key(
-        one_of(*GRADES), "Property class, whose proof stress bounds the tension.", '"8.8"'
+        one_of(*GRADES), "Property class; its proof stress limits the tension.", '"8.8"'
     )
     tightening_factor: float | None = optional(
         Bolts,
         "tightening_factor",
-        help="Largest over smallest preload at one torque (VDI 2230's alpha_A), so the torque is "
-        "an uncertain input; where others are uncertain it is 1.6 unless given.",
+        help="Ratio of largest to smallest preload at one torque (alpha_A of VDI 2230); it makes "
+        "the torque an uncertain input. By default 1.6 if other inputs are uncertain.",
     )
     embedding: float | None = optional_key(
-        Unsure(quantity(LENGTH, "8 um")), f"Embedding f_Z of all faces of a bolt (VDI 2230){_LOST}"
+        Unsure(quantity(LENGTH, "8 um")),
+        f"Total embedding f_Z of the faces clamped by a bolt (VDI 2230){_LOST}",
     )
     rz: float | None = optional_key(
         Unsure(quantity(LENGTH, "6.3 um")),
-        f"Rz of the faces, for f_Z by the table of VDI 2230, in place of embedding{_LOST}",
+        f"Rz of the faces, instead of embedding: f_Z is taken from the table of VDI 2230{_LOST}",
     )
     interfaces: int = key(
-        whole_number(1, 20), "Number of faces between the plates, for rz.", default=1
+        whole_number(1, 20), "Number of interfaces between the plates, for rz.", default=1
     )
     size: str | None
 
-    _plate_modulus: float | None = None  # of what the bolts clamp, once the materials are read
+    _plate_modulus: float | None = None  # mean of the clamped plates, set after the materials
 
     @property
     def model_spreads(self) -> dict[str, Spread]:
-        """Scatter of the tension at a given torque."""
+        """Scatter of the torque that corresponds to the scatter of the tension."""
         if self.torque is None or isinstance(self.torque, Spread):
             return {}
         low, high = tension_band(self.tightening_factor or TIGHTENING_FACTOR)
@@ -69,13 +70,13 @@ class TightenedBolts(Part):
         return {"torque": spread}
 
     def check(self, place: Place) -> None:
-        """Refuse embedding given twice or without a size; a given factor always scatters."""
+        """Refuse embedding given twice or without a size; apply a given tightening factor."""
         if self.embedding is not None and self.rz is not None:
             raise KeyedError(".rz", "wanted embedding or rz, got both; remove one")
         for name in ("embedding", "rz"):
             if getattr(self, name) is not None and self.size is None:
                 raise KeyedError(
-                    ".size", f'missing; {name} wants the resilience of a size such as size = "M8"'
+                    ".size", f'missing; {name} needs the size of the bolts, such as size = "M8"'
                 )
         if self.rz is not None:
             embedding_of(self.rz, self.interfaces)
@@ -84,17 +85,17 @@ class TightenedBolts(Part):
 
     @property
     def embeds(self) -> bool:
-        """Whether any tension is lost."""
+        """Whether embedding reduces the tension."""
         return self.embedding is not None or self.rz is not None
 
     def clamped(self, length: float) -> ClampedBolt | None:
-        """A bolt through plates so thick together [m]; None where size or plates are not known."""
+        """Return a bolt with its plates of a total thickness [m]; None if not known."""
         if self.size is None or self._plate_modulus is None:
             return None
         return ClampedBolt(self.size, length, self._plate_modulus)
 
     def forces(self, assembly: float, length: float, utilisation: float | None) -> BoltForces:
-        """Forces of a bolt by its tension after tightening [N] and the thickness clamped [m]."""
+        """Return the forces of a bolt from its assembly preload [N] and clamp length [m]."""
         clamped, embedded = self.clamped(length), self.embedding or 0.0
         if self.rz is not None:
             embedded = embedding_of(self.rz, self.interfaces)
@@ -110,7 +111,7 @@ class TightenedBolts(Part):
 
 
 def clamp(study: Any) -> None:
-    """Tell bolts and a structure of which materials of a study their plates and parts are."""
+    """Pass the moduli of the clamped plates to bolts, and the materials to a structure."""
     pressure, part = getattr(study.joint, "pressure", None), study.structure
     bodies = tuple(getattr(study.surface, "materials", ()))
     if pressure is not None and isinstance(pressure, TightenedBolts):
@@ -127,7 +128,7 @@ def clamp(study: Any) -> None:
 
 
 def _modulus(study: Any, names: Sequence[str], thickness: Sequence[float]) -> float | None:
-    """Modulus of plates on each other [Pa]; None if one is not described, or is rigid."""
+    """Return the modulus of stacked plates [Pa]; None if one is unknown or all are rigid."""
     metals = [study.material.get(name) for name in names]
     moduli = [getattr(metal, "young_modulus", None) for metal in metals]
     soft = sum(t / float(e) for t, e in zip(thickness, moduli, strict=True) if e is not None)
@@ -140,36 +141,35 @@ _PRESSURES = Numbers(quantity(PRESSURE, "20 MPa", "any"), '["20 MPa", "12 MPa", 
 
 
 class PressurePart(Part):
-    """A distribution of pressure; the normal load says how large it is."""
+    """Base of the pressure distributions, scaled by the normal load."""
 
     @property
     def load(self) -> float | None:
-        """Normal load [N] that the distribution itself says, if it does."""
+        """Normal load [N] implied by the distribution; None if it is given separately."""
         return None
 
     @property
     def tightening(self) -> float | None:
-        """The largest that it has been [N], if it says so."""
+        """Largest normal load applied before [N]; None if not known."""
         return self.load
 
     def spread(self, rings: int = RINGS) -> Pressure:
-        """The distribution."""
+        """Return the distribution."""
         raise NotImplementedError
 
     def check(self, place: Place) -> None:
-        """Refuse values that no distribution has."""
+        """Refuse invalid distributions."""
         self.spread()
 
 
 class _Round(PressurePart):
-    """Round, between two radii."""
+    """Axisymmetric distribution between two radii."""
 
     outer: float = key(_LENGTH, "Outer radius.", '"8 mm"')
-    inner: float | None = optional_key(_LENGTH, "Radius of the hole, if there is one.", '"4.5 mm"')
-    count: int = key(_COUNT, "Number of such contacts, equal and separate.", default=1)
+    inner: float | None = optional_key(_LENGTH, "Radius of the hole; by default none.", '"4.5 mm"')
+    count: int = key(_COUNT, "Number of identical, separate contacts.", default=1)
 
     def spread(self, rings: int = RINGS) -> Pressure:
-        """The distribution."""
         kind = self.tag_value("kind")
         options = {} if kind == "annulus" else {"rings": rings}
         pressure: Pressure = getattr(Pressure, kind)(
@@ -179,79 +179,83 @@ class _Round(PressurePart):
 
 
 class ConePressure(_Round):
-    """Pressure that falls along a straight line to none at the outer radius."""
+    """Pressure that decreases linearly to zero at the outer radius."""
 
-    kind: str = tag("cone", "Falls along a straight line from the inner radius.")
+    kind: str = tag("cone", "Decreases linearly to zero at the outer radius.")
 
 
 class ParabolaPressure(_Round):
-    """Pressure that falls along a parabola to none at the outer radius."""
+    """Pressure that decreases along a parabola to zero at the outer radius."""
 
-    kind: str = tag("parabola", "Falls along a parabola from the inner radius.")
+    kind: str = tag("parabola", "Decreases along a parabola to zero at the outer radius.")
 
 
 class AnnulusPressure(_Round):
-    """An even pressure on a ring or a disc."""
+    """Uniform pressure on a ring or a disc."""
 
-    kind: str = tag("annulus", "Even between the radii.")
+    kind: str = tag("annulus", "Uniform between the radii.")
 
 
 class TablePressure(PressurePart):
-    """Round, by a table of pressures at distances from the axis; only how they compare counts."""
+    """Axisymmetric pressure from a table over the radius; only ratios of pressures matter."""
 
-    kind: str = tag("table", "Tabulated over the distance from the axis.")
+    kind: str = tag("table", "Table over the distance from the axis.")
     distance: tuple[float, ...] = key(
         Numbers(quantity(LENGTH, "0 mm", "any"), '["0 mm", "5 mm", "10 mm"]'),
-        "Distances, rising: a list or a column of a CSV file.",
+        "Distances from the axis, increasing: a list or a column of a CSV file.",
     )
     pressure: tuple[float, ...] = key(
-        _PRESSURES, "Pressures there: a list or a column of a CSV file."
+        _PRESSURES, "Pressure at each distance: a list or a column of a CSV file."
     )
-    count: int = key(_COUNT, "Number of such contacts, equal and separate.", default=1)
+    count: int = key(_COUNT, "Number of identical, separate contacts.", default=1)
 
     def spread(self, rings: int = RINGS) -> Pressure:
-        """The distribution."""
+        """Return the distribution."""
         return Pressure.table(self.distance, self.pressure, count=self.count)
 
 
 class PatchesPressure(PressurePart):
-    """Patches of a pressure film or of a finite-element model."""
+    """Patches measured by a pressure film or computed by finite elements."""
 
-    kind: str = tag("patches", "Patches with their areas and pressures.")
+    kind: str = tag("patches", "Patches with areas and pressures.")
     area: tuple[float, ...] = key(
         Numbers(quantity(AREA, "4 mm^2"), '["4 mm^2", "4 mm^2"]', single=True),
-        "Area of each patch, or of all: a list or a column of a CSV file.",
+        "Area of each patch, or one for all: a list or a column of a CSV file.",
     )
     pressure: tuple[float, ...] = key(
-        _PRESSURES, "Pressure on each: a list or a column of a CSV file.", '["20 MPa", "12 MPa"]'
+        _PRESSURES,
+        "Pressure of each patch: a list or a column of a CSV file.",
+        '["20 MPa", "12 MPa"]',
     )
 
     def spread(self, rings: int = RINGS) -> Pressure:
-        """The distribution."""
+        """Return the distribution."""
         return Pressure.patches(self.area, self.pressure)
 
 
 class BoltPressure(TightenedBolts, PressurePart):
     """Pressure of bolts between two plates: a cone of 30 degrees from head and nut."""
 
-    kind: str = tag("bolt", "By bolts through two plates.")
-    size: str = key(one_of(*BOLTS), "Size of the bolts, which gives head and hole.", '"M8"')
+    kind: str = tag("bolt", "Cone under the heads of bolts through two plates.")
+    size: str = key(one_of(*BOLTS), "Size of the bolts, which defines head and hole.", '"M8"')
     plates: tuple[float, ...] = key(
-        Items(_LENGTH, '["10 mm", "10 mm"]', (1, 2)), "Thickness of both plates."
+        Items(_LENGTH, '["10 mm", "10 mm"]', (1, 2)), "Thickness of the two plates."
     )
-    count: int = key(_COUNT, "How many bolts.", default=1)
+    count: int = key(_COUNT, "Number of bolts.", default=1)
     preload: float | None = optional(Bolts, "tension")
     nut_factor: float | None = optional(
-        Bolts, "nut_factor", help="K of torque = K d tension; 0.2 if absent, without frictions."
+        Bolts,
+        "nut_factor",
+        help="K of torque = K d tension; by default 0.2, unless friction coefficients are given.",
     )
     axial_load: float | None = optional_key(
         Unsure(quantity(FORCE, "2 kN")),
-        "Axial load on each bolt, which parts the plates; all but the bolt's share relieves them.",
+        "Axial load on each bolt, which reduces the clamp force by (1 - load_factor) axial_load.",
     )
     load_factor: float | None = optional_key(
         Unsure(SHARE),
-        "The bolt's share of it (VDI 2230's Phi); by the resiliences if absent, for a load that "
-        "enters half-way (n = 0.5).",
+        "Fraction of the axial load carried by the bolt (Phi of VDI 2230); by default from the "
+        "resiliences, with a load introduction factor n = 0.5.",
         "0.1",
     )
     head: float | None = optional_key(
@@ -261,25 +265,27 @@ class BoltPressure(TightenedBolts, PressurePart):
         Unsure(ANGLE), "Half angle of the cone.", '"30 deg"', default=math.radians(30.0)
     )
     edge: float | None = optional_key(
-        _LENGTH, "Diameter at which the plates end, or half-way to the next bolt.", '"30 mm"'
+        _LENGTH,
+        "Largest diameter of the cone: the edge of the plates, or half-way to the next bolt.",
+        '"30 mm"',
     )
 
     def check(self, place: Place) -> None:
-        """A tension or a torque, and what both refuse."""
+        """Refuse a preload together with a torque, and keys that need one of them."""
         self.spread()
         super().check(place)
         if self.preload is not None and self.torque is not None:
             raise KeyedError(".torque", "wanted preload or torque, got both; remove one")
         for name in ("embedding", "rz", "axial_load", "load_factor"):
             if self.preload is None and self.torque is None and getattr(self, name) is not None:
-                raise KeyedError(f".{name}", "wanted only beside preload or torque")
+                raise KeyedError(f".{name}", "wanted only with preload or torque")
         if self.load_factor is not None and self.axial_load is None:
-            raise KeyedError(".load_factor", "wanted only beside axial_load")
+            raise KeyedError(".load_factor", "wanted only with axial_load")
         _ = self.load
 
     @property
     def bolt_forces(self) -> BoltForces | None:
-        """Forces of a bolt, if its tension is known; below yield where the grade is."""
+        """Forces of a bolt; None if neither preload nor torque is given."""
         if self.torque is None and self.preload is None:
             return None
         bolt = BOLTS[self.size]
@@ -305,18 +311,18 @@ class BoltPressure(TightenedBolts, PressurePart):
 
     @property
     def load(self) -> float | None:
-        """Clamp force of all bolts [N], if their tension is given."""
+        """Clamp force of all bolts [N]; None if neither preload nor torque is given."""
         forces = self.bolt_forces
         return None if forces is None else self.count * forces.clamping
 
     @property
     def tightening(self) -> float | None:
-        """The same right after tightening [N]."""
+        """Clamp force of all bolts right after tightening [N], or None."""
         forces = self.bolt_forces
         return None if forces is None else self.count * forces.assembly
 
     def spread(self, rings: int = RINGS) -> Pressure:
-        """The distribution."""
+        """Return the distribution."""
         sizes = named(self, "count", "hole", "head", "angle", "edge")
         return Pressure.bolt(self.size, self.plates, rings=rings, **sizes)
 
@@ -326,4 +332,4 @@ ANY_PRESSURE = SubTable(
     BoltPressure,
     tag="kind",
 )
-"""A pressure distribution by its kind."""
+"""Table of a pressure distribution of any kind."""

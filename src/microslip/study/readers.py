@@ -1,4 +1,4 @@
-"""Reading of a key at its place in a study, and notes of errors."""
+"""Readers of single values of a study, which collect errors with their key."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from microslip._core.parameters import REQUIRED, JsonSchema, Number
 from microslip._core.wording import quote, shorten
 
 FAILED: Any = type("Failed", (), {"__repr__": lambda self: "FAILED"})()
-"""Stands for a value that could not be read; why is noted."""
+"""Result of a failed read; the error is recorded in :class:`Reading`."""
 
 T = TypeVar("T")
-_MOST_NAMES = 1000  # of one's own in a table
+_MOST_NAMES = 1000  # of a table with user-defined names
 
 
 class KeyedError(ValueError):
-    """Something wrong that only shows in the whole; it says at which key.
+    """Error of a given key, found by a check over several keys.
 
-    A key that begins with a point is one of the table that is being read.
+    A key that starts with a point is relative to the table that is being read.
     """
 
     def __init__(self, key: str, message: str) -> None:
@@ -31,7 +31,7 @@ class KeyedError(ValueError):
 
 @dataclass
 class Reading:
-    """Source of a study, its notes and its errors."""
+    """State of reading one study: source, notes and errors."""
 
     folder: Path | None = None
     tables: Mapping[str, Any] = field(default_factory=dict)
@@ -39,39 +39,39 @@ class Reading:
     errors: list[tuple[str, str]] = field(default_factory=list)
 
     def path(self, name: str) -> Path:
-        """A file that the study names."""
+        """Return the path of a file named in the study."""
         return (self.folder or Path()) / name
 
     def message(self, error: str, name: str) -> str:
-        """Error of a file, saying where it was looked for."""
+        """Return the error of a file, naming the folder that was searched."""
         if self.folder is None or Path(name).is_absolute():
             return error
         return error.replace("no such file", "no such file in the folder of the study")
 
 
 class Place(NamedTuple):
-    """A key of the study that is being read."""
+    """Location in the study: the key that is being read."""
 
     key: str
     reading: Reading
 
     def at(self, name: object) -> Place:
-        """A key of this table."""
+        """Return the location of a key of this table."""
         text = shorten(str(name), 40)
         return self._replace(key=f"{self.key}.{text}" if self.key else text)
 
     def item(self, index: int) -> Place:
-        """An item of this list, counted from 1."""
+        """Return the location of a list item, counted from 1."""
         return self._replace(key=f"{self.key}, item {index}")
 
     def refuse(self, message: str) -> None:
-        """Note what is wrong here."""
+        """Record an error at this location."""
         self.reading.errors.append((self.key, message))
 
     def attempt(self, work: Callable[[], T], names: Sequence[str] = ()) -> T:
-        """Result of some work, or FAILED; the error is noted at its key.
+        """Return the result of a function, or FAILED after recording its error.
 
-        An error of the physics stands at the key of its argument, where that is one of ``names``.
+        An InputError about one of the arguments ``names`` is recorded at the key of that name.
         """
         try:
             return work()
@@ -89,27 +89,27 @@ class Place(NamedTuple):
 
 
 class Reader:
-    """Reader of a key, and its description for an editor."""
+    """Reader of the value of a key, with its description for editors."""
 
     help: str = ""
     example: str = ""  # as TOML
     default: Any = REQUIRED
 
     def read(self, raw_value: object, place: Place) -> Any:
-        """The value, or a ValueError; what is wrong inside of it is noted at its place."""
+        """Return the value or raise ValueError; nested errors are recorded in ``place``."""
         raise NotImplementedError
 
     def schema(self) -> JsonSchema:
-        """JSON Schema of what may stand there."""
+        """Return the JSON Schema of valid values."""
         raise NotImplementedError
 
     def tables(self) -> Iterator[tuple[str, Any]]:
-        """Tables that may stand there, and by which choice."""
+        """Yield the tables that the value may contain, each with the key that selects it."""
         return iter(())
 
 
 class Plain(Reader):
-    """A declared value."""
+    """Reader of a declared value."""
 
     def __init__(self, declared: Number) -> None:
         self.declared = declared
@@ -117,33 +117,33 @@ class Plain(Reader):
         self.default = declared.default
 
     def read(self, raw_value: object, place: Place) -> Any:
-        """The value in SI units."""
+        """Return the value in SI units."""
         return self.declared.read(raw_value)
 
     def schema(self) -> JsonSchema:
-        """Schema as declared."""
+        """Return the schema of the declaration."""
         return self.declared.schema()
 
 
 class Constant(Reader):
-    """The one value that tells a table from others."""
+    """Reader of the fixed value that identifies a variant of a table."""
 
     def __init__(self, value: object) -> None:
         self.value, self.example = value, quote(value)
 
     def read(self, raw_value: object, place: Place) -> Any:
-        """The value."""
+        """Return the value."""
         if raw_value != self.value or isinstance(raw_value, bool) != isinstance(self.value, bool):
             raise ValueError(f"wanted {self.example}, got {quote(raw_value)}")
         return raw_value
 
     def schema(self) -> JsonSchema:
-        """Schema of it alone."""
+        """Return the schema of the fixed value."""
         return {"const": self.value}
 
 
 class Items(Reader):
-    """A list; with ``single``, one item may stand without brackets."""
+    """Reader of a list; with ``single``, one item may be given without brackets."""
 
     def __init__(
         self, item: Number | Reader, example: str, count: tuple[int, int] = (1, 1000),
@@ -154,7 +154,7 @@ class Items(Reader):
         self.help = self.item.help
 
     def read(self, raw_value: object, place: Place) -> Any:
-        """A tuple of the items."""
+        """Return a tuple of the items."""
         low, high = self.count
         if self.single and type(raw_value) not in (list, tuple):
             item = self.item.read(raw_value, place)
@@ -180,7 +180,7 @@ class Items(Reader):
     def _values(self, raw_values: Sequence[object], place: Place) -> tuple[Any, ...]:
         read, values = self.item.read, []
         for index, raw_value in enumerate(raw_values, start=1):
-            try:  # of a million values few are wrong
+            try:  # Place.attempt on each item would be slow for a million items
                 values.append(read(raw_value, place))
             except ValueError as error:
                 values.append(FAILED)
@@ -188,26 +188,26 @@ class Items(Reader):
         return tuple(values)
 
     def schema(self) -> JsonSchema:
-        """A list of the items."""
+        """Return the schema of the list."""
         item = self.item.schema()
         low, high = self.count
         several = {"type": "array", "items": item, "minItems": low, "maxItems": high}
         return {"anyOf": [item, several]} if self.single else several
 
     def tables(self) -> Iterator[tuple[str, Any]]:
-        """Tables of an item."""
+        """Yield the tables that an item may contain."""
         return self.item.tables()
 
 
 class Named(Reader):
-    """A table of values under names of one's own."""
+    """Reader of a table with user-defined names."""
 
     def __init__(self, item: Number | Reader, example: str) -> None:
         self.item = item if isinstance(item, Reader) else Plain(item)
         self.example = example
 
     def read(self, raw_value: object, place: Place) -> Any:
-        """The values by their names."""
+        """Return the values by name."""
         if not isinstance(raw_value, Mapping):
             raise ValueError(f"wanted a table such as {self.example}, got {quote(raw_value)}")
         if len(raw_value) > _MOST_NAMES:
@@ -222,16 +222,16 @@ class Named(Reader):
         return FAILED if FAILED in values.values() else values
 
     def schema(self) -> JsonSchema:
-        """Any keys."""
+        """Return the schema of a table with arbitrary names."""
         return {"type": "object", "additionalProperties": self.item.schema()}
 
     def tables(self) -> Iterator[tuple[str, Any]]:
-        """Tables of an item."""
+        """Yield the tables that an item may contain."""
         return self.item.tables()
 
 
 def as_keyed(error: InputError, table: str, names: Sequence[str]) -> tuple[str, str]:
-    """Return the key at which an error of the physics stands, and its message on one line."""
+    """Return the key of an InputError, and its message on one line."""
     argument, text = error.argument, error.text
     if argument is not None and argument in names:
         table, text = f"{table}.{argument}" if table else argument, error.statement

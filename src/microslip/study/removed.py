@@ -1,4 +1,4 @@
-"""Keys and values that studies of earlier versions could have, and what to write instead."""
+"""Keys and values of earlier versions, with their replacements."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ REMOVED_KEYS: dict[str, str] = {
     "structure.bolts.order": "leave it out: settled motion does not depend on the tightening order",
     "structure.bolts.passes": "leave it out: each bolt is tightened to its tension",
 }
-"""Key as a study writes it, without item numbers (such as ``structure.base``), and its remedy."""
+"""Replacements by key, such as ``structure.base``, without item numbers."""
 
 REMOVED_VALUES: dict[tuple[str, str], str] = {
     ("surface.law", "measured"): 'write law = "face" with the same keys',
@@ -63,15 +63,15 @@ REMOVED_VALUES: dict[tuple[str, str], str] = {
     ("surface.law", "two-faces"): 'write law = "face" with ra or rq, rsm or rdq of one face, and '
     "second = { ra = … } of the other",
 }
-"""Key and value as a study writes them (such as ``("surface.law", "persson")``), and the remedy."""
+"""Replacements by key and value, such as ``("surface.law", "persson")``."""
 
 _ITEM_NUMBER = re.compile(r", item \d+")
 
 
 def removed_key(key: str, tables: Mapping[str, Any] = MappingProxyType({})) -> str | None:
-    """Return the message for a key that earlier versions accepted, or None.
+    """Return the error message for a key of an earlier version, or None for other keys.
 
-    Numbers of the ``tables`` of the study are converted where they can be.
+    The message contains converted numbers if ``tables`` of the study has the necessary ones.
     """
     key = _ITEM_NUMBER.sub("", key)
     remedy = REMOVED_KEYS.get(key)
@@ -96,21 +96,21 @@ def removed_key(key: str, tables: Mapping[str, Any] = MappingProxyType({})) -> s
 def removed_value(
     key: str, value: str, table: Mapping[str, Any] = MappingProxyType({})
 ) -> str | None:
-    """Return the message for a value that earlier versions accepted, or None.
+    """Return the error message for a value of an earlier version, or None for other values.
 
-    The numbers of its ``table`` are converted where they can be.
+    The message contains converted numbers if ``table`` has the necessary ones.
     """
     remedy = REMOVED_VALUES.get((_ITEM_NUMBER.sub("", key), value))
     if remedy is None:
         return None
-    # A number that is missing or uncertain leaves the remedy without numbers.
+    # Without the necessary numbers, or with uncertain ones, nothing is converted.
     with suppress(KeyError, TypeError, ValueError, ArithmeticError, StopIteration):
         remedy = _face_by_spectrum(value, table) or remedy
     return f'"{value}" was removed in 0.3; {remedy}'
 
 
 def _face_by_spectrum(law: str, table: Mapping[str, Any]) -> str | None:
-    """Return the keys of the face that has the height and spectrum of a removed law."""
+    """Return keys of a face with the same height and slope as a removed law."""
     if law not in ("rough", "persson") or "spectrum" in table:
         return None
     name = next(name for name in ("rq", "ra", "rms") if name in table)
@@ -127,7 +127,7 @@ def _face_by_spectrum(law: str, table: Mapping[str, Any]) -> str | None:
 
 
 def _rms_slope(rms: float, hurst: float, longest: float, roll_off: float, shortest: float) -> float:
-    """Return the rms slope of profiles of a self-affine face, flat above the roll-off."""
+    """Return the rms slope of a self-affine face with a flat spectrum above the roll-off."""
     low, middle, high = (2.0 * math.pi / size for size in (longest, roll_off, shortest))
     if not low <= middle < high:
         raise ValueError
@@ -154,7 +154,7 @@ def _length(value: Any) -> float:
 
 
 def _si(value: Any, kind: Kind) -> float | None:
-    """Return a plain number in SI units; None where it is missing or uncertain."""
+    """Return a number in SI units; None if it is missing or uncertain."""
     try:
         return to_si(value, kind, "")
     except ValueError:

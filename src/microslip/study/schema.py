@@ -1,7 +1,7 @@
-"""Content of a study file, as a tree of frozen models.
+"""Tables of a study file, as a tree of immutable objects.
 
-Each quantity is text with a unit in the file and an SI float here. Reading a file, and telling
-what is wrong with it, is the work of :mod:`microslip.study.description`.
+A quantity is text with a unit in the file and an SI float here. Files are read, and errors are
+raised, by :mod:`microslip.study.description`.
 """
 
 from __future__ import annotations
@@ -42,15 +42,15 @@ from microslip.study.uncertain import Unsure, with_followers
 
 _MOST_SAMPLES = 65_536
 GROUPS = 8
-"""Scramblings of their own, from whose differences the error of a quantile is told."""
+"""Number of independent scramblings; their differences give the error of a quantile."""
 
 _KEYS = '["surface.radius", "surface.density"]'
 
 
 class CorrelationPart(Part):
-    """Correlation of two uncertain numbers: that of their normal scores."""
+    """Correlation of two uncertain numbers, defined between their normal scores."""
 
-    between: tuple[str, ...] = key(Items(LINE, _KEYS, (1, 2)), "Keys of the two.")
+    between: tuple[str, ...] = key(Items(LINE, _KEYS, (1, 2)), "Keys of the two numbers.")
     value: float = key(number("-0.5", above=-1.0, below=1.0), "Correlation of their normal scores.")
 
 
@@ -59,24 +59,28 @@ class UncertaintyPart(Part):
 
     samples: int = key(
         whole_number(64, _MOST_SAMPLES, "512"),
-        "Points, rounded up to eight times a power of two.",
+        "Number of samples, rounded up to eight times a power of two.",
         default=512,
     )
     seed: int = key(
         whole_number(0, 2**32 - 1, noun="a whole number of at least 0"),
-        "Of the scrambling: the same seed gives the same bytes.",
+        "Seed of the scrambling; the same seed gives the same results.",
         default=0,
     )
     quantiles: tuple[float, ...] = key(
         Items(number("0.05", above=0.0, below=1.0), "[0.05, 0.5, 0.95]", (1, 9), distinct=True),
-        "Shares that lie below the bands.",
+        "Quantiles of the bands.",
         default=(0.05, 0.5, 0.95),
     )
     method: str = key(
-        one_of("sobol", "random"), "Scrambled Sobol' points, or independent ones.", default="sobol"
+        one_of("sobol", "random"),
+        "Sampling by scrambled Sobol' points, or by independent random points.",
+        default="sobol",
     )
     indices: bool = key(
-        YES_NO, "Whether Sobol' indices are computed, too; they cost as much.", default=False
+        YES_NO,
+        "Also compute Sobol' indices; this doubles the computing time.",
+        default=False,
     )
     correlations: tuple[CorrelationPart, ...] = key(
         Items(SubTable(CorrelationPart), f"[{{ between = {_KEYS}, value = -0.5 }}]", (1, 100)),
@@ -85,14 +89,14 @@ class UncertaintyPart(Part):
     )
     identification: str | None = optional_key(
         text("the name of a folder", "records-identified"),
-        "Folder that microslip identify wrote: friction, spread of the heights and "
-        "density scatter as its covariance says.",
+        "Folder written by microslip identify; friction, standard deviation of the heights and "
+        "density are drawn from its covariance.",
     )
     fit: tuple[tuple[str, ...], Floats, Floats]
-    """Names, values and covariance of what was identified."""
+    """Names, values and covariance of the identified parameters."""
 
     def check(self, place: Place) -> None:
-        """Read what was identified."""
+        """Sort the quantiles, and read the identified parameters."""
         self.__dict__["quantiles"] = tuple(sorted(self.quantiles))
         if self.identification is None:
             return
@@ -102,7 +106,7 @@ class UncertaintyPart(Part):
             raise KeyedError(".identification", f"{self.identification}: {error}") from None
 
     def matrix(self, names: tuple[str, ...]) -> Floats:
-        """Correlations of the normal scores of the uncertain numbers."""
+        """Return the correlation matrix of the normal scores of the uncertain numbers."""
         matrix = np.eye(len(names))
         for index, pair in enumerate(self.correlations, start=1):
             where = f"uncertainty.correlations, item {index}"
@@ -117,8 +121,8 @@ class UncertaintyPart(Part):
         if names and np.linalg.eigvalsh(matrix).min() < 1e-9:
             raise KeyedError(
                 "uncertainty.correlations",
-                "wanted correlations that numbers can have, and no numbers have all of these at "
-                "once (their matrix is not positive)",
+                "wanted correlations with a positive definite matrix, got correlations that "
+                "contradict each other",
             )
         return matrix
 
@@ -127,7 +131,7 @@ _FITTED = ("friction_coefficient", "slip_scale", "standardised_separation")
 
 
 def read_fit(reading: Reading, folder: str) -> tuple[tuple[str, ...], Floats, Floats]:
-    """Names, values and covariance of an identified interface, from the summary of its folder."""
+    """Return names, values and covariance of an identified interface from a result folder."""
     path = reading.path(folder) / "summary.json"
     if not path.exists():
         raise ValueError("no such folder of an identification (it has no summary.json)")
@@ -142,7 +146,7 @@ def read_fit(reading: Reading, folder: str) -> tuple[tuple[str, ...], Floats, Fl
             fit = fit["fits"][0] if "fits" in fit else fit["identification"]
         names = tuple(name for name in fit["correlation"]["names"] if name in _FITTED)
         if "friction_coefficient" not in names:
-            raise Unusable("wanted the identification of an interface")
+            raise Unusable("wanted the identification of an interface, got that of another law")
         places = [fit["correlation"]["names"].index(name) for name in names]
         correlation = np.array(fit["correlation"]["matrix"])[np.ix_(places, places)]
         errors = np.array([float(fit["parameters"][name]["standard_error"]) for name in names])
@@ -169,7 +173,7 @@ class CurveRange(Part):
     )
 
     def check(self, place: Place) -> None:
-        """Refuse values that do not rise."""
+        """Refuse a range that does not increase."""
         if not self.start < self.to:
             start, end = (engineering(x, "m", trim=True) for x in (self.start, self.to))
             raise KeyedError(".to", f"wanted more than `from` ({start}), got {end}")
@@ -193,15 +197,14 @@ class History(Part):
     )
     time: str | None = optional_key(
         COLUMN,
-        "Name of a column of its times, which its figure is drawn against; they decide "
-        "nothing else.",
+        "Name of the column of the times, used for the figure only.",
         '"t [s]"',
     )
 
     values: NDArray[np.float64]
-    """The history [m], or [N] for forces, one value a sample."""
+    """The history [m], or [N] for forces, one value per sample."""
     times: NDArray[np.float64] | None = None
-    """Times [s], one for each value; None where there are none."""
+    """Times [s], one per value; None if the file has no times."""
 
     def check(self, place: Place) -> None:
         """Read the columns."""
@@ -242,7 +245,7 @@ class Excitation(Part):
     )
 
     def check(self, place: Place) -> None:
-        """Displacements or forces are controlled."""
+        """Refuse displacement amplitudes together with force amplitudes."""
         if self.amplitudes is not None and self.force_amplitudes is not None:
             raise KeyedError(
                 ".force_amplitudes",
@@ -259,13 +262,11 @@ class Output(Part):
         "request.",
         default=_FORMATS[:3],
     )
-    report: bool = key(
-        YES_NO, "Whether a page with all results, report.html, is written.", default=True
-    )
+    report: bool = key(YES_NO, "Also write a page with all results, report.html.", default=True)
 
 
 class StudyTables(Part):
-    """A validated description of one prediction; quantities are SI floats."""
+    """All tables of a study; quantities are SI floats."""
 
     version: int = key(
         whole_number(_SCHEMA, _SCHEMA, noun="schema = 1"),
@@ -276,35 +277,35 @@ class StudyTables(Part):
     title: str = key(LINE, "Title of figures, tables and the report; one line.", default="")
     not_identified: tuple[str, ...] | None = optional_key(
         Items(text("a key", "surface.radius"), '["surface.radius"]', (1, 20), single=True),
-        "Keys whose values the loops did not determine, as `microslip identify` writes them: "
-        "they are flagged until they are known.",
+        "Keys whose values the identified loops did not determine, as written by "
+        "`microslip identify`. A warning is shown for them until they are removed from this list.",
     )
     material: dict[str, Any] = key(
         Named(ANY_MATERIAL, '{ mine = { young_modulus = "69 GPa", poisson_ratio = 0.33 } }'),
-        "Materials by names of your own. A metal of the table needs no entry; where "
-        "it has one, the keys given win.",
+        "Materials by name. Metals of `microslip materials` need no entry; an entry "
+        "overrides the values of the metal.",
         default={},
     )
     surface: Any = key(
         ANY_SURFACE,
-        "The two bodies and their contact; only for the law interface.",
+        "The two bodies and their contact; absent if joint.law_file is given.",
         default=None,
     )
-    joint: Any = key(ANY_JOINT, "Friction and load, or a friction law by its own parameters.")
+    joint: Any = key(ANY_JOINT, "Friction and normal load, or the file of a friction law.")
     excitation: Excitation = key(
         SubTable(Excitation), "Amplitudes, curves and histories.", default=Excitation()
     )
     structure: StructurePart | None = optional_key(
-        SubTable(StructurePart), "A bolted structure that the surface holds together."
+        SubTable(StructurePart), "A bolted structure whose contact faces have this surface."
     )
     uncertainty: UncertaintyPart | None = optional_key(
         SubTable(UncertaintyPart), "Sampling of the uncertain inputs."
     )
-    output: Output = key(SubTable(Output), "What is written.", default=Output())
+    output: Output = key(SubTable(Output), "Output files.", default=Output())
 
     @classmethod
     def prepare(cls, raw: dict[str, Any], place: Place) -> dict[str, Any]:
-        """Metals of the table, and numbers that follow others, are put in."""
+        """Insert metals of the table, and resolve numbers that are multiples of others."""
         return with_followers(with_metals(raw, place.reading))
 
 

@@ -1,4 +1,4 @@
-"""A bolted structure in a study: its drawing, its bolts, and its uncertain inputs."""
+"""Table of a bolted structure."""
 
 from __future__ import annotations
 
@@ -52,33 +52,33 @@ if TYPE_CHECKING:
 LABORATORY = Spread.between(2e-4, 1e-3, log=True)
 """Damping ratio of free steel structures without a joint [-], see docs/bolted-structures.md."""
 _MEASURED = Spread.between(1e-9, 1.0, log=True)
-"""Stand-in of a base damping that is to be read from the tests of a study."""
+"""Placeholder for a base damping that is computed from the tests of a study."""
 _MOST_SAMPLES = 4096
 USUAL_PATCHES = (15, 2)
 
 
 class BaseDamping(Unsure):
-    """A damping ratio, a range, or the name of its source."""
+    """Reader of a damping ratio: a number, a range, or the name of its source."""
 
     def read(self, raw_value: object, place: Place) -> Any:
-        """Return the ratio or its spread; tests take the place of :data:`MEASURED` later."""
+        """Return the ratio or its distribution."""
         named = {"laboratory": LABORATORY, "measured": _MEASURED}
         known = named.get(raw_value) if isinstance(raw_value, str) else None
         return super().read(raw_value, place) if known is None else known
 
     def schema(self) -> JsonSchema:
-        """Return the JSON Schema of what may stand here."""
+        """Return the JSON Schema of valid values."""
         inner = super().schema()
         return {**inner, "anyOf": [{"enum": ["laboratory", "measured"]}, *inner["anyOf"]]}
 
 
 def measured_base_damping(tests: Iterable[MeasuredPart]) -> Spread:
-    """Return the base damping that tests at small amplitude leave open [-].
+    """Return the range of the base damping from tests at small amplitude [-].
 
-    The damping ratio at the smallest amplitude is an upper limit, since the joint takes part in it.
-    The lower limit is its straight line to amplitude zero, from the points up to three times the
-    smallest amplitude: microslip adds a damping ratio that grows in proportion to the amplitude
-    (Mindlin and Deresiewicz 1953, DOI 10.1115/1.4010702), or faster.
+    The damping ratio at the smallest amplitude is an upper limit, since it includes the joint. The
+    lower limit is a straight line through the points up to three times the smallest amplitude,
+    extrapolated to amplitude zero: the damping ratio of microslip grows in proportion to the
+    amplitude (Mindlin and Deresiewicz 1953, DOI 10.1115/1.4010702), or faster.
     """
     ends = []
     for test in tests:
@@ -94,7 +94,7 @@ def measured_base_damping(tests: Iterable[MeasuredPart]) -> Spread:
 
 
 class StructurePart(Part):
-    """Two beams or plates, bolted where they overlap; the first body of the surface below."""
+    """Two beams or plates of the first material of the surface, bolted where they overlap."""
 
     length: float | None = optional(LapJoint, "length")
     width: float | None = optional(LapJoint, "width")
@@ -102,81 +102,79 @@ class StructurePart(Part):
     lap: float | None = optional(LapJoint, "lap")
     style: Literal["half-lap", "single-lap"] = key(
         one_of("half-lap", "single-lap"),
-        "Style: parts half as thick in the overlap, or whole plates on each other.",
+        "half-lap: parts of half thickness in the overlap; single-lap: plates of full thickness.",
         default="half-lap",
     )
     mesh: MeshPart | None = optional_key(
-        SubTable(MeshPart), "Your own mesh in place of length, width, thickness and lap."
+        SubTable(MeshPart), "Mesh, instead of length, width, thickness and lap."
     )
     density: float | None = optional_key(Unsure(MASS_DENSITY), "Mass density of the parts.")
     bolts: BoltsPart = key(SubTable(BoltsPart), "The bolts.")
     patches: tuple[int, int] | None = optional_key(
         Items(whole_number(1, 100), "[15, 2]", (2, 2)),
-        "Contact patches along and across the lap; 15 x 2 unless given, those that lose most of "
-        "the energy halved along.",
+        "Contact patches along and across the lap; by default 15 x 2, with the patches that "
+        "dissipate most energy halved along.",
     )
     element_size: float | None = optional_key(
         LENGTH,
-        "Size of the finite elements in the lap; a 24th of the lap or a quarter of the "
-        "width, whichever is less, unless given.",
+        "Size of the finite elements in the lap; by default the smaller of 1/24 of the lap and "
+        "1/4 of the width.",
         '"5 mm"',
     )
-    form: FormPart | None = optional_key(
-        SubTable(FormPart), "Form of the faces; flat unless given."
-    )
+    form: FormPart | None = optional_key(SubTable(FormPart), "Form of the faces; flat by default.")
     modes: tuple[int, ...] = key(
         Items(MODE, "[1, 3]", (1, MOST_MODES), distinct=True),
-        "Elastic modes, counted from 1.",
+        "Numbers of the elastic modes, from 1.",
         default=(1,),
     )
     amplitude: AmplitudeRange | None = optional_key(
         SubTable(AmplitudeRange),
-        "Amplitudes at the sensor; from 1e-7 to 5e-5 of the length unless given.",
+        "Amplitudes at the sensor; by default from 1e-7 to 5e-5 of the length.",
     )
     sensor: SensorPart | None = optional_key(
         SubTable(SensorPart),
-        "Point of the amplitudes; the right end unless given, and required with a mesh.",
+        "Point and direction of the amplitudes; by default the right end. Required with a mesh.",
         '{ at = ["0.36 m", "0 m", "0 m"], direction = "z" }',
     )
     force: ForcePart | None = optional_key(
         SubTable(ForcePart),
-        "A harmonic force and the response near each mode.",
+        "Harmonic force, for the response near each mode.",
         '{ amplitude = "5 N" }',
     )
     base_damping_ratio: float = key(
         BaseDamping(VISCOUS_RATIO),
-        'Damping of all but the joint, which is added: an input, no result. "laboratory", also '
-        "unless given: 0.02 to 0.1 %, log-uniform, of steel on strings with its sensors. "
-        '"measured": that of the tests at small amplitude, such as a ring-down.',
+        "Damping ratio without the joint, added to that of the joint; an input, not a result. "
+        '"laboratory" (the default): 0.02 to 0.1 %, log-uniform, for steel parts suspended on '
+        'strings with sensors. "measured": from the tests at small amplitude, such as a ring-down.',
         '"laboratory"',
         default=LABORATORY,
     )
     harmonics: tuple[int, ...] = key(
         Items(whole_number(0, 16, "1"), "[0, 1, 2, 3]", (1, 17), distinct=True),
-        "Harmonics of the motion; the report says what those beyond them would change.",
+        "Harmonics of the motion; the report estimates the effect of higher harmonics.",
         default=(0, 1, 2, 3),
     )
     samples: int = key(
         whole_number(8, _MOST_SAMPLES, "64"),
-        "Samples for the bands, where inputs are uncertain.",
+        "Number of samples for the bands, if inputs are uncertain.",
         default=64,
     )
     converge: bool = key(
         YES_NO,
-        "Whether to refine patches where energy is lost, and report the changes by finer patches, "
-        "finer elements, more kept modes and more harmonics; takes minutes.",
+        "Refine patches where energy is dissipated, and report the changes by finer patches, "
+        "finer elements, more retained modes and more harmonics; takes minutes.",
         default=False,
     )
     measured: tuple[MeasuredPart, ...] = key(
         Items(SubTable(MeasuredPart), '[{ file = "test.csv" }]', (0, 20), single=True),
-        "A test, or several of them as [[structure.measured]], drawn over the prediction.",
+        "Tests to compare with the prediction; several are written as [[structure.measured]].",
         default=(),
     )
 
-    _metals: tuple[dict[str, Material], str]  # those of the study, and which one is the usual
+    _metals: tuple[dict[str, Material], str]  # materials of the study, name of the default one
 
     def check(self, place: Place) -> None:
-        """A drawing or a mesh, each with what it needs; and what neither can be."""
+        """Check that a drawing or a mesh is complete, and refuse conflicting keys."""
         if self.mesh is None:
             _require(self, "", (*DRAWING_KEYS, "density"))
             _require(self.bolts, ".bolts", ("positions", "shank", "hole", "washer"))
@@ -189,15 +187,15 @@ class StructurePart(Part):
             if self.style != "half-lap":
                 raise KeyedError(".style", _BESIDE)
             if self.converge:
-                raise KeyedError(".converge", "wanted none beside structure.mesh, whose "
-                                              "elements cannot be made finer")  # fmt: skip
+                raise KeyedError(".converge", "wanted only without structure.mesh, whose elements "
+                                              "cannot be refined")  # fmt: skip
         for test in self.measured:
             if test.mode is not None and test.mode not in self.modes:
                 raise KeyedError(
                     ".measured.mode", f"wanted one of structure.modes, got {test.mode}"
                 )
         if len({test.fit for test in self.measured if test.fit}) > 1:
-            raise KeyedError(".measured.fit", "wanted the same in all tests, or in one of them")
+            raise KeyedError(".measured.fit", "wanted the same list in all tests, or in one test")
         if self.form is not None and self.form.is_random and self.form.correlation is None:
             longest = self._lap_length
             correlation = Spread.between(longest / 8.0, longest, log=True)
@@ -217,8 +215,8 @@ class StructurePart(Part):
         if "young_modulus" in self.fitted and self.mesh is not None:
             raise KeyedError(
                 ".measured.fit",
-                'wanted "young_modulus" of a drawing, whose bodies are of one material, not of a '
-                "mesh",
+                'wanted "young_modulus" only without structure.mesh, whose bodies may have '
+                "different materials",
             )
         from microslip.structures.periodic_motion import harmonic_basis
 
@@ -232,7 +230,7 @@ class StructurePart(Part):
 
     @property
     def amplitudes(self) -> Floats:
-        """Amplitudes at the sensor, of its quantity [SI]."""
+        """Amplitudes at the sensor [SI unit of the quantity]."""
         span = self.amplitude
         if span is None:
             return np.geomspace(1e-7 * self.extent, 5e-5 * self.extent, 10)
@@ -257,7 +255,7 @@ class StructurePart(Part):
 
     @property
     def _lap_length(self) -> float:
-        """Largest size of a contact [m]."""
+        """Largest dimension of a contact [m]."""
         if self.mesh is None:
             return float(cast(float, self.lap))
         mesh = self.mesh.joint.mesh
@@ -269,14 +267,14 @@ class StructurePart(Part):
 
     @property
     def _tensions(self) -> Floats:
-        """Tension that each bolt is meant to have [N]."""
+        """Nominal tension of each bolt [N]."""
         if self.mesh is None:
             return self.build().tension
         return tensions(self.bolts, len(self.mesh.bolts))
 
     @property
     def bolt_forces(self) -> BoltForces | None:
-        """Forces of a bolt, the least tight one, where all are alike but for their tension."""
+        """Forces of the bolt with the smallest tension; None if the bolts have no size."""
         if self.bolts.size is None:
             return None
         length = self.bolts.clamp_length
@@ -292,7 +290,7 @@ class StructurePart(Part):
 
     @property
     def tension(self) -> Floats:
-        """Tension of each bolt that is not slack [N], once what embeds has embedded."""
+        """Tension of each bolt that is not slack [N], after embedding."""
         loss = self.bolt_forces.loss if self.bolts.embeds else 0.0  # type: ignore[union-attr]
         return tight(self._tensions, self.bolts.slack) - loss
 
@@ -303,7 +301,7 @@ class StructurePart(Part):
 
     @property
     def sensing(self) -> tuple[tuple[float, float, float], str]:
-        """Place [m] and direction of the sensor."""
+        """Position [m] and direction of the sensor."""
         if self.sensor is not None:
             return self.sensor.at, self.sensor.direction
         beam = self.build()
@@ -312,7 +310,7 @@ class StructurePart(Part):
 
     @property
     def holes(self) -> list[tuple[float, float, float, int]]:
-        """Place along and across [m], diameter [m] and contact of each bolt's hole."""
+        """Position along and across [m], diameter [m] and contact of each bolt hole."""
         if self.mesh is not None:
             return self.mesh.joint.shank_sections(self.mesh.along)
         bolts = self.build().bolts
@@ -320,9 +318,9 @@ class StructurePart(Part):
 
     @property
     def washers(self) -> list[tuple[float, float, float, int]]:
-        """Place along and across [m], pressed diameter [m] and contact of each bolt's washer.
+        """Position along and across [m], pressed diameter [m] and contact of each washer.
 
-        A mesh does not name its washers: two shank diameters stand for them.
+        A mesh has no named washers; two shank diameters are assumed.
         """
         if self.mesh is not None:
             return [(x, y, 2.0 * d, contact) for x, y, d, contact in self.holes]
@@ -336,7 +334,7 @@ class StructurePart(Part):
         return metals[usual], cast(float, self.density)
 
     def reducer(self) -> Reducer:
-        """The meshed structure."""
+        """Return the meshed structure."""
         from microslip.structures.reduction import Reducer
 
         if self.mesh is not None:
@@ -348,7 +346,7 @@ class StructurePart(Part):
 
     @property
     def reduction(self) -> dict[str, Any]:
-        """Settings of its reduction."""
+        """Arguments of the reduction."""
         return {
             "tension": self.tension,
             "patches": self.patches or USUAL_PATCHES,
@@ -357,7 +355,7 @@ class StructurePart(Part):
 
     @property
     def sensors(self) -> dict[str, tuple[tuple[float, float, float], str]]:
-        """Places [m] and directions of the sensor and of the force."""
+        """Positions [m] and directions of the sensor and of the force."""
         places = {"sensor": self.sensing}
         if self.force is None:
             return places
@@ -366,20 +364,20 @@ class StructurePart(Part):
 
     @property
     def gaps(self) -> Floats | None:
-        """Columns x, y and gap of the form [m]; None of flat faces."""
+        """Columns x, y and gap of the form [m]; None for flat faces."""
         if self.form is None or self.form.table is None:
             return None
         return np.asarray(self.form.table * [1.0, 1.0, self.form.factor])
 
     @property
     def patch_size(self) -> float:
-        """Side of a patch, as if they were squares of one size [m]."""
+        """Side of a square patch of mean area [m]."""
         along, across = self.patches or USUAL_PATCHES
         return float(np.sqrt(self.face_area / (along * across)))
 
     @property
     def least_patch(self) -> float:
-        """Length of the least patch that its elements can tell [m]."""
+        """Smallest patch length that the elements resolve [m]."""
         from microslip.structures.reduction_convergence import NARROWEST
 
         if self.mesh is None:
@@ -394,7 +392,7 @@ class StructurePart(Part):
         amplitudes: Floats,
         progress: Progress | None = None,
     ) -> Convergence:
-        """The model with patches refined for its first mode, at modal amplitudes [m kg^½]."""
+        """Return the model refined for its first mode at modal amplitudes [m kg^½]."""
         return self.build().converge(
             *self._body,
             surface,
@@ -410,12 +408,12 @@ class StructurePart(Part):
         )
 
     def build(self) -> LapJoint:
-        """The lap joint of the drawing, where there is no mesh."""
+        """Return the lap joint of the drawing."""
         sizes: dict[str, Any] = {name: getattr(self, name) for name in DRAWING_KEYS}
         return LapJoint(**sizes, bolts=self.bolts.build(), style=self.style)
 
 
-_BESIDE = "wanted none beside structure.mesh, which shows it"
+_BESIDE = "wanted only without structure.mesh, which defines it"
 
 
 def _require(part: Part, path: str, names: Iterable[str]) -> None:

@@ -1,4 +1,4 @@
-"""The materials and surfaces that a study file may describe."""
+"""Tables of materials and surfaces."""
 
 from __future__ import annotations
 
@@ -9,9 +9,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.parameters import JsonSchema, key_of, parameter_of, parameters_of
-from microslip._core.units import (
-    FORCE,
-)
+from microslip._core.units import FORCE
 from microslip._core.wording import nearest
 from microslip.contact import (
     NORMAL_LAWS,
@@ -32,91 +30,77 @@ from microslip.study.fields import (
     quantity,
     table_of,
 )
-from microslip.study.heights import ANY_HEIGHTS, HEIGHTS_TABLES, GivenHeights, ScipyHeights
+from microslip.study.heights import ANY_HEIGHTS, GivenHeights
 from microslip.study.measured_face import MeasuredFace
 from microslip.study.part import Key, Part, SubTable, SurfaceTable, key, optional_key, tag
 from microslip.study.readers import KeyedError, Place
 
-__all__ = [
-    "SURFACE_TABLES",
-    "DrawnSurface",
-    "Elastic",
-    "ExponentialHeights",
-    "GaussianHeights",
-    "MeasuredFace",
-    "PopulationSurface",
-    "Rigid",
-    "ScipyHeights",
-    "TableHeights",
-    "TableSurface",
-]
-
 _ANY_PAIR = MaterialPair(Material(1e9, 0.3), Material.rigid())
-"""Stands for the materials of the study, of which no rule of a surface speaks."""
+"""Placeholder pair for checks of a surface, which do not depend on the materials."""
 
 
 class Elastic(Part):
     """An elastic material; faces yield at its hardness."""
 
-    rigid: bool = tag(False, "Whether the body is rigid.", default=False)
+    rigid: bool = tag(False, "Rigid body.", default=False)
     young_modulus: float = key_for(parameter_of(Material, "young_modulus"))
     poisson_ratio: float = key_for(parameter_of(Material, "poisson_ratio"))
     hardness: float | None = key_for(
         parameter_of(Material, "hardness"),
-        help="Indentation hardness, for the plasticity index and for surfaces that yield.",
+        help="Indentation hardness, for the plasticity index and for faces that yield.",
     )
 
     @classmethod
     def missing(cls, name: str, item: Key, place: Place) -> str:
-        """Remedy for a missing material; a name not in the table may have been meant as one."""
+        """Return the message for a missing key, with a hint at a metal of similar name."""
         called = place.key.rpartition(".")[2]
         near = nearest(called, metals())
         hint = f' (the table of metals has no "{called}"; did you mean "{near}"?)' if near else ""
         return super().missing(name, item, place) + hint
 
     def build(self) -> Material:
-        """The material."""
+        """Return the material."""
         return Material(self.young_modulus, self.poisson_ratio, self.hardness)
 
     def check(self, place: Place) -> None:
-        """Refuse here whatever the class refuses."""
+        """Refuse values that the class refuses."""
         self.build()
 
 
 class Rigid(Part):
-    """A body that does not deform."""
+    """A rigid body."""
 
-    rigid: bool = tag(True, "A body that does not deform; it has no other key.")
+    rigid: bool = tag(True, "Rigid body; it has no other key.")
 
     def build(self) -> Material:
-        """The material."""
+        """Return the material."""
         return Material.rigid()
 
     @classmethod
     def unknown(cls, name: str) -> str:
-        """Message on a key that is unknown."""
-        return "unknown key; a rigid material has no other"
+        """Return the error message for an unknown key."""
+        return "unknown key; a rigid material has no other keys"
 
 
 class Surface(SurfaceTable):
-    """Two bodies and how they touch."""
+    """Base of the tables of two bodies in contact."""
 
     materials: tuple[str, str] = MATERIALS
 
     def build(self, pair: MaterialPair) -> NormalLaw:
-        """Normal law of the surface."""
+        """Return the normal law of the surface."""
         raise NotImplementedError
 
     def check(self, place: Place) -> None:
-        """Refuse here whatever the class refuses."""
+        """Refuse values that the class refuses."""
         self.build(_ANY_PAIR)
 
 
 class DescribedSurface(Described, Surface):
-    """A surface whose class says its parameters."""
+    """Table of a surface made from a class of the library."""
 
     def build(self, pair: MaterialPair) -> NormalLaw:
-        """Normal law of the surface."""
+        """Return the normal law of the surface."""
         values = self.values()
         if "heights" in self.keys:
             values["heights"] = self.heights.build()  # type: ignore[attr-defined]
@@ -125,7 +109,7 @@ class DescribedSurface(Described, Surface):
 
 
 class PopulationSurface(Surface):
-    """A finite set of summits; one radius for all or one for each [m]."""
+    """A finite set of summits, with one radius for all or one per summit [m]."""
 
     law: str = tag("population", "Given summits.")
     heights: GivenHeights = key(
@@ -140,7 +124,7 @@ class PopulationSurface(Surface):
     )
 
     def check(self, place: Place) -> None:
-        """Check that there are as many radii as heights."""
+        """Refuse a number of radii that differs from the number of heights."""
         heights, radii = len(self.heights.values), len(self.radius)
         if radii not in (1, heights):
             raise KeyedError(
@@ -150,30 +134,30 @@ class PopulationSurface(Surface):
         super().check(place)
 
     def build(self, pair: MaterialPair) -> NormalLaw:
-        """Normal law of the summits."""
+        """Return the normal law of the summits."""
         radii = self.radius[0] if len(self.radius) == 1 else np.array(self.radius)
         return AsperityPopulation(pair, heights=self.heights.build(), radii=radii)
 
 
 class TableSurface(Surface):
-    """A measured or computed normal law: separations [m], their loads [N], how it goes on."""
+    """A measured or computed normal law: separations [m], loads [N] and extrapolation."""
 
     law: str = tag("table", "A measured or computed normal law.")
     separation: tuple[float, ...] = key(
         Numbers(HEIGHT, '["0 um", "1 um", "2 um"]'),
-        "Separations, rising: a list or a column of a CSV file.",
+        "Separations, increasing: a list or a column of a CSV file.",
     )
     load: tuple[float, ...] = key(
         Numbers(quantity(FORCE, "2 kN", "any"), '["2 kN", "0.5 kN", "0 N"]'),
-        "Loads at these, falling and convex: a list or a column of a CSV file.",
+        "Load at each separation, decreasing and convex: a list or a column of a CSV file.",
     )
     tail: str | None = optional_key(
         one_of("exponential"),
-        "Extrapolation beyond the last separation, where the load there is not zero.",
+        "Extrapolation beyond the last separation, if the load there is not zero.",
     )
 
     def build(self, pair: MaterialPair) -> NormalLaw:
-        """The table as a normal law."""
+        """Return the table as a normal law."""
         separation, load = np.array(self.separation), np.array(self.load)
         return TabulatedNormalLaw(pair, separation=separation, load=load, tail=self.tail)  # type: ignore[arg-type]
 
@@ -188,7 +172,7 @@ _HEIGHTS = key(
 
 
 def _table_of_law(kind: type) -> type[Part]:
-    """Table of a surface that says its parameters, beside materials and maybe heights."""
+    """Return the table of a law: its parameters, materials and, for some laws, heights."""
     has_heights = "heights" in {item.name for item in dataclasses.fields(kind)}
     extra_keys = {"heights": _HEIGHTS} if has_heights else {}
     return table_of(kind, "law", __name__, DescribedSurface, extra_keys)
@@ -202,25 +186,25 @@ SURFACE_TABLES: dict[str, type[Any]] = {
     },
     "face": MeasuredFace,
 }
-"""Tables of the normal laws by their name, and that of a measured face."""
+"""Tables of the normal laws by name, with "face" for a measured face."""
 
 
 class _AnySurface(SubTable):
-    """A surface by its law; a face by its scan or, without one, by its drawing."""
+    """Table of a surface by its law; a face with a scan is measured, and otherwise drawn."""
 
     def read(self, raw_value: object, place: Place) -> Any:
-        """The table, frozen."""
+        """Return the table of the chosen law."""
         if isinstance(raw_value, Mapping) and raw_value.get("law") == "face":
             table = MeasuredFace if "scan" in raw_value else DrawnSurface
             return table.read(raw_value, place)
         return super().read(raw_value, place)
 
     def schema(self) -> JsonSchema:
-        """Schema of the tables."""
+        """Return the schema of all tables."""
         return {"oneOf": [*super().schema()["oneOf"], DrawnSurface.schema()]}
 
     def tables(self) -> Iterator[tuple[str, type[Part]]]:
-        """Table of each law, and that of a drawing."""
+        """Yield the table of each law, and that of a drawn face."""
         yield from super().tables()
         yield ' with law = "face" and no scan', DrawnSurface
 
@@ -231,8 +215,5 @@ ANY_SURFACE = _AnySurface(*SURFACE_TABLES.values(), tag="law")
 ANY_MATERIAL = SubTable(
     Elastic, Rigid, tell=lambda raw: "Elastic" if raw.get("rigid", False) is False else "Rigid"
 )
-# Names that results still ask for.
-GaussianHeights, ExponentialHeights, TableHeights = (
-    HEIGHTS_TABLES[kind] for kind in ("gaussian", "exponential", "table")
-)
+# Generated classes must be found by name to be pickled.
 globals().update({table.__name__: table for table in SURFACE_TABLES.values()})

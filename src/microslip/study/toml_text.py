@@ -1,4 +1,4 @@
-"""The text of a study: its tables, keys replaced from outside, and tables as TOML."""
+"""TOML text of studies: parsing with clear errors, overrides, and writing."""
 
 from __future__ import annotations
 
@@ -18,34 +18,34 @@ from microslip.readers.files import usable
 
 _EXAMPLE = """joint.normal_load="3 kN\""""
 _LISTS = """such as joint.normal_load=["1 kN", "3 kN"]"""
-# What the other keys of a table may be depends on these.
+# The valid keys of a table depend on the values of these.
 _CHOICES = ("law", "kind", "rigid", "quantity")
 
 
 MAX_DEPTH = 200
-"""Levels of a key; a study has five, and what reads TOML takes the square of them in time."""
+"""Largest number of levels of a key; a study has five, and parsing time is quadratic in it."""
 
 _LEVELS = re.compile(r"""(?:\.[ \t]*(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*)+""")
 
 
 def is_too_deep(text: str) -> bool:
-    """Whether some key of a TOML text has absurdly many levels."""
+    """Return whether a key of a TOML text has more than :data:`MAX_DEPTH` levels."""
     return any(levels[0].count(".") >= MAX_DEPTH for levels in _LEVELS.finditer(text))
 
 
 @dataclass
 class Override:
-    """Key of a study and its new value."""
+    """Key of a study and its new value; None removes the key."""
 
     text: str
     path: tuple[str, ...]
     value: Any
     blamed: str = ""
-    """Key or table that the override made, or changed the kind of."""
+    """Key or table that the override created or changed, for error messages."""
 
     @property
     def note(self) -> str:
-        """Replaced values, in a sentence."""
+        """Description of the override."""
         value = self.text.partition("=")[2].strip()
         return f"{dotted(self.path)} was overridden: {shorten(value, 80)}."
 
@@ -53,7 +53,7 @@ class Override:
 def apply(
     overrides: Sequence[str], text: str, data: dict[str, Any]
 ) -> tuple[str, dict[str, Any], list[Override]]:
-    """Replace keys of a study."""
+    """Return text and tables of a study with overrides applied, and the parsed overrides."""
     if not isinstance(overrides, (list, tuple)):
         raise StudyError(f"overrides: wanted a list such as ['{_EXAMPLE}'], got {quote(overrides)}")
     changes = [_read(override) for override in overrides]
@@ -64,11 +64,11 @@ def apply(
 
 
 FILE_KEYS = ("file", "law_file", "scan", "identification")
-"""Keys whose text names a file or a folder."""
+"""Keys with the name of a file or a folder."""
 
 
 def edited_text(text: str, values: Mapping[tuple[str, ...], Any]) -> str:
-    """A study with other values at some keys; None takes a key out."""
+    """Return the text of a study with some values replaced; None removes a key."""
     data = tomllib.loads(text)
     changes = [Override("", path, value) for path, value in values.items()]
     for change in changes:
@@ -77,7 +77,7 @@ def edited_text(text: str, values: Mapping[tuple[str, ...], Any]) -> str:
 
 
 def relocated_text(text: str, folder: Path, new_folder: Path) -> str:
-    """Name the files that a study uses as they are seen from another folder."""
+    """Return the text of a study with relative paths adapted to another folder."""
 
     def from_elsewhere(name: str) -> str:
         return name if Path(name).is_absolute() else relative_path(new_folder, folder / name)
@@ -89,7 +89,7 @@ def relocated_text(text: str, folder: Path, new_folder: Path) -> str:
 def _files(
     node: dict[str, Any], relocated: Callable[[str], str], above: tuple[str, ...] = ()
 ) -> Iterator[tuple[tuple[str, ...], Any]]:
-    """Keys that name files, and what they hold seen from elsewhere; lists of tables as a whole."""
+    """Yield keys with file names, and the names as seen from elsewhere; lists of tables whole."""
     for key, value in node.items():
         if isinstance(value, dict):
             yield from _files(value, relocated, (*above, key))
@@ -111,12 +111,11 @@ def _files(
 
 
 def dotted(path: Sequence[str]) -> str:
-    """A path of keys as one text."""
+    """Return a path of keys as text, such as "joint.normal_load"."""
     return ".".join(shorten(word, 40) for word in path)
 
 
 def _read(text: object) -> Override:
-    """An override from its text."""
     if not isinstance(text, str):
         raise StudyError(f"override: wanted a text such as '{_EXAMPLE}', got {quote(text)}")
     key, equals, value = text.partition("=")
@@ -152,7 +151,7 @@ def _path(text: str, key: str) -> tuple[str, ...]:
 
 
 def _value(override: str, text: str) -> Any:
-    """TOML, or the text itself: a shell takes quotes away."""
+    """Return the value of an override as TOML, or as text, since shells remove quotes."""
     try:
         parsed = tomllib.loads(f"value = {text}")
     except (ValueError, RecursionError):
@@ -166,7 +165,7 @@ def _value(override: str, text: str) -> Any:
 
 
 def _set_key(data: Any, change: Override) -> None:
-    """Set one key; tables on the way that are missing are made."""
+    """Set or remove one key, and create missing tables."""
     *words, last = change.path
     node = data
     for count, word in enumerate(words, start=1):
@@ -189,14 +188,14 @@ def _set_key(data: Any, change: Override) -> None:
 
 
 def _with_comments(text: str, data: dict[str, Any], changes: Sequence[Override]) -> str:
-    """The text with the changes, or all of it anew where it is too intricate to be edited."""
+    """Apply overrides and keep comments; rewrite the text if tomlkit cannot edit it."""
     import tomlkit
     from tomlkit.exceptions import TOMLKitError
 
     try:
         document = tomlkit.parse(text)
         for change in changes:
-            if isinstance(change.value, (dict, list)):  # on one line, as it is read best
+            if isinstance(change.value, (dict, list)):  # written on one line
                 change = replace(change, value=tomlkit.value(as_toml(change.value)))
             _set_key(document, change)
         edited = tomlkit.dumps(document)
@@ -212,12 +211,12 @@ def _canonical(data: dict[str, Any]) -> str:
 
 
 def dump(study: dict[str, Any]) -> str:
-    """Values of a study, as TOML."""
+    """Return the tables of a study as TOML."""
     plain = {key: value for key, value in study.items() if not isinstance(value, dict)}
     tables = {(key,): value for key, value in study.items() if isinstance(value, dict)}
     blocks = [_lines(plain)] if plain else []
     for path, table in tables.items():
-        # Such as [material.steel] of material.
+        # A table of tables, such as [material.steel].
         split = table and all(isinstance(value, dict) for value in table.values())
         for name, values in (
             [((*path, key), value) for key, value in table.items()] if split else [(path, table)]
@@ -235,7 +234,7 @@ def _key(key: str) -> str:
 
 
 def as_toml(value: Any) -> str:
-    """A value as TOML writes it on one line."""
+    """Return a value as TOML on one line."""
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, bool):
@@ -256,7 +255,7 @@ _MAX_BYTES = 16_000_000
 
 
 def text_of(path: Path) -> str:
-    """The UTF-8 text of a study, or one line that says why there is none."""
+    """Return the UTF-8 text of a study; raise ValueError with the reason if it cannot be read."""
     with usable(path, "a study file"), path.open("rb") as file:
         content = file.read(_MAX_BYTES + 1)
     if len(content) > _MAX_BYTES:
@@ -274,7 +273,7 @@ def text_of(path: Path) -> str:
 
 
 def tables_of(text: str) -> dict[str, Any]:
-    """The tables of a TOML text, or a ValueError that says what is wrong with it."""
+    """Return the tables of a TOML text; raise ValueError with the reason if it is invalid."""
     if is_too_deep(text):
         raise ValueError(f"not a study: a key of more than {MAX_DEPTH} levels")
     try:
@@ -283,11 +282,11 @@ def tables_of(text: str) -> dict[str, Any]:
         raise ValueError(_toml_message(str(error), text)) from None
     except RecursionError:
         raise ValueError("not TOML that can be read: nested too deeply") from None
-    except ValueError:  # the only one of tomllib's that says nothing of the place
+    except ValueError:  # raised by int() for thousands of digits
         raise ValueError("not a study: an integer of thousands of digits") from None
 
 
-# Messages of tomllib that an engineer would not understand.
+# Replacements for technical messages of tomllib.
 _CLEARER = {
     "Invalid value": "invalid value (text and quantities stand in quotes)",
     "Cannot overwrite a value": "this key is given twice",
@@ -295,7 +294,7 @@ _CLEARER = {
     "Unterminated string": "a text without its closing quote",
 }
 
-# What stands where it says so, and after what, when the reason is one of these.
+# Common mistakes: text before and after the position of the error, and the explanation.
 _REASONS = (
     (r"\d$", r",\d", 'the decimal sign is the point, "."'),
     (r"\d\s*$", r"[^\W\d_]|[/%°]", 'quantities stand in quotes, such as "2 kN"'),

@@ -1,4 +1,4 @@
-"""Uncertain quantities, in one notation for every key."""
+"""Uncertain quantities of a study, and quantities that are multiples of others."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ _RANGES = ("uniform", "log-uniform")
 _MOST_VALUES = 100_000
 _MOST_LIST = 1000  # items; longer lists are data
 _LOST = 1e-3
-"""Share of a normal distribution that may lie outside what is possible, and is cut off."""
+"""Largest probability of a normal distribution that may be cut off below zero [-]."""
 
 
 class Spread(float):
-    """A number with its scatter: as a float it is its middle.
+    """An uncertain number; its float value is the centre of the distribution.
 
-    Between ``low`` and ``high`` every value is as likely as any other, or every logarithm.
-    With ``mean`` and the coefficient of variation ``cv`` it is lognormal, so that it keeps its
-    sign, or normal and cut off at zero. Of ``values`` each is as likely as any other.
+    The distribution is uniform or log-uniform between ``low`` and ``high``; lognormal, or normal
+    and cut off at zero, with a mean and the coefficient of variation ``cv``; or discrete with
+    equally likely ``values``.
     """
 
     low: float | None = None
@@ -40,42 +40,42 @@ class Spread(float):
     cv: float | None = None
     normal: bool = False
     log: bool = False
-    """Whether the logarithm is uniform between low and high."""
+    """Whether the distribution between low and high is log-uniform."""
     values: tuple[float, ...] = ()
     of: str | None = None
-    """Key of the number that it follows, and by which factor."""
+    """Key of the number of which this one is a multiple."""
     factor: float = 1.0
     unit: str = ""
 
     @classmethod
     def between(cls, low: float, high: float, log: bool = False) -> Spread:
-        """Anything from low to high, uniform or log-uniform."""
+        """Return a uniform or log-uniform number."""
         value = cls(math.sqrt(low * high) if log else 0.5 * (low + high))
         value.low, value.high, value.log = low, high, log
         return value
 
     @classmethod
     def about(cls, mean: float, cv: float, normal: bool = False) -> Spread:
-        """About a mean, by a coefficient of variation."""
+        """Return a lognormal or normal number with a mean and a coefficient of variation."""
         value = cls(mean)
         value.cv, value.normal = cv, normal
         return value
 
     @classmethod
     def among(cls, values: Sequence[float]) -> Spread:
-        """Return a spread over given values; the middle is their mean."""
+        """Return a number with equally likely values."""
         value = cls(sum(values) / len(values))
         value.values = tuple(sorted(values))
         return value
 
     def following(self, key: str, factor: float) -> Spread:
-        """A number that is always so many times this one, which stands at a key."""
+        """Return a multiple of this number, which has the given key."""
         value = type(self)(factor * float(self))
         value.of, value.factor, value.unit = key, factor, self.unit
         return value
 
     def quantiles(self, shares: Floats) -> Floats:
-        """Values below which shares of it lie."""
+        """Return the quantiles at cumulative probabilities ``shares``."""
         if self.values:
             places = np.minimum((shares * len(self.values)).astype(int), len(self.values) - 1)
             return np.asarray(np.array(self.values)[places])
@@ -87,18 +87,18 @@ class Spread(float):
 
         cv = float(self.cv or 0.0)
         if self.normal:
-            lost = float(ndtr(-1.0 / cv))  # below zero: cut off, and the rest takes its place
+            lost = float(ndtr(-1.0 / cv))  # probability below zero, which is cut off
             return np.asarray(float(self) * (1.0 + cv * ndtri(lost + (1.0 - lost) * shares)))
         width = math.log1p(cv**2)
         return np.asarray(float(self) * np.exp(math.sqrt(width) * ndtri(shares) - 0.5 * width))
 
     def measure(self, value: float) -> float:
-        """A value in the number's own measure: its logarithm where that is what is normal."""
+        """Return a value, or its logarithm if the distribution is logarithmic."""
         return math.log(value) if self.log or (self.cv is not None and not self.normal) else value
 
     @property
     def deviation(self) -> float:
-        """Standard deviation of the spread, of the logarithm if it is log-distributed."""
+        """Standard deviation; of the logarithm if the distribution is logarithmic."""
         if self.values:
             return float(np.std(self.values))
         if self.low is not None and self.high is not None:
@@ -108,13 +108,13 @@ class Spread(float):
         return cv * float(self) if self.normal else math.sqrt(math.log1p(cv**2))
 
     def _text(self, value: float | None) -> str:
-        if not self.unit or "^" in self.unit:  # prefixes would be of the power
+        if not self.unit or "^" in self.unit:  # prefixes of powers would be ambiguous
             return f"{value:g} {self.unit}".rstrip()
         return engineering(value, self.unit, 6, trim=True)
 
     @property
     def written(self) -> str:
-        """Description of the spread in words."""
+        """Description of the distribution, such as "0.1 to 0.8, log-uniform"."""
         if self.values:
             low, high = map(self._text, (self.values[0], self.values[-1]))
             return f"one of {len(self.values)} values, {low} to {high}"
@@ -125,10 +125,10 @@ class Spread(float):
 
 
 class Unsure(Plain):
-    """A declared number, in whose place a table ``{ low, high }`` or ``{ mean, cv }`` may stand."""
+    """Reader of a declared number that may be uncertain, such as ``{ low, high }``."""
 
     def read(self, raw_value: object, place: Place) -> Any:
-        """The number, or its :class:`Spread`."""
+        """Return the number, or its :class:`Spread`."""
         if isinstance(raw_value, Spread):
             return raw_value
         if isinstance(raw_value, Followed):
@@ -185,18 +185,16 @@ class Unsure(Plain):
         lost = float(ndtr(-1.0 / float(cv)))  # type: ignore[arg-type]
         if kind == "normal" and lost > _LOST:
             raise ValueError(
-                f"wanted a cv of at most 0.32 for a normal distribution, got {quote(cv)}: "
-                f"{lost:.2g} of it would lie below zero; leave distribution out, and it is "
-                "lognormal"
+                f"wanted a cv of at most 0.32 for a normal distribution, got {quote(cv)}, with a "
+                f"probability of {lost:.2g} below zero; omit distribution for a lognormal one"
             )
         mean = self.declared.read(table["mean"])
         if mean == 0.0:
-            raise ValueError("wanted a mean other than zero, of which cv is a share; write low and "
-                             "high")  # fmt: skip
+            raise ValueError("wanted a mean other than zero with cv; write low and high instead")
         return Spread.about(mean, float(cv), kind == "normal")  # type: ignore[arg-type]
 
     def schema(self) -> JsonSchema:
-        """The JSON Schema of what may stand here."""
+        """Return the JSON Schema of a number or a table."""
         inner = super().schema()
         plain = {name: value for name, value in inner.items() if name != "description"}
         types = {
@@ -231,17 +229,17 @@ _MEANINGS = {
     "low": "The smallest possible value.",
     "high": "The largest possible value.",
     "mean": "The expected value.",
-    "cv": "Its standard deviation over the mean.",
-    "values": "Each as likely as any other.",
-    "distribution": "Of low and high: uniform unless given, or log-uniform. Of a mean: lognormal "
-    "unless given; a normal one is cut off at zero.",
-    "of": "Key of another quantity, which this one follows.",
-    "factor": "How many times the other one it is.",
+    "cv": "Coefficient of variation: standard deviation over mean.",
+    "values": "Equally likely values.",
+    "distribution": 'With low and high: "uniform" (the default) or "log-uniform". With mean: '
+    '"lognormal" (the default), or "normal", cut off at zero.',
+    "of": "Key of another quantity, of which this one is a multiple.",
+    "factor": "Ratio of this quantity to the other one.",
 }
 
 
 class Followed(NamedTuple):
-    """Stand-in of a quantity that follows another: its key, its place, and a factor."""
+    """Raw value of a quantity that is a multiple of another: key and value of that one, factor."""
 
     key: str
     source: object
@@ -249,7 +247,7 @@ class Followed(NamedTuple):
 
 
 def with_followers(tables: dict[str, Any]) -> dict[str, Any]:
-    """The tables of a study; what stands at the other key in place of ``{ of, factor }``."""
+    """Return the tables of a study with each ``{ of, factor }`` resolved."""
 
     def follower(table: object) -> bool:
         return isinstance(table, dict) and "of" in table and table.keys() <= {"of", "factor"}
@@ -261,7 +259,9 @@ def with_followers(tables: dict[str, Any]) -> dict[str, Any]:
             raise KeyedError(where, f"wanted a factor above zero such as 2.0, got {quote(factor)}")
         if key in passed:
             circle = " -> ".join((*passed[passed.index(key) :], key))
-            raise KeyedError(where, f"wanted the key of a number, got keys in a circle, {circle}")
+            raise KeyedError(
+                where, f"wanted the key of a number, got a circular reference, {circle}"
+            )
         source: Any = tables
         for name in key.split(".") if isinstance(key, str) else ():
             source = source.get(name) if isinstance(source, dict) else None
@@ -287,12 +287,12 @@ def with_followers(tables: dict[str, Any]) -> dict[str, Any]:
 
 
 def spreads_of(part: object) -> Iterator[tuple[str, Spread]]:
-    """Quantities of a table and of those that it holds that are uncertain by themselves, by key."""
+    """Yield the independent uncertain numbers of a table and its subtables, by key."""
     return ((key, spread) for key, spread in _all_spreads(part, "") if spread.of is None)
 
 
 def followers_of(part: object) -> set[str]:
-    """Keys of what follows something uncertain."""
+    """Return the keys of multiples of uncertain numbers."""
     return {key for key, spread in _all_spreads(part, "") if spread.of is not None}
 
 
@@ -304,7 +304,7 @@ def _all_spreads(part: object, path: str) -> Iterator[tuple[str, Spread]]:
 
 
 def _entries(part: Any, path: str) -> Iterator[tuple[Any, str, Any]]:
-    """Names, keys of the file and values in a table, or in a list with something uncertain."""
+    """Yield attribute, key and value of the entries of a table, or of a list of uncertain items."""
     if isinstance(part, Part):
         for key, name in part.attributes.items():
             yield name, f"{path}.{key}" if path else key, getattr(part, name)
@@ -317,19 +317,19 @@ def _entries(part: Any, path: str) -> Iterator[tuple[Any, str, Any]]:
 
 
 def with_values(part: Any, values: Mapping[str, float], path: str = "") -> Any:
-    """The same table with plain numbers in place of what is uncertain, by the keys of the file."""
+    """Return a table with uncertain numbers replaced by values, given by key."""
     if isinstance(part, Spread):
         if part.of is not None:
             return part.factor * values.get(part.of, float(part) / part.factor)
         return float(values.get(path, float(part)))
     copy = changed(part, lambda value, key: with_values(value, values, key), path)
-    if copy is not part and hasattr(copy, "settle"):  # what follows from keys, from what was drawn
+    if copy is not part and hasattr(copy, "settle"):  # derive values again from the drawn ones
         copy.settle()
     return copy
 
 
 def changed(part: Any, change: Callable[[Any, str], Any], path: str = "") -> Any:
-    """The same table with each value that it holds changed, given its key; itself if none is."""
+    """Return a table with a function applied to all its values; itself if nothing changes."""
     before = {name: (value, key) for name, key, value in _entries(part, path)}
     after = {name: change(value, key) for name, (value, key) in before.items()}
     changes = {name: new for name, new in after.items() if new is not before[name][0]}
@@ -341,7 +341,7 @@ def changed(part: Any, change: Callable[[Any, str], Any], path: str = "") -> Any
 
 
 def value_at(part: Any, key: str) -> float | None:
-    """The number at a key of the file; None where there is none, or a list of several."""
+    """Return the number at a key; None if there is none, or a list of several."""
     for name in key.split("."):
         if isinstance(part, Part):
             part = getattr(part, part.attributes[name]) if name in part.keys else None

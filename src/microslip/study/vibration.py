@@ -1,4 +1,4 @@
-"""Sensor, amplitudes, form, force and tests of the modes of a structure in a study."""
+"""Tables of a structure: sensor, amplitudes, form of the faces, force, and modal tests."""
 
 from __future__ import annotations
 
@@ -45,11 +45,11 @@ _PLACES = Unsure(PLACE)
 
 
 class SensorPart(Part):
-    """Sensor at which amplitudes are meant, as in a test."""
+    """Sensor to which amplitudes refer."""
 
     at: tuple[float, float, float] = key(
         Items(_PLACES, '["0.36 m", "0 m", "0 m"]', (3, 3)),
-        "Its place from the middle of the lap: along, across, upwards.",
+        "Position from the middle of the lap: along, across, upwards.",
     )
     direction: str = key(
         one_of("x", "y", "z"),
@@ -60,16 +60,16 @@ class SensorPart(Part):
 
 
 class SensedAmplitude(float):
-    """An amplitude at the sensor in SI units, and of which quantity it is."""
+    """An amplitude at the sensor in SI units, with its quantity."""
 
     quantity: str
 
 
 class _Sensed(Plain):
-    """An amplitude of displacement, velocity or acceleration, as its unit says."""
+    """Reader of an amplitude of displacement, velocity or acceleration, distinguished by unit."""
 
     def read(self, raw_value: object, place: Place) -> Any:
-        """The amplitude with its quantity."""
+        """Return the amplitude with its quantity."""
         for name, declared in AMPLITUDES.items():
             try:
                 value = SensedAmplitude(declared.read(raw_value))
@@ -77,23 +77,23 @@ class _Sensed(Plain):
                 continue
             value.quantity = name
             return value
-        return super().read(raw_value, place)  # says what is wrong with it
+        return super().read(raw_value, place)  # raises the error
 
 
 class AmplitudeRange(Part):
-    """Amplitudes at the sensor, of displacement, velocity or acceleration, even on a log axis."""
+    """Amplitudes at the sensor, evenly spaced on a log axis."""
 
     start: SensedAmplitude = key(
         _Sensed(AMPLITUDE),
-        "Smallest amplitude: a displacement, velocity or acceleration, by its unit.",
+        "Smallest amplitude: a displacement, velocity or acceleration, according to its unit.",
         '"0.1 um"',
         alias="from",
     )
     to: SensedAmplitude = key(_Sensed(AMPLITUDE), "Largest amplitude.", '"30 um"')
-    points: int = key(whole_number(2, MOST_POINTS, "10"), "How many.", default=10)
+    points: int = key(whole_number(2, MOST_POINTS, "10"), "Number of amplitudes.", default=10)
 
     def check(self, place: Place) -> None:
-        """Refuse amplitudes that do not rise, or of two quantities."""
+        """Refuse a range that does not increase, or of two quantities."""
         if self.start.quantity != self.to.quantity:
             raise KeyedError(
                 ".to", f"wanted {self.start.quantity} as in `from`, got {self.to.quantity}"
@@ -103,51 +103,51 @@ class AmplitudeRange(Part):
 
 
 MACHINING = {"ground": (3e-6, 15e-6), "milled": (10e-6, 50e-6)}
-"""Peak to valley of a face of 50 to 150 mm by its machining [m], log-uniform."""
+"""Peak-to-valley form of a face of 50 to 150 mm [m], log-uniform, by machining process."""
 
 
 class FormPart(Part):
-    """Gap between the unloaded faces: a measured table, or random faces of a flatness."""
+    """Gap between the unloaded faces: a measured table, or random faces of a given flatness."""
 
     file: str | None = optional_key(
-        FILE, "CSV file of a measured form; nothing if the faces are random.", '"form.csv"'
+        FILE, "CSV file of a measured form; omit it for random faces.", '"form.csv"'
     )
-    x: str = key(LINE, "Column of the places along the lap.", '"x"', default="x")
-    y: str = key(LINE, "Column of the places across it.", '"y"', default="y")
+    x: str = key(LINE, "Column of the positions along the lap.", '"x"', default="x")
+    y: str = key(LINE, "Column of the positions across the lap.", '"y"', default="y")
     gap: str = key(LINE, "Column of the gaps.", '"gap"', default="gap")
     factor: float = key(
         Unsure(number("1.0")),
-        "Factor on the gaps of the file: 0 is flat, -1 the reversed form.",
+        "Factor on the gaps of the file: 0 for flat faces, -1 for the reversed form.",
         default=1.0,
     )
     flatness: float | None = optional_key(
         Unsure(LENGTH),
-        "Peak to valley of each face without its best plane, for whoever has a drawing and no "
-        "scan: each sample draws two random faces.",
+        "Peak-to-valley deviation of each face from its best-fit plane, if no form was measured; "
+        "each sample draws two random faces.",
         '"20 um"',
     )
     machining: str | None = optional_key(
         one_of(*MACHINING),
-        "Machining in place of the flatness: ground faces 3 to 15 um, milled ones 10 to 50 um.",
+        "Machining process, instead of the flatness: 3 to 15 um for ground, 10 to 50 um for "
+        "milled faces.",
         '"ground"',
     )
     correlation: float | None = optional_key(
         Unsure(LENGTH),
-        "Correlation length of random faces; an eighth of the lap to the lap, log-uniform, unless "
-        "given.",
+        "Correlation length of random faces; by default 1/8 to 1 of the lap, log-uniform.",
         '"40 mm"',
     )
     rim: float | None = optional_key(
         Unsure(HEIGHT),
-        "Height of the rim that drilling and tightening raise around a hole, of both faces "
-        "together, for whoever sees it on a scan or shadow marks around holes.",
+        "Height of the raised rim around holes from drilling and tightening, sum of both faces; "
+        "for faces with a rim visible on a scan or as marks.",
         '{ low = "0 um", high = "20 um" }',
     )
     table: Floats | None = None
     """Columns x, y and gap [m]; None without a file."""
 
     def check(self, place: Place) -> None:
-        """Read the columns; refuse forms given twice."""
+        """Read the columns, and refuse a form given twice."""
         if self.machining is not None:
             if self.flatness is not None:
                 raise KeyedError(".machining", "wanted flatness or machining, got both; remove one")
@@ -165,7 +165,7 @@ class FormPart(Part):
         ):
             raise KeyedError(".rim", "wanted a height of zero or more")
         if self.correlation is not None and self.flatness is None:
-            raise KeyedError(".correlation", "wanted only beside flatness or machining")
+            raise KeyedError(".correlation", "wanted only with flatness or machining")
         if self.file is None:
             return
         names = {"x": self.x, "y": self.y, "gap": self.gap}
@@ -176,7 +176,7 @@ class FormPart(Part):
 
     @property
     def is_random(self) -> bool:
-        """Whether each sample draws faces of its own."""
+        """Whether each sample draws random faces."""
         return self.flatness is not None
 
     def apply(
@@ -185,7 +185,10 @@ class FormPart(Part):
         holes: list[tuple[float, float, float, int]],
         rng: np.random.Generator | None,
     ) -> ReducedJoint:
-        """Return the joint with this form; without random numbers that of the middle, no waves."""
+        """Return the joint with this form.
+
+        Without a random generator, rims have their mean width and random faces are flat.
+        """
         from microslip.structures.random_form import random_gaps, rim_gaps
 
         gaps = np.zeros(joint.patches)
@@ -201,21 +204,21 @@ class FormPart(Part):
 
 
 class ForcePart(Part):
-    """A harmonic force on the structure and the response near each mode."""
+    """A harmonic force on the structure, for the response near each mode."""
 
     amplitude: tuple[float, ...] = key(
         Items(LOAD, '["1 N", "5 N"]', (1, MOST_FORCES), single=True),
-        "Amplitude of the force, or several of them.",
+        "Amplitude of the force, or a list of amplitudes.",
         '"5 N"',
     )
     at: tuple[float, float, float] | None = optional_key(
         Items(PLACE, '["0.3 m", "0 m", "0 m"]', (3, 3)),
-        "Point of application, from the middle of the lap: along, across, upwards; at the sensor "
-        "unless given.",
+        "Point of application, from the middle of the lap: along, across, upwards; by default at "
+        "the sensor.",
     )
     direction: str | None = optional_key(
         one_of("x", "y", "z"),
-        "Direction: along (x), across (y) or upwards (z); that of the sensor unless given.",
+        "Direction: along (x), across (y) or upwards (z); by default that of the sensor.",
     )
 
 
@@ -228,42 +231,43 @@ MODE = whole_number(1, MOST_MODES, "1", noun=f"a mode from 1 to {MOST_MODES}")
 
 
 class MeasuredPart(Part):
-    """A test of one mode, drawn over the prediction: a curve, a ring-down or a stepped sine."""
+    """A test of one mode, compared with the prediction."""
 
     file: str = key(
         FILE,
-        "CSV file with a line of column names; relative to the folder of the study. "
-        "Amplitude, frequency and damping ratio are a curve; time and displacement, velocity or "
-        "acceleration a ring-down; frequency, amplitude and phase a stepped sine.",
+        "CSV file with a line of column names, relative to the folder of the study. Its columns "
+        "define the test: amplitude, frequency and damping ratio for a curve; time and "
+        "displacement, velocity or acceleration for a ring-down; frequency, amplitude and phase "
+        "for a stepped sine.",
         '"test.csv"',
     )
     amplitude: str = key(
         LINE,
-        "Column of the amplitudes at the sensor: displacement, velocity or acceleration, as its "
-        "unit says.",
+        "Column of the amplitudes at the sensor: displacement, velocity or acceleration, "
+        "according to its unit.",
         '"amplitude"',
         default="amplitude",
     )
     frequency: str = key(LINE, "Column of the frequencies.", '"frequency"', default="frequency")
     damping_ratio: str = key(
         LINE,
-        "Column of the damping ratios, in percent where its header says so.",
+        "Column of the damping ratios, in percent if its header has the unit %.",
         '"damping_ratio"',
         default="damping_ratio",
     )
     band: tuple[float, float] | None = optional_key(
         Items(_HERTZ, '["150 Hz", "220 Hz"]', (2, 2)),
-        "Frequencies between which the mode of a ring-down lies, where others ring with it.",
+        "Frequency band of the mode in a ring-down with several modes.",
     )
     mode: int | None = optional_key(
         MODE,
-        "The mode that was tested, counted from 1; of `structure.modes` the one whose "
-        "frequency is nearest unless given.",
+        "Number of the tested mode, from 1; by default the one of `structure.modes` with the "
+        "nearest frequency.",
     )
     motion: Motion | None = optional_key(
         one_of(*get_args(Motion)),
-        "Origin of a curve: steady responses (steady) or free decays (decay), whose "
-        "damping ratios differ; as the file shows unless given.",
+        "Origin of a curve: steady responses (steady) or free decays (decay), which have "
+        "different damping ratios; by default according to the file.",
     )
     fit: tuple[str, ...] | None = optional_key(
         Items(
@@ -272,13 +276,15 @@ class MeasuredPart(Part):
         "Parameters fitted to the test, starting from the values of the study.",
     )
     frequency_error: float = key(
-        SHARE, "Relative uncertainty of the frequencies, the model's included.", default=0.003
+        SHARE,
+        "Relative uncertainty of the frequencies, including that of the model.",
+        default=0.003,
     )
     damping_error: float = key(SHARE, "Relative uncertainty of the damping ratios.", default=0.05)
     table: Floats
     """Columns amplitude [m], frequency [Hz] and damping ratio [-]."""
     measured_motion: Motion
-    """Whether it was steady motion or a decay."""
+    """Steady motion or free decay."""
 
     def check(self, place: Place) -> None:
         """Read the test."""

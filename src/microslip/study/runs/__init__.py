@@ -1,1 +1,1 @@
-"""The runs of a study: a prediction with its scatter, a structure, a batch of many."""
+"""Computations of a study: predictions with uncertainty, structures, and batches."""

@@ -1,4 +1,4 @@
-"""Batches of studies, records or scans: one small file each, from which a restart continues."""
+"""Batches of studies, records or scans, with one outcome file per item for restarts."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ from microslip.study.toml_text import tables_of, text_of
 Outcome = dict[str, Any]
 
 ITEMS = "items"
-"""Folder of the small files."""
-_TRIES = 3  # of an item whose worker died
+"""Folder of the outcome files."""
+_TRIES = 3  # attempts for an item whose worker process died
 DASK_PATIENCE = "30s"
-"""Longest time that a scheduler may take to answer."""
+"""Time limit for the connection to a Dask scheduler."""
 _MOST = 1_000_000
-"""Items of a batch."""
-_WINDOW = 4  # items in flight a worker
+"""Largest number of items of a batch."""
+_WINDOW = 4  # submitted items per worker
 STUDIES = ".toml"
 
 
@@ -54,17 +54,17 @@ class BatchItem:
 
     @property
     def file_name(self) -> str:
-        """Name of its small file, which no other item has."""
+        """Unique name of the outcome file."""
         plain = "".join(c if c.isalnum() or c in "-_." else "_" for c in self.name)[:80]
         return f"{plain}-{hashlib.sha256(os.fsencode(self.name)).hexdigest()[:8]}.json"
 
     @property
     def mark(self) -> str:
-        """Changes where anything does that its numbers come from."""
+        """Hash of version, item and input files, which detects outdated outcomes."""
         parts: list[Any] = [__version__, asdict(self)]
         for path in (self.path, self.study):
             if path:
-                with suppress(OSError):  # one that is gone has its reason told when it is read
+                with suppress(OSError):  # a missing file is reported when it is read
                     stat = Path(path).stat()
                     parts.append([stat.st_size, stat.st_mtime_ns])
         return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:16]
@@ -73,7 +73,7 @@ class BatchItem:
 def items_of(source: Path, study: Path | None) -> list[BatchItem]:
     """Return the items of a folder, a list of paths, or a CSV table of changes to a study.
 
-    The study is that of a table, of scans, or of the joint that defines the regimes of records.
+    Scans and tables need the study; for records it is optional, and defines the joint for regimes.
     """
     base = "" if study is None else str(study.resolve())
     if source.is_dir():
@@ -107,7 +107,7 @@ def _of_file(path: Path, study: str, name: str) -> BatchItem:
         return BatchItem(name, "predict", str(path.resolve()))
     surface: Any = None
     if study:
-        with suppress(ValueError):  # the study has its error told when it is run
+        with suppress(ValueError):  # the error is reported when the study is run
             surface = tables_of(text_of(Path(study))).get("surface")
     work = "scan" if isinstance(surface, dict) and "scan" in surface else "measure"
     return BatchItem(name, work, str(path.resolve()), study)
@@ -133,13 +133,13 @@ def _of_table(source: Path, rows: list[list[str]], study: str) -> Iterator[Batch
 
 
 def run_item(item: BatchItem) -> Outcome:
-    """Return the result of an item: rows of plain numbers, or the reason why there are none."""
+    """Return the outcome of an item: rows of numbers, or the reason of its failure."""
     begin = time.perf_counter()
     try:
         outcome = {"status": "done", "rows": json_value(_rows(item))}
     except InputError as error:
         outcome = {"status": "failed", "reason": one_line(str(error))}
-    except Exception as error:  # one item must not stop the others, whatever it meets
+    except Exception as error:  # an item that fails must not stop the others
         outcome = {"status": "failed", "reason": one_line(f"{type(error).__name__}: {error}")}
     return {**_heading(item), **outcome, "seconds": round(time.perf_counter() - begin, 4)}
 
@@ -176,19 +176,19 @@ class Batch:
 
     @property
     def done(self) -> list[Outcome]:
-        """Outcomes with numbers."""
+        """Outcomes of the successful items."""
         return [outcome for outcome in self.outcomes if outcome["status"] == "done"]
 
     @property
     def failed(self) -> list[Outcome]:
-        """Outcomes without numbers."""
+        """Outcomes of the failed items."""
         return [outcome for outcome in self.outcomes if outcome["status"] != "done"]
 
 
 def prepare(folder: Path) -> None:
-    """Make the folder of a batch, or check that it is one."""
+    """Create the folder of a batch, or check that an existing folder is one."""
     if folder.exists() and not (folder / ITEMS).is_dir() and any(folder.iterdir()):
-        raise InputError(f"{folder}: exists and is no batch; name another folder with -o")
+        raise InputError(f"{folder}: exists and is not a batch; give another folder with -o")
     try:
         (folder / ITEMS).mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -196,7 +196,7 @@ def prepare(folder: Path) -> None:
 
 
 def earlier_outcomes(folder: Path, items: Sequence[BatchItem]) -> dict[str, Outcome]:
-    """Return outcomes of an earlier run that still hold; items that failed are tried again."""
+    """Return valid outcomes of an earlier run. Items that failed are not included."""
     outcomes = {}
     for item in items:
         try:
@@ -215,9 +215,9 @@ def run_batch(
     dask: str | None = None,
     progress: Progress | None = None,
 ) -> Batch:
-    """Run the items without an outcome, and save each outcome at once in a file of its own.
+    """Run the items without a valid outcome, and save each outcome at once.
 
-    They run in processes of this machine, or on the Dask scheduler at an address.
+    Items run in processes of this machine, or on the Dask scheduler at the address ``dask``.
     """
     prepare(folder)
     outcomes = earlier_outcomes(folder, items)
@@ -237,7 +237,7 @@ def run_batch(
 
 @contextmanager
 def _pool(workers: int, dask: str | None) -> Iterator[tuple[Executor, int]]:
-    """Open an executor, and tell how many items it runs at once."""
+    """Open an executor; yield it with the number of items that it runs at once."""
     if dask is None:
         with ProcessPoolExecutor(workers) as pool:
             yield pool, workers
@@ -257,7 +257,7 @@ def _pool(workers: int, dask: str | None) -> Iterator[tuple[Executor, int]]:
 def _in_parallel(
     items: Sequence[BatchItem], pool_of: Callable[[], AbstractContextManager[tuple[Executor, int]]]
 ) -> Iterator[tuple[BatchItem, Outcome]]:
-    """Run items in an executor; where a process dies, its items run again in a new one."""
+    """Run items in an executor; if a process dies, run its items again in a new one."""
     waiting, tries = list(reversed(items)), dict.fromkeys(items, 0)
     while waiting:
         running: dict[Future[Outcome], BatchItem] = {}
@@ -272,7 +272,7 @@ def _in_parallel(
                             outcome = future.result()
                         except BrokenProcessPool:
                             raise
-                        except Exception:  # Dask has given the item to several workers in turn
+                        except Exception:  # Dask has already tried several workers
                             outcome = _lost_worker(running[future])
                         yield running.pop(future), outcome
             except BrokenProcessPool:
@@ -285,5 +285,5 @@ def _in_parallel(
 
 
 def _lost_worker(item: BatchItem) -> Outcome:
-    cause = f"its worker died {_TRIES} times (out of memory, or killed)"
+    cause = f"the worker process died {_TRIES} times (out of memory, or killed)"
     return {**_heading(item), "status": "failed", "reason": cause, "seconds": 0.0}

@@ -1,4 +1,4 @@
-"""The columns of a prediction: cyclic quantities and histories of one joint."""
+"""Results of one joint as columns: cyclic quantities and histories."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _BLOCK = 20_000
 def pieces_of(
     size: int, progress: Progress | None = None, largest: int = _BLOCK
 ) -> Iterator[slice]:
-    """Pieces of so many things; small ones first, for those who wait to see progress."""
+    """Yield slices of ``size`` items of growing length, so that progress is reported early."""
     start, length = 0, min(largest, 64)
     while start < size:
         yield slice(start, min(start + length, size))
@@ -32,14 +32,14 @@ def pieces_of(
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Columns(Locked):
-    """Arrays of one length by their names; None for what is not known."""
+    """Named arrays of equal length; None for unknown quantities."""
 
     def __post_init__(self) -> None:
         for array in self.columns().values():
             lock(array)
 
     def columns(self) -> dict[str, Floats]:
-        """Arrays by name, without those that are not known."""
+        """Return arrays by name, without unknown quantities."""
         named = {field.name: getattr(self, field.name) for field in fields(self)}
         return {name: array for name, array in named.items() if isinstance(array, np.ndarray)}
 
@@ -52,7 +52,7 @@ class Columns(Locked):
     def _by_pieces(
         cls: type[_Columns], make: Callable[[slice], _Columns], size: int, progress: Progress | None
     ) -> _Columns:
-        """Make a long one piece by piece."""
+        """Build long arrays from pieces."""
         arrays: dict[str, Floats] = {}
         for piece in pieces_of(size, progress):
             for name, array in make(piece).columns().items():
@@ -73,8 +73,9 @@ class AmplitudeCurve(Columns):
     `force_ratio` is the force amplitude over the force limit, `tangent_stiffness` the slope
     :meth:`~microslip.Interface.backbone_stiffness` of the first loading curve, `slider_density` the
     density of :meth:`~microslip.Interface.sliders` and `stick_share` the stick area over the real
-    contact area; the last and `stick_area` are None where the normal law does not know its
-    contacts. The rest is what the methods of :class:`microslip.Interface` of the same name return.
+    contact area. `stick_area` and `stick_share` are None for normal laws without individual
+    contacts. The other quantities are those of the methods of :class:`microslip.Interface` with the
+    same name.
     """
 
     amplitude: Floats
@@ -95,14 +96,14 @@ class AmplitudeCurve(Columns):
     def of(
         cls, joint: Interface, amplitude: Floats, progress: Progress | None = None
     ) -> AmplitudeCurve:
-        """Evaluate a joint."""
+        """Return the quantities of a joint at displacement amplitudes [m]."""
         return cls._by_pieces(
             lambda piece: cls._at(joint, amplitude[piece]), amplitude.size, progress
         )
 
     @classmethod
     def of_forces(cls, joint: Interface, force_amplitude: Floats) -> AmplitudeCurve:
-        """The same at force amplitudes [N], one-dimensional, above zero."""
+        """Return the quantities of a joint at force amplitudes [N] > 0, one-dimensional."""
         amplitude = np.asarray(joint.backbone_displacement(force_amplitude))
         return cls._at(joint, amplitude, force_amplitude)
 
@@ -112,7 +113,7 @@ class AmplitudeCurve(Columns):
     ) -> AmplitudeCurve:
         if force is None:
             force = np.asarray(joint.backbone(amplitude))
-        contact = getattr(joint, "contact_area", None)  # a law alone has no contacts
+        contact = getattr(joint, "contact_area", None)  # a friction law from a file has none
         stick = None if contact is None else np.asarray(joint.stick_area(amplitude))
         return cls(
             amplitude=amplitude.copy(),
@@ -133,9 +134,9 @@ class HistoryResponse(Columns):
     Parameters
     ----------
     displacement : ndarray
-        Displacements [m]: those given, or those that the given forces lead to.
+        Displacements [m], given or computed.
     force : ndarray
-        Forces that hold them [N]: those given, or those that the given displacements lead to.
+        Forces [N], given or computed.
     dissipated_energy : ndarray
         Energy dissipated since rest [J].
     """
@@ -151,7 +152,7 @@ class HistoryResponse(Columns):
         values: Floats,
         quantity: Literal["displacement", "force"],
     ) -> HistoryResponse:
-        """Follow a history."""
+        """Return the response of a joint to displacements [m] or forces [N]."""
         if quantity == "displacement":
             displacement, force = values.copy(), np.asarray(joint.force(values))
         else:
@@ -161,9 +162,9 @@ class HistoryResponse(Columns):
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of the dissipated energy E: c a^3 at small amplitudes a, 4 mu N (a - b) at large.
+    """Asymptotes of the dissipated energy: c a^3 at small amplitudes a, 4 mu N (a - b) at large.
 
-    `cubic_coefficient` c [J/m^3] and `linear_offset` b [m]; None where the joint has no such limit.
+    `cubic_coefficient` c [J/m^3] and `linear_offset` b [m]; None without such an asymptote.
     """
 
     cubic_coefficient: float | None

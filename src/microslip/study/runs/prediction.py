@@ -1,4 +1,4 @@
-"""A prediction: all numbers of a study, and how they are computed."""
+"""Computation of all numbers of a study."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from microslip.study.runs.structure_prediction import StructurePrediction
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Prediction:
-    """All numbers of a study, as :class:`microslip.Result` tells them."""
+    """All numbers of a study, used by :class:`microslip.Result`."""
 
     study: StudyDescription
     joints: tuple[Interface, ...]
@@ -68,11 +68,11 @@ class Prediction:
 MEANINGS = {
     "history_dissipated_energy": "energy dissipated since rest",
 }
-"""Meanings that differ from that of the quantity by itself."""
+"""Descriptions of variables that differ from the description of their quantity."""
 
 
 def variables_of(result: Prediction) -> dict[str, Variable]:
-    """All numbers by their names, the verdicts left out."""
+    """Return all numbers by name, without verdicts."""
     driven = "amplitude" if result.study.excitation.force_amplitudes is None else "force_amplitude"
     arrays = {
         **_scalars(result),
@@ -86,13 +86,13 @@ def variables_of(result: Prediction) -> dict[str, Variable]:
 
 
 def variable_of(dims: tuple[str, ...], values: Floats, name: str, meaning: str = "") -> Variable:
-    """Values with the unit and the meaning of a quantity, or with a meaning of their own."""
+    """Return values with unit and description of a quantity, or with another description."""
     about = QUANTITIES[name].attributes
     return Variable(dims, values, {**about, "long_name": meaning} if meaning else about)
 
 
 def _scalars(result: Prediction) -> dict[str, Variable]:
-    """Numbers of each joint, without those that none has."""
+    """Return the numbers of each joint at rest, without those unknown for all joints."""
     rows = [
         {**scalars(result.study, joint), **asdict(limits)}
         for joint, limits in zip(result.joints, result.limits, strict=True)
@@ -109,7 +109,7 @@ def _scalars(result: Prediction) -> dict[str, Variable]:
 
 
 def scalars(study: StudyDescription, joint: Interface) -> dict[str, float | None]:
-    """Numbers that belong to a joint at rest; None for what is not known."""
+    """Return the numbers of a joint at rest; None for unknown ones."""
     contact = getattr(joint, "contact_area", None)
     area = None if study.surface is None else study.surface.apparent_area
     return {
@@ -130,7 +130,7 @@ def scalars(study: StudyDescription, joint: Interface) -> dict[str, float | None
 
 
 def _on_first_loading(joint: Interface) -> float | None:
-    """Return the normal stiffness of a face that yields, on its way to the load [N/m]."""
+    """Return the normal stiffness of a yielding face on first loading [N/m]."""
     surface = getattr(joint, "surface", None)
     loading = getattr(surface, "first_loading", None)
     if surface is None or loading is None:
@@ -146,7 +146,7 @@ def _on_first_loading(joint: Interface) -> float | None:
 def _at_rig(
     study: StudyDescription, joint: Interface, area: float | None
 ) -> dict[str, float | None]:
-    """Stiffnesses in series with half-spaces [N/m]; None where finite elements carry the solid."""
+    """Return stiffnesses in series with half-spaces [N/m]; None if finite elements are used."""
     names = ("rig_normal_stiffness", "rig_tangential_stiffness")
     pair = getattr(getattr(joint, "surface", None), "pair", None)
     if area is None or study.structure is not None or not isinstance(pair, MaterialPair):
@@ -176,7 +176,7 @@ def _samples(result: Prediction, driven: str) -> dict[str, Variable]:
 def _columns(
     tables: Sequence[Columns], prefix: str, dim: str, leave_out: str = ""
 ) -> dict[str, Variable]:
-    """Columns of one table for each load, by their names."""
+    """Return the columns of the tables of all loads, stacked, by name."""
     return {
         prefix + name: variable_of(
             ("load", dim),
@@ -190,15 +190,15 @@ def _columns(
 
 
 def _stacked(arrays: Sequence[Floats]) -> Floats:
-    # One long array is not copied.
+    # A single array is not copied, since it may be large.
     return arrays[0][np.newaxis] if len(arrays) == 1 else np.stack(arrays)
 
 
-# -- sensitivities of the answers of each joint to its inputs --------------------------------------
+# -- sensitivities of the results of each joint to its inputs --------------------------------------
 
 
 def leading_inputs(study: StudyDescription, joint: Any) -> dict[str, Any] | None:
-    """Slopes of stiffness and loss factor over all inputs; None of a law without a surface."""
+    """Return logarithmic slopes of stiffness and loss factor; None without a surface."""
     if not isinstance(joint, Interface):
         return None
     amplitudes = study.excitation.amplitudes
@@ -217,12 +217,12 @@ def leading_inputs(study: StudyDescription, joint: Any) -> dict[str, Any] | None
 
 DEFAULT_AMPLITUDES = (0.1, 0.3, 1.0, 10.0)
 DEFAULT_RANGE = (1e-3, 1e2)
-"""Range of the curves over the slip scale, as the amplitudes above."""
+"""Default range of the curves, relative to the slip scale like the amplitudes above."""
 
 
 @dataclass(frozen=True)
 class Defaults:
-    """Amplitudes that the study leaves open, and the slip scale [m] they are taken from."""
+    """Default amplitudes for those not given, from the slip scale [m]."""
 
     scale: float
     amplitudes: bool
@@ -230,13 +230,13 @@ class Defaults:
 
     @classmethod
     def of(cls, study: StudyDescription, joints: Sequence[Interface]) -> Defaults:
-        """Choose default amplitudes from the largest slip scale, to two digits."""
+        """Return the defaults from the largest slip scale, rounded to two digits."""
         excitation, scale = study.excitation, max(joint._slip_scale[0] for joint in joints)
         is_open = excitation.amplitudes is None and excitation.force_amplitudes is None
         return cls(float(f"{scale:.1e}"), is_open, excitation.curve is None)
 
     def notes(self) -> list[str]:
-        """Assumptions made, in sentences."""
+        """Describe the defaults used."""
         scale = engineering(self.scale, "m", trim=True)
         of = f"times the slip scale, {scale} when rounded to two digits"
         notes = []
@@ -251,13 +251,13 @@ class Defaults:
 
 DEFAULT_POINTS = 200
 MOST_WORKERS = 256
-_STRUCTURE = 0.95  # share of a run that a structure takes
+_STRUCTURE = 0.95  # fraction of the computing time of a structure
 
 
 def run_prediction(
     study: StudyDescription, progress: Progress | None = None, workers: int = 1
 ) -> tuple[Prediction, Defaults]:
-    """Compute a study, and say what it left open; see :meth:`microslip.Study.run`."""
+    """Compute a study; also return the defaults used. See :meth:`microslip.Study.run`."""
     whole_number("workers", workers, 1, MOST_WORKERS)
     if study.structure is not None:
         structure = run_structure(study, _part(progress, 0, 1, 0.0, _STRUCTURE))
@@ -273,7 +273,7 @@ def run_prediction(
 
 
 def _measured_scatter(result: Prediction, band: LawBand) -> Scatter:
-    """Return the intervals of an identified law; NaN for what its records do not tell."""
+    """Return the intervals of an identified law; NaN for quantities not identified."""
     law = result.joints[0]
     bands = {
         name: variable._replace(
@@ -299,8 +299,8 @@ def _measured_scatter(result: Prediction, band: LawBand) -> Scatter:
     low, high = (engineering(float(end), "m", 3, trim=True) for end in band.amplitude[[0, -1]])
     tail = 0.5 * (1.0 - band.confidence)
     notes = (
-        f"Intervals of the identified law at {100.0 * band.confidence:g} % each, known between "
-        f"amplitudes of {low} and {high}; outside, its records determine nothing.",
+        f"Intervals ({100.0 * band.confidence:g} % confidence each) are those of the identified "
+        f"law. They exist for amplitudes from {low} to {high}, the range of its records.",
     )
     return Scatter((), 0, np.array([tail, 1.0 - tail]), bands, {}, (), notes)
 
@@ -308,7 +308,7 @@ def _measured_scatter(result: Prediction, band: LawBand) -> Scatter:
 def _scattered(
     study: StudyDescription, progress: Progress | None, workers: int
 ) -> tuple[Prediction, Defaults]:
-    """The study at its middle, and the bands about it."""
+    """Return the results at the central values of the inputs, with bands."""
     begin = _solving(study)
     result, defaults = _computed(at_middle(study), _part(progress, 0, 1, 0.0, begin))
     first = result.rows[0]
@@ -324,12 +324,12 @@ def _scattered(
 
 
 def _variables(study: StudyDescription) -> dict[str, Variable]:
-    """All numbers of a study without anything uncertain, by their names in result.nc."""
+    """Return all numbers of a study without uncertain inputs, by name."""
     return variables_of(_computed(study)[0])
 
 
 def amplitude_rows(study: StudyDescription) -> list[dict[str, float]]:
-    """Results of a study at the amplitudes of its loops only, a row a load and loop."""
+    """Return results at the amplitudes of the loops, one row per load and amplitude."""
     study = at_middle(study)
     joints = build_joints(study)
     amplitudes = _amplitudes(study, Defaults.of(study, joints))
@@ -349,7 +349,7 @@ def amplitude_rows(study: StudyDescription) -> list[dict[str, float]]:
 def _computed(
     study: StudyDescription, progress: Progress | None = None
 ) -> tuple[Prediction, Defaults]:
-    """All but the structure and the summary."""
+    """Return all results except those of the structure."""
     begin = _solving(study)
     joints = build_joints(study, _part(progress, 0, 1, 0.0, begin))
     progress = _part(progress, 0, 1, begin, 1.0)
@@ -385,12 +385,12 @@ def _computed(
 
 
 def _solving(study: StudyDescription) -> float:
-    """Share of a run until its surface is known: long of a face that is solved point by point."""
+    """Return the fraction of the computing time spent on the surface."""
     return 0.8 if isinstance(study.surface, MeasuredFace) else 0.0
 
 
 def _part(progress: Progress | None, index: int, count: int, begin: float, end: float) -> Progress:
-    """Progress of a part that takes one of so many loads from one share to another."""
+    """Return the progress callback for a part of the work on one load."""
     report = progress or (lambda share: None)
     return lambda share: report((index + begin + (end - begin) * share) / count)
 
@@ -406,7 +406,6 @@ def _row(study: StudyDescription, joint: Interface, amplitudes: Floats) -> Ampli
 def _loops(
     study: StudyDescription, joint: Interface, row: AmplitudeCurve, progress: Progress
 ) -> tuple[Loop, ...]:
-    """Return the loops of one joint."""
     loops: list[Loop] = []
     with blame(study, "excitation.amplitudes"):
         for piece in pieces_of(row.amplitude.size, progress):
@@ -415,7 +414,7 @@ def _loops(
 
 
 def _amplitudes(study: StudyDescription, defaults: Defaults) -> Floats:
-    """Displacement amplitudes of the loops [m]; force amplitudes [N] where the study gives them."""
+    """Return the displacement [m] or force [N] amplitudes of the loops."""
     amplitudes = study.excitation.amplitudes or study.excitation.force_amplitudes
     if amplitudes is not None:
         return np.array(amplitudes)
@@ -430,12 +429,12 @@ def _grid(study: StudyDescription, defaults: Defaults) -> Floats:
 
 
 def _limits(joint: Interface, scale: float) -> Limits:
-    """Asymptotes of the dissipated energy, from the energy far out on either side."""
+    """Return the asymptotes of the dissipated energy, from energies far out on both sides."""
     cubic = linear = None
     small = 1e-9 * scale
-    # Once all slides the energy is on its asymptote, so its offset is read off exactly.
+    # In gross slip the energy lies exactly on its asymptote.
     large = 100.0 * max(scale, joint.force_limit / joint.tangential_stiffness)
-    # Only a law whose second derivative is finite at rest has the cubic limit.
+    # The cubic asymptote exists only for laws with a finite second derivative at rest.
     if small**3 > 1e-280 and abs(float(joint.dissipation_exponent(small)) - 3.0) < 1e-3:
         cubic = float(joint.dissipated_energy(small)) / small**3
     if float(joint.backbone(large)) >= (1.0 - 1e-12) * joint.force_limit:

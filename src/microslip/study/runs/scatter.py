@@ -1,4 +1,4 @@
-"""A study over its uncertain inputs: points, runs, quantiles and their errors, contributions."""
+"""Uncertainty of predictions: samples, quantiles with errors, and contributions of the inputs."""
 
 from __future__ import annotations
 
@@ -21,43 +21,43 @@ from microslip.study.schema import GROUPS, CurveRange
 Variables = Mapping[str, Variable]
 Compute = Callable[[StudyDescription], Variables]
 RANKED = ("loss_factor", "dissipated_energy", "secant_stiffness")
-"""Results at the amplitudes of the loops that are ranked by what decides them."""
+"""Results for which the contributions of the inputs are computed."""
 
 _FAR = 1.6448536269514722  # score of the 95 % quantile
-_LARGEST = 60_000_000  # numbers of one variable over all samples
+_LARGEST = 60_000_000  # largest number of values of one variable over all samples
 
 
 @dataclass(frozen=True)
 class Decision:
-    """Contributions to the scatter at one load and amplitude."""
+    """Contributions of the inputs to the scatter of one result at one load and amplitude."""
 
     name: str  # the result
     load: int  # index of the load
     amplitude: int  # index of the amplitude
     scatter: float  # standard deviation of its logarithm over the samples [-]
-    delta: float  # the same by the delta method, from slopes at the middle
-    shares: Floats  # of each input in the variance, by a regression on the normal scores
-    explained: float  # share of the variance that the regression explains
-    low: Floats  # the result with one input at its 5 % and the others at their medians
-    high: Floats  # the same at its 95 %
-    first: Floats | None = None  # Sobol' indices, where asked for
-    total: Floats | None = None
+    delta: float  # scatter by the delta method, from slopes at the central values
+    shares: Floats  # fraction of the variance due to each input, by regression on normal scores
+    explained: float  # fraction of the variance explained by the regression
+    low: Floats  # result with one input at its 5 % quantile, the others at their medians
+    high: Floats  # result with one input at its 95 % quantile
+    first: Floats | None = None  # first-order Sobol' indices, if requested
+    total: Floats | None = None  # total Sobol' indices, if requested
 
 
 @dataclass(frozen=True, eq=False)
 class Scatter:
-    """Bands of all results of a study, and what decides them."""
+    """Bands of all results of a study, and the contributions of the inputs."""
 
-    inputs: tuple[Input, ...]  # what is uncertain
-    samples: int  # runs
-    quantiles: Floats  # shares that lie below
-    bands: Variables  # quantiles of the variables of result.nc, along a first dimension
-    intervals: Mapping[str, Floats]  # low and high ends of those of the rows and joints at rest
-    decisions: tuple[Decision, ...]  # for each of the ranked results, load and amplitude
+    inputs: tuple[Input, ...]  # uncertain inputs
+    samples: int  # number of samples
+    quantiles: Floats  # cumulative probabilities of the bands
+    bands: Variables  # quantiles of the variables of result.nc, along the first dimension
+    intervals: Mapping[str, Floats]  # ends of the confidence intervals of quantiles, except curves
+    decisions: tuple[Decision, ...]  # one per ranked result, load and amplitude
     notes: tuple[str, ...]
 
     def curve(self, quantile: int, load: int, amplitude: Floats) -> AmplitudeCurve:
-        """The quantiles of one load over the range of the curves, column by column."""
+        """Return one quantile of the curves at one load."""
         columns: dict[str, Any] = {}
         for name in AmplitudeCurve.__dataclass_fields__:
             band = self.bands.get(f"curve_{name}")
@@ -65,14 +65,14 @@ class Scatter:
         return AmplitudeCurve(**{**columns, "amplitude": amplitude.copy()})
 
     def decision(self, name: str, load: int, amplitude: int) -> Decision:
-        """Contributions to one result."""
+        """Return the contributions to one result."""
         return next(
             d for d in self.decisions if (d.name, d.load, d.amplitude) == (name, load, amplitude)
         )
 
 
 def with_amplitudes(study: StudyDescription, amplitudes: Floats, grid: Floats) -> StudyDescription:
-    """The same study with the amplitudes that its middle has, for all samples."""
+    """Return the study with fixed amplitudes, equal for all samples."""
     excitation = study.excitation
     changes: dict[str, Any] = {}
     if excitation.amplitudes is None and excitation.force_amplitudes is None:
@@ -91,7 +91,7 @@ def _start(design: Design, compute: Compute) -> None:
 
 
 def _run(scores: Floats) -> dict[str, Floats] | str:
-    """Arrays of a sample, or why there are none."""
+    """Return the results of a sample, or its error message."""
     design, compute = _worker
     try:
         arrays = compute(design.at(scores))
@@ -103,7 +103,7 @@ def _run(scores: Floats) -> dict[str, Floats] | str:
 def _results(
     design: Design, compute: Compute, scores: Floats, workers: int, progress: Progress
 ) -> Iterator[dict[str, Floats]]:
-    """The samples in their order, whoever has computed them."""
+    """Yield the results of all samples in order."""
 
     def answered(samples: Iterator[dict[str, Floats] | str]) -> Iterator[dict[str, Floats]]:
         for index, sample in enumerate(samples):
@@ -132,17 +132,17 @@ def scatter(
     workers: int = 1,
     progress: Progress | None = None,
 ) -> Scatter:
-    """Run a study over its uncertain numbers; any number of workers gives the same.
+    """Compute the bands of a study with fixed amplitudes, independent of the number of workers.
 
-    Its amplitudes are fixed; ``nominal`` is what it gives at its middle, and ``compute`` gives that
-    of a study without anything uncertain.
+    ``nominal`` contains the results at the central values; ``compute`` returns the results of a
+    study without uncertain inputs.
     """
     report = progress or (lambda share: None)
     design = Design(study)
     points = design.points()
     groups, size, inputs = points.shape
     scores = design.scores(points.reshape(-1, inputs))
-    # Beside the samples, each input by itself: far out for the tornado, near for slopes.
+    # Also vary each input alone: far out for the tornado chart, and near for slopes.
     far, (near, _) = np.full(inputs, _FAR), design.near()
     alone = np.concatenate([np.diag(reach) for reach in (-far, far, -near, near)])
     all_scores = np.concatenate([scores, alone])
@@ -170,7 +170,7 @@ def scatter(
 
 
 def _with_bands(nominal: Variables, count: int) -> tuple[list[str], list[str]]:
-    """Variables that get bands, and those that are too large."""
+    """Return the names of variables that get bands, and of those too large for bands."""
     numbers = [
         name
         for name, variable in nominal.items()
@@ -208,7 +208,7 @@ def _decisions(
 def _with_indices(
     design: Design, compute: Compute, decisions: Sequence[Decision], workers: int
 ) -> tuple[Decision, ...]:
-    """Sobol' indices of the logarithms, from samples of their own (Saltelli's)."""
+    """Add Sobol' indices of the logarithms, from separate samples (Saltelli's method)."""
     from scipy.stats import sobol_indices, uniform
 
     inputs = len(design.inputs)
@@ -238,7 +238,7 @@ def _notes(design: Design, left_out: Sequence[str]) -> tuple[str, ...]:
         if spread.normal
     ]
     if design.part.correlations:
-        notes.append("Inputs correlate: their shares in the scatter cannot be separated.")
+        notes.append("Inputs are correlated: their contributions cannot be separated.")
     if left_out:
-        notes.append(f"Too many quantities for bands: {', '.join(left_out)}.")
+        notes.append(f"Too many values for bands, so none are given: {', '.join(left_out)}.")
     return tuple(notes)

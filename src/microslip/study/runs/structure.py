@@ -1,4 +1,4 @@
-"""Modes of the structure of a study, and their bands on one reduced model."""
+"""Modes of the structure of a study, with bands from one reduced model."""
 
 from __future__ import annotations
 
@@ -62,22 +62,22 @@ _OF_LAWS = ("bolts.tension", "bolts.torque", "bolts.nut_factor", "bolts.thread_f
             "bolts.bearing_friction", "bolts.embedding", "bolts.rz", "bolts.clamp_length",
             "form.factor", "form.flatness", "form.correlation", "form.rim",
             "base_damping_ratio")  # fmt: skip
-"""Keys of a structure that leave its reduced model as it is."""
+"""Keys of a structure that do not change its reduced model."""
 _SIDES = ["structure.lap", "structure.width"]
 BASE = "structure.base_damping_ratio"
-_CANDIDATES = 12  # modes among which one with all bolts tight is looked for
-_FACES = 44  # stream of the random faces of samples
-_DENSE = 16_384  # points at which bands interpolate between the samples
+_CANDIDATES = 12  # number of modes compared with a mode of a structure with slack bolts
+_FACES = 44  # random stream of the faces of the samples
+_DENSE = 16_384  # points of the surrogate model from which quantiles are computed
 
 
 def run_structure(study: StudyDescription, progress: Progress | None = None) -> StructurePrediction:
-    """Reduce the structure of a study once, tighten it, and follow its modes with their bands."""
+    """Reduce the structure of a study once, apply the preload, and compute modes with bands."""
     tell = progress or (lambda share: None)
     design = Design(study) if is_uncertain(study) else None
     middle = at_middle(study)
     part = middle.bolted
     if isinstance(middle.surface, MeasuredFace):
-        build_surface(middle, lambda share: tell(0.1 * share))  # kept: the same face is solved once
+        build_surface(middle, lambda share: tell(0.1 * share))  # solved once and cached
     joint = refined_model(middle, lambda share: tell(0.1 + 0.1 * share))
     tell(0.2)
     with blame(study, "structure"):
@@ -126,10 +126,10 @@ def run_structure(study: StudyDescription, progress: Progress | None = None) -> 
 def _all_tight(
     study: StudyDescription, joint: ReducedJoint, state: Preload
 ) -> tuple[TightMode, ...]:
-    """Return for each mode of a structure with slack bolts its counterpart with all bolts tight.
+    """Return the corresponding modes with all bolts tight of a structure with slack bolts.
 
-    Of the modes of both those are the same whose shapes are most alike where the outside of the
-    tight structure is.
+    Modes correspond if their shapes on the outer surface have the largest modal assurance
+    criterion.
     """
     from scipy.spatial import cKDTree
 
@@ -155,7 +155,7 @@ def _all_tight(
 
 
 def _reduced(study: StudyDescription, patches: Floats | None = None) -> ReducedJoint:
-    """The reduced model of a study without anything uncertain; its patches unless given."""
+    """Return the reduced model of a study without uncertain inputs."""
     part = study.bolted
     reduction = part.reduction if patches is None else part.reduction | {"patches": patches}
     with blame(study, "structure"):
@@ -163,7 +163,7 @@ def _reduced(study: StudyDescription, patches: Floats | None = None) -> ReducedJ
 
 
 def refined_model(study: StudyDescription, progress: Progress | None = None) -> ReducedJoint:
-    """The same; without given patches those are halved where the first mode loses most."""
+    """Return the reduced model; default patches are halved where the first mode dissipates most."""
     part = study.bolted
     if part.patches is not None or part.converge:
         return _reduced(study)
@@ -184,7 +184,7 @@ def refined_model(study: StudyDescription, progress: Progress | None = None) -> 
 def _converged(
     study: StudyDescription, joint: ReducedJoint, state: Preload, progress: Progress
 ) -> Convergence:
-    """The model refined for the first mode, from the least to the largest amplitude."""
+    """Return the model refined for the first mode at smallest, middle and largest amplitude."""
     part = study.bolted
     curve = _solved(part, joint, state, part.modes[0])
     reached = curve.modal_amplitude[curve.converged]
@@ -197,18 +197,18 @@ def _converged(
 
 
 def _check_sensor(numbers: tuple[int, ...], moving: list[int]) -> None:
-    """The sensor must not lie in a node of a mode whose amplitudes it is to tell."""
+    """Refuse a sensor at a node of a mode."""
     for number in numbers:
         if number - 1 not in moving:
             listed = ", ".join(str(i + 1) for i in moving[:6])
             raise InputError(
-                f"mode {number} does not move there in that direction (modes {listed} do); leave "
-                "it out of structure.modes, or put the sensor elsewhere"
+                f"mode {number} has no motion there in that direction (modes {listed} have); "
+                "remove it from structure.modes, or move the sensor"
             )
 
 
 def _tests(measured: tuple[MeasuredPart, ...], modes: tuple[Mode, ...]) -> tuple[ModalTest, ...]:
-    """The tests of a study; of the mode that it says, or whose frequency is nearest."""
+    """Return the tests of a study; a test without a mode gets the one of nearest frequency."""
     tests = []
     for test in measured:
         amplitude, frequency, damping = test.table.T
@@ -237,12 +237,12 @@ def _identified(
     joint: ReducedJoint,
     tests: tuple[ModalTest, ...],
 ) -> ModalIdentification:
-    """Identification of the joint by tests, from the values of the study on."""
+    """Return the fit of the joint to the tests, starting from the values of the study."""
     part = study.bolted
     body = study.surface.materials[0]
 
     def surface(modulus: float) -> NormalLaw:
-        """Surface of so much stiffer bodies; the modulus of a study is of bodies and faces."""
+        """Return the surface with a scaled modulus, which applies to bodies and contacts."""
         given = study.material[body]
         scaled = given.copy(young_modulus=modulus * given.young_modulus)
         return build_surface(study.copy(material={**study.material, body: scaled}))
@@ -262,7 +262,7 @@ def _identified(
 def tightened(
     study: StudyDescription, joint: ReducedJoint, rng: np.random.Generator | None = None
 ) -> tuple[ReducedJoint, Preload]:
-    """Return the joint with the form and tension of a study, and its state under them.
+    """Return the joint with form and bolt tension of a study, and its preloaded state.
 
     Random faces are drawn by ``rng``; without it they are flat.
     """
@@ -274,7 +274,7 @@ def tightened(
 
 
 def _curve(part: StructurePart, joint: ReducedJoint, state: Preload, number: int) -> ModalCurve:
-    """A mode along the amplitudes of a study."""
+    """Return the modal curve at the amplitudes of a study."""
     return state.modes(
         number - 1,
         part.amplitudes,
@@ -299,10 +299,10 @@ def _samples(
     curves: list[ModalCurve],
     progress: Progress,
 ) -> list[Sampled | None]:
-    """The curves of each mode over Sobol' points; the model anew where its drawing scatters.
+    """Return the curves of each mode at Sobol' points.
 
-    Of the modulus and the mass density of a drawing the reduced model is a multiple, and base
-    damping is added: those need neither a mesh nor, the latter, a balance.
+    The model is reduced again only for uncertain dimensions: for an uncertain modulus or mass
+    density it is scaled, and base damping is added to the solution.
     """
     study = design.study
     part = study.bolted
@@ -318,7 +318,7 @@ def _samples(
             gain * np.ones(curve.amplitude.size),
         ])  # fmt: skip
 
-    # Where base damping alone is not known the curve is the same for all.
+    # With only the base damping uncertain, all samples have the same curve.
     at_middle = np.array([numbers(curve, joint) for curve in curves])
     samples = np.repeat(at_middle[:, :, None], len(scores), axis=2)
     for row, place in enumerate(scores if design.changed_keys != {BASE} else ()):
@@ -341,14 +341,14 @@ def _samples(
 
 
 def scaling_keys(study: StudyDescription) -> list[str]:
-    """Keys of which the reduced model is a multiple: a stiffness, and a mass."""
+    """Return the keys with which the stiffness and the mass of the reduced model scale."""
     if study.bolted.mesh:
         return []
     return [f"material.{study.surface.materials[0]}.young_modulus", "structure.density"]
 
 
 def keys_of_model(study: StudyDescription, keys: Iterable[str]) -> list[str]:
-    """Keys whose values the reduced model has been made for, in their order."""
+    """Return those of the given keys that need a new reduced model."""
     part = study.bolted
     body = f"material.{study.surface.materials[0]}."
     scaled = scaling_keys(study)
@@ -363,12 +363,12 @@ def keys_of_model(study: StudyDescription, keys: Iterable[str]) -> list[str]:
 
 
 def scales(middle: StudyDescription, sample: StudyDescription, keys: list[str]) -> list[float]:
-    """Values of a sample over those in the middle, for each key."""
+    """Return the ratios of values of a sample to the central values, for each key."""
     return [value_at(sample, key) / value_at(middle, key) for key in keys]  # type: ignore[operator]
 
 
 def _base_damping(design: Design, part: StructurePart, scores: Floats) -> Floats:
-    """The damping of all but the joint at rows of scores [-]."""
+    """Return the base damping ratio at rows of normal scores [-]."""
     from scipy.special import ndtr
 
     base = part.base_damping_ratio
@@ -386,7 +386,7 @@ def _bands(
     names: tuple[str, ...],
     convergence: Convergence | None,
 ) -> Bands | None:
-    """Quantiles, their ends moved out by what a finer model would change, and the ranking."""
+    """Return quantiles, widened by the estimated model error, and contributions of the inputs."""
     if sampled is None:
         return None
     scores, dense = sampled.scores, sampled.dense
@@ -406,7 +406,7 @@ def _bands(
     if model is not None:
         outwards = np.array([-1.0, 0.0, 1.0])[:, None]
         frequency = frequency + model[0] * outwards
-        # Of the damping ratio only the joint's part has this error.
+        # This error affects only the damping of the joint.
         of_joint = 1.0 - float(sampled.base_damping[0].mean()) / np.exp(damping)
         damping = damping + model[1] * np.maximum(of_joint, 0.0) * outwards
     random = part.form is not None and part.form.is_random
@@ -423,13 +423,13 @@ def _bands(
 
 
 def _widest(errors: Floats) -> float:
-    """Largest of some half-widths [-]; NaN where none is known."""
+    """Return the largest half-width [-]; NaN if none is known."""
     known = errors[~np.isnan(errors)]
     return float(known.max()) if known.size else math.nan
 
 
 def _slopes(scores: Floats, logs: Floats) -> list[float]:
-    """Change of a logarithm by a standard deviation of each input, by linear regression."""
+    """Return the change of a logarithm per standard deviation of each input, by regression."""
     known = np.isfinite(logs)
     if known.sum() <= scores.shape[1]:
         return [0.0] * scores.shape[1]
@@ -441,9 +441,9 @@ def _slopes(scores: Floats, logs: Floats) -> list[float]:
 def _ranking(
     scores: Floats, logs: Floats, names: tuple[str, ...], random: bool
 ) -> tuple[tuple[str, float], ...]:
-    """Shares of the inputs in the scatter of ln(damping), by a linear regression on them.
+    """Return the fraction of the variance of ln(damping) due to each input, by linear regression.
 
-    What the inputs leave unexplained is the share of random faces, where faces are random.
+    The unexplained fraction is attributed to random faces, if there are any.
     """
     if np.isfinite(logs).sum() <= scores.shape[1]:
         return tuple((name, 0.0) for name in names)

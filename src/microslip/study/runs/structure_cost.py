@@ -1,4 +1,4 @@
-"""Size of the model of a structure, and its computing time, measured on a part of the run."""
+"""Size of the model of a structure, and its computing time extrapolated from one solution."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ from microslip.study.description import StudyDescription
 from microslip.study.runs.structure import BASE, keys_of_model, tightened
 from microslip.study.structure import USUAL_PATCHES
 
-_TRIALS = 20  # reductions that a convergence takes
-_EVALUATIONS, _DRAWS = 12, 32  # curves of a fit a parameter, and for its band
-_UNSURE = 1.6  # a reduction and a balance of other samples over those measured, at most
+_TRIALS = 20  # reductions of a convergence study
+_EVALUATIONS, _DRAWS = 12, 32  # modal curves per fitted parameter, and for its interval
+_UNSURE = 1.6  # factor of uncertainty of the estimated time
 
 
 class Cost(NamedTuple):
-    """Size of the model of a study, and the time of a run on this machine as it is now."""
+    """Size of the model of a study, and estimated computing time on this machine."""
 
     degrees_of_freedom: int
     patches: int
     balances: int
-    """Curves of modes, those of samples and fits included."""
+    """Number of modal curves, including samples and fits."""
     reductions: int
     measured: tuple[float, float, float]
-    """Time of the factorisation, of one reduction, and of one balance with its tightening [s]."""
+    """Time of factorisation, of one reduction, and of one modal curve with its preload [s]."""
     seconds: tuple[float, float]
-    """Lower and upper estimate of the run."""
+    """Lower and upper estimate of the computing time [s]."""
     gigabytes: float
 
 
 def cost_of(study: StudyDescription) -> Cost:
-    """Return the size of a study, and its time by one factorisation, reduction and balance."""
+    """Return the size of a study, and its computing time from one modal solution."""
     middle = at_middle(study)
     part = middle.bolted
     with blame(study, "structure"):

@@ -1,4 +1,4 @@
-"""Numbers of a bolted structure: static state, modes with bands, forced responses."""
+"""Results of a bolted structure: static state, modes with bands, forced responses."""
 
 from __future__ import annotations
 
@@ -27,125 +27,129 @@ SHARES = (0.05, 0.5, 0.95)
 
 @dataclass(frozen=True)
 class Bands:
-    """Results of a mode over the samples of the uncertain inputs."""
+    """Quantiles of a mode over the samples of the uncertain inputs."""
 
     frequency: Floats  # quantiles at each amplitude [Hz], shape (3, amplitudes)
-    damping_ratio: Floats  # the same [-]
+    damping_ratio: Floats  # quantiles at each amplitude [-], shape (3, amplitudes)
     ranking: tuple[tuple[str, float], ...]
-    """Share of each input in the scatter of ln(damping ratio) [-], the largest first."""
+    """Fraction of the variance of ln(damping ratio) due to each input [-], largest first."""
     slopes: dict[str, tuple[tuple[str, float], ...]]
-    """Change of ln(frequency) and ln(damping ratio) by a standard deviation of each input [-]."""
+    """Change of ln(frequency) and ln(damping ratio) per standard deviation of each input [-]."""
     frequency_error: float
-    """Largest relative half-width of the 90 % intervals of the quantiles [-]; infinite where too
-    few samples leave an outer quantile open, NaN where no sample was solved."""
+    """Largest relative half-width of the 90 % intervals of the quantiles [-].
+
+    Infinite if there are too few samples for an outer quantile; NaN if no sample was solved.
+    """
     damping_error: float
-    """The same of the damping ratio [-]."""
+    """Largest relative half-width for the damping ratio [-]."""
     unsolved: int
-    """Samples that do not reach all amplitudes; at those they do not count."""
+    """Number of samples without a solution at some amplitude, where they are ignored."""
     model_error: tuple[float, float] | None
-    """Error of patches, mesh and reduction that the ends include, of frequency and joint damping
-    [-]; None where it was not estimated."""
+    """Relative errors of frequency and joint damping from patches, mesh and reduction [-].
+
+    The ends of the bands include them; None if they were not estimated.
+    """
 
 
 def joint_damping(curve: ModalCurve) -> Floats:
     """Return the damping ratio of the joint alone [-], at least 1e-14.
 
-    Rounding of stuck joints leaves differences of zero or below, which have no logarithm.
+    For a stuck joint, rounding errors may give zero or negative differences, without a logarithm.
     """
     return np.maximum(curve.damping_ratio - curve.base_damping, 1e-14)
 
 
 class Sampled(NamedTuple):
-    """A mode over the samples of what is not known exactly."""
+    """Results of one mode for all samples."""
 
     scores: Floats
-    """Inputs as normal scores, (samples, inputs)."""
+    """Normal scores of the inputs, shape (samples, inputs)."""
     dense: Floats
-    """The same at many more points."""
+    """Normal scores at many more points, for the surrogate model."""
     frequency: Floats
-    """(samples, amplitudes) [Hz]; NaN where the balance was not reached."""
+    """Frequency [Hz], shape (samples, amplitudes); NaN without a solution."""
     joint_damping: Floats
-    """Damping ratio of the joint alone, the same [-]."""
+    """Damping ratio of the joint alone [-], shape (samples, amplitudes)."""
     gain: Floats
-    """Modal displacement at the sensor times that at the force, the same [1/kg]; ones without."""
+    """Product of the mode shapes at sensor and force [1/kg]; ones without a force."""
     base_damping: tuple[Floats, Floats]
-    """Base damping added to it, at the samples and at those many points [-]."""
+    """Base damping ratio at the samples and at the dense points [-]."""
 
 
 class ForcedMode(NamedTuple):
-    """Response to a harmonic force near a mode, as amplitudes of the sensor's quantity."""
+    """Response to a harmonic force near a mode, as amplitudes of the quantity of the sensor."""
 
     force: float
     """Amplitude of the force [N]."""
     frequency: Floats
     """Frequencies [Hz]."""
     response: Floats
-    """Largest stable response with all inputs at their medians."""
+    """Largest stable response at the central values of the inputs."""
     peak: Floats
-    """Amplitude and frequency [Hz] of the peak; beyond the curve NaN."""
+    """Amplitude and frequency [Hz] of the peak; NaN beyond the largest amplitude."""
     bands: Floats | None
-    """Quantiles at each frequency (3, frequencies)."""
+    """Quantiles of the response, shape (3, frequencies)."""
     peak_bands: Floats | None
-    """Quantiles of amplitude and frequency of the peak (3, 2)."""
+    """Quantiles of amplitude and frequency of the peak, shape (3, 2)."""
     error: float
-    """Half width of the widest 90 % interval of the quantiles of the peak, relative [-]."""
+    """Largest relative half-width of the 90 % intervals of the quantiles of the peak [-]."""
     beyond: float
-    """Share of samples whose peak lies beyond the largest amplitude, which stands for it [-]."""
+    """Fraction of samples with a peak beyond the largest amplitude, which replaces it [-]."""
     largest_force: float
-    """Force that just reaches the largest amplitude, everything at its middle [N]."""
+    """Force for a peak at the largest amplitude, at the central values of the inputs [N]."""
 
 
 @dataclass(frozen=True)
 class Mode:
-    """Mode along the amplitudes at the sensor."""
+    """Mode over the amplitudes at the sensor."""
 
     number: int  # counted from 1
     curve: ModalCurve  # by harmonic balance
-    bands: Bands | None  # None where everything is given as one number
-    forced: tuple[ForcedMode, ...] = ()  # one a force
+    bands: Bands | None  # None without uncertain inputs
+    forced: tuple[ForcedMode, ...] = ()  # one per force
 
     @property
     def last(self) -> int:
-        """Place of the largest solved amplitude."""
+        """Index of the largest solved amplitude."""
         return int(np.flatnonzero(self.curve.converged)[-1])
 
     def slip(self, joint: ReducedJoint) -> Floats:
-        """Relative tangential amplitude of each patch at the largest solved amplitude [m]."""
+        """Return the relative tangential amplitude of each patch [m], at the last amplitude."""
         moved = abs(self.curve.shape[self.last] * self.curve.modal_amplitude[self.last])
         relative = moved[: 3 * joint.patches].reshape(-1, 3)
         return np.asarray(np.hypot(relative[:, 0], relative[:, 1]))
 
     def loss(self) -> Floats:
-        """Share of each patch in the loss at the largest solved amplitude [-]."""
+        """Return the fraction of the loss in each patch [-], at the largest amplitude."""
         return np.asarray(self.curve.loss_share[self.last])
 
 
 class TightMode(NamedTuple):
-    """A mode of a structure with slack bolts as it is with all of them tight."""
+    """Mode with all bolts tight that corresponds to a mode with slack bolts."""
 
     of: int
     """Number of the mode with slack bolts, from 1."""
     number: int
-    """Number of the one most alike."""
+    """Number of the corresponding mode with all bolts tight, from 1."""
     mac: float
-    """Modal assurance criterion of their shapes [-], 1 for the same."""
+    """Modal assurance criterion of the two shapes [-], 1 for equal shapes."""
     curve: ModalCurve
 
 
 @dataclass(frozen=True)
 class StructurePrediction:
-    """All numbers of the structure of a study."""
+    """All results of the structure of a study."""
 
-    part: StructurePart  # what was asked for
-    joint: ReducedJoint  # the reduced model
-    state: Preload  # tightened, everything uncertain at its middle
+    part: StructurePart  # table of the study
+    joint: ReducedJoint  # reduced model
+    state: Preload  # preloaded state at the central values of the inputs
     modes: tuple[Mode, ...]  # in the order of the study
-    inputs: tuple[tuple[str, str], ...]  # what is not known exactly, and how far it is known
-    identified: ModalIdentification | None = None  # what the tests say, where a fit is asked for
+    inputs: tuple[tuple[str, str], ...]  # uncertain inputs: name and distribution
+    identified: ModalIdentification | None = None  # fit to the tests, if requested
     tests: tuple[ModalTest, ...] = ()
-    convergence: Convergence | None = None  # how good the model is for the first mode
-    tight: tuple[TightMode, ...] = ()  # its modes with all bolts tight, where some are slack
-    frequency_responses: tuple[FrequencyResponse, ...] = ()  # one a force, all modes together
-    limits: tuple[TieLimits, ...] = ()  # one a mode: the lap open, tied under washers, tied
-    judged: tuple[QuantityVerdict, ...] = ()  # tests against the bands
-    changes: tuple[Change, ...] = ()  # rise and fall of predictions and tests
+    convergence: Convergence | None = None  # convergence study for the first mode
+    tight: tuple[TightMode, ...] = ()  # modes with all bolts tight, if some are slack
+    frequency_responses: tuple[FrequencyResponse, ...] = ()  # one per force, all modes together
+    limits: tuple[TieLimits, ...] = ()  # one per mode: open lap, tied under washers, fully tied
+    judged: tuple[QuantityVerdict, ...] = ()  # comparison of tests and bands
+    changes: tuple[Change, ...] = ()  # changes over the amplitudes, of predictions and tests

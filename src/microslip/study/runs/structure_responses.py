@@ -1,4 +1,4 @@
-"""Responses of a structure to harmonic forces, with bands, from the modal curves."""
+"""Responses of a structure to harmonic forces, from the modal curves and with bands."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from microslip.study.runs.structure_prediction import (
 from microslip.study.schema import GROUPS
 from microslip.study.structure import StructurePart
 
-_DENSE = 512  # points at which responses interpolate between the samples
+_DENSE = 512  # points of the surrogate model from which quantiles are computed
 _FREQUENCIES = 121
-_BETWEEN = 400  # points of a frequency response, even on a log axis, besides those near modes
-_WIDTHS = 5.0  # half widths of the resonance that are shown beside the outermost peaks
+_BETWEEN = 400  # points of a frequency response on a log axis, in addition to those near modes
+_WIDTHS = 5.0  # range shown beyond the outermost peaks, in half-widths of the resonance
 
 
 def gain_of(curve: ModalCurve, joint: ReducedJoint) -> Floats:
-    """Modal displacement at the sensor times that at the force, by amplitude [1/kg]."""
+    """Return the product of the mode shapes at sensor and force, by amplitude [1/kg]."""
     return np.asarray(abs(_gain(curve, joint)))
 
 
@@ -94,7 +94,7 @@ def _forced(
         found = answers(points, base, at)
         return np.log(np.hstack([found.peak, found.amplitude]))
 
-    # The first points of each scrambling fill the cube as well.
+    # The first points of each Sobol' sequence also cover the cube evenly.
     first = np.arange(len(sampled.dense)).reshape(GROUPS, -1)[:, : _DENSE // GROUPS].ravel()
     known = sampled.base_damping[0][solved_rows], sampled.base_damping[1][first]
     bands, errors = quantiles(
@@ -113,9 +113,10 @@ def _forced(
 def frequency_responses(
     part: StructurePart, joint: ReducedJoint, state: Preload, modes: tuple[Mode, ...]
 ) -> tuple[FrequencyResponse, ...]:
-    """Motion of the sensor over each force: the modes that were asked for, and all others linear.
+    """Return the response at the sensor to each force, with all modes superposed.
 
-    From half the frequency of the lowest of them to a quarter above the highest.
+    The modes of the study are nonlinear, all others linear. The range is from half the lowest to
+    1.25 times the highest of their frequencies.
     """
     forces = () if part.force is None else part.force.amplitude
     rows = [joint.sensor(name) for name in (("sensor", "force") if forces else ())]
@@ -163,7 +164,7 @@ def _frequency_response(
 
 
 def _nodes(part: StructurePart) -> tuple[Node, Node]:
-    """Points at which it is measured and pushed."""
+    """Return the points of measurement and excitation."""
     places = [part.sensors[name] for name in ("sensor", "force")]
     pushed = 1 if places[0][0] == places[1][0] else 2
     words = [

@@ -1,4 +1,4 @@
-"""Judge tests of modes against the bands of a prediction: inside, above or below."""
+"""Comparison of modal tests with the bands of a prediction."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _UNITS = (
     (9.80665, "g where m/s^2 is written"), (1.0 / 9.80665, "m/s^2 where g is written"),
     (1e6, "a million times larger"), (1e-6, "a million times smaller"),
 )  # fmt: skip
-"""Factors on amplitudes that come from errors of units, and what they mean."""
+"""Factors on amplitudes due to unit errors, with their description."""
 _FACTOR = {"frequency": ((2.0 * math.pi, "rad/s where Hz is written"),
                          (1.0 / (2.0 * math.pi), "Hz where rad/s is written"),
                          (1e3, "Hz where kHz is written"), (1e-3, "kHz where Hz is written")),
@@ -29,7 +29,7 @@ _FACTOR = {"frequency": ((2.0 * math.pi, "rad/s where Hz is written"),
 def judge(
     tests: tuple[ModalTest, ...], modes: tuple[Mode, ...], quantity: str
 ) -> tuple[QuantityVerdict, ...]:
-    """Judge frequency and damping of each test whose mode has a band.
+    """Compare frequency and damping of each test with the band of its mode.
 
     Parameters
     ----------
@@ -52,9 +52,9 @@ def judge(
 
 
 def _judged(test: ModalTest, mode: Mode, name: str, moved: Floats) -> QuantityVerdict:
-    assert mode.bands is not None  # the caller has looked
+    assert mode.bands is not None  # checked by the caller
     value, band = getattr(test, name), getattr(mode.bands, name)
-    if name == "damping_ratio" and test.motion == "decay":  # compared as in steady motion
+    if name == "damping_ratio" and test.motion == "decay":  # convert to steady motion
         value = value * _steady_over_decay(mode.curve, moved)
     above, below, points, distance = _against(mode, band, moved, value)
     word: Word = "inside"
@@ -80,7 +80,7 @@ def _judged(test: ModalTest, mode: Mode, name: str, moved: Floats) -> QuantityVe
 
 
 def _against(mode: Mode, band: Floats, moved: Floats, value: Floats) -> tuple[int, int, int, float]:
-    """Points above and below a band, points compared, and the largest distance [-]."""
+    """Return the numbers of points above, below and compared, and the largest distance [-]."""
     at, known = mode.curve.amplitude, np.isfinite(band).all(axis=0)
     if not known.any():
         return 0, 0, 0, 0.0
@@ -97,7 +97,7 @@ def _against(mode: Mode, band: Floats, moved: Floats, value: Floats) -> tuple[in
 
 
 def _unit(mode: Mode, band: Floats, moved: Floats, value: Floats, name: str) -> str:
-    """Error of units with which all points of a test lie inside, or empty."""
+    """Return the unit error that would put all points of a test inside the band, or ""."""
     tries = [(factor, 1.0, word) for factor, word in _UNITS]
     tries += [(1.0, factor, word) for factor, word in _FACTOR[name]]
     for of_amplitude, of_value, word in tries:
@@ -109,7 +109,7 @@ def _unit(mode: Mode, band: Floats, moved: Floats, value: Floats, name: str) -> 
 
 
 def _steady_over_decay(curve: ModalCurve, moved: Floats) -> Floats:
-    """Damping ratio in steady motion over that in a decay at amplitudes [-]."""
+    """Return the ratio of damping in steady motion to damping in free decay [-]."""
     ratio = curve.damping_ratio / curve.decay_damping_ratio
     known = np.isfinite(ratio)
     if not known.any():
@@ -118,7 +118,7 @@ def _steady_over_decay(curve: ModalCurve, moved: Floats) -> Floats:
 
 
 def changes(tests: tuple[ModalTest, ...], modes: tuple[Mode, ...]) -> tuple[Change, ...]:
-    """Return rise and fall of the predictions, then of the tests, each over its own amplitudes."""
+    """Return the change of frequency and damping over the amplitudes, of predictions and tests."""
     found = []
     for mode in modes:
         known = np.flatnonzero(mode.curve.converged)

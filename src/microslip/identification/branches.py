@@ -42,14 +42,18 @@ class Cycle(NamedTuple):
 def cycle_of(folded: Folded, even: float = 1.0) -> Cycle:
     """Return the tree of a record: nodes of its bins, corners and turning points.
 
-    A bin reaches from its mean phase by ``even`` standard deviations of its phases, the root of 3
-    for phases that are even over the bin.
+    The nodes of a bin are its samples where they are known. Else it reaches from its mean phase by
+    ``even`` standard deviations of its phases, the root of 3 for phases that are even over the bin.
     """
     is_wide = bool(np.any(folded.spread > 0.0))
     width = even * folded.spread
     low, high = folded.phase - width, folded.phase + width
     corners = low[0] + np.mod(folded.corners - low[0], 2.0 * math.pi)
-    nodes = np.concatenate((low, high, corners) if is_wide else (low, corners))
+    sampled = is_wide and folded.samples.size > 0
+    if sampled:
+        nodes = np.append(np.mod(folded.samples[0] - low[0], 2.0 * math.pi) + low[0], corners)
+    else:
+        nodes = np.concatenate((low, high, corners) if is_wide else (low, corners))
     turns = low[0] + np.mod(turning_points(folded) - low[0], 2.0 * math.pi)
     # One that a bin meets is not doubled: there would be a cycle of rounding's size.
     away = np.abs((turns[:, None] - nodes + math.pi) % (2.0 * math.pi) - math.pi)
@@ -71,7 +75,11 @@ def cycle_of(folded: Folded, even: float = 1.0) -> Cycle:
     second = place[count : 2 * count] if is_wide else first
     pieces = [np.zeros(0, dtype=np.int64)] * 3
     share = np.zeros(0)
-    if is_wide:
+    if sampled:
+        first = second = place[: folded.samples.shape[1]]
+        bins = folded.samples[1].astype(np.int64)
+        pieces, share = [first, first, bins], 1.0 / np.bincount(bins)[bins]
+    elif is_wide:
         size = order.size
         number = (second - first) % size
         bins = np.repeat(np.arange(count), number)

@@ -82,6 +82,8 @@ class Rows:
         if not cycle.bin.size:
             return np.asarray(values[cycle.first])
         begin, end = cycle.begin, cycle.end
+        if self.folded.samples.size:
+            return self._means(values[begin])
         starts = cycle.parent[end] == begin  # the branch begins where the piece does
         along = (starts | (cycle.parent[begin] == cycle.parent[end])) & (cycle.parent[end] >= 0)
         along &= begin != end

@@ -37,7 +37,8 @@ _JUDGED, _LIKELY = 8, 2.0
 """Cycles from which their growth is told, and standard errors from which on it is likely."""
 _CHANGED = 0.2
 """Range of the loads of the cycles, of their mean, that no law with one load stands for."""
-
+_FEW = 16
+"""Samples per bin, on average, up to which the phase of each sample is kept."""
 
 _LOAD_HARMONICS, _STANDS_OUT, _UNVARIED = 32, 3.5, 3e-4
 """Most harmonics of the normal load within a cycle; standard errors from which on one counts, and
@@ -110,6 +111,9 @@ class Folded(Locked):
     """Degrees of freedom from which the noise of the force is known."""
     corners: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros(0)))
     """Phases [rad] at which the displacement has a corner, as that of a triangle does."""
+    samples: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros((3, 0))))
+    """Phase [rad], bin and cycle of each sample (rows) where bins hold a few samples of different
+    phases, which are not even over the bin; else none."""
 
     def basis(self, phase: Floats, order: int = 0) -> Floats:
         """Terms of the displacement at phases [rad], or a derivative of them by the phase."""
@@ -122,7 +126,8 @@ class Folded(Locked):
     @property
     def amplitude(self) -> float:
         """Amplitude of the displacement [m], half of its range."""
-        return 0.5 * float(np.ptp(self.displacement(np.linspace(0.0, 2.0 * math.pi, 2048))))
+        phase = np.append(np.linspace(0.0, 2.0 * math.pi, 2048), self.corners)
+        return 0.5 * float(np.ptp(self.displacement(phase)))
 
     @property
     def way(self) -> Floats:
@@ -153,6 +158,11 @@ class Folded(Locked):
             "covariance": lock(self.covariance * (self.cycles / np.count_nonzero(rows))),
             "cycles": int(np.count_nonzero(rows)),
         }
+        phases, bins, cycles = self.samples[:, rows[self.samples[2].astype(np.int64)]]
+        bins, cycles = (
+            (np.cumsum(m) - 1)[i.astype(int)] for m, i in ((full, bins), (rows, cycles))
+        )
+        changed["samples"] = lock(np.stack((phases, bins, cycles)))
         return Folded(**{**self.__dict__, **changed})
 
     def __repr__(self) -> str:
@@ -260,6 +270,8 @@ def fold(
         if stepped.size:  # nor do the means of single bins know more of it
             noise_f = math.hypot(noise_f, 0.5 * step * math.sqrt(float(total.mean())))
     del force
+    few = bool(spread.any()) and phase.size <= _FEW * size
+    samples = np.stack((phase, column, place)) if few else np.zeros((3, 0))
     place *= size
     place += column
     shape = rows.size, size
@@ -302,6 +314,7 @@ def fold(
         doubt=doubt,
         freedom=max(curve.freedom - 1.0, 1.0),
         corners=lock(motion.corners),
+        samples=lock(samples),
     )
 
 
@@ -477,4 +490,5 @@ def averaged(record: Record, noise: tuple[float, float], bins: int = _MOST_BINS)
         notes=(*record.notes, *said),
         said=said,
         corners=lock(motion.corners),
+        samples=lock(np.stack((phase, column, np.zeros(size)))),
     )

@@ -19,6 +19,7 @@ def test_intervals_hold(name: str) -> None:
 @pytest.mark.slow
 def test_intervals_hold_in_ordinary_kinds() -> None:
     found = coverage(CLEAN, range(4))
+    assert not [name for name, held in found.items() if held.is_short]
     number = sum(held.number.total() for held in found.values())
     assert sum(held.held.total() for held in found.values()) >= 0.93 * number
 
@@ -36,6 +37,8 @@ def test_intervals_hold_in_ordinary_kinds() -> None:
         ("load at twice the frequency", "undecided"),
         ("stick-slip", "undecided"),
         ("unequal directions", "undecided"),
+        ("crosstalk", "undecided"),
+        ("bent sensor", "undecided"),
     ],
 )
 def test_faults_are_named_or_left_open(name: str, verdict: str) -> None:
@@ -44,5 +47,6 @@ def test_faults_are_named_or_left_open(name: str, verdict: str) -> None:
 
 @pytest.mark.slow
 def test_hardly_a_fault_is_named_wrongly() -> None:
-    wrong = [name for name in FAULTS if verdict_on(name, 1)[0] == "wrong"]
-    assert len(wrong) <= 3, wrong
+    verdicts = {name: verdict_on(name, 1)[0] for name in FAULTS}
+    assert list(verdicts.values()).count("wrong") <= 3, verdicts
+    assert "silent" not in verdicts.values(), verdicts

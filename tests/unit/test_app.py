@@ -284,6 +284,24 @@ def test_a_look_reads_as_the_command_does(
 
 
 @pytest.mark.slow
+def test_a_look_lists_the_columns_of_a_file(bench: Bench) -> None:
+    rows = "".join(f"{i % 7 - 3},{i % 5 - 2},{0.01 * i:.2f}\n" for i in range(90))
+    sent = bench.json("POST", "/api/uploads?name=run.csv", f"a [um],b [N],b [N]\n{rows}".encode())
+    place = f"/api/uploads/{sent['id']}/look"
+    status, _, text = bench.ask("POST", place, {"what": "record"})
+    answer = json.loads(text)
+    assert (status, answer["columns"]) == (422, ["a [um]", "#2", "#3"])
+    assert '"Force"' in answer["error"]
+    options = {"displacement": "a [um]", "force": "#2"}
+    seen = bench.json("POST", place, {"what": "record", "options": options})
+    assert (seen["samples"], seen["columns"]) == (90, ["a [um]", "#2", "#3"])
+    kinds = {field.name: field.kind for field in FORMS["measure"]}
+    assert [name for name, kind in kinds.items() if kind == "column"] == [
+        "displacement", "force", "normal-load", "time",
+    ]  # fmt: skip
+
+
+@pytest.mark.slow
 def test_what_a_look_refuses_names_no_folder(bench: Bench, tmp_path: Path) -> None:
     sent = bench.json("POST", "/api/uploads?name=run.csv", record_text(tmp_path))
     for options in ({"time": "clock"}, {"rows": "x"}, {"sample-rate": "-1"}):
@@ -460,6 +478,9 @@ def test_a_session_in_a_browser(bench: Bench, tmp_path: Path) -> None:
         assert page.locator("canvas").count() == 3
         page.locator('[name="zero"]').fill("")
         page.locator('[name="zero"]').press("Tab")
+        columns = page.locator('[name="force"] option').all_inner_texts()
+        assert columns[0] == "found by its name"
+        assert any("force" in name for name in columns[1:])
         page.locator('[name="flip-sign"]').check()
         page.locator("p.refused", has_text="Flip sign").wait_for(timeout=60_000)
         page.locator('[name="flip-sign"]').uncheck()

@@ -19,7 +19,7 @@ async function ask(path, method = "GET", body) {
   const sent = body instanceof Blob ? body : body === undefined ? (method === "GET" ? undefined : "") : JSON.stringify(body);
   const answer = await fetch(path, { method, body: sent, headers: { "content-type": "application/octet-stream" } });
   const found = await answer.json().catch(() => ({ error: `the workbench answers ${answer.status}` }));
-  if (!answer.ok) throw new Error(found.error || `the workbench answers ${answer.status}`);
+  if (!answer.ok) throw Object.assign(new Error(found.error || `the workbench answers ${answer.status}`), { columns: found.columns });
   return found;
 }
 
@@ -52,13 +52,18 @@ async function take(files) {
 }
 
 async function look(uploads, what, options) {
-  const before = picked && picked.uploads === uploads && picked.what === what ? picked.preview : null;
-  const mine = { uploads, what, options, part: null, preview: before }; // what is refused leaves it there
+  const before = picked && picked.uploads === uploads && picked.what === what ? picked : {};
+  const mine = { uploads, what, options, part: null, preview: before.preview, columns: before.columns }; // what is refused leaves them there
   picked = mine;
   sessionStorage.setItem("picked", JSON.stringify({ uploads, what, options }));
   drawForm();
-  const found = await safely(() => ask(`/api/uploads/${uploads[0].id}/look`, "POST", { what, options: given(what, options) }));
-  if (found) mine.preview = found;
+  const found = await safely(async () => {
+    try { return await ask(`/api/uploads/${uploads[0].id}/look`, "POST", { what, options: given(what, options) }); } catch (error) {
+      if (error.columns?.length) mine.columns = error.columns;
+      throw error;
+    }
+  });
+  if (found) Object.assign(mine, { preview: found, columns: found.columns });
   if (picked === mine) drawForm(); // else another file was chosen meanwhile
   return found !== undefined;
 }
@@ -88,6 +93,12 @@ function inputOf(field, options) {
     for (const word of choices) input.append(make("option", { value: word, selected: word === value }, word));
     return input;
   }
+  const columns = kind === "column" && picked.columns || [];
+  if (columns.length && name !== "normal-load") {
+    const input = make("select", { name }, make("option", { value: "" }, "found by its name"));
+    for (const word of [...columns, ...choices]) input.append(make("option", { value: word, selected: word === value }, word));
+    return input;
+  }
   if (kind === "file" || kind === "study") {
     const input = make("input", { type: "file", name, multiple: field.several, title: value ? "A file is chosen" : "" });
     input.addEventListener("change", (event) => {
@@ -101,7 +112,9 @@ function inputOf(field, options) {
     return input;
   }
   const hint = [field.placeholder, field.several || field.values > 1 ? "several: ;" : "", choices.join(", ")].filter(Boolean).join("; ");
-  return make("input", { name, placeholder: hint, value: value || "", autocomplete: "off" });
+  const input = make("input", { name, placeholder: hint, value: value || "", autocomplete: "off", list: columns.length ? "columns" : undefined });
+  if (!columns.length) return input;
+  return make("span", {}, input, make("datalist", { id: "columns" }, ...columns.map((word) => make("option", { value: word }))));
 }
 
 function drawForm() {
@@ -130,13 +143,13 @@ function drawForm() {
   const keep = () => sessionStorage.setItem("picked", JSON.stringify({ uploads, what, options }));
   const fields = fieldsOf(what, options), more = make("details", { class: "more", open }, make("summary", {}, "More options"));
   for (const field of fields) {
-    const input = inputOf(field, options);
+    const box = inputOf(field, options), input = box.querySelector("input") || box;
     input.addEventListener("change", () => {
       options[field.name] = input.type === "checkbox" ? input.checked : input.value.trim();
       keep();
       if (field.looks) look(uploads, what, options);
     });
-    (field.usual ? form : more).append(make("label", { class: "field", title: field.help }, field.label, input));
+    (field.usual ? form : more).append(make("label", { class: "field", title: field.help }, field.label, box));
   }
   if (fields.some((field) => !field.usual)) form.append(more);
   form.append(make("p", { class: "row" },

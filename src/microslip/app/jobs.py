@@ -21,7 +21,7 @@ from microslip.study.toml_text import FILE_KEYS, tables_of, text_of
 
 LOOK = "look"
 """Prefix of the form names for file previews: "look record", "look scan"."""
-_LONGEST = 200
+LONGEST = 200
 _JOB_LIMIT = 20
 _WORKERS = max(1, (os.cpu_count() or 2) - 1)
 RESULT = "result"
@@ -36,13 +36,21 @@ class Field:
     name: str  # option name without dashes
     label: str
     help: str
-    kind: str  # text, flag, choice, file or study: the last two are uploads
+    kind: str  # text, flag, choice, column, file or study: the last two are uploads
     choices: tuple[str, ...]
     several: bool  # may be repeated
     values: int  # number of values per occurrence
     placeholder: str  # default or example
     looks: bool  # affects file previews
     usual: bool  # always shown
+
+
+class Unread(InputError):
+    """File that cannot be previewed with these options; ``columns`` are the names that it has."""
+
+    def __init__(self, text: str, columns: Sequence[str] = ()) -> None:
+        super().__init__(text)
+        self.columns = list(columns)
 
 
 Forms = Mapping[str, Sequence[Field]]
@@ -234,8 +242,9 @@ class Workspace:
         request = None if part_upload is None else {"part": part, "save": str(part_upload.path)}
         try:
             view = await preview([kind, *arguments, "--", upload.name], upload.path.parent, request)
-        except InputError as error:
-            raise InputError(self.in_fields(f"{LOOK} {kind}", error.text)) from None
+        except Unread as error:
+            text = self.in_fields(f"{LOOK} {kind}", error.text)
+            raise Unread(text, error.columns) from None
         if view.get("refused"):
             view["refused"] = self.in_fields(f"{LOOK} {kind}", view["refused"])
         return view if part_upload is None else {**view, "upload": part_upload.summary()}
@@ -370,8 +379,8 @@ def _text(name: str, value: Any) -> str:
     if isinstance(value, bool) or not isinstance(value, (str, int, float)):
         raise InputError(f"{name} must be text or a number")
     text = str(value).strip()
-    if not text or len(text) > _LONGEST or not text.isprintable():
-        raise InputError(f"{name} must be 1 to {_LONGEST} printable characters")
+    if not text or len(text) > LONGEST or not text.isprintable():
+        raise InputError(f"{name} must be 1 to {LONGEST} printable characters")
     return text
 
 
@@ -387,11 +396,11 @@ async def preview(arguments: list[str], folder: Path, request: Any) -> dict[str,
         output, _ = await asyncio.wait_for(process.communicate(text), 120.0)
     except TimeoutError:
         process.kill()
-        raise InputError("reading the file took over two minutes") from None
+        raise Unread("reading the file took over two minutes") from None
     try:
         content: dict[str, Any] = json.loads(output)
     except ValueError:
-        raise InputError("the file could not be read") from None
+        raise Unread("the file could not be read") from None
     if "error" in content:
-        raise InputError(content["error"])
+        raise Unread(content["error"], content.get("columns", ()))
     return content

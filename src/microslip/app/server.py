@@ -205,7 +205,8 @@ def build(workspace: Workspace, token: str, port: int) -> App:
             part, options = table.get("part"), table.get("options")
             return JSONResponse(await workspace.look(kind, stored, options, part))
         except InputError as error:
-            return refusal(error)
+            columns = getattr(error, "columns", [])
+            return JSONResponse({"error": str(error), "columns": columns}, 422)
 
     async def runs(request: Request) -> Response:
         if request.method == "GET":

@@ -8,16 +8,21 @@ from __future__ import annotations
 
 import json
 import sys
+from collections import Counter
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import click
 
 from microslip._core.errors import InputError
-from microslip.app.jobs import LOOK, MANIFEST, Field
+from microslip.app.jobs import LONGEST, LOOK, MANIFEST, Field
 from microslip.cli.options import CommandOption, in_options, offers
 from microslip.cli.records import Reading, reads
 from microslip.surfaces import options as offered
+
+_MOST = 200
+"""Columns of a file that the form lists."""
 
 
 @click.group()
@@ -33,7 +38,10 @@ def record(path: str, reading: Reading) -> None:
     from microslip.app.preview import record_view, save_record
 
     read, part = reading.read(path), _part()
-    _print_json(record_view(read, _message) if part is None else save_record(read, **part))
+    if part is not None:
+        _print_json(save_record(read, **part))
+    else:
+        _print_json({**record_view(read, _message), "columns": _columns()})
 
 
 @look.command()
@@ -70,9 +78,26 @@ def main() -> None:
     except click.ClickException as error:
         _print_json({"error": error.format_message()})
     except InputError as error:
-        _print_json({"error": _message(error)})
+        _print_json({"error": _message(error), "columns": _columns()})
     except (OSError, ValueError, TypeError, KeyError, MemoryError) as error:
         _print_json({"error": f"{type(error).__name__}: {error}"[:500]})
+
+
+def _columns() -> list[str]:
+    """Return the names of the columns of a record; none if the file cannot be read."""
+    from microslip.readers.files import POINTS, reading
+    from microslip.readers.table_files import read_table
+    from microslip.readers.tables import understood
+
+    kind, path = sys.argv[1], Path(sys.argv[-1])
+    try:
+        with reading(path, "a record", POINTS, path.name):
+            columns = understood(read_table(path, "a record").columns) if kind == "record" else []
+    except (InputError, OSError, ValueError):
+        return []
+    counts = Counter(column.heading for column in columns)
+    is_plain = [counts[c.heading] == 1 and len(c.heading) <= LONGEST for c in columns[:_MOST]]
+    return [c.heading if is_plain[i] else f"#{i + 1}" for i, c in enumerate(columns[:_MOST])]
 
 
 def _message(error: InputError) -> str:
@@ -125,6 +150,8 @@ def _field(param: click.Option, looks: bool) -> Field:
     elif declared is not None and declared.choices:
         choices = (*declared.choices, *(declared.none,) * bool(declared.none))
     kind = "flag" if param.is_flag else "choice" if choices else "text"
+    if param.metavar == "COLUMN":
+        kind, choices = "column", ("none",) * (param.name in ("time", "normal_load"))
     if isinstance(param.type, click.Path):
         kind = "file" if param.name == MANIFEST else "study"
     usual = "" if param.default is None or callable(param.default) else str(param.default)

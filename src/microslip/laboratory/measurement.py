@@ -40,13 +40,13 @@ from microslip.laboratory.estimates import (
     trend,
     with_gain,
 )
-from microslip.laboratory.loop_shape import parallel_spring, shape_notes, without_spring
+from microslip.laboratory.loop_shape import UNDECIDED, parallel_spring, shape_notes, without_spring
 from microslip.laboratory.record import Record
 from microslip.laboratory.record_motion import (
+    distortion_of,
     frequency_of,
     load_ripple_of,
     mean_loop_of,
-    third_harmonic_of,
 )
 from microslip.laboratory.regimes import REGIMES, Thresholds, regimes_of, thresholds
 from microslip.laboratory.sampling_errors import sampling_errors
@@ -357,6 +357,8 @@ def measure(
         notes.append(judged.delay.note())
     else:
         notes += shape_notes(shape, isinstance(record.normal_load, np.ndarray))
+    distortion = distortion_of(record, largest)
+    notes += [distortion.note()] if distortion.is_cubic else []
     notes += _beyond_all_rigs(columns)
     columns = {name: columns[name] for name in UNITS if name in columns}
     spring = None if shape is None or judged.delay is not None else parallel_spring(shape)
@@ -368,7 +370,9 @@ def measure(
     if rig_stiffness is None and is_gross and sliding < 0.9:
         notes.append(
             f"gross slip by B, though only {sliding:.0%} of the displacement slides: the rest is "
-            "elastic, of the contact and of the rig; give `rig_stiffness` to subtract the latter"
+            f"elastic, {UNDECIDED} (contact, rig, or crosstalk between the sensors), and stiffness "
+            "is of all of them; a record of a rigid specimen would tell, `rig_stiffness` subtracts "
+            "its deflection"
         )
     steps = judged.step_errors
     shared = {k: math.hypot(steps.get(k, 0.0), gains.get(k, 0.0)) for k in {**steps, **gains}}
@@ -382,7 +386,7 @@ def measure(
         probability=MappingProxyType(record_regimes.probability),
         confidence=level,
         frequency=frequency_of(record, blocks),
-        third_harmonic=third_harmonic_of(record.displacement, judged.largest_block),
+        third_harmonic=distortion.third,
         load_ripple=load_ripple_of(record, judged.largest_block),
         rig_stiffness=rig_stiffness,
         loop=mean_loop_of(x, force, columns, np.flatnonzero(counting.selection)),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +13,13 @@ from microslip._core.checks import Floats
 from microslip._core.frozen import lock
 from microslip.laboratory.blocks import Block, Blocks
 from microslip.laboratory.cuts import Cuts
+from microslip.laboratory.loop_shape import UNDECIDED
 from microslip.laboratory.record import Record
 
 _FOLDS = 64
+_THIRD, _FIFTH, _IN_PHASE = 0.02, 0.15, 0.2
+"""Least third harmonic over the fundamental, largest fifth over the third, and part of the third
+out of phase, of a sine seen by a sensor that is not linear."""
 
 
 def frequency_of(record: Record, blocks: Blocks) -> float | None:
@@ -38,13 +43,40 @@ def _angles(cycles: Cuts, sample_limit: int = 1 << 18) -> tuple[slice, Floats]:
     return slice(int(cuts[0]), int(cuts[-1])), np.interp(place, cuts, np.arange(cuts.size)) % 1.0
 
 
-def third_harmonic_of(x: Floats, block: Block) -> float:
-    """Return the third harmonic of the displacement over its fundamental [-]."""
+class Distortion(NamedTuple):
+    """Third harmonic of the displacement."""
+
+    third: float
+    """Over the fundamental [-]."""
+    is_cubic: bool
+    """Whether it is in phase with the fundamental and no higher one is near its size, as a sensor
+    makes it of a sine whose characteristic is a cubic."""
+
+    def note(self) -> str:
+        """Note on it."""
+        return (
+            f"the displacement has a third harmonic of {100.0 * self.third:.1f} %, in phase with "
+            f"it and alone: {UNDECIDED} (the drive, or a displacement sensor that is not linear, "
+            "by which amplitude, energy and stiffness are wrong); a calibration of the sensor, or "
+            "a column of the commanded displacement, would tell"
+        )
+
+
+def distortion_of(record: Record, block: Block) -> Distortion:
+    """Evaluate the third harmonic of the displacement, and whether it may be of the sensor."""
     piece, share = _angles(block.cycles)
-    x = x[block.samples]
-    y = x[piece] - x[piece].mean()
-    first, third = (abs(np.dot(y, np.exp(-2j * math.pi * n * share))) for n in (1, 3))
-    return float(third / first)
+
+    def harmonics(values: Floats) -> NDArray[np.complex128]:
+        y = values[block.samples][piece]
+        waves = [np.dot(y - y.mean(), np.exp(-2j * math.pi * n * share)) for n in (1, 3, 5)]
+        return np.asarray(waves / abs(waves[0]))
+
+    first, third, fifth = harmonics(record.displacement)
+    is_cubic = abs(third) > _THIRD and abs(fifth) < _FIFTH * abs(third)
+    is_cubic &= abs((third / first**3).imag) < _IN_PHASE * abs(third)
+    if record.commanded is not None:
+        is_cubic &= abs(abs(harmonics(record.commanded)[1]) - abs(third)) > 0.5 * abs(third)
+    return Distortion(float(abs(third)), bool(is_cubic))
 
 
 def load_ripple_of(record: Record, block: Block) -> float | None:

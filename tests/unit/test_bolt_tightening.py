@@ -9,7 +9,7 @@ import microslip as ms
 from microslip.report.predicted.preview import preview
 from microslip.report.structure.bolts import force_rows
 from microslip.structures.bolt_tightening import ClampedBolt, Thread, proof_stress, tension_band
-from microslip.study.build import Design, at_middle, build_surface
+from microslip.study.build import Design, at_central_values, build_surface
 from microslip.study.runs.structure import keys_of_model
 
 # Fine threads by VDI 2230 (2001): diameter, pitch [mm], mu, F_M [kN] of 8.8, 10.9 and 12.9.
@@ -249,7 +249,9 @@ def test_a_study_by_size_and_torque() -> None:
     design = Design(ms.Study.from_toml(embedded))
     bolt, plates = resiliences(((0.0254, 210e9),))
     lost = 8e-6 / (bolt + plates)
-    np.testing.assert_allclose(at_middle(design.study).structure.tension, 12500.0 - lost, rtol=1e-4)
+    np.testing.assert_allclose(
+        at_central_values(design.study).structure.tension, 12500.0 - lost, rtol=1e-4
+    )
     scores = np.where([one.key.endswith("embedding") for one in design.inputs], 9.0, 0.0)
     np.testing.assert_allclose(design.at(scores).structure.tension, 12500.0 - 1.5 * lost, rtol=1e-4)
     assert keys_of_model(design.study, design.changed_keys) == []  # no mesh anew

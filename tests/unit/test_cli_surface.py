@@ -14,7 +14,7 @@ import pytest
 from command import fails, run
 
 import microslip as ms
-from microslip.report.scanned.study_file import study_text
+from microslip.report.scanned.study_file import face_study_text
 from microslip.surfaces import random_surface
 from microslip.surfaces.findings import Request, analyse
 
@@ -131,7 +131,7 @@ def test_the_study_finds_the_scan_from_where_it_is(
             materials=("steel", "steel"), normal_load=0.9,
         )  # fmt: skip
         found = analyse(request)
-        text = study_text(found, found.face, Path(os.path.relpath(folder / "out")))
+        text = face_study_text(found, found.face, Path(os.path.relpath(folder / "out")))
         assert tomllib.loads(text)["surface"]["scan"] == written
         ms.Study.from_toml(text, folder=folder / "out")
 

@@ -25,7 +25,7 @@ from microslip.laboratory.reading import _range
 from microslip.laboratory.regimes import thresholds as thresholds
 from microslip.laboratory.settling import excess_loss_notes
 from microslip.laboratory.spikes import spikes_of
-from microslip.report.measured import document
+from microslip.report.measured import measurement_document
 
 JOINT = ms.Interface.examples()[0]
 
@@ -383,13 +383,15 @@ def test_the_headline_shows_how_likely_the_regimes_are() -> None:
         expected = {"stick": sticks, "gross slip": (1.0 - sticks) * (1.0 - slips)}
         for name, share in expected.items():
             assert measured.probability[name] == pytest.approx(share, rel=1e-9, abs=1e-12)
-        headline = document([measured]).answer
+        headline = measurement_document([measured]).answer
         for name, share in measured.probability.items():
             if share > 0.05:
                 assert (f"{name} ({100.0 * share:.0f} %)" in headline) == (share < 0.95)
         shares[headline.split(": ")[0]] = 1
     assert len(shares) > 3
-    several = document([ms.measure(virtual(load=load)) for load in (500.0, 700.0)]).answer
+    several = measurement_document(
+        [ms.measure(virtual(load=load)) for load in (500.0, 700.0)]
+    ).answer
     assert several.startswith("2 records in gross slip: a cycle dissipates")
 
 

@@ -13,8 +13,8 @@ from laps import STRIP
 import microslip as ms
 from microslip.study.new import template
 from microslip.study.runs.structure import _bands
-from microslip.study.runs.structure_prediction import Sampled, joint_damping
-from microslip.study.runs.structure_tests import changes, judge
+from microslip.study.runs.structure_prediction import ModeSamples, joint_damping
+from microslip.study.runs.structure_tests import amplitude_trends, compare_tests
 from microslip.study.structure import measured_base_damping
 
 AMPLITUDE = np.geomspace(1e-6, 1e-4, 5)
@@ -47,7 +47,7 @@ def modal_test(frequency: Any, damping: Any, amplitude: Any = (2e-6, 1e-5, 5e-5)
 
 
 def verdicts(test: ms.ModalTest) -> Any:
-    return judge((test,), (mode(),), "displacement")
+    return compare_tests((test,), (mode(),), "displacement")
 
 
 def test_inside_above_and_below() -> None:
@@ -83,7 +83,7 @@ def test_percent_for_a_ratio_is_recognised() -> None:
 
 def test_rise_over_fall_tells_microslip_from_geometry() -> None:
     test = modal_test(np.array([100.0, 99.5, 99.0]), np.array([1e-3, 1.2e-3, 1.5e-3]))
-    predicted, measured = changes((test,), (mode(),))
+    predicted, measured = amplitude_trends((test,), (mode(),))
     assert predicted.ratio == pytest.approx(0.45)
     assert (predicted.base_damping, predicted.doubt) == (5e-4, "")
     assert measured.ratio == pytest.approx(0.05)
@@ -106,7 +106,7 @@ def test_samples_without_a_solution_give_no_band_and_no_warning() -> None:
     scores, dense = rng.standard_normal((32, 2)), rng.standard_normal((64, 2))
     nothing = np.full((32, part.amplitudes.size), np.nan)
     base = np.full(32, 5e-4), np.full(64, 5e-4)
-    sampled = Sampled(scores, dense, nothing, nothing, nothing, base)
+    sampled = ModeSamples(scores, dense, nothing, nothing, nothing, base)
     bands = _bands(sampled, part, ("friction coefficient", "bolt tension"), None)
     assert bands is not None
     assert bands.unsolved == 32

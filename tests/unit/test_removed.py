@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import microslip as ms
-from microslip.study.part import HOMES
+from microslip.study.part import LOCATED_TABLES
 from microslip.study.removed import REMOVED_KEYS, REMOVED_VALUES, removed_key, removed_value
 
 
@@ -19,7 +19,7 @@ def test_removed_names_are_refused_with_their_replacement() -> None:
 
 
 def test_removed_keys_are_not_accepted_any_more() -> None:
-    tables = dict(HOMES)
+    tables = dict(LOCATED_TABLES)
     for path in REMOVED_KEYS:
         table, _, name = path.rpartition(".")
         model = tables.get(f"[{table}]" if table else "the top level")

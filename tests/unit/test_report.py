@@ -14,10 +14,10 @@ from studies import AMPLITUDES, LOADS, MATERIAL, SURFACE, SURFACES, edited
 
 import microslip as ms
 from microslip.figures.picture import PictureCache
-from microslip.report.cells import quantity
-from microslip.report.html import page as html_page
+from microslip.report.cells import quantity_text
+from microslip.report.html import html_page as html_page
 from microslip.report.predicted import document as predicted_document
-from microslip.report.predicted.document import document
+from microslip.report.predicted.document import prediction_document
 from microslip.report.predicted.figures import _CAPTIONS, FIGURES, figure_names_of
 from microslip.study import surfaces
 
@@ -33,7 +33,7 @@ def page(*edits: tuple[str, str], folder: Path = Path()) -> Page:
 
 
 def told(result: ms.Result) -> str:
-    return html_page(document(result), PictureCache())
+    return html_page(prediction_document(result), PictureCache())
 
 
 # -- the page -----------------------------------------------------------------------------------
@@ -47,7 +47,7 @@ def demo() -> ms.Result:
 @pytest.fixture(scope="module")
 def text(demo: ms.Result) -> str:
     shares: list[float] = []
-    page = html_page(document(demo), PictureCache(), shares.append)
+    page = html_page(prediction_document(demo), PictureCache(), shares.append)
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
     return page
@@ -240,7 +240,7 @@ def test_the_study_is_there_in_words_and_as_a_file(demo: ms.Result) -> None:
     ],
 )  # fmt: skip
 def test_quantities_are_written_for_readers(value: Any, unit: str, text: str) -> None:
-    assert quantity(value, unit) == text
+    assert quantity_text(value, unit) == text
 
 
 # -- equations, provenance ----------------------------------------------------------------------

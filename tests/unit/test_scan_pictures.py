@@ -10,9 +10,9 @@ import pytest
 
 from microslip.figures.picture import PictureCache
 from microslip.figures.plot import Line, Panel, Pixels
-from microslip.report.files import listed
-from microslip.report.html import page
-from microslip.report.scanned.document import document
+from microslip.report.files import with_file_names
+from microslip.report.html import html_page
+from microslip.report.scanned.document import scan_document
 from microslip.report.scanned.height_pictures import height_plot, spectrum_plot
 from microslip.surfaces import random_surface
 from microslip.surfaces.findings import Findings, Request, analyse
@@ -74,9 +74,9 @@ def test_colours_are_heights(tmp_path: Path, ground: np.ndarray) -> None:
 
 def test_pictures_and_files_of_a_scan_without_a_load(tmp_path: Path) -> None:
     findings = found(tmp_path, 1e-8 * np.random.default_rng(3).standard_normal((10, 11)))
-    names = [picture.name for picture in document(findings).pictures]
+    names = [picture.name for picture in scan_document(findings).pictures]
     assert names == ["heights", "spectrum"]
-    assert listed(document(findings, tmp_path), ("svg", "png")).data["files"] == [
+    assert with_file_names(scan_document(findings, tmp_path), ("svg", "png")).data["files"] == [
         *("report.html", "spectrum.csv"),
         *(f"{name}.{kind}" for name in names for kind in ("svg", "png")),
         "summary.json",
@@ -90,5 +90,5 @@ def test_gaps_of_a_profile_are_reported_beside_the_spectrum(
     heights = ground.ravel().copy()
     if gaps:
         heights[90:99] = np.nan
-    text = page(document(found(tmp_path, heights, cutoff=10e-6)), PictureCache())
+    text = html_page(scan_document(found(tmp_path, heights, cutoff=10e-6)), PictureCache())
     assert ("steps at the edges of gaps add waves of every length" in text) == gaps

@@ -15,7 +15,7 @@ from scipy.special import ndtr, ndtri
 import microslip as ms
 from microslip._core.dataset import Variable
 from microslip.cli import main
-from microslip.study.build import Design, at_middle, check_draws
+from microslip.study.build import Design, at_central_values, check_draws
 from microslip.study.description import StudyDescription
 from microslip.study.runs.scatter import scatter
 
@@ -397,7 +397,7 @@ def test_the_delta_method_takes_slopes_in_the_measure_of_each_input(
 ) -> None:
     """Beside the samples and beside the first order of the logarithm, whose second is below 2 %."""
     study = of_product(MU=written, LOAD='"2 N"')
-    found = scatter(study, product(at_middle(study)), product)
+    found = scatter(study, product(at_central_values(study)), product)
     decision = found.decision("loss_factor", 0, 0)
     assert decision.delta == pytest.approx(deviation, rel=0.02)
     assert decision.delta == pytest.approx(decision.scatter, rel=0.04)

@@ -18,13 +18,13 @@ from scipy import stats
 import microslip as ms
 from microslip.figures.plot import Area, Marks
 from microslip.report.document import Verdicts
-from microslip.report.predicted.document import document
+from microslip.report.predicted.document import prediction_document
 from microslip.report.predicted.numbers import file_names
 from microslip.report.predicted.preview import preview
 from microslip.report.structure.judged import structure_verdicts
 from microslip.report.structure.pictures import curve_plot, shape_plot
-from microslip.study.build import Design, at_middle, build_surface
-from microslip.study.consistency import questions
+from microslip.study.build import Design, at_central_values, build_surface
+from microslip.study.consistency import unit_warnings
 from microslip.study.new import template
 from microslip.study.runs.structure_prediction import ForcedMode
 
@@ -89,7 +89,7 @@ def drawn() -> ms.ReducedJoint:
 
 
 def test_the_structure_is_reported_first(result: ms.Result) -> None:
-    told = document(result)
+    told = prediction_document(result)
     assert [s.title for s in told.sections][:6] == [
         "Frequency and damping", "Tests beside the bands", "Limits, rise and fall",
         "Contributions to the scatter", "Structure", "Structure in figures",
@@ -112,7 +112,7 @@ def test_the_structure_is_reported_first(result: ms.Result) -> None:
 def test_verdicts_cover_all_that_the_report_shows(result: ms.Result) -> None:
     structure = result.structure
     assert structure is not None
-    (block,) = [s.blocks[0] for s in document(result).sections if s.title == "Validity"]
+    (block,) = [s.blocks[0] for s in prediction_document(result).sections if s.title == "Validity"]
     assert isinstance(block, Verdicts)
     words = {verdict.name: verdict.word for verdict in block.verdicts}
     points = sum(verdict.points for verdict in structure.judged)
@@ -123,7 +123,7 @@ def test_verdicts_cover_all_that_the_report_shows(result: ms.Result) -> None:
     assert words["amplitudes without a solution"] == "ok"
     assert words["error of patches, mesh and reduction"] == "not judged"
     assert result.summary["structure"]["verdicts"][0]["name"] == block.verdicts[0].name
-    assert document(result).word != "ok"
+    assert prediction_document(result).word != "ok"
     # A response that moves beyond the amplitudes, and a test that no lap has.
     (mode,), (test,) = structure.modes, structure.tests
     empty = np.full(2, math.nan)
@@ -236,7 +236,7 @@ def test_a_fit_reports_what_the_test_determines(folder: Path, tmp_path: Path) ->
         ('from = "0.1 um", to = "10 um", points = 3', 'from="1 um", to="10 um", points=2'),
     )  # fmt: skip
     result = ms.Study.from_toml(text, folder=folder).run()
-    told = document(result)
+    told = prediction_document(result)
     (section,) = [s for s in told.sections if s.title == "Fitted to the test"]
     table, verdicts, linear, compared, _ = section.blocks
     assert linear.rows[0][:2] == (1, 984.0)
@@ -317,7 +317,7 @@ def test_identify_takes_several_tests_of_a_structure(folder: Path, ring: Path) -
     assert outcome.exit_code == 0, outcome.output
     found = json.loads((folder / "found/summary.json").read_text())["structure"]["identified"]
     assert set(found["values"]) == {"friction_coefficient", "tension"}
-    fitted = at_middle(ms.Study.load(folder / "found/fitted.toml"))
+    fitted = at_central_values(ms.Study.load(folder / "found/fitted.toml"))
     assert fitted.joint.friction_coefficient == found["values"]["friction_coefficient"]
     np.testing.assert_allclose(fitted.structure.tension, 5e3 * found["values"]["tension"])
     assert [test.band for test in fitted.structure.measured] == [None, (700.0, 1100.0)]
@@ -386,7 +386,9 @@ def test_a_study_tells_how_good_its_model_is(folder: Path) -> None:
     assert found is not None
     assert found.joint.patches == result.structure.joint.patches > 2
     np.testing.assert_allclose(mode.curve.modal_amplitude[-1], found.curve.amplitude[-1], rtol=0.1)
-    (section,) = [s for s in document(result).sections if s.title == "Convergence of the model"]
+    (section,) = [
+        s for s in prediction_document(result).sections if s.title == "Convergence of the model"
+    ]
     table, note = section.blocks
     assert {row[0] for row in table.rows} >= {"kept modes", "harmonics"}
     assert note.text == f"{found.message}."
@@ -573,8 +575,8 @@ def test_the_drawing_and_the_surface_of_a_structure_scatter(folder: Path) -> Non
     ],
 )  # fmt: skip
 def test_slips_of_units_are_flagged(old: str, new: str, question: str, folder: Path) -> None:
-    assert questions(ms.Study.from_toml(STUDY, folder=folder)) == []
-    asked = questions(ms.Study.from_toml(STUDY.replace(old, new), folder=folder))
+    assert unit_warnings(ms.Study.from_toml(STUDY, folder=folder)) == []
+    asked = unit_warnings(ms.Study.from_toml(STUDY.replace(old, new), folder=folder))
     assert any(text.startswith(question) for text in asked), asked
 
 
@@ -702,7 +704,7 @@ def test_the_response_to_a_force_is_that_of_the_balance_of_harmonics() -> None:
     # Base damping as a dashpot in proportion to the mass, which damps this mode as much.
     base = 2.0 * 5e-4 * 2.0 * np.pi * mode.curve.linear_frequency * joint.mass
     held = ms.Structure(joint.mass, joint.stiffness, base)
-    surface = build_surface(at_middle(ms.Study.from_toml(text_of(*KNOWN))))
+    surface = build_surface(at_central_values(ms.Study.from_toml(text_of(*KNOWN))))
     field = joint.field(surface, 0.35)
     rest = held.attach(field, directions=joint.directions).preload(state.static_force)
     row = joint.sensor("sensor")
@@ -742,7 +744,7 @@ def test_samples_that_all_move_beyond_the_amplitudes_have_no_band(folder: Path) 
     (found,) = result.summary["structure"]["modes"][0]["forced_response"]
     assert found["beyond"] == 1.0
     assert "sampling_error" not in found
-    assert "Not covered: forced responses" in document(result).answer
+    assert "Not covered: forced responses" in prediction_document(result).answer
 
 
 @pytest.mark.slow

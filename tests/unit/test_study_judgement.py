@@ -15,7 +15,7 @@ from microslip._core.units import HARDNESS, QuantityError, to_si
 from microslip.contact import NORMAL_LAWS
 from microslip.friction.input_slopes import input_slopes
 from microslip.report.predicted.preview import preview
-from microslip.study.build import at_middle, build_joints
+from microslip.study.build import at_central_values, build_joints
 from microslip.study.description import StudyDescription
 from microslip.study.runs.scatter import RANKED, scatter
 
@@ -126,8 +126,8 @@ def test_sensitivities_rank_as_the_scatter_beside_them() -> None:
         return {name: Variable(dims, np.array([[v]]), {}) for name, v in values.items()}
 
     study = ms.Study.from_toml(UNSURE)
-    found = scatter(study, answers(at_middle(study)), answers)
-    slopes = input_slopes(build_joints(at_middle(study))[0], 1e-7)
+    found = scatter(study, answers(at_central_values(study)), answers)
+    slopes = input_slopes(build_joints(at_central_values(study))[0], 1e-7)
     names = {"surface.heights.std": "heights"}
     keys = [names.get(one.key, one.key.partition(".")[2]) for one in found.inputs]
     for name, quantity in (

@@ -12,14 +12,14 @@ import pytest
 from microslip._core.options import Option
 from microslip._core.parameters import Number
 from microslip._core.units import Kind
-from microslip.study.part import Key, Part, homes_of
-from microslip.study.readers import FAILED, Place, Plain, Reading
+from microslip.study.part import Key, Part, located_tables
+from microslip.study.readers import FAILED, DeclaredValue, Place, ReadState
 from microslip.study.schema import StudyTables
 
 
 def declared_keys() -> Iterator[tuple[str, Key]]:
     seen: set[tuple[type[Part], str]] = set()
-    for table, model in homes_of(StudyTables):
+    for table, model in located_tables(StudyTables):
         for name, item in model.keys.items():
             if (model, name) not in seen:
                 seen.add((model, name))
@@ -30,13 +30,13 @@ KEYS = dict(declared_keys())
 PLAIN = {
     path: item.declared
     for path, item in KEYS.items()
-    if isinstance(item.reader, Plain) and item.declared is not None
+    if isinstance(item.reader, DeclaredValue) and item.declared is not None
 }
 
 
 def read(item: Key, raw: object) -> tuple[Any, list[tuple[str, str]]]:
     """The value that a key reads, and the errors noted."""
-    reading = Reading()
+    reading = ReadState()
     place = Place("table.key", reading)
     return place.attempt(lambda: item.reader.read(raw, place)), reading.errors
 

@@ -17,7 +17,7 @@ from typing import Any
 
 from microslip._core.errors import InputError
 from microslip._core.wording import quote
-from microslip.study.toml_text import FILE_KEYS, tables_of, text_of
+from microslip.study.toml_text import FILE_KEYS, read_text, tables_of
 
 LOOK = "look"
 """Prefix of the form names for file previews: "look record", "look scan"."""
@@ -315,7 +315,7 @@ class Workspace:
 def check_study(path: Path) -> str:
     """Return the text of a study, or raise an InputError if it refers to files on this machine."""
     try:
-        tables: list[Any] = [tables_of(text := text_of(path))]
+        tables: list[Any] = [tables_of(text := read_text(path))]
     except ValueError as error:
         raise InputError(f"{path.name}: {error}") from None
     while tables:

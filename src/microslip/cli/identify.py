@@ -100,7 +100,7 @@ def identify(
     with stoppable():
         from microslip.identification import identify
         from microslip.report.files import write_document
-        from microslip.report.identified.document import KIND, Identified, document
+        from microslip.report.identified.document import KIND, Identified, identification_document
 
         files = listed(records, manifest)
         known = known_of(known_values)
@@ -119,7 +119,9 @@ def identify(
                 report(0.7)
                 step, title, why = _second_step(found, study, known)
                 report(1.0)
-            page = document(Identified(found, title, step, why, tuple(skipped)), in_options)
+            page = identification_document(
+                Identified(found, title, step, why, tuple(skipped)), in_options
+            )
             if stage is not None:
                 with progress("Drawing and writing") as report:
                     page = write_document(page, stage, output.kinds, report)

@@ -90,7 +90,7 @@ def measure(
         from microslip.laboratory.campaign import Campaign
         from microslip.laboratory.record import path_text
         from microslip.report.files import write_document
-        from microslip.report.measured import KIND, document
+        from microslip.report.measured import KIND, measurement_document
 
         with output.staged(KIND, "measurement") as stage, progress("Measuring") as report:
             joints = [] if model is None else _joints(model)
@@ -132,7 +132,7 @@ def measure(
                 columns=files.columns(places),
                 borders=_borders(joints, results),
             )
-            result_document = document(campaign, in_options, skipped)
+            result_document = measurement_document(campaign, in_options, skipped)
             if stage is not None:
                 result_document = write_document(result_document, stage, output.kinds)
     output.show(result_document, full=every_table)

@@ -13,7 +13,7 @@ from microslip._core.units import FREQUENCY
 from microslip.cli.group import echo_json
 from microslip.cli.options import Output, ends_in, option, progress, quantity, stoppable
 from microslip.cli.studies import predict_into
-from microslip.study.toml_text import as_toml, tables_of, text_of
+from microslip.study.toml_text import as_toml, read_text, tables_of
 
 BAND = option(
     "--band", "LOW..HIGH",
@@ -24,7 +24,7 @@ BAND = option(
 def has_structure(study: Path) -> bool:
     """Return whether a study describes a bolted structure; False for an unreadable study."""
     try:
-        return "structure" in tables_of(text_of(study))
+        return "structure" in tables_of(read_text(study))
     except ValueError:
         return False
 
@@ -91,7 +91,7 @@ def identify_structure(
     """Predict the structure with parameters fitted to its tests."""
     from microslip.report import Study
 
-    table = tables_of(text_of(study))["structure"]
+    table = tables_of(read_text(study))["structure"]
     before = table.get("measured", {}) if isinstance(table, dict) else {}
     listed: list[Any] = before if isinstance(before, list) else [before]
     fit = next((part["fit"] for part in listed if isinstance(part, dict) and "fit" in part), None)
@@ -114,7 +114,7 @@ def identify_structure(
         predict_into(read, output.folder, output)
         return
     with stoppable():
-        from microslip.report.predicted.document import document
+        from microslip.report.predicted.document import prediction_document
         from microslip.report.terminal import print_document
 
         loaded = read()
@@ -123,4 +123,4 @@ def identify_structure(
         if output.as_json:
             echo_json(result.summary["structure"]["identified"])
         else:
-            print_document(document(result), sys.stdout)
+            print_document(prediction_document(result), sys.stdout)

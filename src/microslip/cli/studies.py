@@ -111,7 +111,7 @@ def predict_into(read: Callable[[], Study], folder: Path, output: Output, worker
 
         with staged(folder, output.overwrite, KIND, "result") as stage:
             from microslip.report.files import write_all
-            from microslip.report.predicted.document import document
+            from microslip.report.predicted.document import prediction_document
             from microslip.report.predicted.result import files
             from microslip.report.terminal import print_document, show_files
 
@@ -121,7 +121,7 @@ def predict_into(read: Callable[[], Study], folder: Path, output: Output, worker
                 # Print before writing, which may take longer. Files are written even if printing
                 # fails.
                 try:
-                    print_document(document(result), sys.stdout)
+                    print_document(prediction_document(result), sys.stdout)
                     if sys.stdout is not None:
                         sys.stdout.flush()
                 except OSError as error:

@@ -65,7 +65,7 @@ def surface(
     """
     with stoppable():
         from microslip.report.files import write_document
-        from microslip.report.scanned.document import KIND, document
+        from microslip.report.scanned.document import KIND, scan_document
         from microslip.surfaces.findings import Request, analyse
 
         context = click.get_current_context()
@@ -76,7 +76,7 @@ def surface(
         with output.staged(KIND, "measured scan") as stage:
             with progress("Measuring") as report:
                 findings = analyse(request, report)
-            result = document(findings, output.folder, in_options)
+            result = scan_document(findings, output.folder, in_options)
             if stage is not None:
                 with progress("Drawing and writing") as report:
                     result = write_document(result, stage, output.kinds, report)

@@ -24,7 +24,14 @@ from microslip.report.document import (
     Section,
     Table,
 )
-from microslip.report.files import csv_text, header, listed, standard_files, text_cell, text_file
+from microslip.report.files import (
+    csv_text,
+    header,
+    standard_files,
+    text_cell,
+    text_file,
+    with_file_names,
+)
 from microslip.study.runs.batch import Batch, Outcome
 
 KIND = "microslip-batch"
@@ -82,7 +89,9 @@ def batch_document(batch: Batch) -> Document:
         ),
     )
     figure = "batch" if is_drawn else ""
-    return listed(Document(KIND, "Batch", answer, tuple(sections), data, (), number, figure, files))
+    return with_file_names(
+        Document(KIND, "Batch", answer, tuple(sections), data, (), number, figure, files)
+    )
 
 
 def batch_columns(completed: list[Outcome]) -> dict[str, Floats]:

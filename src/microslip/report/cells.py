@@ -86,10 +86,10 @@ def area(value: float) -> str:
     """Format an area [m²] in a suitable unit."""
     if value >= 1e-9:
         return f"{significant(1e6 * value)} mm²"
-    return quantity(float(f"{value:.2e}"), "m^2")
+    return quantity_text(float(f"{value:.2e}"), "m^2")
 
 
-def quantity(value: Any, unit: str) -> str:
+def quantity_text(value: Any, unit: str) -> str:
     """Format a value of a study: a number with unit, several numbers, or their count and range.
 
     For example "0.5 µm" or "20 values, 500 N to 5 kN".
@@ -102,8 +102,8 @@ def quantity(value: Any, unit: str) -> str:
         return ", ".join(f"{key} = {number:g}" for key, number in value.items()) or "none"
     if isinstance(value, (tuple, list)):
         if len(value) <= _MOST_VALUES:
-            return ", ".join(quantity(item, unit) for item in value)
-        ends = " to ".join(quantity(end, unit) for end in (min(value), max(value)))
+            return ", ".join(quantity_text(item, unit) for item in value)
+        ends = " to ".join(quantity_text(end, unit) for end in (min(value), max(value)))
         return f"{len(value)} values, {ends}"
     if unit in _POWERS:
         factor, unit = next(

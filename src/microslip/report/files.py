@@ -37,7 +37,7 @@ def header(kind: str, schema: int, title: str) -> dict[str, Any]:
     }
 
 
-def listed(document: Document, kinds: Sequence[str] = ("svg",)) -> Document:
+def with_file_names(document: Document, kinds: Sequence[str] = ("svg",)) -> Document:
     """Return a document whose summary names all files, with the figures in the given formats."""
     figures = (f"{picture.name}.{kind}" for picture in document.pictures for kind in kinds)
     names = ["report.html", *(file.name for file in document.files), *figures, "summary.json"]
@@ -57,10 +57,10 @@ def standard_files(document: Document) -> tuple[File, ...]:
         if name == "summary.json":
             return text_file(name, lambda: json_text(document.data))
         if name == "report.html":
-            from microslip.report.html import page
+            from microslip.report.html import html_page
 
             def write_page(path: Path, progress: Progress) -> None:
-                path.write_bytes(page(document, cache, progress).encode("utf-8", ESCAPED))
+                path.write_bytes(html_page(document, cache, progress).encode("utf-8", ESCAPED))
 
             return File(name, write_page, FIGURE * (len(pictures) + 1))
         picture = pictures[stem]
@@ -115,7 +115,7 @@ def write_document(
     progress: Progress | None = None,
 ) -> Document:
     """Write all files of a document into an existing folder; return it with their names."""
-    document = listed(document, kinds)
+    document = with_file_names(document, kinds)
     write_all(standard_files(document), folder, progress)
     return document
 

@@ -39,7 +39,7 @@ _FILES = {
 }
 
 
-def page(document: Document, cache: PictureCache, progress: Progress | None = None) -> str:
+def html_page(document: Document, cache: PictureCache, progress: Progress | None = None) -> str:
     """Return the page of a document."""
     style = Path(__file__).with_name("page.css").read_text(encoding="utf-8")
     title = escape(document.title)

@@ -42,7 +42,7 @@ _FIRST = (
 Say = Callable[[str], str]
 
 
-def document(
+def measurement_document(
     measurements: Sequence[Measurement] | Campaign,
     say: Say = str,
     skipped: Sequence[tuple[str, str]] = (),
@@ -70,9 +70,9 @@ def document(
     ]
     last: list[Section] = []
     if len(measurements) > 1 or skipped or campaign.worn_volumes is not None:
-        first, last = together.sections(campaign, skipped, level)
+        first, last = together.campaign_sections(campaign, skipped, level)
         sections[:0] = first
-        data["campaign"] = together.data_of(campaign, skipped, level)
+        data["campaign"] = together.campaign_data(campaign, skipped, level)
     caption = (
         "Mean cycles of the records without offsets, as in Fig. 19.7 of the chapter, and the "
         "energy of each cycle."

@@ -50,7 +50,7 @@ def _columns(campaign: Campaign) -> tuple[Column, ...]:
     )
 
 
-def rows_of(campaign: Campaign) -> list[tuple[Any, ...]]:
+def campaign_rows(campaign: Campaign) -> list[tuple[Any, ...]]:
     """Return one row per record: plain SI values, None if unknown."""
     rows = []
     energies = campaign.energies()
@@ -92,16 +92,16 @@ def csv_of(campaign: Campaign) -> str:
         heads,
         (
             [*(text_cell(v) if isinstance(v, str) else v for v in row), *map(json_value, more)]
-            for row, more in zip(rows_of(campaign), behind, strict=True)
+            for row, more in zip(campaign_rows(campaign), behind, strict=True)
         ),
     )
 
 
-def sections(
+def campaign_sections(
     campaign: Campaign, skipped: Sequence[tuple[str, str]], confidence: float
 ) -> tuple[list[Section], list[Section]]:
     """Return the sections before and after those of the single records."""
-    table = Table("Records", _columns(campaign), tuple(rows_of(campaign)), noun="records")
+    table = Table("Records", _columns(campaign), tuple(campaign_rows(campaign)), noun="records")
     first = [Section("Records", (table,))]
     if skipped:
         texts = tuple(f"{shorten(name, 80)}: {why}" for name, why in skipped)
@@ -158,7 +158,7 @@ def _wear_text(wear: Wear) -> str:
     )
 
 
-def data_of(
+def campaign_data(
     campaign: Campaign, skipped: Sequence[tuple[str, str]], confidence: float
 ) -> dict[str, Any]:
     """Return the campaign as plain values."""
@@ -166,7 +166,7 @@ def data_of(
     keys = [column.key for column in _columns(campaign)]
     data = {
         "skipped": [{"file": name, "reason": why} for name, why in skipped],
-        "table": [dict(zip(keys, row, strict=True)) for row in rows_of(campaign)],
+        "table": [dict(zip(keys, row, strict=True)) for row in campaign_rows(campaign)],
         "fretting_map": list(map(named, campaign.fretting_map())),
         "contradictions": campaign.contradictions(),
         "wear": None if wear is None else {"unit": "m^3/J", **named(wear.coefficient)},

@@ -50,7 +50,7 @@ def modal_test_document(tests: Sequence[ModalTest]) -> Document:
     picture = Picture(
         "modal_curves",
         caption,
-        lambda: curve_plot(tests),
+        lambda: modal_test_plot(tests),
         "Frequency and damping of the tests against amplitude",
     )
     sections.append(Section("Curves", (picture,), brief=False))
@@ -96,7 +96,7 @@ def _csv(tests: Sequence[ModalTest]) -> str:
     return csv_text(("test", "amplitude [m]", "frequency [Hz]", "damping_ratio"), rows)
 
 
-def curve_plot(tests: Sequence[ModalTest]) -> Plot:
+def modal_test_plot(tests: Sequence[ModalTest]) -> Plot:
     """Plot frequency and damping ratio against amplitude for each test."""
     scale, letter = prefix(max(float(test.amplitude.max()) for test in tests))
     label = f"Amplitude at the sensor [{letter}m]"

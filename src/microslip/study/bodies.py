@@ -17,20 +17,20 @@ from microslip.structures.bolts import SIZED, Bolts, by_size
 from microslip.structures.mesh import check_elastic, slack_bolts
 from microslip.study.fields import (
     COLUMN_UNIT,
-    LENGTH,
     LINE,
-    MASS_DENSITY,
     PLACE,
-    number,
+    POSITIVE_DENSITY,
+    POSITIVE_LENGTH,
+    integer,
     one_of,
     optional,
+    scalar,
     text,
-    whole_number,
 )
 from microslip.study.part import Part, key, optional_key
 from microslip.study.pressure import TightenedBolts
-from microslip.study.readers import Items, KeyedError, Place
-from microslip.study.uncertain import Unsure
+from microslip.study.readers import KeyedError, ListOf, Place
+from microslip.study.uncertain import Uncertain
 
 if TYPE_CHECKING:
     from microslip.structures import MeshedJoint
@@ -40,23 +40,23 @@ MOST_BOLTS = 200
 DRAWING_KEYS = ("length", "width", "thickness", "lap")
 
 
-_PLACES = Unsure(PLACE)
+_PLACES = Uncertain(PLACE)
 
 
 class BoltsPart(TightenedBolts):
     """Identical bolts through the lap: positions from its middle, diameters, tension or torque."""
 
     positions: tuple[float, ...] | None = optional_key(
-        Items(_PLACES, '["-30 mm", "0 mm", "30 mm"]', (1, 200), single=True),
+        ListOf(_PLACES, '["-30 mm", "0 mm", "30 mm"]', (1, 200), single=True),
         "Positions along the lap, from its middle; not used with a mesh.",
     )
     across: tuple[float, ...] | None = optional_key(
-        Items(_PLACES, '["-30 mm", "0 mm", "30 mm"]', (1, 200), single=True),
+        ListOf(_PLACES, '["-30 mm", "0 mm", "30 mm"]', (1, 200), single=True),
         "Positions across the lap, one per bolt; by default all in the middle.",
         '["0 mm", "0 mm", "0 mm"]',
     )
     slack: tuple[int, ...] = key(
-        Items(whole_number(1, MOST_BOLTS, "3"), "[3]", (1, MOST_BOLTS), single=True, distinct=True),
+        ListOf(integer(1, MOST_BOLTS, "3"), "[3]", (1, MOST_BOLTS), single=True, distinct=True),
         "Numbers of slack bolts, from 1 along the lap; the report compares with all bolts tight.",
         default=(),
     )
@@ -72,7 +72,7 @@ class BoltsPart(TightenedBolts):
         one_of(*BOLTS), "Size of the bolts, instead of diameters and pitch.", '"M8"'
     )
     clamp_length: float | None = optional_key(
-        Unsure(LENGTH),
+        Uncertain(POSITIVE_LENGTH),
         "Thickness clamped by a bolt, for the loss by embedding; by default from the drawing.",
         '"25 mm"',
     )
@@ -118,8 +118,8 @@ _MOST_ITEMS = 200
 _STAND_IN = Material(1.0, 0.0)  # placeholder until the materials of the study are assigned
 
 
-def _names(example: str, distinct: bool = True) -> Items:
-    return Items(LINE, example, (1, _MOST_ITEMS), distinct=distinct)
+def _names(example: str, distinct: bool = True) -> ListOf:
+    return ListOf(LINE, example, (1, _MOST_ITEMS), distinct=distinct)
 
 
 class MeshPart(Part):
@@ -137,8 +137,8 @@ class MeshPart(Part):
         "bonded.",
     )
     contacts: tuple[tuple[str, str], ...] = key(
-        Items(
-            Items(LINE, '["left face", "right face"]', (2, 2)),
+        ListOf(
+            ListOf(LINE, '["left face", "right face"]', (2, 2)),
             '[["left face", "right face"]]',
             (1, 20),
         ),
@@ -157,11 +157,11 @@ class MeshPart(Part):
         "Material of each body; by default the first of surface.materials.",
     )
     densities: tuple[float, ...] | None = optional_key(
-        Items(MASS_DENSITY, '["7850 kg/m^3", "7850 kg/m^3", "4430 kg/m^3"]', (1, _MOST_ITEMS)),
+        ListOf(POSITIVE_DENSITY, '["7850 kg/m^3", "7850 kg/m^3", "4430 kg/m^3"]', (1, _MOST_ITEMS)),
         "Mass density of each body; by default `structure.density`.",
     )
     along: tuple[float, float, float] | None = optional_key(
-        Items(number("1.0"), "[1, 0, 0]", (3, 3)),
+        ListOf(scalar("1.0"), "[1, 0, 0]", (3, 3)),
         "Direction along the contacts; by default their longest direction, with positions "
         "measured from their middle.",
     )

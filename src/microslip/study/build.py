@@ -16,14 +16,14 @@ from microslip._core.errors import InputError, StudyError
 from microslip.contact import GreenwoodWilliamson, MeasuredContact, NormalLaw
 from microslip.contact.materials import MaterialPair
 from microslip.friction import Interface
-from microslip.study.consistency import check
+from microslip.study.consistency import check_consistency
 from microslip.study.description import StudyDescription
 from microslip.study.drawn_face import DrawnSurface
 from microslip.study.joints import Joint
 from microslip.study.measured_face import MeasuredFace
 from microslip.study.readers import KeyedError
 from microslip.study.schema import GROUPS, UncertaintyPart
-from microslip.study.uncertain import changed, followers_of, spreads_of, with_values
+from microslip.study.uncertain import changed, linked_keys, spreads_of, with_values
 
 
 def build_surface(study: StudyDescription, progress: Progress | None = None) -> NormalLaw:
@@ -32,11 +32,11 @@ def build_surface(study: StudyDescription, progress: Progress | None = None) -> 
         return study._law
     materials = {}
     for name, material in study.material.items():
-        with blame(study, f"material.{name}", material.keys):
+        with naming_key(study, f"material.{name}", material.keys):
             materials[name] = material.build()
     surface = study.surface
     assert surface is not None  # an interface has one
-    with blame(study, "surface.materials"):
+    with naming_key(study, "surface.materials"):
         first, second = surface.materials
         pair = MaterialPair(materials[first], materials[second])
     how: dict[str, Any] = {}
@@ -44,11 +44,11 @@ def build_surface(study: StudyDescription, progress: Progress | None = None) -> 
         if study.structure is not None:
             surface._patch = study.structure.patch_size
         how = {"progress": progress, "pressure": _largest_pressure(study, surface)}
-    with blame(study, "surface", surface.keys):
+    with naming_key(study, "surface", surface.keys):
         law: NormalLaw = surface.build(pair, **how)
     pressure = getattr(study.joint, "pressure", None)
     if isinstance(surface, DrawnSurface) and surface.tightening_pressure is None and pressure:
-        with blame(study, "joint.pressure"):  # bolts tighten before their joint embeds
+        with naming_key(study, "joint.pressure"):  # bolts tighten before their joint embeds
             spread = pressure.spread()
             largest = float((spread.shares / spread.areas).max()) * (pressure.tightening or 0.0)
             law = law._under(largest * surface.area)
@@ -88,7 +88,7 @@ def build_joints(study: StudyDescription, progress: Progress | None = None) -> l
     alike = max(loads, default=0.0) <= surface._heaviest
     for index, load in enumerate(loads, start=1):
         item = f", item {index}" if len(loads) > 1 else ""
-        with blame(study, f"joint.normal_load{item}"):
+        with naming_key(study, f"joint.normal_load{item}"):
             if joints and alike:
                 joint: Any = joints[0].at(normal_load=load)
             else:
@@ -111,7 +111,7 @@ def build_as_made(study: StudyDescription) -> tuple[Interface, list[str]]:
 
 
 @contextmanager
-def blame(study: StudyDescription, key: str, names: Iterable[str] = ()) -> Iterator[None]:
+def naming_key(study: StudyDescription, key: str, names: Iterable[str] = ()) -> Iterator[None]:
     """Convert an InputError to a StudyError that names the key of the study."""
     try:
         yield
@@ -171,13 +171,13 @@ class Design:
     @property
     def changed_keys(self) -> set[str]:
         """Keys whose values the samples change, including multiples of uncertain numbers."""
-        return {*self.spreads, *followers_of(self.study)}
+        return {*self.spreads, *linked_keys(self.study)}
 
     def _drawn_pieces(self) -> NDArray[np.intp] | None:
         """Return bootstrap samples of the pieces of a solved face, sorted by stiffness."""
         if not isinstance(self.study.surface, MeasuredFace):
             return None
-        law = build_surface(at_middle(self.study))
+        law = build_surface(at_central_values(self.study))
         assert isinstance(law, MeasuredContact)
         p, s = law.solution.pressure[0], law.solution.slope[0]
         if p.size < 2:
@@ -312,7 +312,9 @@ def check_draws(study: StudyDescription) -> None:
     for scores in design.scores(points):
         draw = with_values(study, design.values(ndtr(scores)))
         try:
-            check(draw.copy(uncertainty=None))  # the sample has no uncertain numbers left
+            check_consistency(
+                draw.copy(uncertainty=None)
+            )  # the sample has no uncertain numbers left
         except KeyedError as error:
             refused.append(error)
     if refused:
@@ -324,7 +326,7 @@ def check_draws(study: StudyDescription) -> None:
         )
 
 
-def at_middle(study: StudyDescription) -> StudyDescription:
+def at_central_values(study: StudyDescription) -> StudyDescription:
     """Return the study with each uncertain number replaced by its central value."""
     middle: StudyDescription = with_values(study, {})
     return middle

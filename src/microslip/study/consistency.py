@@ -32,7 +32,7 @@ def mean_load(study: StudyTables) -> float:
     return float(part.tension.sum() / part.face_area * area)
 
 
-def check(study: StudyTables) -> None:
+def check_consistency(study: StudyTables) -> None:
     """Refuse the first inconsistency between tables."""
     of_joint = (_of_bodies, _of_loads, _of_pressure, _of_structure)
     rules = of_joint if isinstance(study.joint, Joint) else (_of_law,)
@@ -214,7 +214,7 @@ def _of_amount(study: StudyTables) -> None:
             raise KeyedError(f"excitation.{where}", message)
 
 
-class Usual(NamedTuple):
+class UsualRange(NamedTuple):
     """Usual range of a quantity in SI units, with its unit and the objects it applies to."""
 
     low: float
@@ -223,26 +223,26 @@ class Usual(NamedTuple):
     of: str
 
 
-_MODULUS = Usual(1e9, 1.3e12, "Pa", "polymers to diamond")
-_HARDNESS = Usual(5e7, 1e11, "Pa", "tin to diamond")
-_FRICTION = Usual(0.01, 2.0, "", "lubricated to clean metals")
-_AMPLITUDE = Usual(1e-11, 5e-3, "m", "joints")
+_MODULUS = UsualRange(1e9, 1.3e12, "Pa", "polymers to diamond")
+_HARDNESS = UsualRange(5e7, 1e11, "Pa", "tin to diamond")
+_FRICTION = UsualRange(0.01, 2.0, "", "lubricated to clean metals")
+_AMPLITUDE = UsualRange(1e-11, 5e-3, "m", "joints")
 _SURFACE = {
-    "std": Usual(1e-9, 1e-4, "m", "polished to sand-cast faces"),
-    "scale": Usual(1e-9, 1e-4, "m", "polished to sand-cast faces"),
-    "radius": Usual(1e-8, 1.0, "m", "summits and balls"),
-    "density": Usual(1e3, 1e15, "1/m^2", "summits that a scan finds"),
-    "area": Usual(1e-12, 10.0, "m^2", "joints"),
+    "std": UsualRange(1e-9, 1e-4, "m", "polished to sand-cast faces"),
+    "scale": UsualRange(1e-9, 1e-4, "m", "polished to sand-cast faces"),
+    "radius": UsualRange(1e-8, 1.0, "m", "summits and balls"),
+    "density": UsualRange(1e3, 1e15, "1/m^2", "summits that a scan finds"),
+    "area": UsualRange(1e-12, 10.0, "m^2", "joints"),
 }
-_SIZE = Usual(1e-3, 20.0, "m", "beams and plates that are bolted")
-_BODY = Usual(500.0, 2.3e4, "kg/m^3", "light polymers to tungsten")
-_BOLT = Usual(1e7, 1.1e9, "Pa", "finger-tight to the yield of grade 12.9")
-_BASE_DAMPING = Usual(1e-6, 0.05, "", "a string in vacuum to glue and rubber")
-_FORCE = Usual(1e-4, 1e5, "N", "hammers and shakers")
-_PRESSURE = Usual(1e1, 5e9, "Pa", "joints")
+_SIZE = UsualRange(1e-3, 20.0, "m", "beams and plates that are bolted")
+_BODY = UsualRange(500.0, 2.3e4, "kg/m^3", "light polymers to tungsten")
+_BOLT = UsualRange(1e7, 1.1e9, "Pa", "finger-tight to the yield of grade 12.9")
+_BASE_DAMPING = UsualRange(1e-6, 0.05, "", "a string in vacuum to glue and rubber")
+_FORCE = UsualRange(1e-4, 1e5, "N", "hammers and shakers")
+_PRESSURE = UsualRange(1e1, 5e9, "Pa", "joints")
 
 
-def questions(study: Any) -> list[str]:
+def unit_warnings(study: Any) -> list[str]:
     """Return warnings of likely unit errors and of parameters that were not identified."""
     unknown = [
         f"{key}: the loops from which the study was identified do not determine this number. "
@@ -256,7 +256,7 @@ def questions(study: Any) -> list[str]:
     ]
 
 
-def _values(study: Any) -> Iterator[tuple[str, float, Usual]]:
+def _values(study: Any) -> Iterator[tuple[str, float, UsualRange]]:
     for name, material in study.material.items():
         if isinstance(material, Elastic):
             yield f"material.{name}.young_modulus", material.young_modulus, _MODULUS
@@ -280,7 +280,7 @@ def _values(study: Any) -> Iterator[tuple[str, float, Usual]]:
         yield from _usual_of_structure(study.structure)
 
 
-def _usual_of_structure(part: Any) -> Iterator[tuple[str, float, Usual]]:
+def _usual_of_structure(part: Any) -> Iterator[tuple[str, float, UsualRange]]:
     for name in ("length", "width", "thickness", "lap"):
         if getattr(part, name) is None:
             continue
@@ -288,7 +288,7 @@ def _usual_of_structure(part: Any) -> Iterator[tuple[str, float, Usual]]:
     if part.density is not None:
         yield "structure.density", part.density, _BODY
     extent = part.extent
-    usual = Usual(1e-10 * extent, 1e-2 * extent, "m", "vibration of a part of this length")
+    usual = UsualRange(1e-10 * extent, 1e-2 * extent, "m", "vibration of a part of this length")
     if part.quantity == "displacement":
         yield "structure.amplitude.from", float(part.amplitudes[0]), usual
         yield "structure.amplitude.to", float(part.amplitudes[-1]), usual
@@ -302,7 +302,7 @@ def _usual_of_structure(part: Any) -> Iterator[tuple[str, float, Usual]]:
             yield "structure.bolts tension over the section of a shank", tension / section, _BOLT
 
 
-def _question(key: str, value: float, usual: Usual) -> str | None:
+def _question(key: str, value: float, usual: UsualRange) -> str | None:
     if usual.low <= value <= usual.high:
         return None
 

@@ -11,14 +11,14 @@ from microslip._core.checks import show
 from microslip._core.errors import StudyError
 from microslip._core.wording import shorten
 from microslip.contact import NormalLaw
-from microslip.study.consistency import check, mean_load
+from microslip.study.consistency import check_consistency, mean_load
 from microslip.study.joints import Joint
-from microslip.study.part import one_line
-from microslip.study.pressure import clamp
-from microslip.study.readers import FAILED, Place, Reading
+from microslip.study.part import first_error
+from microslip.study.pressure import set_clamped_materials
+from microslip.study.readers import FAILED, Place, ReadState
 from microslip.study.schema import StudyTables
 from microslip.study.structure import StructurePart
-from microslip.study.toml_text import Override, apply, dump, relocated_text, tables_of, text_of
+from microslip.study.toml_text import Override, apply, dump, read_text, relocated_text, tables_of
 
 
 class StudyDescription(StudyTables):
@@ -42,12 +42,12 @@ class StudyDescription(StudyTables):
         changes: Sequence[Override] = (),
     ) -> None:
         """Validate tables as in a file, and set the attributes of this empty study."""
-        reading = Reading(folder, tables)
+        reading = ReadState(folder, tables)
         place = Place("", reading)
         read = place.attempt(lambda: self.read(tables, place))
         if read is FAILED:
             blamed = _blamed(reading.errors[0][0], changes)
-            raise StudyError(f"{name}: {one_line(reading.errors, blamed)}")
+            raise StudyError(f"{name}: {first_error(reading.errors, blamed)}")
         self.__dict__.update(read.__dict__)
         self._name = name
         self._tables = tables
@@ -59,11 +59,11 @@ class StudyDescription(StudyTables):
         self.settle()
         if isinstance(self.joint, Joint) and not self.joint.normal_load:
             self.__dict__["joint"] = self.joint.copy(normal_load=(mean_load(self),))
-        check(self)
+        check_consistency(self)
 
     def settle(self) -> None:
         """Pass the materials of the plates to the bolts that clamp them."""
-        clamp(self)
+        set_clamped_materials(self)
 
     @property
     def bolted(self) -> StructurePart:
@@ -131,7 +131,7 @@ class StudyDescription(StudyTables):
         path = Path(path)
         name = shorten(str(path), 200)
         try:
-            text = text_of(path)
+            text = read_text(path)
         except ValueError as error:
             raise StudyError(f"{name}: {error}") from None
         return cls.from_toml(text, name, overrides, path.parent)

@@ -11,10 +11,10 @@ from microslip._core.units import PRESSURE, engineering, significant
 from microslip.contact import DrawnFace, NormalLaw
 from microslip.contact.drawn import SHAPE_ERROR, STIFFNESS_ERROR
 from microslip.contact.finish import Estimate, Finish, combined
-from microslip.study.fields import AREA, MATERIALS, ROUGHNESS, number, one_of
+from microslip.study.fields import MATERIALS, POSITIVE_AREA, UNCERTAIN_LENGTH, one_of, scalar
 from microslip.study.part import Part, SubTable, SurfaceTable, key, optional_key, tag
 from microslip.study.readers import KeyedError, Place
-from microslip.study.uncertain import Spread, Unsure
+from microslip.study.uncertain import Spread, Uncertain
 from microslip.surfaces.options import DIRECTION, PROCESSES, RA, RQ, RZ
 
 if TYPE_CHECKING:
@@ -22,23 +22,23 @@ if TYPE_CHECKING:
 
 _UNTIGHTENED = 1e4
 """Default tightening pressure [Pa], below usual loads, which then tighten the face themselves."""
-_FACTOR = Unsure(number("1.0", above=0.0))
-_SLOPE = Unsure(number("0.1", above=0.0, most=1.0))
+_FACTOR = Uncertain(scalar("1.0", above=0.0))
+_SLOPE = Uncertain(scalar("0.1", above=0.0, most=1.0))
 _DRAWN = ("ra", "rq", "rz", "rdq", "rsm", "process")
 
 
 class _Drawing(Part):
     """Roughness of one face as stated on a drawing."""
 
-    rq: float | None = optional_key(Unsure(RQ), "Root mean square height Rq.")
-    ra: float | None = optional_key(Unsure(RA), "Arithmetic mean height Ra, instead of Rq.")
-    rz: float | None = optional_key(Unsure(RZ), "Mean peak-to-valley height Rz, instead of Rq.")
+    rq: float | None = optional_key(Uncertain(RQ), "Root mean square height Rq.")
+    ra: float | None = optional_key(Uncertain(RA), "Arithmetic mean height Ra, instead of Rq.")
+    rz: float | None = optional_key(Uncertain(RZ), "Mean peak-to-valley height Rz, instead of Rq.")
     rdq: float | None = optional_key(
         _SLOPE,
         "Rms slope Rdq of profiles; if absent, estimated from the height, with a wide range.",
     )
     rsm: float | None = optional_key(
-        ROUGHNESS, "Mean width of the profile elements RSm, instead of Rdq.", '"60 um"'
+        UNCERTAIN_LENGTH, "Mean width of the profile elements RSm, instead of Rdq.", '"60 um"'
     )
     process: str | None = optional_key(
         one_of(*PROCESSES),
@@ -79,19 +79,19 @@ class DrawnSurface(_Drawing, SurfaceTable):
         "Roughness of the other face, which is smooth by default.",
         '{ rq = "1 um" }',
     )
-    area: float = key(AREA, "Apparent area.")
+    area: float = key(POSITIVE_AREA, "Apparent area.")
     tightening_pressure: float | None = optional_key(
         option("tightening_pressure", "", PRESSURE, example="100 MPa"),
         "Largest mean pressure applied to the face before; by default the pressure of the load.",
     )
     plateau: float | None = optional_key(
-        ROUGHNESS, "Rms height Rpq of the plateau of a honed face.", '"0.2 um"'
+        UNCERTAIN_LENGTH, "Rms height Rpq of the plateau of a honed face.", '"0.2 um"'
     )
     breadth: float | None = optional_key(
-        number("0.84", least=0.6, most=0.95), "Breadth of the spectrum, Rq <q>/h'."
+        scalar("0.84", least=0.6, most=0.95), "Breadth of the spectrum, Rq <q>/h'."
     )
     lay: float | None = optional_key(
-        number("0.2", above=0.0, most=1.0), "Rms slope along the lay over that across it."
+        scalar("0.2", above=0.0, most=1.0), "Rms slope along the lay over that across it."
     )
     direction: float | None = key(
         DIRECTION,

@@ -31,23 +31,23 @@ from microslip.readers.files import usable
 from microslip.readers.tables import Named, find, understood
 from microslip.readers.text import TextFile, open_text
 from microslip.study.part import Part, key, tag
-from microslip.study.readers import FAILED, Items, Place
-from microslip.study.uncertain import Unsure
+from microslip.study.readers import FAILED, ListOf, Place
+from microslip.study.uncertain import Uncertain
 
 # -- values ----------------------------------------------------------------------------------------
 
 
-def quantity(kind: Kind, example: str, sign: str = "positive") -> Option:
+def with_unit(kind: Kind, example: str, sign: str = "positive") -> Option:
     """Declare a value with a unit, such as ``example``."""
     return option("", "", kind, example=example, sign=sign, default=REQUIRED)
 
 
-def number(example: str = "", **limits: float) -> Number:
+def scalar(example: str = "", **limits: float) -> Number:
     """Declare a dimensionless number within limits."""
     return Number("", example=example, **limits)  # type: ignore[arg-type]
 
 
-def whole_number(low: int, high: int, example: str = "", noun: str = "") -> Option:
+def integer(low: int, high: int, example: str = "", noun: str = "") -> Option:
     """Declare a whole number from ``low`` to ``high``."""
     return Option("", least=low, most=high, kind=int, example=example, noun=noun)
 
@@ -65,25 +65,25 @@ def one_of(*words: str) -> Option:
 YES_NO = Option("", kind=bool)
 LINE = text("one line of at most 200 characters", longest=200)
 MATERIALS = key(
-    Items(text("the name of a body", "steel"), '["steel", "steel"]', (2, 2)),
+    ListOf(text("the name of a body", "steel"), '["steel", "steel"]', (2, 2)),
     "Names of the two bodies: materials of this file or metals of the table.",
 )
-LENGTH = quantity(units.LENGTH, "25 mm")
-PLACE = quantity(units.LENGTH, "30 mm", "any")
-HEIGHT = quantity(units.LENGTH, "0.5 um", "any")
-ROUGHNESS = Unsure(quantity(units.LENGTH, "0.5 um"))
-RADIUS = quantity(units.LENGTH, "1 mm")
-AMPLITUDE = quantity(units.LENGTH, "1 um")
-AREA = quantity(units.AREA, "2 cm^2")
-LOAD = quantity(units.FORCE, "2 kN")
-_TORQUE = quantity(units.TORQUE, "20 N m")
-MASS_DENSITY = quantity(units.MASS_DENSITY, "7850 kg/m^3")
-ANGLE = quantity(units.ANGLE, "90 deg", "any").but(
+POSITIVE_LENGTH = with_unit(units.LENGTH, "25 mm")
+PLACE = with_unit(units.LENGTH, "30 mm", "any")
+HEIGHT = with_unit(units.LENGTH, "0.5 um", "any")
+UNCERTAIN_LENGTH = Uncertain(with_unit(units.LENGTH, "0.5 um"))
+RADIUS = with_unit(units.LENGTH, "1 mm")
+AMPLITUDE = with_unit(units.LENGTH, "1 um")
+POSITIVE_AREA = with_unit(units.AREA, "2 cm^2")
+LOAD = with_unit(units.FORCE, "2 kN")
+_TORQUE = with_unit(units.TORQUE, "20 N m")
+POSITIVE_DENSITY = with_unit(units.MASS_DENSITY, "7850 kg/m^3")
+ANY_ANGLE = with_unit(units.ANGLE, "90 deg", "any").but(
     least=-2.0 * math.pi, most=2.0 * math.pi, why="a turn at most"
 )
-_FRICTION = number("0.55", above=0.0, most=1e6)
-VISCOUS_RATIO = number("0.01", least=0.0, below=1.0)
-SHARE = number("0.2", above=0.0, most=1.0)
+_FRICTION = scalar("0.55", above=0.0, most=1e6)
+VISCOUS_RATIO = scalar("0.01", least=0.0, below=1.0)
+FRACTION = scalar("0.2", above=0.0, most=1.0)
 
 
 # -- columns of files ------------------------------------------------------------------------------
@@ -122,7 +122,7 @@ class SiValues(tuple[float, ...]):
     __slots__ = ()
 
 
-class Column(Part):
+class CsvColumn(Part):
     """A column of a CSV file, with its unit in the header, as in "x [um]", or in `unit`."""
 
     file: str = key(FILE)
@@ -158,7 +158,7 @@ def column_values(
     return SiValues(values)
 
 
-class Numbers(Items):
+class Numbers(ListOf):
     """A list of declared numbers, given in the study or as a column of a file."""
 
     def __init__(self, item: Number, example: str = "", *, single: bool = False) -> None:
@@ -171,14 +171,14 @@ class Numbers(Items):
         if isinstance(raw_value, SiValues):
             return raw_value
         if isinstance(raw_value, dict):
-            column = Column.read(raw_value, place)
+            column = CsvColumn.read(raw_value, place)
             return column if column is FAILED else column.values(self.declared, place)
         return super().read(raw_value, place)
 
     def schema(self) -> JsonSchema:
         """Return the schema of a list or a column."""
         several = super().schema()
-        return {"anyOf": [*several.get("anyOf", [several]), Column.schema()]}
+        return {"anyOf": [*several.get("anyOf", [several]), CsvColumn.schema()]}
 
 
 def _unit(column: Named, stated_unit: str | None, kind: Kind) -> str:
@@ -280,7 +280,7 @@ def can_be_described(kind: type) -> bool:
 
 def key_for(declared: Number, **changes: Any) -> Any:
     """Return the key for a number that a class declares; it may be uncertain, or a list."""
-    return key(Numbers(declared) if declared.many else Unsure(declared), **changes)
+    return key(Numbers(declared) if declared.many else Uncertain(declared), **changes)
 
 
 def optional(kind: type, name: str, **changes: Any) -> Any:

@@ -18,16 +18,16 @@ from microslip.study.fields import (
     COLUMN_UNIT,
     FILE,
     HEIGHT,
-    ROUGHNESS,
-    Column,
+    UNCERTAIN_LENGTH,
+    CsvColumn,
     Numbers,
     can_be_described,
-    number,
+    scalar,
     table_of,
     text,
 )
 from microslip.study.part import Part, SubTable, key, optional_key, tag
-from microslip.study.readers import FAILED, KeyedError, Named, Place
+from microslip.study.readers import FAILED, KeyedError, NamedValues, Place
 
 _ALSO_CALLED = {
     "gaussian": "norm",
@@ -71,7 +71,7 @@ class GivenHeights(Part):
                 name = "column" if "column" in raw else "unit"
                 raise KeyedError(f".{name}", "wanted only with file, got values")
             raise KeyedError(".file", "wanted values or a file, got both")
-        column = Column.read({name: raw[name] for name in raw if name != "kind"}, place)
+        column = CsvColumn.read({name: raw[name] for name in raw if name != "kind"}, place)
         if column is FAILED:
             return {"kind": "values", "values": FAILED}
         return {**raw, "values": column.values(HEIGHT, place)}
@@ -90,12 +90,12 @@ class ScipyHeights(Part):
         'Name in scipy.stats, such as "weibull_min".',
     )
     parameters: dict[str, float] = key(
-        Named(number(), "{ c = 2.0 }"),
+        NamedValues(scalar(), "{ c = 2.0 }"),
         "Shape parameters by their names in SciPy; plain numbers.",
         default={},
     )
     location: float = key(HEIGHT, "Parameter loc of SciPy, a shift of all heights.", default=0.0)
-    scale: float = key(ROUGHNESS, "Parameter scale of SciPy.", '"1 um"')
+    scale: float = key(UNCERTAIN_LENGTH, "Parameter scale of SciPy.", '"1 um"')
 
     def build(self) -> Any:
         """Return the frozen distribution of scipy.stats, heights in metres."""

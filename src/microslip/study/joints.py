@@ -14,8 +14,8 @@ from microslip.friction.law_files import load_law_and_band
 from microslip.study.fields import LOAD, key_for, text
 from microslip.study.part import Part, SubTable, key, optional_key
 from microslip.study.pressure import ANY_PRESSURE, PressurePart
-from microslip.study.readers import Items, KeyedError, Place
-from microslip.study.uncertain import Unsure
+from microslip.study.readers import KeyedError, ListOf, Place
+from microslip.study.uncertain import Uncertain
 
 
 class Joint(Part):
@@ -23,7 +23,7 @@ class Joint(Part):
 
     friction_coefficient: float = key_for(parameter_of(Interface, "friction_coefficient"))
     normal_load: tuple[float, ...] = key(
-        Items(Unsure(LOAD), '["500 N", "2 kN"]', single=True, distinct=True),
+        ListOf(Uncertain(LOAD), '["500 N", "2 kN"]', single=True, distinct=True),
         "Normal load, or a list of different loads, with one joint per load. Optional only "
         "with a [structure], whose bolts press the faces together.",
         default=(),

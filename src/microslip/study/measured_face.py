@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from microslip.contact.measured_face import ContactNumbers
     from microslip.surfaces import Scan
 
-HARDNESS = option(
+HARDNESS_OPTION = option(
     "hardness",
     "Largest pressure on a point of the face; by default the hardness of the softer material. "
     "Without either the face stays elastic.",
@@ -36,7 +36,7 @@ HARDNESS = option(
     example="2.5 GPa",
     metavar="PRESSURE",
 )
-TIGHTENING = option(
+TIGHTENING_OPTION = option(
     "tightening_pressure",
     "Mean pressure to which the face was tightened, with contacts that yield; larger loads are "
     "refused. By default the largest normal load over the area, or the pressure under the washers.",
@@ -106,8 +106,8 @@ class MeasuredFace(SurfaceTable):
         text("the name of a scan", "ground.plu"),
         "File of the scan, relative to the folder of the study.",
     )
-    hardness: float | None = key_of(HARDNESS)
-    tightening_pressure: float | None = key_of(TIGHTENING)
+    hardness: float | None = key_of(HARDNESS_OPTION)
+    tightening_pressure: float | None = key_of(TIGHTENING_OPTION)
     direction: float | None = key_of(
         options.DIRECTION,
         help="Direction of motion, from x of the scan towards y; by default the mean over all "

@@ -8,12 +8,12 @@ from typing import Any
 from microslip._core.units import engineering
 from microslip._core.wording import did_you_mean, quote, quoted, shorten
 from microslip.contact.materials import Metal, metal_called, metals
-from microslip.study.readers import KeyedError, Reading
+from microslip.study.readers import KeyedError, ReadState
 
 _KEYS = ("young_modulus", "poisson_ratio", "hardness")
 
 
-def with_metals(tables: dict[str, Any], reading: Reading) -> dict[str, Any]:
+def with_metals(tables: dict[str, Any], reading: ReadState) -> dict[str, Any]:
     """Add the named metals to the materials of a study, and complete its entries."""
     entries = tables.get("material", {})
     if not isinstance(entries, dict):

@@ -19,13 +19,13 @@ from microslip._core.wording import did_you_mean, nearest, quote, quoted
 from microslip.study.readers import (
     FAILED,
     Constant,
-    Items,
+    DeclaredValue,
     KeyedError,
-    Named,
+    ListOf,
+    NamedValues,
     Place,
-    Plain,
     Reader,
-    Reading,
+    ReadState,
 )
 from microslip.study.removed import removed_key, removed_value
 
@@ -53,7 +53,7 @@ class Key:
     def declared(self) -> Number | None:
         """Declaration of the value, or of each item of a list; None for a table."""
         reader = self.reader
-        while isinstance(reader, (Items, Named)):
+        while isinstance(reader, (ListOf, NamedValues)):
             reader = reader.item
         return getattr(reader, "declared", None)
 
@@ -92,7 +92,7 @@ def key(
     Help, example and default are taken from the declaration unless given. A key with a default is
     optional. ``alias`` is the name in the file if it differs from the attribute.
     """
-    reader = declared if isinstance(declared, Reader) else Plain(declared)
+    reader = declared if isinstance(declared, Reader) else DeclaredValue(declared)
     return Key(
         reader,
         help or reader.help,
@@ -195,10 +195,10 @@ class Part:
     _keys_in_file: frozenset[str] = frozenset()  # keys that the file has
 
     def __init__(self, /, **tables: Any) -> None:
-        reading = Reading()
+        reading = ReadState()
         part = Place("", reading).attempt(lambda: self.read(tables, Place("", reading)))
         if part is FAILED:
-            raise StudyError(one_line(reading.errors))
+            raise StudyError(first_error(reading.errors))
         self.__dict__.update(part.__dict__)
 
     @classmethod
@@ -288,7 +288,7 @@ class Part:
         """Return the error message for an unknown key."""
         if hint := did_you_mean(name, cls.keys):
             return f"unknown key{hint}"
-        home = next((words for words, model in HOMES if name in model.keys), None)
+        home = next((words for words, model in LOCATED_TABLES if name in model.keys), None)
         if home is not None:
             return f"unknown key here; it belongs in {home}"
         return f"unknown key; the keys here are {', '.join(cls.keys)}"
@@ -375,16 +375,16 @@ class SurfaceTable(Part):
         return []
 
 
-HOMES: list[tuple[str, type[Part]]] = []
+LOCATED_TABLES: list[tuple[str, type[Part]]] = []
 """All tables of a study with their location as text, to find the table of a misplaced key."""
 
 
-def homes_of(model: type[Part], path: str = "") -> Iterator[tuple[str, type[Part]]]:
+def located_tables(model: type[Part], path: str = "") -> Iterator[tuple[str, type[Part]]]:
     """Yield a table and its subtables with their location as text, such as "[joint]"."""
     yield f"[{path}]" if path else "the top level", model
     for name, item in model.keys.items():
         where = f"{path}.{name}" if path else name
-        if isinstance(item.reader, Named):
+        if isinstance(item.reader, NamedValues):
             where += ".NAME"
         for words, table in item.reader.tables():
             if words and "kind" in words:
@@ -392,7 +392,7 @@ def homes_of(model: type[Part], path: str = "") -> Iterator[tuple[str, type[Part
             elif words:
                 yield f"[{where}]{words}", table
             if not words:
-                yield from homes_of(table, where)
+                yield from located_tables(table, where)
 
 
 def _by_keys(value: Any) -> Any:
@@ -417,7 +417,7 @@ def _first_line(model: type) -> str:
     return (model.__doc__ or "").split("\n")[0]
 
 
-def one_line(errors: Sequence[tuple[str, str]], blamed: str = "") -> str:
+def first_error(errors: Sequence[tuple[str, str]], blamed: str = "") -> str:
     """Return the first error with its key, and the number of further errors."""
     key, message = errors[0]
     extra = len(errors) - 1

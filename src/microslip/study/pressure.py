@@ -19,10 +19,18 @@ from microslip.structures.bolt_tightening import (
     tension_band,
 )
 from microslip.structures.bolts import Bolts
-from microslip.study.fields import ANGLE, SHARE, Numbers, one_of, optional, quantity, whole_number
+from microslip.study.fields import (
+    ANY_ANGLE,
+    FRACTION,
+    Numbers,
+    integer,
+    one_of,
+    optional,
+    with_unit,
+)
 from microslip.study.part import Part, SubTable, key, optional_key, tag
-from microslip.study.readers import Items, KeyedError, Place
-from microslip.study.uncertain import Spread, Unsure
+from microslip.study.readers import KeyedError, ListOf, Place
+from microslip.study.uncertain import Spread, Uncertain
 
 _LOST = "; the tension drops by f_Z divided by the resiliences of bolt and plates."
 
@@ -45,15 +53,15 @@ class TightenedBolts(Part):
         "the torque an uncertain input. By default 1.6 if other inputs are uncertain.",
     )
     embedding: float | None = optional_key(
-        Unsure(quantity(LENGTH, "8 um")),
+        Uncertain(with_unit(LENGTH, "8 um")),
         f"Total embedding f_Z of the faces clamped by a bolt (VDI 2230){_LOST}",
     )
     rz: float | None = optional_key(
-        Unsure(quantity(LENGTH, "6.3 um")),
+        Uncertain(with_unit(LENGTH, "6.3 um")),
         f"Rz of the faces, instead of embedding: f_Z is taken from the table of VDI 2230{_LOST}",
     )
     interfaces: int = key(
-        whole_number(1, 20), "Number of interfaces between the plates, for rz.", default=1
+        integer(1, 20), "Number of interfaces between the plates, for rz.", default=1
     )
     size: str | None
 
@@ -110,7 +118,7 @@ class TightenedBolts(Part):
         )
 
 
-def clamp(study: Any) -> None:
+def set_clamped_materials(study: Any) -> None:
     """Pass the moduli of the clamped plates to bolts, and the materials to a structure."""
     pressure, part = getattr(study.joint, "pressure", None), study.structure
     bodies = tuple(getattr(study.surface, "materials", ()))
@@ -135,9 +143,9 @@ def _modulus(study: Any, names: Sequence[str], thickness: Sequence[float]) -> fl
     return None if None in metals or not soft else sum(thickness) / soft
 
 
-_LENGTH = Unsure(quantity(LENGTH, "12 mm"))
-_COUNT = whole_number(1, 10_000, "4")
-_PRESSURES = Numbers(quantity(PRESSURE, "20 MPa", "any"), '["20 MPa", "12 MPa", "0 MPa"]')
+_LENGTH = Uncertain(with_unit(LENGTH, "12 mm"))
+_COUNT = integer(1, 10_000, "4")
+_PRESSURES = Numbers(with_unit(PRESSURE, "20 MPa", "any"), '["20 MPa", "12 MPa", "0 MPa"]')
 
 
 class PressurePart(Part):
@@ -201,7 +209,7 @@ class TablePressure(PressurePart):
 
     kind: str = tag("table", "Table over the distance from the axis.")
     distance: tuple[float, ...] = key(
-        Numbers(quantity(LENGTH, "0 mm", "any"), '["0 mm", "5 mm", "10 mm"]'),
+        Numbers(with_unit(LENGTH, "0 mm", "any"), '["0 mm", "5 mm", "10 mm"]'),
         "Distances from the axis, increasing: a list or a column of a CSV file.",
     )
     pressure: tuple[float, ...] = key(
@@ -219,7 +227,7 @@ class PatchesPressure(PressurePart):
 
     kind: str = tag("patches", "Patches with areas and pressures.")
     area: tuple[float, ...] = key(
-        Numbers(quantity(AREA, "4 mm^2"), '["4 mm^2", "4 mm^2"]', single=True),
+        Numbers(with_unit(AREA, "4 mm^2"), '["4 mm^2", "4 mm^2"]', single=True),
         "Area of each patch, or one for all: a list or a column of a CSV file.",
     )
     pressure: tuple[float, ...] = key(
@@ -239,7 +247,7 @@ class BoltPressure(TightenedBolts, PressurePart):
     kind: str = tag("bolt", "Cone under the heads of bolts through two plates.")
     size: str = key(one_of(*BOLTS), "Size of the bolts, which defines head and hole.", '"M8"')
     plates: tuple[float, ...] = key(
-        Items(_LENGTH, '["10 mm", "10 mm"]', (1, 2)), "Thickness of the two plates."
+        ListOf(_LENGTH, '["10 mm", "10 mm"]', (1, 2)), "Thickness of the two plates."
     )
     count: int = key(_COUNT, "Number of bolts.", default=1)
     preload: float | None = optional(Bolts, "tension")
@@ -249,11 +257,11 @@ class BoltPressure(TightenedBolts, PressurePart):
         help="K of torque = K d tension; by default 0.2, unless friction coefficients are given.",
     )
     axial_load: float | None = optional_key(
-        Unsure(quantity(FORCE, "2 kN")),
+        Uncertain(with_unit(FORCE, "2 kN")),
         "Axial load on each bolt, which reduces the clamp force by (1 - load_factor) axial_load.",
     )
     load_factor: float | None = optional_key(
-        Unsure(SHARE),
+        Uncertain(FRACTION),
         "Fraction of the axial load carried by the bolt (Phi of VDI 2230); by default from the "
         "resiliences, with a load introduction factor n = 0.5.",
         "0.1",
@@ -262,7 +270,7 @@ class BoltPressure(TightenedBolts, PressurePart):
         _LENGTH, "Bearing diameter of head, nut or washer on the plates.", '"16 mm"'
     )
     angle: float = key(
-        Unsure(ANGLE), "Half angle of the cone.", '"30 deg"', default=math.radians(30.0)
+        Uncertain(ANY_ANGLE), "Half angle of the cone.", '"30 deg"', default=math.radians(30.0)
     )
     edge: float | None = optional_key(
         _LENGTH,

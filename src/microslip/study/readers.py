@@ -12,7 +12,7 @@ from microslip._core.parameters import REQUIRED, JsonSchema, Number
 from microslip._core.wording import quote, shorten
 
 FAILED: Any = type("Failed", (), {"__repr__": lambda self: "FAILED"})()
-"""Result of a failed read; the error is recorded in :class:`Reading`."""
+"""Result of a failed read; the error is recorded in :class:`ReadState`."""
 
 T = TypeVar("T")
 _MOST_NAMES = 1000  # of a table with user-defined names
@@ -30,7 +30,7 @@ class KeyedError(ValueError):
 
 
 @dataclass
-class Reading:
+class ReadState:
     """State of reading one study: source, notes and errors."""
 
     folder: Path | None = None
@@ -53,7 +53,7 @@ class Place(NamedTuple):
     """Location in the study: the key that is being read."""
 
     key: str
-    reading: Reading
+    reading: ReadState
 
     def at(self, name: object) -> Place:
         """Return the location of a key of this table."""
@@ -108,7 +108,7 @@ class Reader:
         return iter(())
 
 
-class Plain(Reader):
+class DeclaredValue(Reader):
     """Reader of a declared value."""
 
     def __init__(self, declared: Number) -> None:
@@ -142,14 +142,14 @@ class Constant(Reader):
         return {"const": self.value}
 
 
-class Items(Reader):
+class ListOf(Reader):
     """Reader of a list; with ``single``, one item may be given without brackets."""
 
     def __init__(
         self, item: Number | Reader, example: str, count: tuple[int, int] = (1, 1000),
         *, single: bool = False, distinct: bool = False,
     ) -> None:  # fmt: skip
-        self.item = item if isinstance(item, Reader) else Plain(item)
+        self.item = item if isinstance(item, Reader) else DeclaredValue(item)
         self.example, self.count, self.single, self.distinct = example, count, single, distinct
         self.help = self.item.help
 
@@ -199,11 +199,11 @@ class Items(Reader):
         return self.item.tables()
 
 
-class Named(Reader):
+class NamedValues(Reader):
     """Reader of a table with user-defined names."""
 
     def __init__(self, item: Number | Reader, example: str) -> None:
-        self.item = item if isinstance(item, Reader) else Plain(item)
+        self.item = item if isinstance(item, Reader) else DeclaredValue(item)
         self.example = example
 
     def read(self, raw_value: object, place: Place) -> Any:

@@ -26,19 +26,19 @@ from microslip.study.fields import (
     LINE,
     YES_NO,
     column_values,
-    number,
+    integer,
     one_of,
-    quantity,
+    scalar,
     text,
-    whole_number,
+    with_unit,
 )
 from microslip.study.joints import ANY_JOINT
 from microslip.study.metals import with_metals
-from microslip.study.part import HOMES, Part, SubTable, homes_of, key, optional_key
-from microslip.study.readers import FAILED, Items, KeyedError, Named, Place, Reading
+from microslip.study.part import LOCATED_TABLES, Part, SubTable, key, located_tables, optional_key
+from microslip.study.readers import FAILED, KeyedError, ListOf, NamedValues, Place, ReadState
 from microslip.study.structure import StructurePart
 from microslip.study.surfaces import ANY_MATERIAL, ANY_SURFACE
-from microslip.study.uncertain import Unsure, with_followers
+from microslip.study.uncertain import Uncertain, with_linked_values
 
 _MOST_SAMPLES = 65_536
 GROUPS = 8
@@ -50,25 +50,25 @@ _KEYS = '["surface.radius", "surface.density"]'
 class CorrelationPart(Part):
     """Correlation of two uncertain numbers, defined between their normal scores."""
 
-    between: tuple[str, ...] = key(Items(LINE, _KEYS, (1, 2)), "Keys of the two numbers.")
-    value: float = key(number("-0.5", above=-1.0, below=1.0), "Correlation of their normal scores.")
+    between: tuple[str, ...] = key(ListOf(LINE, _KEYS, (1, 2)), "Keys of the two numbers.")
+    value: float = key(scalar("-0.5", above=-1.0, below=1.0), "Correlation of their normal scores.")
 
 
 class UncertaintyPart(Part):
     """Sampling of the uncertain inputs, and the quantiles reported."""
 
     samples: int = key(
-        whole_number(64, _MOST_SAMPLES, "512"),
+        integer(64, _MOST_SAMPLES, "512"),
         "Number of samples, rounded up to eight times a power of two.",
         default=512,
     )
     seed: int = key(
-        whole_number(0, 2**32 - 1, noun="a whole number of at least 0"),
+        integer(0, 2**32 - 1, noun="a whole number of at least 0"),
         "Seed of the scrambling; the same seed gives the same results.",
         default=0,
     )
     quantiles: tuple[float, ...] = key(
-        Items(number("0.05", above=0.0, below=1.0), "[0.05, 0.5, 0.95]", (1, 9), distinct=True),
+        ListOf(scalar("0.05", above=0.0, below=1.0), "[0.05, 0.5, 0.95]", (1, 9), distinct=True),
         "Quantiles of the bands.",
         default=(0.05, 0.5, 0.95),
     )
@@ -83,7 +83,7 @@ class UncertaintyPart(Part):
         default=False,
     )
     correlations: tuple[CorrelationPart, ...] = key(
-        Items(SubTable(CorrelationPart), f"[{{ between = {_KEYS}, value = -0.5 }}]", (1, 100)),
+        ListOf(SubTable(CorrelationPart), f"[{{ between = {_KEYS}, value = -0.5 }}]", (1, 100)),
         "Correlations of the uncertain numbers.",
         default=(),
     )
@@ -130,7 +130,7 @@ class UncertaintyPart(Part):
 _FITTED = ("friction_coefficient", "slip_scale", "standardised_separation")
 
 
-def read_fit(reading: Reading, folder: str) -> tuple[tuple[str, ...], Floats, Floats]:
+def read_fit(reading: ReadState, folder: str) -> tuple[tuple[str, ...], Floats, Floats]:
     """Return names, values and covariance of an identified interface from a result folder."""
     path = reading.path(folder) / "summary.json"
     if not path.exists():
@@ -167,7 +167,7 @@ class CurveRange(Part):
     start: float = key(AMPLITUDE, "Smallest amplitude.", '"1 nm"', alias="from")
     to: float = key(AMPLITUDE, "Largest amplitude.", '"100 um"')
     points: int = key(
-        whole_number(2, _MAX_POINTS, "200"),
+        integer(2, _MAX_POINTS, "200"),
         "Number of amplitudes, evenly spaced on a log axis.",
         default=200,
     )
@@ -180,10 +180,10 @@ class CurveRange(Part):
 
 
 _QUANTITIES = {
-    "displacement": quantity(LENGTH, "1 um", "any"),
-    "force": quantity(FORCE, "100 N", "any"),
+    "displacement": with_unit(LENGTH, "1 um", "any"),
+    "force": with_unit(FORCE, "100 N", "any"),
 }
-_TIMES = quantity(TIME, "1 s", "any")
+_TIMES = with_unit(TIME, "1 s", "any")
 
 
 class History(Part):
@@ -223,17 +223,17 @@ class History(Part):
         self.keep(values=lock(np.array(values)))
 
 
-class Excitation(Part):
+class ExcitationTable(Part):
     """Excitation of the joint: amplitudes of loops, range of the curves, a time history."""
 
     rules = {"not": {"required": ["amplitudes", "force_amplitudes"]}}  # noqa: RUF012
 
     amplitudes: tuple[float, ...] | None = optional_key(
-        Items(Unsure(AMPLITUDE), '["0.1 um", "1 um"]', distinct=True),
+        ListOf(Uncertain(AMPLITUDE), '["0.1 um", "1 um"]', distinct=True),
         "Displacement amplitudes of the loops, one loop each at every load.",
     )
     force_amplitudes: tuple[float, ...] | None = optional_key(
-        Items(Unsure(quantity(FORCE, "100 N")), '["50 N", "200 N"]', distinct=True),
+        ListOf(Uncertain(with_unit(FORCE, "100 N")), '["50 N", "200 N"]', distinct=True),
         "Force amplitudes of the loops, instead of displacement amplitudes.",
     )
     curve: CurveRange | None = optional_key(
@@ -253,11 +253,11 @@ class Excitation(Part):
             )
 
 
-class Output(Part):
+class OutputTable(Part):
     """Files written besides `summary.json` and the copy of the study."""
 
     formats: tuple[str, ...] = key(
-        Items(one_of(*_FORMATS), '["netcdf", "csv", "svg"]', (1, 20), distinct=True),
+        ListOf(one_of(*_FORMATS), '["netcdf", "csv", "svg"]', (1, 20), distinct=True),
         "Formats of the files; PNG, PDF, and UFF of the responses to structure.force, only on "
         "request.",
         default=_FORMATS[:3],
@@ -269,19 +269,19 @@ class StudyTables(Part):
     """All tables of a study; quantities are SI floats."""
 
     version: int = key(
-        whole_number(_SCHEMA, _SCHEMA, noun="schema = 1"),
+        integer(_SCHEMA, _SCHEMA, noun="schema = 1"),
         "Version of this format: 1.",
         "1",
         alias="schema",
     )
     title: str = key(LINE, "Title of figures, tables and the report; one line.", default="")
     not_identified: tuple[str, ...] | None = optional_key(
-        Items(text("a key", "surface.radius"), '["surface.radius"]', (1, 20), single=True),
+        ListOf(text("a key", "surface.radius"), '["surface.radius"]', (1, 20), single=True),
         "Keys whose values the identified loops did not determine, as written by "
         "`microslip identify`. A warning is shown for them until they are removed from this list.",
     )
     material: dict[str, Any] = key(
-        Named(ANY_MATERIAL, '{ mine = { young_modulus = "69 GPa", poisson_ratio = 0.33 } }'),
+        NamedValues(ANY_MATERIAL, '{ mine = { young_modulus = "69 GPa", poisson_ratio = 0.33 } }'),
         "Materials by name. Metals of `microslip materials` need no entry; an entry "
         "overrides the values of the metal.",
         default={},
@@ -292,8 +292,8 @@ class StudyTables(Part):
         default=None,
     )
     joint: Any = key(ANY_JOINT, "Friction and normal load, or the file of a friction law.")
-    excitation: Excitation = key(
-        SubTable(Excitation), "Amplitudes, curves and histories.", default=Excitation()
+    excitation: ExcitationTable = key(
+        SubTable(ExcitationTable), "Amplitudes, curves and histories.", default=ExcitationTable()
     )
     structure: StructurePart | None = optional_key(
         SubTable(StructurePart), "A bolted structure whose contact faces have this surface."
@@ -301,12 +301,12 @@ class StudyTables(Part):
     uncertainty: UncertaintyPart | None = optional_key(
         SubTable(UncertaintyPart), "Sampling of the uncertain inputs."
     )
-    output: Output = key(SubTable(Output), "Output files.", default=Output())
+    output: OutputTable = key(SubTable(OutputTable), "Output files.", default=OutputTable())
 
     @classmethod
     def prepare(cls, raw: dict[str, Any], place: Place) -> dict[str, Any]:
         """Insert metals of the table, and resolve numbers that are multiples of others."""
-        return with_followers(with_metals(raw, place.reading))
+        return with_linked_values(with_metals(raw, place.reading))
 
 
-HOMES.extend(homes_of(StudyTables))
+LOCATED_TABLES.extend(located_tables(StudyTables))

@@ -20,17 +20,17 @@ from microslip.study.bodies import (
     check_slack,
 )
 from microslip.study.fields import (
-    LENGTH,
-    MASS_DENSITY,
+    POSITIVE_DENSITY,
+    POSITIVE_LENGTH,
     VISCOUS_RATIO,
     YES_NO,
+    integer,
     one_of,
     optional,
-    whole_number,
 )
 from microslip.study.part import Part, SubTable, key, optional_key
-from microslip.study.readers import Items, KeyedError, Place
-from microslip.study.uncertain import Spread, Unsure
+from microslip.study.readers import KeyedError, ListOf, Place
+from microslip.study.uncertain import Spread, Uncertain
 from microslip.study.vibration import (
     AMPLITUDES,
     MODE,
@@ -57,7 +57,7 @@ _MOST_SAMPLES = 4096
 USUAL_PATCHES = (15, 2)
 
 
-class BaseDamping(Unsure):
+class BaseDamping(Uncertain):
     """Reader of a damping ratio: a number, a range, or the name of its source."""
 
     def read(self, raw_value: object, place: Place) -> Any:
@@ -108,22 +108,22 @@ class StructurePart(Part):
     mesh: MeshPart | None = optional_key(
         SubTable(MeshPart), "Mesh, instead of length, width, thickness and lap."
     )
-    density: float | None = optional_key(Unsure(MASS_DENSITY), "Mass density of the parts.")
+    density: float | None = optional_key(Uncertain(POSITIVE_DENSITY), "Mass density of the parts.")
     bolts: BoltsPart = key(SubTable(BoltsPart), "The bolts.")
     patches: tuple[int, int] | None = optional_key(
-        Items(whole_number(1, 100), "[15, 2]", (2, 2)),
+        ListOf(integer(1, 100), "[15, 2]", (2, 2)),
         "Contact patches along and across the lap; by default 15 x 2, with the patches that "
         "dissipate most energy halved along.",
     )
     element_size: float | None = optional_key(
-        LENGTH,
+        POSITIVE_LENGTH,
         "Size of the finite elements in the lap; by default the smaller of 1/24 of the lap and "
         "1/4 of the width.",
         '"5 mm"',
     )
     form: FormPart | None = optional_key(SubTable(FormPart), "Form of the faces; flat by default.")
     modes: tuple[int, ...] = key(
-        Items(MODE, "[1, 3]", (1, MOST_MODES), distinct=True),
+        ListOf(MODE, "[1, 3]", (1, MOST_MODES), distinct=True),
         "Numbers of the elastic modes, from 1.",
         default=(1,),
     )
@@ -150,12 +150,12 @@ class StructurePart(Part):
         default=LABORATORY,
     )
     harmonics: tuple[int, ...] = key(
-        Items(whole_number(0, 16, "1"), "[0, 1, 2, 3]", (1, 17), distinct=True),
+        ListOf(integer(0, 16, "1"), "[0, 1, 2, 3]", (1, 17), distinct=True),
         "Harmonics of the motion; the report estimates the effect of higher harmonics.",
         default=(0, 1, 2, 3),
     )
     samples: int = key(
-        whole_number(8, _MOST_SAMPLES, "64"),
+        integer(8, _MOST_SAMPLES, "64"),
         "Number of samples for the bands, if inputs are uncertain.",
         default=64,
     )
@@ -166,7 +166,7 @@ class StructurePart(Part):
         default=False,
     )
     measured: tuple[MeasuredPart, ...] = key(
-        Items(SubTable(MeasuredPart), '[{ file = "test.csv" }]', (0, 20), single=True),
+        ListOf(SubTable(MeasuredPart), '[{ file = "test.csv" }]', (0, 20), single=True),
         "Tests to compare with the prediction; several are written as [[structure.measured]].",
         default=(),
     )

@@ -27,8 +27,8 @@ from microslip.study.fields import (
     Numbers,
     key_for,
     one_of,
-    quantity,
     table_of,
+    with_unit,
 )
 from microslip.study.heights import ANY_HEIGHTS, GivenHeights
 from microslip.study.measured_face import MeasuredFace
@@ -82,7 +82,7 @@ class Rigid(Part):
         return "unknown key; a rigid material has no other keys"
 
 
-class Surface(SurfaceTable):
+class ContactSurface(SurfaceTable):
     """Base of the tables of two bodies in contact."""
 
     materials: tuple[str, str] = MATERIALS
@@ -96,7 +96,7 @@ class Surface(SurfaceTable):
         self.build(_ANY_PAIR)
 
 
-class DescribedSurface(Described, Surface):
+class DescribedSurface(Described, ContactSurface):
     """Table of a surface made from a class of the library."""
 
     def build(self, pair: MaterialPair) -> NormalLaw:
@@ -108,7 +108,7 @@ class DescribedSurface(Described, Surface):
         return law
 
 
-class PopulationSurface(Surface):
+class PopulationSurface(ContactSurface):
     """A finite set of summits, with one radius for all or one per summit [m]."""
 
     law: str = tag("population", "Given summits.")
@@ -139,7 +139,7 @@ class PopulationSurface(Surface):
         return AsperityPopulation(pair, heights=self.heights.build(), radii=radii)
 
 
-class TableSurface(Surface):
+class TableSurface(ContactSurface):
     """A measured or computed normal law: separations [m], loads [N] and extrapolation."""
 
     law: str = tag("table", "A measured or computed normal law.")
@@ -148,7 +148,7 @@ class TableSurface(Surface):
         "Separations, increasing: a list or a column of a CSV file.",
     )
     load: tuple[float, ...] = key(
-        Numbers(quantity(FORCE, "2 kN", "any"), '["2 kN", "0.5 kN", "0 N"]'),
+        Numbers(with_unit(FORCE, "2 kN", "any"), '["2 kN", "0.5 kN", "0 N"]'),
         "Load at each separation, decreasing and convex: a list or a column of a CSV file.",
     )
     tail: str | None = optional_key(

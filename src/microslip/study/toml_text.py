@@ -254,7 +254,7 @@ def as_toml(value: Any) -> str:
 _MAX_BYTES = 16_000_000
 
 
-def text_of(path: Path) -> str:
+def read_text(path: Path) -> str:
     """Return the UTF-8 text of a study; raise ValueError with the reason if it cannot be read."""
     with usable(path, "a study file"), path.open("rb") as file:
         content = file.read(_MAX_BYTES + 1)

@@ -13,7 +13,7 @@ from microslip._core.parameters import JsonSchema
 from microslip._core.units import engineering
 from microslip._core.wording import did_you_mean, quote, quoted
 from microslip.study.part import Part
-from microslip.study.readers import KeyedError, Place, Plain
+from microslip.study.readers import DeclaredValue, KeyedError, Place
 
 _FORMS = (
     ("low", "high"), ("low", "high", "distribution"), ("mean", "cv"),
@@ -124,14 +124,14 @@ class Spread(float):
         return f"{self._text(float(self))} with a coefficient of variation of {self.cv:g}{kind}"
 
 
-class Unsure(Plain):
+class Uncertain(DeclaredValue):
     """Reader of a declared number that may be uncertain, such as ``{ low, high }``."""
 
     def read(self, raw_value: object, place: Place) -> Any:
         """Return the number, or its :class:`Spread`."""
         if isinstance(raw_value, Spread):
             return raw_value
-        if isinstance(raw_value, Followed):
+        if isinstance(raw_value, LinkedValue):
             value = self.read(raw_value.source, place)
             if isinstance(value, Spread):
                 return value.following(raw_value.key, raw_value.factor)
@@ -238,7 +238,7 @@ _MEANINGS = {
 }
 
 
-class Followed(NamedTuple):
+class LinkedValue(NamedTuple):
     """Raw value of a quantity that is a multiple of another: key and value of that one, factor."""
 
     key: str
@@ -246,13 +246,13 @@ class Followed(NamedTuple):
     factor: float
 
 
-def with_followers(tables: dict[str, Any]) -> dict[str, Any]:
+def with_linked_values(tables: dict[str, Any]) -> dict[str, Any]:
     """Return the tables of a study with each ``{ of, factor }`` resolved."""
 
     def follower(table: object) -> bool:
         return isinstance(table, dict) and "of" in table and table.keys() <= {"of", "factor"}
 
-    def followed(table: dict[str, Any], where: str, passed: tuple[str, ...]) -> Followed:
+    def followed(table: dict[str, Any], where: str, passed: tuple[str, ...]) -> LinkedValue:
         key, factor = table["of"], table.get("factor", 1.0)
         plain = isinstance(factor, (int, float)) and not isinstance(factor, bool)
         if not plain or not 0.0 < factor < math.inf:
@@ -272,7 +272,7 @@ def with_followers(tables: dict[str, Any]) -> dict[str, Any]:
         if follower(source):
             first = followed(source, where, (*passed, key))
             return first._replace(factor=first.factor * factor)
-        return Followed(key, source, float(factor))
+        return LinkedValue(key, source, float(factor))
 
     def walked(part: Any, path: str) -> Any:
         if follower(part):
@@ -291,7 +291,7 @@ def spreads_of(part: object) -> Iterator[tuple[str, Spread]]:
     return ((key, spread) for key, spread in _all_spreads(part, "") if spread.of is None)
 
 
-def followers_of(part: object) -> set[str]:
+def linked_keys(part: object) -> set[str]:
     """Return the keys of multiples of uncertain numbers."""
     return {key for key, spread in _all_spreads(part, "") if spread.of is not None}
 

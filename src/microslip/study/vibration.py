@@ -12,43 +12,43 @@ from microslip.structures.modal_test import Motion
 from microslip.study.fields import (
     AMPLITUDE,
     FILE,
+    FRACTION,
     HEIGHT,
-    LENGTH,
     LINE,
     LOAD,
     PLACE,
-    SHARE,
+    POSITIVE_LENGTH,
     column_values,
-    number,
+    integer,
     one_of,
-    quantity,
-    whole_number,
+    scalar,
+    with_unit,
 )
 from microslip.study.part import Part, key, optional_key
-from microslip.study.readers import Items, KeyedError, Place, Plain
-from microslip.study.uncertain import Spread, Unsure
+from microslip.study.readers import DeclaredValue, KeyedError, ListOf, Place
+from microslip.study.uncertain import Spread, Uncertain
 
 if TYPE_CHECKING:
     from microslip.structures import ReducedJoint
 
-_HERTZ = quantity(FREQUENCY, "150 Hz")
+_HERTZ = with_unit(FREQUENCY, "150 Hz")
 MOST_FORCES = 10
 
 
 AMPLITUDES = {
     "displacement": AMPLITUDE,
-    "velocity": quantity(VELOCITY, "1 mm/s"),
-    "acceleration": quantity(ACCELERATION, "1 m/s^2"),
+    "velocity": with_unit(VELOCITY, "1 mm/s"),
+    "acceleration": with_unit(ACCELERATION, "1 m/s^2"),
 }
 MOST_POINTS = 100
-_PLACES = Unsure(PLACE)
+_PLACES = Uncertain(PLACE)
 
 
 class SensorPart(Part):
     """Sensor to which amplitudes refer."""
 
     at: tuple[float, float, float] = key(
-        Items(_PLACES, '["0.36 m", "0 m", "0 m"]', (3, 3)),
+        ListOf(_PLACES, '["0.36 m", "0 m", "0 m"]', (3, 3)),
         "Position from the middle of the lap: along, across, upwards.",
     )
     direction: str = key(
@@ -65,7 +65,7 @@ class SensedAmplitude(float):
     quantity: str
 
 
-class _Sensed(Plain):
+class _Sensed(DeclaredValue):
     """Reader of an amplitude of displacement, velocity or acceleration, distinguished by unit."""
 
     def read(self, raw_value: object, place: Place) -> Any:
@@ -90,7 +90,7 @@ class AmplitudeRange(Part):
         alias="from",
     )
     to: SensedAmplitude = key(_Sensed(AMPLITUDE), "Largest amplitude.", '"30 um"')
-    points: int = key(whole_number(2, MOST_POINTS, "10"), "Number of amplitudes.", default=10)
+    points: int = key(integer(2, MOST_POINTS, "10"), "Number of amplitudes.", default=10)
 
     def check(self, place: Place) -> None:
         """Refuse a range that does not increase, or of two quantities."""
@@ -116,12 +116,12 @@ class FormPart(Part):
     y: str = key(LINE, "Column of the positions across the lap.", '"y"', default="y")
     gap: str = key(LINE, "Column of the gaps.", '"gap"', default="gap")
     factor: float = key(
-        Unsure(number("1.0")),
+        Uncertain(scalar("1.0")),
         "Factor on the gaps of the file: 0 for flat faces, -1 for the reversed form.",
         default=1.0,
     )
     flatness: float | None = optional_key(
-        Unsure(LENGTH),
+        Uncertain(POSITIVE_LENGTH),
         "Peak-to-valley deviation of each face from its best-fit plane, if no form was measured; "
         "each sample draws two random faces.",
         '"20 um"',
@@ -133,12 +133,12 @@ class FormPart(Part):
         '"ground"',
     )
     correlation: float | None = optional_key(
-        Unsure(LENGTH),
+        Uncertain(POSITIVE_LENGTH),
         "Correlation length of random faces; by default 1/8 to 1 of the lap, log-uniform.",
         '"40 mm"',
     )
     rim: float | None = optional_key(
-        Unsure(HEIGHT),
+        Uncertain(HEIGHT),
         "Height of the raised rim around holes from drilling and tightening, sum of both faces; "
         "for faces with a rim visible on a scan or as marks.",
         '{ low = "0 um", high = "20 um" }',
@@ -207,12 +207,12 @@ class ForcePart(Part):
     """A harmonic force on the structure, for the response near each mode."""
 
     amplitude: tuple[float, ...] = key(
-        Items(LOAD, '["1 N", "5 N"]', (1, MOST_FORCES), single=True),
+        ListOf(LOAD, '["1 N", "5 N"]', (1, MOST_FORCES), single=True),
         "Amplitude of the force, or a list of amplitudes.",
         '"5 N"',
     )
     at: tuple[float, float, float] | None = optional_key(
-        Items(PLACE, '["0.3 m", "0 m", "0 m"]', (3, 3)),
+        ListOf(PLACE, '["0.3 m", "0 m", "0 m"]', (3, 3)),
         "Point of application, from the middle of the lap: along, across, upwards; by default at "
         "the sensor.",
     )
@@ -227,7 +227,7 @@ FITTED = ("friction_coefficient", "tension", "form", "young_modulus", "base_damp
 
 _COLUMNS = ("amplitude", "frequency", "damping_ratio")
 MOST_MODES = 10
-MODE = whole_number(1, MOST_MODES, "1", noun=f"a mode from 1 to {MOST_MODES}")
+MODE = integer(1, MOST_MODES, "1", noun=f"a mode from 1 to {MOST_MODES}")
 
 
 class MeasuredPart(Part):
@@ -256,7 +256,7 @@ class MeasuredPart(Part):
         default="damping_ratio",
     )
     band: tuple[float, float] | None = optional_key(
-        Items(_HERTZ, '["150 Hz", "220 Hz"]', (2, 2)),
+        ListOf(_HERTZ, '["150 Hz", "220 Hz"]', (2, 2)),
         "Frequency band of the mode in a ring-down with several modes.",
     )
     mode: int | None = optional_key(
@@ -270,17 +270,19 @@ class MeasuredPart(Part):
         "different damping ratios; by default according to the file.",
     )
     fit: tuple[str, ...] | None = optional_key(
-        Items(
+        ListOf(
             one_of(*FITTED), '["friction_coefficient", "tension"]', (1, len(FITTED)), distinct=True
         ),
         "Parameters fitted to the test, starting from the values of the study.",
     )
     frequency_error: float = key(
-        SHARE,
+        FRACTION,
         "Relative uncertainty of the frequencies, including that of the model.",
         default=0.003,
     )
-    damping_error: float = key(SHARE, "Relative uncertainty of the damping ratios.", default=0.05)
+    damping_error: float = key(
+        FRACTION, "Relative uncertainty of the damping ratios.", default=0.05
+    )
     table: Floats
     """Columns amplitude [m], frequency [Hz] and damping ratio [-]."""
     measured_motion: Motion

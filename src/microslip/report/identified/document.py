@@ -39,7 +39,7 @@ _SCHEMA = 2
 Say = Callable[[str], str]
 """Puts messages into the words of who asked, such as the options of a command."""
 
-LEVEL = f"{100.0 * CONFIDENCE:g} %"
+CONFIDENCE_TEXT = f"{100.0 * CONFIDENCE:g} %"
 _COLUMNS = {
     "force": ("Force T", "N"),
     "dissipated_energy": ("Energy of a cycle", "J"),
@@ -48,13 +48,13 @@ _COLUMNS = {
 _WORDS: Mapping[str, Word] = {"identified": "ok", "assumed": "watch", "bounded": "watch"}
 _METHOD = (
     "The settled cycles of each record are averaged; their scatter gives the noise. The force of "
-    "any law that obeys Masing's rules is linear in its density of sliders, so all records are "
-    "fitted at once by least squares with stiffnesses that are not negative: one convex problem "
-    "without start values or an assumed shape. At a lower normal load the yield displacements of "
-    f"all sliders are less by one number. An interval ({LEVEL}, each by itself) holds the values "
-    "of all densities whose sum of squares is within a quantile of the least one; the quantile is "
-    "calibrated by simulation from the fit. Loops cannot tell the joint from the rig in series: "
-    "without a measured stiffness of the rig all results are those of both."
+    "any law that obeys Masing's rules is linear in its slider density, so all records are fitted "
+    "together by least squares with non-negative stiffnesses: a convex problem without initial "
+    "values or an assumed shape. At a lower normal load the yield displacements of all sliders are "
+    f"smaller by one common shift. An interval ({CONFIDENCE_TEXT}, for each quantity separately) "
+    "contains the values of all densities whose sum of squares exceeds the minimum by no more than "
+    "a quantile, which is calibrated by simulation from the fit. Loops cannot separate the joint "
+    "from the rig in series: without a measured rig stiffness, the results are those of both."
 )
 _RESIDUALS = (
     "The residual is the root mean square of measured minus fitted force over the mean cycle; the "
@@ -80,7 +80,7 @@ class Identified:
 # -- the data set ---------------------------------------------------------------------------------
 
 
-def data_of(outcome: Identified, say: Say = str) -> dict[str, Any]:
+def identification_data(outcome: Identified, say: Say = str) -> dict[str, Any]:
     """Return all numbers of an identification as plain values in SI units."""
     found = outcome.found
     law = found.law
@@ -159,9 +159,9 @@ def _step(step: Any) -> dict[str, Any]:
 # -- the document ---------------------------------------------------------------------------------
 
 
-def document(outcome: Identified, say: Say = str) -> Document:
+def identification_document(outcome: Identified, say: Say = str) -> Document:
     """Return the law with its intervals, and the second step, as a document."""
-    data, found = data_of(outcome, say), outcome.found
+    data, found = identification_data(outcome, say), outcome.found
     holds = data["masing"]["holds"]
     sections = [
         Section("At rest and in gross slip", (_facts(data),)),
@@ -172,7 +172,7 @@ def document(outcome: Identified, say: Say = str) -> Document:
         sections.append(Section("Parameters", _parameters(data)))
     elif outcome.no_step:
         sections.append(Section("Parameters", (Note(outcome.no_step, small=True),)))
-    study = study_text(data)
+    study = law_study_text(data)
     sections += [
         Section("Figures", figures.pictures(found), brief=False),
         Section("Residuals", (_records(data["records"]),), brief=False),
@@ -226,7 +226,9 @@ def _number(data: Mapping[str, Any]) -> Headline:
     at = engineering(curve["amplitude"][-1], "m", 3, trim=True)
     digits = interval_digits(low, high, value)
     ends = " to ".join(engineering(end, "J", digits) for end in (low, high))
-    return Headline(f"energy at ±{at}", engineering(value, "J", digits), f"{ends} ({LEVEL})")
+    return Headline(
+        f"energy at ±{at}", engineering(value, "J", digits), f"{ends} ({CONFIDENCE_TEXT})"
+    )
 
 
 def interval_text(estimate: Estimate, unit: str) -> str:
@@ -261,7 +263,7 @@ def _facts(data: Mapping[str, Any]) -> Facts:
     load = data["curves"][-1]["normal_load"]
     at = "" if load is None else f" at {engineering(load, 'N', 3, trim=True)}"
     return Facts(
-        f"{capital(data['of'])}{at}, with {LEVEL} intervals",
+        f"{capital(data['of'])}{at}, with {CONFIDENCE_TEXT} intervals",
         (
             ("Stiffness at rest", of("stiffness")),
             ("Force limit", of("force_limit")),
@@ -276,7 +278,10 @@ def _amplitudes(data: Mapping[str, Any]) -> Table:
     columns = [
         Column("normal_load", "Normal load", "N", 4, write=cells.trimmed("N"), short="load"),
         Column("amplitude", "Amplitude", "m", 4, short="amplitude"),
-        *(Column(name, f"{label} ({LEVEL})", short=label) for name, (label, _) in _COLUMNS.items()),
+        *(
+            Column(name, f"{label} ({CONFIDENCE_TEXT})", short=label)
+            for name, (label, _) in _COLUMNS.items()
+        ),
     ]
     rows = []
     for curve in data["curves"]:
@@ -287,7 +292,7 @@ def _amplitudes(data: Mapping[str, Any]) -> Table:
                 for name, (_, unit) in _COLUMNS.items()
             )
             rows.append((curve["normal_load"], a, *texts))
-    caption = f"Intervals of {LEVEL}, each by itself, of the {data['of']}."
+    caption = f"Intervals of {CONFIDENCE_TEXT}, each by itself, of the {data['of']}."
     return Table("At the measured amplitudes", tuple(columns), tuple(rows), keys=2, caption=caption)
 
 
@@ -305,7 +310,7 @@ def _parameters(data: Mapping[str, Any]) -> tuple[Any, ...]:
     step = data["interface"]
     columns = (
         Column("parameter", "Parameter", short="parameter"),
-        Column("value", f"Value ({LEVEL})", short=f"value ({LEVEL})"),
+        Column("value", f"Value ({CONFIDENCE_TEXT})", short=f"value ({CONFIDENCE_TEXT})"),
         Column("verdict", "Verdict", short="verdict"),
     )
     rows = tuple(
@@ -353,7 +358,7 @@ def law_json(outcome: Identified) -> str:
     return law_text(law_content(outcome.found.law, band))
 
 
-def study_text(data: Mapping[str, Any]) -> str:
+def law_study_text(data: Mapping[str, Any]) -> str:
     """Return the study of the law in law.json at the measured amplitudes."""
     curve = data["curves"][-1]
     lines = [f"Identified by microslip {__version__}, the {data['of']}, from:"]

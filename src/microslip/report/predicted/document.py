@@ -10,7 +10,7 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.units import engineering, significant
 from microslip._core.wording import shorten
-from microslip.report.cells import quantity
+from microslip.report.cells import quantity_text
 from microslip.report.document import (
     Block,
     Document,
@@ -22,7 +22,7 @@ from microslip.report.document import (
     Note,
     Section,
 )
-from microslip.report.predicted.figures import pictures
+from microslip.report.predicted.figures import prediction_pictures
 from microslip.report.predicted.numbers import KIND, REMINDER
 from microslip.report.predicted.scatter_document import scatter_sections
 from microslip.report.predicted.tables import (
@@ -34,7 +34,7 @@ from microslip.report.predicted.tables import (
 from microslip.report.structure.document import structure_answer, structure_sections
 from microslip.report.structure.document import structure_headline as structure_number
 from microslip.report.structure.judged import with_structure
-from microslip.study.consistency import questions
+from microslip.study.consistency import unit_warnings
 from microslip.study.description import StudyDescription
 from microslip.study.measured_face import NO_CUTOFF
 from microslip.study.part import Part
@@ -46,7 +46,7 @@ REMARK = (
 )
 
 
-def document(result: Prediction) -> Document:
+def prediction_document(result: Prediction) -> Document:
     """Return the document of a prediction; its data is the summary."""
     study, summary = result.study, result.summary
     joints = summary["joints"]
@@ -68,7 +68,7 @@ def document(result: Prediction) -> Document:
         verdicts = with_structure(verdicts, result.structure)
     reminder = [Note(REMARK)] if study.asks_for_joint else []
     sections += [
-        Section("Figures", pictures(result), brief=False),
+        Section("Figures", prediction_pictures(result), brief=False),
         Section("Validity", (verdicts,)),
         Section("Notes", (*([Items(notes)] if notes else []), *reminder)),
         Section("Study", tuple(description), brief=False),
@@ -78,7 +78,7 @@ def document(result: Prediction) -> Document:
     if (structure := result.structure) is not None:
         title, figure = "Structure", "modal_curves"
         sentence, number = structure_answer(structure), structure_number(structure)
-    title, remarks = summary["title"] or title, tuple(questions(study))
+    title, remarks = summary["title"] or title, tuple(unit_warnings(study))
     return Document(KIND, title, sentence, tuple(sections), summary, remarks, number, figure)
 
 
@@ -241,7 +241,7 @@ def _rows(part: Part) -> tuple[tuple[str, str], ...]:
         if name in _BESIDE and not getattr(part, _BESIDE[name]):
             continue
         if name == "curve":
-            ends = " to ".join(quantity(x, "m") for x in (value.start, value.to))
+            ends = " to ".join(quantity_text(x, "m") for x in (value.start, value.to))
             rows.append(("Amplitudes of the curves", f"{ends}, {value.points} points"))
         elif name == "history":
             text = f'{len(value.values)} {value.quantity}s, column "{value.column}"'
@@ -260,5 +260,5 @@ def _rows(part: Part) -> tuple[tuple[str, str], ...]:
         elif isinstance(value, Part):
             rows += _rows(value)
         else:
-            rows.append((_KIND if name == "kind" else key.heading, quantity(value, key.unit)))
+            rows.append((_KIND if name == "kind" else key.heading, quantity_text(value, key.unit)))
     return tuple(rows)

@@ -332,7 +332,7 @@ def figure_names_of(result: Prediction) -> tuple[str, ...]:
     return tuple(name for name in FIGURES if name in figure_names(result.study))
 
 
-def pictures(result: Prediction) -> tuple[Picture, ...]:
+def prediction_pictures(result: Prediction) -> tuple[Picture, ...]:
     """Return the figures of a result, in reading order."""
     figures = []
     for name in figure_names_of(result):

@@ -22,8 +22,8 @@ from microslip.study import surfaces as u
 from microslip.study.build import is_uncertain
 from microslip.study.description import StudyDescription
 from microslip.study.runs.columns import (
-    Columns,
     HistoryResponse,
+    ResultColumns,
 )
 from microslip.study.runs.prediction import Defaults, Prediction, leading_inputs, scalars
 
@@ -89,7 +89,7 @@ def file_names(study: StudyDescription) -> tuple[str, ...]:
     )
 
 
-def summarise(result: Prediction, defaults: Defaults) -> dict[str, Any]:
+def prediction_summary(result: Prediction, defaults: Defaults) -> dict[str, Any]:
     """Return the contents of `summary.json`."""
     study, names, joint = result.study, file_names(result.study), result.joints[0]
     surface, structure, scatter = study.surface, result.structure, result.scatter
@@ -176,12 +176,12 @@ def joint_entry(study: StudyDescription, joint: Interface) -> dict[str, Any]:
         **{name: json_value(value) for name, value in scalars(study, joint).items()},
         "slip_scale_meaning": joint._slip_scale[1],
         "sensitivities": leading_inputs(study, joint),
-        **hertz(joint, study),
+        **hertz_numbers(joint, study),
         "validity": [json_value(verdict._asdict()) for verdict in joint_verdicts(study, joint)],
     }
 
 
-def hertz(joint: Any, study: StudyDescription) -> dict[str, Any]:
+def hertz_numbers(joint: Any, study: StudyDescription) -> dict[str, Any]:
     """Return the Hertz and Cattaneo numbers of a sphere; empty for other surfaces."""
     surface = getattr(joint, "surface", None)
     if not isinstance(surface, SphereOnFlat):
@@ -228,7 +228,7 @@ def _joint(result: Prediction, index: int) -> dict[str, Any]:
     }
 
 
-def _records(columns: Columns) -> list[dict[str, float | None]]:
+def _records(columns: ResultColumns) -> list[dict[str, float | None]]:
     arrays = columns.columns()
     rows = zip(*(json_value(array) for array in arrays.values()), strict=True)
     return [dict(zip(arrays, row, strict=True)) for row in rows]

@@ -21,7 +21,7 @@ from microslip.report.predicted.numbers import (
 )
 from microslip.report.predicted.tables import rest_section, validity_verdicts
 from microslip.study.build import build_joints
-from microslip.study.consistency import questions
+from microslip.study.consistency import unit_warnings
 from microslip.study.description import StudyDescription
 from microslip.study.part import Part
 from microslip.study.runs.prediction import DEFAULT_AMPLITUDES, DEFAULT_POINTS, Defaults
@@ -52,7 +52,7 @@ def preview(study: StudyDescription, progress: Progress | None = None) -> Docume
         "study": study.plain(),
         "quantities": list(_quantities(study)),
         "notes": [*study.notes, *default_notes, *load_notes(study, joints[0])],
-        "questions": questions(study),
+        "questions": unit_warnings(study),
         "joints": [joint_entry(study, joint) for joint in joints],
         "loops": loads * len(amplitudes),
         "points": loads * points,

@@ -21,8 +21,8 @@ from microslip._version import __version__
 from microslip.report.document import File
 from microslip.report.files import csv_file, netcdf_file, save, standard_files, text_file
 from microslip.report.predicted.data import data_set, tables
-from microslip.report.predicted.document import document
-from microslip.report.predicted.numbers import KIND, SUMMARY_SCHEMA, summarise
+from microslip.report.predicted.document import prediction_document
+from microslip.report.predicted.numbers import KIND, SUMMARY_SCHEMA, prediction_summary
 from microslip.report.structure.driven import RESPONSES, forced_tables
 from microslip.report.structure.fitted_study import FITTED_STUDY, fitted_text
 from microslip.structures.forced import write_universal
@@ -50,7 +50,7 @@ def files(result: Result, destination: Path) -> tuple[File, ...]:
             own.append(text_file(FITTED_STUDY, text))
     own.append(netcdf_file("result.nc", data))
     own.append(text_file("study.toml", lambda: study.text_for(destination)))
-    return standard_files(replace(document(result), files=tuple(own)))
+    return standard_files(replace(prediction_document(result), files=tuple(own)))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -78,7 +78,7 @@ class Result(Prediction):
         For each load, the response to the history of the study; empty without one.
     structure : StructurePrediction or None
         The bolted structure of the study: tightened state, modes, bands.
-    scatter : Scatter or None
+    scatter : PredictionScatter or None
         Bands of all quantities, if numbers of the study are uncertain.
     """
 
@@ -145,7 +145,7 @@ class Result(Prediction):
         """
         from microslip.figures import draw
 
-        figures = {picture.name: picture for picture in document(self).pictures}
+        figures = {picture.name: picture for picture in prediction_document(self).pictures}
         if not isinstance(name, str) or name not in figures:
             names = ", ".join(figures)
             raise InputError(f"`name` must be one of {names}, got {show(name)}")
@@ -189,5 +189,5 @@ class Study(StudyDescription):
             Joints, loops, curves and the summary.
         """
         prediction, defaults = run_prediction(self, progress, workers)
-        summary = summarise(prediction, defaults)
+        summary = prediction_summary(prediction, defaults)
         return Result(**{**vars(prediction), "summary": summary})

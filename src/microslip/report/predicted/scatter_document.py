@@ -18,7 +18,7 @@ from microslip.friction.sweeps.quantiles import samples_for
 from microslip.report import cells
 from microslip.report.document import Block, Column, Facts, Note, Section, Table
 from microslip.study.runs.prediction import Prediction
-from microslip.study.runs.scatter import RANKED, Decision, Scatter
+from microslip.study.runs.scatter import RANKED, Contributions, PredictionScatter
 
 _BANDS = ("loss_factor", "dissipated_energy")
 _LOOP = tuple(map(cells.column, ("normal_load", "amplitude")))
@@ -64,7 +64,7 @@ def _places(result: Prediction) -> list[tuple[int, int, float | None, float]]:
     ]
 
 
-def _bands(result: Prediction, scatter: Scatter, name: str) -> Table:
+def _bands(result: Prediction, scatter: PredictionScatter, name: str) -> Table:
     band, column = scatter.bands[name].values, cells.column(name)
     columns = (
         *_LOOP,
@@ -82,14 +82,14 @@ def _bands(result: Prediction, scatter: Scatter, name: str) -> Table:
     return Table(column.label, columns, tuple(rows), keys=2, noun="loops")
 
 
-def _half_widths(scatter: Scatter, name: str) -> Floats:
+def _half_widths(scatter: PredictionScatter, name: str) -> Floats:
     """Return the relative half-widths of the intervals of the quantiles; infinite if unknown."""
     band, (low, high) = scatter.bands[name].values, scatter.intervals[name]
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(np.maximum(band - low, high - band) / np.abs(band))
 
 
-def _of_input(decision: Decision, place: int) -> dict[str, Any]:
+def _of_input(decision: Contributions, place: int) -> dict[str, Any]:
     """Return the contribution of an input to a result, with Sobol' indices if computed."""
     arrays = {"share": decision.shares, "low": decision.low, "high": decision.high}
     if decision.first is not None and decision.total is not None:
@@ -97,7 +97,7 @@ def _of_input(decision: Decision, place: int) -> dict[str, Any]:
     return {name: json_value(values[place]) for name, values in arrays.items()}
 
 
-def _ranking(result: Prediction, scatter: Scatter) -> Table:
+def _ranking(result: Prediction, scatter: PredictionScatter) -> Table:
     columns = (
         Column("share", "Fraction of the variance of ln η", "", write=cells.percent, short="share"),
         Column("first", "Sobol’ index, first", "", write=cells.ratio, short="first"),
@@ -116,7 +116,7 @@ def _ranking(result: Prediction, scatter: Scatter) -> Table:
     return Table("What to measure next", heads, tuple(rows), keys=2, noun="inputs")
 
 
-def _remark(scatter: Scatter) -> str:
+def _remark(scatter: PredictionScatter) -> str:
     """Compare the scatter of the samples with the delta method."""
     decisions = [d for d in scatter.decisions if d.name == "loss_factor"]
     worst = max(decisions, key=lambda d: abs(d.scatter - d.delta))
@@ -128,7 +128,7 @@ def _remark(scatter: Scatter) -> str:
     )
 
 
-def _confidence_text(scatter: Scatter) -> str:
+def _confidence_text(scatter: PredictionScatter) -> str:
     """Describe the confidence of the quantiles, and the samples needed for a smaller interval."""
     widths = _half_widths(scatter, "loss_factor")
     widest, count = float(np.max(widths, initial=0.0)), scatter.samples
@@ -152,7 +152,7 @@ def _confidence_text(scatter: Scatter) -> str:
 _FINE = 0.01
 
 
-def tornado(result: Prediction, scatter: Scatter) -> Plot:
+def tornado(result: Prediction, scatter: PredictionScatter) -> Plot:
     """Plot the effect of each input for the loop with the largest scatter of the loss factor."""
     decision = max(
         (d for d in scatter.decisions if d.name == "loss_factor"), key=lambda d: d.scatter
@@ -177,7 +177,7 @@ def tornado(result: Prediction, scatter: Scatter) -> Plot:
     return Plot([panel], 1.2 + 0.42 * len(ticks), title=result.study.title)
 
 
-def scatter_numbers(scatter: Scatter) -> dict[str, Any]:
+def scatter_numbers(scatter: PredictionScatter) -> dict[str, Any]:
     """Return the scatter as plain values in SI units, for the summary."""
     return {
         "inputs": {entry.key: entry.written for entry in scatter.inputs},

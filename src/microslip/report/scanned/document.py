@@ -33,7 +33,7 @@ from microslip.report.document import (
 from microslip.report.files import csv_text, header, text_file
 from microslip.report.scanned import joint_section
 from microslip.report.scanned.height_pictures import height_plot, spectrum_plot
-from microslip.report.scanned.study_file import NAME, study_text
+from microslip.report.scanned.study_file import STUDY_NAME, face_study_text
 from microslip.surfaces.findings import Findings
 from microslip.surfaces.summits import Summits
 from microslip.surfaces.surface_parameters import (
@@ -71,14 +71,14 @@ _SUMMITS = {
 Say = Callable[[str], str]
 
 
-def document(findings: Findings, folder: Path | None = None, say: Say = str) -> Document:
+def scan_document(findings: Findings, folder: Path | None = None, say: Say = str) -> Document:
     """Return the document of a scan; study.toml names the scan relative to the folder."""
     remarks = tuple(say(text) for text in _remarks(findings))
     notes = findings.scan.notes if findings.summits is None else findings.summits.notes
-    data = summarise(findings, remarks)
+    data = scan_summary(findings, remarks)
     sections = [
         Section("Heights", _parameters(findings, data), brief=False),
-        *joint_section.sections(findings, say),
+        *joint_section.joint_sections(findings, say),
         Section("Statistics of the chapter's model", _summits(findings, data)),
         Section("Figures", _pictures(findings), brief=False),
         Section("Validity", (Verdicts(findings.verdicts, short=True),)),
@@ -87,8 +87,8 @@ def document(findings: Findings, folder: Path | None = None, say: Say = str) -> 
     if (summits := findings.summits) is not None:
         files.append(text_file("summits.csv", lambda: _summit_rows(summits)))
     if findings.face is not None:
-        text = study_text(findings, findings.face, folder or Path())
-        files.append(text_file(NAME, lambda: text))
+        text = face_study_text(findings, findings.face, folder or Path())
+        files.append(text_file(STUDY_NAME, lambda: text))
         sections.append(Section("Study of the joint", (Listing(text),), brief=False))
     sections.append(Section("Reading of the file", (Items(tuple(map(say, notes))),), brief=False))
     number = Headline("rms height Sq", engineering(findings.statistics.rms, "m", 4))
@@ -98,7 +98,7 @@ def document(findings: Findings, folder: Path | None = None, say: Say = str) -> 
     )  # fmt: skip
 
 
-def summarise(findings: Findings, remarks: tuple[str, ...]) -> dict[str, Any]:
+def scan_summary(findings: Findings, remarks: tuple[str, ...]) -> dict[str, Any]:
     """Return the content of summary.json: plain values in SI units, None for missing ones."""
     request, scan, summits = findings.request, findings.scan, findings.summits
     statistics = findings.summit_statistics
@@ -266,7 +266,7 @@ def _pictures(findings: Findings) -> tuple[Picture, ...]:
             partial(spectrum_plot, findings),
             "Power spectrum against wavelength, radial and along both axes",
         ),
-        *joint_section.pictures(findings),
+        *joint_section.joint_pictures(findings),
     )
 
 

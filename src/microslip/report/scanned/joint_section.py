@@ -21,7 +21,7 @@ _QUANTITIES = {
 }
 
 
-def sections(findings: Findings, say: Callable[[str], str] = str) -> list[Section]:
+def joint_sections(findings: Findings, say: Callable[[str], str] = str) -> list[Section]:
     """Return the section on the joint; empty if no joint was requested."""
     face = findings.face
     if face is None:
@@ -78,7 +78,7 @@ def summary(findings: Findings) -> dict[str, Any] | None:
     return {key: json_value(value) for key, value in data.items()}
 
 
-def pictures(findings: Findings) -> tuple[Picture, ...]:
+def joint_pictures(findings: Findings) -> tuple[Picture, ...]:
     """Return the figure of the solved face; empty if no joint was requested."""
     if findings.face is None:
         return ()

@@ -13,10 +13,10 @@ from microslip.study.toml_text import as_toml
 from microslip.surfaces.findings import Findings, Request
 from microslip.surfaces.joints import FaceJoint
 
-NAME = "study.toml"
+STUDY_NAME = "study.toml"
 
 
-def study_text(findings: Findings, face: FaceJoint, folder: Path) -> str:
+def face_study_text(findings: Findings, face: FaceJoint, folder: Path) -> str:
     """Return a study of the solved face, for a file in this folder."""
     request = findings.request
     tables = {
@@ -29,7 +29,7 @@ def study_text(findings: Findings, face: FaceJoint, folder: Path) -> str:
     }
     head = [
         f"# A joint of {findings.raw.name}, written by microslip surface:",
-        f"#   microslip predict {NAME}",
+        f"#   microslip predict {STUDY_NAME}",
         "schema = 1",
         f"title = {as_toml(findings.raw.name)}",
     ]

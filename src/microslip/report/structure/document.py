@@ -41,7 +41,7 @@ from microslip.report.structure.pictures import (
 from microslip.report.structure.tested import tested_numbers, tested_sections
 from microslip.structures import Convergence
 from microslip.structures.modal_curve import Resonance
-from microslip.study.runs.structure_prediction import Bands, Mode, StructurePrediction
+from microslip.study.runs.structure_prediction import Mode, ModeBands, StructurePrediction
 
 _PATCH = ("x", "y", "area", "gap", "normal_load")
 _TERMINAL_ROWS = 8  # rows of all tables of modes together on a terminal
@@ -111,7 +111,7 @@ def structure_headline(prediction: StructurePrediction) -> Headline:
     return Headline(name, value, band)
 
 
-def _band(bands: Bands, place: int) -> str:
+def _band(bands: ModeBands, place: int) -> str:
     return " to ".join(cells.ratio(bands.damping_ratio[end, place]) for end in (0, -1))
 
 

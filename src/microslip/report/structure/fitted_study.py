@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from microslip._version import __version__
-from microslip.study.build import at_middle
+from microslip.study.build import at_central_values
 from microslip.study.description import StudyDescription
 from microslip.study.runs.structure_prediction import StructurePrediction
 from microslip.study.toml_text import edited_text
@@ -36,7 +36,7 @@ def fitted_text(study: StudyDescription, result: StructurePrediction, destinatio
     assert found is not None  # who calls has looked
     text = study.text_for(destination)
     tables = tomllib.loads(text)
-    middle = at_middle(study)
+    middle = at_central_values(study)
     body = study.surface.materials[0]
     units = {"tension": (float(middle.bolted.tension[0]), "N")}
     if "young_modulus" in found.values:

@@ -26,7 +26,7 @@ from microslip._version import __version__
 from microslip.readers.files import reading
 from microslip.readers.laboratory import rows_of
 from microslip.readers.text import whole_text
-from microslip.study.toml_text import tables_of, text_of
+from microslip.study.toml_text import read_text, tables_of
 
 Outcome = dict[str, Any]
 
@@ -108,7 +108,7 @@ def _of_file(path: Path, study: str, name: str) -> BatchItem:
     surface: Any = None
     if study:
         with suppress(ValueError):  # the error is reported when the study is run
-            surface = tables_of(text_of(Path(study))).get("surface")
+            surface = tables_of(read_text(Path(study))).get("surface")
     work = "scan" if isinstance(surface, dict) and "scan" in surface else "measure"
     return BatchItem(name, work, str(path.resolve()), study)
 

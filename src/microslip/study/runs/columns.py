@@ -13,7 +13,7 @@ from microslip._core.frozen import Locked, lock
 from microslip.friction import Interface
 from microslip.friction.energies import dissipated_along
 
-_Columns = TypeVar("_Columns", bound="Columns")
+_Columns = TypeVar("_Columns", bound="ResultColumns")
 
 _BLOCK = 20_000
 
@@ -31,7 +31,7 @@ def pieces_of(
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Columns(Locked):
+class ResultColumns(Locked):
     """Named arrays of equal length; None for unknown quantities."""
 
     def __post_init__(self) -> None:
@@ -67,7 +67,7 @@ _BY_METHOD = (
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class AmplitudeCurve(Columns):
+class AmplitudeCurve(ResultColumns):
     """Cyclic quantities of one joint against the displacement amplitude, as equal-length arrays.
 
     `force_ratio` is the force amplitude over the force limit, `tangent_stiffness` the slope
@@ -128,7 +128,7 @@ class AmplitudeCurve(Columns):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class HistoryResponse(Columns):
+class HistoryResponse(ResultColumns):
     """Response of one joint to the history of the study, from rest, as equal-length arrays.
 
     Parameters

@@ -20,18 +20,18 @@ from microslip.contact.materials import MaterialPair
 from microslip.friction import Interface, LawBand
 from microslip.friction.input_slopes import input_slopes
 from microslip.friction.loops import Loop
-from microslip.study.build import at_middle, blame, build_joints, is_uncertain
+from microslip.study.build import at_central_values, build_joints, is_uncertain, naming_key
 from microslip.study.description import StudyDescription
 from microslip.study.joints import LawJoint
 from microslip.study.measured_face import MeasuredFace
 from microslip.study.runs.columns import (
     AmplitudeCurve,
-    Columns,
     HistoryResponse,
     Limits,
+    ResultColumns,
     pieces_of,
 )
-from microslip.study.runs.scatter import Scatter, scatter, with_amplitudes
+from microslip.study.runs.scatter import PredictionScatter, scatter, with_amplitudes
 from microslip.study.runs.structure import run_structure
 from microslip.study.runs.structure_prediction import StructurePrediction
 
@@ -48,7 +48,7 @@ class Prediction:
     limits: tuple[Limits, ...]
     histories: tuple[HistoryResponse, ...] = ()
     structure: StructurePrediction | None = None
-    scatter: Scatter | None = None
+    scatter: PredictionScatter | None = None
     summary: dict[str, Any] = field(default_factory=dict)
     """Summary of the result, see :class:`microslip.Result`."""
 
@@ -174,7 +174,7 @@ def _samples(result: Prediction, driven: str) -> dict[str, Variable]:
 
 
 def _columns(
-    tables: Sequence[Columns], prefix: str, dim: str, leave_out: str = ""
+    tables: Sequence[ResultColumns], prefix: str, dim: str, leave_out: str = ""
 ) -> dict[str, Variable]:
     """Return the columns of the tables of all loads, stacked, by name."""
     return {
@@ -272,7 +272,7 @@ def run_prediction(
     return result, defaults
 
 
-def _measured_scatter(result: Prediction, band: LawBand) -> Scatter:
+def _measured_scatter(result: Prediction, band: LawBand) -> PredictionScatter:
     """Return the intervals of an identified law; NaN for quantities not identified."""
     law = result.joints[0]
     bands = {
@@ -302,7 +302,7 @@ def _measured_scatter(result: Prediction, band: LawBand) -> Scatter:
         f"Intervals ({100.0 * band.confidence:g} % confidence each) are those of the identified "
         f"law. They exist for amplitudes from {low} to {high}, the range of its records.",
     )
-    return Scatter((), 0, np.array([tail, 1.0 - tail]), bands, {}, (), notes)
+    return PredictionScatter((), 0, np.array([tail, 1.0 - tail]), bands, {}, (), notes)
 
 
 def _scattered(
@@ -310,7 +310,7 @@ def _scattered(
 ) -> tuple[Prediction, Defaults]:
     """Return the results at the central values of the inputs, with bands."""
     begin = _solving(study)
-    result, defaults = _computed(at_middle(study), _part(progress, 0, 1, 0.0, begin))
+    result, defaults = _computed(at_central_values(study), _part(progress, 0, 1, 0.0, begin))
     first = result.rows[0]
     fixed_study = with_amplitudes(study, first.amplitude, result.curves[0].amplitude)
     bands = scatter(
@@ -330,7 +330,7 @@ def _variables(study: StudyDescription) -> dict[str, Variable]:
 
 def amplitude_rows(study: StudyDescription) -> list[dict[str, float]]:
     """Return results at the amplitudes of the loops, one row per load and amplitude."""
-    study = at_middle(study)
+    study = at_central_values(study)
     joints = build_joints(study)
     amplitudes = _amplitudes(study, Defaults.of(study, joints))
     rows = []
@@ -365,10 +365,10 @@ def _computed(
         row = _row(study, joint, amplitudes)
         rows.append(row)
         loops.append(_loops(study, joint, row, steps(0.0, 0.1)))
-        with blame(study, "excitation.curve"):
+        with naming_key(study, "excitation.curve"):
             curves.append(AmplitudeCurve.of(joint, grid, steps(0.1, 0.7)))
         if history is not None and record is not None:
-            with blame(study, "excitation.history"):
+            with naming_key(study, "excitation.history"):
                 histories.append(HistoryResponse.of(joint, record, history.quantity))
         limits.append(_limits(joint, joint._slip_scale[0]))
         steps(0.0, 1.0)(1.0)
@@ -397,9 +397,9 @@ def _part(progress: Progress | None, index: int, count: int, begin: float, end: 
 
 def _row(study: StudyDescription, joint: Interface, amplitudes: Floats) -> AmplitudeCurve:
     if study.excitation.force_amplitudes is None:
-        with blame(study, "excitation.amplitudes"):
+        with naming_key(study, "excitation.amplitudes"):
             return AmplitudeCurve.of(joint, amplitudes)
-    with blame(study, "excitation.force_amplitudes"):
+    with naming_key(study, "excitation.force_amplitudes"):
         return AmplitudeCurve.of_forces(joint, amplitudes)
 
 
@@ -407,7 +407,7 @@ def _loops(
     study: StudyDescription, joint: Interface, row: AmplitudeCurve, progress: Progress
 ) -> tuple[Loop, ...]:
     loops: list[Loop] = []
-    with blame(study, "excitation.amplitudes"):
+    with naming_key(study, "excitation.amplitudes"):
         for piece in pieces_of(row.amplitude.size, progress):
             loops += [joint.loop(a) for a in row.amplitude[piece].tolist()]
     return tuple(loops)

@@ -28,7 +28,7 @@ _LARGEST = 60_000_000  # largest number of values of one variable over all sampl
 
 
 @dataclass(frozen=True)
-class Decision:
+class Contributions:
     """Contributions of the inputs to the scatter of one result at one load and amplitude."""
 
     name: str  # the result
@@ -45,7 +45,7 @@ class Decision:
 
 
 @dataclass(frozen=True, eq=False)
-class Scatter:
+class PredictionScatter:
     """Bands of all results of a study, and the contributions of the inputs."""
 
     inputs: tuple[Input, ...]  # uncertain inputs
@@ -53,7 +53,7 @@ class Scatter:
     quantiles: Floats  # cumulative probabilities of the bands
     bands: Variables  # quantiles of the variables of result.nc, along the first dimension
     intervals: Mapping[str, Floats]  # ends of the confidence intervals of quantiles, except curves
-    decisions: tuple[Decision, ...]  # one per ranked result, load and amplitude
+    decisions: tuple[Contributions, ...]  # one per ranked result, load and amplitude
     notes: tuple[str, ...]
 
     def curve(self, quantile: int, load: int, amplitude: Floats) -> AmplitudeCurve:
@@ -64,7 +64,7 @@ class Scatter:
             columns[name] = None if band is None else band.values[quantile, load].copy()
         return AmplitudeCurve(**{**columns, "amplitude": amplitude.copy()})
 
-    def decision(self, name: str, load: int, amplitude: int) -> Decision:
+    def decision(self, name: str, load: int, amplitude: int) -> Contributions:
         """Return the contributions to one result."""
         return next(
             d for d in self.decisions if (d.name, d.load, d.amplitude) == (name, load, amplitude)
@@ -131,7 +131,7 @@ def scatter(
     compute: Compute,
     workers: int = 1,
     progress: Progress | None = None,
-) -> Scatter:
+) -> PredictionScatter:
     """Compute the bands of a study with fixed amplitudes, independent of the number of workers.
 
     ``nominal`` contains the results at the central values; ``compute`` returns the results of a
@@ -164,7 +164,7 @@ def scatter(
     decisions = _decisions(design, stacks, scores, count)
     if design.part.indices:
         decisions = _with_indices(design, compute, decisions, workers)
-    return Scatter(
+    return PredictionScatter(
         tuple(design.inputs), count, quantiles, bands, ends, decisions, _notes(design, left_out)
     )
 
@@ -182,7 +182,7 @@ def _with_bands(nominal: Variables, count: int) -> tuple[list[str], list[str]]:
 
 def _decisions(
     design: Design, stacks: Mapping[str, Floats], scores: Floats, count: int
-) -> tuple[Decision, ...]:
+) -> tuple[Contributions, ...]:
     _, ratios = design.near()
     decisions = []
     for name in RANKED:
@@ -197,7 +197,7 @@ def _decisions(
                 delta = math.sqrt(max(float(slopes @ design.correlation @ slopes), 0.0))
                 shares, explained = ranking(scores, logs[:count])
                 decisions.append(
-                    Decision(
+                    Contributions(
                         name, load, amplitude, float(logs[:count].std()), delta, shares, explained,
                         np.exp(low), np.exp(high),
                     )
@@ -206,8 +206,8 @@ def _decisions(
 
 
 def _with_indices(
-    design: Design, compute: Compute, decisions: Sequence[Decision], workers: int
-) -> tuple[Decision, ...]:
+    design: Design, compute: Compute, decisions: Sequence[Contributions], workers: int
+) -> tuple[Contributions, ...]:
     """Add Sobol' indices of the logarithms, from separate samples (Saltelli's method)."""
     from scipy.stats import sobol_indices, uniform
 

@@ -24,14 +24,14 @@ from microslip.structures import (
 from microslip.structures.periodic_motion import moving_modes
 from microslip.structures.reduction_convergence import refined
 from microslip.structures.tie_limits import tie_limits
-from microslip.study.build import Design, at_middle, blame, build_surface, is_uncertain
+from microslip.study.build import Design, at_central_values, build_surface, is_uncertain, naming_key
 from microslip.study.description import StudyDescription
 from microslip.study.measured_face import MeasuredFace
 from microslip.study.runs.structure_prediction import (
-    SHARES,
-    Bands,
+    BAND_QUANTILES,
     Mode,
-    Sampled,
+    ModeBands,
+    ModeSamples,
     StructurePrediction,
     TightMode,
     joint_damping,
@@ -41,7 +41,7 @@ from microslip.study.runs.structure_responses import (
     frequency_responses,
     gain_of,
 )
-from microslip.study.runs.structure_tests import changes, judge
+from microslip.study.runs.structure_tests import amplitude_trends, compare_tests
 from microslip.study.structure import StructurePart
 from microslip.study.uncertain import Spread, value_at
 from microslip.study.vibration import MeasuredPart
@@ -74,26 +74,26 @@ def run_structure(study: StudyDescription, progress: Progress | None = None) -> 
     """Reduce the structure of a study once, apply the preload, and compute modes with bands."""
     tell = progress or (lambda share: None)
     design = Design(study) if is_uncertain(study) else None
-    middle = at_middle(study)
+    middle = at_central_values(study)
     part = middle.bolted
     if isinstance(middle.surface, MeasuredFace):
         build_surface(middle, lambda share: tell(0.1 * share))  # solved once and cached
     joint = refined_model(middle, lambda share: tell(0.1 + 0.1 * share))
     tell(0.2)
-    with blame(study, "structure"):
+    with naming_key(study, "structure"):
         formed, state = tightened(middle, joint)
     convergence = None
     if part.converge:
-        with blame(study, "structure.converge"):
+        with naming_key(study, "structure.converge"):
             convergence = _converged(middle, joint, state, lambda share: tell(0.2 + 0.3 * share))
             joint = convergence.joint
             formed, state = tightened(middle, joint)
-    with blame(study, "structure.sensor"):
+    with naming_key(study, "structure.sensor"):
         _check_sensor(part.modes, moving_modes(joint.sensor("sensor"), state.model.shapes))
-    with blame(study, "structure"):
+    with naming_key(study, "structure"):
         curves = [_solved(part, joint, state, number) for number in part.modes]
     tell(0.5)
-    samples: list[Sampled | None] = [None] * len(part.modes)
+    samples: list[ModeSamples | None] = [None] * len(part.modes)
     inputs: tuple[tuple[str, str], ...] = ()
     if design is not None:
         inputs = tuple((_NAMES.get(entry.key, entry.key), entry.written) for entry in design.inputs)
@@ -111,7 +111,7 @@ def run_structure(study: StudyDescription, progress: Progress | None = None) -> 
     identified = None
     tests = _tests(part.measured, modes)
     if part.fitted:
-        with blame(study, "structure.measured.fit"):
+        with naming_key(study, "structure.measured.fit"):
             identified = _identified(middle, joint, tests)
     tight = _all_tight(middle, formed, state)
     shapes = state.model.shapes[:, [number - 1 for number in part.modes]]
@@ -119,7 +119,7 @@ def run_structure(study: StudyDescription, progress: Progress | None = None) -> 
         part, formed, state, modes, inputs, identified, tests, convergence, tight,
         frequency_responses(part, joint, state, modes),
         tuple(tie_limits(joint, part.washers, shapes)),
-        judge(tests, modes, part.quantity), changes(tests, modes),
+        compare_tests(tests, modes, part.quantity), amplitude_trends(tests, modes),
     )  # fmt: skip
 
 
@@ -158,7 +158,7 @@ def _reduced(study: StudyDescription, patches: Floats | None = None) -> ReducedJ
     """Return the reduced model of a study without uncertain inputs."""
     part = study.bolted
     reduction = part.reduction if patches is None else part.reduction | {"patches": patches}
-    with blame(study, "structure"):
+    with naming_key(study, "structure"):
         return part.reducer().reduce(**reduction)
 
 
@@ -167,7 +167,7 @@ def refined_model(study: StudyDescription, progress: Progress | None = None) -> 
     part = study.bolted
     if part.patches is not None or part.converge:
         return _reduced(study)
-    with blame(study, "structure"):
+    with naming_key(study, "structure"):
         return refined(
             part.reducer(),
             part.least_patch,
@@ -298,7 +298,7 @@ def _samples(
     joint: ReducedJoint,
     curves: list[ModalCurve],
     progress: Progress,
-) -> list[Sampled | None]:
+) -> list[ModeSamples | None]:
     """Return the curves of each mode at Sobol' points.
 
     The model is reduced again only for uncertain dimensions: for an uncertain modulus or mass
@@ -324,7 +324,7 @@ def _samples(
     for row, place in enumerate(scores if design.changed_keys != {BASE} else ()):
         sample = design.at(place)
         sample_part = sample.bolted
-        with blame(study, "structure"):
+        with naming_key(study, "structure"):
             if anew:
                 sides = [] if part.mesh else _SIDES
                 lap, width = scales(middle, sample, sides) or (1.0, 1.0)
@@ -337,7 +337,7 @@ def _samples(
                 curve = _curve(sample_part, model, state, number)
                 samples[index, :, row] = numbers(curve, model)
         progress((row + 1) / len(scores))
-    return [Sampled(scores, dense, f, zeta, gain, base) for f, zeta, gain in samples]
+    return [ModeSamples(scores, dense, f, zeta, gain, base) for f, zeta, gain in samples]
 
 
 def scaling_keys(study: StudyDescription) -> list[str]:
@@ -381,11 +381,11 @@ def _base_damping(design: Design, part: StructurePart, scores: Floats) -> Floats
 
 
 def _bands(
-    sampled: Sampled | None,
+    sampled: ModeSamples | None,
     part: StructurePart,
     names: tuple[str, ...],
     convergence: Convergence | None,
-) -> Bands | None:
+) -> ModeBands | None:
     """Return quantiles, widened by the estimated model error, and contributions of the inputs."""
     if sampled is None:
         return None
@@ -400,8 +400,8 @@ def _bands(
         key: tuple(zip(names, _slopes(scores, values), strict=True))
         for key, values in of_middle.items()
     }
-    frequency, frequency_error = quantiles(scores, logs[0], dense, SHARES)
-    damping, damping_error = quantiles(scores, logs[1], dense, SHARES, sampled.base_damping)
+    frequency, frequency_error = quantiles(scores, logs[0], dense, BAND_QUANTILES)
+    damping, damping_error = quantiles(scores, logs[1], dense, BAND_QUANTILES, sampled.base_damping)
     model = None if convergence is None else convergence.error
     if model is not None:
         outwards = np.array([-1.0, 0.0, 1.0])[:, None]
@@ -410,7 +410,7 @@ def _bands(
         of_joint = 1.0 - float(sampled.base_damping[0].mean()) / np.exp(damping)
         damping = damping + model[1] * np.maximum(of_joint, 0.0) * outwards
     random = part.form is not None and part.form.is_random
-    return Bands(
+    return ModeBands(
         np.exp(frequency),
         np.exp(damping),
         _ranking(scores, of_middle["damping_ratio"], names, random),

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from microslip.study.build import Design, at_middle, blame, is_uncertain
+from microslip.study.build import Design, at_central_values, is_uncertain, naming_key
 from microslip.study.description import StudyDescription
 from microslip.study.runs.structure import BASE, keys_of_model, tightened
 from microslip.study.structure import USUAL_PATCHES
@@ -34,11 +34,11 @@ class Cost(NamedTuple):
 
 def cost_of(study: StudyDescription) -> Cost:
     """Return the size of a study, and its computing time from one modal solution."""
-    middle = at_middle(study)
+    middle = at_central_values(study)
     part = middle.bolted
-    with blame(study, "structure"):
+    with naming_key(study, "structure"):
         reducer = part.reducer()
-    with blame(study, "structure.sensor"):
+    with naming_key(study, "structure.sensor"):
         reducer.check_sensors(part.reduction["sensors"])
     design = Design(study) if is_uncertain(study) else None
     count, samples, drawn_anew = reducer.elements.size, 0, False
@@ -49,7 +49,7 @@ def cost_of(study: StudyDescription) -> Cost:
     reductions += bool(part.bolts.slack)
     fits = len(part.measured) * (_DRAWS + _EVALUATIONS * len(part.fitted)) if part.fitted else 0
     balances = len(part.modes) * (1 + samples + bool(part.bolts.slack)) + fits
-    with blame(study, "structure"):
+    with naming_key(study, "structure"):
         marks = [time.perf_counter()]
         reducer.factorise()
         marks.append(time.perf_counter())

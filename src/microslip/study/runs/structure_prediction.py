@@ -18,15 +18,15 @@ from microslip.structures import (
     ReducedJoint,
 )
 from microslip.structures.tie_limits import TieLimits
-from microslip.study.runs.structure_verdicts import Change, QuantityVerdict
+from microslip.study.runs.structure_verdicts import AmplitudeTrend, QuantityVerdict
 from microslip.study.structure import StructurePart
 
-SHARES = (0.05, 0.5, 0.95)
+BAND_QUANTILES = (0.05, 0.5, 0.95)
 """Quantiles of the bands."""
 
 
 @dataclass(frozen=True)
-class Bands:
+class ModeBands:
     """Quantiles of a mode over the samples of the uncertain inputs."""
 
     frequency: Floats  # quantiles at each amplitude [Hz], shape (3, amplitudes)
@@ -59,7 +59,7 @@ def joint_damping(curve: ModalCurve) -> Floats:
     return np.maximum(curve.damping_ratio - curve.base_damping, 1e-14)
 
 
-class Sampled(NamedTuple):
+class ModeSamples(NamedTuple):
     """Results of one mode for all samples."""
 
     scores: Floats
@@ -105,7 +105,7 @@ class Mode:
 
     number: int  # counted from 1
     curve: ModalCurve  # by harmonic balance
-    bands: Bands | None  # None without uncertain inputs
+    bands: ModeBands | None  # None without uncertain inputs
     forced: tuple[ForcedMode, ...] = ()  # one per force
 
     @property
@@ -152,4 +152,6 @@ class StructurePrediction:
     frequency_responses: tuple[FrequencyResponse, ...] = ()  # one per force, all modes together
     limits: tuple[TieLimits, ...] = ()  # one per mode: open lap, tied under washers, fully tied
     judged: tuple[QuantityVerdict, ...] = ()  # comparison of tests and bands
-    changes: tuple[Change, ...] = ()  # changes over the amplitudes, of predictions and tests
+    changes: tuple[
+        AmplitudeTrend, ...
+    ] = ()  # changes over the amplitudes, of predictions and tests

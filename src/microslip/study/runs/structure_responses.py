@@ -13,10 +13,10 @@ from microslip.structures.forced import Node, six_digits
 from microslip.structures.modal_curve import Resonant, refined, resonant, with_phase
 from microslip.structures.periodic_motion import POWERS
 from microslip.study.runs.structure_prediction import (
-    SHARES,
+    BAND_QUANTILES,
     ForcedMode,
     Mode,
-    Sampled,
+    ModeSamples,
     joint_damping,
 )
 from microslip.study.schema import GROUPS
@@ -39,7 +39,7 @@ def _gain(curve: ModalCurve, joint: ReducedJoint) -> Floats:
 
 
 def forced_modes(
-    part: StructurePart, joint: ReducedJoint, curve: ModalCurve, sampled: Sampled | None
+    part: StructurePart, joint: ReducedJoint, curve: ModalCurve, sampled: ModeSamples | None
 ) -> tuple[ForcedMode, ...]:
     """Return the response to each force."""
     forces = () if part.force is None else part.force.amplitude
@@ -50,7 +50,7 @@ def _forced(
     part: StructurePart,
     joint: ReducedJoint,
     curve: ModalCurve,
-    sampled: Sampled | None,
+    sampled: ModeSamples | None,
     force: float,
 ) -> ForcedMode:
     power = POWERS[part.quantity]
@@ -98,7 +98,7 @@ def _forced(
     first = np.arange(len(sampled.dense)).reshape(GROUPS, -1)[:, : _DENSE // GROUPS].ravel()
     known = sampled.base_damping[0][solved_rows], sampled.base_damping[1][first]
     bands, errors = quantiles(
-        sampled.scores[solved_rows], logs[solved_rows], sampled.dense[first], SHARES, known,
+        sampled.scores[solved_rows], logs[solved_rows], sampled.dense[first], BAND_QUANTILES, known,
         of_points,
     )  # fmt: skip
     bands = np.exp(bands)

@@ -10,7 +10,7 @@ from microslip._core.checks import Floats
 from microslip.structures import ModalCurve, ModalTest
 from microslip.structures.periodic_motion import POWERS
 from microslip.study.runs.structure_prediction import Mode
-from microslip.study.runs.structure_verdicts import Change, QuantityVerdict, Word
+from microslip.study.runs.structure_verdicts import AmplitudeTrend, QuantityVerdict, TestWord
 
 _UNITS = (
     (1e3, "1000 times larger"), (1e-3, "1000 times smaller"),
@@ -26,7 +26,7 @@ _FACTOR = {"frequency": ((2.0 * math.pi, "rad/s where Hz is written"),
                              (0.5, "the loss factor, twice the damping ratio"))}  # fmt: skip
 
 
-def judge(
+def compare_tests(
     tests: tuple[ModalTest, ...], modes: tuple[Mode, ...], quantity: str
 ) -> tuple[QuantityVerdict, ...]:
     """Compare frequency and damping of each test with the band of its mode.
@@ -57,7 +57,7 @@ def _judged(test: ModalTest, mode: Mode, name: str, moved: Floats) -> QuantityVe
     if name == "damping_ratio" and test.motion == "decay":  # convert to steady motion
         value = value * _steady_over_decay(mode.curve, moved)
     above, below, points, distance = _against(mode, band, moved, value)
-    word: Word = "inside"
+    word: TestWord = "inside"
     if not points:
         word = "not compared"
     elif above and below:
@@ -117,7 +117,9 @@ def _steady_over_decay(curve: ModalCurve, moved: Floats) -> Floats:
     return np.interp(np.log(moved), np.log(curve.amplitude[known]), ratio[known])
 
 
-def changes(tests: tuple[ModalTest, ...], modes: tuple[Mode, ...]) -> tuple[Change, ...]:
+def amplitude_trends(
+    tests: tuple[ModalTest, ...], modes: tuple[Mode, ...]
+) -> tuple[AmplitudeTrend, ...]:
     """Return the change of frequency and damping over the amplitudes, of predictions and tests."""
     found = []
     for mode in modes:
@@ -133,6 +135,10 @@ def changes(tests: tuple[ModalTest, ...], modes: tuple[Mode, ...]) -> tuple[Chan
     return tuple(found)
 
 
-def _change(source: str, number: int, base: float, frequency: Floats, damping: Floats) -> Change:
+def _change(
+    source: str, number: int, base: float, frequency: Floats, damping: Floats
+) -> AmplitudeTrend:
     rise = float(damping[1] - damping[0])
-    return Change(source, number, float(base), rise, float(frequency[1] / frequency[0] - 1.0))
+    return AmplitudeTrend(
+        source, number, float(base), rise, float(frequency[1] / frequency[0] - 1.0)
+    )

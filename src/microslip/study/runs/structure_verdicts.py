@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Literal, NamedTuple
 
-Word = Literal["inside", "above", "below", "on both sides", "not compared"]
+TestWord = Literal["inside", "above", "below", "on both sides", "not compared"]
 _STEADY_RATIO = 0.2
 """Ratio of damping rise to relative frequency fall [-] below which microslip is doubtful."""
 
@@ -17,7 +17,7 @@ class QuantityVerdict(NamedTuple):
     mode: int
     quantity: str
     """``frequency`` or ``damping_ratio``."""
-    word: Word
+    word: TestWord
     points: int
     """Number of points within the amplitudes of the prediction."""
     above: int
@@ -35,7 +35,7 @@ class QuantityVerdict(NamedTuple):
         return self.points - self.above - self.below
 
 
-class Change(NamedTuple):
+class AmplitudeTrend(NamedTuple):
     """Change of frequency and damping over the amplitudes of a test or a prediction."""
 
     source: str

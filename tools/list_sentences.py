@@ -40,7 +40,8 @@ def sentences(path: Path) -> Iterator[tuple[int, str]]:
             hidden.add(id(node.value))
         if shown and isinstance(node, (ast.ClassDef, ast.FunctionDef)):
             is_command = any("command" in ast.unparse(d) for d in node.decorator_list)
-            is_table = isinstance(node, ast.ClassDef) and any("Part" in ast.unparse(b) for b in node.bases)
+            bases = " ".join(map(ast.unparse, node.bases)) if isinstance(node, ast.ClassDef) else ""
+            is_table = "Part" in bases
             if (doc := ast.get_docstring(node)) and (is_command or is_table):
                 found[node.lineno] = doc if is_command else doc.split("\n")[0]
     for node in ast.walk(tree):

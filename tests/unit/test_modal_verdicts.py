@@ -87,7 +87,7 @@ def test_rise_over_fall_tells_microslip_from_geometry() -> None:
     assert predicted.ratio == pytest.approx(0.45)
     assert (predicted.base_damping, predicted.doubt) == (5e-4, "")
     assert measured.ratio == pytest.approx(0.05)
-    assert "large bending" in measured.doubt
+    assert "large deflections" in measured.doubt
 
 
 def test_stuck_joints_have_a_damping_that_has_a_logarithm() -> None:

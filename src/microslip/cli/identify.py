@@ -119,9 +119,8 @@ def identify(
                 report(0.7)
                 step, title, why = _second_step(found, study, known)
                 report(1.0)
-            page = identification_document(
-                Identified(found, title, step, why, tuple(skipped)), in_options
-            )
+            outcome = Identified(found, title, step, why, tuple(skipped))
+            page = identification_document(outcome, in_options)
             if stage is not None:
                 with progress("Drawing and writing") as report:
                     page = write_document(page, stage, output.kinds, report)
@@ -150,14 +149,11 @@ def _second_step(
     joint, _ = build_as_made(description)
     surface = joint.surface
     if not isinstance(surface, GreenwoodWilliamson):
-        return (
-            None,
-            description.title,
-            (
-                f"The surface of {study.name} has no height distribution, which the parameters "
-                "of the interface require."
-            ),
+        why = (
+            f"The surface of {study.name} has no height distribution, which the parameters of the "
+            "interface require."
         )
+        return None, description.title, why
     try:
         step = found.interface(
             surface.pair, area=surface.area, heights=surface.heights, known=known or None

@@ -112,7 +112,6 @@ def _statistics(finite: Floats) -> dict[str, Any]:
 
 
 def _number(statistics: dict[str, Any]) -> Headline | None:
-    """Return the median of the damping, or of the first column, with its band."""
     preferred = ("loss_factor", "damping_ratio", *statistics)
     name = next((n for n in preferred if n in statistics), None)
     if name is None:

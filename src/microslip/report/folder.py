@@ -104,7 +104,6 @@ def _discard(folder: Path, kind: str) -> None:
 
 
 def _check(place: _Place) -> None:
-    """Raise a StudyError if the destination exists and must not be replaced."""
     target, name = place.target, place.name
     if os.path.islink(target):  # noqa: PTH114 - never raises
         raise StudyError(f"{name}: is a link; give the folder itself, or another folder with -o")

@@ -47,7 +47,6 @@ class _Drawing(Part):
 
     @property
     def finish(self) -> Finish:
-        """Rms height and slope with their scatter."""
         values: dict[str, Any] = {}
         for name in _DRAWN:
             value = getattr(self, name)
@@ -55,7 +54,6 @@ class _Drawing(Part):
         return Finish(**values)
 
     def check(self, place: Place) -> None:
-        """Refuse values that the class refuses."""
         try:
             self.finish  # noqa: B018
         except InputError as error:

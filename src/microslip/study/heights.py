@@ -184,7 +184,6 @@ class _AnyHeights(SubTable):
     """Table of heights of any kind; the error for a SciPy name as kind suggests kind = "scipy"."""
 
     def read(self, raw_value: object, place: Place) -> Any:
-        """Return the table."""
         try:
             return super().read(raw_value, place)
         except KeyedError as error:

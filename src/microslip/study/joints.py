@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from microslip._core.errors import InputError
 from microslip._core.parameters import key_of, parameter_of
 from microslip.contact import NormalLaw
@@ -106,9 +104,4 @@ class LawJoint(Part):
         return self.friction_law
 
 
-def _model_name(raw: Any) -> str:
-    """Return the name of the table class that matches the keys of [joint]."""
-    return "LawJoint" if "law_file" in raw else "Joint"
-
-
-ANY_JOINT = SubTable(Joint, LawJoint, tell=_model_name)
+ANY_JOINT = SubTable(Joint, LawJoint, tell=lambda raw: "LawJoint" if "law_file" in raw else "Joint")

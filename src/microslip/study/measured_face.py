@@ -71,13 +71,11 @@ class _Channel(Reader):
     help, example, default = options.CHANNEL.help, options.CHANNEL.example_text, None
 
     def read(self, raw_value: object, place: Place) -> str | int:
-        """Return the name or number of the channel."""
         if isinstance(raw_value, bool) or not isinstance(raw_value, (str, int)) or raw_value == "":
             raise ValueError(f'wanted a channel such as "Topography" or 0, got {quote(raw_value)}')
         return raw_value
 
     def schema(self) -> JsonSchema:
-        """Return the schema of text or a whole number."""
         return {"anyOf": [{"type": "string"}, {"type": "integer"}]}
 
 

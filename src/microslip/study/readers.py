@@ -142,7 +142,16 @@ class Constant(Reader):
         return {"const": self.value}
 
 
-class ListOf(Reader):
+class _Several(Reader):
+    """Reader of several values of one kind."""
+
+    item: Reader
+
+    def tables(self) -> Iterator[tuple[str, Any]]:
+        return self.item.tables()
+
+
+class ListOf(_Several):
     """Reader of a list; with ``single``, one item may be given without brackets."""
 
     def __init__(
@@ -194,12 +203,8 @@ class ListOf(Reader):
         several = {"type": "array", "items": item, "minItems": low, "maxItems": high}
         return {"anyOf": [item, several]} if self.single else several
 
-    def tables(self) -> Iterator[tuple[str, Any]]:
-        """Yield the tables that an item may contain."""
-        return self.item.tables()
 
-
-class NamedValues(Reader):
+class NamedValues(_Several):
     """Reader of a table with user-defined names."""
 
     def __init__(self, item: Number | Reader, example: str) -> None:
@@ -224,10 +229,6 @@ class NamedValues(Reader):
     def schema(self) -> JsonSchema:
         """Return the schema of a table with arbitrary names."""
         return {"type": "object", "additionalProperties": self.item.schema()}
-
-    def tables(self) -> Iterator[tuple[str, Any]]:
-        """Yield the tables that an item may contain."""
-        return self.item.tables()
 
 
 def as_keyed(error: InputError, table: str, names: Sequence[str]) -> tuple[str, str]:

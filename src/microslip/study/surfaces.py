@@ -193,18 +193,15 @@ class _AnySurface(SubTable):
     """Table of a surface by its law; a face with a scan is measured, and otherwise drawn."""
 
     def read(self, raw_value: object, place: Place) -> Any:
-        """Return the table of the chosen law."""
         if isinstance(raw_value, Mapping) and raw_value.get("law") == "face":
             table = MeasuredFace if "scan" in raw_value else DrawnSurface
             return table.read(raw_value, place)
         return super().read(raw_value, place)
 
     def schema(self) -> JsonSchema:
-        """Return the schema of all tables."""
         return {"oneOf": [*super().schema()["oneOf"], DrawnSurface.schema()]}
 
     def tables(self) -> Iterator[tuple[str, type[Part]]]:
-        """Yield the table of each law, and that of a drawn face."""
         yield from super().tables()
         yield ' with law = "face" and no scan', DrawnSurface
 

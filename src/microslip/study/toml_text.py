@@ -165,7 +165,6 @@ def _value(override: str, text: str) -> Any:
 
 
 def _set_key(data: Any, change: Override) -> None:
-    """Set or remove one key, and create missing tables."""
     *words, last = change.path
     node = data
     for count, word in enumerate(words, start=1):

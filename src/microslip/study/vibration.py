@@ -69,7 +69,6 @@ class _Sensed(DeclaredValue):
     """Reader of an amplitude of displacement, velocity or acceleration, distinguished by unit."""
 
     def read(self, raw_value: object, place: Place) -> Any:
-        """Return the amplitude with its quantity."""
         for name, declared in AMPLITUDES.items():
             try:
                 value = SensedAmplitude(declared.read(raw_value))

@@ -274,7 +274,6 @@ def _facts(data: Mapping[str, Any]) -> Facts:
 
 
 def _amplitudes(data: Mapping[str, Any]) -> Table:
-    """Return the estimates at the amplitudes of the records, a row each."""
     columns = [
         Column("normal_load", "Normal load", "N", 4, write=cells.trimmed("N"), short="load"),
         Column("amplitude", "Amplitude", "m", 4, short="amplitude"),
@@ -390,7 +389,6 @@ def _written(amplitude: float) -> str:
 
 
 def _curves_csv(data: Mapping[str, Any]) -> str:
-    """Return force, energy and damping ratio against amplitude with their ends."""
     heads = ["normal load [N]", "amplitude [m]"]
     for name in SHOWN:
         label, unit = name.replace("_", " "), _COLUMNS[name][1] or "-"
@@ -406,8 +404,6 @@ def _curves_csv(data: Mapping[str, Any]) -> str:
 
 
 def _residuals_csv(found: Identification) -> str:
-    """Return measured and fitted force of every record over a cycle."""
-
     def rows() -> Iterator[tuple[Any, ...]]:
         for record in found.records:
             columns = (

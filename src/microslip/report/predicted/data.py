@@ -87,7 +87,6 @@ def tables(result: Prediction, data: DataSet) -> dict[str, tuple[dict[str, str],
 
 
 def _index(dim: str, size: int, meaning: str) -> Variable:
-    """Return numbers from 0 as a dimension coordinate."""
     values = np.arange(size, dtype=np.int32)
     return Variable((dim,), values, {"units": "1", "long_name": meaning})
 

@@ -18,14 +18,15 @@ from microslip.report.structure.document import STRUCTURE_FIGURES, structure_num
 from microslip.report.structure.driven import FORCED_FIGURE, FORCED_TABLES, RESPONSES
 from microslip.report.structure.fitted_study import FITTED_STUDY
 from microslip.structures.bolt_tightening import BoltForces
-from microslip.study import surfaces as u
 from microslip.study.build import is_uncertain
 from microslip.study.description import StudyDescription
+from microslip.study.measured_face import MeasuredFace
 from microslip.study.runs.columns import (
     HistoryResponse,
     ResultColumns,
 )
 from microslip.study.runs.prediction import Defaults, Prediction, leading_inputs, scalars
+from microslip.study.surfaces import TableSurface
 
 KIND = "microslip-result"
 SUMMARY_SCHEMA = 1
@@ -41,7 +42,7 @@ JOINT_FIGURES = ("loops", "backbone", "energy_damping", "force_damping")
 def figure_names(study: StudyDescription) -> tuple[str, ...]:
     """Return the names of the figures of a study."""
     # A tabulated normal law has no contacts.
-    has_contacts = study.surface is not None and not isinstance(study.surface, u.TableSurface)
+    has_contacts = study.surface is not None and not isinstance(study.surface, TableSurface)
     is_pressed = has_contacts and study.joint.pressure is not None
     figures = {
         **dict.fromkeys(STRUCTURE_FIGURES, study.structure is not None),
@@ -52,7 +53,7 @@ def figure_names(study: StudyDescription) -> tuple[str, ...]:
         "pressure": is_pressed,
         "slider_density": study.asks_for_joint,
         "history": study.excitation.history is not None,
-        "face": isinstance(study.surface, u.MeasuredFace),
+        "face": isinstance(study.surface, MeasuredFace),
     }
     return tuple(name for name, is_there in figures.items() if is_there)
 

@@ -8,8 +8,7 @@ from typing import Any
 from microslip._core.quantities import json_value
 from microslip.report import cells
 from microslip.report.document import Block, Column, Note, Section, Table
-from microslip.study.runs.structure_prediction import StructurePrediction
-from microslip.study.runs.structure_verdicts import QuantityVerdict
+from microslip.study.runs.structure_prediction import QuantityVerdict, StructurePrediction
 
 _WORDS = {"frequency": "Frequency", "damping_ratio": "Damping ratio"}
 

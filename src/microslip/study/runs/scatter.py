@@ -103,8 +103,6 @@ def _run(scores: Floats) -> dict[str, Floats] | str:
 def _results(
     design: Design, compute: Compute, scores: Floats, workers: int, progress: Progress
 ) -> Iterator[dict[str, Floats]]:
-    """Yield the results of all samples in order."""
-
     def answered(samples: Iterator[dict[str, Floats] | str]) -> Iterator[dict[str, Floats]]:
         for index, sample in enumerate(samples):
             if isinstance(sample, str):

@@ -37,8 +37,8 @@ from microslip.study.runs.structure_prediction import (
     joint_damping,
 )
 from microslip.study.runs.structure_responses import (
-    forced_modes,
-    frequency_responses,
+    forced_mode,
+    frequency_response,
     gain_of,
 )
 from microslip.study.runs.structure_tests import amplitude_trends, compare_tests
@@ -99,12 +99,13 @@ def run_structure(study: StudyDescription, progress: Progress | None = None) -> 
         inputs = tuple((_NAMES.get(entry.key, entry.key), entry.written) for entry in design.inputs)
         samples = _samples(design, middle, joint, curves, lambda s: tell(0.5 + 0.5 * s))
     names = tuple(name for name, _ in inputs)
+    forces = () if part.force is None else part.force.amplitude
     modes = tuple(
         Mode(
             number,
             curve,
             _bands(samples[index], part, names, convergence),
-            forced_modes(part, joint, curve, samples[index]),
+            tuple(forced_mode(part, joint, curve, samples[index], force) for force in forces),
         )
         for index, (number, curve) in enumerate(zip(part.modes, curves, strict=True))
     )
@@ -117,7 +118,7 @@ def run_structure(study: StudyDescription, progress: Progress | None = None) -> 
     shapes = state.model.shapes[:, [number - 1 for number in part.modes]]
     return StructurePrediction(
         part, formed, state, modes, inputs, identified, tests, convergence, tight,
-        frequency_responses(part, joint, state, modes),
+        tuple(frequency_response(part, joint, state, modes, force) for force in forces),
         tuple(tie_limits(joint, part.washers, shapes)),
         compare_tests(tests, modes, part.quantity), amplitude_trends(tests, modes),
     )  # fmt: skip
@@ -197,7 +198,6 @@ def _converged(
 
 
 def _check_sensor(numbers: tuple[int, ...], moving: list[int]) -> None:
-    """Refuse a sensor at a node of a mode."""
     for number in numbers:
         if number - 1 not in moving:
             listed = ", ".join(str(i + 1) for i in moving[:6])
@@ -274,7 +274,6 @@ def tightened(
 
 
 def _curve(part: StructurePart, joint: ReducedJoint, state: Preload, number: int) -> ModalCurve:
-    """Return the modal curve at the amplitudes of a study."""
     return state.modes(
         number - 1,
         part.amplitudes,

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -18,7 +19,6 @@ from microslip.structures import (
     ReducedJoint,
 )
 from microslip.structures.tie_limits import TieLimits
-from microslip.study.runs.structure_verdicts import AmplitudeTrend, QuantityVerdict
 from microslip.study.structure import StructurePart
 
 BAND_QUANTILES = (0.05, 0.5, 0.95)
@@ -134,6 +134,68 @@ class TightMode(NamedTuple):
     mac: float
     """Modal assurance criterion of the two shapes [-], 1 for equal shapes."""
     curve: ModalCurve
+
+
+TestWord = Literal["inside", "above", "below", "on both sides", "not compared"]
+_STEADY_RATIO = 0.2
+"""Ratio of damping rise to relative frequency fall [-] below which microslip is doubtful."""
+
+
+class QuantityVerdict(NamedTuple):
+    """Comparison of a measured quantity with the 5 to 95 % band of its mode."""
+
+    test: str
+    mode: int
+    quantity: str
+    """``frequency`` or ``damping_ratio``."""
+    word: TestWord
+    points: int
+    """Number of points within the amplitudes of the prediction."""
+    above: int
+    below: int
+    distance: float
+    """Largest relative distance from the nearest end of the band [-]; negative below the band."""
+    candidates: tuple[tuple[str, str], ...]
+    """Inputs that would reduce the difference, most influential first, with "more" or "less"."""
+    unit: str
+    """Unit error that would put the test inside the band, or empty."""
+
+    @property
+    def inside(self) -> int:
+        """Number of points inside the band."""
+        return self.points - self.above - self.below
+
+
+class AmplitudeTrend(NamedTuple):
+    """Change of frequency and damping over the amplitudes of a test or a prediction."""
+
+    source: str
+    mode: int
+    base_damping: float
+    """Damping ratio without the joint [-]; NaN for a test."""
+    rise: float
+    """Damping ratio at the largest minus that at the smallest amplitude [-]."""
+    fall: float
+    """Relative change of the frequency from the smallest to the largest amplitude [-]."""
+
+    @property
+    def ratio(self) -> float:
+        """Rise of the damping ratio over the relative fall of the frequency [-].
+
+        Microslip of a joint at constant pressure gives 0.40 to 0.50.
+        """
+        return -self.rise / self.fall if self.fall < 0.0 else math.nan
+
+    @property
+    def doubt(self) -> str:
+        """Reason to doubt that microslip causes the change, or empty."""
+        if not math.isfinite(self.ratio) or abs(self.fall) < 1e-4 or self.ratio >= _STEADY_RATIO:
+            return ""
+        return (
+            f"{self.source}: the damping ratio rises by {self.ratio:.2g} times the relative fall "
+            "of the frequency; microslip gives 0.4 to 0.5. Look for nonlinear stiffness, such as "
+            "large deflections or opening gaps."
+        )
 
 
 @dataclass(frozen=True)

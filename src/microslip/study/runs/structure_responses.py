@@ -38,21 +38,14 @@ def _gain(curve: ModalCurve, joint: ReducedJoint) -> Floats:
     return np.asarray(sensed * pushed.conj())
 
 
-def forced_modes(
-    part: StructurePart, joint: ReducedJoint, curve: ModalCurve, sampled: ModeSamples | None
-) -> tuple[ForcedMode, ...]:
-    """Return the response to each force."""
-    forces = () if part.force is None else part.force.amplitude
-    return tuple(_forced(part, joint, curve, sampled, force) for force in forces)
-
-
-def _forced(
+def forced_mode(
     part: StructurePart,
     joint: ReducedJoint,
     curve: ModalCurve,
     sampled: ModeSamples | None,
     force: float,
 ) -> ForcedMode:
+    """Return the response to a harmonic force [N] near a mode."""
     power = POWERS[part.quantity]
     solved = curve.converged
     asked = part.amplitudes[solved]
@@ -110,27 +103,19 @@ def _forced(
     )
 
 
-def frequency_responses(
-    part: StructurePart, joint: ReducedJoint, state: Preload, modes: tuple[Mode, ...]
-) -> tuple[FrequencyResponse, ...]:
-    """Return the response at the sensor to each force, with all modes superposed.
-
-    The modes of the study are nonlinear, all others linear. The range is from half the lowest to
-    1.25 times the highest of their frequencies.
-    """
-    forces = () if part.force is None else part.force.amplitude
-    rows = [joint.sensor(name) for name in (("sensor", "force") if forces else ())]
-    return tuple(_frequency_response(part, rows, joint, state, modes, force) for force in forces)
-
-
-def _frequency_response(
+def frequency_response(
     part: StructurePart,
-    rows: list[Floats],
     joint: ReducedJoint,
     state: Preload,
     modes: tuple[Mode, ...],
     force: float,
 ) -> FrequencyResponse:
+    """Return the response at the sensor to a harmonic force [N], with all modes superposed.
+
+    The modes of the study are nonlinear, all others linear. The range is from half the lowest to
+    1.25 times the highest of their frequencies.
+    """
+    rows = [joint.sensor(name) for name in ("sensor", "force")]
     model, base, power = state.model, float(part.base_damping_ratio), POWERS[part.quantity]
     linear = np.ones(model.size, dtype=bool)
     linear[[mode.number - 1 for mode in modes]] = False

@@ -9,8 +9,12 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip.structures import ModalCurve, ModalTest
 from microslip.structures.periodic_motion import POWERS
-from microslip.study.runs.structure_prediction import Mode
-from microslip.study.runs.structure_verdicts import AmplitudeTrend, QuantityVerdict, TestWord
+from microslip.study.runs.structure_prediction import (
+    AmplitudeTrend,
+    Mode,
+    QuantityVerdict,
+    TestWord,
+)
 
 _UNITS = (
     (1e3, "1000 times larger"), (1e-3, "1000 times smaller"),

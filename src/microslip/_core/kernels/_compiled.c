@@ -10,6 +10,7 @@
 #else
 #include "_python.h"
 #endif
+#include <float.h>
 #include <limits.h>
 #include <math.h>
 #include <stdlib.h>
@@ -97,16 +98,22 @@ static const Kernel kernels[] = {
     {"table_harmonics", "anndAAT", "n", run_table_harmonics, 0,
      "table_harmonics(displacement, rows, size, tolerance, force, jacobian, *table) -> whether it "
      "was missed"},
-    {"field_try", "aa?aaaaaaiiAAAIAA?A?A?C", "", run_field_try, 0,
-     "field_try(place, step or None, rest, last_place, last_step, last_value, rows, marks, begin, "
-     "depth, front, density, value, code, by_place, load, fall, by_step, *curve)"},
+    {"field_steps", "ada?a?aaA", "nddd", run_field_steps, 0,
+     "field_steps(separation, origin, origins or None, length or None, rest, last_step, step) -> whether "
+     "a separation is not finite, the smallest, least and largest step from the origin"},
+    {"field_try", "aa?aaaaa?aaaiiAIAAAA?C", "n", run_field_try, 0,
+     "field_try(displacement, step or None, rest, slip, weight, scale, length or None, now, rows, marks, "
+     "begin, depth, trial, code, force, load, tangent, stiffness or None, *curve) -> whether a "
+     "displacement is not finite; the rows of now and trial are named in _states.h"},
     {"field_bound", "aaaIiinAAAP", "", run_field_bound, 0,
      "field_bound(step, rest, front, code, begin, depth, limit, doubt, rows, marks, *profile)"},
     {"bound_rows", "AAndnAP", "n", run_bound_rows, 0,
      "bound_rows(stack, values, depth, separation, limit, doubt, *profile) -> depth"},
-    {"field_commit", "aa?aaaiiiAAAAAI", "", run_field_commit, 0,
-     "field_commit(place, step or None, front, density, value, code, begin, room, last_place, "
-     "last_step, last_value, rows, marks, depth)"},
+    {"field_commit", "aiIIAAAIn", "n", run_field_commit, 0,
+     "field_commit(trial, code, begin, room, now, rows, marks, depth, used) -> rows of the pool in use, "
+     "-1 if it is too short"},
+    {"field_move", "iiiaaAA", "", run_field_move, 0,
+     "field_move(count, from, to, old rows, old marks, rows, marks): the rows of each node, moved"},
     {"field_losses", "aaaiaaiiaAAP", "", run_field_losses, 0,
      "field_losses(place, step, rest, code, last_place, last_step, begin, depth, rules, rows, loss, "
      "*profile)"},

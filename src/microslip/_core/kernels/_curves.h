@@ -83,7 +83,7 @@ static inline Py_ssize_t find_panel(const Profile *p, double z, double *s)
     }
     if (!(z >= (double)-p->first)) z = (double)-p->first; /* checked by the caller */
     Py_ssize_t whole = (Py_ssize_t)z;
-    if (z < (double)whole) whole--;
+    whole -= z < (double)whole; /* no branch: the sign of z changes from node to node */
     *s = 2.0 * (z - (double)whole) - 1.0;
     return whole + p->first;
 }
@@ -145,6 +145,29 @@ static double drop_at(const Profile *p, double base, double width)
                  right * first_difference(d, -1.0, right - 1.0));
     }
     return curve_value(c, s0) - curve_value(d, s1);
+}
+
+/* N(base) - N(base + width) with -N' at base + width: together, since both wait for the same panel. */
+static inline double front_at(const Profile *p, double base, double width, double *fall)
+{
+    double s0, s1, z = (base - p->anchor) * p->inverse_width;
+    if (p->questions || p->edges) {
+        *fall = fall_at(p, base + width);
+        return width > 0.0 ? drop_at(p, base, width) : 0.0;
+    }
+    *fall = 0.0;
+    Py_ssize_t low = find_panel(p, z, &s0);
+    if (low >= p->panels) return 0.0;
+    Py_ssize_t high = find_panel(p, z + width * p->inverse_width, &s1);
+    const double *c = panel_at(p, low), *d = panel_at(p, high);
+    if (high >= p->panels) return curve_value(c, s0);
+    double far = (base + width - p->anchor) * p->inverse_width - (double)(high - p->first);
+    *fall = -2.0 * p->inverse_width * curve_slope(d, 2.0 * far - 1.0);
+    double step = 2.0 * width * p->inverse_width;
+    if (high == low) return -step * first_difference(c, s0, s1);
+    if (high > low + 1) return curve_value(c, s0) - curve_value(d, s1);
+    double left = 1.0 - s0, right = step - left;
+    return -(left * first_difference(c, s0, 1.0) + right * first_difference(d, -1.0, right - 1.0));
 }
 
 /* N(base) - N(base + width) + width N'(base + width); of panels only */

@@ -91,16 +91,14 @@ typedef struct {
     double front, density, value, fall;
 } Move;
 
-static inline void make_move(const Profile *p, double rest, const Row *rows, const Mark *marks,
-                             Py_ssize_t depth, double last_step, double last_place,
-                             double last_value, double step, double place, Move *m)
+/* T/mu and the slope of a move whose front is known. */
+static inline void value_move(const Profile *p, double rest, const Row *rows, const Mark *marks,
+                              double last_value, double step, Move *m)
 {
-    m->depth = step_front(step, place, rows, depth, last_step, last_place, &m->front, &m->density,
-                          &m->kind);
-    double drop = m->front > step ? drop_at(p, rest + step, m->front - step) : 0.0;
     if (m->kind == 0) {
         m->value = last_value;
         if (m->front > step) { /* new contact sticks */
+            double drop = drop_at(p, rest + step, m->front - step);
             m->value += m->density * drop;
             m->fall = drop / (m->front - step);
         } else { /* no motion: further motion would continue the last slip */
@@ -109,8 +107,8 @@ static inline void make_move(const Profile *p, double rest, const Row *rows, con
         }
         return;
     }
+    double drop = front_at(p, rest + step, m->front - step, &m->fall);
     m->value = m->density * drop;
-    m->fall = fall_at(p, rest + m->front);
     if (!m->depth) return;
     const Row *row = &rows[m->depth - 1];
     const Mark *mark = &marks[m->depth - 1];
@@ -119,6 +117,15 @@ static inline void make_move(const Profile *p, double rest, const Row *rows, con
     else
         m->value += mark->value -
                     row->density * drop_at(p, rest + mark->base, m->front - mark->base);
+}
+
+static inline void make_move(const Profile *p, double rest, const Row *rows, const Mark *marks,
+                             Py_ssize_t depth, double last_step, double last_place,
+                             double last_value, double step, double place, Move *m)
+{
+    m->depth = step_front(step, place, rows, depth, last_step, last_place, &m->front, &m->density,
+                          &m->kind);
+    value_move(p, rest, rows, marks, last_value, step, m);
 }
 
 /* The rows need room for one more. */

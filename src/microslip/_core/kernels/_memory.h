@@ -50,15 +50,29 @@ static int run_locate(const Argument *a, Result *out)
     return FINE;
 }
 
+/* Samples of a branch within a panel of a table whose power is 1: alike, so that compilers take
+ * several at once. */
+static void run_of_panel(const Table *t, double panel, const double *restrict x,
+                         double *restrict force, Py_ssize_t n, double way, double begin,
+                         double share, double base, double factor)
+{
+    const double *c = t->coefficients + (Py_ssize_t)panel * TERMS;
+    double inverse = t->inverse_width;
+    for (Py_ssize_t i = 0; i < n; i++) {
+        double u = share * (way * x[i] - begin);
+        force[i] = base + factor * (u * shape(c, 2.0 * (u * inverse - panel) - 1.0));
+    }
+}
+
 static int run_respond(const Argument *a, Result *out)
 {
     const double *xs = a[0].reals;
     double *force = a[1].reals, *stack = a[2].reals, last = a[4].x, last_force = a[5].x;
     Py_ssize_t n = a[0].n, depth = a[3].n;
     int direction = (int)a[6].n;
-    const Table *t = a[7].table;
+    const Table own = *a[7].table, *t = &own; /* a copy stays in registers beside the forces written */
     if (a[1].n < n || depth < 0 || depth > a[2].n / 2 - n) return TOO_SHORT;
-    for (Py_ssize_t i = 0; i < n; i++) {
+    for (Py_ssize_t i = 0; i < n;) {
         double x = xs[i];
         int pushed;
         depth = locate(stack, 2, depth, last, &direction, x, &pushed);
@@ -66,15 +80,37 @@ static int run_respond(const Argument *a, Result *out)
             stack[2 * depth - 2] = last;
             stack[2 * depth - 1] = last_force;
         }
+        /* The branch continues while the motion does, up to the next closure. */
+        double way = direction < 0 ? -1.0 : 1.0, begin = 0.0, base = 0.0;
+        double end = direction ? HUGE_VAL : -HUGE_VAL; /* before the first move there is no branch */
+        double share = depth ? 0.5 : 1.0, factor = depth ? 2.0 * way : way;
         if (depth) {
-            const double *top = stack + 2 * depth - 2;
-            double rise = 2.0 * evaluate_at(t, 0.5 * fabs(x - top[0]), NULL);
-            last_force = direction > 0 ? top[1] + rise : top[1] - rise;
-        } else {
-            last_force = copysign(evaluate_at(t, fabs(x), NULL), x);
+            begin = way * stack[2 * depth - 2];
+            base = stack[2 * depth - 1];
+            end = depth > 1 ? way * stack[2 * depth - 4] : fabs(stack[0]);
         }
-        force[i] = last_force;
-        last = x;
+        double y = way * x, previous;
+        do {
+            double u = share * (y - begin), z = u * t->inverse_width;
+            Py_ssize_t first = i++;
+            previous = y;
+            if (t->power == 1 && z < (double)t->panels) {
+                double panel = (double)(Py_ssize_t)z;
+                for (; i < n; i++) {
+                    double next = way * xs[i];
+                    u = share * (next - begin);
+                    if (!(next > previous && next < end && u * t->inverse_width < panel + 1.0)) break;
+                    previous = next;
+                }
+                run_of_panel(t, panel, xs + first, force + first, i - first, way, begin, share, base,
+                             factor);
+            } else {
+                force[first] = base + factor * evaluate_at(t, u, NULL);
+            }
+            if (i < n) y = way * xs[i];
+        } while (i < n && y > previous && y < end);
+        last_force = force[i - 1];
+        last = way * previous;
     }
     out[0].n = depth;
     out[1].x = last;

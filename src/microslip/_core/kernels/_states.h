@@ -15,40 +15,107 @@ static int rows_fit(const Argument *rows, const Argument *marks, const Argument 
     return 1;
 }
 
-/* Outputs are the data for a commit (front, density, value, and code: four times the remaining
- * rows plus the kind) and d(T/mu)/d(place); with steps also N, -N' and d(T/mu)/d(step). */
+/* Steps of separations from those at rest. Returns whether a separation is not finite, the smallest
+ * one, and the least and the largest step from the origin, those at rest and committed included. */
+static int run_field_steps(const Argument *a, Result *out)
+{
+    enum { SEPARATION, ORIGIN, ORIGINS, LENGTH, REST, LAST_STEP, STEP };
+    Py_ssize_t n = a[SEPARATION].n;
+    const double *d = a[SEPARATION].reals, *origins = a[ORIGINS].reals, *length = a[LENGTH].reals,
+                 *rest = a[REST].reals, *last = a[LAST_STEP].reals;
+    if ((origins && a[ORIGINS].n < n) || (length && a[LENGTH].n < n) || !all_have(a, REST, STEP, n))
+        return TOO_SHORT;
+    double least = HUGE_VAL, low = HUGE_VAL, high = -HUGE_VAL;
+    int bad = 0;
+    for (Py_ssize_t i = 0; i < n; i++) {
+        double whole = d[i] - (origins ? origins[i] : a[ORIGIN].x);
+        if (length) whole /= length[i];
+        double step = whole - rest[i], moved = rest[i] + step, before = rest[i] + last[i];
+        a[STEP].reals[i] = step;
+        bad |= !(fabs(d[i]) <= DBL_MAX);
+        least = d[i] < least ? d[i] : least;
+        low = rest[i] < low ? rest[i] : low;
+        low = before < low ? before : low;
+        low = moved < low ? moved : low;
+        high = rest[i] > high ? rest[i] : high;
+        high = before > high ? before : high;
+        high = moved > high ? moved : high;
+    }
+    out[0].n = bad;
+    out[1].x = least;
+    out[2].x = low;
+    out[3].x = high;
+    return FINE;
+}
+
+/* Rows of the committed values and of a trial, each of all nodes. A trial at held steps ends before
+ * its step. */
+enum { NOW_PLACE, NOW_STEP, NOW_VALUE, NOW_LOAD, NOW_FALL, NOW_ROWS };
+enum { TRIAL_PLACE, TRIAL_FRONT, TRIAL_DENSITY, TRIAL_VALUE, TRIAL_STEP, TRIAL_LOAD, TRIAL_FALL,
+       TRIAL_ROWS };
+
+#define BLOCK 32 /* nodes whose fronts are found together */
+
+/* Trials of all nodes, at held steps where `step` is None. Codes are four times the remaining rows
+ * plus the kind of the move. Returns 1, with nothing computed, if a displacement is not finite. */
 static int run_field_try(const Argument *a, Result *out)
 {
-    enum { PLACE, STEP, REST, LAST_PLACE, LAST_STEP, LAST_VALUE, ROWS, MARKS, BEGIN, DEPTH, FRONT,
-           DENSITY, VALUE, CODE, BY_PLACE, LOAD, FALL, BY_STEP, CURVE };
-    Py_ssize_t nodes = a[PLACE].n;
+    enum { DISPLACEMENT, STEP, REST, SLIP, WEIGHT, SCALE, LENGTH, NOW, ROWS, MARKS, BEGIN, DEPTH,
+           TRIAL, CODE, FORCE, LOAD, TANGENT, STIFFNESS, CURVE };
+    Py_ssize_t n = a[DISPLACEMENT].n;
     const Profile *p = a[CURVE].curve;
-    const double *x = a[PLACE].reals, *d = a[STEP].reals, *rest = a[REST].reals,
-                 *last_place = a[LAST_PLACE].reals, *last_step = a[LAST_STEP].reals,
-                 *last_value = a[LAST_VALUE].reals;
+    const double *x = a[DISPLACEMENT].reals, *d = a[STEP].reals, *now = a[NOW].reals,
+                 *length = a[LENGTH].reals;
     const Row *rows = (const Row *)a[ROWS].reals;
     const Mark *marks = (const Mark *)a[MARKS].reals;
-    if (!all_have(a, REST, LAST_VALUE, nodes) || !all_have(a, BEGIN, BY_PLACE, nodes) ||
-        (d && (a[STEP].n < nodes || !all_have(a, LOAD, BY_STEP, nodes))) ||
-        !rows_fit(&a[ROWS], &a[MARKS], &a[BEGIN], &a[DEPTH], nodes))
+    double *trial = a[TRIAL].reals, *force = a[FORCE].reals, *load = a[LOAD].reals,
+           *tangent = a[TANGENT].reals, *stiffness = a[STIFFNESS].reals;
+    if ((d && a[STEP].n < n) || !all_have(a, REST, SCALE, n) || (length && a[LENGTH].n < n) ||
+        a[NOW].n < NOW_ROWS * n || a[TRIAL].n < (d ? TRIAL_ROWS : TRIAL_STEP) * n ||
+        !all_have(a, CODE, LOAD, n) || a[TANGENT].n < 4 * n || (stiffness && a[STIFFNESS].n < n) ||
+        !rows_fit(&a[ROWS], &a[MARKS], &a[BEGIN], &a[DEPTH], n))
         return TOO_SHORT;
-    for (Py_ssize_t i = 0; i < nodes; i++) {
+    out->n = 0;
+    for (Py_ssize_t i = 0; i < n; i++) out->n |= !(fabs(x[i]) <= DBL_MAX);
+    if (out->n) return FINE;
+    /* Fronts first, since processors look ahead only where they need not wait for divisions. */
+    Move moves[BLOCK];
+    for (Py_ssize_t i = 0; i < n; i++) {
+        if (i % BLOCK == 0)
+            for (Py_ssize_t k = i; k < n && k < i + BLOCK; k++) {
+                Move *m = &moves[k - i];
+                double last = now[NOW_STEP * n + k];
+                trial[TRIAL_PLACE * n + k] = x[k] / a[SLIP].reals[k];
+                m->depth = step_front(d ? d[k] : last, trial[TRIAL_PLACE * n + k],
+                                      rows + a[BEGIN].integers[k],
+                                      (Py_ssize_t)a[DEPTH].integers[k], last,
+                                      now[NOW_PLACE * n + k], &m->front, &m->density, &m->kind);
+            }
         long long first = a[BEGIN].integers[i];
-        const Row *own = rows + first;
-        double now = d ? d[i] : last_step[i];
-        Move m;
-        make_move(p, rest[i], own, marks + first, (Py_ssize_t)a[DEPTH].integers[i], last_step[i],
-                  last_place[i], last_value[i], now, x[i], &m);
-        a[FRONT].reals[i] = m.front;
-        a[DENSITY].reals[i] = m.density;
-        a[VALUE].reals[i] = m.value;
+        double rest = a[REST].reals[i], last = now[NOW_STEP * n + i], weight = a[WEIGHT].reals[i];
+        double step = d ? d[i] : last, slip = a[SLIP].reals[i];
+        double here = now[NOW_FALL * n + i], carried = now[NOW_LOAD * n + i];
+        Move m = moves[i % BLOCK];
+        value_move(p, rest, rows + first, marks + first, now[NOW_VALUE * n + i], step, &m);
+        trial[TRIAL_FRONT * n + i] = m.front;
+        trial[TRIAL_DENSITY * n + i] = m.density;
+        trial[TRIAL_VALUE * n + i] = m.value;
         a[CODE].integers[i] = 4 * (long long)m.depth + m.kind;
-        a[BY_PLACE].reals[i] = m.fall;
-        if (!d) continue;
-        double here;
-        a[LOAD].reals[i] = load_at(p, rest[i] + now, &here);
-        a[FALL].reals[i] = here;
-        a[BY_STEP].reals[i] = turn_of(own, now, &m) * (m.fall - here);
+        if (d) {
+            carried = load_at(p, rest + step, &here);
+            trial[TRIAL_STEP * n + i] = step;
+            trial[TRIAL_LOAD * n + i] = carried;
+            trial[TRIAL_FALL * n + i] = here;
+        }
+        double by_step = weight * (turn_of(rows + first, step, &m) * (m.fall - here));
+        double by_place = m.fall * (weight / slip), grip = a[SCALE].reals[i] * here;
+        force[i] = m.value * weight;
+        load[i] = a[SCALE].reals[i] * carried;
+        tangent[4 * i] = by_place;
+        tangent[4 * i + 1] = length ? by_step / length[i] : by_step;
+        tangent[4 * i + 2] = 0.0;
+        tangent[4 * i + 3] = length ? -(grip / length[i]) : -grip;
+        if (stiffness) stiffness[i] = by_place;
     }
     return FINE;
 }
@@ -78,30 +145,79 @@ static int run_field_bound(const Argument *a, Result *out)
     return FINE;
 }
 
-/* Apply a trial; every node needs room for the row that it adds. */
+/* Number of rows of a slot that holds `rows`: spare rows, more for deep memories, so that rough
+ * noise seldom requires a move. */
+static inline long long with_spare(long long rows)
+{
+    long long extra = 2 * rows - 5;
+    return rows + rows / 2 + (extra < 0 ? 0 : extra > 6 ? 6 : extra);
+}
+
+/* Apply a trial. Nodes whose rows exceed their slot move to the end of the pool, of which `used`
+ * rows are in use. Returns the number used after the step; -1, with nothing applied, if the pool is
+ * too short. */
 static int run_field_commit(const Argument *a, Result *out)
 {
-    enum { PLACE, STEP, FRONT, DENSITY, VALUE, CODE, BEGIN, ROOM, LAST_PLACE, LAST_STEP, LAST_VALUE,
-           ROWS, MARKS, DEPTH };
-    Py_ssize_t nodes = a[PLACE].n;
-    const double *d = a[STEP].reals ? a[STEP].reals : a[LAST_STEP].reals, *front = a[FRONT].reals;
-    const long long *code = a[CODE].integers, *begin = a[BEGIN].integers, *room = a[ROOM].integers;
-    long long *depth = a[DEPTH].integers;
-    if ((a[STEP].reals && a[STEP].n < nodes) || !all_have(a, FRONT, LAST_VALUE, nodes) ||
-        a[DEPTH].n < nodes || !rows_fit(&a[ROWS], &a[MARKS], &a[BEGIN], &a[ROOM], nodes))
+    enum { TRIAL, CODE, BEGIN, ROOM, NOW, ROWS, MARKS, DEPTH, USED };
+    Py_ssize_t n = a[CODE].n;
+    int varied = a[TRIAL].n >= TRIAL_ROWS * n;
+    const double *trial = a[TRIAL].reals, *front = trial + TRIAL_FRONT * n;
+    const long long *code = a[CODE].integers;
+    long long *begin = a[BEGIN].integers, *room = a[ROOM].integers, *depth = a[DEPTH].integers;
+    long long used = a[USED].n, whole = a[ROWS].n / 3, need = used;
+    Row *rows = (Row *)a[ROWS].reals;
+    Mark *marks = (Mark *)a[MARKS].reals;
+    double *now = a[NOW].reals;
+    const double *step = varied ? trial + TRIAL_STEP * n : now + NOW_STEP * n;
+    if (a[TRIAL].n < TRIAL_STEP * n || a[NOW].n < NOW_ROWS * n || a[DEPTH].n < n || used < 0 ||
+        a[MARKS].n / 2 < whole || !rows_fit(&a[ROWS], &a[MARKS], &a[BEGIN], &a[ROOM], n))
         return TOO_SHORT;
-    for (Py_ssize_t i = 0; i < nodes; i++)
-        if (code[i] < 0 || code[i] / 4 > depth[i] || code[i] / 4 + (front[i] > d[i]) > room[i])
-            return TOO_SHORT;
-    for (Py_ssize_t i = 0; i < nodes; i++) {
-        double now = d[i], value = a[VALUE].reals[i];
-        Move m = {(Py_ssize_t)(code[i] / 4), (int)(code[i] % 4), front[i], a[DENSITY].reals[i],
-                  value, 0.0};
-        depth[i] = take_move((Row *)a[ROWS].reals + begin[i], (Mark *)a[MARKS].reals + begin[i],
-                             a[LAST_PLACE].reals[i], now, &m);
-        a[LAST_PLACE].reals[i] = a[PLACE].reals[i];
-        a[LAST_STEP].reals[i] = now;
-        a[LAST_VALUE].reals[i] = value;
+    for (Py_ssize_t i = 0; i < n; i++) {
+        long long kept = code[i] / 4, count = kept + (front[i] > step[i]);
+        if (code[i] < 0 || kept > depth[i] || depth[i] > room[i]) return TOO_SHORT;
+        if (count > room[i]) need += with_spare(count);
+    }
+    out->n = -1;
+    if (need > whole) return FINE;
+    for (Py_ssize_t i = 0; i < n; i++) {
+        Move m = {(Py_ssize_t)(code[i] / 4), (int)(code[i] % 4), front[i],
+                  trial[TRIAL_DENSITY * n + i], trial[TRIAL_VALUE * n + i], 0.0};
+        long long count = m.depth + (front[i] > step[i]);
+        if (count > room[i]) {
+            memcpy(rows + used, rows + begin[i], (size_t)m.depth * sizeof(Row));
+            memcpy(marks + used, marks + begin[i], (size_t)m.depth * sizeof(Mark));
+            begin[i] = used;
+            room[i] = with_spare(count);
+            used += room[i];
+        }
+        depth[i] = take_move(rows + begin[i], marks + begin[i], now[NOW_PLACE * n + i], step[i],
+                             &m);
+        now[NOW_PLACE * n + i] = trial[TRIAL_PLACE * n + i];
+        now[NOW_VALUE * n + i] = m.value;
+    }
+    if (varied) {
+        memcpy(now + NOW_STEP * n, trial + TRIAL_STEP * n, (size_t)n * sizeof(double));
+        memcpy(now + NOW_LOAD * n, trial + TRIAL_LOAD * n, 2 * (size_t)n * sizeof(double));
+    }
+    out->n = (Py_ssize_t)used;
+    return FINE;
+}
+
+/* Copy the first `count` rows of each node to a new pool. */
+static int run_field_move(const Argument *a, Result *out)
+{
+    enum { COUNT_OF, FROM, TO, OLD_ROWS, OLD_MARKS, ROWS, MARKS };
+    Py_ssize_t n = a[COUNT_OF].n;
+    const long long *count = a[COUNT_OF].integers, *from = a[FROM].integers, *to = a[TO].integers;
+    if (!rows_fit(&a[OLD_ROWS], &a[OLD_MARKS], &a[FROM], &a[COUNT_OF], n) ||
+        !rows_fit(&a[ROWS], &a[MARKS], &a[TO], &a[COUNT_OF], n))
+        return TOO_SHORT;
+    for (Py_ssize_t i = 0; i < n; i++) {
+        size_t rows = (size_t)count[i];
+        memcpy((Row *)a[ROWS].reals + to[i], (const Row *)a[OLD_ROWS].reals + from[i],
+               rows * sizeof(Row));
+        memcpy((Mark *)a[MARKS].reals + to[i], (const Mark *)a[OLD_MARKS].reals + from[i],
+               rows * sizeof(Mark));
     }
     return FINE;
 }

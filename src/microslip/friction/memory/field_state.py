@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core import kernels
-from microslip._core.checks import Floats, beyond
+from microslip._core.checks import LARGEST, Floats, floats
 from microslip._core.errors import InputError
 from microslip._core.kernels import Integers
 from microslip.friction.memory.diagram import (
@@ -60,9 +60,17 @@ class FieldResponse(tuple[Floats, ...]):
         return self.tangent[..., 0, 0]
 
 
-def _with_spare(rows: Integers) -> Integers:
-    """Add spare rows, more for deep memories, so that rough noise seldom requires a move."""
-    return rows + rows // 2 + np.clip(2 * rows - 5, 0, 6)
+_FLOAT = np.dtype(float)
+
+
+def _is_plain(values: ArrayLike, size: int) -> bool:
+    """Return True for an array that kernels take as it is, with one float per node."""
+    return (
+        type(values) is np.ndarray
+        and values.dtype is _FLOAT
+        and values.shape == (size,)
+        and values.flags.c_contiguous
+    )
 
 
 class FieldState(Resumable):
@@ -75,22 +83,20 @@ class FieldState(Resumable):
         state.commit()  # or state.rollback()
 
     The method of memory diagrams (DOI 10.3389/fmech.2020.00030) for each node, exact within the
-    theory of Cattaneo and Mindlin. Memory is 128 bytes per node, 48 more during a trial, and some
-    60 for each row of a memory diagram beyond two: an open reversal, or a step of new contact in
-    sticking. A ``depth`` limits the number of rows.
+    theory of Cattaneo and Mindlin. Memory is 144 bytes per node, 40 more during a trial, and some
+    60 for each row of a memory diagram beyond two: an open reversal, or a step of new contact
+    in sticking. A ``depth`` limits the number of rows.
     """
 
     __slots__ = (
-        "_begin", "_depth", "_errors", "_held", "_limit", "_loss", "_marks", "_nodes", "_place",
-        "_room", "_rows", "_step", "_used", "_value",
+        "_begin", "_depth", "_errors", "_held", "_limit", "_loss", "_marks", "_nodes", "_now",
+        "_room", "_rows", "_used",
     )  # fmt: skip
 
-    _changing = (
-        "_begin", "_depth", "_errors", "_loss", "_marks", "_place", "_room", "_rows", "_step",
-        "_value",
-    )  # fmt: skip
-    # Places, varying steps or None, range of the curve, and results of the kernel.
-    _trial: tuple[Floats, Floats | None, tuple[float, float], tuple[Any, ...]] | None
+    _changing = ("_begin", "_depth", "_errors", "_loss", "_marks", "_now", "_room", "_rows")
+    # Places, fronts, densities and T/mu, for varying steps also these, N and -N' of the curve;
+    # codes of the moves; range of the curve.
+    _trial: tuple[Floats, Integers, tuple[float, float]] | None
     _errors: Floats | None
     # Range and kernel arguments of the curve at constant separations.
     _held: tuple[tuple[float, float], tuple[Any, ...]] | None
@@ -107,8 +113,22 @@ class FieldState(Resumable):
         self._begin, self._room = _ROWS * np.arange(size), np.full(size, _ROWS)
         self._used = _ROWS * size
         self._depth = np.zeros(size, dtype=np.int64)
-        self._place, self._step, self._value = np.zeros(size), np.zeros(size), np.zeros(size)
+        # Rows: place, step, T/mu, N and -N' of the curve.
+        self._now = np.zeros((5, size))
+        self._now[3:] = nodes.curve.load(nodes.rests)
         self._loss = np.zeros(size) if energies else None
+
+    @property
+    def _place(self) -> Floats:
+        return self._now[0]
+
+    @property
+    def _step(self) -> Floats:
+        return self._now[1]
+
+    @property
+    def _value(self) -> Floats:
+        return self._now[2]
 
     @property
     def displacement(self) -> Floats:
@@ -128,7 +148,7 @@ class FieldState(Resumable):
     @property
     def normal_load(self) -> Floats:
         """Committed normal loads [N]."""
-        return self._nodes.scales * self._nodes.curve.load(self._nodes.rests + self._step)[0]
+        return self._nodes.scales * self._now[3]
 
     @property
     def open_reversals(self) -> Integers:
@@ -171,57 +191,68 @@ class FieldState(Resumable):
         """
         self._trial = None  # after an error there is no trial to commit
         nodes = self._nodes
-        place = beyond(nodes.per_node("displacement", displacement, "m"), nodes.slips)
+        size = nodes.size
+        if not _is_plain(displacement, size):
+            displacement = nodes.per_node("displacement", displacement, "m")
         step = None
-        if separations is not None:
-            step = nodes.steps_at("separations", separations) - nodes.rests
-        size = place.size
-        front, density, value, by_place = (np.empty(size) for _ in range(4))
-        code = np.empty(size, dtype=np.int64)
-        load, fall, by_step = (np.empty(size) for _ in range(3))
-        current = self._step if step is None else step
-        if step is None and self._held is not None:
+        if separations is None:
+            if self._held is None:
+                reach = nodes.reach(self._step)
+                self._held = reach, nodes.curve.arguments(*reach)
             reach, curve = self._held
         else:
-            reach = nodes.reach(self._step, step)
+            step, reach = self._steps(separations)
             curve = nodes.curve.arguments(*reach)
-            self._held = (reach, curve) if step is None else None
-        kernels.compiled.field_try(
-            place, current, nodes.rests, self._place, self._step, self._value, self._rows,
-            self._marks, self._begin, self._depth, front, density, value, code, by_place,
-            load, fall, by_step, *curve,
-        )  # fmt: skip
-        self._trial = place, step, reach, (front, density, value, code)
-        stiffness = by_place * nodes.stiffness_scales
-        force = value * nodes.weights
-        tangent = np.zeros((size, 2, 2))
-        tangent[:, 0, 0] = stiffness
-        tangent[:, 0, 1] = nodes.per_length(nodes.weights * by_step)
-        tangent[:, 1, 1] = -nodes.per_length(nodes.scales * fall)
-        pair = stiffness if step is None else None
-        return FieldResponse(force, nodes.scales * load, tangent, pair)
+        force, load, tangent = np.empty(size), np.empty(size), np.empty((size, 2, 2))
+        stiffness = np.empty(size) if step is None else None
+        trial, code = np.empty((4 if step is None else 7, size)), np.empty(size, dtype=np.int64)
+        if kernels.compiled.field_try(
+            displacement, step, nodes.rests, nodes.slips, nodes.weights, nodes.scales,
+            nodes.lengths, self._now, self._rows, self._marks, self._begin, self._depth, trial,
+            code, force, load, tangent, stiffness, *curve,
+        ):  # fmt: skip
+            floats("displacement", displacement, "m")  # raises: a value is not finite
+        self._trial = trial, code, reach
+        return FieldResponse(force, load, tangent, stiffness)
+
+    def _steps(self, separations: ArrayLike) -> tuple[Floats, tuple[float, float]]:
+        """Return the steps of trial separations [m] from rest, and the range of the curve."""
+        nodes = self._nodes
+        if _is_plain(separations, nodes.size):
+            step = np.empty(nodes.size)
+            wrong, least, low, high = kernels.compiled.field_steps(
+                separations, nodes.curve.origin, nodes.origins, nodes.lengths, nodes.rests,
+                self._step, step,
+            )  # fmt: skip
+            if not wrong and least >= nodes.nearest and high <= LARGEST:
+                return step, (low, low if nodes.curve.shared else high)
+        step = nodes.steps_at("separations", separations) - nodes.rests
+        return step, nodes.reach(self._step, step)
 
     def _apply(self, trial: Any) -> None:
-        place, step, reach, (front, density, value, code) = trial
-        if step is not None:
-            self._held = None
-        current = self._step if step is None else step
+        values, code, reach = trial
+        place, front, step = values[0], values[1], self._step
+        if len(values) > 4:
+            step, self._held = values[4], None
         if self._loss is not None:
-            self._loss += self._losses(place, current, code, reach)
+            self._loss += self._losses(place, step, code, reach)
         if self._errors is not None:
             nodes, code = self._nodes, code.copy()
-            farthest = max(float((nodes.rests + current).max()), 0.0)
+            farthest = max(float((nodes.rests + step).max()), 0.0)
             kernels.compiled.field_bound(
-                current, nodes.rests, front, code, self._begin, self._depth, self._limit,
+                step, nodes.rests, front, code, self._begin, self._depth, self._limit,
                 self._errors, self._rows, self._marks,
                 *merging_profile(nodes.curve, farthest).arguments,
             )  # fmt: skip
-        kept = code >> 2
-        self._make_room(kept, kept + (front > current))
-        kernels.compiled.field_commit(
-            place, step, front, density, value, code, self._begin, self._room, self._place,
-            self._step, self._value, self._rows, self._marks, self._depth,
-        )  # fmt: skip
+        for _ in range(2):
+            self._used = kernels.compiled.field_commit(
+                values, code, self._begin, self._room, self._now, self._rows, self._marks,
+                self._depth, self._used,
+            )  # fmt: skip
+            if self._used >= 0:
+                break
+            kept = code >> 2
+            self._repack(kept, kept + (front > step))
 
     # -- plain arrays -----------------------------------------------------------------------------
 
@@ -242,12 +273,9 @@ class FieldState(Resumable):
             identify the field. An open trial is not included. ``field.start(arrays)`` continues
             from the arrays.
         """
-        places = [
-            np.arange(begin, begin + depth)
-            for begin, depth in zip(self._begin.tolist(), self._depth.tolist(), strict=True)
-        ]
-        index = np.concatenate(places)
         owner = np.repeat(np.arange(self._depth.size), self._depth)
+        first = np.cumsum(self._depth) - self._depth
+        index = (self._begin - first)[owner] + np.arange(owner.size)
         lost = np.zeros(0) if self._loss is None else self.dissipated_energy
         return {
             "now": np.column_stack((self.displacement, self._step, self._value)),
@@ -275,8 +303,9 @@ class FieldState(Resumable):
                 raise InputError("`arrays` must be those of a state, got an invalid depth")
         check_joint(arrays, state._identity())
         last, rows = saved_array(arrays, "now", nodes.size, 3), saved_array(arrays, "rows", -1, 6)
-        displacement, state._step, state._value = (column.copy() for column in last.T)
-        state._place = displacement / nodes.slips
+        state._now[:3] = last.T
+        state._now[0] /= nodes.slips
+        state._now[3:] = nodes.curve.load(nodes.rests + state._step)
         if lost.size:
             lost = saved_array(arrays, "dissipated", nodes.size)
             state._loss = lost / (nodes.weights * nodes.slips)
@@ -316,42 +345,19 @@ class FieldState(Resumable):
         state._depth = depth
         return state
 
-    def _make_room(self, kept: Integers, rows: Integers) -> None:
-        """Move nodes whose rows exceed their slot to the end of the pool.
-
-        Only the rows that remain after the step are copied.
-        """
-        more = rows > self._room
-        if not more.any():
-            return
-        full = np.flatnonzero(more)
-        room = _with_spare(rows[full])
-        used = self._used + int(room.sum())
-        if used > len(self._rows):
-            self._repack(kept, rows)
-            return
-        old = self._begin[full].copy()
-        self._begin[full] = self._used + np.cumsum(room) - room
-        self._room[full] = room
-        self._move((self._rows, self._marks), kept[full], old, self._begin[full])
-        self._used = used
-
     def _repack(self, kept: Integers, rows: Integers) -> None:
-        """Rebuild the pool with room for the rows of each node and 12.5 % spare capacity."""
-        self._room = np.where(rows > _ROWS, _with_spare(rows), _ROWS)
+        """Rebuild the pool with room for the rows of each node and 6 % spare capacity.
+
+        Only the rows that remain after the step, ``kept``, are copied.
+        """
+        self._room = np.maximum(rows + rows // 2 + 1, _ROWS)
         old, self._begin = self._begin, np.cumsum(self._room) - self._room
         self._used = int(self._room.sum())
-        before = self._rows, self._marks
-        room = self._used + self._used // 8 + _ROWS
-        self._rows, self._marks = np.zeros((room, 3)), np.zeros((room, 2))
-        self._move(before, kept, old, self._begin)
-
-    def _move(
-        self, before: tuple[Floats, Floats], kept: Integers, old: Integers, new: Integers
-    ) -> None:
-        place = np.arange(kept.sum()) - np.repeat(np.cumsum(kept) - kept, kept)
-        source, target = np.repeat(old, kept) + place, np.repeat(new, kept) + place
-        self._rows[target], self._marks[target] = before[0][source], before[1][source]
+        room = self._used + self._used // 16 + _ROWS
+        rows, marks = np.empty((room, 3)), np.empty((room, 2))
+        kernels.compiled.field_move(kept, old, self._begin, self._rows, self._marks, rows, marks)
+        self._rows, self._marks = rows, marks
+        self._depth = kept
 
     def _losses(self, place: Floats, step: Floats, code: Integers, reach: Any) -> Floats:
         """Return the energy dissipated in the trial over mu kappa."""

@@ -45,9 +45,9 @@ class Nodes:
         return self.rests.size
 
     @cached_property
-    def stiffness_scales(self) -> Floats:
-        """Tangential stiffness of a node over that of the curve [1/m]."""
-        return self.weights / self.slips
+    def nearest(self) -> float:
+        """Separation [m] from which on no separation needs a check of the surface."""
+        return max(self.curve.surface._deepest, self.curve.surface._span[0])
 
     def per_node(self, name: str, value: ArrayLike, unit: str) -> Floats:
         """Check values, a number or one per node, and convert quantities to ``unit``."""

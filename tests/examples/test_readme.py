@@ -24,7 +24,7 @@ def test_the_two_commands_stand_alone_on_their_lines() -> None:
 
 
 def test_the_picture_is_there_and_small() -> None:
-    (name,) = re.findall(r"!\[[^]]+\]\(([^)]+)\)", README)
+    (name,) = re.findall(r"(?m)^!\[[^]]+\]\(([^)]+)\)", README)
     picture = (ROOT / name).read_bytes()
     assert picture[:8] == b"\x89PNG\r\n\x1a\n"
     width, height = struct.unpack(">II", picture[16:24])

@@ -6,6 +6,7 @@ import json
 import re
 import tomllib
 from pathlib import Path
+from urllib.parse import unquote
 
 import pytest
 
@@ -41,11 +42,46 @@ def test_workflows_and_templates_are_there() -> None:
         assert text(f".github/{name}").startswith("---\nname: ")
 
 
+def test_the_paper_has_the_sections_of_joss() -> None:
+    wanted = [
+        "Summary", "Statement of need", "State of the field", "Software design",
+        "Research impact statement", "AI usage disclosure", "Acknowledgements", "References",
+    ]  # fmt: skip
+    assert re.findall(r"^# (.+)$", text("paper.md"), re.M) == wanted
+    body = text("paper.md").split("---", 2)[2]
+    assert 500 < len(body.split()) < 1750
+    for entry in re.split(r"(?m)^(?=@)", text("paper.bib"))[1:]:
+        assert re.search(r"\byear = \{\d{4}\}", entry), entry
+        assert "doi = {10." in entry or entry.startswith("@techreport"), entry
+
+
+def test_badges_are_true() -> None:
+    """Compare each badge of the README with the file that it is about."""
+    badges = re.findall(r"^\[!\[([^\]]+)\]\(([^)]+)\)\]\(([^)]+)\)$", text("README.md"), re.M)
+    words = [words for words, _, _ in badges]
+    project = tomllib.loads(text("pyproject.toml"))["project"]
+    versions = re.search(r"python: \[(.+)\]", text(".github/workflows/tests.yml"))
+    assert versions is not None
+    tested = re.findall(r"[\d.]+", versions[1])
+    assert words == ["tests", f"licence {project['license']}", f"Python {' | '.join(tested)}"]
+    assert all(f"Programming Language :: Python :: {v}" in project["classifiers"] for v in tested)
+    assert "actions/workflows/tests.yml" in badges[0][1]
+    for (label, message), (_, picture, _) in zip(
+        (("licence", project["license"]), ("Python", " | ".join(tested))), badges[1:], strict=True
+    ):
+        assert unquote(picture).startswith(f"https://img.shields.io/badge/{label}-{message}-")
+    assert "zenodo" not in text("README.md"), "a DOI of microslip also belongs into CITATION.cff"
+
+
 def test_placeholders_are_filled_in() -> None:
     """Skips with the list of what only a maintainer knows."""
     urls = tomllib.loads(text("pyproject.toml"))["project"]["urls"]
     waiting = [f"[project.urls] {name}" for name, url in urls.items() if "example.org" in url]
     waiting += ["contact in CODE_OF_CONDUCT.md"] * ("example.org" in text("CODE_OF_CONDUCT.md"))
-    waiting += ["affiliation in paper.md"] * ("To be filled in" in text("paper.md"))
+    waiting += ["owner in the badge of README.md"] * ("github.com/OWNER/" in text("README.md"))
+    paper = text("paper.md")
+    waiting += ["affiliation in paper.md"] * ("name: To be filled in" in paper)
+    waiting += ["AI usage disclosure in paper.md"] * ("\nTo be filled in" in paper)
+    waiting += ["codeRepository in codemeta.json"] * ("example.org" in text("codemeta.json"))
     if waiting:
         pytest.skip(f"to be filled in: {', '.join(waiting)}")

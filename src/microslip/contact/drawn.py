@@ -77,7 +77,7 @@ class DrawnFace(FaceLaw):
     With h = H/(E* h') and A = p/H the stiffness k_n Rq/p and the shape of the unloading are those
     of the table. The contact is elastic below the tightening load, so that friction follows from
     the law as from any other (Ciavarella 1998, J. Appl. Mech. 65, 998). Yielding is a bound on the
-    pressure (Almqvist et al. 2007, DOI 10.1016/j.triboint.2006.09.001).
+    pressure (Almqvist et al. 2007, DOI 10.1016/j.triboint.2005.11.008).
 
     Under a lay k_n/k_t = a - (a - 1) c, with a = 2 lambda - 1 of the pair and c the slope in the
     direction of motion over the sum of the slopes along and across.

@@ -90,7 +90,7 @@ class MeasuredContact(FaceLaw):
     Boundary elements at given separations of the mean planes; the slope N' comes with each load
     exactly. What bears the hardness at tightening stays flattened to where it is then, and what
     follows is the elastic law of that face (Almqvist et al. 2007,
-    DOI 10.1016/j.triboint.2006.09.001), at most as heavily loaded as it was tightened. Between the
+    DOI 10.1016/j.triboint.2005.11.008), at most as heavily loaded as it was tightened. Between the
     loads ln N is a cubic by Hermite, N made convex where that is not; below the lightest load N
     goes on as an exponential. The half space of the faces is in the law, as long as its waves: do
     not add that of a body which has these waves too.

@@ -1,0 +1,94 @@
+"""Each statement of accuracy in README and docs/ names what shows it.
+
+A sentence with a number of accuracy ("within 3 %", "agrees to 1e-6", "2 % too low") needs in its
+own paragraph a row of the record, a test, a benchmark, a command or a published source. Where it is
+about a measurement or a publication, that is a row of the record.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+# Written by scripts from declarations and measurements, or lists of definitions.
+GENERATED = {
+    *("record.md", "validation.md", "timings.md", "attack.md", "batches.md", "figures.md"),
+    *("study-keys.md", "command-options.md", "results-names.md", "changelog.md", "glossary.md"),
+}
+PAGES = [
+    ROOT / "README.md",
+    *sorted(page for page in DOCS.glob("*.md") if page.name not in GENERATED),
+]
+NUMBER = r"\d\s*%|per cent|10⁻|\d\s*e-\d|factors? of (?:\d|two|three)|\d times\b|\d Hz"
+CLAIM = (
+    r"within (?:about |some |a factor of )?[\d±−]|in error|differs? by|(?<!cut[- ])\boff\b"
+    r"|(?:agree|reproduce)\w*\b[^.;]*? (?:to|within)\b|(?:accurate|right) (?:to|within)\b"
+    r"|errors? (?:of|is|are|was|below)\b[^.;]{0,60}\d"
+    r"|too (?:high|low|stiff|soft|large|small)"
+)
+PROOF = (
+    r"record\.md#|tests/\w+/test_\w+\.py|tests/reference/|benchmarks/\w+|tools/\w+\.py"
+    r"|`make \w+`|validation\.md|timings\.md|attack\.md|doi\.org|VDI|ISO \d"
+)
+MEASURED = r"(?i)\bmeasurements? (?:of|by) [A-Z]|published (?:measure|comput|loop|frequenc|damping)"
+
+
+def paragraphs(text: str) -> Iterator[str]:
+    """Paragraphs, list items and rows of tables, without code, each in one line."""
+    text = re.sub(r"(?ms)^```.*?^```", "", text)
+    text = re.sub(r"(?s)<!--.*?-->", "", text)
+    for part in re.split(r"\n\s*\n|\n(?=\s*(?:[-*] |\d+\. |\|))", text):
+        yield " ".join(part.split())
+
+
+def unproved(text: str) -> list[str]:
+    """Sentences with a number of accuracy, but nothing in their paragraph that shows it."""
+    found = []
+    for paragraph in paragraphs(text):
+        for sentence in re.split(r"(?<=[.;:])\s+(?=[A-Z`(\[*])", paragraph):
+            if re.search(NUMBER, sentence) and re.search(CLAIM, sentence):
+                wanted = r"record\.md#|tests/" if re.search(MEASURED, sentence) else PROOF
+                if not re.search(wanted, paragraph):
+                    found.append(sentence)
+    return found
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_claims_of_accuracy_name_what_shows_them(page: Path) -> None:
+    assert unproved(page.read_text("utf-8")) == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_what_is_named_is_there(page: Path) -> None:
+    text = page.read_text("utf-8")
+    for path in re.findall(r"(?:tests|benchmarks|tools)/[\w/]+\.py", text):
+        assert (ROOT / path).is_file(), path
+    makefile = (ROOT / "Makefile").read_text("utf-8")
+    for target in re.findall(r"`make (\w+)`", text):
+        assert re.search(rf"(?m)^{target}:", makefile), target
+
+
+@pytest.mark.parametrize(
+    "claim",
+    [
+        "The force is within 3 % of time integration.",
+        "Frequencies agree with the other code to 1e-6.",
+        "The damping is 5 % too low.",
+        "64 samples are in error by 8 %.",
+        "It differs by 4e-4 from `Structure`.",
+        "The error is 0.4 % with it, see [the oscillator](oscillator.md).",
+        "Frequencies are within 1.7 % of the published measurements (`make validation`).",
+    ],
+)
+def test_a_claim_without_proof_is_found(claim: str) -> None:
+    assert unproved(f"# A page\n\nIt does this. {claim}\n\nSee `tests/physics/test_x.py`.\n")
+    assert not unproved(f"# A page\n\n{claim} See [the record](record.md#a-row).\n")
+
+
+def test_other_numbers_need_no_proof() -> None:
+    assert not unproved("A range of 20 % is drawn; the cut-off of 8 um removes 3 % of the rows.\n")

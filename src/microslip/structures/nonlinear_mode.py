@@ -34,7 +34,8 @@ LARGEST_DIRECT = 900
 _ITERATIONS = 40
 _STEP = 1e-10  # relative size of the last step of Newton's method
 _BALANCED = 1e-13  # residual at which a step more changes nothing but rounding
-_FALLING = 0.01  # change of the residual by a step up to which its factors serve again
+_FALLING = 0.1  # factors of a step are used again if it shrinks the residual to less than this
+_LEAST_SHARE = 0.01  # shortest step of the line search; shorter ones lead to no solution
 _STALLED = 1e-7  # residual with which a stalled line search counts as rounding
 
 
@@ -61,8 +62,8 @@ class ModeEquations:
     def solve(self, guess: ModePoint, amplitude: float) -> Solution:
         """Newton's method with a line search on the scaled residual.
 
-        While steps shrink the residual a hundredfold the factors of the last one serve again,
-        which leaves the solution and its tolerance as they are.
+        While steps shrink the residual tenfold their factors are used again, since a residual
+        costs a third of a factorisation; the tolerance of the solution does not change.
         """
         point, converged, iterations = guess, False, 0
         current = self._residual(point, amplitude)
@@ -76,12 +77,12 @@ class ModeEquations:
             q = np.abs(step.coefficients).max() / np.abs(point.coefficients).max()
             size = max(float(q), abs(step.omega) / point.omega, abs(step.damping))
             share, trial, after = 1.0, point, current
-            while share > 1e-3:
+            while share > _LEAST_SHARE:
                 trial = self._moved(point, step, share)
                 after = self._residual(trial, amplitude)
                 if after.merit < (1.0 - 0.1 * share) * current.merit or size < 1e-6:
                     break
-                share *= 0.5
+                share *= 0.25
             else:
                 if reused:
                     factors = None

@@ -98,6 +98,26 @@ def test_every_file_gives_the_same_scan(kind: str) -> None:
     assert "missing: 0.0833 of the points." in scan.notes
 
 
+@pytest.mark.parametrize("digits", [1, 2])
+def test_profiles_with_rounded_places_have_their_mean_step(digits: int) -> None:
+    """As a Dektak writes x: steps of 0.0667 um as 0.07 and 0.06, or as 0.1 and 0."""
+    x, z = np.arange(300) * 0.0667, np.sin(np.arange(300.0))
+    put("d.csv", "x [um],z [nm]\n" + "".join(
+        f"{a:.{digits}f},{b:.9f}\n" for a, b in zip(x, z, strict=True)))  # fmt: skip
+    scan = ms.Scan.read("d.csv")
+    assert scan.heights == pytest.approx(1e-9 * z)
+    assert scan.pixel == pytest.approx((0.0667e-6,), rel=2e-3)
+    assert any(note.startswith("x: rounded to 0") for note in scan.notes)
+
+
+def test_a_height_conversion_factor_in_the_header_is_used() -> None:
+    rows = "\n".join("\t".join(map(str, range(k, k + 4))) for k in range(1, 5))
+    put("f.txt", f"Height conversion factor: 2.5 nm/digit\n{rows}\n")
+    scan = ms.Scan.read("f.txt", pixel="1 um")
+    assert scan.heights[1] == pytest.approx(2.5e-9 * np.arange(2, 6))
+    assert "heights: multiplied by the height conversion factor 2.5 nm of the header." in scan.notes
+
+
 def test_profiles() -> None:
     np.save("p.npy", Z[:, 0])
     assert ms.Scan.read("p.npy", **UM).is_profile
@@ -719,8 +739,11 @@ def test_lines_of_instruments(holds: Callable[..., str]) -> None:
     scan = ms.Scan.read(holds(Channel(z=np.arange(5.0), is_uniform=False, positions=places)))
     assert np.array_equal(scan.heights * 1e6, [0.0, 1.0, 2.0, np.nan, 3.0, 4.0], equal_nan=True)
     assert scan.pixel == pytest.approx((3e-6,), rel=1e-14)
-    places = places**2
-    name = holds(Channel(z=np.arange(5.0), is_uniform=False, positions=places))
+    uneven = np.array([0.0, 1.0, 4.0, 9.1, 16.0])
+    scan = ms.Scan.read(holds(Channel(z=uneven, is_uniform=False, positions=uneven)))
+    assert scan.heights == pytest.approx(4e-6 * np.arange(5.0))
+    assert "x: uneven steps, interpolated linearly at their mean 4." in scan.notes
+    name = holds(Channel(z=np.arange(5.0), is_uniform=False, positions=uneven[[0, 2, 1, 4, 3]]))
     refused("not on a regular grid", name)
     refused("points are not on a regular grid", holds(Channel(is_uniform=False)))
 

@@ -10,7 +10,7 @@ from made_surfaces import paraboloids
 
 import microslip as ms
 from microslip.contact import Verdict
-from microslip.surfaces import cut, find_summits, random_surface
+from microslip.surfaces import find_summits, random_surface
 from microslip.surfaces.height_map import noise_passed, noise_std
 
 AL = ms.Material(69e9, 0.33)
@@ -219,7 +219,7 @@ def test_noise_is_that_before_the_cutoff_wherever_it_was_applied() -> None:
         assert found.count == wanted.count
     further = once.summits("12 um")
     assert further.threshold == pytest.approx(scan.summits("12 um").threshold, rel=1e-6)
-    whole = cut(once, (2, 2))[0].summits(None).threshold
+    whole = once.condition(crop="30 um").summits(None).threshold
     assert whole == pytest.approx(wanted.threshold, rel=1e-6)
     # Of heights that came filtered from elsewhere nothing else is known.
     other = ms.Scan(once.heights, 1e-6, cutoff=6e-6).summits(None)

@@ -71,6 +71,36 @@ def on_grid(coordinates: list[Floats], heights: Floats) -> tuple[Floats, tuple[f
     return result.reshape(counts[::-1]), tuple(steps)
 
 
+def evenly_spaced(x: Floats, heights: Floats) -> tuple[Floats, tuple[float, ...], tuple[str, ...]]:
+    """Return the heights of a profile at even steps, the step, and notes.
+
+    Places rounded to few digits, as Dektak writes them, get their mean step. Uneven places are
+    interpolated linearly at their mean step.
+    """
+    steps = np.diff(x)
+    if x.size < 4 or not np.all(np.isfinite(x)) or not (np.all(steps >= 0.0) or np.all(steps <= 0)):
+        return *on_grid([x], heights), ()  # reports what is wrong
+    with contextlib.suppress(ValueError):
+        return *on_grid([x], heights), ()
+    numbers = np.arange(x.size)
+    mean, first = np.polyfit(numbers, x, 1).tolist()
+    off = float(np.abs(x - first - mean * numbers).max())
+    # Steps of rounded places differ by whole digits.
+    sizes = np.diff(np.unique(np.append(0.0, np.abs(steps))))
+    digit = float(sizes[sizes > 1e-6 * abs(mean)].min(initial=np.inf))
+    if off <= digit < np.inf:
+        note = f"x: rounded to {digit:.3g} in the file; the mean step {abs(mean):.6g} is used."
+    elif np.all(steps != 0.0):
+        mean = float(x[-1] - x[0]) / (x.size - 1)
+        even = x[0] + mean * numbers
+        order = np.sign(mean)
+        heights = np.interp(order * even, order * x, heights)
+        note = f"x: uneven steps, interpolated linearly at their mean {abs(mean):.6g}."
+    else:
+        return *on_grid([x], heights), ()
+    return heights, (abs(mean),), (note,)
+
+
 def _axis(name: str, values: Floats) -> tuple[np.ndarray, int, float]:
     """Return the grid index of each point along an axis, the number of grid lines, and the step."""
     if not np.all(np.isfinite(values)):
@@ -202,11 +232,11 @@ def _read(path: Path, format_name: Any, channel_name: Any) -> Heights:
         with decoded(f"{name} file", quiet=False):
             shape = tuple(int(n) for n in np.atleast_1d(channel.nb_grid_pts))
             refuse_beyond(*shape)
-            values, pixel, unit = _heights(reader, channel, index, shape)
+            values, pixel, unit, remarks = _heights(reader, channel, index, shape)
     finally:
         with contextlib.suppress(Exception):  # the data have been read
             reader.close()
-    notes = []
+    notes = list(remarks)
     unread = [str(c.name) for i, c in enumerate(channels) if i != index]
     if unread:
         notes.append(f"not read: {', '.join(shorten(text, 40) for text in unread[:20])}.")
@@ -355,7 +385,7 @@ def _channel_index(channels: list[Any], channel_name: Any) -> int:
 
 def _heights(
     reader: Any, channel: Any, index: int, shape: tuple[int, ...]
-) -> tuple[np.ndarray, tuple[float, ...] | None, str | None]:
+) -> tuple[np.ndarray, tuple[float, ...] | None, str | None, tuple[str, ...]]:
     sizes = channel.physical_sizes
     options = {} if sizes is not None else {"physical_sizes": tuple(float(n) for n in shape)}
     topography = reader.topography(channel_index=index, **options)
@@ -364,22 +394,22 @@ def _heights(
         heights = heights.T
     unit = channel.unit
     if unit is None:
-        return heights, None, None
+        return heights, None, None, ()
     factor = _factor(unit)
     if not topography.is_uniform:
         if heights.ndim != 1:
             raise ValueError("points are not on a regular grid; interpolate them onto one first")
-        grid, steps = on_grid(
-            [np.asarray(topography.positions(), dtype=float)], np.asarray(heights, dtype=float)
+        grid, steps, notes = evenly_spaced(
+            np.asarray(topography.positions(), dtype=float), np.asarray(heights, dtype=float)
         )
-        return grid, (steps[0] * factor,), unit
+        return grid, (steps[0] * factor,), unit, notes
     if sizes is None:
-        return heights, None, unit
+        return heights, None, unit, ()
     lengths = np.atleast_1d(np.asarray(sizes, dtype=float)) * factor
     pixel = tuple(float(a / n) for a, n in zip(lengths, shape, strict=True))
     if not all(math.isfinite(step) and step > 0.0 for step in pixel):
-        return heights, None, unit
-    return heights, pixel, unit
+        return heights, None, unit, ()
+    return heights, pixel, unit, ()
 
 
 def _factor(unit: str) -> float:

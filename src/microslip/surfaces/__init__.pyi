@@ -1,6 +1,5 @@
 from .moments import Moments as Moments
 from .moments import Statistics as Statistics
-from .patches import cut as cut
 from .scan import Scan as Scan
 from .scan_rules import verdicts as verdicts
 from .spectrum import AxisSpectrum as AxisSpectrum

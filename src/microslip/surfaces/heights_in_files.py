@@ -16,7 +16,7 @@ from microslip.readers import array_files, hdf5, matlab
 from microslip.readers.arrays import Arrays, leaves, single_array, values_of
 from microslip.readers.dialect import is_comment, split
 from microslip.readers.files import head_of, kind_of, refuse_beyond
-from microslip.readers.instruments import on_grid, read_channel
+from microslip.readers.instruments import evenly_spaced, on_grid, read_channel
 from microslip.readers.tables import fits, name_and_unit
 from microslip.readers.text import TextFile, open_text
 
@@ -33,6 +33,11 @@ _ENDINGS_OF_TEXT = {".txt", ".csv", ".tsv", ".dat", ".xyz", ".asc", ".prf", ".pr
 _NAMES_OF_HEIGHTS = {"height", "heights", "topography", "z"}
 # Header lines of Gwyddion above a matrix.
 _STATED = re.compile(r"[#%/\s]*(width|height|value units)\s*:\s*(.+?)\s*", re.IGNORECASE)
+_FACTOR = re.compile(
+    r"\b(?:height|z)\s+(?:conversion|scale|scaling)\s+factor\b[^\d+.-]*([+-]?[\d.]+(?:e[+-]?\d+)?)"
+    r"[\s,;\"(\[]*([^\W\d_]{1,12})",
+    re.IGNORECASE,
+)
 _BY_SLASH = re.compile(r"(.+?)\s*/\s*([^\W\d_]{1,12})")
 
 
@@ -154,6 +159,9 @@ def _of_text(file: TextFile, form: str, options: FileOptions) -> RawHeights:
             'write `format="matrix"`'
         )
     *places, values = file.load(order)
+    if len(places) == 1:
+        heights, steps, resampled = evenly_spaced(places[0], values)
+        return RawHeights(kind, heights, steps=steps, columns=columns, notes=(*notes, *resampled))
     try:
         heights, steps = on_grid(places, values)
     except ValueError as error:
@@ -236,6 +244,11 @@ def _units(units: tuple[str | None, ...]) -> tuple[str | None, str | None]:
 
 
 def _matrix(table: np.ndarray, above: list[str], notes: tuple[str, ...]) -> RawHeights:
+    for line in above:
+        if (match := _FACTOR.search(line)) and is_unit(match[2]) and fits(match[2], LENGTH):
+            table, words = float(match[1]) * table, f"{match[1]} {match[2]}"
+            note = f"heights: multiplied by the height conversion factor {words} of the header."
+            return RawHeights("text, a matrix", table, match[2], notes=(*notes, note))
     stated = {match[1].lower(): match[2] for line in above if (match := _STATED.fullmatch(line))}
     unit = stated.get("value units")
     pixel = None

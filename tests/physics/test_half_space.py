@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 import microslip as ms
@@ -31,6 +32,37 @@ def test_an_annulus_lies_between_thin_ring_and_full_disc(hole: float) -> None:
         assert ring == pytest.approx(thin, rel=0.03)
 
 
+def _of_rectangle(length: float, width: float, rows: int) -> float:
+    """Stiffness over E* of a rigid punch [m] by boundary elements, finer towards the edges.
+
+    The displacement of an element under an even pressure is Love's (Johnson 1985, eq. 3.25).
+    """
+
+    def seen(u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        return np.asarray(u * np.arcsinh(v / abs(u)) + v * np.arcsinh(u / abs(v)))
+
+    edges = [-0.5 * side * np.cos(np.linspace(0.0, np.pi, rows + 1)) for side in (length, width)]
+    x, y = (g.ravel() for g in np.meshgrid(*(0.5 * (e[1:] + e[:-1]) for e in edges)))
+    a, b = (g.ravel() for g in np.meshgrid(*(0.5 * np.diff(e) for e in edges)))
+    dx, dy = x[:, None] - x, y[:, None] - y
+    by_pressure = seen(dx + a, dy + b) - seen(dx - a, dy + b)
+    by_pressure += seen(dx - a, dy - b) - seen(dx + a, dy - b)
+    pressure = np.linalg.solve(by_pressure / np.pi, np.ones(x.size))
+    return float(np.sum(pressure * 4.0 * a * b))
+
+
+@pytest.mark.parametrize("aspect", [1.0, 2.0, 4.0, 10.0])
+def test_a_rectangle_agrees_with_boundary_elements(aspect: float) -> None:
+    """Two meshes extrapolate the error of the edges, which falls with the square of the rows."""
+    length, width = math.sqrt(aspect), math.sqrt(1.0 / aspect)
+    coarse, fine = (_of_rectangle(length, width, rows) for rows in (10, 20))
+    normal, tangential = solid_stiffness(PAIR, 1.0, aspect=aspect)
+    assert normal / PAIR.composite_modulus == pytest.approx((4.0 * fine - coarse) / 3.0, rel=0.008)
+    assert normal / tangential == pytest.approx(PAIR.stiffness_ratio, rel=1e-14)
+    if aspect == 1.0:  # the capacity of a square plate, 0.36679 of its side, times pi
+        assert normal / PAIR.composite_modulus == pytest.approx(1.15230, rel=5e-3)
+
+
 def test_springs_in_series() -> None:
     assert in_series(2.0, 2.0) == 1.0
     assert in_series(3.0, 0.0) == 0.0
@@ -46,3 +78,15 @@ def test_a_study_reports_both_stiffnesses_and_a_structure_does_not() -> None:
     pair = result.joints[0].surface.pair
     assert rig == pytest.approx(in_series(alone, solid_stiffness(pair, 2e-4)[1]), rel=1e-12)
     assert rig < alone
+
+
+def test_a_rectangle_in_a_study() -> None:
+    from laps import STRIP
+
+    text = STRIP.partition("[structure]")[0].replace("0.35", '0.35\nnormal_load = ["60 N"]')
+    text += '\n[joint.pressure]\nkind = "rectangle"\nlength = "4 mm"\nwidth = "1 mm"\ncount = 2\n'
+    result = ms.Study.from_toml(text).run()
+    joint, pair = result.summary["joints"][0], result.joints[0].surface.pair
+    solid = 2.0 * solid_stiffness(pair, 4e-6, aspect=4.0)[1]
+    expected = in_series(joint["tangential_stiffness"], solid)
+    assert joint["rig_tangential_stiffness"] == pytest.approx(expected, rel=1e-12)

@@ -204,6 +204,19 @@ class AnnulusPressure(_Round):
     kind: str = tag("annulus", "Uniform between the radii.")
 
 
+class RectanglePressure(PressurePart):
+    """An even pressure on a rectangle."""
+
+    kind: str = tag("rectangle", "Even on a rectangle, such as a specimen of a rig.")
+    length: float = key(_LENGTH, "One side.", '"12 mm"')
+    width: float = key(_LENGTH, "The other side.", '"3 mm"')
+    count: int = key(_COUNT, "Number of such contacts, equal and separate.", default=1)
+
+    def spread(self, rings: int = RINGS) -> Pressure:
+        """Return the distribution."""
+        return Pressure.patches([self.count * self.length * self.width], [1.0])
+
+
 class TablePressure(PressurePart):
     """Axisymmetric pressure from a table over the radius; only ratios of pressures matter."""
 
@@ -336,7 +349,8 @@ class BoltPressure(TightenedBolts, PressurePart):
 
 
 ANY_PRESSURE = SubTable(
-    *(ConePressure, ParabolaPressure, AnnulusPressure, TablePressure, PatchesPressure),
+    *(ConePressure, ParabolaPressure, AnnulusPressure, RectanglePressure, TablePressure),
+    PatchesPressure,
     BoltPressure,
     tag="kind",
 )

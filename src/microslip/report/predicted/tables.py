@@ -69,8 +69,8 @@ def joint_table(joints: JointRows, law: str) -> Table:
     h = joints[0]["standardised_separation"] is not None
     caption = (
         "kₙ and kₜ are the stiffnesses of the interface in full stick; kₜ at a rig also includes "
-        "the compliance of two half-spaces behind a round contact of the apparent area (Johnson "
-        "1985), as measured by sensors next to a small contact. "
+        "the compliance of two half-spaces behind the apparent contact, round or as joint.pressure "
+        "gives it (Johnson 1985), as measured by sensors next to a small contact. "
         + (
             "kₙ is that of unloading, as ultrasound measures it; a load-deflection test measures "
             "first loading. "

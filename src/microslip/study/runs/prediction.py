@@ -24,6 +24,7 @@ from microslip.study.build import at_central_values, build_joints, is_uncertain,
 from microslip.study.description import StudyDescription
 from microslip.study.joints import LawJoint
 from microslip.study.measured_face import MeasuredFace
+from microslip.study.pressure import RectanglePressure
 from microslip.study.runs.columns import (
     AmplitudeCurve,
     HistoryResponse,
@@ -152,12 +153,15 @@ def _at_rig(
     if area is None or study.structure is not None or not isinstance(pair, MaterialPair):
         return dict.fromkeys(names)
     alone = joint.normal_stiffness, joint.tangential_stiffness
-    pressure, hole, count = getattr(study.joint, "pressure", None), 0.0, 1
+    pressure, hole, count, aspect = getattr(study.joint, "pressure", None), 0.0, 1, None
     outer = getattr(pressure, "outer", None)
     if pressure is not None and outer is not None:
         hole, count = float(pressure.inner or 0.0) / outer, pressure.count
         area = count * math.pi * outer**2 * (1.0 - hole**2)
-    solid = solid_stiffness(pair, area / count, hole)
+    if isinstance(pressure, RectanglePressure):
+        count, sides = pressure.count, (pressure.length, pressure.width)
+        area, aspect = count * math.prod(sides), max(sides) / min(sides)
+    solid = solid_stiffness(pair, area / count, hole, aspect)
     return {
         name: in_series(stiff, count * behind)
         for name, stiff, behind in zip(names, alone, solid, strict=True)

@@ -99,14 +99,44 @@ static void crowd_rule(int middle, Node *nodes)
     }
 }
 
+/* The rule of 15 places for an integrand with a root of the distance to its end: shares of the way
+ * back from the end, as squares. */
+#define END_NODES 15
+static void make_end_rule(Node *nodes)
+{
+    Node half[MOST_HALF];
+    int middle = make_rule(0, half);
+    for (int i = 0; i < END_NODES; i++) {
+        const Node *node = &half[i <= middle ? i : 2 * middle - i];
+        double y = 0.5 + (i <= middle ? 0.5 : -0.5) * node->place;
+        nodes[i] = (Node){-y * y, y * node->weight, y * node->miss};
+    }
+}
+
+/* Cosine and sine, of small angles by their series. */
+static inline void make_wave(double t, double *c, double *s)
+{
+    double q = t * t;
+    if (q < 1e-3) {
+        *c = 1.0 - q * (0.5 - q * (1.0 / 24 - q * (1.0 / 720 - q * (1.0 / 40320))));
+        *s = t * (1.0 - q * (1.0 / 6 - q * (1.0 / 120 - q * (1.0 / 5040 - q * (1.0 / 362880)))));
+    } else {
+        *c = cos(t);
+        *s = sin(t);
+    }
+}
+
 #define HALVINGS 48
 #define MOST_PARTS 65536 /* of a piece */
 
-/* One backbone: of a node on a load curve, or a table. */
+/* One backbone: of a node on a load curve, or a table. For a stretch of a curve of pieces also the
+ * piece in which it begins, its place, and the force there. */
 typedef struct {
     const Profile *curve;
     const Table *table;
     double rest;
+    Py_ssize_t piece;
+    double base, force;
 } Line;
 
 static inline double line_at(const Line *l, double u, double *slope)
@@ -123,7 +153,7 @@ typedef struct {
     double *times, *x, *force, *by, *phi; /* at turning points; D and functions by row */
     int *open;
     double *piece, *sums, *k_sums, *spans; /* of a piece, and of the whole */
-    Node rule[MOST_HALF];
+    Node rule[MOST_HALF], end_rule[END_NODES];
     int middle;
 } Motion;
 
@@ -255,31 +285,40 @@ static void find_turns(Motion *m, const double *grid, int points)
     }
 }
 
-/* Add the integrals of force and slope from `low` to `high` to those of the piece, by bisection. */
+/* Add the integrals of force and slope from `low` to `high` to those of the piece, by bisection;
+ * with the rule of roots at the end for a stretch. */
 static void integrate(Motion *m, const Line *l, double low, double high, int parent, double sign,
                       double force_miss, double slope_miss)
 {
     double begins[HALVINGS + 1], ends[HALVINGS + 1];
     long parts = 0;
-    int left = 1, size = m->size, wide = 4 * m->H + 1, all = size + wide;
+    int left = 1, size = m->size, wide = 4 * m->H + 1, all = size + wide, stretch = l->piece >= 0;
+    const Node *rule = stretch ? m->end_rule : m->rule;
+    int last = stretch ? END_NODES - 1 : m->middle;
     begins[0] = low;
     ends[0] = high;
     while (left) {
-        double a = begins[--left], b = ends[left], half = 0.5 * (b - a), centre = 0.5 * (a + b);
+        double a = begins[--left], b = ends[left], centre = 0.5 * (a + b);
+        double scale = stretch ? b - a : 0.5 * (b - a), origin = stretch ? b : centre;
         double *sum = m->sums, off[6] = {0.0};
         memset(sum, 0, (size_t)all * sizeof(double));
-        double *w = m->waves, co = cos(centre), si = sin(centre);
-        for (int k = 0; k <= m->middle; k++) {
-            const Node *node = &m->rule[k];
-            double reach = half * node->place, weight = half * node->weight;
-            double miss = half * node->miss, cos_reach = cos(reach), sin_reach = sin(reach);
-            for (int side = 0; side <= (k < m->middle); side++, sin_reach = -sin_reach) {
-                double x = m->c[0], slope;
+        double *w = m->waves, co = cos(origin), si = sin(origin);
+        for (int k = 0; k <= last; k++) {
+            const Node *node = &rule[k];
+            double weight = scale * node->weight, miss = scale * node->miss, cos_reach, sin_reach;
+            make_wave(scale * node->place, &cos_reach, &sin_reach);
+            int sides = stretch || k == last ? 1 : 2;
+            for (int side = 0; side < sides; side++, sin_reach = -sin_reach) {
+                double x = m->c[0], slope, force;
                 raise_waves(co * cos_reach - si * sin_reach, si * cos_reach + co * sin_reach,
                             2 * m->H, w);
                 for (int n = 1; n < size; n++) x += m->c[n] * w[n];
-                double value = line_at(l, 0.5 * fabs(x - m->x[parent]), &slope);
-                double force = m->force[parent] + 2.0 * sign * value;
+                double u = 0.5 * fabs(x - m->x[parent]);
+                if (stretch)
+                    force = l->force + 2.0 * sign * piece_ahead(l->curve, l->piece, l->base,
+                                                                l->rest + u, &slope);
+                else
+                    force = m->force[parent] + 2.0 * sign * line_at(l, u, &slope);
                 double f = weight * force, g = miss * force, h = weight * slope, e = miss * slope;
                 for (int n = 0; n < size; n++) sum[n] += f * w[n];
                 for (int n = 0; n < wide; n++) sum[size + n] += h * w[n];
@@ -382,8 +421,9 @@ static void add_cut(Motion *m, const Line *l, double low, double high, double fr
         return;
     }
     double origin = m->x[parent], first = l->rest + 0.5 * fabs(from - origin), t = low, x = from;
-    double last = l->rest + 0.5 * fabs(to - origin), at = first, f = 0.0;
-    int known = 0; /* whether the force at the beginning of the next part is */
+    double last = l->rest + 0.5 * fabs(to - origin), at = first, k_here;
+    double f = m->force[parent] + 2.0 * sign * piece_drop(p, l->rest, at - l->rest);
+    Py_ssize_t i = find_piece(p, at); /* with `at` and `f`: where the next part begins */
     const double *breaks;
     Py_ssize_t count = breaks_between(p, first, last, &breaks);
     for (Py_ssize_t k = 0; k <= count; k++) {
@@ -394,25 +434,26 @@ static void add_cut(Motion *m, const Line *l, double low, double high, double fr
             double near = t + (high - t) * (y - x) / (to - x);
             end = find_time(m, 0, y, sign > 0.0, t, high, near);
         }
-        Py_ssize_t i = find_piece(p, 0.5 * (at + next));
-        int straight = i >= p->panels;
-        if (!straight && !piece_at(p, i)[PIECE_ROOTS]) {
-            const double *c = piece_at(p, i) + PIECE_POWERS;
-            straight = 1;
+        while (i < p->panels && at >= p->edges[i + 1]) i++;
+        int straight = i >= p->panels, roots = 0;
+        if (!straight) {
+            const double *row = piece_at(p, i), *c = row + PIECE_POWERS;
+            Py_ssize_t j = i;
+            while (j + 1 < p->panels && next > p->edges[j + 1]) j++;
+            roots = piece_at(p, j)[PIECE_ROOTS] != 0.0;
+            straight = !row[PIECE_ROOTS] && next <= p->edges[i + 1];
             for (int n = 1; n < TERMS; n++) straight &= c[n] == 0.0;
-            straight &= at >= p->edges[i] && next <= p->edges[i + 1];
         }
-        if (straight) {
-            double k_here = 0.0; /* N is linear on a straight piece */
-            if (i < p->panels) k_here = piece_at(p, i)[PIECE_INVERSE] * piece_at(p, i)[PIECE_WHOLE];
-            if (!known) f = m->force[parent] + 2.0 * sign * drop_at(p, l->rest, at - l->rest);
+        double rise = piece_ahead(p, i, at, next, &k_here);
+        if (straight) { /* N is linear on a straight piece */
+            k_here = i < p->panels ? piece_at(p, i)[PIECE_INVERSE] * piece_at(p, i)[PIECE_WHOLE] : 0.0;
             add_straight(m, t, end, parent, f, k_here, x, force, J);
-            f += k_here * (y - x);
-            known = 1;
+            rise = 0.5 * k_here * fabs(y - x);
         } else {
-            add_piece(m, l, t, end, parent, sign, force_miss, slope_miss, force, J);
-            known = 0;
+            Line part = {p, NULL, l->rest, roots ? i : -1, at, f};
+            add_piece(m, &part, t, end, parent, sign, force_miss, slope_miss, force, J);
         }
+        f += 2.0 * sign * rise;
         t = end;
         x = y;
         at = next;
@@ -532,9 +573,10 @@ static int run_harmonics(const Argument *a, Result *out, const Profile *curve,
     m.spans = at + wide;
     make_speeds(grid, points, H, (int)size);
     m.middle = make_rule(1, m.rule);
+    make_end_rule(m.end_rule);
     if (curve && curve->edges) crowd_rule(m.middle, m.rule); /* roots at the ends of pieces */
     for (Py_ssize_t i = 0; i < rows; i++) {
-        Line line = {curve, table, rests ? rests[i] : 0.0};
+        Line line = {curve, table, rests ? rests[i] : 0.0, -1, 0.0, 0.0};
         m.c = a[0].reals + i * size;
         settle_harmonics(&m, &line, grid, points, a[3].x, a[4].reals + i * size,
                          a[5].reals + i * size * size);

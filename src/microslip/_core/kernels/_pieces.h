@@ -95,6 +95,26 @@ static double piece_drop(const Profile *p, double base, double width)
     return sum + piece_part(piece_at(p, last), 1.0, far - p->edges[last]);
 }
 
+/* N(base) - N(far) and -N'(far) for a base in piece `i` and a far place that is not before it. */
+static inline double piece_ahead(const Profile *p, Py_ssize_t i, double base, double far,
+                                 double *fall)
+{
+    double sum = 0.0;
+    *fall = 0.0;
+    for (; i < p->panels && far >= p->edges[i + 1]; i++, base = p->edges[i]) {
+        const double *row = piece_at(p, i);
+        double z = (p->edges[i + 1] - base) * row[PIECE_INVERSE];
+        sum += base == p->edges[i] ? row[PIECE_WHOLE] : piece_part(row, z, p->edges[i + 1] - base);
+    }
+    if (i >= p->panels) return sum;
+    const double *row = piece_at(p, i), *c = row + PIECE_POWERS;
+    int roots = row[PIECE_ROOTS] != 0.0;
+    double z = (p->edges[i + 1] - far) * row[PIECE_INVERSE], y = roots ? sqrt(z) : z;
+    double s = 2.0 * y - 1.0;
+    *fall = row[PIECE_INVERSE] * (shape(c, s) + shape_slope(c, s) * (roots ? y : 2.0 * z));
+    return sum + piece_part(row, (p->edges[i + 1] - base) * row[PIECE_INVERSE], fmax(far - base, 0.0));
+}
+
 /* First break above x, and the number of breaks between x and y. */
 static Py_ssize_t breaks_between(const Profile *p, double x, double y, const double **first)
 {

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
-from laboratory.loops import CLEAN, FAULTS
-from laboratory.measured import coverage, verdict_on
+from laboratory.loops import CAUSES, CLEAN, FAULTS, Kind, drive, noisy, respond, sampled
+from laboratory.measured import UNDECIDED, coverage, verdict_on
+
+import microslip as ms
 
 QUICK = ("jenkins, 20 samples", "iwan, partial slip", "steps of the amplitude", "chirp")
 
@@ -22,6 +25,22 @@ def test_intervals_hold_in_ordinary_kinds() -> None:
     assert not [name for name, held in found.items() if held.is_short]
     number = sum(held.number.total() for held in found.values())
     assert sum(held.held.total() for held in found.values()) >= 0.93 * number
+
+
+@pytest.mark.parametrize("law", ["iwan", "rough", "power", "jenkins"])
+@pytest.mark.parametrize(("reach", "noise"), [(0.15, 0.03), (0.4, 0.01), (0.8, 0.03), (1.5, 0.0)])
+def test_no_cause_is_named_in_a_clean_record(law: str, reach: float, noise: float) -> None:
+    rng = np.random.default_rng(43)
+    for samples, cycles in ((30.3, 5), (100.3, 12)):
+        kind = Kind(law, reach, samples, cycles, noise)
+        time, x = drive(kind)
+        x, force, at = sampled(kind, time, x, respond(x, law), 0.3)
+        notes = ms.measure(noisy(kind, rng, x, force, at)).notes
+        certain = [note for note in notes if UNDECIDED not in note]
+        named = [
+            note for note in certain for words in CAUSES.values() if any(map(note.count, words))
+        ]
+        assert not named
 
 
 @pytest.mark.parametrize(

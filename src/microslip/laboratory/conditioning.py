@@ -115,7 +115,7 @@ _COARSE, _FINE = 31, 21
 _SHAPES = (((1.0, 1.5, 2.0), (1.0, 2.0)), ((1.0, 2.0), (1.0, 2.0)))
 """Powers of the way that the force is made of before a reversal and after it. A contact that has
 nearly slid before is of the power 3/2 there (19.15); what the second makes of it is the doubt."""
-_DOUBT, _LEAST, _OF_WINDOW = 0.5, 0.03, 0.003
+_DOUBT, _LEAST, _OF_WINDOW = 0.5, 0.1, 0.003
 """Doubt of the lag in any case: share of the difference of both readings, of a sample, and of the
 window."""
 _LEFT = 0.15
@@ -203,7 +203,10 @@ def lag_of(
     chance = quantile(confidence, late.size - 1) * error
     doubt = _LEAST + _OF_WINDOW * reversals.half + _DOUBT * abs(middle - other)
     is_remedy = reversals.misfit_left() < _LEFT
-    return Lag(float(late.mean()), math.hypot(chance, doubt), error, late.size, is_remedy)
+    # Lags of groups are sought near that of all of them: beyond that range they are not known.
+    is_found = float(np.abs(late - middle).max()) < 2.4 * reversals.half / (_COARSE - 1.0)
+    half = math.hypot(chance, doubt) if is_found else math.inf
+    return Lag(float(late.mean()), half, error, late.size, is_remedy)
 
 
 def looks_late(x: Floats, force: Floats, cuts: Cuts, smallest: float, most: int) -> bool:

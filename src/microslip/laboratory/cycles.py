@@ -34,10 +34,10 @@ from microslip.laboratory.loop_shape import (
 )
 from microslip.laboratory.record import UNITS, Record, once_a_record
 from microslip.laboratory.settling import (
-    CERTAIN,
     OPEN,
     Settled,
     excess_loss_notes,
+    is_certain,
     named_cycles,
     requested,
     settled,
@@ -61,8 +61,9 @@ further in, where all are on such steps; times as many on the next three as on t
 _ROUNDING, _ON_STEP = 1e-7, 0.01
 """Share of the range below which values that differ are one step of a converter; share of a step
 by which all values may be off."""
-_QUIET = 1e-6
-"""Noise over the range of a channel below which it has none."""
+_QUIET, _ROUGHER = 1e-4, 0.15
+"""Noise over the range of a channel, and over that of every other sample, below which it has
+none."""
 _COARSE = 0.02
 """Step of a converter over the force amplitude from which on no delay is told."""
 _IRREGULAR, _FEWEST_PAIRS = 0.12, 5
@@ -372,7 +373,7 @@ class Cycles:
             )
             total = line.value * float(np.ptp(rows) + 1.0) if rows.size > 3 else 0.0
             share = abs(total) / (2.0 * abs(float(np.median(self.columns[size][rows]))) or 1.0)
-            if abs(line.value) > CERTAIN * line.standard_error and share > DRIFTS:
+            if is_certain(line) and share > DRIFTS:
                 drifts.append(Drift(channel, total, share))
         return tuple(drifts)
 
@@ -464,7 +465,10 @@ def _plateau_at(channel: str, values: Floats, extreme: float) -> Plateau | None:
         if inner.size and at.size < _STEPPED * beside[inner[0]]:
             return None
         is_neared = bool(beside[1:4].mean() > _SLOWER * beside[8:].mean() > 0.0)
-    is_quiet = noise_of(np.delete(values, at)) < _QUIET * float(np.ptp(values))
+    moving = np.delete(values, at)
+    noise = noise_of(moving)
+    # White noise is the same in every other sample; the course of a loop is rougher there.
+    is_quiet = noise < max(_QUIET * float(np.ptp(values)), _ROUGHER * noise_of(moving[::2]))
     return Plateau(channel, float(extreme), share, step, is_neared, is_quiet)
 
 

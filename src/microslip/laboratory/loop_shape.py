@@ -88,8 +88,9 @@ def shape_of(
         where = np.bincount(at, place, minlength=BINS)[full] / count[full]
         means.append(np.interp(grid, where, mean))
         away = values - np.interp(place, where, mean)
-        noise = 1.4826 * float(np.median(np.abs(away)))
-        errors.append(noise / np.sqrt(float(np.median(count[full]))))
+        squares = np.bincount(at, away**2, minlength=BINS)[full]
+        # Noise of the displacement counts where the branch is steep.
+        errors.append(float(np.quantile(np.sqrt(squares) / count[full], 0.9)))
     both = 0.5 * (means[0] + means[1])
     skew = 0.5 * (means[1] - means[0])
     inner = slice(2, -2)
@@ -138,7 +139,7 @@ def parallel_spring(shape: Shape) -> ParallelSpring | None:
     third, last = (
         float(slope(p[part], f[part], 1)[1]) for part in (_part(p, 0.5, 0.74), _part(p, 0.74, 0.97))
     )
-    first = float(np.max(np.diff(f[: BINS // 2]) * BINS))
+    first = float(np.max(np.diff(f[: BINS // 2]) * BINS)) - 2.0 * _ERRORS * shape.error * BINS
     straight = abs(third - last) < _STRAIGHT * last + _ERRORS * shape.error * 4.0
     if not (last > 0.0 and straight and 0.5 * last > _SPRING and first > _STEEP * last):
         return None

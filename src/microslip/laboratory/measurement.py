@@ -371,8 +371,8 @@ def measure(
         notes.append(
             f"gross slip by B, though only {sliding:.0%} of the displacement slides: the rest is "
             f"elastic, {UNDECIDED} (contact, rig, or crosstalk between the sensors), and stiffness "
-            "is of all of them; a record of a rigid specimen would tell, `rig_stiffness` subtracts "
-            "its deflection"
+            "is of all of them; a record of a rigid specimen would tell; give `rig_stiffness` to "
+            "subtract the rig"
         )
     steps = judged.step_errors
     shared = {k: math.hypot(steps.get(k, 0.0), gains.get(k, 0.0)) for k in {**steps, **gains}}

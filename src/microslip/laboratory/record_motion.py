@@ -68,15 +68,17 @@ def distortion_of(record: Record, block: Block) -> Distortion:
 
     def harmonics(values: Floats) -> NDArray[np.complex128]:
         y = values[block.samples][piece]
-        waves = [np.dot(y - y.mean(), np.exp(-2j * math.pi * n * share)) for n in (1, 3, 5)]
-        return np.asarray(waves / abs(waves[0]))
+        y = y - y.mean()
+        return np.array([np.dot(y, np.exp(-2j * math.pi * n * share)) for n in (1, 3, 5)])
 
     first, third, fifth = harmonics(record.displacement)
-    is_cubic = abs(third) > _THIRD and abs(fifth) < _FIFTH * abs(third)
-    is_cubic &= abs((third / first**3).imag) < _IN_PHASE * abs(third)
+    size, turn = float(abs(third) / abs(first)), first / abs(first)
+    is_cubic = size > _THIRD and abs(fifth) < _FIFTH * abs(third)
+    is_cubic &= abs((third / turn**3).imag) < _IN_PHASE * abs(third)
     if record.commanded is not None:
-        is_cubic &= abs(abs(harmonics(record.commanded)[1]) - abs(third)) > 0.5 * abs(third)
-    return Distortion(float(abs(third)), bool(is_cubic))
+        wave = np.abs(harmonics(record.commanded))
+        is_cubic &= abs(wave[1] / wave[0] - size) > 0.5 * size
+    return Distortion(size, bool(is_cubic))
 
 
 def load_ripple_of(record: Record, block: Block) -> float | None:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats
 from microslip._core.units import engineering
 from microslip._core.wording import plural
-from microslip.laboratory.estimates import dependence_of, quantile, trend
+from microslip.laboratory.estimates import Estimate, dependence_of, quantile, trend
 
 ALIKE, MORE_ALIKE = 0.02, 0.003
 """Relative change of force or energy over a stretch that counts as none, and the one that is sought
@@ -239,6 +239,13 @@ def _longest(values: Floats, widest: float) -> tuple[int, int]:
         if i + 1 - begin > best[1] - best[0]:
             best = begin, i + 1
     return best
+
+
+def is_certain(line: Estimate) -> bool:
+    """Return whether a trend is no accident: over five standard errors, or 99.9 % where few."""
+    if line.number < 4:
+        return False
+    return abs(line.value) > max(CERTAIN, quantile(0.999, line.number - 2)) * line.standard_error
 
 
 def _moves(values: Floats, smallest: float) -> bool:

@@ -23,7 +23,7 @@ AROUND = 8
 
 _NOISES, _PART = 20.0, 0.1
 """Jumps off the other cycles over the noise, and over the range of force, at least."""
-_COARSE = 26.0
+_COARSE = 40.0
 """Samples a cycle below which a turning point of a sine stands out from its neighbours."""
 
 

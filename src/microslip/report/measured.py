@@ -17,7 +17,7 @@ from microslip.laboratory.campaign import Campaign
 from microslip.laboratory.cycle_columns import LABELS, UNITS
 from microslip.laboratory.figures import measured_loops
 from microslip.laboratory.reading import ChannelNote
-from microslip.laboratory.settling import CERTAIN
+from microslip.laboratory.settling import is_certain
 from microslip.report import cells
 from microslip.report import measured_campaign as together
 from microslip.report.document import Block, Column, Document, Headline, Items, Note, Section, Table
@@ -275,8 +275,7 @@ def _levels(measured: Measurement) -> Table:
 def _drift(measured: Measurement, name: str) -> str:
     """Format the trend of a column over the cycles, if significant."""
     drift = measured.drift(name)
-    certain = drift.number > 3 and abs(drift.value) > CERTAIN * drift.standard_error
-    return _written(drift.value, name) if certain else "–"
+    return _written(drift.value, name) if is_certain(drift) else "–"
 
 
 def _written(value: float, name: str) -> str:

@@ -4,21 +4,20 @@
     python tools/make_face_table.py collect /tmp/faces/solved.jsonl
     python tools/make_face_table.py report
 
-`solve` appends one line a face and skips the faces that the file already has, so it can be stopped
-and started again, and several processes can share the work with `--part 1/2`. `collect` averages
-the faces of each node and writes `src/microslip/contact/face_table.npz`: the nodes, and the
-coefficients that `microslip.contact.face_table.fit` finds for them. `report` compares both.
+`solve` appends one line a face, nodes with the fewest faces first. It skips the faces of the file
+and those of the shipped table, so it can be stopped and started again, and several processes can
+share the work with `--part 1/2`. `collect` averages the new faces of each node with those of the
+shipped table and writes `src/microslip/contact/face_table.npz`: the nodes, and the coefficients
+that `microslip.contact.face_table.fit` finds for them. `report` compares both.
 
 A face is periodic, isotropic and self-affine between a roll-off and a shortest wave, with random
 amplitudes and phases. It is loaded through rising mean pressures with the hardness as the bound of
 the pressure. At each it is unloaded elastically, from the shape that it has then. Heights, rms and
 gradient are those of the realised face, which takes most of the scatter of a small face away.
 
-The full plan is the number of faces of FACES for each Hurst exponent, ratio and hardness, about two
-hours of two cores; and faces of the same waves at 6, 12 and 24 pixels a shortest wave, whose
-changes correct the nodes. The shipped table stopped early, after ten minutes of one core: three
-faces a node at a ratio of 4, two at 8, one at 16, one at 32 for a Hurst exponent of 0.4 and h to
-0.25 alone, and one face a hardness for the pixel, none at h = 0.03. The array `counts` has them.
+The full plan is 20 faces for each Hurst exponent, ratio and hardness, several hours of two cores;
+and faces of the same waves at 6, 12 and 24 pixels a shortest wave, whose changes correct the nodes.
+The shipped table has fewer: the array `counts` has them, and `report` prints them.
 """
 
 from __future__ import annotations
@@ -30,6 +29,7 @@ import math
 import os
 import sys
 import time
+from collections import Counter
 from pathlib import Path
 
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
@@ -53,14 +53,17 @@ SHARES = (0.985, 0.95, 0.87, 0.72, 0.5, 0.3, 0.15, 0.06, 0.02, 0.005)
 LARGEST = 0.32
 """Mean pressure over E* and the rms gradient beyond which an elastic face nears full contact."""
 PIXELS = 6
-FACES = {4: 20, 8: 20, 16: 12, 32: 6}
-"""Faces of a node, by the ratio."""
+PIXEL_SIZES = (6, 12, 24)
+PIXEL_FACES = 4
+"""Faces of a hardness that are solved with each of these pixels a shortest wave."""
+FACES = 20
+"""Faces of a node in the full plan."""
 GAP = 5e-5
 """Largest residual of the gap, over the rms height."""
 GROWTH = 2e-3
 """Residual of the growth of the pressures; the stiffness is wrong by its square."""
 FEWEST = 8  # points in contact
-VERSION = 1
+VERSION = 2
 TABLE = Path(__file__).parents[1] / "src" / "microslip" / "contact" / "face_table.npz"
 
 
@@ -167,7 +170,12 @@ def solved(hurst, ratio, hardness, seed, pixels=PIXELS, waves=None):
     for share in TIGHTENED:
         if share * unit > LARGEST:
             break
-        mean, loading = solver.load_to(share * unit)
+        try:
+            mean, loading = solver.load_to(share * unit)
+        except ArithmeticError:  # too few points in contact
+            if levels:
+                raise
+            continue
         levels.append({
             "pressure": mean, "loading": loading * rms / mean, "level": share,
             "rows": [[x / rms, p / mean, k * rms / p, touching]
@@ -182,16 +190,41 @@ def solved(hurst, ratio, hardness, seed, pixels=PIXELS, waves=None):
 
 
 def plan():
-    """Return all faces to solve, so that whatever is done first is spread over the nodes."""
+    """Return the faces to solve: nodes with the fewest faces first.
+
+    The faces of a node are numbered from zero, and the shipped table has the first of them.
+    """
+    have, pixels = stored_counts()
     jobs = []
-    for seed, hurst, ratio, h in itertools.product(range(20), HURST, RATIOS, HARDNESS):
-        if seed >= FACES[ratio]:
-            continue
-        rank = (seed + 0.5) * {4: 1.0, 8: 1.2, 16: 3.0, 32: 6.0}[ratio]
-        jobs.append((rank, (hurst, ratio, h, seed, PIXELS, WAVES[ratio])))
-    for seed, hurst, h, pixels in itertools.product(range(2), (0.7,), HARDNESS, (6, 12, 24)):
-        jobs.append((1.45 + 3.0 * seed, (hurst, 4, h, 1000 + seed, pixels, 4)))
+    for hurst, ratio, h in itertools.product(HURST, RATIOS, HARDNESS):
+        for seed in range(have.get(_node(hurst, ratio, h), 0), FACES):
+            jobs.append((seed, (hurst, ratio, h, seed, PIXELS, WAVES[ratio])))
+    for h, seed, size in itertools.product(HARDNESS, range(PIXEL_FACES), PIXEL_SIZES):
+        if seed >= pixels.get(_node(0.7, 4, h), 0):
+            jobs.append((0.5 * seed, (0.7, 4, h, 1000 + seed, size, 4)))
     return [job for _, job in sorted(jobs, key=lambda item: item[0])]
+
+
+def _node(hurst, ratio, h):
+    return round(1000 * hurst), int(ratio), round(1000 * min(h, 99.0))
+
+
+def stored_counts():
+    """Return how many faces the shipped table has at each node, and of how many pixel sizes."""
+    from microslip.contact.face_table import stored
+
+    table = stored()
+    have = {}
+    for *node, count in zip(
+        *(table[name] for name in ("hurst", "ratio", "hardness", "counts")), strict=True
+    ):
+        have[_node(*node)] = max(have.get(_node(*node), 0), int(count))
+    pixels = {}
+    levels = zip(table["pixel_hardness"], table["pixel_pressure"], strict=True)
+    for (h, _), number in Counter((h, round(p / min(h, 1.0), 2)) for h, p in levels).items():
+        node = _node(0.7, 4, h)
+        pixels[node] = max(pixels.get(node, 0), number)
+    return have, pixels
 
 
 def lines(path):
@@ -316,18 +349,14 @@ def nodes_of(items):
         rows.append(row)
     for name in rows[0]:
         arrays[name] = np.array([row[name] for row in rows])
-    weight = np.sqrt(arrays["counts"] * arrays["points"])
-    arrays["weight"] = np.minimum(weight / np.median(weight), 3.0) ** 0.7
-    changes = [sizes for sizes in by_pixel.values() if set(sizes) == {6, 12, 24}]
-    if len({sizes[6]["hardness"] for sizes in changes}) < 6:
-        changes = []
+    changes = [sizes for sizes in by_pixel.values() if set(sizes) == set(PIXEL_SIZES)]
     names = ("stiffness", "separation", "contact", "bends", "contacts")
     for name in ("hardness", "pressure"):
         arrays[f"pixel_{name}"] = np.array([sizes[6][name] for sizes in changes])
     for name in names:
         found = []
         for sizes in changes:
-            coarse, middle, fine = (np.asarray(sizes[count][name]) for count in (6, 12, 24))
+            coarse, middle, fine = (np.asarray(sizes[count][name]) for count in PIXEL_SIZES)
             if name == "bends":
                 with np.errstate(invalid="ignore", divide="ignore"):
                     coarse, middle, fine = (
@@ -341,11 +370,60 @@ def nodes_of(items):
     return arrays
 
 
-def collect(path, target):
-    """Average the faces, fit the nodes, and write the table."""
-    from microslip.contact.face_table import fit
+def merged(old, new):
+    """Return the nodes of two sets of different faces, weighted by their numbers of faces."""
+    names = ("hurst", "ratio", "hardness", "level")
+    rows = {}
+    for arrays in (old, new):
+        nodes = zip(*(arrays[name] for name in (*names, "counts")), strict=True)
+        for k, (hurst, ratio, h, level, count) in enumerate(nodes):
+            key = (*_node(hurst, ratio, h), round(1000 * level))
+            rows.setdefault(key, []).append((int(count), arrays, k))
+    keys = sorted(rows)
+    found = {name: np.array([rows[key][0][1][name][rows[key][0][2]] for key in keys])
+             for name in names}  # fmt: skip
+    found["counts"] = np.array([sum(count for count, _, _ in rows[key]) for key in keys])
+    for name in ("pressure", "breadth", "stiffness", "separation", "contact", "points",
+                 "loading", "bends", "contacts", "energies"):  # fmt: skip
+        means = []
+        for key in keys:
+            parts = np.array([np.asarray(a[name][k], dtype=float) for _, a, k in rows[key]])
+            parts = np.exp(parts) if name in ("loading", "bends") else parts
+            counts = np.array([count for count, _, _ in rows[key]], dtype=float)
+            counts = np.where(np.isfinite(parts.T), counts, 0.0).T
+            with np.errstate(invalid="ignore", divide="ignore"):
+                mean = np.nansum(counts * parts, axis=0) / counts.sum(axis=0)
+                means.append(np.log(mean) if name in ("loading", "bends") else mean)
+        found[name] = np.array(means)
+    squares = []
+    for key, mean in zip(keys, found["stiffness"], strict=True):
+        parts = [(n, a["stiffness"][k] - mean, np.nan_to_num(a["spread"][k]))
+                 for n, a, k in rows[key]]  # fmt: skip
+        total = sum(n for n, _, _ in parts)
+        square = sum(n * off**2 + (n - 1) * spread**2 for n, off, spread in parts)
+        squares.append(square / (total - 1) if total > 1 else np.nan)
+    found["spread"] = np.sqrt(squares)
+    weight = np.sqrt(found["counts"] * found["points"])
+    found["weight"] = np.minimum(weight / np.median(weight), 3.0) ** 0.7
+    for name in (name for name in old if name.startswith("pixel_")):
+        found[name] = np.concatenate([old[name], new[name]])
+    return found
 
-    arrays = nodes_of(lines(path))
+
+def collect(path, target):
+    """Average the faces with those of the shipped table, fit the nodes, and write the table."""
+    from microslip.contact.face_table import fit, stored
+
+    have, pixels = stored_counts()
+    items = []
+    for item in lines(path):
+        node = _node(*_job_of(item)[:3])
+        known, seed = have.get(node, 0), item["seed"]
+        if seed >= 1000:
+            known, seed = pixels.get(node, 0), seed - 1000
+        if seed >= known:
+            items.append(item)
+    arrays = merged(stored(), nodes_of(items))
     arrays = {
         name: array.astype(np.float32 if array.dtype.kind == "f" else np.int32)
         for name, array in arrays.items()
@@ -379,8 +457,9 @@ def report():
         ratios = np.array(ratios)
         mean, square = np.nanmean(ratios, axis=0), np.sqrt(np.nanmean(ratios**2, axis=0))
         print(f"    E(0.1, 0.3, 1): ln rms {np.round(square, 3)} mean {np.round(mean, 3)}")
-    print("faces by ratio", {int(r): int(arrays["counts"][arrays["ratio"] == r].max())
-                             for r in np.unique(arrays["ratio"])})  # fmt: skip
+    for ratio in np.unique(arrays["ratio"]):
+        counts = arrays["counts"][arrays["ratio"] == ratio]
+        print(f"ratio {ratio}: {counts.size} nodes with {counts.min()} to {counts.max()} faces")
 
 
 def _rms(values):

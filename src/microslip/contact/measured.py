@@ -278,6 +278,12 @@ class MeasuredContact(FaceLaw):
 
         return draw(face_plot(self), ax)
 
+    def _repr_html_(self) -> str:
+        from microslip.contact.figures import face_plot
+        from microslip.figures.plottable import notebook_view
+
+        return notebook_view(self, face_plot(self))
+
     # -- the law ----------------------------------------------------------------------------------
 
     @property

@@ -8,16 +8,20 @@ if TYPE_CHECKING:
     from microslip.figures.plot import Plot
 
 
-def notebook_view(instance: Any, plot: Plot) -> str:
-    """Return the text and the figure of an object as HTML, for notebooks."""
+def notebook_view(instance: Any, plot: Plot, text: str = "") -> str:
+    """Return the text and the figure of an object as HTML, for notebooks.
+
+    ``text`` follows the representation of the object, such as a table of its numbers.
+    """
     import base64
     from html import escape
 
     from microslip.figures.svg import svg
 
     image = base64.b64encode(svg(plot)).decode("ascii")
+    words = f"{instance!r}\n\n{text}" if text else repr(instance)
     return (
-        f"<pre>{escape(repr(instance))}</pre>"
+        f"<pre>{escape(words)}</pre>"
         f'<img src="data:image/svg+xml;base64,{image}" alt="Figure of the object above">'
     )
 
@@ -87,3 +91,6 @@ class PlottableAtSensor:
         from microslip.figures import draw
 
         return draw(self._figure(at), ax, color=color, label=label)
+
+    def _repr_html_(self) -> str:
+        return notebook_view(self, self._figure(None))

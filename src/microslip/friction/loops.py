@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,6 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from microslip._core.checks import Floats, record, show, sized, whole_number
 from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, assign, lock
+
+if TYPE_CHECKING:
+    from microslip.figures.plot import Plot
 
 MOST_SAMPLES = 10_000_000
 
@@ -138,6 +141,11 @@ class Loop(Locked):
         :meth:`microslip.BackboneLaw.plot`.
         """
         from microslip.figures import draw
+
+        return draw(self._figure(minus_secant), ax, color=color, label=label)
+
+    def _figure(self, minus_secant: bool = False) -> Plot:
+        """Return the figure as data."""
         from microslip.figures.kit import force_prefix, length_prefix
         from microslip.figures.plot import Axis, Panel, Plot
 
@@ -151,7 +159,12 @@ class Loop(Locked):
         )
         panel.line(self.displacement / x_unit, force / y_unit)
         panel.cross()
-        return draw(Plot([panel], 4.2), ax, color=color, label=label)
+        return Plot([panel], 4.2)
+
+    def _repr_html_(self) -> str:
+        from microslip.figures.plottable import notebook_view
+
+        return notebook_view(self, self._figure())
 
     def __repr__(self) -> str:
         return (

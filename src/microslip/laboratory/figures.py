@@ -87,6 +87,21 @@ def measured_loops(measurements: Sequence[Any]) -> Plot:
     )
 
 
+_BLOCKS = 1500  # across the width of a figure; longer records show the range of each block
+
+
+def _envelope(time: Any, values: Any) -> tuple[Any, Any]:
+    """Return the extremes of each block of a long record, in their order in time."""
+    size = -(-len(values) // _BLOCKS)
+    if size <= 2:
+        return time, values
+    starts = np.arange(0, len(values), size)
+    low, high = (f.reduceat(values, starts) for f in (np.minimum, np.maximum))
+    rising = np.r_[values[starts[1:]], values[-1]] >= values[starts]
+    first, second = np.where(rising, low, high), np.where(rising, high, low)
+    return np.repeat(time[starts], 2), np.stack((first, second), axis=1).ravel()
+
+
 def record_figure(record: Any) -> Plot:
     """Displacement, force and normal load against time, or the samples where there is none."""
     time, label, t_unit = np.arange(len(record), dtype=np.float64), "Sample", 1.0
@@ -103,7 +118,8 @@ def record_figure(record: Any) -> Plot:
     panels = []
     for name, unit, values in channels:
         panel = Panel(Axis(label, margin=0.0, unit=t_unit), Axis(name, unit=unit))
-        panel.line(time / t_unit, values / unit, width=0.9)
+        across, along = _envelope(time, np.asarray(values))
+        panel.line(across / t_unit, along / unit, width=0.9)
         panels.append(panel)
     panels[0].note = shorten(record.name, 60)
     return stacked(panels, 0.9 + 1.8 * len(panels), (1.0,) * len(panels))

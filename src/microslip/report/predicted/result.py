@@ -5,6 +5,7 @@ Numbers in files are in SI units and are read back exactly.
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -153,6 +154,14 @@ class Result(Prediction):
         if not title:
             plot.title = ""
         return draw(plot, ax)
+
+    def _repr_html_(self) -> str:
+        from microslip.figures.plottable import notebook_view
+        from microslip.report.terminal import print_document
+
+        document, text = prediction_document(self), io.StringIO()
+        print_document(document, text)
+        return notebook_view(self, document.pictures[0].plot(), text.getvalue())
 
     def to_xarray(self) -> Any:
         """Return all numbers as one labelled data set, as in `result.nc`.

@@ -28,7 +28,7 @@ _FIXED: Final = 1e35
 
 
 def load_abaqus(file: Path) -> dict[str, Any]:
-    """Matrices of a substructure, or of the files of a job beside the one that is named.
+    """Load the matrices of a substructure, or of the matrix files of one job.
 
     Rows are in the order of node and degree of freedom, without what a boundary condition fixes.
     """
@@ -50,7 +50,7 @@ def load_abaqus(file: Path) -> dict[str, Any]:
 
 
 def over_all_places(parts: Mapping[str, tuple[list[list[int]], Any]]) -> dict[str, Any]:
-    """Entries of matrices, by node and degree of freedom of their rows, over all of these."""
+    """Expand matrices to all nodes and degrees of freedom that occur in any of them."""
     from scipy.sparse import coo_matrix
 
     every = sorted({tuple(place) for places, _ in parts.values() for place in places})
@@ -67,7 +67,7 @@ def over_all_places(parts: Mapping[str, tuple[list[list[int]], Any]]) -> dict[st
 
 
 def read_abaqus(path: Path) -> dict[str, Any]:
-    """Matrices by their types, of files of one "": entries, and the places of their rows."""
+    """Read the matrices of one file by type: entries, and the node and component of rows."""
     lines = path.read_text(encoding="latin-1").splitlines()
     if lines and lines[0].startswith("%%MatrixMarket"):
         raise InputError("is a Matrix Market file: name its folder, of mass.mtx and stiffness.mtx")
@@ -98,7 +98,7 @@ def _words(text: str) -> list[str]:
 
 
 def _mirrored(row: Any, column: Any, values: Floats, size: int) -> Any:
-    """A symmetric matrix, an entry without a partner across the diagonal being given for both."""
+    """Return a symmetric matrix from entries of which one triangle may be missing."""
     from scipy.sparse import coo_matrix
 
     given = set(zip(row.tolist(), column.tolist(), strict=True))
@@ -115,7 +115,7 @@ def _mirrored(row: Any, column: Any, values: Floats, size: int) -> Any:
 
 
 def _substructure(lines: list[str]) -> dict[str, Any]:
-    """Matrices of a linear user element, and its degrees of freedom."""
+    """Return the matrices of a linear user element, and its degrees of freedom."""
     blocks: list[tuple[str, list[str]]] = []
     for line in lines:
         if line.startswith("*") and not line.startswith("**"):
@@ -147,7 +147,7 @@ def _substructure(lines: list[str]) -> dict[str, Any]:
 
 
 def _degrees(count: int, rows: list[str]) -> Any:
-    """Node, by its place in the element, and degree of freedom of each row of the matrices.
+    """Return the node (by its position in the element) and degree of freedom of each matrix row.
 
     The first line lists those of the first node; each that follows begins with the place of the
     node from which on its list holds.

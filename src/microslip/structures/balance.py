@@ -26,7 +26,7 @@ from microslip.structures.periodic_motion import HarmonicBasis, HarmonicForces
 
 @dataclass(frozen=True, eq=False)
 class Balance:
-    """The equations of a periodic motion."""
+    """Equations of harmonic balance of a structure."""
 
     model: ModalModel
     joints: ModalJoints
@@ -34,13 +34,13 @@ class Balance:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Shape of the coefficients."""
+        """Shape of the coefficients (modes, size)."""
         return self.model.size, self.basis.size
 
     def joint_forces(
         self, coefficients: Floats, carried: Floats | float = 0.0
     ) -> tuple[Floats, list[HarmonicForces]]:
-        """Joint forces less those of sticking joints (modes, size), and each group's answer.
+        """Return joint forces minus those of sticking joints (modes, size), and group results.
 
         ``carried`` is what moves the joints besides the modes, (coordinates, size) [m].
         """
@@ -54,7 +54,7 @@ class Balance:
         return self.joints.flat @ (total - self.joints.stuck[:, None] * motion), answers
 
     def linear(self, coefficients: Floats, omega: float, damping: Floats | float) -> Floats:
-        """Inertia, damping and sticking stiffness: forces (modes, size).
+        """Return the forces of inertia, damping and sticking stiffness (modes, size).
 
         ``damping`` is the factor of the velocities beside the damping matrix, -2 zeta omega.
         """
@@ -63,7 +63,7 @@ class Balance:
         return square * coefficients + self.damped(self.velocity(coefficients, omega), damping)
 
     def velocity(self, coefficients: Floats, omega: float) -> Floats:
-        """Coefficients of the velocity."""
+        """Return the Fourier coefficients of the velocity."""
         result = np.zeros_like(coefficients)
         rate = omega * self.basis.orders[1::2]
         result[:, 1::2] = rate * coefficients[:, 2::2]
@@ -71,23 +71,23 @@ class Balance:
         return result
 
     def by_omega(self, coefficients: Floats, omega: float) -> Floats:
-        """Derivative of inertia and damping matrix' forces by the frequency."""
+        """Return the derivative of inertia and damping forces with respect to the frequency."""
         inertia = -2.0 * omega * self.basis.orders**2 * coefficients
         return inertia + self.damped(self.velocity(coefficients, omega), 0.0) / omega
 
     def damped(self, velocity: Floats, damping: Floats | float) -> Floats:
-        """Damping forces of a velocity."""
+        """Return the damping forces of a velocity."""
         result = damping * velocity
         if self.model.damping is not None:
             result = result + self.model.damping @ velocity
         return result
 
     def tangent(self, answers: list[HarmonicForces], change: Floats) -> Floats:
-        """Change of the joint forces beyond sticking, for a change of modal coefficients."""
+        """Return the change of joint forces beyond sticking for a change of coefficients."""
         return self.by_motion(answers, self.joints.flat.T @ change)
 
     def by_motion(self, answers: list[HarmonicForces], motion: Floats) -> Floats:
-        """The same for a change of the joints' motions, (coordinates, size)."""
+        """Return the same change for a change of the joint motions (coordinates, size)."""
         size = self.basis.size
         moved = -self.joints.stuck[:, None] * motion
         for part, answer in zip(self.joints.parts, answers, strict=True):
@@ -98,7 +98,7 @@ class Balance:
         return np.asarray(self.joints.flat @ moved)
 
     def tangent_matrix(self, answers: list[HarmonicForces]) -> Floats:
-        """The same as a matrix (modes, size, modes, size)."""
+        """Return the derivative of the joint forces beyond sticking (modes, size, modes, size)."""
         modes, size = self.shape
         result = np.zeros((modes, size, modes, size))
         for answer, directions, group in zip(
@@ -116,7 +116,7 @@ class Balance:
         return result
 
     def linear_matrix(self, omega: float, damping: float) -> Floats:
-        """Derivative of :meth:`linear` by the coefficients, (modes, size, modes, size)."""
+        """Return the derivative of :meth:`linear` with respect to the coefficients."""
         modes, size = self.shape
         result = np.zeros((modes, size, modes, size))
         index = np.arange(modes)
@@ -137,7 +137,7 @@ _NEAR = 0.05  # of the larger square of frequencies: compliances beyond are solv
 
 
 class ModePoint(NamedTuple):
-    """A periodic motion of a nonlinear mode."""
+    """Periodic motion of a nonlinear mode."""
 
     coefficients: Floats
     """Fourier coefficients of the modal coordinates, (modes, size)."""
@@ -146,7 +146,7 @@ class ModePoint(NamedTuple):
 
 
 class ModeResidual(NamedTuple):
-    """Residual of the equations of a mode at a point."""
+    """Residual of the equations of a mode."""
 
     forces: Floats
     border: Floats
@@ -159,7 +159,7 @@ class ModeResidual(NamedTuple):
 
 
 class _Loose(NamedTuple):
-    """Joints of a group that do not stick, in the coordinates in which they do not."""
+    """Joints of a group that deviate from sticking, in the coordinates in which they do."""
 
     directions: Floats
     """(modes, joints * coordinates)."""
@@ -168,7 +168,7 @@ class _Loose(NamedTuple):
 
 
 class _Compliance:
-    """Coefficients that forces on the modes make, of a cosine and a sine together as c - i s."""
+    """Dynamic compliance of the modes by harmonic, for complex amplitudes c - i s."""
 
     def __init__(
         self,
@@ -195,13 +195,13 @@ class _Compliance:
             self._inverse = np.linalg.inv(full)
 
     def _times(self, inverse: NDArray[Any], force: NDArray[Any]) -> NDArray[Any]:
-        """Product of the inverse and forces (modes, harmonics, ...)."""
+        """Multiply an inverse by forces (modes, harmonics, ...)."""
         if inverse.ndim == 2:
             return np.asarray(inverse.T.reshape(force.shape[:2] + (1,) * (force.ndim - 2)) * force)
         return np.asarray(np.einsum("hmn,nh...->mh...", inverse, force))
 
     def on(self, force: Floats, transposed: bool = False) -> Floats:
-        """Coefficients of forces (modes, size, ...)."""
+        """Return the coefficients of the motion under forces (modes, size, ...)."""
         turning = force[:, ::2].astype(complex)
         turning[:, 1:] = force[:, 1::2] - 1j * force[:, 2::2]
         turning = self._times(self._inverse.conj() if transposed else self._inverse, turning)
@@ -211,7 +211,7 @@ class _Compliance:
         return result
 
     def between(self, flat: Floats, result: Floats) -> None:
-        """Inverse in joint coordinates (count * size, count * size): harmonics do not mix."""
+        """Write the compliance in joint coordinates (count * size,) * 2 into ``result``."""
         size = 2 * self._inverse.shape[0] - 1
         for h, inverse in enumerate(self._inverse):
             k = max(2 * h - 1, 0)
@@ -228,7 +228,7 @@ def _between(flat: Floats, inverse: Floats) -> Floats:
 
 
 class _Factors:
-    """Factors of a matrix whose rows and columns were scaled to one; the matrix is overwritten."""
+    """LU factors of a matrix with scaled rows and columns; the matrix is overwritten."""
 
     def __init__(self, matrix: Floats) -> None:
         from scipy.linalg.lapack import dgetrf
@@ -247,7 +247,6 @@ class _Factors:
             self.regular = info == 0
 
     def solve(self, right: Floats) -> Floats:
-        """Solve for a right-hand side."""
         from scipy.linalg.lapack import dgetrs
 
         solved, _ = dgetrs(self._factors, self._pivots, right / self._rows, trans=1)
@@ -255,7 +254,7 @@ class _Factors:
 
 
 def _loose(balance: Balance, answers: list[HarmonicForces]) -> list[_Loose]:
-    """Joints that do not stick."""
+    """Return the joints and coordinates that deviate from sticking."""
     result = []
     size = balance.basis.size
     for answer, directions, group in zip(
@@ -275,7 +274,7 @@ def _loose(balance: Balance, answers: list[HarmonicForces]) -> list[_Loose]:
 
 
 class Elimination(NamedTuple):
-    """Factorised system of a step of Newton's method, for any residual."""
+    """Factorised system of a Newton step, valid for any residual."""
 
     compliance: _Compliance
     flat: Floats
@@ -289,7 +288,7 @@ class Elimination(NamedTuple):
     factors: _Factors
 
     def step(self, residual: ModeResidual) -> Floats:
-        """Return the change of all unknowns that takes a residual away."""
+        """Return the Newton step of all unknowns for a residual."""
         forces = residual.forces
         right = np.zeros(self.flat.shape[1] * forces.shape[1] + self.columns.shape[2])
         total = right.size - self.columns.shape[2]
@@ -306,7 +305,7 @@ class Elimination(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ModeStep:
-    """The linear system of a step of Newton's method."""
+    """Linear system of a Newton step."""
 
     balance: Balance
     index: int
@@ -321,16 +320,16 @@ class ModeStep:
 
     @property
     def _scale(self) -> Floats:
-        """Scale of the rows: forces of very different modes, compared by the motion they mean."""
+        """Row scales [rad^2/s^2], so that forces of different modes compare by their motion."""
         return np.maximum(self.balance.model.squares, self.point.omega**2)[:, None]
 
     def _right(self, unit: float) -> np.ndarray:
-        """Forces and borders of the point, scaled."""
+        """Return the scaled right-hand side."""
         forces = (self.current.forces / self._scale).reshape(-1) / unit
         return np.append(forces, [self.current.border[0], self.current.border[1] / unit])
 
     def eliminate(self) -> Elimination | None:
-        """Factorise the system of the joints that do not stick and of the borders; or None."""
+        """Factorise the system of loose joints and borders; return None if it is singular."""
         modes, size = self.balance.shape
         compliance = _Compliance(self.balance, self.point.omega, self._damping)
         loose = [part for part in _loose(self.balance, self.current.answers) if part.tangent.size]
@@ -398,7 +397,7 @@ class ModeStep:
         return step
 
     def _preconditioner(self, unit: float) -> Callable[[Floats], Floats]:
-        """Solves with sticking joints; the mode's own four unknowns with their joint forces."""
+        """Return a solver with sticking joints, except for the mode's own unknowns."""
         modes, size = self.balance.shape
         count, i = modes * size, self.index
         omega, scale = self.point.omega, self._scale
@@ -430,7 +429,7 @@ class ModeStep:
 def gmres(
     product: Callable[[Floats], Floats], right: Floats, tolerance: float, iterations: int
 ) -> Floats | None:
-    """Saad and Schultz's method without restarts; None where it does not get there."""
+    """Solve by GMRES without restarts (Saad and Schultz 1986); return None without convergence."""
     start = float(np.linalg.norm(right))
     if start == 0.0:
         return np.zeros_like(right)

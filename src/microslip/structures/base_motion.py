@@ -41,7 +41,7 @@ _ROUNDING = 1e-8  # of the sides of a joint: motion that is none
 
 @dataclass(frozen=True, eq=False)
 class BaseMotion:
-    """Effect of the motion of a base on a structure, for each of its inputs."""
+    """Effect of the base motion on a structure, for each of its inputs."""
 
     model: ModalModel
     """Modal model of the held structure; shapes are zero at supports."""
@@ -58,12 +58,12 @@ class BaseMotion:
 
     @property
     def push(self) -> Floats:
-        """Force on the modes for a unit of acceleration (modes, inputs)."""
+        """Force on the modes per base acceleration (modes, inputs)."""
         return np.asarray(-self.model.shapes.T @ self.inertia)
 
     @property
     def viscous_push(self) -> Floats | None:
-        """Force on the modes for a unit of velocity (modes, inputs)."""
+        """Force on the modes per base velocity (modes, inputs)."""
         return None if self.drag is None else np.asarray(-self.model.shapes.T @ self.drag)
 
 
@@ -74,7 +74,7 @@ def base_motion(
     damping_frame: Frame | None = None,
     joints_on_base: bool = False,
 ) -> BaseMotion:
-    """The base of a structure, or an error; see :meth:`microslip.Preload.base_response`."""
+    """Validate the base of a structure; see :meth:`microslip.Preload.base_response`."""
     if damping_frame is not None and damping_frame not in get_args(Frame):
         raise InputError(
             f"damping_frame must be {quoted(get_args(Frame))}, got {show(damping_frame)}"
@@ -100,7 +100,7 @@ def _columns(name: str, value: ArrayLike, rows: int, what: str) -> Floats:
 
 
 def _joint_motion(attachments: tuple[Attachment, ...], carried: Floats) -> tuple[float, int]:
-    """Largest motion of a joint beside that of its sides, and which attachment it is in."""
+    """Return the largest joint motion relative to the motion of its sides, and its attachment."""
     worst, place = 0.0, 0
     for i, attachment in enumerate(attachments):
         columns = attachment.columns
@@ -115,7 +115,7 @@ def _joint_motion(attachments: tuple[Attachment, ...], carried: Floats) -> tuple
 def _under_the_structure(
     rest: AtRest, directions: ArrayLike, frame: Frame | None, joints_on_base: bool
 ) -> BaseMotion:
-    """All supports stand on one rigid base; degrees of freedom are relative to it."""
+    """Return the motion of one rigid base under all supports; displacements are relative to it."""
     carried = _columns("directions", directions, rest.static_force.size, "degree of freedom")
     # A geometry bends with the motion from the base, which is what the matrices count.
     joints = tuple(a for a in rest.attachments if not isinstance(a, GeometryAttachment))
@@ -134,7 +134,7 @@ def _under_the_structure(
 
 
 def _drag_of_mass(rest: AtRest, carried: Floats, frame: Frame | None) -> Floats | None:
-    """Forces of mass-proportional damping whose dashpots stand on the ground.
+    """Return the forces of mass-proportional damping whose dashpots stand on the ground.
 
     C = alpha M + beta K alone is told apart; of any other C the dashpots stand on the base.
     """
@@ -162,7 +162,7 @@ def _drag_of_mass(rest: AtRest, carried: Floats, frame: Frame | None) -> Floats 
 def _at_supports(
     rest: AtRest, directions: ArrayLike, supports: Sequence[int], frame: Frame | None
 ) -> BaseMotion:
-    """Degrees of freedom that are moved, and what hangs between them."""
+    """Return the motion of given support degrees of freedom, and of the structure between them."""
     size = rest.static_force.size
     given = np.asarray(supports)
     if (
@@ -179,7 +179,7 @@ def _at_supports(
         )
     moved = _columns("directions", directions, given.size, "support")
     free = np.setdiff1d(np.arange(size), given)
-    inner_joints = [_without_supports(attachment, free) for attachment in rest.attachments]
+    inner_joints = [_restrict_to_free_dofs(attachment, free) for attachment in rest.attachments]
     cut = np.ix_(free, free)
     mass, stiffness = _part(rest.mass, cut), _part(rest.stiffness, cut)
     damping = None if rest.damping is None else _part(rest.damping, cut)
@@ -222,7 +222,7 @@ def _at_supports(
 
 
 def _is_rigid(rest: AtRest, carried: Floats) -> bool:
-    """Whether the base's motion strains nothing and moves no joint."""
+    """Return whether the base motion neither strains the structure nor moves a joint."""
     if _joint_motion(rest.attachments, carried)[0] > _ROUNDING:
         return False
     pull = np.abs(np.asarray(rest.stiffness @ carried)).max()
@@ -234,8 +234,8 @@ _ROWS = ("directions", "columns", "coordinates", "rest")
 """Fields of attachments with a row for each degree of freedom."""
 
 
-def _without_supports(attachment: Attachment, free: NDArray[Any]) -> Attachment:
-    """Joints as those see them that the supports do not hold."""
+def _restrict_to_free_dofs(attachment: Attachment, free: NDArray[Any]) -> Attachment:
+    """Restrict an attachment to the free degrees of freedom."""
     rows = {f.name: getattr(attachment, f.name) for f in fields(attachment) if f.name in _ROWS}
     return replace(attachment, **{k: v[free] for k, v in rows.items() if v is not None})
 
@@ -255,7 +255,7 @@ ControlOf = Literal["base", "response"]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BaseResponse(ForcedResponse):
-    """Periodic motions on a moving base; made by ``structure.base_response(...)``.
+    """Periodic motions on a moving base, the result of ``structure.base_response(...)``.
 
     Followed as a :class:`ForcedResponse` is (Krack and Gross 2019,
     DOI 10.1007/978-3-030-14023-6). ``displacement`` counts from the base: from the
@@ -270,7 +270,7 @@ class BaseResponse(ForcedResponse):
 
     @property
     def absolute_displacement(self) -> NDArray[np.complex128]:
-        """Amplitudes of each harmonic as one on the ground sees them (points, n, harmonics) [m].
+        """Absolute amplitudes of each harmonic (points, n, harmonics) [m].
 
         Made anew each time, as ``displacement``.
         """
@@ -284,22 +284,22 @@ class BaseResponse(ForcedResponse):
         return np.asarray(-self.base_acceleration / (2.0 * np.pi * self.frequency[:, None]) ** 2)
 
     def _from_ground(self, at: ArrayLike) -> NDArray[np.complex128]:
-        """The fundamental at a sensor as seen from the ground [m]."""
+        """Return the absolute amplitude of the fundamental at a sensor [m]."""
         return np.asarray(self._fundamental(at) + self._base_motion @ self._carried_at(at))
 
     def absolute_amplitude(self, at: ArrayLike) -> Floats:
-        """Absolute amplitude [m] at a sensor, including the base motion.
+        """Return the absolute amplitude [m] at a sensor, including the base motion.
 
         ``at`` is the direction of the sensor, shape (n,).
         """
         return np.asarray(np.abs(self._from_ground(at)))
 
     def frequency_response(self, *_: Any, **__: Any) -> NoReturn:
-        """Refused: what a base moves has a :meth:`transmissibility`."""
+        """Raise an error: a response to base motion has a :meth:`transmissibility`."""
         raise InputError("a motion of the base has no force; ask for transmissibility(at)")
 
     def transmissibility(self, at: ArrayLike) -> NDArray[np.complex128]:
-        """Absolute motion of the fundamental at a sensor over that of the base.
+        """Return the absolute fundamental motion at a sensor over that of the base.
 
         Parameters
         ----------
@@ -332,7 +332,7 @@ def base_response(
     harmonics: Sequence[int] | None = None,
     samples: int = 64,
 ) -> BaseResponse:
-    """Periodic motions on a shaker table, or on several supports, along frequencies.
+    """Compute periodic motions on a shaker table, or on several supports, along frequencies.
 
     Parameters
     ----------
@@ -448,7 +448,7 @@ def _response(
     moved = -acceleration / omegas[:, None] ** 2
 
     def work(columns: Any, power: int, absolute: bool = True) -> NDArray[np.complex128]:
-        """Work of the columns (n, inputs) on the motion or a rate of it."""
+        """Return the work along the columns (n, inputs) on the motion or its derivative."""
         part = (columns.T @ shapes) @ coordinates
         if absolute:
             part[:, :, first] += moved @ (base.carried.T @ columns)

@@ -22,10 +22,10 @@ from microslip.structures.mesh import (
     JointMesh,
     Shank,
     Solids,
+    bolt_block_half_width,
     check_count,
     lines,
     plan,
-    square_half,
     widening,
 )
 
@@ -34,13 +34,13 @@ _ARC = 24  # cells along a curved part, at least
 
 
 def declared_length(symbol: str, meaning: str, example: float) -> dict[str, Any]:
-    """Declaration of a length."""
+    """Return the declaration of a length [m]."""
     return parameter(symbol, "m", meaning, above=0.0, example=example)
 
 
 @dataclass(frozen=True, eq=False)
 class Lap:
-    """Overlap of two parts of a :class:`BoltedBeam`, and its bolts.
+    """Overlap of two parts of a :class:`BoltedBeam`, with its bolts.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ class Lap:
 
 
 class Stretch(NamedTuple):
-    """A part of the beam: what it is called, its sides of laps, and where it is alone."""
+    """Part of the beam: its name, its side in the laps, and its extent outside the laps."""
 
     name: str
     lower: bool
@@ -93,13 +93,13 @@ def beam_mesh(
     size: float,
     side: int,
 ) -> JointMesh:
-    """The mesh of a beam with cells of a size [m] in its laps.
+    """Return the mesh of a beam with the given cell size [m] in its laps.
 
     ``sizes`` are width and thickness [m], ``of_parts`` has material and density [kg/m^3] of each
     part by its name. ``side`` cells lie along the squares around bolts, with layers to match.
     """
     width, thickness = sizes
-    halves = [square_half(lap.bolts, lap.length, width) for lap in laps]
+    halves = [bolt_block_half_width(lap.bolts, lap.length, width) for lap in laps]
     half, edge = min(halves), 0.5 * width
     rows_of_bolts = _rows(laps, half)
     arm = 0.5 * thickness if style == "half-lap" else thickness
@@ -212,14 +212,14 @@ def beam_mesh(
 
 
 def _fixing_volume(bolts: Bolts, tall: float) -> float:
-    """Volume of the two discs and two pressed rings of a bolt that are meshed [m^3]."""
+    """Return the volume of the two discs and two pressed rings meshed for each bolt [m^3]."""
     outer = bolts.pressed if bolts.pressed > 1.02 * bolts.head else bolts.head
     rings = (outer**2 - bolts.hole**2) * bolts.washer_thickness
     return 0.5 * math.pi * (rings + bolts.head**2 * tall)
 
 
 def _rows(laps: Iterable[Lap], half: float) -> Floats:
-    """Places across of the bolts of all laps, whose squares share the lines of one grid [m]."""
+    """Return the transverse positions [m] of the bolts of all laps, which share grid lines."""
     rows = np.unique(np.concatenate([lap.bolts.positions[:, 1] for lap in laps]))
     if rows.size > 1 and np.diff(rows).min() < 2.0 * half * (1.0 - 1e-9):
         raise InputError(
@@ -232,7 +232,7 @@ def _rows(laps: Iterable[Lap], half: float) -> Floats:
 def _between(
     start: float, stop: float, after: bool, before: bool, size: float, largest: float
 ) -> Floats:
-    """Grid lines from start to stop [m], narrow beside laps."""
+    """Return grid lines from start to stop [m], fine next to laps."""
     if after and before:
         middle = 0.5 * (start + stop)
         left = widening(start, middle, size, largest)
@@ -243,7 +243,7 @@ def _between(
 
 
 def _grid(columns: np.ndarray[Any, Any], rows: np.ndarray[Any, Any]) -> tuple[Any, Any]:
-    """Points and quadrilaterals of a grid in plan."""
+    """Return the points and quadrilaterals of a grid in plan."""
     xs, ys = np.meshgrid(columns, rows, indexing="ij")
     index = np.arange(xs.size).reshape(xs.shape)
     corners = (index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:])

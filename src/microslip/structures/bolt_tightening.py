@@ -30,7 +30,7 @@ _EMBEDDING = ((10e-6, 3.0, 2.5, 1.5), (40e-6, 3.0, 3.0, 2.0), (160e-6, 3.0, 4.0,
 
 
 def size_named(name: object) -> BoltSize:
-    """A metric bolt by its size, such as M8."""
+    """Return the dimensions of a metric bolt size such as M8."""
     if not isinstance(name, str) or name not in BOLTS:
         hint = did_you_mean(name, BOLTS) if isinstance(name, str) else ""
         raise InputError(f"`size` must be {quoted(BOLTS)}, got {show(name)}{hint}")
@@ -38,14 +38,14 @@ def size_named(name: object) -> BoltSize:
 
 
 def proof_stress(grade: object, diameter: float) -> float:
-    """Least proof stress [Pa] of a grade; that of 8.8 is 660 MPa above 16 mm."""
+    """Return the minimum proof stress [Pa] of a grade; that of 8.8 is 660 MPa above 16 mm."""
     if not isinstance(grade, str) or grade not in GRADES:
         raise InputError(f"`grade` must be {quoted(GRADES)}, got {show(grade)}")
     return 660e6 if grade == "8.8" and diameter > 0.016 else GRADES[grade]
 
 
 def tension_band(tightening_factor: float) -> tuple[float, float]:
-    """Smallest and largest preload over that which the torque gives in the mean [-]."""
+    """Return the smallest and largest preload relative to the mean preload of the torque [-]."""
     factor = positive("tightening_factor", tightening_factor, "", TIGHTENING_FACTOR)
     if factor < 1.0:
         raise InputError(f"`tightening_factor` must be at least 1, got {exact(factor)}")
@@ -54,7 +54,7 @@ def tension_band(tightening_factor: float) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Thread:
-    """A metric thread of 60 degrees (ISO 68-1).
+    """Metric thread of 60 degrees (ISO 68-1).
 
     Parameters
     ----------
@@ -69,21 +69,21 @@ class Thread:
 
     @property
     def pitch_diameter(self) -> float:
-        """d2 = d - 0.6495 P [m]."""
+        """Pitch diameter d2 = d - 0.6495 P [m]."""
         return self.diameter - 0.375 * math.sqrt(3.0) * self.pitch
 
     @property
     def core_diameter(self) -> float:
-        """d3 = d - 1.2269 P [m]."""
+        """Core diameter d3 = d - 1.2269 P [m]."""
         return self.diameter - 17.0 / 24.0 * math.sqrt(3.0) * self.pitch
 
     @property
     def stress_area(self) -> float:
-        """A_S, of the mean of both diameters [m^2]."""
+        """Stress area A_S, from the mean of both diameters [m^2]."""
         return 0.25 * math.pi * (0.5 * (self.pitch_diameter + self.core_diameter)) ** 2
 
     def reduced_stress(self, tension: float, friction: float) -> float:
-        """Stress [Pa] of tension and torque while a bolt is tightened, with friction in the thread.
+        """Return the equivalent stress [Pa] of tension and torque during tightening.
 
         sigma_red = F/A_S sqrt(1 + 3 (3/2 d2/d0 (P/(pi d2) + 1.155 mu_G))^2), plastic torsion.
         """
@@ -93,13 +93,13 @@ class Thread:
         return tension / self.stress_area * math.sqrt(1.0 + 3.0 * shear**2)
 
     def assembly_tension(self, proof: float, friction: float) -> float:
-        """Largest permitted assembly preload F_M [N]: 90 % of a proof stress [Pa]."""
+        """Return the largest permitted assembly preload F_M [N]: 90 % of a proof stress [Pa]."""
         return UTILISATION * proof / self.reduced_stress(1.0, friction)
 
 
 @dataclass(frozen=True)
 class ClampedBolt:
-    """A bolt with its nut through plates: resiliences, load factor, embedding.
+    """Bolt and nut through plates: resiliences, load factor, embedding.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ class ClampedBolt:
 
     @property
     def resilience(self) -> float:
-        """delta_S of the bolt [m/N]."""
+        """Resilience delta_S of the bolt [m/N]."""
         bolt = size_named(self.size)
         d = bolt.diameter
         full, core = d, Thread(d, bolt.pitch).core_diameter
@@ -142,7 +142,7 @@ class ClampedBolt:
 
     @property
     def plate_resilience(self) -> float:
-        """delta_P of what is clamped [m/N]."""
+        """Resilience delta_P of the clamped plates [m/N]."""
         bolt, length = size_named(self.size), self.clamp_length
         ratio = length / bolt.head
         slope = 0.362 + 0.032 * math.log(0.5 * ratio) + 0.153 * math.log(1.0 + 1.2 * ratio)
@@ -153,20 +153,20 @@ class ClampedBolt:
         return cones / (self.plate_modulus * math.pi * bolt.hole * slope)
 
     def load_factor(self, introduction: float = 0.5) -> float:
-        """Phi = n delta_P/(delta_S + delta_P) [-]: what the bolt bears of an axial load."""
+        """Return Phi = n delta_P/(delta_S + delta_P) [-], the bolt's fraction of an axial load."""
         return introduction * self.plate_resilience / (self.resilience + self.plate_resilience)
 
     def loss(self, embedding: float) -> float:
-        """F_Z = f_Z/(delta_S + delta_P) [N]: tension lost as all faces embed by f_Z [m]."""
+        """Return F_Z = f_Z/(delta_S + delta_P) [N], the tension lost by embedding f_Z [m]."""
         return embedding / (self.resilience + self.plate_resilience)
 
     def embedding_loss(self, rz: float, interfaces: int = 1) -> float:
-        """Preload [N] lost as faces embed, by their roughness Rz [m] and the inner interfaces."""
+        """Return the preload [N] lost by embedding, from Rz [m] and inner interfaces."""
         return self.loss(embedding_of(rz, interfaces))
 
 
 def embedding_of(rz: float, interfaces: int = 1) -> float:
-    """f_Z [m] of VDI 2230's table: of the thread, two bearing faces and the inner interfaces."""
+    """Return f_Z [m] by VDI 2230: thread, two bearing faces and the inner interfaces."""
     rz = positive("rz", rz, "m", 6.3e-6)
     row = next((row for row in _EMBEDDING if rz < row[0]), None)
     if row is None:
@@ -177,7 +177,7 @@ def embedding_of(rz: float, interfaces: int = 1) -> float:
 
 @dataclass(frozen=True)
 class BoltForces:
-    """Forces of a bolt from its tightening on, in the symbols of VDI 2230."""
+    """Forces of a bolt from tightening to service, in the symbols of VDI 2230."""
 
     assembly: float
     """F_M, the tension that tightening gives in the mean [N]."""
@@ -196,17 +196,17 @@ class BoltForces:
 
     @property
     def clamping(self) -> float:
-        """F_M - F_Z - (1 - Phi) F_A [N]: what presses the plates."""
+        """Clamp force F_M - F_Z - (1 - Phi) F_A between the plates [N]."""
         return self.assembly - self.loss - (1.0 - (self.load_factor or 0.0)) * self.axial_load
 
     @property
     def added(self) -> float:
-        """F_SA = Phi F_A [N]: what the axial load adds to the tension."""
+        """Additional bolt tension F_SA = Phi F_A under the axial load [N]."""
         return (self.load_factor or 0.0) * self.axial_load
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Clamp forces at the smallest and at the largest tension of tightening [N]."""
+        """Clamp forces for the smallest and the largest assembly preload [N]."""
         low, high = tension_band(self.tightening_factor)
         lost = self.assembly - self.clamping
         return low * self.assembly - lost, high * self.assembly - lost

@@ -21,9 +21,9 @@ from microslip.structures.geometry import Bending, Sizes, strip_cases, strip_sen
 from microslip.structures.mesh import (
     SIDE,
     JointMesh,
+    bolt_block_half_width,
     check_elastic,
     loosened,
-    square_half,
     tight,
 )
 
@@ -36,7 +36,7 @@ _ALONG = np.array([1.0, 0.0, 0.0])
 
 
 class Drawing:
-    """A drawing of parts in a row and the laps between them, one lap at least."""
+    """Row of parts with at least one lap between them."""
 
     length: float
     width: float
@@ -52,13 +52,12 @@ class Drawing:
     _names: tuple[str, ...] = ()
 
     def _check(self) -> None:
-        """Refuse what cannot be built."""
         for declared in parameters_of(type(self)):
             assign(self, **{declared.name: declared.checked(getattr(self, declared.name))})
         if self.style not in ("half-lap", "single-lap"):
             raise InputError(f'style must be "half-lap" or "single-lap", got {show(self.style)}')
         for lap in self.laps:
-            square_half(lap.bolts, lap.length, self.width)
+            bolt_block_half_width(lap.bolts, lap.length, self.width)
 
     @property
     def tension(self) -> Floats:
@@ -67,7 +66,7 @@ class Drawing:
 
     @property
     def face_area(self) -> float:
-        """Area of the contact faces, without the holes [m^2]."""
+        """Area of the contact faces without the holes [m^2]."""
         holes = sum(len(lap.bolts) * 0.25 * np.pi * lap.bolts.hole**2 for lap in self.laps)
         return float(sum(lap.length for lap in self.laps) * self.width - holes)
 
@@ -78,7 +77,7 @@ class Drawing:
 
     @property
     def stretches(self) -> tuple[Stretch, ...]:
-        """Parts of the beam and the ground, alternately below and above."""
+        """Parts of the beam and the ground, alternately on the lower and the upper side."""
         laps = self.laps
         # The ground lies below, where it can.
         first = 1 if self.ground == ("right",) and len(laps) % 2 else 0
@@ -100,7 +99,7 @@ class Drawing:
     def mesh(
         self, material: Any, density: Any, element_size: float | None = None, slack: Any = ()
     ) -> JointMesh:
-        """Hexahedra for the parts, the shanks and what presses at both their ends.
+        """Return hexahedra for the parts, the shanks, the heads, nuts and washers.
 
         Parameters
         ----------
@@ -121,7 +120,7 @@ class Drawing:
         return loosened(self._mesh(bodies, self.size_of_elements(element_size)), slack)
 
     def _bodies(self, material: Any, density: Any) -> dict[str, tuple[Material, float]]:
-        """Material and density [kg/m^3] of each part by its name."""
+        """Return material and density [kg/m^3] of each part by name."""
         names = self.parts
         listed: dict[str, list[Any]] = {}
         for name, value in (("material", material), ("density", density)):
@@ -141,7 +140,7 @@ class Drawing:
         return dict(zip(names, zip(listed["material"], heavy, strict=True), strict=True))
 
     def _mesh(self, bodies: Any, size: float, side: int = SIDE) -> JointMesh:
-        """The mesh of cells of a size [m], so many of them along the squares around bolts."""
+        """Return the mesh with a cell size [m] and a number of cells along bolt squares."""
         sizes = self.width, self.thickness
         return beam_mesh(self.laps, self.stretches, bodies, sizes, self.style, size, side)
 
@@ -158,7 +157,7 @@ class Drawing:
         masses: Mapping[Any, float] | None = None,
         slack: Any = (),
     ) -> ReducedJoint:
-        """The joint as a small linear model with contact patches, by finite elements.
+        """Reduce the joint by finite elements to a small linear model with contact patches.
 
         Parameters
         ----------
@@ -226,7 +225,7 @@ class Drawing:
         geometry: Sequence[Any] | None = None,
         progress: Callable[[float], None] | None = None,
     ) -> Convergence:
-        """Refine the patches where a mode loses its energy, and say how good the model is.
+        """Refine the patches where a mode loses its energy, and estimate the error of the model.
 
         Parameters
         ----------
@@ -293,14 +292,14 @@ class Drawing:
         )
 
     def size_of_elements(self, element_size: float | None = None) -> float:
-        """Size of the elements in the laps [m], as given or as usual."""
+        """Return the element size in the laps [m], by default chosen from the dimensions."""
         usual = min(min(lap.length for lap in self.laps) / 24.0, self.width / 4.0)
         return usual if element_size is None else positive("element_size", element_size, "m", 5e-3)
 
 
 @dataclass(frozen=True, eq=False)
 class BoltedBeam(Drawing):
-    """Beams or plates in a row, bolted where they overlap; its ends may be bolted to the ground.
+    """Row of beams or plates, bolted where they overlap; its ends may be bolted to the ground.
 
     x runs along the beam from its middle, y across, z upwards from the faces of the laps. The parts
     lie below and above in turns, so that a beam with two laps can be symmetric. A
@@ -390,7 +389,7 @@ class BoltedBeam(Drawing):
 
     @property
     def strip(self) -> tuple[Sizes, float, float]:
-        """The one thin part between two clamps, where it begins and how high it lies [m]."""
+        """Dimensions [m], start and height of the only thin part between two clamps."""
         if len(self.laps) != 2 or self.ground != GROUNDS:
             raise InputError(
                 "a drawing bends between two clamps: write two laps and ground on the left and on "
@@ -402,7 +401,7 @@ class BoltedBeam(Drawing):
         return Sizes(stop - start, self.width, self.thickness, self.rise), start, height
 
     def bending(self, material: Material, reach: float | None = None) -> Bending:
-        """Nonlinear stiffness of the part between two grounds in large bending.
+        """Return the nonlinear stiffness in large bending of the part between two grounds.
 
         Parameters
         ----------

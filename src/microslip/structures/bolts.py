@@ -34,7 +34,7 @@ def _friction(symbol: str, meaning: str) -> dict[str, Any]:
 
 @dataclass(frozen=True, eq=False)
 class Bolts(Locked):
-    """Equal bolts through a lap, with their holes and their washers.
+    """Equal bolts through a lap, with their holes and washers.
 
     Parameters
     ----------
@@ -204,7 +204,7 @@ class Bolts(Locked):
 
     @property
     def tension_range(self) -> tuple[Floats, Floats]:
-        """Smallest and largest tensions [N] by the tightening factor; 1.6 of a torque, if absent.
+        """Smallest and largest tension [N] by the tightening factor, 1.6 for a torque by default.
 
         The mean of both is the tension that the torque gives; a tension that is given without a
         factor is exact.
@@ -217,7 +217,7 @@ class Bolts(Locked):
 
     @property
     def utilisation(self) -> Floats:
-        """Stress of tightening over the proof stress of the grade [-], one a bolt; VDI 2230: 0.9.
+        """Tightening stress over the proof stress of the grade [-], one per bolt; VDI 2230: 0.9.
 
         With torsion by the friction in the thread, 0.12 if that is not given.
         """
@@ -227,11 +227,11 @@ class Bolts(Locked):
 
     @property
     def pressed(self) -> float:
-        """Diameter to which a washer is pressed on its plate [m], head + 1.6 h (VDI 2230-1)."""
+        """Diameter of the pressed ring between washer and plate [m], head + 1.6 h (VDI 2230-1)."""
         return min(self.head + 1.6 * self.washer_thickness, self.washer)
 
     def fixing_mass(self, density: float) -> float:
-        """Mass of head, nut and both washers of a bolt [kg], in a density [kg/m^3] unless given."""
+        """Return the mass of head, nut and washers [kg], from a density [kg/m^3] by default."""
         density = positive("density", density, "kg/m^3", 7850.0)
         if self.mass is not None:
             return self.mass
@@ -242,7 +242,7 @@ class Bolts(Locked):
 
 
 def yield_tension(bolts: Any) -> float:
-    """Return the tension at which a bolt of a size and grade yields as it is tightened [N].
+    """Return the tension at which a bolt of a size and grade yields during tightening [N].
 
     With torsion by the friction in the thread, 0.12 if that is not given.
     """
@@ -259,7 +259,7 @@ SIZED = ("shank", "hole", "head", "washer", "washer_thickness", "thread", "pitch
 
 
 def by_size(size: object, thread_friction: float | None, **given: Any) -> dict[str, Any]:
-    """Return widths, thickness and pitch [m] of a size, where they are not given."""
+    """Return the widths, thickness and pitch [m] of a size, unless given."""
     bolt = size_named(size)
     known = {
         "shank": bolt.diameter, "hole": bolt.hole, "head": bolt.flats, "washer": bolt.washer,
@@ -314,7 +314,7 @@ def tensions(bolts: Any, count: int) -> Floats:
 
 
 def _bearing(bolts: Any) -> float | None:
-    """Mean diameter of the face on which the turned head or nut bears [m]."""
+    """Return the mean diameter of the bearing face that turns during tightening [m]."""
     if bolts.hole is None or bolts.head is None:
         return None
     face = 0.9 * bolts.head if bolts.size is None else min(BOLTS[bolts.size].head, bolts.head)
@@ -329,7 +329,7 @@ def _lever(
     thread_friction: float | None,
     bearing_friction: float | None,
 ) -> float:
-    """Torque over tension [m]."""
+    """Return torque over tension [m]."""
     if thread is None:
         raise InputError(
             "a torque needs the nominal diameter of the thread, for example thread=0.008"
@@ -362,7 +362,7 @@ def _lever(
 
 
 def _places(positions: ArrayLike) -> Floats:
-    """Places along and across the lap, one row a bolt."""
+    """Return the positions along and across the lap, one row per bolt."""
     array = floats("positions", positions, "m")
     if array.ndim <= 1:
         array = np.stack([np.atleast_1d(array), np.zeros(array.size)], axis=1)
@@ -377,7 +377,7 @@ def _places(positions: ArrayLike) -> Floats:
 
 
 def each_bolt(name: str, value: ArrayLike, count: int, unit: str) -> Floats:
-    """A number above zero for each bolt."""
+    """Validate a positive number and return one per bolt."""
     array = floats(name, value)
     if array.ndim == 0:
         array = np.full(count, float(array))

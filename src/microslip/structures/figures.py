@@ -13,7 +13,7 @@ from microslip.figures.plot import COLORS, DASHED, Axis, Panel, Plot, stacked
 
 
 def modal_figure(curve: Any) -> Plot:
-    """Frequency and damping ratio against the amplitude that was asked for."""
+    """Plot frequency and damping ratio against the requested amplitudes."""
     solved = curve.amplitude[np.isfinite(curve.amplitude)]
     unit, letter = prefix(float(solved.max()))
     at_sensor = not np.array_equal(curve.amplitude, curve.modal_amplitude)
@@ -38,7 +38,7 @@ def modal_figure(curve: Any) -> Plot:
 
 
 def response_figure(response: Any, sensor: Floats | None) -> Plot:
-    """Amplitude of the fundamental harmonic against frequency, as far as it was followed."""
+    """Plot the amplitude of the fundamental harmonic against frequency."""
     if sensor is None:
         first = np.abs(response.displacement[:, :, response.harmonics.index(1)])
         sensor = np.zeros(first.shape[1])
@@ -69,7 +69,7 @@ def response_figure(response: Any, sensor: Floats | None) -> Plot:
 
 
 def motion_figure(motion: Any, sensor: int | None) -> Plot:
-    """Displacement and energies in time."""
+    """Plot displacement and energies against time."""
     count = motion.displacement.shape[1]
     if sensor is None:
         place = int(np.abs(motion.displacement).max(axis=0).argmax())
@@ -81,7 +81,7 @@ def motion_figure(motion: Any, sensor: int | None) -> Plot:
 
 
 def ring_down_figure(motion: Any) -> Plot:
-    """Displacement in time, and the energy that is lost."""
+    """Plot displacement and dissipated energy against time."""
     lost = motion.dissipated_energy + motion.viscous_energy
     return _in_time(motion.time, motion.displacement, "Free oscillation", lost)
 

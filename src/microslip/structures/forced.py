@@ -39,7 +39,7 @@ _SI = {
 
 
 class _Measured(NamedTuple):
-    """Quantity that a sensor measures, as the format names it."""
+    """Quantity of a sensor and its code in the universal file format."""
 
     kind: int
     unit: str
@@ -55,7 +55,7 @@ _MEASURED = {
 
 
 class Node(NamedTuple):
-    """Place of a response or a force, for the header of a universal file."""
+    """Position of a response or a force, for the header of a universal file."""
 
     number: int
     direction: str | None = None
@@ -69,7 +69,7 @@ _SENSOR, _REFERENCE = Node(1), Node(2)
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FrequencyResponse(LockedArrays):
-    """Motion of a sensor over the harmonic force that makes it, of one amplitude of this force.
+    """Response of a sensor over the harmonic force, at one force amplitude.
 
     Made by :meth:`microslip.ForcedResponse.frequency_response`; those of a study are in
     ``result.structure.frequency_responses``. Of a joint with friction each force has another; for a
@@ -95,7 +95,7 @@ class FrequencyResponse(LockedArrays):
         return _MEASURED[self.quantity].over_force
 
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
-        """Write it as a table or as a universal file.
+        """Write the response as a table or a universal file.
 
         Frequencies of a universal file have six digits, as the format has it: the values are those
         at the rounded frequencies, of twelve digits.
@@ -130,7 +130,7 @@ class FrequencyResponse(LockedArrays):
 
 
 def response_columns(responses: Sequence[FrequencyResponse]) -> dict[str, tuple[str, Floats]]:
-    """Columns of a table with their units, of one quantity."""
+    """Return the columns of a table of responses of one quantity, with units."""
     value = np.concatenate([r.value for r in responses])
     unit = responses[0].unit
     return {
@@ -144,19 +144,19 @@ def response_columns(responses: Sequence[FrequencyResponse]) -> dict[str, tuple[
 
 
 def six_digits(frequency: Floats) -> Floats:
-    """Frequencies as the format writes them (E13.5), rising."""
+    """Round frequencies to the format of universal files (E13.5), rising."""
     return np.unique([float(f"{f:.5e}") for f in frequency.tolist()])
 
 
 def universal_files() -> Any:
-    """The library that writes them, or how to have it."""
+    """Import the library that writes universal files, or raise an error on how to install it."""
     with needed_for("universal files are written by", "uff", "CSV needs nothing more"):
         import pyuff
     return pyuff
 
 
 def write_universal(responses: Sequence[FrequencyResponse], path: Path) -> None:
-    """Data set 164, the units, and a data set 58 for each force, by pyuff."""
+    """Write data set 164 (units) and one data set 58 per force, by pyuff."""
     pyuff = universal_files()
     pyuff.UFF(str(path)).write_sets([dict(_SI), *map(_set, responses)], mode="overwrite")
 
@@ -203,7 +203,7 @@ def _set(response: FrequencyResponse) -> dict[str, Any]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ForcedResponse(ModalAnswer, PlottableAtSensor):
-    """Periodic motions along a range of frequencies; made by ``structure.forced_response(...)``.
+    """Periodic motions along frequencies, the result of ``structure.forced_response(...)``.
 
     By harmonic balance with arc length (Keller's continuation), as in Krack and Gross
     (2019), DOI 10.1007/978-3-030-14023-6: where the response folds over, a frequency has several.
@@ -233,14 +233,14 @@ class ForcedResponse(ModalAnswer, PlottableAtSensor):
 
     @property
     def displacement(self) -> NDArray[np.complex128]:
-        """Amplitudes x of each harmonic, (points, n, harmonics), motion Re(x exp(i h w t)) [m].
+        """Amplitudes x of each harmonic (points, n, harmonics), motion Re(x exp(i h w t)) [m].
 
         Made anew each time: of a large structure it is large.
         """
         return np.asarray(self._shapes @ self._coordinates)
 
     def _fundamental(self, at: ArrayLike) -> NDArray[np.complex128]:
-        """Amplitudes of the fundamental harmonic at a sensor (points,) [m]."""
+        """Return the amplitudes of the fundamental harmonic at a sensor (points,) [m]."""
         return np.asarray(self._coordinates[:, :, self.harmonics.index(1)] @ self._at(at))
 
     def _sizes(self, columns: Floats) -> Floats:
@@ -254,7 +254,7 @@ class ForcedResponse(ModalAnswer, PlottableAtSensor):
         return np.asarray(1 + np.flatnonzero(way[1:] != way[:-1]))
 
     def amplitude(self, at: ArrayLike) -> Floats:
-        """Displacement amplitude of the fundamental harmonic at a sensor.
+        """Return the displacement amplitude of the fundamental harmonic at a sensor.
 
         Parameters
         ----------
@@ -271,7 +271,7 @@ class ForcedResponse(ModalAnswer, PlottableAtSensor):
     def frequency_response(
         self, at: ArrayLike, force: float, *, quantity: Quantity = "displacement"
     ) -> FrequencyResponse:
-        """Fundamental at a sensor over the force, as a slow sweep along the frequencies meets it.
+        """Return the fundamental at a sensor over the force, as measured by a slow sweep.
 
         Where the response folds over, a sweep jumps: motions that it does not meet, or that do not
         last, are left out.
@@ -312,7 +312,7 @@ class ForcedResponse(ModalAnswer, PlottableAtSensor):
 
 
 def checked_frequencies(frequencies: ArrayLike) -> Floats:
-    """Frequencies [Hz] along which a response can be followed, or an error."""
+    """Validate the frequencies [Hz] of a response."""
     targets = floats("frequencies", frequencies, "Hz")
     ways = np.sign(np.diff(targets.reshape(-1)))
     if targets.ndim != 1 or targets.size < 2 or targets.min() <= 0.0 or abs(ways.sum()) < ways.size:
@@ -332,7 +332,7 @@ def forced_response(
     harmonics: Sequence[int] | None = None,
     samples: int = 64,
 ) -> ForcedResponse:
-    """Periodic motions under a harmonic force, along a range of frequencies.
+    """Compute periodic motions under a harmonic force along frequencies.
 
     Parameters
     ----------
@@ -372,7 +372,7 @@ def forced_response(
 
 
 def complex_amplitudes(name: str, value: Any) -> NDArray[np.complex128]:
-    """Amplitudes of any phase, or an error."""
+    """Validate complex amplitudes."""
     try:
         array = np.asarray(value)
         parts = np.stack([array.real, array.imag]) if np.iscomplexobj(array) else value
@@ -385,14 +385,14 @@ def complex_amplitudes(name: str, value: Any) -> NDArray[np.complex128]:
 
 
 def coefficients(amplitudes: NDArray[Any], basis: HarmonicBasis) -> Floats:
-    """Fourier coefficients (count, size) of Re(amplitude exp(i w t)) = Re cos - Im sin."""
+    """Return the Fourier coefficients (count, size) of Re(amplitude exp(i w t))."""
     result = np.zeros((amplitudes.size, basis.size))
     result[:, 1], result[:, 2] = amplitudes.real, -amplitudes.imag
     return result
 
 
 def line_of(model: ModalModel, forces: Floats, targets: Floats) -> Floats:
-    """A motion along which the joints will move most; zeros where no mode is pushed."""
+    """Return a modal motion that represents the directions of joint motion."""
     middle = (2.0 * math.pi * float(np.median(targets))) ** 2
     gain = np.abs(model.squares - middle) + 1e-3 * middle
     column = 1 if np.any(forces[:, 1]) else 2

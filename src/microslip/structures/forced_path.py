@@ -24,7 +24,7 @@ _FINEST = 1e-6  # shortest arc step, beside the range of frequencies
 
 @dataclass(frozen=True, eq=False)
 class Excitation:
-    """Excitation of a periodic motion, by powers of 1/omega: the key k belongs to omega^-k."""
+    """Excitation of a periodic motion by powers of 1/omega: the key k belongs to omega^-k."""
 
     forces: dict[int, Floats]
     """Forces on the modes, shape (modes, size)."""
@@ -36,7 +36,7 @@ class Excitation:
 
     @staticmethod
     def at(parts: dict[int, Floats], omega: float) -> tuple[Floats | float, Floats | float]:
-        """The sum at a frequency, and its derivative."""
+        """Return the sum at a frequency, and its derivative."""
         value = sum((part * omega**-k for k, part in parts.items()), 0.0)
         slope = sum((-k * part * omega ** -(k + 1) for k, part in parts.items() if k), 0.0)
         return value, slope
@@ -44,7 +44,7 @@ class Excitation:
 
 @dataclass(frozen=True, eq=False)
 class Control:
-    """A sensor whose fundamental is held, and what the excitation's level shall be for it."""
+    """Sensor whose fundamental amplitude is controlled, and its target."""
 
     sensor: Floats
     """Sensor in modal coordinates, shape (modes,)."""
@@ -56,7 +56,7 @@ class Control:
     """Amplitude of that quantity."""
 
     def miss(self, q: Floats, omega: float, level: float) -> tuple[float, Floats, float, float]:
-        """Squared amplitude over the target's, less one; derivatives by q, level and omega."""
+        """Return (amplitude/target)^2 - 1, and its derivatives by q, level and omega."""
         signal = self.sensor @ q[:, 1:3] + level * self.carried / omega**2
         factor = omega ** (2 * self.power) / self.target**2
         value = factor * float(signal @ signal)
@@ -84,14 +84,14 @@ class _Solved(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """The equations of motions under an excitation, its level given or set by a control."""
+    """Equations of motion under an excitation whose level is given or set by a control."""
 
     balance: Balance
     excitation: Excitation
     control: Control | None = None
 
     def linear_response(self, omega: float, share: float) -> _Point:
-        """Response with sticking joints; ``share`` of the level, or of what the control holds."""
+        """Return the response with sticking joints at a fraction of the level or of the target."""
         balance = self.balance
         modes, size = balance.shape
         matrix = balance.linear_matrix(omega, 0.0).reshape(modes * size, modes * size)
@@ -104,7 +104,7 @@ class Drive:
 
 
 class _Path:
-    """The equations along the path; unknowns are scaled coefficients, the level, the frequency.
+    """Equations along the path; unknowns are scaled coefficients, the level and the frequency.
 
     The level is an unknown only where a control sets it.
     """
@@ -113,7 +113,7 @@ class _Path:
         self._drive, self._unit, self._width, self._share = drive, unit, width, share
 
     def _system(self, point: _Point) -> tuple[Floats, Floats]:
-        """Residual and its derivatives, (count,) and (count, count + 1), scaled."""
+        """Return the scaled residual and its derivatives, (count,) and (count, count + 1)."""
         balance, drive = self._drive.balance, self._drive
         modes, size = balance.shape
         q, omega, level = point
@@ -147,14 +147,14 @@ class _Path:
         return miss, matrix
 
     def _unit_level(self, omega: float) -> float:
-        """Level beside which a change of it is measured: that moves sticking modes by a unit."""
+        """Return the level that moves sticking modes by one unit, the scale of level changes."""
         push = np.asarray(Excitation.at(self._drive.excitation.forces, omega)[0])
         return self._unit / float(
             (np.abs(push).max(axis=1) / self._drive.balance.model.squares).max()
         )
 
     def solve(self, guess: _Point, tangent: Floats | None) -> _Solved | None:
-        """Newton's method across a tangent; at a fixed frequency without one."""
+        """Solve by Newton's method across a tangent, or at a fixed frequency without one."""
         modes, size = self._drive.balance.shape
         count = modes * size
         controlled = self._drive.control is not None
@@ -184,7 +184,6 @@ class _Path:
         return None
 
     def _moved(self, point: _Point, move: Floats) -> _Point:
-        """A point a scaled step away."""
         count = point.coefficients.size
         change = move[:count].reshape(point.coefficients.shape) * self._unit
         level = point.level
@@ -194,17 +193,17 @@ class _Path:
         return _Point(point.coefficients + change, omega, level)
 
     def ahead(self, solved: _Solved, step: float) -> _Point:
-        """A guess a step along the tangent."""
+        """Return an initial guess one step along the tangent."""
         return self._moved(solved.point, step * solved.tangent)
 
     def distance(self, a: _Point, b: _Point) -> float:
-        """Between points, in scaled unknowns."""
+        """Return the distance between points in scaled unknowns."""
         q = float(np.linalg.norm(a.coefficients - b.coefficients)) / self._unit
         return math.hypot(q, (a.omega - b.omega) / self._width)
 
 
 class Followed(NamedTuple):
-    """The path through a range of frequencies."""
+    """Path through a range of frequencies."""
 
     path: list[_Solved]
     marks: list[bool]
@@ -213,7 +212,7 @@ class Followed(NamedTuple):
     message: str
 
     def fields(self, drive: Drive) -> dict[str, Any]:
-        """Fields of a :class:`ForcedResponse`."""
+        """Return the fields of a :class:`ForcedResponse`."""
         model, basis = drive.balance.model, drive.balance.basis
         points = [solved.point for solved in self.path]
         elastic, rigid = model.size, drive.excitation.rigid
@@ -235,7 +234,7 @@ class Followed(NamedTuple):
 
 
 def follow(drive: Drive, targets: Floats) -> Followed:
-    """Points along the path from the first to the last frequency [Hz]."""
+    """Return points along the path from the first to the last frequency [Hz]."""
     path, marks, iterations, stopped = _follow(drive, 2.0 * math.pi * targets)
     message = f"solved at {len(path)} points in {iterations} iterations"
     if stopped:
@@ -248,7 +247,7 @@ def follow(drive: Drive, targets: Floats) -> Followed:
 
 
 def _follow(drive: Drive, omegas: Floats) -> tuple[list[_Solved], list[bool], int, str]:
-    """Points, which of them were asked for, iterations, and why it stopped."""
+    """Return the points, which of them are targets, the iterations, and the reason for stopping."""
     direction = 1.0 if omegas[-1] > omegas[0] else -1.0
     span = abs(float(omegas[-1] - omegas[0]))
     start = drive.linear_response(float(omegas[0]), 1.0)
@@ -311,7 +310,7 @@ def _follow(drive: Drive, omegas: Floats) -> tuple[list[_Solved], list[bool], in
 
 
 def _ramped(drive: Drive, omega: float, width: float) -> _Solved | None:
-    """The first point by rising forces, where it is not found at once."""
+    """Return the first point by increasing the force if a direct solution fails."""
     guess = drive.linear_response(omega, 1e-3)
     solved = None
     for share in np.geomspace(1e-3, 1.0, 25):

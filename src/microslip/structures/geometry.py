@@ -29,13 +29,13 @@ _LEFT = 0.05  # of the forces beyond the linear ones: what a fit may leave
 
 
 class Springs(NamedTuple):
-    """Force 3 c3 u^2 + 4 c4 u^3 along each form's motion u."""
+    """Springs with the force 3 c3 u^2 + 4 c4 u^3 along each direction's motion u."""
 
     square: Floats
     cube: Floats
 
     def at(self, u: Floats) -> tuple[Floats, Floats]:
-        """Forces [N] and stiffnesses [N/m]; forms in the first axis."""
+        """Return forces [N] and stiffnesses [N/m]; directions in the first axis."""
         shape = (-1,) + (1,) * (u.ndim - 1)
         c3, c4 = self.square.reshape(shape), self.cube.reshape(shape)
         return 3.0 * c3 * u**2 + 4.0 * c4 * u**3, 6.0 * c3 * u + 12.0 * c4 * u**2
@@ -43,7 +43,7 @@ class Springs(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class GeometryAttachment:
-    """The forms as directions; else as :class:`LawAttachment`, but that nothing is lost."""
+    """Geometric stiffness along its directions. Interface of :class:`LawAttachment`."""
 
     springs: Springs
     columns: Floats
@@ -59,28 +59,28 @@ class GeometryAttachment:
     held_load = 0.0
 
     @property
-    def holding(self) -> Floats:
+    def representative_stiffness(self) -> Floats:
         """Stiffness at rest [N/m], which is zero."""
         return np.zeros(self.columns.shape[1])
 
     def static_forces(self, motion: Floats) -> tuple[Floats, Floats]:
-        """Forces and stiffnesses by form."""
+        """Return forces and stiffnesses by direction."""
         return self.springs.at(self._bent(motion))
 
     def stuck(self, motion: Floats) -> Floats:
-        """Stiffnesses about a static motion."""
+        """Return the stiffnesses about a static motion."""
         return self.springs.at(self._bent(motion))[1]
 
     def _bent(self, motion: Floats) -> Floats:
         return motion if self.rest is None else motion - self.columns.T @ self.rest
 
     def group(self, motion: Floats, line: Floats) -> GeometryGroup:
-        """The forms about a static motion."""
+        """Return the springs about a static motion."""
         del line
         return GeometryGroup(self.springs, self.columns, self._bent(motion))
 
     def check_reach(self, size: Floats) -> None:
-        """Refuse motions, the sizes (..., coordinates) of which leave what it is known for."""
+        """Raise an error if motions (..., coordinates) leave the range of the model."""
         if self.reach is None:
             return
         size = np.where(np.isfinite(size), size, 0.0).reshape(-1, self.reach.size)
@@ -94,7 +94,7 @@ class GeometryAttachment:
 
 
 class GeometryGroup:
-    """Conservative springs about a static state; its members mean what those of LawGroup do."""
+    """Group of conservative springs linearised about a static state. Interface of LawGroup."""
 
     def __init__(self, springs: Springs, columns: Floats, static: Floats) -> None:
         self._springs, self.static = springs, static
@@ -119,11 +119,11 @@ class GeometryGroup:
         return HarmonicForces(result[:, None], jacobian[:, None, :, None, :])
 
     def start(self) -> GeometryGroup:
-        """Springs have no memory: they are their own state, as LawStates is of laws."""
+        """Return the group itself: springs have no memory."""
         return self
 
     def try_(self, displacement: Floats) -> tuple[Floats, Floats]:
-        """Forces (forms, 1) and tangents (forms, 1, 1)."""
+        """Return forces (directions, 1) and tangents (directions, 1, 1)."""
         force, slope = self._springs.at(self.static + displacement[:, 0])
         return (force - self._loaded)[:, None], slope[:, None, None]
 
@@ -139,7 +139,7 @@ def geometry(
     force: Callable[[Floats], ArrayLike] | None,
     reach: ArrayLike | None,
 ) -> GeometryAttachment:
-    """See :meth:`microslip.Structure.with_geometry`."""
+    """Return the attachment of :meth:`microslip.Structure.with_geometry`."""
     p = coordinates.shape[1]
     if p > _MOST:
         raise InputError(f"coordinates must be at most {_MOST}, few and well chosen, got {p}")
@@ -197,7 +197,7 @@ def geometry(
 
 
 def _forms(p: int) -> Floats:
-    """Directions whose fourth powers hold all polynomials of that order (forms, coordinates)."""
+    """Return directions whose fourth powers span all polynomials of that order."""
     if p == 1:
         return np.ones((1, 1))
     count = math.ceil(1.5 * math.comb(p + 3, 4))
@@ -224,7 +224,7 @@ def _tensor(name: str, value: ArrayLike | None, p: int, order: int) -> Floats:
 
 
 def _powers(forms: Floats, order: int) -> Floats:
-    """Tensors of the powers of forms, (forms, entries)."""
+    """Return the tensors of the powers of directions (directions, entries)."""
     result = np.ones((len(forms), 1))
     for _ in range(order):
         result = (result[:, :, None] * forms[:, None, :]).reshape(len(forms), -1)
@@ -232,12 +232,12 @@ def _powers(forms: Floats, order: int) -> Floats:
 
 
 def _as_powers(tensor: Floats, forms: Floats, order: int) -> Floats:
-    """Factors of the forms' powers that make a tensor."""
+    """Return the factors of the powers of directions that add up to a tensor."""
     return np.asarray(np.linalg.lstsq(_powers(forms, order).T, tensor.reshape(-1))[0])
 
 
 def _fit(z: Floats, forces: Floats, reach: Floats, forms: Floats) -> tuple[Springs, Floats]:
-    """Springs of the forms of scaled coordinates, the linear part left to the matrices."""
+    """Fit springs to scaled coordinates; the linear part belongs to the matrices."""
     along = (z / reach) @ forms.T
     # Work on scaled coordinates: all forces count beside the largest.
     blocks = [order * (along ** (order - 1))[:, :, None] * forms[None] for order in (2, 3, 4)]
@@ -284,7 +284,7 @@ class Sizes(NamedTuple):
 
 
 class Bending(NamedTuple):
-    """Bending of a drawn, thin part, as :meth:`ReducedJoint.with_geometry` takes it."""
+    """Bending of a thin part, an argument of :meth:`ReducedJoint.with_geometry`."""
 
     sensors: Sensors
     """Places [m] and directions by name, for ``sensors=`` of :meth:`BoltedBeam.reduce`."""
@@ -295,7 +295,7 @@ class Bending(NamedTuple):
 
 
 def strip_sensors(sizes: Sizes, start: float, height: float) -> tuple[Sensors, Floats]:
-    """Sensors of a strip that begins at x and whose ends' middle lies at z [m], and weights."""
+    """Return sensors and weights of a strip that begins at x, with its ends' middle at z [m]."""
     sensors: Sensors = {}
     weights = []
     along, shares = np.polynomial.legendre.leggauss(_POINTS)
@@ -314,12 +314,12 @@ def strip_sensors(sizes: Sizes, start: float, height: float) -> tuple[Sensors, F
 
 @lru_cache(maxsize=8)
 def strip_cases(sizes: Sizes, material: Material, reach: float) -> tuple[Floats, Floats]:
-    """Cases of a strip up to a reach of its middle [m]."""
+    """Return load cases of a strip up to a deflection of its middle [m]."""
     return Strip(sizes, material).cases(reach)
 
 
 class Strip:
-    """Von Karman elements of a shallow strip, both ends clamped, the right one free to move along.
+    """Von Karman elements of a shallow clamped strip whose right end is free to move along.
 
     Its shape is a raised cosine; it bends as a cylinder, with the modulus E/(1 - nu^2) of wide
     plates. Degrees of freedom: u, w and the slope w' of each node, without those that are held.
@@ -354,7 +354,7 @@ class Strip:
         """Mean deflection and elongation, (degrees of freedom, 2)."""
 
     def forces(self, x: Floats) -> tuple[Floats, Floats]:
-        """Forces [N, N m] that hold a motion, and their tangent."""
+        """Return the forces [N, N m] of a motion, and their tangent."""
         d: Floats = np.zeros(self._shape.size)
         d[self.free] = x
         moved, shape = d[self._across], self._shape[self._across]
@@ -373,7 +373,7 @@ class Strip:
         return force[self.free], tangent[np.ix_(self.free, self.free)]
 
     def forces_at(self, places: Floats) -> Floats:
-        """Forces [N] at which the coordinates are at some places, all else in balance."""
+        """Return the forces [N] that hold some coordinates, with all others in balance."""
         size, p = self.coordinates.shape
         x, force = np.zeros(size), np.zeros(p)
         for share in (0.25, 0.5, 0.75, 1.0):
@@ -395,7 +395,7 @@ class Strip:
         return force
 
     def cases(self, reach: float) -> tuple[Floats, Floats]:
-        """Deflections up to a reach of the middle [m] with elongations, and their forces [N]."""
+        """Return deflections up to a reach [m] with elongations, and their forces [N]."""
         # Half of what the ends would come closer if nothing held them.
         shortening = 4.9 / self._sizes.length * reach * (self._sizes.rise + 0.5 * reach)
         places = np.array([z for z in product(_STEPS, _STEPS) if any(z)])

@@ -27,7 +27,7 @@ from microslip.structures.periodic_motion import HarmonicBasis, HarmonicForces
 
 @dataclass(frozen=True, eq=False)
 class LawAttachment:
-    """Law along one or more directions, at rest in the undeformed structure."""
+    """Friction law along one or more directions, at rest in the undeformed structure."""
 
     law: BackboneLaw
     columns: Floats
@@ -39,23 +39,23 @@ class LawAttachment:
     """Largest load that is there without static forces [N]: what rounding stands beside."""
 
     @property
-    def holding(self) -> Floats:
-        """A stiffness for each column that is of the size of the joint's own at work [N/m].
+    def representative_stiffness(self) -> Floats:
+        """Representative stiffness for each column [N/m], used to scale the equations.
 
         It tells which motions the joints hold at all; columns that hold nothing have a zero.
         """
         return np.full(self.columns.shape[1], self.law.tangential_stiffness)
 
     def static_forces(self, motion: Floats) -> tuple[Floats, Floats]:
-        """Forces [N] and stiffnesses [N/m] by column at a static motion by column [m]."""
+        """Return forces [N] and stiffnesses [N/m] at a static motion [m], by column."""
         return self.law.backbone(motion), self.law.backbone_stiffness(motion)
 
     def stuck(self, motion: Floats) -> Floats:
-        """Stiffnesses by column about a static motion by column, all joints sticking [N/m]."""
+        """Return the stiffnesses of sticking joints about a static motion [N/m], by column."""
         return np.full(motion.size, self.law.tangential_stiffness)
 
     def group(self, motion: Floats, line: Floats) -> LawGroup:
-        """The joints about a static motion, their tangential lines along that of ``line``."""
+        """Return the joints about a static motion, their tangential directions along ``line``."""
         del line  # a law has its own
         return LawGroup(self.law, self.columns, motion)
 
@@ -73,7 +73,7 @@ class LawGroup:
         """Stiffness at rest (joints, coordinates) [N/m]."""
 
     def harmonic_forces(self, coefficients: Floats, basis: HarmonicBasis) -> HarmonicForces:
-        """The settled cycle of a periodic motion."""
+        """Return the harmonics of the settled cycle of a periodic motion."""
         count = self.static.size
         force = np.empty((count, 1, basis.size))
         jacobian = np.empty((count, 1, basis.size, 1, basis.size))
@@ -87,12 +87,12 @@ class LawGroup:
         return HarmonicForces(force, jacobian)
 
     def start(self) -> LawStates:
-        """A state at rest."""
+        """Return the state at rest."""
         return LawStates(self.law, self.static, self._loaded)
 
 
 class LawStates:
-    """States of laws in time: trials move nothing until they are committed."""
+    """States of laws in time; trials take effect when they are committed."""
 
     def __init__(self, law: BackboneLaw, static: Floats, loaded: Floats) -> None:
         self._states: list[Any] = [law.start() for _ in static]
@@ -101,7 +101,7 @@ class LawStates:
             state.advance(x)
 
     def try_(self, displacement: Floats) -> tuple[Floats, Floats]:
-        """Forces (joints, coordinates) and tangents (joints, coordinates, coordinates)."""
+        """Return forces (joints, coordinates) and tangents (joints, coordinates, coordinates)."""
         places = self._static + displacement[:, 0]
         trials = np.array([s.try_(x) for s, x in zip(self._states, places, strict=True)])
         return (trials[:, 0] - self._loaded)[:, None], trials[:, 1, None, None]
@@ -113,7 +113,7 @@ class LawStates:
 
     @property
     def lost(self) -> Floats:
-        """Energies lost so far (joints,) [J], those of the way to the static state included."""
+        """Dissipated energies (joints,) [J], including those of the path to the static state."""
         return np.array([state.dissipated_energy for state in self._states])
 
 
@@ -131,7 +131,7 @@ class FieldAttachment:
     directions: Floats
 
     def loads(self, motion: Floats) -> Floats:
-        """Normal loads of the nodes [N] at a motion by column."""
+        """Return the normal loads of the nodes [N] at a motion, by column."""
         return self.field.load(self.separations(motion))[0]
 
     @property
@@ -145,7 +145,7 @@ class FieldAttachment:
         return self.directions.reshape(self.directions.shape[0], -1)
 
     @property
-    def holding(self) -> Floats:
+    def representative_stiffness(self) -> Floats:
         """Scales of the equations: 1 for an opening, whose stiffness is not yet known."""
         result = np.zeros(self.directions.shape[1:])
         result[:, 2] = 1.0
@@ -153,16 +153,16 @@ class FieldAttachment:
 
     @property
     def has_gaps(self) -> bool:
-        """Whether the field was given gaps, not loads."""
+        """Whether the field was given by gaps instead of loads."""
         return self.field.gaps is not None
 
     @property
     def held_load(self) -> float:
-        """The largest load that was given."""
+        """Largest given load [N]."""
         return 0.0 if self.has_gaps else float(self.field.normal_loads.max())
 
     def static_forces(self, motion: Floats) -> tuple[Floats, Floats]:
-        """There is no friction while a structure is put together.
+        """Return the normal forces; friction is absent while a structure is assembled.
 
         A field that was given its loads is at rest under them: only what they change by counts.
         """
@@ -173,23 +173,23 @@ class FieldAttachment:
         return force.reshape(-1), stiffness.reshape(-1)
 
     def separations(self, motion: Floats) -> Floats:
-        """Separations of the nodes [m] at a motion by column."""
+        """Return the separations of the nodes [m] at a motion, by column."""
         undeformed = self.field.separations if self.field.gaps is None else self.field.gaps
         return np.asarray(undeformed + motion.reshape(-1, 3)[:, 2])
 
     def stuck(self, motion: Floats) -> Floats:
-        """Along and across the stiffness at rest of each node, then that of its normal law."""
+        """Return the stiffnesses at rest of each node: along, across, and of its normal law."""
         field = self.field.at(separations=self.separations(motion))
         return _stuck(field, np.tile(np.eye(2), (field.size, 1, 1))).reshape(-1)
 
     def group(self, motion: Floats, line: Floats) -> FieldGroup:
-        """The nodes, each along its own line."""
+        """Return the nodes, each with its own tangential direction."""
         field = self.field.at(separations=self.separations(motion))
         return FieldGroup(field, self.directions, line.reshape(-1, 3)[:, :2])
 
 
 class FieldGroup:
-    """Nodes that move along a tangential line each, across it, and apart.
+    """Nodes that move along one tangential direction each, across it, and apart.
 
     Along its line a node follows the exact coupled law of a joint whose separation varies. Across
     it sticks: a linear spring of the node's stiffness at rest, since in a mode the motion across
@@ -210,7 +210,7 @@ class FieldGroup:
     def by_coordinate(
         self, motion: Floats, force: Floats, load: Floats, tangent: Floats
     ) -> HarmonicForces:
-        """Forces beyond those at rest, from tangential and normal ones by (nodes, size).
+        """Return forces beyond those at rest, from tangential and normal forces (nodes, size).
 
         ``motion`` is (nodes, 3, size), ``tangent`` (nodes, 2, 2, size, size).
         """
@@ -224,7 +224,7 @@ class FieldGroup:
         return HarmonicForces(forces, jacobian)
 
     def harmonic_forces(self, coefficients: Floats, basis: HarmonicBasis) -> HarmonicForces:
-        """The settled cycle of a periodic motion."""
+        """Return the harmonics of the settled cycle of a periodic motion."""
         separations = coefficients[:, 2].copy()
         separations[:, 0] += self.field.separations
         cycle = self.field.harmonics(
@@ -241,14 +241,14 @@ class FieldGroup:
 
 
 class FieldState:
-    """The state of the nodes in time, in the coordinates of the group; else as LawStates."""
+    """State of the nodes in time, in the coordinates of the group. Interface of LawStates."""
 
     def __init__(self, group: FieldGroup) -> None:
         self._group = group
         self._state = group.field.start(energies=True)
 
     def try_(self, displacement: Floats) -> tuple[Floats, Floats]:
-        """Forces and tangents of a trial."""
+        """Return forces and tangents of a trial."""
         separation = self._group.field.separations + displacement[:, 2]
         answer = self._state.try_(displacement[:, 0], separations=separation)
         numbers = (displacement, answer.force, answer.load, answer.tangent[..., None])
@@ -261,18 +261,18 @@ class FieldState:
 
     @property
     def lost(self) -> Floats:
-        """Energies lost so far [J]."""
+        """Dissipated energies [J]."""
         return np.asarray(self._state.dissipated_energy)
 
 
 def _stuck(field: JointField, ways: Floats) -> Floats:
-    """Stiffnesses [N/m] of sticking nodes in two ways (nodes, 2, 2), then normal: (nodes, 3)."""
+    """Return stiffnesses [N/m] of sticking nodes in two directions and normal, (nodes, 3)."""
     tangential = [field.along(ways[:, i]).tangential_stiffnesses for i in (0, 1)]
     return np.stack([*tangential, -field.load(field.separations)[1]], axis=1)
 
 
 def _unit(line: Floats) -> Floats:
-    """Directions of motion in the tangential plane; the first axis where nothing moves."""
+    """Return unit directions in the tangential plane; the first axis for nodes at rest."""
     length = np.linalg.norm(line, axis=1)
     moves = length > 1e-9 * length.max(initial=0.0)
     safe = np.where(moves, length, 1.0)[:, None]
@@ -287,12 +287,12 @@ JointState = LawStates | FieldState | GeometryGroup
 
 
 def all_columns(attachments: Sequence[Attachment], size: int) -> Floats:
-    """The directions of all attachments side by side."""
+    """Return the directions of all attachments side by side."""
     return np.concatenate([np.zeros((size, 0)), *(a.columns for a in attachments)], axis=1)
 
 
 def checked_law(law: BackboneLaw) -> BackboneLaw:
-    """A law that is not rigid at rest, or an error."""
+    """Validate that a law has a finite stiffness at rest."""
     if not math.isfinite(law.tangential_stiffness):
         raise InputError(
             f"law must have a finite stiffness at rest, {type(law).__name__} friction is rigid "

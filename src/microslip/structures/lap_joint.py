@@ -70,5 +70,5 @@ class LapJoint(Drawing):
 
     @property
     def laps(self) -> tuple[Lap, ...]:  # type: ignore[override]
-        """The single lap of the joint."""
+        """Single lap of the joint."""
         return (Lap(0.0, self.lap, self.bolts),)

@@ -28,12 +28,12 @@ LARGEST_DENSE = 4000
 
 
 def is_sparse(value: Any) -> bool:
-    """Whether a matrix is one of SciPy's sparse ones, found without importing SciPy."""
+    """Return whether a matrix is a sparse matrix of SciPy, without importing SciPy."""
     return type(value).__module__.startswith("scipy.sparse") and hasattr(value, "tocsc")
 
 
 def check_indices(name: str, matrix: Any) -> None:
-    """Refuse a sparse matrix whose indices lie outside it: SciPy would write there."""
+    """Refuse a sparse matrix with indices outside its shape, where SciPy would write."""
     try:
         if matrix.format in ("csc", "csr", "bsr"):
             matrix.check_format(full_check=True)
@@ -53,7 +53,7 @@ def check_indices(name: str, matrix: Any) -> None:
 
 
 def symmetric_matrix(name: str, value: Any, size: int | None = None) -> Any:
-    """A matrix, square and symmetric, read-only: dense, or sparse by columns; or an error."""
+    """Validate a square symmetric matrix; return it read-only, dense or sparse by columns."""
     if is_sparse(value):
         check_indices(name, value)
         matrix = value.tocsc().astype(float)
@@ -88,7 +88,7 @@ def symmetric_matrix(name: str, value: Any, size: int | None = None) -> Any:
 
 
 def _place(gap: Any) -> tuple[int, int]:
-    """Position of the largest entry of a matrix."""
+    """Return the position of the largest entry of a matrix."""
     if is_sparse(gap):
         gap = gap.tocoo()
         i = int(np.argmax(gap.data))
@@ -98,7 +98,7 @@ def _place(gap: Any) -> tuple[int, int]:
 
 
 def check_mass(mass: Any) -> None:
-    """Refuse a mass matrix with which some motion has no kinetic energy."""
+    """Refuse a mass matrix with a motion without kinetic energy."""
     diagonal = mass.diagonal()
     if diagonal.min() <= 0.0:
         i = int(np.argmin(diagonal))
@@ -113,7 +113,7 @@ def check_mass(mass: Any) -> None:
 
 
 def check_stiffness(stiffness: Any, mass: Any) -> None:
-    """Refuse a stiffness matrix with which some motion sets elastic energy free."""
+    """Refuse a stiffness matrix with a motion of negative elastic energy."""
     # Beside the largest stiffness to mass ratio, which bounds the rounding of all others.
     rate = fastest_rate(stiffness, mass) or 1.0
     if not positive_definite(stiffness + 1e-10 * rate * mass):
@@ -124,7 +124,7 @@ def check_stiffness(stiffness: Any, mass: Any) -> None:
 
 
 def fastest_rate(stiffness: Any, mass: Any) -> float:
-    """About the largest eigenvalue [rad^2/s^2], beside which rounding is measured."""
+    """Return the approximate largest eigenvalue [rad^2/s^2], the scale of rounding errors."""
     with np.errstate(over="ignore"):
         rate = float((abs(stiffness).sum(axis=0) / mass.diagonal()).max())
     if not np.isfinite(rate):
@@ -133,7 +133,7 @@ def fastest_rate(stiffness: Any, mass: Any) -> float:
 
 
 def factorised(matrix: Any, pivot_threshold: float | None = None) -> Any:
-    """The triangular factors of a sparse symmetric matrix."""
+    """Return the triangular factors of a sparse symmetric matrix."""
     from scipy.sparse.linalg import splu
 
     return splu(
@@ -145,7 +145,7 @@ def factorised(matrix: Any, pivot_threshold: float | None = None) -> Any:
 
 
 def positive_definite(matrix: Any) -> bool:
-    """Whether all eigenvalues are above zero."""
+    """Return whether all eigenvalues are above zero."""
     if is_sparse(matrix):
         try:
             # Without pivoting the signs of the pivots are those of the eigenvalues.
@@ -169,7 +169,7 @@ def vector(name: str, value: ArrayLike, size: int) -> Floats:
 
 
 def direction_matrix(name: str, value: Any, size: int, last: Sequence[int] = ()) -> Any:
-    """Directions as columns, (size, joints) or (size, nodes, one of ``last``), or an error."""
+    """Validate directions as columns, (size, joints) or (size, nodes, one of ``last``)."""
     array = floats(name, value.toarray() if is_sparse(value) else value)
     expected = f"({size},) or ({size}, joints)"
     if last:
@@ -192,7 +192,7 @@ def direction_matrix(name: str, value: Any, size: int, last: Sequence[int] = ())
 
 
 def linear_modes(stiffness: Any, mass: Any, count: int | None = None) -> tuple[Floats, Floats]:
-    """Squares of the angular frequencies, rising, and the shapes, each of modal mass 1 kg."""
+    """Return squared angular frequencies, rising, and shapes of modal mass 1 kg."""
     size = mass.shape[0]
     if is_sparse(mass) or is_sparse(stiffness):
         if size > LARGEST_DENSE and count is not None and count < size - 1:
@@ -219,12 +219,12 @@ def _few_modes(stiffness: Any, mass: Any, count: int) -> tuple[Floats, Floats]:
 
 
 def dense(matrix: Any) -> Floats:
-    """The matrix with all its zeros."""
+    """Convert a matrix to a dense array."""
     return np.asarray(matrix.toarray() if is_sparse(matrix) else matrix)
 
 
 def rigid_count(squares: Floats, stiffness: Any, mass: Any) -> int:
-    """Number of the lowest modes whose frequency is rounding."""
+    """Return the number of lowest modes whose frequency is zero up to rounding."""
     rate = fastest_rate(stiffness, mass)
     return int(np.count_nonzero(squares <= 50.0 * mass.shape[0] * 2.3e-16 * rate))
 
@@ -241,7 +241,7 @@ _NAMES = {
 def load_matrices(
     path: str | os.PathLike[str], names: Mapping[str, str], limit: int
 ) -> tuple[Any, Any, Any]:
-    """Mass, stiffness and, if there is one, damping; see :meth:`microslip.Structure.load`."""
+    """Load mass, stiffness and optional damping; see :meth:`microslip.Structure.load`."""
     for name in names:
         if name not in _NAMES:
             raise InputError(
@@ -290,13 +290,13 @@ def _missing(name: str, content: Mapping[str, Any]) -> str:
 
 
 def _read(file: Path, read: Callable[[Path], Any], limit: int) -> Any:
-    """Result of a reader on a file; any exception names the file."""
+    """Read a file; any exception names the file."""
     with reading(file, "matrices", limit), decoded(f"{file.suffix.lower()} file"):
         return read(file)
 
 
 def _npz(file: Path) -> dict[str, Any]:
-    """Arrays, and sparse matrices as their coordinates."""
+    """Return the arrays of a file, and its sparse matrices as coordinates."""
     arrays = archived(file)
     result: dict[str, Any] = {name: array for name, array in arrays.items() if "." not in name}
     for name in {name.partition(".")[0] for name in arrays if "." in name}:
@@ -308,7 +308,7 @@ def _npz(file: Path) -> dict[str, Any]:
 
 
 class Placed(NamedTuple):
-    """A matrix, and the degrees of freedom of its rows and columns: grid and component."""
+    """Matrix with the grid and component of its rows and columns."""
 
     values: Any
     rows: list[list[int]]
@@ -316,7 +316,7 @@ class Placed(NamedTuple):
 
 
 def _nastran(file: Path) -> dict[str, Any]:
-    """DMIG cards of a punch file, matrices of OUTPUT2 and OUTPUT4 files."""
+    """Return the matrices of a punch (DMIG), OUTPUT2 or OUTPUT4 file."""
     content = parsed(
         f"{file.suffix.lower()} file",
         file,
@@ -331,7 +331,7 @@ def _nastran(file: Path) -> dict[str, Any]:
 
 
 def read_nastran(path: Path) -> dict[str, Any]:
-    """Matrices by pyYeti, in a child process; those of cards with their degrees of freedom."""
+    """Read matrices by pyYeti in a child process; DMIG cards with degrees of freedom."""
     with needed_for("Nastran's files are read by", "nastran"):
         from pyyeti.nastran import bulk, op2, op4
     kind, file = path.suffix.lower(), str(path)
@@ -356,7 +356,7 @@ def read_nastran(path: Path) -> dict[str, Any]:
 
 
 def _aligned(file: Path, matrices: dict[str, Any]) -> dict[str, Any]:
-    """Matrices over all degrees of freedom that one of them has: by grid, then by component."""
+    """Expand matrices to all degrees of freedom of any of them, by grid, then by component."""
     from scipy.sparse import coo_matrix
 
     placed = {kind: matrix for kind, matrix in matrices.items() if isinstance(matrix, Placed)}
@@ -368,14 +368,14 @@ def _aligned(file: Path, matrices: dict[str, Any]) -> dict[str, Any]:
 
 
 def _folder(folder: Path, limit: int) -> dict[str, Any]:
-    """Matrix Market files by their names."""
+    """Read Matrix Market files by name."""
     return {file.stem: _read(file, market_matrix, limit) for file in sorted(folder.glob("*.mtx"))}
 
 
 def save_matrices(
     path: str | os.PathLike[str], mass: Any, stiffness: Any, damping: Any, overwrite: bool
 ) -> None:
-    """Write an ``.npz`` file, whole or not at all."""
+    """Write an ``.npz`` file, completely or not at all."""
     file = Path(path)
     if file.suffix.lower() != ".npz":
         raise InputError(f"path must end in .npz, got {show(file.name)}")

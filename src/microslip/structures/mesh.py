@@ -30,13 +30,13 @@ FACETS = {
 
 
 def facets_of(cells: Indices, kind: str) -> Indices:
-    """Corners of all facets of cells, one cell after the other."""
+    """Return the corners of all facets of cells, one cell after the other."""
     patterns = np.array(FACETS[kind])
     return np.asarray(cells[:, patterns].reshape(-1, patterns.shape[1]))
 
 
 def outer(facets: Indices) -> Indices:
-    """Faces of one cell alone."""
+    """Return the facets that belong to one cell only."""
     _, first, count = np.unique(
         np.sort(facets, axis=1), axis=0, return_index=True, return_counts=True
     )
@@ -53,7 +53,7 @@ class Body(NamedTuple):
 
 
 class ContactFaces(NamedTuple):
-    """Two faces that touch, each by the corners of its facets."""
+    """Two faces in contact, each by the corners of its facets."""
 
     name: str
     lower: Indices
@@ -61,7 +61,7 @@ class ContactFaces(NamedTuple):
 
 
 class Shank(NamedTuple):
-    """Cells of the shank of a bolt, and the direction of its axis from the lower to the upper."""
+    """Cells of the shank of a bolt, and the direction of its axis from lower to upper side."""
 
     name: str
     cells: Indices
@@ -70,7 +70,7 @@ class Shank(NamedTuple):
 
 @dataclass(frozen=True)
 class JointMesh:
-    """A mesh of hexahedra or tetrahedra with its bodies, its contact faces and its bolts.
+    """Mesh of hexahedra or tetrahedra with its bodies, contact faces and bolts.
 
     Corners are in VTK's order. Cells that share corners are joined; the two sides of a contact
     share none.
@@ -87,7 +87,7 @@ class JointMesh:
 
 
 def slack_bolts(slack: Any, count: int) -> list[int]:
-    """Numbers of slack bolts from 0, each once, or an error."""
+    """Validate the numbers of slack bolts; return them counted from 0."""
     given = [slack] if np.ndim(slack) == 0 else list(slack)
     numbers = [whole_number("slack", number, 1, count) - 1 for number in given]
     if len(set(numbers)) < len(numbers):
@@ -96,13 +96,13 @@ def slack_bolts(slack: Any, count: int) -> list[int]:
 
 
 def tight(tension: Any, slack: Any) -> Floats:
-    """Tensions of the bolts that are not slack [N]."""
+    """Return the tensions of the bolts that are not slack [N]."""
     every = floats("tension", tension, "N")
     return np.delete(every, slack_bolts(slack, len(every)))
 
 
 def loosened(mesh: JointMesh, slack: Any) -> JointMesh:
-    """A mesh whose slack bolts, counted from 1, tie nothing: their shanks are cut in the middle."""
+    """Return a mesh whose slack bolts, counted from 1, are cut in the middle of their shanks."""
     numbers = slack_bolts(slack, len(mesh.shanks))
     points, cells = mesh.points, mesh.cells.copy()
     for number in numbers:
@@ -120,7 +120,7 @@ def loosened(mesh: JointMesh, slack: Any) -> JointMesh:
 
 
 def check_elastic(material: Material) -> None:
-    """Refuse what finite elements cannot take."""
+    """Refuse a material that finite elements cannot represent."""
     if not isinstance(material, Material):
         raise InputError(f"material must be a Material, got {show(material)}")
     if material.is_rigid or not -1.0 < material.poisson_ratio < 0.49:
@@ -131,7 +131,7 @@ def check_elastic(material: Material) -> None:
 
 
 def check_count(hexahedra: int, sizes: Iterable[float]) -> None:
-    """Refuse more elements than memory is meant for."""
+    """Refuse more elements than memory can hold."""
     if hexahedra > _MOST_CELLS:
         lengths = " x ".join(f"{size:.4g}" for size in sizes)
         raise InputError(
@@ -146,7 +146,7 @@ SIDE = 4
 
 
 class Plan(NamedTuple):
-    """Quadrilaterals in plan: corners, and which of them are what."""
+    """Quadrilaterals in plan: corners, and the region of each."""
 
     points: Floats
     plate: list[tuple[int, ...]]
@@ -163,7 +163,7 @@ class Plan(NamedTuple):
 
 @dataclass
 class _Points:
-    """Points by their place, each once."""
+    """Points by position, each stored once."""
 
     scale: float
     places: list[tuple[float, ...]] = field(default_factory=list)
@@ -181,7 +181,7 @@ class _Points:
 def plan(
     columns: Floats, rows: Floats, bolts: Bolts, half: float, scale: float, side: int = SIDE
 ) -> Plan:
-    """The lap in plan: cells between columns and rows, and rings in the squares around bolts.
+    """Return the lap in plan: cells between grid lines, and rings around bolts.
 
     The grid lines [m] hold the sides of the squares, of ``half`` a side [m]; points nearer to each
     other than ``scale`` [m] are one. ``side`` cells lie along each side of a square.
@@ -248,7 +248,7 @@ def plan(
 
 
 def _core(at: _Points, centre: Floats, border: Floats, n: int) -> list[tuple[int, ...]]:
-    """A grid inside a closed border of 4 n points, by transfinite interpolation."""
+    """Return a grid inside a closed border of 4 n points, by transfinite interpolation."""
     bottom, right = border[: n + 1], border[n : 2 * n + 1]
     top = border[2 * n : 3 * n + 1][::-1]
     left_side = np.concatenate([border[3 * n :], border[:1]])[::-1]
@@ -273,7 +273,7 @@ def _core(at: _Points, centre: Floats, border: Floats, n: int) -> list[tuple[int
 def lines(
     start: float, stop: float, marks: Iterable[tuple[float, float]], size: float, side: int = SIDE
 ) -> Floats:
-    """Grid lines from start to stop, ``side`` cells in each marked span and cells of a size."""
+    """Return grid lines from start to stop, ``side`` cells in each marked span."""
     places = [start]
     for low, high in sorted(marks):
         places += list(_steps(places[-1], low, size)[1:])
@@ -288,7 +288,7 @@ def _steps(start: float, stop: float, size: float) -> Floats:
 
 
 def widening(start: float, stop: float, size: float, largest: float) -> Floats:
-    """Grid lines from start to stop, in either direction, cells growing by 1.4 up to a size."""
+    """Return grid lines in either direction, with cells growing by 1.4 up to a size."""
     span, cells = abs(stop - start), [size]
     while sum(cells) < span:
         cells.append(min(1.4 * cells[-1], largest))
@@ -296,8 +296,8 @@ def widening(start: float, stop: float, size: float, largest: float) -> Floats:
     return start + math.copysign(1.0, stop - start) * marks
 
 
-def square_half(bolts: Bolts, lap: float, width: float) -> float:
-    """Half the side of the squares around bolts [m], between washers and what is beside them."""
+def bolt_block_half_width(bolts: Bolts, lap: float, width: float) -> float:
+    """Return the half-width of the square mesh block around each bolt [m]."""
     radius = 0.5 * bolts.washer
     # The corner of a 16-sided washer of its area lies a little outside.
     need = 1.02 * radius
@@ -329,7 +329,7 @@ def square_half(bolts: Bolts, lap: float, width: float) -> float:
 
 
 class Solids:
-    """Hexahedra by layers over a plan; cells share corners only on the same side of the joint."""
+    """Hexahedra in layers over a plan; cells share corners only on one side of the joint."""
 
     def __init__(self, scale: float) -> None:
         self._at = _Points(scale)
@@ -342,7 +342,7 @@ class Solids:
         heights: Floats,
         sides: Iterable[object],
     ) -> range:
-        """Put layers of cells over a plan; ``sides`` says at each height whose corners they are."""
+        """Add layers of cells over a plan; ``sides`` is the side of the joint at each height."""
         start = len(self.cells)
         sides = list(sides)
         for quad in quads:

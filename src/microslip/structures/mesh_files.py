@@ -55,7 +55,7 @@ _LARGEST = 100.0  # metres, beyond which a mesh is taken to be in millimetres
 
 @dataclass(frozen=True, eq=False)
 class MeshedJoint(Locked):
-    """A bolted structure by a mesh of one's own; :meth:`read` makes it."""
+    """Bolted structure with a mesh from a file, created by :meth:`read`."""
 
     mesh: JointMesh
     """Bodies, contact faces and shanks."""
@@ -192,7 +192,7 @@ class MeshedJoint(Locked):
     def shank_sections(
         self, along: ArrayLike | None = None
     ) -> list[tuple[float, float, float, int]]:
-        """Sections of the shanks through their contacts, for pictures.
+        """Return the sections of the shanks through their contacts, for figures.
 
         Parameters
         ----------
@@ -230,7 +230,7 @@ class MeshedJoint(Locked):
         along: ArrayLike | None = None,
         slack: Any = (),
     ) -> ReducedJoint:
-        """The joint as a small linear model with contact patches.
+        """Reduce the joint to a small linear model with contact patches.
 
         Parameters
         ----------
@@ -277,7 +277,7 @@ def _direction(along: ArrayLike | None) -> Floats | None:
 
 
 def _nearest(mesh: JointMesh, place: Floats) -> int:
-    """Number of the contact nearest to a place."""
+    """Return the number of the contact nearest to a position."""
     middles = (mesh.points[contact.lower].mean(axis=1) for contact in mesh.contacts)
     return int(np.argmin([np.linalg.norm(m - place, axis=1).min() for m in middles]))
 
@@ -291,7 +291,7 @@ def _axis(mesh: JointMesh, members: Indices) -> Floats:
 
 
 def _meshio(path: Path, limit: int) -> SimpleNamespace:
-    """Points, cells and names of a mesh."""
+    """Return points, cells and names of a mesh."""
     with reading(path, "a mesh", limit):
         content = parsed(
             "mesh", path, read_mesh, libraries=["meshio"], bytes_a_second=_BYTES_A_SECOND
@@ -301,7 +301,7 @@ def _meshio(path: Path, limit: int) -> SimpleNamespace:
 
 
 def read_mesh(path: Path) -> dict[str, Any]:
-    """A mesh by meshio, in a child process; all numbers of nodes and cells are those of some."""
+    """Read a mesh by meshio in a child process; validate all node and cell numbers."""
     with needed_for("meshes are read by"):
         import meshio
     try:
@@ -375,7 +375,7 @@ def _numbered_groups(cell_data: Mapping[str, Any]) -> dict[str, list[Indices]]:
 
 
 def _solids(path: Path, file: Any) -> tuple[str, Indices, list[Indices]]:
-    """The kind of the solid cells, their corners, and the numbers of those of each block."""
+    """Return the kind of the solid cells, their corners, and the numbers of each block."""
     kinds = {_SOLIDS[block.type] for block in file.cells if block.type in _SOLIDS}
     unsupported = {b.type for b in file.cells if b.type.startswith(("wedge", "pyramid"))}
     if len(kinds) != 1 or unsupported:
@@ -414,7 +414,7 @@ class _Names:
             )
 
     def listed(self) -> str:
-        """Names in the file."""
+        """Names in the file, formatted."""
         names = sorted({*self._sets, *self._nodes})
         return quoted(names[:12], "and") + (" and more" if len(names) > 12 else "")
 
@@ -426,7 +426,7 @@ class _Names:
         )
 
     def volume(self, name: str) -> Indices:
-        """Numbers of the solid cells of this name."""
+        """Return the numbers of the solid cells of a name."""
         if name not in self._sets:
             raise self._missing(name, "volume")
         pairs = zip(self._numbers, self._sets[name], strict=True)
@@ -437,14 +437,14 @@ class _Names:
         return np.asarray(result, dtype=np.int64)
 
     def nodes(self, name: str, kind: str, cells: Indices) -> Indices:
-        """Corners of a volume, or of the facets of a face."""
+        """Return the corners of a volume, or of the facets of a face."""
         try:
             return cells[self.volume(name)]
         except InputError:
             return self.face(name, kind, cells)
 
     def face(self, name: str, kind: str, cells: Indices) -> Indices:
-        """Corners of the facets of this name, as the file counts nodes."""
+        """Return the corners of the facets of a name, in the node numbers of the file."""
         if name in self._sets:
             parts = []
             for block, index in zip(self._file.cells, self._sets[name], strict=True):

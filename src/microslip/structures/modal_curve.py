@@ -20,7 +20,7 @@ from microslip.structures.modal_model import Answer
 
 
 class Resonance(NamedTuple):
-    """A multiple of a mode's frequency close to the frequency of another mode."""
+    """Multiple of a mode's frequency close to the frequency of another mode."""
 
     amplitude: float
     """Amplitudes of the curve at which they are closest."""
@@ -33,7 +33,7 @@ class Resonance(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ModalCurve(Answer, Plottable):
-    """A nonlinear mode along amplitudes; made by ``structure.modes(...)``.
+    """Nonlinear mode along amplitudes, the result of ``structure.modes(...)``.
 
     Amplitudes that the solver did not reach hold NaN; ``message`` says where and why.
     """
@@ -85,24 +85,24 @@ class ModalCurve(Answer, Plottable):
 
     @property
     def status(self) -> str:
-        """``solved``, or ``stopped`` where some amplitudes were not reached."""
+        """``solved``, or ``stopped`` if some amplitudes were not reached."""
         return "solved" if bool(self.converged.all()) else "stopped"
 
     @cached_property
     def other_method(self) -> ModalCurve:
-        """The same by the other method; solved when first asked for."""
+        """The mode by the other method, computed at the first access."""
         if self._solve_by_other is None:
             raise InputError("other_method is not kept in a curve that was read or copied")
         return self._solve_by_other()
 
     @property
     def frequency_difference(self) -> Floats:
-        """Quasi-static over balanced frequency, less one [-]."""
+        """Quasi-static over balanced frequency, minus one [-]."""
         return self._difference("frequency")
 
     @property
     def damping_difference(self) -> Floats:
-        """Quasi-static over balanced damping ratio, less one [-]; base damping counts in both."""
+        """Quasi-static over balanced damping ratio, minus one [-], both with base damping."""
         return self._difference("damping_ratio")
 
     def _difference(self, name: str) -> Floats:
@@ -123,14 +123,14 @@ class ModalCurve(Answer, Plottable):
 
     @cached_property
     def harmonic_changes(self) -> Floats:
-        """Changes of frequency and damping ratio by further harmonics [-], (amplitudes, 2)."""
+        """Relative changes of frequency and damping by further harmonics [-], (amplitudes, 2)."""
         if self._with_more_harmonics is None:
             return np.full((self.frequency.size, 2), np.nan)
         return self._with_more_harmonics()
 
     @cached_property
     def decay_damping_ratio(self) -> Floats:
-        """Damping ratios that a free decay shows as it passes these amplitudes [-].
+        """Damping ratio of a free decay at these amplitudes [-].
 
         What a cycle takes of an amplitude a is its loss over dE/da, and that is not omega^2 a: with
         g = d ln omega/d ln a without the joints' part, it is (1 + g/2) times as much where springs
@@ -157,13 +157,13 @@ class ModalCurve(Answer, Plottable):
 
     @property
     def loss_share(self) -> Floats:
-        """Share of each joint in the loss of a cycle (amplitudes, joints) [-]."""
+        """Fraction of the loss per cycle in each joint (amplitudes, joints) [-]."""
         total = self.loss.sum(axis=1, keepdims=True)
         share = np.zeros_like(self.loss)
         return np.asarray(np.divide(self.loss, total, out=share, where=total > 0.0))
 
     def forced_response(self, force: ArrayLike, *, samples: int = 400) -> tuple[Floats, Floats]:
-        """Response near the resonance in closed form, from this curve alone.
+        """Return the response near the resonance in closed form, from this curve alone.
 
         Parameters
         ----------
@@ -240,7 +240,7 @@ _BELOW = 1e-3  # of the smallest amplitude of a curve, below which the mode is l
 
 
 def sides(amplitude: Floats, omega: Floats, damping: Floats, push: Floats) -> tuple[Floats, Floats]:
-    """Squares of the angular frequencies at which a mode answers with its amplitudes [1/s^2].
+    """Return the squared angular frequencies of the response at given amplitudes [1/s^2].
 
     Below and above the resonance, of (omega^2 - W^2)^2 + (2 zeta omega W)^2 = (push/a)^2; not a
     number at amplitudes beyond the peak (Szemplinska-Stupnicka 1979, DOI
@@ -253,7 +253,7 @@ def sides(amplitude: Floats, omega: Floats, damping: Floats, push: Floats) -> tu
 
 
 class Resonant(NamedTuple):
-    """Answers of several samples of a mode to one force."""
+    """Responses of several samples of a mode to one force."""
 
     peak: Floats
     """Amplitude and frequency [Hz] of each peak, (samples, 2); beyond a curve its end."""
@@ -263,8 +263,8 @@ class Resonant(NamedTuple):
     """The largest lasting amplitude at each frequency, (samples, frequencies)."""
 
 
-def refined(amplitude: Floats, logs: Floats) -> tuple[Floats, Floats]:
-    """Many amplitudes and values there, of columns of logarithms (samples, columns, amplitudes).
+def interpolate_in_amplitude(amplitude: Floats, logs: Floats) -> tuple[Floats, Floats]:
+    """Interpolate log-curves onto a fine amplitude grid, shapes (samples, columns, amplitudes).
 
     Monotone cubics of ln(amplitude); below its smallest amplitude a mode is linear.
     """
@@ -279,7 +279,7 @@ def refined(amplitude: Floats, logs: Floats) -> tuple[Floats, Floats]:
 def resonant(
     amplitude: Floats, frequency: Floats, damping: Floats, push: Floats, at: Floats
 ) -> Resonant:
-    """Answers of finely spaced curves (samples, amplitudes) to a push, at frequencies [Hz].
+    """Return responses of finely spaced curves (samples, amplitudes) at frequencies [Hz].
 
     Where a frequency has several motions, the largest.
     """
@@ -322,7 +322,7 @@ def resonant(
 def with_phase(
     amplitude: Floats, frequency: Floats, damping: Floats, push: Floats, at: Floats
 ) -> NDArray[np.complex128]:
-    """Motions of one finely spaced curve with their phase to the push, at frequencies [Hz].
+    """Return the complex response of one finely spaced curve at frequencies [Hz].
 
     Not a number where they lie beyond the curve.
     """
@@ -354,12 +354,12 @@ SHIFT = Rule(
 
 
 def added_damping(shift: float) -> float:
-    """Damping ratio that friction adds as it lowers a frequency by a share ``shift`` [-]."""
+    """Return the damping ratio that friction adds as it lowers a frequency by ``shift`` [-]."""
     return 2.0 / math.pi * 2.0 * shift / 3.0
 
 
 def judge_shift(name: str, amplitude: Floats, frequency: Floats, damping: Floats) -> Verdict:
-    """Hold a backbone's shift from its smallest amplitudes to its largest to its damping."""
+    """Compare the frequency shift over a backbone with the damping that it implies."""
     rule, order = SHIFT, np.argsort(amplitude)
     third = max(1, amplitude.size // 3)
     low, high = order[:third], order[-third:]

@@ -31,7 +31,7 @@ _MODES_KEPT = 40  # modes of a larger structure, besides its answers to each joi
 
 @dataclass(frozen=True, eq=False)
 class ModalModel:
-    """Coordinates q with x = shapes q, q'' + damping q' + squares q + joint forces = 0.
+    """Modal equations x = shapes q, q'' + damping q' + squares q + joint forces = 0.
 
     The joint forces are what the joints give beyond their stiffness at rest, which is in the
     squares of the frequencies. Rigid motions, which no joint feels, are left out.
@@ -55,7 +55,7 @@ class ModalModel:
         return self.squares.size
 
     def joints(self, line: Floats) -> ModalJoints:
-        """The joints, their tangential lines along the motion of modal coordinates ``line``."""
+        """Return the joints, their tangential directions along the modal motion ``line``."""
         shape = self.shapes @ line
         pairs = zip(self.attachments, self.motions, strict=True)
         groups = [joints.group(motion, joints.columns.T @ shape) for joints, motion in pairs]
@@ -63,7 +63,7 @@ class ModalModel:
 
 
 class ModalJoints:
-    """The groups of joints with their directions in modal coordinates."""
+    """Groups of joints with their directions in modal coordinates."""
 
     def __init__(self, groups: Sequence[JointGroup], shapes: Floats) -> None:
         self.groups = list(groups)
@@ -80,18 +80,18 @@ class ModalJoints:
 
     @cached_property
     def parts(self) -> list[slice]:
-        """Positions of the coordinates of each group."""
+        """Slices of the coordinates of each group."""
         ends = np.cumsum([0] + [g.stuck.size for g in self.groups])
         return [slice(int(a), int(b)) for a, b in pairwise(ends)]
 
     def carried(self, motion: Floats) -> Floats:
-        """Motions of the joints (coordinates, inputs) with one of all degrees of freedom."""
+        """Return joint motions (coordinates, inputs) for a motion of all degrees of freedom."""
         sides = [np.tensordot(group.directions, motion, axes=(0, 0)) for group in self.groups]
         inputs = motion.shape[1]
         return np.concatenate([np.zeros((0, inputs)), *(s.reshape(-1, inputs) for s in sides)])
 
     def split(self, values: Floats) -> list[Floats]:
-        """Values by coordinate, (coordinates, ...), as (joints, coordinates, ...) of each group."""
+        """Split values (coordinates, ...) into (joints, coordinates, ...) per group."""
         return [
             values[part].reshape(*group.stuck.shape, *values.shape[1:])
             for part, group in zip(self.parts, self.groups, strict=True)
@@ -100,7 +100,7 @@ class ModalJoints:
     def answers(
         self, displacement: Floats, laws: Sequence[Callable[[Floats], tuple[Floats, Floats]]]
     ) -> tuple[Floats, list[Floats]]:
-        """Forces and tangents by what each group answers to its own displacements."""
+        """Return forces and tangents of each group at its own displacements."""
         force = np.zeros(self.stuck.size)
         slopes = []
         for part, law, u in zip(self.parts, laws, self.split(displacement), strict=True):
@@ -110,7 +110,7 @@ class ModalJoints:
         return force, slopes
 
     def by_tangents(self, left: Floats, slopes: list[Floats]) -> Floats:
-        """A matrix (..., coordinates) times the tangent matrix, which couples a joint's own."""
+        """Multiply a matrix (..., coordinates) by the block-diagonal tangent matrix."""
         result: Floats = -left * self.stuck
         for part, slope in zip(self.parts, slopes, strict=True):
             joints, width = slope.shape[:2]
@@ -119,7 +119,7 @@ class ModalJoints:
         return result
 
     def tangent_matrix(self, slopes: list[Floats]) -> Floats:
-        """Change of the forces beyond sticking, by coordinate (coordinates, coordinates)."""
+        """Return the tangent of the forces beyond sticking (coordinates, coordinates)."""
         result = np.zeros((self.stuck.size, self.stuck.size))
         for part, slope in zip(self.parts, slopes, strict=True):
             joints, width = slope.shape[:2]
@@ -137,7 +137,7 @@ def modal_model(
     attachments: tuple[Attachment, ...],
     motions: Sequence[Floats],
 ) -> ModalModel:
-    """The modes about a static state; all of them, or of a large structure those that matter."""
+    """Return the modes about a static state: all, or those that matter in a large structure."""
     stuck_matrix = stuck_stiffness(stiffness, attachments, motions)
     if mass.shape[0] <= LARGEST_WHOLE:
         squares, shapes = linear_modes(stuck_matrix, mass)
@@ -157,7 +157,7 @@ def modal_model(
 def stuck_stiffness(
     stiffness: Any, attachments: tuple[Attachment, ...], motions: Sequence[Floats]
 ) -> Any:
-    """The stiffness with all joints sticking about a static state."""
+    """Return the stiffness with all joints sticking about a static state."""
     columns = all_columns(attachments, stiffness.shape[0])
     springs = [a.stuck(u) for a, u in zip(attachments, motions, strict=True)]
     stuck = np.concatenate([*springs, np.zeros(0)])
@@ -170,7 +170,7 @@ def stuck_stiffness(
 
 
 def _reduced(stiffness: Any, mass: Any, columns: Floats) -> tuple[Floats, Floats, Floats]:
-    """The lowest modes and the static answers to each joint's force (mode acceleration).
+    """Return the lowest modes and the static responses to each joint's force (mode acceleration).
 
     Their span holds the static deflection under any joint forces exactly.
     """
@@ -198,7 +198,7 @@ def _reduced(stiffness: Any, mass: Any, columns: Floats) -> tuple[Floats, Floats
 
 
 def _answers(stiffness: Any, mass: Any, columns: Floats) -> Floats:
-    """Static displacements under a unit force along each column."""
+    """Return the static displacements under a unit force along each column."""
     # A shift far below the first frequency makes up for rigid motions.
     shift = 1e-10 * fastest_rate(stiffness, mass)
     matrix = stiffness + shift * mass
@@ -208,7 +208,7 @@ def _answers(stiffness: Any, mass: Any, columns: Floats) -> Floats:
 
 
 class Answer(LockedArrays):
-    """A motion that a solver followed as far as it could."""
+    """Motion that a solver followed, completely or in part."""
 
     message: str
 
@@ -218,20 +218,20 @@ class Answer(LockedArrays):
         return "solved" if self.message.startswith("solved") else "stopped"
 
     def _sizes(self, columns: Floats) -> Floats:
-        """Sizes of displacements along columns (n, k), (..., k) [m]."""
+        """Return the largest displacements along columns (n, k), (..., k) [m]."""
         raise NotImplementedError
 
 
 class ModalAnswer(Answer):
-    """A motion in modal coordinates, on a base that may move."""
+    """Motion in modal coordinates on a base that may move."""
 
     _shapes: Floats
     _carried: Floats
 
     def _at(self, sensor: ArrayLike) -> Floats:
-        """Direction of a sensor in modal coordinates (modes,)."""
+        """Return the direction of a sensor in modal coordinates (modes,)."""
         return np.asarray(self._shapes.T @ vector("at", sensor, self._shapes.shape[0]))
 
     def _carried_at(self, sensor: ArrayLike) -> Any:
-        """Motion at the sensor by a unit of the base, or of each of its inputs [-]."""
+        """Return the motion at the sensor per unit motion of the base, or of each input [-]."""
         return vector("at", sensor, self._shapes.shape[0]) @ self._carried

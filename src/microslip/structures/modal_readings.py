@@ -22,7 +22,7 @@ signal that goes on as it began."""
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FreeDecay(LockedArrays):
-    """Amplitude, frequency and damping ratio along a decaying signal; made by ``read_decay``.
+    """Amplitude, frequency and damping ratio of a decaying signal, from ``read_decay``.
 
     By zero crossings, and by the analytic signal (Feldman 2011, DOI 10.1016/j.ymssp.2010.07.018).
     """
@@ -48,7 +48,7 @@ class FreeDecay(LockedArrays):
 
 
 def read_decay(time: ArrayLike, signal: ArrayLike) -> FreeDecay:
-    """Amplitude, frequency and damping of a free decay, cycle by cycle.
+    """Compute amplitude, frequency and damping of a free decay, cycle by cycle.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def read_decay(time: ArrayLike, signal: ArrayLike) -> FreeDecay:
 
 
 def _signal(time: ArrayLike, signal: ArrayLike) -> tuple[Floats, Floats]:
-    """Times and values of a signal whose powers are still numbers."""
+    """Validate times and signal, and scale the signal so that its powers are finite."""
     t, x = np.atleast_1d(record("time", time, "s")), np.atleast_1d(record("signal", signal))
     if t.size != x.size:
         raise InputError(f"signal must have one value for each of the {t.size} times, got {x.size}")
@@ -114,7 +114,7 @@ def _signal(time: ArrayLike, signal: ArrayLike) -> tuple[Floats, Floats]:
 
 
 def _crossings(t: Floats, x: Floats) -> Floats:
-    """Times of the rising zero crossings, by the cubic through four samples."""
+    """Return the times of the rising zero crossings, by the cubic through four samples."""
     low = np.flatnonzero((x[:-1] < 0.0) & (x[1:] >= 0.0))
     low = low[(low > 0) & (low < x.size - 2)]
     share = -x[low] / (x[low + 1] - x[low])
@@ -125,7 +125,7 @@ def _crossings(t: Floats, x: Floats) -> Floats:
 
 
 def _cubic(x: Floats, i: np.ndarray, s: Floats) -> tuple[Floats, Floats]:
-    """Lagrange's cubic through samples i - 1 ... i + 2 at i + s, and its slope by s."""
+    """Return Lagrange's cubic through samples i - 1 ... i + 2 at i + s, and its slope by s."""
     a, b, c, d = x[i - 1], x[i], x[i + 1], x[i + 2]
     third = (d - 3.0 * c + 3.0 * b - a) / 6.0
     second = 0.5 * (a - 2.0 * b + c)
@@ -135,7 +135,7 @@ def _cubic(x: Floats, i: np.ndarray, s: Floats) -> tuple[Floats, Floats]:
 
 
 def _peaks(t: Floats, x: Floats, rising: Floats) -> Floats:
-    """Largest and smallest value of each cycle, by the parabola through three samples."""
+    """Return the extremes of each cycle, by the parabola through three samples."""
     result = np.empty((rising.size - 1, 2))
     for k, (begin, end) in enumerate(pairwise(rising)):
         i, j = np.searchsorted(t, (begin, end))
@@ -148,7 +148,7 @@ def _peaks(t: Floats, x: Floats, rising: Floats) -> Floats:
 
 
 def _analytic(t: Floats, x: Floats, middle: Floats, period: Floats) -> tuple[Floats, Floats]:
-    """Frequency and damping by the analytic signal, each over a cycle around the middles."""
+    """Return frequency and damping by the analytic signal, each over one cycle."""
     from scipy.signal import hilbert
 
     signal = hilbert(x)
@@ -175,7 +175,7 @@ Values = tuple[Floats, Floats, Floats]
 
 
 def ring_down(time: ArrayLike, signal: ArrayLike, points: Any, quantity: Any, band: Any) -> Values:
-    """See :meth:`microslip.ModalTest.from_ring_down`."""
+    """Read a ring-down; see :meth:`microslip.ModalTest.from_ring_down`."""
     points, power = whole_number("points", points, 1, 1000), power_of(quantity)
     t, x = _signal(time, signal)
     if t.size > 16:
@@ -206,7 +206,7 @@ def ring_down(time: ArrayLike, signal: ArrayLike, points: Any, quantity: Any, ba
 
 
 def _check_decay(amplitude: Floats) -> None:
-    """Refuse what goes on as it began: the record of a rig, not of a free decay."""
+    """Refuse a signal that does not decay, such as the record of a rig."""
     logarithm, place = np.log(amplitude), np.linspace(-0.5, 0.5, amplitude.size)
     fall = -float(place @ logarithm) / float(place @ place)
     beside = logarithm - logarithm.mean() + fall * place
@@ -225,7 +225,7 @@ def _no_decay(first: float, last: float) -> InputError:
 def _means_in_time(
     time: Floats, amplitude: Floats, frequency: Floats, damping: Floats, points: int
 ) -> Values:
-    """Means over stretches of time in which the amplitude falls by one factor each.
+    """Return means over time intervals in which the amplitude falls by a common factor.
 
     The damping of a stretch is the slope of the logarithm of the amplitude in it, which many cycles
     tell better than two neighbours.
@@ -248,7 +248,7 @@ def _means_in_time(
 
 
 def _band_limits(band: Any) -> tuple[float, float]:
-    """Limits of a band [Hz]."""
+    """Validate the limits of a band [Hz]."""
     ends = floats("band", band, "Hz")
     if ends.shape != (2,):
         raise InputError(f"`band` must be two frequencies [Hz], (150.0, 220.0), got {show(band)}")
@@ -256,7 +256,7 @@ def _band_limits(band: Any) -> tuple[float, float]:
 
 
 def _filtered(x: Floats, step: float, low: float, high: float) -> Floats:
-    """Signal within a band, without a phase shift."""
+    """Filter a signal to a band without phase shift."""
     from scipy.signal import butter, sosfiltfilt
 
     if not 0.0 < low < high < 0.5 / step:
@@ -276,7 +276,7 @@ def _filtered(x: Floats, step: float, low: float, high: float) -> Floats:
 
 
 def _single_mode(x: Floats, step: float) -> Floats:
-    """The signal as it is, where one mode rings; else an error that lists them."""
+    """Return the signal if one mode rings; otherwise raise an error with the modes found."""
     fade = 0.5 + 0.5 * np.cos(np.linspace(0.0, math.pi, x.size))  # a ring-down begins with its most
     power = np.abs(np.fft.rfft(x * fade)) ** 2
     places = np.fft.rfftfreq(x.size, step)
@@ -297,7 +297,7 @@ def _single_mode(x: Floats, step: float) -> Floats:
 
 
 def _noise(x: Floats, step: float, width: float) -> float:
-    """Standard deviation of broad noise within a width [Hz], by the last third of a signal."""
+    """Return the standard deviation of broad-band noise in a width [Hz], from the last third."""
     tail = x[2 * x.size // 3 :]
     window = np.hanning(tail.size)
     power = 2.0 * step * np.abs(np.fft.rfft(tail * window)) ** 2 / float(np.sum(window**2))

@@ -108,7 +108,7 @@ class ModalTest(Locked):
             raise InputError(f"motion must be {quoted(get_args(Motion))}, got {show(self.motion)}")
 
     def damping_of(self, curve: ModalCurve) -> Floats:
-        """Damping ratio of a predicted mode as such a test measures it [-].
+        """Return the damping ratio of a predicted mode as measured by this kind of test [-].
 
         Parameters
         ----------
@@ -138,7 +138,7 @@ class ModalTest(Locked):
         band: tuple[float, float] | None = None,
         **attributes: Any,
     ) -> ModalTest:
-        """Read a test from the ring-down after a hammer's blow or a release.
+        """Read a test from the ring-down after a hammer impact or a release.
 
         Parameters
         ----------
@@ -176,7 +176,7 @@ class ModalTest(Locked):
         quantity: str = "displacement",
         **attributes: Any,
     ) -> ModalTest:
-        """Read a test from settled answers to a sine, stepped through a resonance.
+        """Read a test from steady responses to a sine stepped through a resonance.
 
         Parameters
         ----------
@@ -274,7 +274,7 @@ _GRAVITY = 9.80665
 
 
 def modal_kind(path: str | os.PathLike[str]) -> str | None:
-    """Kind of a file: a curve, a ring-down or a stepped sine; None for all else."""
+    """Return the kind of a file: curve, ring-down or stepped sine; None for all others."""
     try:
         there = understood(read_table(Path(path), "a modal test").columns)
         return _kind(_roles(there, {}), there)
@@ -285,7 +285,7 @@ def modal_kind(path: str | os.PathLike[str]) -> str | None:
 def read(
     path: Any, band: Any, points: Any, columns: Mapping[str, str]
 ) -> tuple[Values, dict[str, Any]]:
-    """See :meth:`microslip.ModalTest.read`: its values, and what else is known of it."""
+    """Return the values and properties of a file; see :meth:`microslip.ModalTest.read`."""
     try:
         place = Path(path)
     except TypeError:
@@ -325,7 +325,7 @@ def read(
 
 
 def _roles(columns: list[Named], stated: Mapping[str, str]) -> dict[str, Named]:
-    """Columns by what they are; the first that is called so."""
+    """Return the columns by meaning; the first column with a matching name counts."""
     roles = {role: find(columns, text, role) for role, text in stated.items()}
     for role, words in _WORDS.items():
         for column in columns:
@@ -382,7 +382,7 @@ def _stepped_sine(table: Table, roles: dict[str, Named], points: Any) -> Stepped
 
 
 def _sensed(table: Table, roles: Mapping[str, Named]) -> tuple[Floats, str]:
-    """Signal of the sensor [SI], and its quantity."""
+    """Return the signal of the sensor in SI units, and its quantity."""
     signals = [role for role in POWERS if role in roles]
     if len(signals) > 1:
         raise InputError(
@@ -398,7 +398,7 @@ def _sensed(table: Table, roles: Mapping[str, Named]) -> tuple[Floats, str]:
 
 
 def _column(table: Table, roles: Mapping[str, Named], role: str) -> Floats:
-    """Numbers of a column in SI units."""
+    """Return a column in SI units."""
     column, kind = roles[role], KINDS[role]
     (values,) = table.load([column.place])
     bad = np.flatnonzero(~np.isfinite(values))

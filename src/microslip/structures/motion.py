@@ -25,7 +25,7 @@ _RADIUS = 0.9  # spectral radius unless given
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Motion(Answer, PlottableAtSensor):
-    """A motion in time; made by ``structure.integrate(...)``. Displacements count from rest.
+    """Motion in time, the result of ``structure.integrate(...)``. Displacements count from rest.
 
     By exact modes where joints never part, else by the generalised-alpha method, see
     :meth:`microslip.Preload.integrate`.
@@ -60,7 +60,7 @@ class Motion(Answer, PlottableAtSensor):
 
     @cached_property
     def step_error(self) -> float:
-        """Largest error of a displacement for the length of the steps, over the largest one [-].
+        """Largest error of a displacement due to the step size, over the largest displacement [-].
 
         By the motion in steps twice and four times as long (Richardson 1911, DOI
         10.1098/rsta.1911.0009), of whatever order these show; solved when first asked for, which
@@ -83,12 +83,12 @@ class Motion(Answer, PlottableAtSensor):
 
     @property
     def dissipated_energy(self) -> Floats:
-        """Lost up to each time, by friction and by the damping matrix [J]."""
+        """Energy dissipated up to each time, by friction and by the damping matrix [J]."""
         return np.asarray(self.joint_loss.sum(axis=1) + self.viscous_energy)
 
     @property
     def stored_energy(self) -> Floats:
-        """Elastic energy of the structure and in its joints, counted from rest [J].
+        """Elastic energy of the structure and its joints, relative to rest [J].
 
         With it work = kinetic + stored + dissipated, to the error of the steps.
         """
@@ -97,7 +97,7 @@ class Motion(Answer, PlottableAtSensor):
 
     @property
     def energy_error(self) -> float:
-        """Largest gap in work = kinetic + elastic + joints + viscous, over the largest of them [-].
+        """Largest error of the energy balance over the largest energy [-].
 
         Of second order in the length of the steps. It says that no energy is lost on the way, not
         that the motion is right: where faces meet and part, :attr:`step_error` does.
@@ -135,7 +135,7 @@ def integrate(
     velocity: ArrayLike | None = None,
     spectral_radius: float | None = None,
 ) -> Motion:
-    """The motion in time under forces besides the static ones, or after a release.
+    """Compute the motion in time under forces in addition to static ones, or after a release.
 
     Parameters
     ----------
@@ -200,7 +200,7 @@ def integrate(
     work = _work(forces[:reached], x, cubic) + kinetic[0] + elastic[0] + joint[0]
 
     def with_steps(factor: int) -> Floats:
-        """Displacements in steps so many times as long."""
+        """Return the displacements with steps longer by a factor."""
         rows = slice(0, reached, factor)
         if len(times[rows]) < 2:
             return np.asarray(x[:1])
@@ -246,7 +246,7 @@ def march(
     speed: Floats | None = None,
     radius: float | None = None,
 ) -> March:
-    """Step through even times under modal forces (times, modes), from rest unless told."""
+    """Integrate with constant steps under modal forces (times, modes), from rest by default."""
     q, v = (np.zeros(force.shape[1]) if x is None else x for x in (place, speed))
     joints = model.joints(_line(model, q, v, force))
     step = float(np.diff(times).mean())
@@ -284,7 +284,7 @@ def march(
 
 
 def _work(force: Floats, path: Floats, cubic: bool) -> Floats:
-    """Work of a force along a path up to each time, by the trapezoidal rule or of cubics."""
+    """Return the work of a force along a path, by the trapezoidal rule or by cubics."""
     step, change = np.diff(path, axis=0), np.diff(force, axis=0)
     pieces = 0.5 * (force[1:] + force[:-1]) * step
     if cubic and len(path) > 2:
@@ -295,7 +295,7 @@ def _work(force: Floats, path: Floats, cubic: bool) -> Floats:
 
 
 def _line(model: ModalModel, q: Floats, v: Floats, force: Floats) -> Floats:
-    """A motion along which the joints will move most: that of the start, or of the force."""
+    """Return a modal motion that represents the direction of joint motion, from start or force."""
     elastic = slice(0, model.size)
     if q[elastic].any():
         return q[elastic]
@@ -310,7 +310,7 @@ def _line(model: ModalModel, q: Floats, v: Floats, force: Floats) -> Floats:
 
 
 def _forces(force: Any, times: Floats, size: int) -> Floats:
-    """Forces at each time, (times, n)."""
+    """Return the forces at each time (times, n)."""
     if force is None:
         return np.zeros((times.size, size))
     if callable(force):

@@ -52,7 +52,7 @@ class Solution(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ModeEquations:
-    """The equations of one nonlinear mode at an amplitude."""
+    """Equations of one nonlinear mode at an amplitude."""
 
     balance: Balance
     index: int
@@ -60,7 +60,7 @@ class ModeEquations:
     measure: AmplitudeMeasure
 
     def solve(self, guess: ModePoint, amplitude: float) -> Solution:
-        """Newton's method with a line search on the scaled residual.
+        """Solve by Newton's method with a line search on the scaled residual.
 
         While steps shrink the residual tenfold their factors are used again, since a residual
         costs a third of a factorisation; the tolerance of the solution does not change.
@@ -99,8 +99,8 @@ class ModeEquations:
         return Solution(point, converged, iterations, current.merit, current.answers)
 
     def unbalanced(self, point: ModePoint, amplitude: float) -> tuple[float, float]:
-        """Relative changes of a solution's frequency and damping by a step with more harmonics."""
-        basis = self.balance.basis.richer()
+        """Return the relative changes of frequency and damping by one step with more harmonics."""
+        basis = self.balance.basis.with_more_harmonics()
         richer = replace(self, balance=replace(self.balance, basis=basis))
         q = np.zeros((self.balance.model.size, basis.size))
         q[:, np.isin(basis.orders, self.balance.basis.orders)] = point.coefficients
@@ -128,7 +128,7 @@ class ModeEquations:
     def _newton_step(
         self, point: ModePoint, current: ModeResidual, factors: Elimination | None = None
     ) -> tuple[ModePoint | None, Elimination | None]:
-        """Return a step, by given factors where there are any, and the factors that made it."""
+        """Return a Newton step and its factors; given factors are used if there are any."""
         modes, size = self.balance.shape
         change = None
         if factors is None:
@@ -165,7 +165,7 @@ _FINEST = 0.01  # shortest step in the logarithm of the amplitude
 def follow(
     equations: ModeEquations, amplitudes: Floats
 ) -> tuple[list[Solution | None], int, int, float]:
-    """Solutions at amplitudes, None where there is none; iterations, steps, and how far it came.
+    """Return solutions (None without one), iterations, steps, and the largest amplitude reached.
 
     The predictor goes on straight in the logarithm of the amplitude: what grows in proportion to
     it, as all does for sticking joints, is predicted exactly.
@@ -188,7 +188,7 @@ def follow(
 
 
 def _first_solution(equations: ModeEquations, target: float) -> tuple[Solution | None, int, int]:
-    """The first amplitude: from the mode of sticking joints, further below where it must be."""
+    """Solve at the first amplitude, starting from sticking joints at smaller ones if needed."""
     iterations, steps, start = 0, 0, target
     while start > 0.9 * _SMALLEST * target:
         guess = _sticking_mode(equations, start)
@@ -205,7 +205,7 @@ def _first_solution(equations: ModeEquations, target: float) -> tuple[Solution |
 
 
 def _same_mode(point: ModePoint, guess: ModePoint) -> bool:
-    """Whether Newton's method stayed near its guess: it may converge to another motion."""
+    """Return whether a solution is near its guess: Newton's method may find another motion."""
     a, b = point.coefficients[:, 1:3].ravel(), guess.coefficients[:, 1:3].ravel()
     likeness = abs(float(a @ b)) / float(np.linalg.norm(a) * np.linalg.norm(b))
     return likeness > 0.8 and 0.7 < point.omega / guess.omega < 1.4
@@ -237,7 +237,7 @@ def _prediction(track: Sequence[tuple[float, ModePoint]], amplitude: float) -> M
 
 
 class _Row(NamedTuple):
-    """A solved amplitude, by its place among them."""
+    """Solution at one amplitude."""
 
     place: int
     modal_amplitude: float
@@ -250,7 +250,7 @@ class _Row(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ModeSolver:
-    """A mode, the amplitudes at which it is wanted, and the damping that is added."""
+    """Mode with its amplitudes and the added damping."""
 
     model: ModalModel
     index: int
@@ -300,7 +300,7 @@ class ModeSolver:
         )  # fmt: skip
 
     def _resonances(self, frequency: Floats) -> tuple[Resonance, ...]:
-        """Multiples of the frequency near other modes, the joints of which stick."""
+        """Return multiples of the frequency near other modes with sticking joints."""
         stuck = np.sqrt(self.model.squares) / (2.0 * math.pi)
         found: list[Resonance] = []
         if not np.isfinite(frequency).any():
@@ -338,7 +338,7 @@ class ModeSolver:
         return self._curve("quasi-static", joints, rows, solver.iterations, message, self.balanced)
 
     def _joints(self) -> ModalJoints:
-        """The joints along the mode of sticking joints."""
+        """Return the joints with tangential directions of the mode with sticking joints."""
         line = np.zeros(self.model.size)
         line[self.index] = 1.0
         return self.model.joints(line)
@@ -397,7 +397,7 @@ def modes(
     quantity: Quantity = "displacement",
     damping_ratio: float = 0.0,
 ) -> ModalCurve:
-    """Frequency and damping of a mode against its amplitude.
+    """Compute frequency and damping of a mode against its amplitude.
 
     Parameters
     ----------

@@ -39,7 +39,7 @@ _FAINTEST = 1e-90  # of the first amplitude: what is smaller is nothing
 
 @dataclass(frozen=True, eq=False)
 class Decay(LockedArrays):
-    """The envelope of a free oscillation, at its beginning and after each cycle.
+    """Envelope of a free oscillation, at its beginning and after each cycle.
 
     Amplitudes vary slowly, as in the averaging of Caughey (1960, DOI 10.1115/1.3644075); what an
     amplitude holds of energy is taken from the joint's turning points.
@@ -64,7 +64,7 @@ class Decay(LockedArrays):
 def slow_flow(
     mode: Oscillator, amplitude: float, cycles: int | None, duration: float | None
 ) -> Decay:
-    """The envelope after 0, 1, 2 ... cycles, see :meth:`microslip.Oscillator.decay`."""
+    """Compute the envelope after 0, 1, 2 ... cycles; see :meth:`microslip.Oscillator.decay`."""
     from scipy.integrate import solve_ivp
     from scipy.interpolate import CubicSpline
 
@@ -75,7 +75,7 @@ def slow_flow(
     omega = CubicSpline(places, np.sqrt((spring + averaged) / mode.mass))
 
     def rates(a: Floats) -> tuple[Floats, Floats, Floats]:
-        """Amplitude lost a cycle, angular frequency and damping ratio."""
+        """Return the amplitude loss per cycle, angular frequency and damping ratio."""
         stiffness = spring + joint._slope(a)
         natural = omega(np.maximum(np.log(a), places[0]))
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -88,7 +88,7 @@ def slow_flow(
         return lost, natural * slowed, viscous + decrement
 
     def flow(_: float, state: Floats) -> tuple[float, float]:
-        """Per cycle: of the amplitude over the first one, of the time in periods when stuck."""
+        """Return derivatives by cycle: relative amplitude, and time in stuck periods."""
         lost, swing, _ratio = rates(amplitude * np.maximum(state[:1], _FAINTEST))
         return -float(lost[0]) / amplitude, stuck / float(swing[0])
 
@@ -135,7 +135,7 @@ _BLOCK = 2000  # amplitudes a pass of the harmonic balance
 
 @dataclass(frozen=True, eq=False)
 class Oscillator:
-    """A mass held by a spring and, parallel to it, by a joint: the smallest jointed structure.
+    """Mass held by a spring and, in parallel, by a joint: the smallest jointed structure.
 
     Parameters
     ----------
@@ -198,7 +198,7 @@ class Oscillator:
 
     @cached_property
     def _stuck(self) -> float:
-        """Angular frequency that the dashpot is measured by [rad/s]."""
+        """Angular frequency to which the viscous damping ratio refers [rad/s]."""
         joint = self.joint.tangential_stiffness
         stiffness = self.stiffness + (joint if math.isfinite(joint) else 0.0)
         return math.sqrt(stiffness / self.mass)
@@ -217,7 +217,7 @@ class Oscillator:
         method: Method = "quasi-static",
         harmonics: Sequence[int] = HARMONICS,
     ) -> Any:
-        """Natural angular frequency of the mode at an amplitude.
+        """Return the natural angular frequency of the mode at an amplitude.
 
         Parameters
         ----------
@@ -245,7 +245,7 @@ class Oscillator:
         method: Method = "quasi-static",
         harmonics: Sequence[int] = HARMONICS,
     ) -> Any:
-        """Natural frequency omega/2 pi [Hz]; else as :meth:`angular_frequency`."""
+        """Return the natural frequency omega/2 pi [Hz]; arguments as :meth:`angular_frequency`."""
         return self._mode(amplitude, method, harmonics)[0] / (2.0 * math.pi)
 
     def damping_ratio(
@@ -255,7 +255,7 @@ class Oscillator:
         method: Method = "quasi-static",
         harmonics: Sequence[int] = HARMONICS,
     ) -> Any:
-        """Damping ratio of the mode at an amplitude; arguments as :meth:`angular_frequency`.
+        """Return the damping ratio at an amplitude; arguments as :meth:`angular_frequency`.
 
         Returns
         -------
@@ -275,7 +275,7 @@ class Oscillator:
         return self._mode(amplitude, method, harmonics)[1]
 
     def _mode(self, amplitude: ArrayLike, method: str, harmonics: Sequence[int]) -> tuple[Any, Any]:
-        """Angular frequency and damping ratio, in the shape of the amplitude."""
+        """Return angular frequency and damping ratio in the shape of the amplitude."""
         if method not in get_args(Method):
             raise InputError(f"`method` must be {quoted(get_args(Method))}, got {show(method)}")
         shaped = self.joint._amplitudes(amplitude, None)
@@ -294,7 +294,7 @@ class Oscillator:
         return plain(omega.reshape(shaped.shape)), plain(ratio.reshape(shaped.shape))
 
     def _closed(self, a: Floats, joint: Floats) -> tuple[Floats, Floats]:
-        """Frequency and damping by a stiffness of the joint; losses over the mode's energy."""
+        """Return frequency and damping from the joint's stiffness and the losses per cycle."""
         stiffness = self.stiffness + joint
         secant = np.asarray(self.joint.secant_stiffness(a))
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -303,14 +303,13 @@ class Oscillator:
         return np.sqrt(stiffness / self.mass), ratio
 
     def _fundamental(self, a: Floats) -> tuple[Floats, Floats]:
-        """The balance of the fundamental alone."""
         blocks = np.split(a, range(_BLOCK, a.size, _BLOCK)) if a.size else []
         parts = [averaged_stiffness(self.joint, block) for block in blocks]
         omega, ratio = self._closed(a, np.concatenate([np.zeros(0), *parts]))
         return omega, ratio + 0.5 * self.viscous_coefficient / (self.mass * omega)
 
     def _balanced(self, a: Floats, harmonics: Sequence[int]) -> tuple[Floats, Floats]:
-        """The balance of a structure of one degree of freedom."""
+        """Return the harmonic balance of a structure with one degree of freedom."""
         from microslip.structures.structure import Structure
 
         dashpot = self.viscous_coefficient
@@ -320,7 +319,7 @@ class Oscillator:
         return 2.0 * math.pi * curve.frequency, curve.damping_ratio
 
     def interface_damping_ratio(self, amplitude: ArrayLike) -> Any:
-        """Damping ratio of the interface alone [-]; arguments as :meth:`angular_frequency`."""
+        """Return the damping ratio of the interface alone [-], in the shape of the amplitude."""
         return self.joint.damping_ratio(amplitude)
 
     # -- the free oscillation ---------------------------------------------------------------------
@@ -328,7 +327,7 @@ class Oscillator:
     def decay(
         self, amplitude: float, *, cycles: int | None = None, duration: float | None = None
     ) -> Decay:
-        """The envelope of a free oscillation, from the closed forms, without its single swings.
+        """Compute the envelope of a free oscillation from the closed forms.
 
         Parameters
         ----------
@@ -369,7 +368,7 @@ class Oscillator:
         duration: float | None = None,
         samples_per_cycle: int = 100,
     ) -> RingDown:
-        """The free oscillation after a release at rest, integrated in time with the joint's state.
+        """Integrate the free oscillation after a release at rest, with the state of the joint.
 
         Parameters
         ----------
@@ -408,7 +407,7 @@ class Oscillator:
 
 
 def _length(name: str, cycles: Any, duration: Any) -> tuple[int | None, float | None]:
-    """Duration of a motion: by cycles or by a time [s]."""
+    """Return the duration of a motion, given by cycles or by a time [s]."""
     if (cycles is None) == (duration is None):
         came = "neither" if cycles is None else "both"
         raise InputError(f"{name} needs cycles=... or duration=... [s], one of them, got {came}")

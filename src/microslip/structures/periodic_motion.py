@@ -39,7 +39,7 @@ _MOST_ORDER = 1000
 
 @dataclass(frozen=True)
 class HarmonicBasis:
-    """Harmonics of a motion, and its samples over a period."""
+    """Harmonics of a motion, and its number of samples per period."""
 
     harmonics: tuple[int, ...]
     """Rising; 0, the mean, is always among them."""
@@ -47,23 +47,23 @@ class HarmonicBasis:
 
     @property
     def size(self) -> int:
-        """Coefficients of a motion."""
+        """Number of coefficients of a motion."""
         return 2 * len(self.harmonics) - 1
 
     @cached_property
     def orders(self) -> Floats:
-        """The harmonic of each coefficient."""
+        """Harmonic of each coefficient."""
         return lock(np.repeat(np.array(self.harmonics, dtype=float), 2)[1:])
 
-    def richer(self) -> HarmonicBasis:
-        """The same with those that it leaves out up to two above its highest, at most six."""
+    def with_more_harmonics(self) -> HarmonicBasis:
+        """Return a basis with missing harmonics up to two orders above the highest, at most six."""
         highest = self.harmonics[-1] + 2
         left_out = [order for order in range(highest + 1) if order not in self.harmonics]
         harmonics = (*self.harmonics, *left_out[:4], *left_out[4:][-2:])
         return HarmonicBasis(tuple(sorted(harmonics)), max(self.samples, 4 * highest))
 
     def work(self, force: Floats, displacement: Floats) -> Floats:
-        """Work of a force over a period, of coefficients in the last axis."""
+        """Return the work of a force over a period, from coefficients in the last axis."""
         cosines, sines = slice(1, None, 2), slice(2, None, 2)
         crossed = (
             force[..., cosines] * displacement[..., sines]
@@ -73,7 +73,7 @@ class HarmonicBasis:
 
 
 def harmonic_basis(harmonics: Sequence[int], samples: Any) -> HarmonicBasis:
-    """The basis of these harmonics, the mean and the fundamental among them, or an error."""
+    """Validate harmonics and samples; the mean is added."""
     orders = rising_orders("harmonics", harmonics)
     if 1 not in orders:
         raise InputError(
@@ -91,7 +91,7 @@ def harmonic_basis(harmonics: Sequence[int], samples: Any) -> HarmonicBasis:
 
 
 class HarmonicForces(NamedTuple):
-    """Fourier coefficients of forces and their derivatives by those of the displacements."""
+    """Fourier coefficients of forces, and their derivatives by those of the displacements."""
 
     force: Floats
     """(joints, coordinates, size)."""
@@ -99,7 +99,7 @@ class HarmonicForces(NamedTuple):
     """(joints, coordinates, size, coordinates, size)."""
 
     def beyond(self, stuck: Floats) -> Floats:
-        """The Jacobian beyond that of sticking joints."""
+        """Return the Jacobian minus that of sticking joints."""
         blocks = self.jacobian.copy()
         coordinate, k = np.ogrid[: stuck.shape[1], : blocks.shape[2]]
         blocks[:, coordinate, k, coordinate, k] -= stuck[:, :, None]
@@ -114,7 +114,7 @@ POWERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
 
 @dataclass(frozen=True, eq=False)
 class AmplitudeMeasure:
-    """The fundamental harmonic's modal amplitude sqrt(x1^H M x1), or that at a sensor."""
+    """Amplitude of the fundamental harmonic: modal, sqrt(x1^H M x1), or at a sensor."""
 
     sensor: Floats | None
     """Sensor direction in modal coordinates (modes,); None for the modal amplitude."""
@@ -122,7 +122,7 @@ class AmplitudeMeasure:
     """0, 1 or 2: displacement, velocity, acceleration."""
 
     def square(self, q: Floats, omega: float) -> tuple[float, Floats, float]:
-        """Squared amplitude, and its derivatives by the coefficients and by omega."""
+        """Return the squared amplitude, and its derivatives by the coefficients and by omega."""
         by_q = np.zeros_like(q)
         if self.sensor is None:
             by_q[:, 1:3] = 2.0 * q[:, 1:3]
@@ -134,14 +134,14 @@ class AmplitudeMeasure:
         return value, by_q, 2.0 * self.power * value / omega
 
     def factor(self, shape: Floats, omega: float) -> float:
-        """Amplitude of a motion along a shape of modal amplitude 1."""
+        """Return the amplitude of a motion along a shape of modal amplitude 1."""
         if self.sensor is None:
             return 1.0
         return abs(float(self.sensor @ shape)) * omega**self.power
 
 
 def power_of(quantity: Any) -> int:
-    """Order of derivative of the displacement."""
+    """Return the order of the time derivative of a quantity."""
     if not isinstance(quantity, str) or quantity not in POWERS:
         words = ", ".join(f'"{name}"' for name in POWERS)
         raise InputError(f"`quantity` must be one of {words}, got {show(quantity)}")
@@ -149,7 +149,7 @@ def power_of(quantity: Any) -> int:
 
 
 def amplitude_measure(at: Any, quantity: Any, shapes: Floats, index: int) -> AmplitudeMeasure:
-    """The measure of a sensor, or the modal one; an error where it does not see the mode."""
+    """Validate a sensor and return its measure, or the modal one; the sensor must see the mode."""
     power = power_of(quantity)
     if at is None:
         if quantity != "displacement":
@@ -168,13 +168,13 @@ def amplitude_measure(at: Any, quantity: Any, shapes: Floats, index: int) -> Amp
 
 
 def moving_modes(sensor: Floats, shapes: Floats) -> list[int]:
-    """The modes that a sensor sees: those without a node there."""
+    """Return the modes that move at a sensor."""
     readings = np.abs(shapes.T @ sensor)
     return [int(i) for i in np.flatnonzero(readings >= _NODE * readings.max())]
 
 
 def checked_amplitudes(value: ArrayLike) -> Floats:
-    """Amplitudes above zero, one-dimensional, or an error."""
+    """Validate amplitudes; return them one-dimensional."""
     a = record("amplitudes", sized("amplitudes", value))
     if a.min() < SMALLEST:
         bound = "above zero" if a.min() <= 0.0 else f"at least {SMALLEST:g}"
@@ -183,7 +183,7 @@ def checked_amplitudes(value: ArrayLike) -> Floats:
 
 
 def averaged_stiffness(joint: BackboneLaw, a: Floats) -> Floats:
-    """First harmonic of the loop in phase with the displacement, over the amplitude [N/m].
+    """Return the first harmonic of the loop in phase with the displacement [N/m].
 
     (4/pi a) times the integral of [T0(a) - T0(a sin^2(phi/2))] cos(phi) over the descending
     branch, 0 <= phi <= pi: adaptive, since a backbone may have kinks.

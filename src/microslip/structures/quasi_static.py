@@ -48,7 +48,7 @@ def climb(
     attempt: Callable[[Track[_Found], float], _Found | None],
     finest: float,
 ) -> list[_Found | None]:
-    """Results at rising amplitudes, each from those before; steps in between where it needs them.
+    """Return results at rising amplitudes, each from the ones before, with smaller steps if needed.
 
     ``track`` is where it begins; None from where steps in the logarithm would be too short.
     """
@@ -73,7 +73,7 @@ def climb(
 
 
 class QuasiStaticPoint(NamedTuple):
-    """The mode at an amplitude."""
+    """Mode at one amplitude."""
 
     amplitude: float
     """Amplitude in the unit of the measure."""
@@ -86,11 +86,11 @@ class QuasiStaticPoint(NamedTuple):
 
 
 class _BranchLost(Exception):
-    """No equilibrium near the last one."""
+    """No equilibrium was found near the last one."""
 
 
 class QuasiStatic:
-    """Static cycles along a mode."""
+    """Quasi-static cycles along a mode."""
 
     def __init__(
         self, model: ModalModel, joints: ModalJoints, index: int, measure: AmplitudeMeasure
@@ -152,7 +152,7 @@ class QuasiStatic:
         return QuasiStaticPoint(amplitude, square, shape, lost[-1] - lost[-3])
 
     def _loaded(self, laws: Laws, force: Floats, largest: Floats, motion: Floats) -> Floats:
-        """Motions of the joints under modal forces; the laws' last trial is there."""
+        """Return the joint motions under modal forces; the laws hold them as trials."""
         aim = self._compliance.T @ force
         unit = float(np.abs(self._compliance.T @ largest).max(initial=0.0)) or 1.0
 
@@ -172,7 +172,7 @@ class QuasiStatic:
     def _turn(
         self, laws: Laws, x: Floats, opposite: Floats | None, square: float, amplitude: float
     ) -> tuple[Floats, float]:
-        """Turning point under half the inertia load from the opposite one.
+        """Return the turning point under half the inertia load, starting from the opposite one.
 
         Or that of the whole way from rest, without one; the amplitude is given, lambda is not.
         """
@@ -238,7 +238,7 @@ class QuasiStatic:
         raise _BranchLost
 
     def damping(self, point: QuasiStaticPoint) -> float:
-        """Damping ratio: what the joints and the damping matrix lose [-]."""
+        """Return the damping ratio by the losses of the joints and of the damping matrix [-]."""
         energy = point.square * float(point.shape @ point.shape)
         result = float(point.loss.sum()) / (2.0 * math.pi * energy)
         if self.model.damping is not None:

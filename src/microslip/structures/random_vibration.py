@@ -85,7 +85,7 @@ MODAL_SOFTENING = replace(
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RandomResponse(ModalAnswer):
-    """Stationary motion in noise; made by ``structure.random_response(...)``.
+    """Stationary random motion, the result of ``structure.random_response(...)``.
 
     By statistical linearisation over Rayleigh amplitudes (Caughey 1960, DOI 10.1115/1.3644075).
     Motions count from the base, accelerations from the ground.
@@ -117,13 +117,13 @@ class RandomResponse(ModalAnswer):
     _spectrum: Spectrum
 
     def _sizes(self, columns: Floats) -> Floats:
-        """Three deviations: Rayleigh amplitudes beyond are one in ninety."""
+        """Return three standard deviations; Rayleigh amplitudes exceed them once in ninety."""
         modal = columns.T @ self._shapes
         squares = np.einsum("km,mn,kn->k", modal, self._variances.displacement, modal)
         return np.asarray(3.0 * np.sqrt(squares))
 
     def _reading(self, at: ArrayLike, quantity: Quantity) -> tuple[float, float]:
-        """Variances of a sensor's signal and of its rate."""
+        """Return the variances of a sensor's signal and of its rate."""
         power = power_of(quantity)
         modal = self._at(at)
         if power == 2:
@@ -133,7 +133,7 @@ class RandomResponse(ModalAnswer):
         return signal, rate
 
     def standard_deviation(self, at: ArrayLike, quantity: Quantity = "displacement") -> float:
-        """Standard deviation at a sensor.
+        """Return the standard deviation at a sensor.
 
         Parameters
         ----------
@@ -153,7 +153,7 @@ class RandomResponse(ModalAnswer):
     def spectrum(
         self, at: ArrayLike, frequencies: ArrayLike, quantity: Quantity = "displacement"
     ) -> Floats:
-        """Power spectral density at a sensor, of the equivalent linear structure.
+        """Return the power spectral density at a sensor, of the equivalent linear structure.
 
         Parameters
         ----------
@@ -178,7 +178,7 @@ class RandomResponse(ModalAnswer):
         return np.asarray(np.abs(signal) ** 2 * self._spectrum.at(f))
 
     def peak(self, at: ArrayLike, duration: float, quantity: Quantity = "displacement") -> float:
-        """Largest excursion to expect at a sensor, of Gaussian motion (Davenport 1964).
+        """Return the expected largest excursion at a sensor, for Gaussian motion (Davenport 1964).
 
         Parameters
         ----------
@@ -210,14 +210,14 @@ class RandomResponse(ModalAnswer):
 
 
 def mean_over_amplitudes(values: Floats) -> Floats:
-    """E[values], at the nodes of the last axis."""
+    """Return E[values]; the last axis holds the quadrature nodes."""
     return np.asarray(values @ _W)
 
 
 def _linearised(
     groups: Sequence[LawGroup], deviation: Floats, rate: Floats
 ) -> tuple[Floats, Floats, Floats]:
-    """Stiffness and dashpot beyond sticking, and the energy lost a cycle (coordinates,)."""
+    """Return stiffness and dashpot beyond sticking, and the loss per cycle (coordinates,)."""
     softer, dashpots, energies = np.zeros((3, deviation.size))
     laws = [group.law for group in groups for _ in range(group.static.size)]
     for place, law in enumerate(laws):
@@ -234,7 +234,7 @@ def _linearised(
 
 
 def _fixed_point(advance: Callable[[float], float], enough: float, what: str) -> tuple[int, str]:
-    """Rounds that take a share of their change, to where it is small; how many, and the outcome."""
+    """Iterate until changes are small; return the number of iterations and the outcome."""
     change = math.inf
     for rounds in range(1, _ROUNDS + 1):
         change = advance(1.0 if rounds < 5 else 0.7)
@@ -244,7 +244,7 @@ def _fixed_point(advance: Callable[[float], float], enough: float, what: str) ->
 
 
 def _by_joints(base: BaseMotion, psd: object) -> RandomResponse:
-    """Each joint linearised by itself; exact for what the modes do to each other."""
+    """Linearise each joint by itself, including the coupling of modes."""
     spectrum = Spectrum.of(psd)
     joints = base.model.joints(base.push[:, 0] / base.model.squares)
     groups = [group for group in joints.groups if isinstance(group, LawGroup)]
@@ -290,7 +290,7 @@ def _by_joints(base: BaseMotion, psd: object) -> RandomResponse:
 def _by_modes(
     base: BaseMotion, psd: object, modes: int, curve: Callable[[int, Floats], ModalCurve]
 ) -> RandomResponse:
-    """The modes that move most by their curves against amplitude, all others linear.
+    """Use the amplitude curves of the modes that move most, and linear modes otherwise.
 
     At its modal amplitude a mode answers with the frequency and damping of its curve, of which the
     means weighted with the square of the amplitude count.
@@ -368,7 +368,7 @@ def _by_modes(
 
 
 class _Along:
-    """Values of a curve at amplitudes, those of its ends beyond them."""
+    """Values of a curve at amplitudes, constant beyond its ends."""
 
     def __init__(self, amplitudes: Floats, at: Floats) -> None:
         order = np.argsort(amplitudes)
@@ -399,7 +399,7 @@ def random_response(
     harmonics: Sequence[int] | None = None,
     samples: int = 64,
 ) -> RandomResponse:
-    """Stationary motion on a base that moves at random.
+    """Compute the stationary motion on a base in random vibration.
 
     Parameters
     ----------

@@ -25,7 +25,7 @@ _DIRECTIONS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 class ElasticBody:
-    """The elastic answer of a body to forces: of one that floats, without rigid motion."""
+    """Elastic response of a body to forces; a floating body without its rigid motion."""
 
     def __init__(self, elements: Elements, masses: Any) -> None:
         from scipy import linalg
@@ -44,7 +44,7 @@ class ElasticBody:
         self._factors = factorised(self.stiffness[self._free][:, self._free], 0.0)
 
     def solve(self, forces: Any) -> Floats:
-        """Displacements under forces (columns, sparse or dense), both without their rigid part."""
+        """Return displacements under forces (columns), both without their rigid part."""
         result = np.zeros(forces.shape)
         for start in range(0, forces.shape[1], _COLUMNS):
             part = forces[:, start : start + _COLUMNS]
@@ -58,7 +58,7 @@ class ElasticBody:
 
 
 class Reducer:
-    """A meshed joint with added masses, factorised once for any patches."""
+    """Meshed joint with added masses, factorised once for any patches."""
 
     @single_threaded
     def __init__(
@@ -82,7 +82,7 @@ class Reducer:
         _ = self._body
 
     def check_sensors(self, sensors: Mapping[str, Any] | None) -> None:
-        """Refuse sensors that do not lie on the bodies, before anything is solved."""
+        """Refuse sensors outside the bodies before the model is solved."""
         _sensors(self.elements, sensors)
 
     @single_threaded
@@ -95,7 +95,7 @@ class Reducer:
         kept_modes: int = 14,
         sensors: Mapping[str, Any] | None = None,
     ) -> ReducedJoint:
-        """Reduce it to its patches, its bolts and a few modes."""
+        """Reduce the joint to its patches, its bolts and a few modes."""
         from scipy import sparse
 
         kept_modes = whole_number("kept_modes", kept_modes, 1, 1000)
@@ -151,7 +151,7 @@ class Reducer:
 
 
 def _inverse(compliance: Floats) -> Floats:
-    """The stiffness of a compliance, unless some of its motions cannot be told apart."""
+    """Invert a compliance; raise an error if some of its motions are dependent."""
     scale = 1.0 / np.sqrt(np.diag(compliance))
     scaled = compliance * scale * scale[:, None]
     values, vectors = np.linalg.eigh(0.5 * (scaled + scaled.T))
@@ -165,7 +165,7 @@ def _inverse(compliance: Floats) -> Floats:
 
 
 def _check_joined(mesh: JointMesh) -> None:
-    """Refuse bodies that no shared corner joins to the others."""
+    """Refuse bodies without a common corner with the others."""
     from scipy import sparse
     from scipy.sparse.csgraph import connected_components
 
@@ -186,7 +186,7 @@ def _check_joined(mesh: JointMesh) -> None:
 
 
 def _axial(mesh: JointMesh, elements: Elements, shank: Any) -> tuple[Floats, float]:
-    """Elongation of a shank as a functional, and the force for a unit of it [N/m].
+    """Return the elongation of a shank as a functional, and the force per unit of it [N/m].
 
     Both belong to the mean axial stress: what is taken out with them leaves none.
     """
@@ -204,7 +204,7 @@ def _axial(mesh: JointMesh, elements: Elements, shank: Any) -> tuple[Floats, flo
 def _fixed_modes(
     body: ElasticBody, functionals: Any, answers: Floats, boundary: Floats, count: int
 ) -> tuple[Floats, Floats]:
-    """Squares of the angular frequencies and modes whose functionals are all zero."""
+    """Return squared angular frequencies and modes with all functionals zero."""
     from scipy.sparse.linalg import LinearOperator, eigsh
 
     size = len(answers)
@@ -229,7 +229,7 @@ def _place(raw_place: Any, label: str) -> Floats:
 
 
 def _point_rows(elements: Elements, place: Floats, label: str) -> Any:
-    """The three displacements at a place as functionals."""
+    """Return the three displacements at a position as functionals."""
     every = np.arange(len(elements.mesh.cells))
     point = elements.locate(place[None], every, nearest=24)
     extent = float(np.ptp(elements.mesh.points, axis=0).max())
@@ -250,7 +250,7 @@ def _point_masses(elements: Elements, masses: Mapping[Any, float] | None) -> Any
 
 
 def _sensors(elements: Elements, sensors: Mapping[str, Any] | None) -> tuple[tuple[str, ...], Any]:
-    """Names of the sensors and their displacements as functionals, sparse."""
+    """Return the names of the sensors and their displacements as sparse functionals."""
     from scipy import sparse
 
     names, rows = [], []
@@ -281,7 +281,7 @@ def _sensors(elements: Elements, sensors: Mapping[str, Any] | None) -> tuple[tup
 
 
 def _surface(mesh: JointMesh, elements: Elements, shapes: tuple[Floats, Floats]) -> Surface:
-    """The outside of the bodies with its motion, for pictures of modes."""
+    """Return the surface of the bodies with its motion, for figures of modes."""
     outside = outer(facets_of(mesh.cells, mesh.kind))
     corners, inverse = np.unique(outside, return_inverse=True)
     index = elements.corner_dofs(corners)

@@ -28,7 +28,7 @@ NARROWEST = 0.9
 
 
 class Change(NamedTuple):
-    """Changes by one finer model."""
+    """Changes of frequency and damping by one finer model."""
 
     what: str
     """Change of the model, such as "patches halved along"."""
@@ -46,7 +46,7 @@ class Change(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Convergence(Locked):
-    """A reduced joint whose patches were refined where it loses energy, and how good it is.
+    """Reduced joint with patches refined where it loses energy, and its estimated error.
 
     :meth:`LapJoint.converge` makes it.
 
@@ -73,12 +73,12 @@ class Convergence(Locked):
 
     @property
     def largest(self) -> Change:
-        """The change that leaves most of the damping."""
+        """Change with the largest remaining change of the damping."""
         return max(self.changes, key=lambda change: abs(change.damping_left))
 
     @property
     def converged(self) -> bool:
-        """Whether all was tried, and nothing leaves more of the damping than the tolerance."""
+        """Whether no refinement changes the damping by more than the tolerance."""
         return not self.untried and abs(self.largest.damping_left) <= self.tolerance
 
     @property
@@ -150,7 +150,7 @@ def converge(
     progress: Callable[[float], None] | None = None,
     **options: Any,
 ) -> Convergence:
-    """Refine patches by their share of the loss, then change one thing at a time.
+    """Refine patches by their fraction of the loss, then change one property at a time.
 
     ``mesh_of`` makes the mesh, or one of twice the size in all directions; ``options`` are those of
     :meth:`Reducer.reduce` that stay as they are.
@@ -240,7 +240,7 @@ def refined(
     reduction: Mapping[str, Any],
     progress: Callable[[float], None] | None = None,
 ) -> ReducedJoint:
-    """A flat model, its patches halved along where it loses most of its energy with its form."""
+    """Return a flat model with patches halved along the lap where they lose most energy."""
     tell = progress or (lambda share: None)
     coarse = reducer.reduce(**reduction)
     tell(0.5)
@@ -263,19 +263,19 @@ def _step(trial: _Trial) -> tuple[int, float, float]:
 
 
 def _change(coarse: ModalCurve, fine: ModalCurve) -> tuple[float, float]:
-    """Relative changes of frequency and damping from a coarser model to a finer one."""
+    """Return relative changes of frequency and damping from a coarser to a finer model."""
     pairs = (fine.frequency, coarse.frequency), (fine.damping_ratio, coarse.damping_ratio)
     return _largest(*(finer / coarser - 1.0 for finer, coarser in pairs))
 
 
 def _largest(frequency: Floats, damping: Floats) -> tuple[float, float]:
-    """The largest of the changes over the amplitudes by size, with its sign."""
+    """Return the change with the largest size over the amplitudes, with its sign."""
     largest = (float(change[np.argmax(abs(change))]) for change in (frequency, damping))
     return next(largest), next(largest)
 
 
 def losing_patches(loss: Floats) -> Any:
-    """The patches that lose most, together this share at any of the amplitudes."""
+    """Return the patches that together lose most of the energy at any of the amplitudes."""
     selected = np.zeros(loss.shape[1], dtype=bool)
     for row in loss[np.isfinite(loss).all(axis=1)]:
         order = np.argsort(-row)
@@ -285,7 +285,7 @@ def losing_patches(loss: Floats) -> Any:
 
 
 def halved_boxes(boxes: Floats, selected: Any, axis: int) -> Floats:
-    """Boxes, their contacts before them, with the chosen ones cut in two along an axis."""
+    """Return boxes with their contacts, the selected ones halved along an axis."""
     low, high = 2 * axis + 1, 2 * axis + 2
     first, second = boxes[selected].copy(), boxes[selected].copy()
     first[:, high] = second[:, low] = 0.5 * (boxes[selected, low] + boxes[selected, high])

@@ -15,7 +15,7 @@ _CHUNK = 256  # elements at once: a bound on memory
 
 
 class Points(NamedTuple):
-    """Position of points: the cell of each, and the values of its shape functions there."""
+    """Position of points: the cell of each, and its shape functions."""
 
     cells: Indices
     values: Floats
@@ -26,14 +26,14 @@ class Points(NamedTuple):
     """Distances of the requested positions from them [m]."""
 
     def at(self, index: Any) -> Points:
-        """Some of the points."""
+        """Return some of the points."""
         return Points(
             self.cells[index], self.values[index], self.places[index], self.distances[index]
         )
 
 
 class Elements:
-    """The discretised bodies: matrices over three displacements a node.
+    """Discretised bodies: matrices over three displacements per node.
 
     The displacement i (0, 1, 2) of the scalar degree of freedom s has the index 3 s + i.
     """
@@ -54,7 +54,7 @@ class Elements:
         self.size = 3 * (int(self._dofs.max()) + 1)
 
     def _chunks(self, cells: Indices) -> Any:
-        """Cells with gradients (cells, functions, 3, points), values and weights of quadrature."""
+        """Yield cells with gradients (cells, functions, 3, points), values and weights."""
         for start in range(0, len(cells), _CHUNK):
             part = np.sort(cells[start : start + _CHUNK])
             basis = self._skfem.CellBasis(self._grid, self._element, intorder=4, elements=part)
@@ -64,7 +64,7 @@ class Elements:
             yield part, gradients, values.transpose(1, 0, 2), np.asarray(basis.dx)
 
     def matrices(self) -> tuple[Any, Any]:
-        """Stiffness and mass, sparse by columns."""
+        """Return stiffness and mass, sparse by columns."""
         from scipy import sparse
 
         count = self._dofs.shape[1]
@@ -97,11 +97,11 @@ class Elements:
         return stiffness, sparse.kron(mass, sparse.identity(3), format="csc")
 
     def volume(self, cells: Indices) -> float:
-        """Volume of some cells [m^3]."""
+        """Return the volume of some cells [m^3]."""
         return float(sum(chunk[3].sum() for chunk in self._chunks(np.asarray(cells))))
 
     def axial_force(self, cells: Indices, material: Any, axis: Floats, length: float) -> Floats:
-        """The functional that gives the mean axial stress of cells times volume over length [N]."""
+        """Return the functional of the mean axial stress of cells times volume over length [N]."""
         shear, lame = _lame(material)
         result: Floats = np.zeros(self.size)
         for part, gradients, _, weights in self._chunks(np.asarray(cells)):
@@ -114,20 +114,20 @@ class Elements:
 
     @property
     def _corner_element(self) -> Any:
-        """The linear element of the same cells."""
+        """Linear element of the same cells."""
         linear = "ElementTetP1" if self.mesh.kind == "tetra" else "ElementHex1"
         return getattr(self._skfem, linear)()
 
     @cached_property
     def _corner_places(self) -> Floats:
-        """Corners of the cells in the element's own order, (cells, corners, 3)."""
+        """Corners of the cells in the order of the element (cells, corners, 3)."""
         places = np.asarray(self._grid.p, dtype=float).T
         corners: Floats = places[np.asarray(self._grid.t).T]
         return corners
 
     @cached_property
     def rigid_motion(self) -> Floats:
-        """The six rigid motions, about the centre of the nodes, one a column."""
+        """Six rigid motions about the centre of the nodes, one per column."""
         places = self.places - self.places.mean(axis=0)
         motion = np.zeros((len(places), 3, 6))
         for axis, unit in enumerate(np.eye(3)):
@@ -137,14 +137,14 @@ class Elements:
 
     @cached_property
     def places(self) -> Floats:
-        """Places of the nodes, by scalar degrees of freedom [m]."""
+        """Positions of the nodes, by scalar degrees of freedom [m]."""
         values = self._shape(np.asarray(self._element.doflocs, dtype=float), corners=True)
         places = np.empty((self.size // 3, 3))
         places[self._dofs] = np.einsum("fc,eca->efa", values, self._corner_places)
         return places
 
     def _shape(self, local: Floats, corners: bool = False) -> Floats:
-        """Shape functions at points of the reference cell, (points, functions)."""
+        """Return shape functions at points of the reference cell (points, functions)."""
         element = self._corner_element if corners else self._element
         count = len(element.doflocs)
         return np.stack(
@@ -153,7 +153,7 @@ class Elements:
         )
 
     def _map(self, local: Floats, cells: Indices) -> tuple[Floats, Floats]:
-        """Places and Jacobians of local points, each in its cell."""
+        """Return positions and Jacobians of local points, each in its cell."""
         element = self._corner_element
         corners = self._corner_places[cells]
         places, jacobians = np.zeros((len(cells), 3)), np.zeros((len(cells), 3, 3))
@@ -195,7 +195,7 @@ class Elements:
         return Points(owners, self._shape(local), reached, distances)
 
     def _inverse(self, places: Floats, cells: Indices) -> Floats:
-        """Local coordinates of places, kept within the cell."""
+        """Return local coordinates of positions, restricted to the cell."""
         simplex = self.mesh.kind == "tetra"
         local = np.full((len(cells), 3), 0.25 if simplex else 0.5)
         for _ in range(1 if simplex else 12):
@@ -210,7 +210,7 @@ class Elements:
         return np.asarray(local)
 
     def corner_dofs(self, corners: Indices) -> Indices:
-        """The scalar degrees of freedom of corners of the mesh."""
+        """Return the scalar degrees of freedom of corners of the mesh."""
         index = np.full(len(self.mesh.points), -1, dtype=np.int64)
         cells = np.asarray(self._grid.t).T
         index[cells] = self._dofs[:, : cells.shape[1]]
@@ -218,7 +218,7 @@ class Elements:
 
     @cached_property
     def grounded(self) -> Indices:
-        """Displacements of corners that do not move, and of the edges between two of them."""
+        """Displacements of fixed corners, and of the edges between two of them."""
         corners = np.zeros(len(self.mesh.points), dtype=bool)
         corners[self.mesh.ground] = True
         edges = self._on_edges[corners[np.asarray(self._grid.edges)].all(axis=0)]
@@ -226,7 +226,7 @@ class Elements:
         return np.asarray((3 * scalar[:, None] + np.arange(3)).ravel())
 
     def rows(self, points: Points, weights: Floats, groups: Indices, count: int) -> Any:
-        """Weighted sums of the three displacements at points, by groups: sparse (3 count, size)."""
+        """Return weighted sums of displacements at points, by groups: sparse (3 count, size)."""
         from scipy import sparse
 
         functions = points.values.shape[1]
@@ -241,7 +241,7 @@ class Elements:
 
 
 def _lame(material: Any) -> tuple[float, float]:
-    """Lamé's constants, shear modulus first [Pa]."""
+    """Return Lamé's constants, shear modulus first [Pa]."""
     shear, ratio = material.shear_modulus, material.poisson_ratio
     return shear, 2.0 * shear * ratio / (1.0 - 2.0 * ratio)
 

@@ -26,7 +26,7 @@ _DRAWS = 32  # of the parameters, for the bands of the fitted curves
 
 
 class _Kind(NamedTuple):
-    """A parameter that can be fitted: its range, and whether it is fitted by its logarithm."""
+    """Parameter of the fit: its range, and whether its logarithm is fitted."""
 
     low: float
     high: float
@@ -36,11 +36,9 @@ class _Kind(NamedTuple):
     for parameters that move them."""
 
     def coordinate(self, value: float) -> float:
-        """Map a value to its fit coordinate."""
         return math.log(value) if self.log else value
 
     def value(self, coordinate: float) -> float:
-        """A value, of what is fitted."""
         return math.exp(min(coordinate, 700.0)) if self.log else float(coordinate)
 
 
@@ -88,7 +86,7 @@ INSIDE = Rule(
 
 @dataclass(frozen=True, eq=False)
 class ModalIdentification(LockedArrays):
-    """Joint identified from tests of a structure; :func:`identify_modal` makes it.
+    """Joint identified from tests of a structure, the result of :func:`identify_modal`.
 
     Least squares of ln(frequency) and ln(damping ratio); intervals by its linearisation, after
     Seber and Wild, DOI 10.1002/0471725315.
@@ -245,14 +243,14 @@ class _Fit:
     def _coordinates(
         self, names: Sequence[str], values: dict[str, float]
     ) -> tuple[Floats, tuple[Floats, Floats]]:
-        """Parameters as they are fitted, within their ranges, and these."""
+        """Return the fit coordinates of parameters within their ranges, and the parameters."""
         kinds = [KINDS[name] for name in names]
         low, high = np.array([[k.coordinate(k.low), k.coordinate(k.high)] for k in kinds]).T
         given = [kind.coordinate(values[name]) for name, kind in zip(names, kinds, strict=True)]
         return np.clip(given, low, high), (low, high)
 
     def _by_linear_frequencies(self) -> dict[str, float]:
-        """Form, tension and modulus with which the sticking joints meet the lowest amplitudes."""
+        """Return form, tension and modulus that match the frequencies at small amplitudes."""
         from scipy.optimize import least_squares
 
         names = tuple(name for name in self.names if KINDS[name].scatter)
@@ -276,7 +274,7 @@ class _Fit:
         return np.array([test.frequency[test.amplitude.argmin()] for test in self.tests])
 
     def _linear(self, values: dict[str, float]) -> Floats:
-        """Frequencies of the tests' modes while all joints stick [Hz]."""
+        """Return the frequencies of the tested modes with sticking joints [Hz]."""
         squares = self._state(values)[1].model.squares
         return np.asarray(np.sqrt(squares[[t.mode for t in self.tests]]) / (2.0 * math.pi))
 
@@ -355,7 +353,7 @@ class _Fit:
         )  # fmt: skip
 
     def _bands(self, vector: Floats, covariance: Floats) -> tuple[Floats, ...]:
-        """Each test's curve, over Sobol' points of the parameters about what was found."""
+        """Return the curve of each test at Sobol' points of the parameters around the fit."""
         from scipy.special import ndtri
         from scipy.stats import qmc
 

@@ -34,7 +34,7 @@ _NESTED = ("samples", "surface", "geometry")
 
 
 class Surface(NamedTuple):
-    """The outside of the bodies, and how it moves with each degree of freedom."""
+    """Surface of the bodies, and its motion with each degree of freedom."""
 
     points: NDArray[np.float32]
     facets: NDArray[np.int32]
@@ -44,7 +44,7 @@ class Surface(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ReducedJoint(LockedArrays):
-    """A bolted structure without its contact: mass, stiffness, patches and bolts.
+    """Bolted structure without its contact: mass, stiffness, patches and bolts.
 
     :meth:`LapJoint.reduce` and :meth:`MeshedJoint.reduce` make it. Its degrees of freedom are, for
     patch p, the mean relative displacement of its two faces along (3p), across (3p + 1) and apart
@@ -103,7 +103,7 @@ class ReducedJoint(LockedArrays):
 
     @cached_property
     def directions(self) -> Floats:
-        """Motions of the patches, (degrees of freedom, patches, 3): along, across, opening."""
+        """Motions of the patches (degrees of freedom, patches, 3): along, across, opening."""
         result = np.zeros((self.size, self.patches, 3))
         index = np.arange(3 * self.patches)
         result[index, index // 3, index % 3] = 1.0
@@ -111,13 +111,13 @@ class ReducedJoint(LockedArrays):
 
     @property
     def patch_centres(self) -> Floats:
-        """Centres of the patches, along and across [m]."""
+        """Centres of the patches along and across [m]."""
         boxes = self.patch_boxes
         return 0.5 * (boxes[:, [0, 2]] + boxes[:, [1, 3]])
 
     @property
     def layout(self) -> Floats:
-        """Contact [-] and box [m] of each patch, one row each: ``patches`` of the same again."""
+        """Contact [-] and box [m] of each patch, one row each, valid as ``patches`` again."""
         return np.column_stack([self.patch_contacts, self.patch_boxes])
 
     @property
@@ -126,7 +126,7 @@ class ReducedJoint(LockedArrays):
         return slice(start, start + len(self.bolt_stiffness))
 
     def sensor(self, name: str, base: bool = False) -> Floats:
-        """Displacement at a sensor [m] by the degrees of freedom.
+        """Return the displacement at a sensor [m] as a vector over the degrees of freedom.
 
         Parameters
         ----------
@@ -148,7 +148,7 @@ class ReducedJoint(LockedArrays):
         return np.concatenate([row, self.sensor_base[index]]) if base else row
 
     def with_form(self, form: ArrayLike | Any, factor: float = 1.0) -> ReducedJoint:
-        """The same joint with another form of its faces.
+        """Return the joint with another form of its faces.
 
         Parameters
         ----------
@@ -192,7 +192,7 @@ class ReducedJoint(LockedArrays):
         return replace(self, patch_gaps=gaps - gaps.min())
 
     def with_tension(self, tension: ArrayLike) -> ReducedJoint:
-        """The same joint with other tensions of its bolts [N], one number or one a bolt.
+        """Return the joint with other bolt tensions [N], one number or one per bolt.
 
         Parameters
         ----------
@@ -210,14 +210,14 @@ class ReducedJoint(LockedArrays):
     def field(
         self, surface: NormalLaw, friction_coefficient: ArrayLike, surface_area: float | None = None
     ) -> JointField:
-        """Return patches as nodes of a field, apart by their gaps [m] (one-dimensional)."""
+        """Return the patches as nodes of a field with their gaps [m] (one-dimensional)."""
         return JointField(
             surface, friction_coefficient, areas=self.patch_areas, gaps=self.patch_gaps,
             surface_area=surface_area,
         )  # fmt: skip
 
     def structure(self, surface: NormalLaw, friction_coefficient: ArrayLike) -> Structure:
-        """The joint with its contact, the bolts not yet tight.
+        """Return the joint with its contact, before the bolts are tightened.
 
         Parameters
         ----------
@@ -238,7 +238,7 @@ class ReducedJoint(LockedArrays):
     def with_geometry(
         self, sensors: Iterable[str], cases: Any, weights: ArrayLike | None = None
     ) -> ReducedJoint:
-        """The same joint with a stiffness that depends on how far its thin parts bend.
+        """Return the joint with a stiffness that depends on the bending of its thin parts.
 
         Parameters
         ----------
@@ -273,7 +273,7 @@ class ReducedJoint(LockedArrays):
     def on_base(
         self, surface: NormalLaw, friction_coefficient: ArrayLike, damping_ratio: float = 0.0
     ) -> Preload:
-        """The tightened joint with the motion of its ground as three more degrees of freedom.
+        """Return the tightened joint with the ground motion as three more degrees of freedom.
 
         Parameters
         ----------
@@ -312,7 +312,7 @@ class ReducedJoint(LockedArrays):
         return shaken.preload(np.pad(state.static_force, (0, 3)))
 
     def base(self, direction: str) -> dict[str, Any]:
-        """Arguments of ``base_response``, ``random_response`` and ``shock`` for a moving ground.
+        """Return the arguments of ``base_response``, ``random_response`` and ``shock``.
 
         Parameters
         ----------
@@ -332,7 +332,7 @@ class ReducedJoint(LockedArrays):
         return {"supports": list(range(self.size, self.size + 3)), "directions": way}
 
     def static_force(self, surface: NormalLaw) -> Floats:
-        """The forces of the tightened bolts, beside their own stiffness [N].
+        """Return the bolt forces on the tightened joint [N], without their elastic forces.
 
         Parameters
         ----------
@@ -367,7 +367,7 @@ class ReducedJoint(LockedArrays):
         return state, pull
 
     def tightened(self, surface: NormalLaw, friction_coefficient: ArrayLike) -> Preload:
-        """The joint with its bolts tight; arguments as :meth:`structure`.
+        """Return the joint with its bolts tightened; arguments as :meth:`structure`.
 
         Returns
         -------
@@ -399,7 +399,7 @@ class ReducedJoint(LockedArrays):
         return structure.with_attachment(bending).preload(force)
 
     def tensions(self, displacement: ArrayLike, static_force: ArrayLike) -> Floats:
-        """Tensions of the bolts in a static state [N].
+        """Return the tensions of the bolts in a static state [N].
 
         Parameters
         ----------
@@ -416,7 +416,7 @@ class ReducedJoint(LockedArrays):
         return self.bolt_stiffness * moved - pushed
 
     def scaled(self, stiffness: float = 1.0, mass: float = 1.0) -> ReducedJoint:
-        """The same joint of a stiffer or a heavier material, everything so many times.
+        """Return the joint of a material that is stiffer or heavier by factors.
 
         Parameters
         ----------
@@ -470,7 +470,7 @@ class ReducedJoint(LockedArrays):
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], *, limit: int = POINTS) -> ReducedJoint:
-        """Read a model that :meth:`save` wrote.
+        """Read a model written by :meth:`save`.
 
         Parameters
         ----------

@@ -36,7 +36,7 @@ class Samples(NamedTuple):
 
 
 class Patches(NamedTuple):
-    """Patches, and their relative displacements as functionals of the elements'."""
+    """Patches, and their relative displacements as functionals of the nodal displacements."""
 
     samples: Samples
     areas: Floats
@@ -104,7 +104,7 @@ def patches_of(mesh: JointMesh, elements: Elements, layout: Any, along: Floats |
 
 
 def _opposite(elements: Elements, places: Floats, cells: Indices, normal: Floats) -> Points:
-    """Points on the other side, along the normal; that side may stand a little apart."""
+    """Return points on the other side along the normal, which may lie slightly apart."""
     points = elements.locate(places, cells)
     for _ in range(2):
         lifted = places + ((points.places - places) @ normal)[:, None] * normal
@@ -113,7 +113,7 @@ def _opposite(elements: Elements, places: Floats, cells: Indices, normal: Floats
 
 
 def _shared_extent(mesh: JointMesh, contact: ContactFaces, frame: Frame) -> tuple[Floats, Floats]:
-    """Least and greatest place along and across that both faces reach [m]."""
+    """Return the smallest and largest position along and across that both faces reach [m]."""
     sides = [
         ((mesh.points[facets].reshape(-1, 3) - frame.origin) @ frame.axes.T)[:, :2]
         for facets in (contact.lower, contact.upper)
@@ -123,7 +123,7 @@ def _shared_extent(mesh: JointMesh, contact: ContactFaces, frame: Frame) -> tupl
 
 
 def contact_frame(mesh: JointMesh, contact: ContactFaces, along: Floats | None) -> Frame:
-    """Directions of a contact, the normal outwards of its lower side."""
+    """Return the directions of a contact, the normal outwards of its lower side."""
     corners = mesh.points[contact.lower]
     middle = corners.mean(axis=1)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, -1] - corners[:, 0])
@@ -151,7 +151,7 @@ def contact_frame(mesh: JointMesh, contact: ContactFaces, along: Floats | None) 
 
 
 def owners_of(mesh: JointMesh, facets: Indices) -> Indices:
-    """The cell of each facet."""
+    """Return the cell of each facet."""
     patterns = FACETS[mesh.kind]
     width = len(patterns[0])
     keys = np.sort(mesh.cells[:, patterns], axis=2).reshape(-1, width)
@@ -167,7 +167,7 @@ def owners_of(mesh: JointMesh, facets: Indices) -> Indices:
 
 
 def sample(corners: Floats) -> tuple[Floats, Floats]:
-    """Points spread evenly over facets, with the areas that they stand for."""
+    """Return points spread evenly over facets, with the areas that they represent."""
     n = _SAMPLES
     step = (np.arange(n) + 0.5) / n
     if corners.shape[1] == 4:
@@ -190,7 +190,7 @@ def sample(corners: Floats) -> tuple[Floats, Floats]:
 
 
 def _boxes(layout: Any, contact: int, low: Floats, high: Floats) -> Floats:
-    """Boxes as given for a contact, or so many along and across what its faces share."""
+    """Return the boxes given for a contact, or an even division of the shared extent."""
     boxes = floats("patches", layout)
     if boxes.ndim == 2 and boxes.shape[1] == 5:  # each with the number of its contact
         boxes = boxes[boxes[:, 0] == contact, 1:]
@@ -223,7 +223,7 @@ def _layout_error(layout: Any) -> str:
 
 
 def _box_of(boxes: Floats, places: Floats) -> Indices:
-    """The box of each place, the first that holds it; -1 for none."""
+    """Return the first box that contains each position; -1 for none."""
     group = np.full(len(places), -1, dtype=np.int64)
     for number in range(len(boxes) - 1, -1, -1):
         x0, x1, y0, y1 = boxes[number]
@@ -233,7 +233,7 @@ def _box_of(boxes: Floats, places: Floats) -> Indices:
 
 
 def mean_over(samples: Samples, values: Floats, count: int) -> Floats:
-    """Means of values at the sample points over each patch; NaN where no value is known."""
+    """Return means of values at the sample points over each patch; NaN without known values."""
     finite = np.isfinite(values)
     weights = np.where(finite, samples.weights, 0.0)
     total = np.bincount(samples.patches, weights * np.where(finite, values, 0.0), minlength=count)
@@ -242,7 +242,7 @@ def mean_over(samples: Samples, values: Floats, count: int) -> Floats:
 
 
 def gaps_at(form: Any, places: Floats) -> Floats:
-    """Gaps [m] at places along and across (points, 2) [m]; NaN where nothing is known.
+    """Return gaps [m] at positions along and across (points, 2) [m]; NaN where unknown.
 
     ``form`` is a function of x and y, arrays, or a table with the columns x, y and gap [m], at any
     places, NaN where nothing was measured.
@@ -277,7 +277,7 @@ def gaps_at(form: Any, places: Floats) -> Floats:
 
 
 def _interpolated(table: Floats, places: Floats) -> Floats:
-    """Linear between the places of the table, and the nearest value just outside of them."""
+    """Interpolate a table linearly; use the nearest value just outside of it."""
     from scipy.interpolate import LinearNDInterpolator
     from scipy.spatial import Delaunay, cKDTree
 

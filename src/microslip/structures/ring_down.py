@@ -26,7 +26,7 @@ _TRIALS = 40
 
 @dataclass(frozen=True, eq=False)
 class RingDown(LockedArrays, Plottable):
-    """A free oscillation, sampled evenly in time, with its turning points.
+    """Free oscillation, sampled evenly in time, with its turning points.
 
     Cycle i goes from turning point 2i to 2i + 2. A joint may leave the mass beside its first place;
     amplitudes are therefore half of the way from one turning point to the next. The joint follows
@@ -60,20 +60,20 @@ class RingDown(LockedArrays, Plottable):
 
     @cached_property
     def _half_ranges(self) -> tuple[Floats, Floats]:
-        """Half of the ways down and up of each whole cycle [m]."""
+        """Half ranges of the downward and upward motion of each whole cycle [m]."""
         half = 0.5 * np.abs(np.diff(self.turning_displacement))
         end = half.size // 2 * 2
         return half[:end:2], half[1:end:2]
 
     @cached_property
     def amplitude(self) -> Floats:
-        """Amplitude of each cycle [m], the mean of its two ways."""
+        """Amplitude of each cycle [m], the mean of its two half ranges."""
         down, up = self._half_ranges
         return lock(0.5 * (down + up))
 
     @cached_property
     def frequency(self) -> Floats:
-        """Frequency of each cycle [Hz], one over its duration.
+        """Frequency of each cycle [Hz], the reciprocal of its duration.
 
         A damping ratio of zeta lowers it by sqrt(1 - zeta^2) below the natural frequency.
         """
@@ -82,14 +82,14 @@ class RingDown(LockedArrays, Plottable):
 
     @cached_property
     def damping_ratio(self) -> Floats:
-        """Damping ratio of each cycle [-] by the logarithmic decrement from its way down to up."""
+        """Damping ratio of each cycle [-] by the logarithmic decrement of its half ranges."""
         down, up = self._half_ranges
         decrement = np.log(down / up)
         return lock(decrement / np.hypot(math.pi, decrement))
 
     @cached_property
     def energy_error(self) -> float:
-        """Largest change of all energy, dissipated energy included, over that at the release."""
+        """Largest change of the total energy, dissipation included, over that at the release."""
         total = self.mechanical_energy + self.dissipated_energy + self.viscous_energy
         return float(np.abs(total / total[0] - 1.0).max())
 
@@ -121,7 +121,7 @@ def _weights() -> list[tuple[float, ...]]:
 
 
 def _propagator(step: float, square: float, twice: float, mass: float) -> tuple[float, ...]:
-    """Integrate one step of q'' + twice q' + square q = -g/mass, with g a cubic in time.
+    """Return one integration step of q'' + twice q' + square q = -g/mass, with g cubic in time.
 
     Of the new displacement and then of the new velocity: what the old displacement and velocity,
     and g and g' at the beginning and at the end, contribute to it.
@@ -152,7 +152,7 @@ def _propagator(step: float, square: float, twice: float, mass: float) -> tuple[
 
 
 class _Motion:
-    """Mass, spring, dashpot and the state of the joint, on their way."""
+    """Mass, spring, dashpot and the state of the joint during the integration."""
 
     def __init__(
         self, joint: BackboneLaw, mass: float, spring: float, dashpot: float, amplitude: float
@@ -171,7 +171,7 @@ class _Motion:
         self.rests = not self.turn(-1)
 
     def turn(self, way: int) -> bool:
-        """Start in the other direction from where the mass stands; False if it stays there."""
+        """Start in the other direction from a turning point; False if the mass stays there."""
         self.way, self.v, self.before = way, 0.0, (0.0, 0.0, 0.0)
         # Force and tangent are those after the reversal, which a rigid joint feels at once.
         self.force, slope = self.state.try_(math.nextafter(self.q, way * math.inf))
@@ -201,7 +201,7 @@ class _Motion:
             self._accept(remainder, self._solve(remainder, self.propagator(remainder)))
 
     def _turns_in(self, step: float, propagator: tuple[float, ...]) -> bool:
-        """Whether the velocity changes its sign, if the joint's force goes on as it does."""
+        """Return whether the velocity changes its sign if the joint force continues as a cubic."""
         rate = self.fall * self.v
         g = self.force - self.held * self.q
         e21, e22, v0, v1, v2, v3 = propagator[6:]
@@ -211,7 +211,7 @@ class _Motion:
     def _solve(
         self, step: float, propagator: tuple[float, ...]
     ) -> tuple[float, float, float, float]:
-        """Displacement, velocity, force and tangent less k_t at the end; it is the last trial."""
+        """Return displacement, velocity, force and tangent minus k_t at the end of a step."""
         e11, e12, q0, q1, q2, q3, e21, e22, v0, v1, v2, v3 = propagator
         g, rate = self.force - self.held * self.q, self.fall * self.v
         explicit = e11 * self.q + e12 * self.v + q0 * g + q1 * rate
@@ -237,7 +237,7 @@ class _Motion:
         return x, v, force, fall
 
     def _to_turning_point(self, step: float) -> float:
-        """Go to where the velocity is zero, within a step; how long it took."""
+        """Advance to zero velocity within a step; return the time taken."""
         jerk = -((self.spring + self.held + self.fall) * self.v + self.dashpot * self.a) / self.mass
         tau = min(-self.v / self.a, step)
         tau = min(-self.v / (self.a + 0.5 * jerk * tau), step)
@@ -278,7 +278,7 @@ def ring_down(
     duration: float | None,
     samples_per_cycle: int,
 ) -> RingDown:
-    """Integrate, see :meth:`microslip.Oscillator.ring_down`."""
+    """Integrate a free oscillation; see :meth:`microslip.Oscillator.ring_down`."""
     if stuck == 0.0:
         raise InputError(
             "`stiffness` must be above zero beside a joint that is rigid at rest: without a "

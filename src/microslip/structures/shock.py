@@ -26,7 +26,7 @@ _LARGEST = 2e7  # modal coordinates that are kept
 
 @dataclass(frozen=True, eq=False, init=False)
 class Pulse:
-    """An acceleration of the base that begins and ends.
+    """Acceleration of the base with a beginning and an end.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class Pulse:
 
     @classmethod
     def half_sine(cls, amplitude: float, duration: float) -> Pulse:
-        """Half of a sine, as shock tests have it (IEC 60068-2-27).
+        """Return a half-sine pulse of shock tests (IEC 60068-2-27).
 
         Parameters
         ----------
@@ -79,7 +79,7 @@ class Pulse:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ShockResponse(ModalAnswer):
-    """Motion under a pulse of the base; made by ``structure.shock(...)``.
+    """Motion under a pulse of the base, the result of ``structure.shock(...)``.
 
     Displacements and velocities count from the base, accelerations from the ground at rest. By
     exact modes or the generalised-alpha method (Chung and Hulbert 1993, DOI 10.1115/1.2900803).
@@ -96,7 +96,7 @@ class ShockResponse(ModalAnswer):
     _carried: Floats
 
     def history(self, at: ArrayLike, quantity: Quantity = "displacement") -> Floats:
-        """The motion at a sensor.
+        """Return the motion at a sensor.
 
         Parameters
         ----------
@@ -118,7 +118,7 @@ class ShockResponse(ModalAnswer):
         return np.abs(self._modal[0] @ (self._shapes.T @ columns))
 
     def peak(self, at: ArrayLike, quantity: Quantity = "displacement") -> float:
-        """Largest size at a sensor of direction ``at``, shape (n,) [m, m/s or m/s^2]."""
+        """Return the largest magnitude at a sensor ``at`` (n,) [m, m/s or m/s^2]."""
         return float(np.abs(self.history(at, quantity)).max())
 
     def __repr__(self) -> str:
@@ -137,7 +137,7 @@ def shock(
     joints_on_base: bool = False,
     damping_ratio: float = 0.0,
 ) -> ShockResponse:
-    """The motion under a pulse of the base.
+    """Compute the motion under a pulse of the base.
 
     Parameters
     ----------

@@ -26,7 +26,7 @@ _BLOCK = 200
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:
-    """A one-sided power spectral density of an acceleration, straight between its points."""
+    """One-sided power spectral density of an acceleration, linear between its points."""
 
     frequency: Floats
     """[Hz]"""
@@ -35,7 +35,7 @@ class Spectrum:
 
     @classmethod
     def of(cls, psd: Any) -> Spectrum:
-        """Checked, or an error."""
+        """Validate a spectrum."""
         example = "psd=([20.0, 2000.0], [1.0, 1.0]), in Hz and (m/s^2)^2/Hz"
         try:
             array = floats("psd", psd)
@@ -56,7 +56,7 @@ class Spectrum:
         return cls(frequency.copy(), density.copy())
 
     def at(self, frequency: Floats) -> Floats:
-        """Levels; zero outside the points."""
+        """Return the density at frequencies, zero outside the points."""
         return np.asarray(np.interp(frequency, self.frequency, self.density, left=0.0, right=0.0))
 
 
@@ -79,7 +79,7 @@ class Variances(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class LinearStructure:
-    """Modes with the forces of an input's acceleration and velocity on them."""
+    """Modes with the modal forces of an input's acceleration and velocity."""
 
     squares: Floats
     damping: Floats
@@ -102,12 +102,12 @@ class LinearStructure:
 
     @cached_property
     def _static(self) -> Floats:
-        """Compliance of the others between joints (coordinates, coordinates)."""
+        """Static compliance of the other modes between joints (coordinates, coordinates)."""
         b = self.directions[self._slow :]
         return np.asarray(b.T @ (b / self.squares[self._slow :, None]))
 
     def poles(self, softer: Floats, dashpots: Floats) -> NDArray[np.complex128]:
-        """Poles of the slow modes [rad/s], each with a positive frequency, rising.
+        """Return the poles of the slow modes [rad/s] with a positive frequency, rising.
 
         ``softer`` and ``dashpots`` are what joints add to their stiffness at rest (coordinates,).
         """
@@ -134,7 +134,7 @@ class LinearStructure:
         return np.asarray(f[(f >= low) & (f <= high) & (f > 0.0)])
 
     def variances(self, softer: Floats, dashpots: Floats) -> Variances:
-        """Variances of all motions, see :meth:`poles`."""
+        """Return the variances of all motions; arguments as :meth:`poles`."""
         poles = self.poles(softer, dashpots)
         frequencies = self._frequencies(poles)
         weights = np.gradient(frequencies)
@@ -167,13 +167,13 @@ class LinearStructure:
         )  # fmt: skip
 
     def answer(self, omega: Floats, softer: Floats, dashpots: Floats) -> NDArray[Any]:
-        """Modal coordinates (frequencies, modes) for a unit of acceleration."""
+        """Return modal coordinates (frequencies, modes) per unit of acceleration."""
         return self._response(omega, softer, dashpots)[0]
 
     def _response(
         self, omega: Floats, softer: Floats, dashpots: Floats
     ) -> tuple[NDArray[Any], NDArray[Any]]:
-        """Modal coordinates (frequencies, modes) and joint motions for a unit of acceleration."""
+        """Return modal coordinates (frequencies, modes) and joint motions per unit acceleration."""
         n, b = self._slow, self.directions[: self._slow]
         fast = self.directions[n:]
         push = self.push - 1j * self.viscous_push / omega[:, None]
@@ -203,7 +203,7 @@ class LinearStructure:
 def linear_structure(
     base: BaseMotion, spectrum: Spectrum, directions: Floats, carried: Floats
 ) -> LinearStructure:
-    """The structure with sticking joints, or an error where it has no stationary answer."""
+    """Return the structure with sticking joints; it must have a stationary response."""
     if base.carried.shape[1] != 1:
         raise InputError(
             f"directions must be one motion of the base, got {base.carried.shape[1]} inputs"
@@ -228,7 +228,7 @@ def linear_structure(
 
 
 def _outside(frequencies: Floats, rates: Floats, poles: NDArray[np.complex128]) -> Floats:
-    """Share of each column beyond the band, half of the way to the next poles, where most is."""
+    """Return the fraction of each column beyond the band, near the poles with the largest one."""
     total = rates.sum(axis=0)
     if poles.size < 2:
         return np.zeros(total.size)

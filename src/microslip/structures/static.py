@@ -49,9 +49,9 @@ class StaticState(NamedTuple):
 
 
 def closed_stiffness(stiffness: Any, attachments: tuple[Attachment, ...]) -> Any:
-    """The stiffness with all joints that hold statically closed, as stiff as the structure is."""
+    """Return the stiffness with all load-bearing joints closed, as stiff as the structure."""
     columns = all_columns(attachments, stiffness.shape[0])
-    holding = np.concatenate([np.zeros(0), *(a.holding for a in attachments)])
+    holding = np.concatenate([np.zeros(0), *(a.representative_stiffness for a in attachments)])
     active = holding > 0.0
     if not active.any():
         return stiffness
@@ -67,7 +67,7 @@ def closed_stiffness(stiffness: Any, attachments: tuple[Attachment, ...]) -> Any
 def static_state(
     stiffness: Any, mass: Any, attachments: tuple[Attachment, ...], static_force: Floats
 ) -> StaticState:
-    """Newton's method with a line search along which the energy falls."""
+    """Solve by Newton's method with a line search along which the energy falls."""
     closed = closed_stiffness(stiffness, attachments)
     count = None if mass.shape[0] <= LARGEST_DENSE else 12
     squares, shapes = linear_modes(closed, mass, count)
@@ -110,7 +110,7 @@ def static_state(
 
 
 class _Solver:
-    """Solves with the tangent stiffness, the rigid motions held."""
+    """Solver with the tangent stiffness and restrained rigid motions."""
 
     def __init__(self, stiffness: Any, mass: Any, columns: Floats, rigid: Floats) -> None:
         self._columns = columns
@@ -156,7 +156,7 @@ def _search(
     step: Floats,
     gap: Floats,
 ) -> tuple[Floats, Floats, Floats, bool]:
-    """Go along a step to where the energy no longer falls steeply: its slope there is known."""
+    """Move along a step to a point where the slope of the energy is small."""
     start = float(gap @ step)  # minus the slope of the energy, above zero
     low, high, share = 0.0, math.inf, 1.0
     elastic, along = stiffness @ x, stiffness @ step
@@ -210,7 +210,7 @@ MOST_MODES = 100_000
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AtRest:
-    """Matrices and joints of a structure, and where its static forces hold it."""
+    """Matrices and joints of a structure in its static equilibrium."""
 
     mass: Any
     stiffness: Any
@@ -249,7 +249,7 @@ class AtRest:
 
     @cached_property
     def gaps(self) -> Floats:
-        """Separations of the nodes of all fields at rest [m], measured as their surface's are."""
+        """Separations of the nodes of all fields at rest [m], as defined by their surface."""
         return self._by_node(lambda a, u: a.separations(u))
 
     @cached_property
@@ -264,12 +264,12 @@ class AtRest:
 
     @cached_property
     def model(self) -> ModalModel:
-        """The structure in the modes it has while all joints stick."""
+        """Modal model of the structure with sticking joints."""
         return modal_model(self.mass, self.stiffness, self.damping, self.attachments, self._motions)
 
     @property
     def _elastic(self) -> ModalModel:
-        """The same, where there is a mode at all."""
+        """Modal model, if it has at least one mode."""
         if not self.model.size:
             raise InputError(
                 "nothing holds the structure in any motion: it has no elastic mode; give it a "
@@ -279,7 +279,7 @@ class AtRest:
 
     @single_threaded
     def linear_modes(self, count: int = 10, *, joints: str = "stuck") -> LinearModes:
-        """Modes of small motion.
+        """Return the modes of small motion.
 
         Parameters
         ----------
@@ -307,11 +307,11 @@ class AtRest:
 
     @property
     def _bends(self) -> list[GeometryAttachment]:
-        """Stiffnesses that depend on how far it bends."""
+        """Attachments whose stiffness depends on bending."""
         return [a for a in self.attachments if isinstance(a, GeometryAttachment)]
 
     def _orders(self, harmonics: Sequence[int] | None) -> Sequence[int]:
-        """Harmonics that were asked for, or those that the joints and the geometry need."""
+        """Return the given harmonics, or those required by joints and geometry."""
         if harmonics is not None:
             return harmonics
         return GEOMETRY_HARMONICS if self._bends else HARMONICS
@@ -320,7 +320,7 @@ class AtRest:
 def answered(
     solve: Callable[Concatenate[AtRest, _P], _Answer],
 ) -> Callable[Concatenate[AtRest, _P], _Answer]:
-    """A motion about the state of rest, or an error where it leaves what a geometry is known for.
+    """Refuse a motion that leaves the range of a geometric stiffness.
 
     BLAS is held to one thread.
     """
@@ -340,7 +340,7 @@ def answered(
 
 
 def base_damping(value: Any) -> float:
-    """A damping ratio of all but the joints [-], or an error."""
+    """Validate the damping ratio of everything but the joints [-]."""
     ratio = number("damping_ratio", value, example=0.001)
     if not 0.0 <= ratio < 1.0:
         raise InputError(f"damping_ratio must be from 0 to below 1, got {exact(ratio)}")

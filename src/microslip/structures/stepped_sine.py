@@ -71,7 +71,7 @@ def stepped_sine(
     points: Any,
     quantity: Any,
 ) -> SteppedSine:
-    """See :meth:`microslip.ModalTest.from_stepped_sine`."""
+    """Read a stepped sine; see :meth:`microslip.ModalTest.from_stepped_sine`."""
     points, power = whole_number("points", points, 1, 1000), power_of(quantity)
     f, sensed = record("frequency", frequency, "Hz"), record("amplitude", amplitude)
     psi, push = record("phase", phase, "rad"), record("force", force)
@@ -124,7 +124,7 @@ def stepped_sine(
 
 
 def _other_phase(frequency: Floats, phase: Floats, power: int) -> str:
-    """Phase probably given instead, in words: that of another quantity, or a lag."""
+    """Name the phase convention that was probably used instead."""
     turned = np.unwrap(phase[np.argsort(frequency, kind="stable")])
     falling = bool(turned[-1] < turned[0])
     ahead = phase if falling else -phase
@@ -140,7 +140,7 @@ def _other_phase(frequency: Floats, phase: Floats, power: int) -> str:
 
 
 def _controlled_levels(sensed: Floats, push: Floats) -> list[np.ndarray[Any, Any]]:
-    """Places of each level of a test whose response was held while the force followed."""
+    """Return the rows of each level of a response-controlled test."""
     order = np.argsort(sensed, kind="stable")
     levels = np.split(order, np.flatnonzero(np.diff(sensed[order]) > _LEVEL_STEP) + 1)
     steady = [
@@ -195,7 +195,7 @@ def _by_levels(
 
 
 def _modal_constant(omega: Floats, level: Floats, cosine: Floats) -> float:
-    """The p with which omega^2 + p cosine is one smooth function of the level."""
+    """Return the p that makes omega^2 + p cosine one smooth function of the level."""
     low, high = float(level.min()), float(level.max())
     count = max(2, min(_KNOTS, omega.size // 5))
     knots = np.linspace(low, high if high > low else low + 1.0, count)
@@ -208,7 +208,7 @@ def _modal_constant(omega: Floats, level: Floats, cosine: Floats) -> float:
 
 
 def _means_by_level(amplitude: Floats, frequency: Floats, damping: Floats, points: int) -> Values:
-    """Geometric means over about even steps of the logarithm of the amplitude."""
+    """Return geometric means over nearly even steps of the logarithm of the amplitude."""
     level = np.log(amplitude)
     count = min(points, level.size)
     edges = np.linspace(level.min(), level.max(), count + 1)

@@ -53,7 +53,7 @@ _Result = TypeVar("_Result")
 def _of_rest(
     method: Callable[Concatenate[Preload, _P], _Result],
 ) -> Callable[Concatenate[Structure, _P], _Result]:
-    """A method of the state of rest without static forces, as one of the structure."""
+    """Make a method of the state of rest without static forces a method of the structure."""
 
     @wraps(method)
     def of_structure(structure: Structure, /, *args: _P.args, **options: _P.kwargs) -> _Result:
@@ -64,7 +64,7 @@ def _of_rest(
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Preload(AtRest):
-    """A structure at rest under static forces; made by :meth:`microslip.Structure.preload`."""
+    """Structure at rest under static forces, the result of :meth:`microslip.Structure.preload`."""
 
     modes = modes
     forced_response = forced_response
@@ -79,7 +79,7 @@ class Preload(AtRest):
 
 @dataclass(frozen=True, eq=False, init=False)
 class Structure:
-    """A linear structure M x'' + C x' + K x = f, and the joints that are attached to it.
+    """Linear structure M x'' + C x' + K x = f with attached joints.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ class Structure:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], *, limit: int = POINTS, **names: str) -> Structure:
-        """Read matrices from a file, or from one for each matrix.
+        """Read matrices from one file, or from one file for each matrix.
 
         Parameters
         ----------
@@ -162,7 +162,7 @@ class Structure:
     # -- joints -----------------------------------------------------------------------------------
 
     def attach(self, joint: BackboneLaw | JointField, *, directions: Any) -> Structure:
-        """The structure with one more set of joints.
+        """Return the structure with one more set of joints.
 
         Parameters
         ----------
@@ -203,7 +203,7 @@ class Structure:
         return self.with_attachment(attachment)
 
     def with_attachment(self, attachment: Attachment) -> Structure:
-        """A new one with one more of what joins degrees of freedom, already checked."""
+        """Return the structure with one more validated attachment."""
         extended = object.__new__(Structure)  # the matrices are checked
         assign(extended, mass=self.mass, stiffness=self.stiffness, damping=self.damping)
         assign(extended, attachments=(*self.attachments, attachment))
@@ -219,7 +219,7 @@ class Structure:
         force: Callable[[Floats], ArrayLike] | None = None,
         reach: ArrayLike | None = None,
     ) -> Structure:
-        """The structure with a stiffness that depends on how far it bends: thin, curved panels.
+        """Return the structure with geometric stiffness, for thin and curved panels.
 
         Parameters
         ----------
@@ -263,7 +263,7 @@ class Structure:
 
     @single_threaded
     def preload(self, static_force: ArrayLike | None = None) -> Preload:
-        """The state of rest under static forces, bolt forces among them.
+        """Compute the state of rest under static forces, including bolt forces.
 
         Parameters
         ----------
@@ -296,7 +296,7 @@ class Structure:
         return state
 
     def _preload(self, force: Floats) -> Preload:
-        """Return the state of rest, in which faces may bear more than they were tightened by."""
+        """Return the state of rest; faces may bear more than their tightening pressure."""
         state = static_state(self.stiffness, self.mass, self.attachments, force)
         if state.equilibrium_error > 1e-6:
             raise InputError(
@@ -326,7 +326,7 @@ class Structure:
 
     @cached_property
     def _undeformed(self) -> Preload:
-        """Preload state without static forces."""
+        """State of rest without static forces."""
         if any(attachment.has_gaps for attachment in self.attachments):
             raise InputError(
                 "a field with gaps has no loads before a static solution: write "
@@ -377,7 +377,7 @@ GROUNDED = Rule(
 
 
 def judge(mass: Any, stiffness: Any, attachments: tuple[Attachment, ...]) -> tuple[Verdict, ...]:
-    """Verdicts on a structure without its joints."""
+    """Return the verdicts on a structure without its joints."""
     count = None if mass.shape[0] <= LARGEST_DENSE else _MOST_RIGID + 1
     squares, shapes = linear_modes(stiffness, mass, count)
     rigid = rigid_count(squares, stiffness, mass)

@@ -16,7 +16,7 @@ _COVERED = 0.25  # share of a patch under a washer from which it counts as tied
 
 
 class TieLimits(NamedTuple):
-    """Frequencies of one mode by what the lap does [Hz]."""
+    """Frequencies of one mode for limiting conditions of the lap [Hz]."""
 
     open: float
     """No contact: bolts alone hold the parts."""
@@ -73,7 +73,7 @@ def tie_limits(
 
 
 def _alike(joint: ReducedJoint, free: Floats, shapes: Floats) -> Floats:
-    """Frequencies [Hz] of the modes of free degrees of freedom most alike to given shapes."""
+    """Return the frequencies [Hz] of the modes most similar to given shapes."""
     from scipy.linalg import eigh
 
     grid = np.ix_(free, free)

@@ -21,7 +21,7 @@ _LAST_CHANGE = 1e-12  # of the largest joint motion so far, for the last step of
 
 
 class Coefficients(NamedTuple):
-    """Coefficients of the method, by the spectral radius at high frequencies."""
+    """Coefficients of the method, from the spectral radius at high frequencies."""
 
     mass: float
     force: float
@@ -30,13 +30,13 @@ class Coefficients(NamedTuple):
 
     @classmethod
     def of(cls, radius: float) -> Coefficients:
-        """Second order for every radius; 1 loses nothing, 0 what is fast in one step."""
+        """Return second-order coefficients: radius 1 is free of loss, 0 damps fast motion most."""
         mass, force = (2.0 * radius - 1.0) / (radius + 1.0), radius / (radius + 1.0)
         return cls(mass, force, 0.25 * (1.0 - mass + force) ** 2, 0.5 - mass + force)
 
 
 class TimeSteps:
-    """Modal coordinates, elastic and rigid, from step to step; joints commit at each.
+    """Integrator of modal coordinates; joints commit at each step.
 
     In the modes of the sticking joints the linear part is solved once and for all; each step
     iterates on the joints' motions alone.
@@ -73,7 +73,7 @@ class TimeSteps:
 
     @property
     def lost(self) -> Floats:
-        """Energies that the joints have lost since the static state [J], all groups in a row."""
+        """Energies dissipated by the joints since the static state [J], all groups in a row."""
         return self._lost() - self._before
 
     def _solve(self, right: Floats) -> Floats:
@@ -82,7 +82,7 @@ class TimeSteps:
         return np.asarray(self._inverse @ right)
 
     def try_joints(self, motion: Floats) -> tuple[Floats, Floats]:
-        """Forces beyond sticking and their tangents, (coordinates, coordinates)."""
+        """Return forces beyond sticking and their tangents (coordinates, coordinates)."""
         force, slopes = self._joints.answers(motion, [state.try_ for state in self._states])
         return force - self._joints.stuck * motion, self._joints.tangent_matrix(slopes)
 
@@ -96,7 +96,7 @@ class TimeSteps:
     def _find(
         self, aim: Floats, motion: Floats, correction: Callable[[Floats, Floats, Floats], Floats]
     ) -> bool:
-        """Commit the motion of the joints where Newton's corrections end; whether they do."""
+        """Commit the joint motion at which Newton's method converges; return whether it does."""
         size = max(self._largest, float(np.abs(aim).max(initial=0.0)), 1e-300)
         moved = np.inf
         for _ in range(_ITERATIONS):
@@ -118,7 +118,7 @@ class TimeSteps:
         self.commit(motion, self.try_joints(motion)[0])
 
     def begin(self, v: Floats) -> None:
-        """Take note of velocities at the start, where a method wants them."""
+        """Store the initial velocities (used by the methods that need them)."""
 
     def acceleration(self, q: Floats, v: Floats, force: Floats, short: Floats) -> Floats:
         """Return the accelerations from the equation of motion, at one time or a row of times."""
@@ -155,7 +155,7 @@ class TimeSteps:
 
 
 def are_exact(model: ModalModel, joints: ModalJoints) -> bool:
-    """Whether all joints are laws along directions, and the damping leaves modes apart."""
+    """Return whether all joints are laws along directions, and no damping couples modes."""
     damping = np.zeros((1, 1)) if model.damping is None else np.asarray(model.damping)
     coupling = np.abs(damping - np.diag(np.diag(damping))).max(initial=0.0)
     laws = all(isinstance(group, LawGroup) for group in joints.groups)
@@ -163,7 +163,7 @@ def are_exact(model: ModalModel, joints: ModalJoints) -> bool:
 
 
 class ExactSteps(TimeSteps):
-    """The modes as they swing by themselves, under forces that are cubics in time over a step.
+    """Exact integration of the modes under forces that are cubic in time over a step.
 
     What joints give less than sticking ones, and its rate, is matched at both ends (Hermite's
     cubic), as :meth:`microslip.Oscillator.ring_down` does; a turning point inside a step costs the
@@ -202,7 +202,7 @@ class ExactSteps(TimeSteps):
         self._rate = np.zeros(joints.stuck.size)  # of the joints' forces, times the step
 
     def begin(self, v: Floats) -> None:
-        """Rates of the joints' forces at the start."""
+        """Store the rates of the joint forces at the start."""
         self._rate = self._step * (self.try_joints(self.motion)[1] @ (self._directions.T @ v))
 
     def advance(

@@ -13,14 +13,14 @@ from microslip.study.runs.structure_prediction import StructurePrediction, Tight
 
 
 def slack_names(prediction: StructurePrediction) -> str:
-    """The slack bolts, in words."""
+    """Format the numbers of the slack bolts."""
     slack = prediction.part.bolts.slack
     listed = ", ".join(str(number) for number in sorted(slack))
     return f"bolt{'s' if len(slack) > 1 else ''} {listed}" if slack else ""
 
 
 def force_rows(forces: BoltForces | None) -> list[tuple[str, str]]:
-    """Forces of a bolt from its tightening on, for facts: nothing where no size tells them."""
+    """Return facts on the force of a bolt, from tightening to service; empty without a size."""
     if forces is None:
         return []
     low, high = tension_band(forces.tightening_factor)
@@ -49,14 +49,14 @@ def force_rows(forces: BoltForces | None) -> list[tuple[str, str]]:
 
 
 def force_numbers(forces: BoltForces | None) -> dict[str, Any] | None:
-    """The same for the summary: plain values in SI units."""
+    """Return the forces of a bolt as plain values in SI units."""
     if forces is None:
         return None
     return {**vars(forces), "clamping": forces.clamping, "clamping_range": list(forces.ends)}
 
 
 def comparison(prediction: StructurePrediction) -> Section:
-    """Frequency and damping of each mode, and of the mode that it is with all bolts tight."""
+    """Compare each mode with its counterpart with all bolts tight."""
     unit = prediction.part.unit
     listed = (
         Column("amplitude", "Amplitude at the sensor", unit, 3, short="amplitude"),
@@ -88,7 +88,7 @@ def comparison(prediction: StructurePrediction) -> Section:
 
 
 def tight_numbers(tight: tuple[TightMode, ...]) -> list[dict[str, Any]]:
-    """Summary of the modes with all bolts tight: plain values in SI units."""
+    """Return the modes with all bolts tight as plain values in SI units."""
     return [
         {
             "mode": beside.of,

@@ -14,7 +14,7 @@ AMPLITUDE, PATCH = "structure_amplitude", "patch"
 
 
 def curves(mode: Mode) -> dict[str, Floats]:
-    """The curves of a mode by the names that they have everywhere."""
+    """Return the curves of a mode by the names of their quantities."""
     columns = {
         "amplitude": mode.curve.amplitude,
         "modal_frequency": mode.curve.frequency,
@@ -27,7 +27,7 @@ def curves(mode: Mode) -> dict[str, Floats]:
 
 
 def structure_arrays(prediction: StructurePrediction) -> DataSet:
-    """Collect the numbers of all modes and patches."""
+    """Return the data set of all modes and patches."""
     modes, joint, state = prediction.modes, prediction.joint, prediction.state
     amplitude = modes[0].curve.amplitude
     sizes = {"mode": len(modes), AMPLITUDE: amplitude.size, PATCH: joint.patches}

@@ -139,7 +139,7 @@ def structure_sections(prediction: StructurePrediction) -> tuple[Section, ...]:
 
 
 def structure_pictures(prediction: StructurePrediction) -> tuple[Picture, ...]:
-    """The figures."""
+    """Return the figures with their captions."""
     markers = " Markers are the tests." if prediction.tests else ""
     if any(test.motion == "decay" for test in prediction.tests):
         markers += " Thin: as in a free decay, to be compared with ring-downs."
@@ -194,7 +194,7 @@ def structure_pictures(prediction: StructurePrediction) -> tuple[Picture, ...]:
 
 
 def structure_numbers(prediction: StructurePrediction) -> dict[str, Any]:
-    """Structure in the summary: plain values in SI units."""
+    """Return the structure's part of the summary: plain values in SI units."""
     joint, state, convergence = prediction.joint, prediction.state, prediction.convergence
     parts = {
         "convergence": convergence and [change._asdict() for change in convergence.changes],
@@ -284,7 +284,7 @@ def _model(prediction: StructurePrediction) -> Facts:
 
 
 def _form(prediction: StructurePrediction) -> str:
-    """The form of the faces in words."""
+    """Describe the form of the faces."""
     form = prediction.part.form
     if form is None:
         return "faces taken as flat"
@@ -363,7 +363,7 @@ _SAME_SHAPE = 0.99
 
 
 def _resonance(mode: Mode, other: Resonance) -> str:
-    """A mode that may be drawn in, in words."""
+    """Warn of a mode near a multiple of the frequency."""
     times = "the frequency" if other.multiple == 1 else f"{other.multiple} times the frequency"
     return (
         f"Mode {other.mode + 1} is {other.distance:+.1%} away from {times} of mode {mode.number}: "
@@ -372,7 +372,7 @@ def _resonance(mode: Mode, other: Resonance) -> str:
 
 
 def _bands_remark(mode: Mode, meshed: bool) -> str:
-    """Method and sampling error of the bands of a mode."""
+    """Describe the method and the sampling error of the bands of a mode."""
     if mode.bands is None:
         return ""
     error = mode.bands.damping_error
@@ -404,7 +404,6 @@ def _bands_remark(mode: Mode, meshed: bool) -> str:
 
 
 def _convergence_section(convergence: Convergence, number: int) -> Section:
-    """Changes by a finer model."""
     listed = (
         Column("what", "Changed"),
         Column("from", "From"),

@@ -70,7 +70,7 @@ _BAND = ("amplitude_low", "amplitude_median", "amplitude_high")
 
 
 def response_numbers(forced: ForcedMode) -> dict[str, Any]:
-    """A response near a mode in the summary."""
+    """Return a response near a mode as plain values in SI units."""
     result: dict[str, Any] = {
         "force": forced.force,
         "peak": dict(zip(("amplitude", "frequency"), json_value(forced.peak), strict=True)),
@@ -89,7 +89,7 @@ def response_numbers(forced: ForcedMode) -> dict[str, Any]:
 
 
 def force_section(prediction: StructurePrediction) -> Section:
-    """Peaks of the response to each force, with their bands."""
+    """Return the peaks of the response to each force, with their bands."""
     unit = prediction.part.unit
     listed = [
         Column("mode", "Mode"),
@@ -140,7 +140,7 @@ def force_section(prediction: StructurePrediction) -> Section:
 
 
 def force_plot(prediction: StructurePrediction) -> Plot:
-    """Amplitude at the sensor against the frequency of the force, a panel a mode."""
+    """Plot the amplitude at the sensor against the frequency of the force, one panel per mode."""
     si = prediction.part.unit.replace("^2", "²")
     panels, legend = [], []
     for mode in prediction.modes:

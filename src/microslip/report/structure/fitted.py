@@ -73,7 +73,7 @@ def fitted_section(prediction: StructurePrediction, identified: ModalIdentificat
 
 
 def _linear(prediction: StructurePrediction, identified: ModalIdentification) -> Table:
-    """Frequencies of sticking joints beside those of the smallest amplitudes of the tests."""
+    """Compare the linear frequencies of the fit with those of the tests at small amplitudes."""
     listed = (
         Column("mode", "Mode"),
         *(
@@ -105,7 +105,7 @@ _COMPARED = (
 
 
 def _compared(test: ModalTest, curve: ModalCurve, band: Floats) -> Table:
-    """A test beside the curve that was fitted to it, with the band of the fitted parameters."""
+    """Compare a test with its fitted curve and the band of the fitted parameters."""
     columns = (
         test.amplitude, test.frequency, curve.frequency, test.damping_ratio,
         test.damping_of(curve), *band[1],
@@ -116,7 +116,7 @@ def _compared(test: ModalTest, curve: ModalCurve, band: Floats) -> Table:
 
 
 def _strongest_correlation(identified: ModalIdentification) -> str:
-    """The two parameters that the test tells apart least, in words."""
+    """Name the two parameters with the largest correlation."""
     names, matrix = tuple(identified.values), abs(identified.correlation)
     if len(names) < 2:
         return ""

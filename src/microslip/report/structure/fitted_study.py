@@ -28,7 +28,7 @@ _LARGEST_CORRELATION = 0.999  # largest correlation that a study takes
 
 
 def fitted_text(study: StudyDescription, result: StructurePrediction, destination: Path) -> str:
-    """The study with what was found, its scatter and its correlations, for ``predict``.
+    """Return the study with the fitted values, their scatter and correlations, for ``predict``.
 
     Each middle is the fitted value, so that the curves are those of the fit.
     """
@@ -98,7 +98,7 @@ def fitted_text(study: StudyDescription, result: StructurePrediction, destinatio
 
 
 def _unfitted(measured: Any) -> Any:
-    """Tests that are drawn and no longer fitted."""
+    """Keep the tests for figures, without fitting them again."""
     if isinstance(measured, dict):
         return {name: value for name, value in measured.items() if name != "fit"}
     return [_unfitted(test) for test in measured]

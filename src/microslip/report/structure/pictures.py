@@ -29,13 +29,13 @@ PALE = ("#dddddd", "#cfe3f1", "#f6dccb", "#cfe9df", "#f0dce8", "#f8ebcc")
 
 
 def curve_plot(prediction: StructurePrediction) -> Plot:
-    """Frequency over its value at rest, and damping ratio, against amplitude."""
+    """Plot relative frequency and damping ratio against amplitude."""
     unit, letter = prefix(float(prediction.modes[0].curve.amplitude[-1]))
     quantity = prediction.part.quantity
     si = prediction.part.unit.replace("^2", "²")
 
     def sensed(test: ModalTest | ModalCurve) -> Floats:
-        """Displacement amplitudes in the quantity and unit of the axis."""
+        """Convert displacement amplitudes to the quantity and unit of the axis."""
         omega = 2.0 * np.pi * test.frequency
         return np.asarray(test.amplitude * omega ** POWERS[quantity] / unit)
 
@@ -50,7 +50,6 @@ def curve_plot(prediction: StructurePrediction) -> Plot:
         return scaled(mode, y, name)
 
     def scaled(mode: Mode, y: Floats, name: str) -> Floats:
-        """Values of an axis."""
         at_rest = mode.curve.linear_frequency
         return 100.0 * (y / at_rest - 1.0) if name == "frequency" else np.asarray(y)
 
@@ -101,13 +100,13 @@ def curve_plot(prediction: StructurePrediction) -> Plot:
 
 
 def pressure_plot(prediction: StructurePrediction) -> Plot:
-    """Pressures after tightening."""
+    """Plot the pressures after tightening."""
     scale, letter = prefix(float(prediction.state.pressures.max()))
     return _maps(prediction, [("", prediction.state.pressures / scale)], f"Pressure [{letter}Pa]")
 
 
 def slip_plot(prediction: StructurePrediction) -> Plot:
-    """Relative tangential amplitudes."""
+    """Plot the relative tangential amplitudes."""
     slips = [(f"Mode {mode.number}", mode.slip(prediction.joint)) for mode in prediction.modes]
     scale, letter = prefix(max(float(slip.max()) for _, slip in slips))
     return _maps(
@@ -118,13 +117,13 @@ def slip_plot(prediction: StructurePrediction) -> Plot:
 
 
 def loss_plot(prediction: StructurePrediction) -> Plot:
-    """Shares in the loss."""
+    """Plot the fraction of the loss on each patch."""
     losses = [(f"Mode {mode.number}", 100.0 * mode.loss()) for mode in prediction.modes]
     return _maps(prediction, losses, "Share of the loss [%]")
 
 
 def _maps(prediction: StructurePrediction, maps: list[tuple[str, Floats]], label: str) -> Plot:
-    """Patches in plan, coloured by values, with the bolts and one scale of colours."""
+    """Plot patches in plan with the bolts, coloured by values on a common scale."""
     joint = prediction.joint
     largest = max(float(values.max()) for _, values in maps) or 1.0
     contacts = np.unique(joint.patch_contacts)
@@ -167,7 +166,7 @@ def _ramp() -> NDArray[np.uint8]:
 
 
 def shape_plot(prediction: StructurePrediction) -> Plot:
-    """Each mode from the side that shows it, exaggerated, over the structure at rest."""
+    """Plot each mode in the view that shows its motion, exaggerated, over the structure at rest."""
     panels = [_shape(prediction, mode) for mode in prediction.modes]
     return stacked(panels, 1.5 * len(panels) + 0.7)
 
@@ -212,7 +211,7 @@ def _shape(prediction: StructurePrediction, mode: Mode) -> Panel:
 
 
 def _isometric(points: Floats, motion: Floats, facets: NDArray[np.int32], mode: Mode) -> Panel:
-    """A mode of a mesh, which may lie anyhow, in isometric view with the axes of its file."""
+    """Plot a mode of a mesh in isometric view with the axes of the mesh file."""
     view = np.array([[-0.866, 0.866, 0.0], [-0.5, -0.5, 1.0]])
     eye = np.array([1.0, 1.0, 1.0])
     size = float(np.ptp(points, axis=0).max())
@@ -244,6 +243,6 @@ def _isometric(points: Floats, motion: Floats, facets: NDArray[np.int32], mode: 
 
 
 def _blend(share: float) -> str:
-    """Colour between light and dark for a share of the largest motion."""
+    """Return the colour for a motion relative to the largest one."""
     red, green, blue = (round(v) for v in _LIGHT + share * (_DARK - _LIGHT))
     return f"#{red:02x}{green:02x}{blue:02x}"

@@ -10,7 +10,12 @@ from microslip._core.checks import Floats
 from microslip.friction.sweeps.quantiles import quantiles
 from microslip.structures import FrequencyResponse, ModalCurve, Preload, ReducedJoint
 from microslip.structures.forced import Node, six_digits
-from microslip.structures.modal_curve import Resonant, refined, resonant, with_phase
+from microslip.structures.modal_curve import (
+    Resonant,
+    interpolate_in_amplitude,
+    resonant,
+    with_phase,
+)
 from microslip.structures.periodic_motion import POWERS
 from microslip.study.runs.structure_prediction import (
     BAND_QUANTILES,
@@ -52,7 +57,7 @@ def forced_mode(
 
     def answers(logs: Floats, base: Floats, at: Floats) -> Resonant:
         """Return responses in the quantity of the sensor from ln frequency, ln zeta, ln gain."""
-        fine, values = refined(asked, logs.reshape(len(logs), 3, -1))
+        fine, values = interpolate_in_amplitude(asked, logs.reshape(len(logs), 3, -1))
         frequency, of_joint, gain = np.moveaxis(values, 1, 0)
         moved = fine / (2.0 * math.pi * frequency) ** power
         found = resonant(moved, frequency, of_joint + base[:, None], force * gain, at)
@@ -138,7 +143,7 @@ def frequency_response(
         curve, solved = mode.curve, mode.curve.converged
         gain = _gain(curve, joint)[solved]
         columns = [curve.frequency[solved], joint_damping(curve)[solved], abs(gain)]
-        fine, (values,) = refined(part.amplitudes[solved], np.log(columns)[None])
+        fine, (values,) = interpolate_in_amplitude(part.amplitudes[solved], np.log(columns)[None])
         frequency, of_joint, size = values
         fine = fine / (2.0 * math.pi * frequency) ** power
         moved = with_phase(fine, frequency, of_joint + base, force * size, at)

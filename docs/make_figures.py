@@ -14,7 +14,7 @@ FOLDER = Path(__file__).with_name("images") / "chapter"
 HEAD = """\
 # The chapter's figures
 
-The figures of chapter 19 of *The Mechanics of Jointed Structures*
+Here you find the figures of chapter 19 of *The Mechanics of Jointed Structures*
 ([doi:10.1007/978-3-319-56818-8_19](https://doi.org/10.1007/978-3-319-56818-8_19)), all but one
 photograph, drawn with this library, followed by some figures that the chapter does not have. The
 axes of the chapter have no numbers, so each figure states its assumptions. Where the chapter shows

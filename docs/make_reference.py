@@ -130,7 +130,8 @@ def choice_of(schema: dict[str, Any]) -> str:
 def keys_page() -> str:
     """Return the page of the keys of a study."""
     parts = [
-        "# Keys of a study\n\n" + NOTE + "\nThe keys of a [study](study.md), table by table. "
+        "# Keys of a study\n\n" + NOTE + "\nHere you find the keys of a "
+        "[study](study.md), table by table. "
         "Quantities are text with a unit. A value that may be uncertain can be a table, "
         "`{ low = …, high = … }`, `{ mean = …, cv = … }` or `{ values = […] }`; "
         "`{ of = KEY, factor = … }` lets it follow another key.\n\n"
@@ -178,7 +179,8 @@ def keys_page() -> str:
 def options_page() -> str:
     """Return the page of the commands with their arguments and options."""
     parts = [
-        "# Options of the command\n\n" + NOTE + "\nWhat `microslip COMMAND --help` prints; "
+        "# Options of the command\n\n" + NOTE + "\nHere you find what "
+        "`microslip COMMAND --help` prints; "
         "[The command](command.md) shows how to use it.\n\n"
     ]
 
@@ -215,7 +217,8 @@ def names_page() -> str:
         for name, quantity in QUANTITIES.items()
     ]
     return (
-        "# Quantities of a result\n\n" + NOTE + "\nThe columns of the tables, keys of "
+        "# Quantities of a result\n\n" + NOTE + "\nHere you find the columns "
+        "of the tables, keys of "
         "`summary.json`, variables of `result.nc` and attributes of `ms.Result`, each with its "
         "unit; [Results](results.md) says which file has which.\n\n"
         + table(["name", "unit", "meaning"], rows)

@@ -176,9 +176,9 @@ def page(results: dict[str, Any]) -> str:
         "# Record of predictions",
         "",
         *wrapped(
-            "This page compares microslip with published measurements, and with computations of "
-            f"others, hits and misses alike: {len(results)} cases, {len(rows)} numbers, {inside} "
-            "of them inside the predicted band. Each case says which of the two it is."
+            "Here you find how far predictions of microslip are from published measurements, and "
+            f"from computations of others, misses included: {len(results)} cases, {len(rows)} "
+            f"numbers, {inside} of them inside the predicted band."
         ),
         "",
         "![Predicted over measured with the predicted bands, all cases](images/predictions.svg)",

@@ -422,6 +422,20 @@ def test_every_page_is_on_the_site_and_linked_where_it_is_listed() -> None:
             assert f"({below.name})" in text, f"{below.name} is not in the tables of {page.name}"
 
 
+@pytest.mark.parametrize(
+    "page",
+    [p for p in PAGES if p.is_relative_to(DOCS) and p.name != "index.md"],
+    ids=lambda p: p.name,
+)
+def test_a_page_begins_with_what_the_reader_can_do_and_has_a_picture(page: Path) -> None:
+    text = re.sub(r"(?ms)^```.*?^```|<!--.*?-->", "", page.read_text(encoding="utf-8"))
+    prose = [part for part in re.split(r"\n\s*\n", text) if re.match(r"\s*[A-Z`]", part)]
+    opening = " ".join(re.split(r"(?<=[.:?]) ", " ".join(prose[0].split()))[:2])
+    assert re.search(r"\byou (?:can|find|know)\b", opening), opening
+    if page.name not in ("changelog.md", "contributing.md"):  # links to files of the repository
+        assert re.search(r"(?m)^!\[|^\| |^```\{eval-rst\}", page.read_text(encoding="utf-8"))
+
+
 # -- pages from declarations ----------------------------------------------------------------------
 
 

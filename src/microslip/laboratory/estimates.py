@@ -7,7 +7,6 @@ independent ones, by how much the cycles, and the means of blocks of them, resem
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -15,10 +14,7 @@ import numpy as np
 
 from microslip._core.checks import Floats, number
 from microslip._core.errors import InputError
-from microslip._core.quadrature import gauss_legendre
 
-_STEPS = 100
-"""Bound of Newton's steps: a confidence of 1 - 1e-15 takes some forty."""
 _BLOCKS = 20
 """Cycles, or blocks of them, from which their correlation is judged: of fewer it is not known."""
 _LIKELY, _UPPER = 2.3, 1.75
@@ -27,8 +23,6 @@ that is found too small costs more than one that is found too large."""
 _NORMAL = 100_000
 """Degrees of freedom at which Student's distribution is the normal one."""
 _HIGHEST, _FARTHEST = 0.999, 2.0
-_MANY, _FAR_OUT = 20, 40.0
-"""Degrees of freedom from which on so many standard errors are never exceeded."""
 
 
 class Estimate(NamedTuple):
@@ -47,36 +41,11 @@ class Estimate(NamedTuple):
 
 
 @lru_cache
-def _students(freedom: int) -> tuple[float, Callable[[float], float], Callable[[Any], Any]]:
-    """Integral of cos^(f-1) from 0 to pi/2, to an angle, and the integrand.
-
-    With t = sqrt(f) tan(angle), the share of Student's distribution within ± t is that up to the
-    angle over that of all (Wallis' product).
-    """
-    power = freedom - 1
-    even_product, odd = math.pi / 2.0, 1.0
-    factors = np.arange(power, 1, -2, dtype=np.float64)
-    quarter = (odd if power % 2 else even_product) * math.exp(float(np.log1p(-1.0 / factors).sum()))
-    nodes, weights = gauss_legendre(60)
-
-    def integrand(angle: Any) -> Any:
-        return np.exp(-0.5 * power * np.log1p(np.tan(angle) ** 2))
-
-    return quarter, lambda angle: angle * float(weights @ integrand(angle * nodes)), integrand
-
-
-@lru_cache
 def quantile(confidence: float, freedom: int) -> float:
-    """Half width of Student's interval in standard errors [-]; SciPy would cost more to load."""
-    quarter, inside, integrand = _students(freedom)
-    # It is concave in the angle: Newton's steps from below never overshoot.
-    angle = confidence * quarter
-    for _ in range(_STEPS):
-        step = (confidence * quarter - inside(angle)) / float(integrand(angle))
-        angle += step
-        if step <= 4e-16 * angle:
-            break
-    return math.sqrt(freedom) * math.tan(angle)
+    """Return the half width of Student's interval in standard errors [-]."""
+    from scipy.special import stdtrit
+
+    return -float(stdtrit(freedom, 0.5 * (1.0 - confidence)))
 
 
 def checked_confidence(level: Any) -> float:
@@ -142,12 +111,10 @@ def chance_below(values: Floats, limit: float = 0.0) -> float:
     if away.size == 1 or not (spread := float(away.std(ddof=1))) > 0.0:
         return float(mean <= 0.0)
     dependence = dependence_of(away)
-    errors = abs(mean) / spread / math.sqrt(dependence.factor / away.size)
-    if dependence.freedom > _MANY:  # the integrand is a peak that its nodes would miss
-        errors = min(errors, _FAR_OUT)
-    quarter, inside, _ = _students(dependence.freedom)
-    within = inside(math.atan(errors / math.sqrt(dependence.freedom))) / quarter
-    return 0.5 - 0.5 * math.copysign(min(within, 1.0), mean)
+    from scipy.special import stdtr
+
+    errors = mean / spread / math.sqrt(dependence.factor / away.size)
+    return float(stdtr(dependence.freedom, -errors))
 
 
 def mean_of(values: Floats, confidence: float, moving: bool = False) -> Estimate:

@@ -147,8 +147,9 @@ static double drop_at(const Profile *p, double base, double width)
     return curve_value(c, s0) - curve_value(d, s1);
 }
 
-/* N(base) - N(base + width) with -N' at base + width: together, since both wait for the same panel. */
-static inline double front_at(const Profile *p, double base, double width, double *fall)
+/* N(base) - N(base + width) with -N' at base + width: together, since both wait for the same panel.
+ * `load` is N(base), or NAN; over half a panel a difference of two values loses no digits. */
+static inline double front_at(const Profile *p, double base, double width, double load, double *fall)
 {
     double s0, s1, z = (base - p->anchor) * p->inverse_width;
     if (p->questions || p->edges) {
@@ -164,6 +165,7 @@ static inline double front_at(const Profile *p, double base, double width, doubl
     double far = (base + width - p->anchor) * p->inverse_width - (double)(high - p->first);
     *fall = -2.0 * p->inverse_width * curve_slope(d, 2.0 * far - 1.0);
     double step = 2.0 * width * p->inverse_width;
+    if (step >= 1.0 && load > 0.0) return load - curve_value(d, s1);
     if (high == low) return -step * first_difference(c, s0, s1);
     if (high > low + 1) return curve_value(c, s0) - curve_value(d, s1);
     double left = 1.0 - s0, right = step - left;

@@ -91,9 +91,9 @@ typedef struct {
     double front, density, value, fall;
 } Move;
 
-/* T/mu and the slope of a move whose front is known. */
+/* T/mu and the slope of a move whose front is known; `load` is N at the step, or NAN. */
 static inline void value_move(const Profile *p, double rest, const Row *rows, const Mark *marks,
-                              double last_value, double step, Move *m)
+                              double last_value, double step, double load, Move *m)
 {
     if (m->kind == 0) {
         m->value = last_value;
@@ -107,7 +107,7 @@ static inline void value_move(const Profile *p, double rest, const Row *rows, co
         }
         return;
     }
-    double drop = front_at(p, rest + step, m->front - step, &m->fall);
+    double drop = front_at(p, rest + step, m->front - step, load, &m->fall);
     m->value = m->density * drop;
     if (!m->depth) return;
     const Row *row = &rows[m->depth - 1];
@@ -125,7 +125,7 @@ static inline void make_move(const Profile *p, double rest, const Row *rows, con
 {
     m->depth = step_front(step, place, rows, depth, last_step, last_place, &m->front, &m->density,
                           &m->kind);
-    value_move(p, rest, rows, marks, last_value, step, m);
+    value_move(p, rest, rows, marks, last_value, step, NAN, m);
 }
 
 /* The rows need room for one more. */

@@ -96,13 +96,13 @@ static int run_field_try(const Argument *a, Result *out)
         double step = d ? d[i] : last, slip = a[SLIP].reals[i];
         double here = now[NOW_FALL * n + i], carried = now[NOW_LOAD * n + i];
         Move m = moves[i % BLOCK];
-        value_move(p, rest, rows + first, marks + first, now[NOW_VALUE * n + i], step, &m);
+        if (d) carried = load_at(p, rest + step, &here);
+        value_move(p, rest, rows + first, marks + first, now[NOW_VALUE * n + i], step, carried, &m);
         trial[TRIAL_FRONT * n + i] = m.front;
         trial[TRIAL_DENSITY * n + i] = m.density;
         trial[TRIAL_VALUE * n + i] = m.value;
         a[CODE].integers[i] = 4 * (long long)m.depth + m.kind;
         if (d) {
-            carried = load_at(p, rest + step, &here);
             trial[TRIAL_STEP * n + i] = step;
             trial[TRIAL_LOAD * n + i] = carried;
             trial[TRIAL_FALL * n + i] = here;

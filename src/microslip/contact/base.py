@@ -37,9 +37,9 @@ FEWEST_POINTS = 100
 
 
 def plasticity_index(pair: MaterialPair, spread: float, radius: float) -> dict[str, float | None]:
-    """Greenwood and Williamson's (E*/H) sqrt(sigma/rho); none for summits of one height.
+    """Return the plasticity index (E*/H) sqrt(sigma/rho) of Greenwood and Williamson by name.
 
-    Unknown without a hardness.
+    Empty for summits of equal height; None without a hardness.
     """
     if not spread > 0.0:
         return {}
@@ -51,9 +51,10 @@ def plasticity_index(pair: MaterialPair, spread: float, radius: float) -> dict[s
 def sparse_contacts(
     surface: Any, area: float, spread: float, radius: float, separation: float | None
 ) -> dict[str, float | None]:
-    """Rules for summits on an apparent area [m^2]: far apart, small and many.
+    """Return the values that show whether contacts are small, far apart and many.
 
-    Of a law with a count of summits, contacts and a contact area; None is no contact at all.
+    `surface` must have a summit count, a contact count and a contact area; `area` is the apparent
+    area [m^2]. A separation of None means that nothing touches.
     """
     real, count = 0.0, 0.0
     if separation is not None:
@@ -70,7 +71,7 @@ def sparse_contacts(
 
 
 def check_pair(pair: Any) -> None:
-    """Every law stands on a pair of materials."""
+    """Raise an InputError unless the argument is a MaterialPair."""
     if not isinstance(pair, MaterialPair):
         raise InputError(
             f"`pair` must be a MaterialPair, got {show(pair)}; write "
@@ -83,14 +84,13 @@ FAINTEST = 1e-290
 
 
 class NormalLaw(Parametric, ABC):
-    """Normal load N of an interface against the separation d: decreasing, convex, zero in the end.
+    """Normal load N of an interface against the separation d: decreasing and convex.
 
-    A subclass is a frozen dataclass with a ``pair`` that gives :meth:`_derivative` and
-    :attr:`_span`; where the law is not smooth as contact ends or begins, :attr:`_edge`; and, where
-    it knows them, :meth:`contact_count` and :meth:`contact_area`.
-    Everything tangential follows from the law by T0 = mu [N(d) - N(d + delta/kappa)]
-    (Jaeger 1998, DOI 10.1115/1.2833765; Ciavarella 1998, J. Appl. Mech. 65, 998), see
-    :class:`microslip.Interface`.
+    A subclass is a frozen dataclass with a ``pair`` that implements :meth:`_derivative` and
+    :attr:`_span`. Optional are :attr:`_edge`, if the law is not smooth where contact begins, and
+    :meth:`contact_count` and :meth:`contact_area`. The tangential force follows from the law by
+    T0 = mu [N(d) - N(d + delta/kappa)] (Jaeger 1998, DOI 10.1115/1.2833765; Ciavarella 1998,
+    J. Appl. Mech. 65, 998), see :class:`microslip.Interface`.
     """
 
     pair: MaterialPair
@@ -101,97 +101,96 @@ class NormalLaw(Parametric, ABC):
 
     @abstractmethod
     def _derivative(self, separation: Floats, order: int) -> Floats:
-        """Derivative of the load: order 0 the load, 1, 2, and -1 its integral to infinity."""
+        """Derivative of the load of order 0 (the load) to 2; -1 is its integral to infinity."""
 
     def _assumptions(self, separation: float | None) -> dict[str, float | None]:
-        """Values for rules of validity by their names, None for what is not known.
+        """Values of the validity rules at a separation, by name; None where unknown.
 
-        At a separation; None is one at which nothing touches. A law without statistics has none.
+        A separation of None means that nothing touches.
         """
         return {}
 
     def _slip_measure(self) -> tuple[float, str] | None:
-        """Indentation [m] over which contacts begin to slip one after the other, and its name.
+        """Indentation [m] over which contacts start to slip one after another, and its name.
 
-        None where nothing but the stiffness says so.
+        None if only the stiffness determines it.
         """
         return None
 
     def _standardised(self, separation: float) -> float | None:
-        """A separation over the spread of the heights [-]; None where there is no such number."""
+        """Separation over the spread of the heights [-]; None without a spread."""
         return None
 
     def _derivative_at(self, separation: float, order: int) -> float:
-        """The same at one separation."""
         return float(self._derivative(np.array([separation]), order)[0])
 
     @property
     @abstractmethod
     def _span(self) -> tuple[float, float]:
-        """Separations of many and of hardly any contacts [m]."""
+        """Separations with many contacts and with hardly any [m]."""
 
     @property
     def _edge(self) -> float:
-        """Separation [m] at and above which the law is smooth where it carries any load."""
+        """Separation [m] from which on the law is smooth wherever it carries a load."""
         return -math.inf
 
     @property
     def _breaks(self) -> Floats:
-        """Separations [m], rising, at which the law is not smooth, besides the edge."""
+        """Separations [m], rising, at which the law is not smooth, without the edge."""
         return np.zeros(0)
 
     @property
     def _small_kinks(self) -> Floats:
-        """The same where they are many and each is small."""
+        """Numerous separations [m] at which the law has small kinks."""
         return np.zeros(0)
 
     @property
     def _top(self) -> float:
-        """Separation [m] from which on nothing touches; infinite where there is no such end."""
+        """Separation [m] beyond which nothing touches; infinite if contact never ends."""
         return math.inf if self._spheres is None else float(self._spheres.heights[0])
 
     @cached_property
     def _deepest(self) -> float:
-        """Separation [m] at which summits are pressed by their whole radius: no law goes beyond."""
+        """Separation [m] at which summits are pressed by their radius, the limit of the law."""
         radius = getattr(self, "radius", getattr(self, "radii", None))
         return -LARGEST if radius is None else self._span[0] - float(np.max(radius))
 
     @property
     def _heaviest(self) -> float:
-        """Load [N] above which the law does not hold; infinite where it always does."""
+        """Largest load of the law [N]; infinite if there is no limit."""
         return math.inf
 
     @property
     def _kinks(self) -> Floats:
-        """Separations [m], rising, at which N'' is not smooth, but for given summits."""
+        """Separations [m], rising, at which N'' is not smooth, except those of given summits."""
         edge = [self._edge] if math.isfinite(self._edge) else []
         return np.union1d(self._breaks, edge)
 
     @property
     def _spheres(self) -> Spheres | None:
-        """The summits themselves, for a law that sums over given ones."""
+        """Summits of a law that is a sum over given summits."""
         return None
 
     @property
     def _spline(self) -> Spline | None:
-        """The spline itself, for a law that is one."""
+        """Spline of a law that is a spline."""
         return None
 
     @property
     def stiffness_ratio(self) -> float:
-        """Normal over tangential stiffness of the contacts [-]; E*/4G* of round ones."""
+        """Normal over tangential stiffness of the contacts [-]; E*/4G* for round ones."""
         return self.pair.stiffness_ratio
 
     @property
     def _lay(self) -> Floats | None:
         """Tangential stiffness in the plane over that in the direction of motion, (2, 2).
 
-        The first axis is that direction. None where all are alike.
+        The first axis is the direction of motion. None for an isotropic surface.
         """
         return None
 
     def along(self, direction: float | None) -> NormalLaw:
-        """The surface moved in a direction [rad], of a law that knows its lay in the plane."""
+        """Return the surface moved in a direction [rad] relative to its lay."""
         if direction is None:
             return self
         raise InputError(
@@ -200,32 +199,32 @@ class NormalLaw(Parametric, ABC):
         )
 
     def _check_rest(self, loads: Floats) -> None:
-        """Refuse loads at rest [N] beyond the law, through which static solutions may pass."""
+        """Raise an InputError for loads at rest [N] outside the law."""
 
     def _tightened_by(self, shares: Floats) -> tuple[Floats, Floats] | None:
-        """Laws of places that were tightened by shares of the tightening load [-].
+        """Return lengths [-] and offsets [m] of places tightened by shares of the tightening load.
 
-        Their load is a share of that of this law at (d - offset)/length: lengths [-] and offsets
-        [m]. None for a law that does not yield.
+        A place bears its share of the load of this law at (d - offset)/length. None for a law that
+        does not yield.
         """
         return None
 
     @property
     def _first(self) -> NormalLaw:
-        """The law of first loading; this law where nothing yields."""
+        """Law of first loading; this law if it does not yield."""
         return self
 
     def _under(self, load: float) -> NormalLaw:
-        """The surface as it is under a load [N]: tightened anew where that makes it yield."""
+        """Return the surface under a load [N], tightened again if the load makes it yield."""
         return self
 
     @property
     def _scales(self) -> dict[str, tuple[float, float, float]] | None:
-        """Values of the numbers p with N = C F(d/L), d ln C/d ln p and d ln L/d ln p."""
+        """Values of the parameters p with N = C F(d/L), d ln C/d ln p and d ln L/d ln p."""
         return None
 
     def _patch(self, area: float, tightening: float) -> NormalLaw:
-        """The surface on another area [m^2], tightened by a share of its tightening pressure."""
+        """Return the surface of another area [m^2] at a share of its tightening pressure."""
         if not any(item.name == "area" for item in dataclasses.fields(self)):  # type: ignore[arg-type]
             raise InputError(
                 "`surface` must have an apparent area over which a pressure is spread, as a "
@@ -289,21 +288,21 @@ class NormalLaw(Parametric, ABC):
     def contact_probability(self, separation: ArrayLike) -> Any:
         """Probability that a summit is in contact (19.5), for separations [m] of any shape.
 
-        Errors as :meth:`load`; a table of loads does not know it.
+        Raises an InputError for a table of loads; others as :meth:`load`.
         """
         raise self._unknown("contact_probability")
 
     def contact_count(self, separation: ArrayLike) -> Any:
         """Number of summits in contact (19.6), for separations [m] of any shape.
 
-        Errors as :meth:`load`; a table of loads does not know it.
+        Raises an InputError for a table of loads; others as :meth:`load`.
         """
         raise self._unknown("contact_count")
 
     def contact_area(self, separation: ArrayLike) -> Any:
         """Real contact area [m^2] (19.7), for separations [m] of any shape.
 
-        Errors as :meth:`load`; a table of loads does not know it.
+        Raises an InputError for a table of loads; others as :meth:`load`.
         """
         raise self._unknown("contact_area")
 
@@ -347,13 +346,13 @@ class NormalLaw(Parametric, ABC):
         return quadrature.excess_slope(self, d, u, self._by_pieces)
 
     def _corners(self, d: float) -> tuple[Floats, Floats]:
-        """Steps from d at which N' jumps, and by how much [N/m]; for most laws none."""
+        """Steps from d at which N' jumps, and the jumps [N/m]."""
         return np.zeros(0), np.zeros(0)
 
     def _table_reach(self, d: float) -> float | None:
-        """Step from d after which no load is left in double precision.
+        """Step from d beyond which the load is zero in double precision.
 
-        None where the law is not smooth on the way, or fades too slowly for a table to pay.
+        None if the law is not smooth up to there, or decays too slowly for a table.
         """
         if self._spheres is not None or d < self._edge:
             return None
@@ -374,9 +373,10 @@ class NormalLaw(Parametric, ABC):
         return np.minimum(d, LARGEST)  # where nothing has touched for long
 
     def _solve(self, loads: Floats) -> Floats:
-        """Separations of given loads by Newton's method on log N, kept in brackets.
+        """Solve N(d) = load by Newton's method on log N, kept in brackets.
 
-        N is log-concave for every law but odd tables, and the brackets keep those safe.
+        log N is concave for all laws except unusual tables, for which the brackets ensure
+        convergence.
         """
         low, high = self._span
         scale = max(high - low, 1e-12)
@@ -429,7 +429,7 @@ class NormalLaw(Parametric, ABC):
         return d
 
     def _check_fine(self, d: Floats, loads: Floats) -> None:
-        """Next to the highest of given summits a separation is too coarse a number."""
+        """Raise an InputError for loads too light for separations in double precision."""
         off = np.abs(self._derivative(d, 0) - loads) > 1e-9 * loads
         if off.any():
             raise InputError(
@@ -439,7 +439,7 @@ class NormalLaw(Parametric, ABC):
 
     @classmethod
     def examples(cls) -> tuple[NormalLaw, ...]:
-        """Instances that stand for the class in the shared tests; none for an abstract one."""
+        """Instances of the class for the shared tests; empty for an abstract class."""
         return ()
 
 
@@ -447,6 +447,6 @@ _REACHES = 1.25 ** np.arange(-4.0, 48.0)
 
 
 def aluminium() -> MaterialPair:
-    """The pair of the chapter's samples, Al 2017 on itself, for the laws' examples."""
+    """Return the pair of the chapter's samples, Al 2017 on itself."""
     metal = Material(young_modulus=69e9, poisson_ratio=0.33)
     return MaterialPair(metal, metal)

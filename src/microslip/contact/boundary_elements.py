@@ -1,14 +1,14 @@
 """Rough faces pressed together, point by point: an elastic half space on a grid, with a hardness.
 
-All is without units: lengths in pixels along x, pressures in units of E*. Two bodies are one: the
-gap of both faces, pressed on a half space of their common modulus. The kernel of the normal
-displacement by waves of a wavenumber q is 2/|q|, and nothing for the mean, so a separation is the
-distance of the mean planes (Johnson 1985, DOI 10.1017/CBO9781139171731; Stanley and Kato 1997,
-DOI 10.1115/1.2833523). Waves are cosines: a face goes on past its edges as in a mirror, which adds
-no step there, and one real transform of the face itself does it.
+Dimensionless: lengths in pixels along x, pressures in units of E*. The two bodies are replaced by
+the gap of both faces, pressed on a half space of the composite modulus. The kernel of the normal
+displacement at wavenumber q is 2/|q|, and zero for the mean, so that a separation is the distance
+of the mean planes (Johnson 1985, DOI 10.1017/CBO9781139171731; Stanley and Kato 1997, DOI
+10.1115/1.2833523). Waves are cosines: the face is mirrored at its edges, without steps there, and
+one real transform of the face suffices.
 
 At a separation d the pressures minimise 1/2 P.KP - P.(z - d) with 0 <= P <= H/E* (Almqvist et al.
-2007, DOI 10.1016/j.triboint.2005.11.008, on the hardness as the bound).
+2007, DOI 10.1016/j.triboint.2006.09.001, on the hardness as the bound).
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _STEPS = 3000  # of conjugate gradients for one set
 
 
 class HalfSpace:
-    """The surface of an elastic half space on a grid.
+    """Surface of an elastic half space on a grid.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ class HalfSpace:
     aspect : float
         Pixel along y over the pixel along x.
     mirrored : bool
-        Whether the face goes on as in a mirror at its edges; else it repeats.
+        Whether the face is mirrored at its edges; else it is periodic.
     workers : int
         Threads of a transform.
     """
@@ -67,7 +67,7 @@ class HalfSpace:
         self.convolutions = 0
 
     def displacement(self, pressure: Floats) -> Floats:
-        """Normal displacement under pressures, without its mean."""
+        """Return the normal displacement under pressures, without its mean."""
         from scipy import fft
 
         self.convolutions += 1
@@ -78,11 +78,11 @@ class HalfSpace:
         return self._back(self._kernel * self._waves(pressure))
 
     def sheared(self, tractions: Floats, stiffness_ratio: float) -> Floats:
-        """Tangential displacements under tangential tractions, (2, rows, columns), by Cerruti.
+        """Return tangential displacements under tangential tractions, (2, rows, columns).
 
-        The kernel is 2/|q| (a I - (a - 1) n n^T), n the direction of the wave, and a = 2 lambda - 1
-        with the stiffness ratio lambda of a round contact; 1/(1 - nu) of equal bodies. On a grid
-        that repeats: a mirror image would turn the direction of what crosses the axes.
+        The kernel of Cerruti is 2/|q| (a I - (a - 1) n n^T), n the direction of the wave, a = 2
+        lambda - 1 and lambda the stiffness ratio of a round contact; a = 1/(1 - nu) for equal
+        bodies. The grid is periodic: a mirror would rotate components that cross the axes.
         """
         self.convolutions += 1
         across = 2.0 * stiffness_ratio - 1.0
@@ -113,7 +113,9 @@ def press(
     hardness: float = np.inf,
     tolerance: float,
 ) -> Floats:
-    """Pressures at a separation: zero or the hardness, or between them where the faces meet.
+    """Return the pressures at a separation.
+
+    They are zero, the hardness, or in between where the faces touch.
 
     Parameters
     ----------
@@ -122,20 +124,19 @@ def press(
     heights : ndarray
         Heights z of the gap, summits upwards.
     separation : float
-        Distance of the mean plane of zero height from the other face.
+        Distance of the plane of zero height from the other face.
     start : ndarray, optional
-        Pressures to begin with, such as those of another separation.
+        Initial guess, such as the pressures at another separation.
     hardness : float
         Bound of the pressure.
     tolerance : float
-        Largest residual: gap where there is pressure, overlap where there is none.
+        Largest residual: gap at points with pressure, overlap at points without.
 
     Notes
     -----
-    The set of free points is guessed, the pressures on it are found by conjugate gradients to a
-    share of what is wrong, points with a wrong sign change sides, and again (a primal-dual active
-    set; Hintermueller, Ito and Kunisch 2002, DOI 10.1137/S1052623401383558): four to twelve sets
-    in place of a clipped step each time.
+    A primal-dual active set method (Hintermueller, Ito and Kunisch 2002,
+    DOI 10.1137/S1052623401383558): the pressures on the guessed set of free points are found by
+    conjugate gradients, points with a wrong sign change sides, and so on, for four to twelve sets.
     """
     target = heights - separation
     pressure = np.zeros_like(heights) if start is None else np.clip(start, 0.0, hardness)
@@ -174,7 +175,7 @@ def press(
 def _relax(
     space: HalfSpace, free: Mask, pressure: Floats, residual: Floats, goal: float
 ) -> tuple[Floats, Floats]:
-    """Pressures that leave next to no residual on the free points, of whatever sign."""
+    """Reduce the residual on the free points by conjugate gradients, without bounds."""
     here = residual * free
     direction, square = here, float(np.vdot(here, here))
     for _ in range(_STEPS):
@@ -196,10 +197,10 @@ def _relax(
 def closing(
     space: HalfSpace, contact: Mask, start: Floats | None = None, tolerance: float = 1e-5
 ) -> Floats:
-    """Growth s of the pressures as the faces come closer, K_FF s = 1 on the points in contact.
+    """Growth s of the pressures as the faces approach: K_FF s = 1 on the points in contact.
 
-    Its mean is -dp/dd exactly, since the points in contact and the gap elsewhere change at a
-    second order only; and the square of the tolerance is what is wrong with the mean.
+    Its mean is -dp/dd exactly, since changes of the contact are of second order. The relative error
+    of the mean is the square of the tolerance.
     """
     touching = contact.astype(float)
     first = np.zeros(contact.shape) if start is None else start * touching
@@ -209,9 +210,9 @@ def closing(
 def sliding(
     space: HalfSpace, contact: Mask, stiffness_ratio: float, tolerance: float = 1e-3
 ) -> Floats:
-    """Mean tractions as all contacts move along x and along y, (2, 2), over those of closing.
+    """Mean tractions as all contacts move along x and y over those of closing, (2, 2).
 
-    The inverse of e.(this)e is the ratio of normal and tangential stiffness for a motion along e.
+    One over e.(tensor)e is the ratio of normal and tangential stiffness for a motion along e.
     """
     touching = contact.astype(float)
     normal = float(closing(space, contact, tolerance=tolerance).mean())
@@ -232,7 +233,7 @@ def sliding(
 
 
 def _solve(operator: Any, right: Floats, start: Floats, tolerance: float) -> Floats:
-    """Conjugate gradients, to a residual of a share of the right-hand side."""
+    """Solve by conjugate gradients to a residual relative to the right-hand side."""
     solution = start
     here = right - operator(solution) if solution.any() else right.copy()
     direction, square = here, float(np.vdot(here, here))

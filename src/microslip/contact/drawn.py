@@ -208,20 +208,20 @@ class DrawnFace(FaceLaw):
         tightening_pressure: float,
         **options: Any,
     ) -> DrawnFace:
-        """Return the law of one face against a smooth one, or of two faces, by their drawings.
+        """Return the law of a face against a smooth one, or of two faces, by their drawings.
 
         Parameters
         ----------
         pair : MaterialPair
             The two materials.
         *finishes : Finish
-            Roughness of one face or of both; the gap has the roots of the sums of squares.
+            Roughness of one or both faces, added as roots of sums of squares.
         area : float
             Apparent area [m^2].
         tightening_pressure : float
-            Largest mean pressure that the face has borne [Pa].
+            Largest mean pressure on the face so far [Pa].
         **options
-            Further arguments of the class; spreads that are given replace those of the finishes.
+            Further arguments of the class; given spreads replace those of the finishes.
 
         Raises
         ------
@@ -257,7 +257,7 @@ class DrawnFace(FaceLaw):
         return self._changed(area=area, tightening_pressure=pressure)
 
     def _under(self, load: float) -> NormalLaw:
-        """The face tightened anew where a load [N] makes it yield further."""
+        """Return the face, tightened again if a load [N] makes it yield."""
         if load <= self._heaviest * (1.0 + 1e-9):
             return self
         return self._changed(tightening_pressure=load / self.area)
@@ -278,13 +278,13 @@ class DrawnFace(FaceLaw):
 
     @property
     def gradient(self) -> float:
-        """Rms gradient h' of the gap that bears [-]."""
+        """Rms gradient h' of the bearing part of the gap [-]."""
         along = 1.0 if self.lay is None else self.lay
         return self.slope * math.hypot(1.0, along) * self._rms / self.rms
 
     @property
     def _rms(self) -> float:
-        """Rms height of what bears [m]."""
+        """Rms height of the bearing part [m]."""
         return self.rms if self.plateau is None else self.plateau
 
     @property
@@ -322,7 +322,7 @@ class DrawnFace(FaceLaw):
     def slip_length(self) -> float:
         """Length p/k_n of the tightened face [m].
 
-        Times the slip per indentation it is the displacement over which the joint starts to slide.
+        Times the slip per indentation it is the displacement at which the joint starts to slide.
         """
         return self._rms / self._stiffness
 
@@ -476,7 +476,7 @@ class DrawnFace(FaceLaw):
     @classmethod
     @made_once
     def examples(cls) -> tuple[NormalLaw, ...]:
-        """A ground face of aluminium, and one with a lay moved across it."""
+        """A ground face of aluminium, and a face with a lay moved across it."""
         metal = aluminium().with_hardness(1.2e9)
         return (
             cls(metal, 4e-7, 0.1, 1e-4, 3e7),

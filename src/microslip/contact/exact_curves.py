@@ -27,17 +27,17 @@ _FEW_SUMMITS = 24  # for which plain Python is quicker than arrays
 
 
 class ScalarCurve(Protocol):
-    """A load curve, asked one separation at a time."""
+    """Load curve evaluated at single separations."""
 
     def drop(self, base: float, width: float) -> float:
-        """N(b) - N(b + w)."""
+        """Return N(b) - N(b + w)."""
 
     def load(self, separation: float) -> tuple[float, float]:
-        """N and -N'."""
+        """Return N and -N'."""
 
 
 def scalar_curve(law: NormalLaw, origin: float) -> ScalarCurve:
-    """The load curve of a law; separations count from ``origin``."""
+    """Return the load curve of a law; separations count from ``origin``."""
     if law._spline is not None:
         return TableCurve(law._spline, origin)
     spheres = law._spheres
@@ -48,21 +48,21 @@ def scalar_curve(law: NormalLaw, origin: float) -> ScalarCurve:
 
 
 class LawCurve:
-    """The load curve of any law."""
+    """Load curve of any law."""
 
     def __init__(self, law: NormalLaw, origin: float) -> None:
         self._law, self._origin = law, origin
         self._loads_at: dict[float, tuple[float, float]] = {}
 
     def drop(self, base: float, width: float) -> float:
-        """N(b) - N(b + w)."""
+        """Return N(b) - N(b + w)."""
         here, fall = self.load(base)
         if width * fall > _SMALL_DROP * here:  # the difference loses no digit that counts
             return here - self.load(base + width)[0]
         return float(self._law._drop(base + self._origin, np.array([width]))[0])
 
     def load(self, separation: float) -> tuple[float, float]:
-        """N and -N'; a solver asks for those of one place again and again."""
+        """Return N and -N'; recent values are cached, since solvers repeat separations."""
         pair = self._loads_at.get(separation)
         if pair is None:
             there = separation + self._origin
@@ -74,14 +74,14 @@ class LawCurve:
 
 
 class SpheresCurve:
-    """The same of a few spheres, in plain Python: arrays of a few are slow."""
+    """Load curve of a few spheres in plain Python, faster than short arrays."""
 
     def __init__(self, spheres: Spheres, origin: float) -> None:
         heights = (spheres.heights - origin).tolist()
         self._spheres = list(zip(heights, spheres.constants.tolist(), strict=True))
 
     def drop(self, base: float, width: float) -> float:
-        """N(b) - N(b + w), as DROP of normal/spheres.py."""
+        """Return N(b) - N(b + w), as DROP in spheres.py."""
         total = 0.0
         for height, constant in self._spheres:
             s = height - base
@@ -93,7 +93,7 @@ class SpheresCurve:
         return total
 
     def load(self, separation: float) -> tuple[float, float]:
-        """N and -N'."""
+        """Return N and -N'."""
         load = fall = 0.0
         for height, constant in self._spheres:
             s = height - separation
@@ -106,14 +106,14 @@ class SpheresCurve:
 
 
 class ManySpheresCurve:
-    """The same of many: each is visited once a question."""
+    """Load curve of many spheres."""
 
     def __init__(self, spheres: Spheres, origin: float) -> None:
         self._heights, self._constants = spheres.heights - origin, spheres.constants
         self._depths = -self._heights
 
     def drop(self, base: float, width: float) -> float:
-        """N(b) - N(b + w)."""
+        """Return N(b) - N(b + w)."""
         count = int(np.searchsorted(self._depths, -base, side="left"))
         s = self._heights[:count] - base
         beyond = np.maximum(s - width, 0.0)
@@ -123,7 +123,7 @@ class ManySpheresCurve:
         return float(terms @ self._constants[:count])
 
     def load(self, separation: float) -> tuple[float, float]:
-        """N and -N'."""
+        """Return N and -N'."""
         count = int(np.searchsorted(self._depths, -separation, side="left"))
         s = self._heights[:count] - separation
         roots = np.sqrt(s) * self._constants[:count]
@@ -131,7 +131,7 @@ class ManySpheresCurve:
 
 
 class TableCurve:
-    """The same of a table: parabolas between its knots, in plain Python."""
+    """Load curve of a table in plain Python: parabolas between its knots."""
 
     def __init__(self, spline: Spline, origin: float) -> None:
         self._knots: list[float] = (spline.knots - origin).tolist()
@@ -146,7 +146,7 @@ class TableCurve:
         self._tail = spline.decay_length if spline.has_tail else 0.0
 
     def drop(self, base: float, width: float) -> float:
-        """N(b) - N(b + w)."""
+        """Return N(b) - N(b + w)."""
         knots, last = self._knots, self._last
         if base >= knots[-1]:
             if not self._tail:
@@ -165,7 +165,7 @@ class TableCurve:
         return total - (self._loads[-1] * math.expm1(-h / self._tail) if self._tail else 0.0)
 
     def load(self, separation: float) -> tuple[float, float]:
-        """N and -N'."""
+        """Return N and -N'."""
         past = separation - self._knots[-1]
         if past >= 0.0:
             if not self._tail:
@@ -196,7 +196,7 @@ _CLOSE_SHARE = 0.05  # of the indentation: nearer than that, differences of powe
 
 
 class SlipLosses:
-    """The losses of one law; separations count from ``origin``."""
+    """Energy dissipated by slip on a law; separations count from ``origin``."""
 
     def __init__(self, law: NormalLaw, origin: float) -> None:
         self._law, self._origin = law, origin
@@ -211,12 +211,12 @@ class SlipLosses:
             self._spheres = Spheres(spheres.heights - origin, spheres.constants)
 
     def of(self, runs: Floats, samples: int) -> Floats:
-        """Energy dissipated in each step of a record, over mu kappa.
+        """Return the energy dissipated in each step of a record over mu kappa.
 
-        The runs of the slip front over rows of a diagram, one a column, in the order of time: in
-        step ``sample`` the front runs ``ahead`` over a row of ``density``, to leave ``sign``
-        behind, while the separation goes from ``first`` to ``last`` and the front's distance from
-        it goes from ``gap`` to ``until``.
+        Each column of `runs` is a run of the slip front over a row of a diagram, in order of time:
+        in step ``sample`` the front runs ``ahead`` over a row of ``density`` and leaves ``sign``
+        behind. Meanwhile the separation changes from ``first`` to ``last``, and the distance of the
+        front from the separation from ``gap`` to ``until``.
         """
         total = np.zeros(samples)
         for begin in range(0, runs.shape[1], _RUNS):
@@ -230,7 +230,6 @@ class SlipLosses:
         return total
 
     def _means(self, gap: Floats, until: Floats, first: Floats, last: Floats) -> Floats:
-        """Means over runs, piece by piece where the front or the separation passes a mark."""
         marks = self._marks_from(float(np.minimum(first, last).min(initial=0.0)))
         runs, lows, widths = _pieces(marks, first + gap, last + until, first, last)
         growth, rise = until - gap, last - first
@@ -253,10 +252,10 @@ class SlipLosses:
         return result
 
     def _marks_from(self, low: float) -> Floats:
-        """The law's own marks and, where it fades smoothly, one each decay length from ``low`` on.
+        """Return the marks of the law and, where it decays smoothly, one per decay length.
 
-        A long step may lift an interface off: one rule over many decay lengths would not see where
-        the load is.
+        A long step may lift the interface off, and one rule over many decay lengths would miss the
+        load.
         """
         if low >= self._low:
             return self._marks
@@ -280,7 +279,7 @@ class SlipLosses:
         return self._marks
 
     def _rules(self, front: Floats) -> list[tuple[Rule, NDArray[np.bool_]]]:
-        """Quadrature rule of each piece: between the knots of a table all is a parabola."""
+        """Return the quadrature rule of each piece; a table is a parabola between knots."""
         spline = self._law._spline
         if spline is None:
             return [(_ROOTS, np.ones(front.size, dtype=bool))]
@@ -294,7 +293,7 @@ class SlipLosses:
 def _pieces(
     marks: Floats, start: Floats, end: Floats, first: Floats, last: Floats
 ) -> tuple[Integers, Floats, Floats]:
-    """The runs cut where one of their two places passes a mark: run, begin and share of each."""
+    """Divide runs where the front or the separation passes a mark: run, begin and share of each."""
     runs, cuts = [np.arange(start.size)] * 2, [np.zeros(start.size), np.ones(start.size)]
     for begin, stop in ((start, end), (first, last)):
         low = np.searchsorted(marks, np.minimum(begin, stop), side="right")
@@ -317,12 +316,11 @@ def _pieces(
 def _summit_means(
     spheres: Spheres, gap: Floats, until: Floats, first: Floats, last: Floats
 ) -> Floats:
-    """Mean over each run of half the integral of v N''(d + v) over 0 <= v <= q - d.
+    """Return the mean over each run of half the integral of v N''(d + v) over 0 <= v <= q - d.
 
-    The distance q - d of the front from the separation goes from ``gap`` to ``until``, both not
-    negative, while d goes from ``first`` to ``last``, in straight lines. Each summit is integrated
-    by itself, from where it is touched to where it parts, so its roots are at the ends of what is
-    integrated.
+    The distance q - d of the front from the separation changes linearly from ``gap`` to ``until``,
+    both not negative, while d changes from ``first`` to ``last``. Each summit is integrated from
+    first contact to parting, so that its roots lie at the ends of the interval.
     """
     result = np.zeros(gap.size)
     closest = np.minimum(first, last)
@@ -341,7 +339,7 @@ def _summit_means(
 
 
 def _summits(y: Floats, gap: Floats, until: Floats, first: Floats, last: Floats) -> Floats:
-    """The same for each run and each summit of height y, over its load constant."""
+    """Return the means for each run and each summit of height y, over its load constant."""
     deep, low = y - first, y - last
     before = deep - gap  # what the front leaves of the indentation; it falls
     after = np.minimum(low - until, before)
@@ -371,7 +369,7 @@ def _summits(y: Floats, gap: Floats, until: Floats, first: Floats, last: Floats)
 
 
 def _mean_cube(a: Floats, b: Floats) -> Floats:
-    """Mean of x^(3/2) for x from a^2 to b^2, by their roots."""
+    """Return the mean of x^(3/2) for x from a^2 to b^2."""
     total = a + b
     squares, product = a * a + b * b, a * b
     # (a^5 - b^5)/(a^2 - b^2) without cancellation.
@@ -382,9 +380,9 @@ def _mean_cube(a: Floats, b: Floats) -> Floats:
 def _partly_slipped(
     a0: Floats, a1: Floats, b0: Floats, b1: Floats, g0: Floats, g1: Floats
 ) -> Floats:
-    """Mean of (A - B)^2 (2 A + B) for A^2 from a0 to a1 and B^2 from b0 down to b1 >= 0.
+    """Return the mean of (A - B)^2 (2 A + B), A^2 from a0 to a1 and B^2 from b0 down to b1 >= 0.
 
-    A^2 - B^2 goes from g0 to g1.
+    A^2 - B^2 changes from g0 to g1.
     """
     result = np.zeros(a0.size)
     at = np.arange(a0.size)
@@ -413,7 +411,7 @@ def _partly_slipped(
 
 
 def _closed(a0: Floats, a1: Floats, b0: Floats, b1: Floats) -> Floats:
-    """The mean in closed form, with ends that differ by enough."""
+    """Return the mean in closed form, for ends that differ enough."""
     p, r = np.sqrt(b0), np.sqrt(b1)
     total = p + r
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -426,7 +424,7 @@ def _closed(a0: Floats, a1: Floats, b0: Floats, b1: Floats) -> Floats:
 
 
 def _rule(b0: Floats, b1: Floats, g0: Floats, g1: Floats) -> Floats:
-    """The mean by a rule, where nothing changes by more than a factor of about two."""
+    """Return the mean by quadrature, where nothing changes by more than a factor of about two."""
     u = _SUMMIT_NODES[:, None]
     b, g = b0 + (b1 - b0) * u, g0 + (g1 - g0) * u
     first, second = np.sqrt(b + g), np.sqrt(b)

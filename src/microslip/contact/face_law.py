@@ -27,8 +27,8 @@ _BEYOND = 1e6  # times the heaviest load, to which steps of static solutions go
 class FirstLoading(NamedTuple):
     """First loading of a face up to its tightening, lightest pressure first.
 
-    Ultrasound at a rising load measures the stiffness of unloading instead, by which a face
-    answers to small changes; a load-deflection test measures the slope of this curve.
+    A load-deflection test measures the slope of this curve; ultrasound measures the stiffness of
+    unloading.
     """
 
     pressure: Floats
@@ -56,7 +56,7 @@ class FaceErrors(NamedTuple):
 
 
 class FaceLaw(TabulatedNormalLaw):
-    """Law of a face that was tightened; a table with an end, above which the face yields again."""
+    """Table of a face that was tightened, up to the tightening load."""
 
     area: float
     direction: float | None
@@ -64,9 +64,9 @@ class FaceLaw(TabulatedNormalLaw):
     def _set_curve(
         self, pair: MaterialPair, separation: Floats, share: Floats, heaviest: float, rate: float
     ) -> None:
-        """Set the table from loads over the heaviest, which begin at 1, and -d ln N/dd there.
+        """Set the table from loads over the heaviest, starting at 1, and -d ln N/dd there.
 
-        The law goes on beyond its heaviest load, for the trial steps of static solutions.
+        The table continues beyond the heaviest load for trial steps of static solutions.
         """
         beyond = np.log(_BEYOND) * (np.arange(_SAMPLES, 0, -1) / _SAMPLES) ** 2
         steepest = max(rate, (share[0] - share[1]) / (separation[1] - separation[0]))
@@ -84,7 +84,7 @@ class FaceLaw(TabulatedNormalLaw):
     @property
     @abstractmethod
     def _tightening(self) -> float:
-        """Largest pressure [Pa] that the face has borne."""
+        """Tightening pressure [Pa]."""
 
     @property
     @abstractmethod
@@ -94,7 +94,7 @@ class FaceLaw(TabulatedNormalLaw):
     def slip_per_indentation(self, direction: float | None = None) -> float:
         """Return kappa/mu, the slip of a contact over its indentation at mu = 1 [-].
 
-        It is the ratio of normal and tangential stiffness.
+        It equals the ratio of normal and tangential stiffness.
 
         Parameters
         ----------
@@ -109,7 +109,7 @@ class FaceLaw(TabulatedNormalLaw):
 
     @property
     def validity(self) -> tuple[Verdict, ...]:
-        """Verdicts on the assumptions at the tightening load: name, value, limit, word, meaning."""
+        """Verdicts on the assumptions at the tightening load."""
         return verdicts(self, self.closest)
 
     @cached_property
@@ -199,7 +199,7 @@ class FaceLaw(TabulatedNormalLaw):
 
 
 def checked_direction(law: FaceLaw, direction: float | None) -> None:
-    """Set the direction of a law [rad]."""
+    """Validate the direction of a law [rad] and assign it."""
     if direction is not None:
         direction = number("direction", direction, "rad")
     assign(law, direction=direction)

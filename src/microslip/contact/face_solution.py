@@ -1,7 +1,7 @@
-"""The loads of a measured face against its separation: tightened once, then relieved.
+"""Loads of a measured face against its separation: tightened once, then unloaded.
 
-The face is solved as one or in pieces, all on the mean plane of the whole, at the same separations;
-what the pieces bear is averaged at these. Without units, as :mod:`.boundary_elements`.
+The face is solved in one or several pieces on the mean plane of the whole, at equal separations;
+pressures are averaged over the pieces. Dimensionless, as :mod:`.boundary_elements`.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class _Piece:
         self.separation = math.inf
 
     def press(self, separation: float, hardness: float, tolerance: float) -> tuple[float, float]:
-        """Mean pressure and its growth as the faces come closer."""
+        """Return the mean pressure at a separation, and its growth as the faces approach."""
         start = self.pressure
         if start is not None and self.growth is not None:
             start = start + (self.separation - separation) * self.growth
@@ -87,24 +87,22 @@ class _Piece:
         return float(self.pressure.mean()), float(self.growth.mean())
 
     def yielded(self, hardness: float) -> None:
-        """Lower the heights to where the faces meet, at points that bear the hardness."""
+        """Flatten the points that bear the hardness to the other face."""
         assert self.pressure is not None
         gap = self.space.displacement(self.pressure) - self.heights + self.separation
         hard = self.pressure >= hardness
         self.heights = self.heights + np.where(hard, np.minimum(gap, 0.0), 0.0)
 
     def relieved(self) -> float:
-        """Growth of the mean pressure once the points at the hardness have yielded."""
+        """Growth of the mean pressure after the points at the hardness have yielded."""
         assert self.pressure is not None
         return float(closing(self.space, self.pressure > 0.0, self.growth).mean())
 
     @property
     def touching(self) -> int:
-        """Points in contact."""
         return 0 if self.pressure is None else int(np.count_nonzero(self.pressure > 0.0))
 
     def bearing(self, hardness: float) -> int:
-        """Points that bear the hardness."""
         return 0 if self.pressure is None else int(np.count_nonzero(self.pressure >= hardness))
 
 
@@ -120,7 +118,6 @@ class _Face:
     path: list[tuple[float, float]] = field(default_factory=list)
 
     def press(self, separation: float, hardness: float) -> tuple[Floats, Floats]:
-        """Pressures and growths of the pieces."""
         values = np.array([p.press(separation, hardness, self.tolerance) for p in self.pieces])
         self.done += 1
         if self.progress is not None:
@@ -128,7 +125,7 @@ class _Face:
         return values[:, 0], values[:, 1]
 
     def tighten(self, pressure: float, hardness: float, floor: float) -> float:
-        """Separation at a mean pressure, from far out by Newton's method on its logarithm."""
+        """Return the separation at a mean pressure, by Newton's method on its logarithm."""
         d = max(float(np.median([p.heights.max() for p in self.pieces])) - 0.2 * self.rms, floor)
         d += 0.1 * self.rms if d <= floor else 0.0
         low, high = floor, math.inf  # of the separation
@@ -155,9 +152,9 @@ class _Face:
         )
 
     def first_loading(self, d: float, hardness: float, loads: int, ratio: float) -> Floats:
-        """Pressures up to the one at a separation, and the slopes of the face yielded under each.
+        """Return lighter pressures, and the slopes of the face yielded under each.
 
-        The pieces are left as they were.
+        The state of the pieces is restored.
         """
         states = [(p.pressure, p.growth, p.separation) for p in self.pieces]
         found = []
@@ -189,26 +186,26 @@ def solve_face(
     workers: int = 1,
     progress: Progress | None = None,
 ) -> FaceSolution:
-    """Tighten a face to a mean pressure, let it yield, and relieve it through geometric loads.
+    """Tighten a face to a mean pressure, let it yield, and unload it through geometric loads.
 
     Parameters
     ----------
     pieces : list of ndarray
         Heights of the pieces about the mean plane of the whole [pixels].
     pressure, hardness : float
-        Mean pressure of tightening, and the most that a point bears [E*].
+        Mean pressure of tightening, and the largest pressure at a point [E*].
     stiffness_ratio : float
         Normal over tangential stiffness of a round contact, lambda [-].
     aspect : float
         Pixel along y over that along x.
     loads : int
-        Number of loads; between the heaviest two are up to four more.
+        Number of loads; up to four more lie between the heaviest two.
     lightest : float
-        The lightest of them over the heaviest.
+        Lightest over heaviest load.
     workers : int
         Threads of a transform.
     progress : callable, optional
-        Called with the solutions done and about those to do.
+        Called with the numbers of finished and of all solutions (approximate).
     """
     ratio = lightest ** (1.0 / (loads - 1))
     near = [share for share in NEAR_REST if share > 1.1 * ratio]
@@ -262,9 +259,9 @@ def solve_face(
 
 
 def _first_loading(path: list[tuple[float, float]]) -> Floats:
-    """Return the pressures and separations of a path of tightening that rise towards its end.
+    """Return pressures and separations of the path of tightening, rising to its end.
 
-    Steps that came back from heavier pressures, and those closer than a tenth, are left out.
+    Steps back from heavier pressures, and steps of less than a tenth, are omitted.
     """
     last, kept = path[-1], [path[-1]]
     for p, d in sorted(path[:-1], reverse=True):
@@ -274,7 +271,7 @@ def _first_loading(path: list[tuple[float, float]]) -> Floats:
 
 
 def _sliding(face: _Face, stiffness_ratio: float, aspect: float, workers: int) -> Floats:
-    """Tangential over normal stiffness on the points in contact, of all pieces."""
+    """Return tangential over normal stiffness on the points in contact of all pieces."""
     total, weight = np.zeros((2, 2)), 0.0
     for piece, share in zip(face.pieces, face.weights, strict=True):
         assert piece.pressure is not None

@@ -8,7 +8,7 @@ rms gradient of the gap, H the hardness and <q> the mean wavenumber of the spect
 - breadth R <q>/h', between 0.6 and 0.95.
 
 `tools/make_face_table.py` solves the faces and stores their means, the nodes. The fits are linear
-least squares in powers of t = -ln(1 + 1/h^2)/2 and v = ln hypot(A, 2 pi), which stay finite for an
+least squares in powers of t = -ln(1 + 1/h^2)/2 and v = ln hypot(A, 2 pi), which are finite for an
 elastic face (h infinite: t = 0, A = 0), and of ln(breadth).
 """
 
@@ -77,9 +77,9 @@ _POWERS = tuple((i, j) for i in range(_DEGREE + 1) for j in range(_DEGREE + 1 - 
 
 
 def _terms(degree: int, by_v: int, by_breadth: int) -> tuple[list[int], list[int]]:
-    """Return the numbers of the powers t^i v^j of a fit, and of those that ln(breadth) multiplies.
+    """Return the indices of the powers t^i v^j of a fit, and of those multiplied by ln(breadth).
 
-    The first have a total degree and one in v, the second a total degree, none below zero.
+    The first are limited in total degree and in the degree of v, the second in total degree.
     """
     plain = [n for n, (i, j) in enumerate(_POWERS) if i + j <= degree and j <= by_v]
     return plain, [n for n, (i, j) in enumerate(_POWERS) if i + j <= by_breadth]
@@ -99,7 +99,6 @@ _PIXEL: dict[str, tuple[list[int], list[int]]] = {
 
 
 def _powers(t: Floats, v: Floats) -> tuple[Floats, Floats]:
-    """Return all powers (powers, faces), and their derivatives by v."""
     w = 0.5 * (v + 3.0)
     ts, ws = [np.ones_like(t)], [np.ones_like(w)]
     for _ in range(_DEGREE):
@@ -113,21 +112,19 @@ def _powers(t: Floats, v: Floats) -> tuple[Floats, Floats]:
 
 
 def _basis(powers: Floats, breadth: Floats, terms: tuple[list[int], list[int]]) -> Floats:
-    """Return the terms of a fit: (terms, faces)."""
     plain, multiplied = terms
     return np.concatenate([powers[plain], (np.log(breadth) + 0.2) * powers[multiplied]])
 
 
 def fit(nodes: dict[str, NDArray[Any]]) -> dict[str, Floats]:
-    """Fit the nodes of solved faces; :func:`values` reads the result.
+    """Fit the nodes of solved faces; :func:`values` evaluates the result.
 
     Parameters
     ----------
     nodes : dict of ndarray
-        ``hardness``, ``pressure``, ``breadth``, ``weight`` and, one a node, ``stiffness``,
-        ``loading``, ``contact`` (logarithms), ``separation``, ``bends`` and ``contacts``. Those of
-        the same names after ``pixel_`` are differences of the limit of a fine pixel and the pixel
-        of the nodes.
+        ``hardness``, ``pressure``, ``breadth``, ``weight`` and, for each node, ``stiffness``,
+        ``loading``, ``contact`` (logarithms), ``separation``, ``bends`` and ``contacts``. Arrays
+        with the prefix ``pixel_`` are differences between the limit of a fine pixel and the nodes.
     """
     weight = np.asarray(nodes["weight"], dtype=float)
     powers, rising = _powers(*groups(nodes["hardness"], nodes["pressure"]))
@@ -190,7 +187,7 @@ def values(hardness: ArrayLike, pressure: ArrayLike, breadth: ArrayLike = BREADT
     Parameters
     ----------
     hardness, pressure, breadth : array_like
-        Groups h, pi and breadth, one-dimensional or one number.
+        Groups h, pi and breadth, scalars or one-dimensional.
     """
     c = coefficients()
     t, v, b = np.broadcast_arrays(*groups(hardness, pressure), breadth)
@@ -212,7 +209,7 @@ def values(hardness: ArrayLike, pressure: ArrayLike, breadth: ArrayLike = BREADT
 
 @lru_cache(maxsize=1)
 def _interpolation() -> Floats:
-    """Return the matrix of a natural cubic in ln(share), from the shares to the fine loads."""
+    """Return the matrix of a natural cubic spline in ln(share), from shares to fine loads."""
     from scipy.interpolate import CubicSpline
 
     x = np.log(SHARES[::-1])
@@ -221,15 +218,14 @@ def _interpolation() -> Floats:
 
 
 def shape(bends: Floats, factor: float = 1.0) -> Shape:
-    """Return the unloading of one face from its bends, times a factor, convex.
+    """Return the unloading of one face from its bends, as a convex curve.
 
     Parameters
     ----------
     bends : ndarray
-        Those of :class:`NodeValues`, shape (shares,).
+        Bends as in :class:`NodeValues`, shape (shares,).
     factor : float
-        Factor on them near rest; towards no load, where all of the stiffness is lost, it has no
-        effect.
+        Factor on the bends near rest; its effect vanishes towards zero load.
     """
     y = np.exp(_interpolation() @ np.log(bends))
     y = factor * y / (1.0 + (factor - 1.0) * y * (1.0 - _FINE))
@@ -244,10 +240,10 @@ def shape(bends: Floats, factor: float = 1.0) -> Shape:
 
 
 def continued(h: Floats, pi: Floats, breadth: float) -> NodeValues:
-    """Values of the table, continued beyond its ranges.
+    """Return values of the table, extrapolated beyond its ranges.
 
-    A face of less hardness than the table's is stiffer as 1/h, and one of less pressure has the
-    shape and the slip length of the lightest.
+    For smaller hardness the stiffness is proportional to 1/h; for smaller pressure the shape and
+    the slip length are those at the smallest pressure of the table.
     """
     inside = np.maximum(h, HARDNESS[0])
     wanted = pi * inside / h  # the pressure with this tightening at the hardness inside

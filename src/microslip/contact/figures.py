@@ -1,4 +1,4 @@
-"""A measured face drawn: its pressures, its contacts under three loads, and its load curve."""
+"""Figure of a measured face: pressures, contacts under three loads, and load curve."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ _POINTS = 60
 
 
 def face_plot(law: Any, other_laws: Mapping[str, NormalLaw] | None = None) -> Plot:
-    """Pressures of the first piece, its contact under three loads, and loads of the whole.
+    """Plot the pressures of the first piece, its contacts under three loads, and the load curve.
 
     Parameters
     ----------
     law : MeasuredContact
         The face.
     other_laws : mapping, optional
-        Other laws of it by name, each drawn from where it bears the heaviest load.
+        Other laws by name, drawn from the separation of the heaviest load.
     """
     solution, numbers = law.solution, law.numbers
     stiff = law.pair.composite_modulus
@@ -68,7 +68,7 @@ def face_plot(law: Any, other_laws: Mapping[str, NormalLaw] | None = None) -> Pl
 
 
 def load_panel(law: Any, other_laws: Mapping[str, NormalLaw]) -> tuple[Panel, Sequence[Entry]]:
-    """Pressures over the separation from the heaviest load on, with the band of the pieces."""
+    """Plot pressures over the separation from the heaviest load on, with the band of the pieces."""
     top = law.numbers.pressure * law.area
     loads = np.geomspace(1.0, _RANGE, _POINTS) * top * (1.0 - 1e-9)
     pressures = loads / law.area
@@ -104,7 +104,7 @@ def load_panel(law: Any, other_laws: Mapping[str, NormalLaw]) -> tuple[Panel, Se
 
 
 def _opened(law: NormalLaw, loads: Floats) -> Floats | None:
-    """Opening of the faces under loads, from where they bear the first; None beyond."""
+    """Return the opening of the faces under loads from the first one; None beyond."""
     try:
         d = np.asarray(law.separation(loads), dtype=float)
     except InputError:

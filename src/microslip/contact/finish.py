@@ -23,7 +23,7 @@ GAUSSIAN_RQ = math.sqrt(0.5 * math.pi)
 
 
 class Estimate(NamedTuple):
-    """A positive number that is known with a log-normal spread."""
+    """Positive number with a log-normal spread."""
 
     middle: float
     spread: float
@@ -35,13 +35,13 @@ class Estimate(NamedTuple):
         return cls(math.sqrt(low * high), math.log(high / low) / (2.0 * 1.6449))
 
     def times(self, middle: float, low: float, high: float) -> Estimate:
-        """Return the product with an independent factor that lies between two others."""
+        """Return the product with an independent factor between two limits."""
         return Estimate(self.middle * middle, math.hypot(self.spread, self.of_range(low, high)[1]))
 
 
 @dataclass(frozen=True)
 class Process:
-    """Roughness average Ra [m] that a process commonly leaves, and its source."""
+    """Roughness average Ra [m] that a process commonly leaves, and the source."""
 
     low: float
     high: float
@@ -69,13 +69,13 @@ _ALIASES = {"edm": "eroded", "spark-eroded": "eroded", "sandblasted": "blasted"}
 
 @dataclass(frozen=True)
 class Finish:
-    """Roughness of one machined face, as a drawing states it.
+    """Roughness of one machined face as on a drawing.
 
     Parameters
     ----------
     ra, rq, rz : float, optional
         Roughness average, root mean square or mean peak-to-valley height of a profile [m], one of
-        them (ISO 21920-2); without one a process must be given.
+        them (ISO 21920-2); required without a process.
     rdq : float, optional
         Root mean square slope of profiles Rdq [-].
     rsm : float, optional
@@ -83,17 +83,15 @@ class Finish:
     process : str, optional
         "milled", "turned", "ground", "honed", "lapped", "polished", "eroded" (EDM) or "blasted".
 
-    Notes
-    -----
-    Rq is 1.25 Ra of Gaussian heights, 1.11 (a sine) to 1.5 (plateaus with scratches); of Rz it is
-    the expected range of a Gaussian profile over one sampling length (1/8 to 1/3.5 of Rz). A
-    process alone leaves Rq open by a factor of two to four.
+    Notes ----- Rq is 1.25 Ra for Gaussian heights, 1.11 Ra (sine) to 1.5 Ra (plateaus with
+    scratches). From Rz it follows by the expected range of a Gaussian profile over a sampling
+    length (1/8 to 1/3.5 of Rz). A process alone determines Rq within a factor of two to four.
 
-    Rdq of RSm is 2 pi Rq/RSm (Rice), 0.7 to 1.5 times that, since RSm does not count small
-    elements. Without both it follows the correlations of slope with roughness that Lambert and
-    Fletcher (1997), DOI 10.2514/2.6221, review: mean slopes 0.076 Rq^0.52 and 0.124 Rq^0.743 (Rq in
-    um), from the smaller over 1.5 to the larger times 1.5. Ranges are intervals of 90 %. This slope
-    is the largest uncertainty of a joint that is known by its drawing: measure it.
+    From RSm, Rdq is 2 pi Rq/RSm (Rice), times 0.7 to 1.5, since RSm does not count small elements.
+    Without both it follows correlations reviewed by Lambert and Fletcher (1997), DOI
+    10.2514/2.6221: mean slopes 0.076 Rq^0.52 and 0.124 Rq^0.743 (Rq in um), from the smaller over
+    1.5 to 1.5 times the larger. Ranges are 90 % intervals. The slope is the largest uncertainty of
+    a joint from a drawing; measure it.
     """
 
     ra: float | None = None
@@ -148,8 +146,8 @@ class Finish:
     def _range_over_rms(self) -> float:
         """Expected range of a Gaussian profile over a sampling length, over its rms.
 
-        Extremes of n waves lie at sqrt(2 ln n) + 0.577/sqrt(2 ln n) on either side. Without RSm
-        there are ten of them, as sampling lengths are chosen.
+        The extremes of n waves lie at sqrt(2 ln n) + 0.577/sqrt(2 ln n) on either side; without RSm
+        n is ten, the usual choice of sampling lengths.
         """
         assert self.rz is not None
         sampling = sampling_length(0.2 * self.rz)
@@ -189,12 +187,12 @@ _SAMPLING = (
 
 
 def sampling_length(ra: float) -> float:
-    """Return the sampling length [m] that ISO 4288 takes for Ra [m]: the cut-off of the filter."""
+    """Return the sampling length [m] of ISO 4288 for Ra [m]."""
     return next((length for most, length in _SAMPLING if ra <= most), _SAMPLING[-1][1])
 
 
 def process_named(name: object) -> str:
-    """Return the process that a name or an alias means."""
+    """Return the process with a name or an alias."""
     word = name.strip().casefold() if isinstance(name, str) else ""
     word = _ALIASES.get(word, word)
     if word not in PROCESSES:

@@ -48,7 +48,7 @@ class SphereOnFlat(NormalLaw):
     )
 
     def _assumptions(self, separation: float | None) -> dict[str, float | None]:
-        """The yield check of Jackson and Green (2005), DOI 10.1115/1.1866166: p0 over C S_y."""
+        """Yield check of Jackson and Green (2005), DOI 10.1115/1.1866166: p0 over C S_y."""
         hardness = self.pair.hardness
         if hardness is None:
             return {YIELD: None}
@@ -60,10 +60,7 @@ class SphereOnFlat(NormalLaw):
         return {YIELD: self.hertz_pressure(separation) / at_yield}
 
     def hertz_pressure(self, separation: float) -> float:
-        """Largest pressure p0 = (2 E*/pi) sqrt(s/rho) [Pa] at a separation -s [m] (19.2), (19.3).
-
-        Zero where nothing touches.
-        """
+        """Largest pressure p0 = (2 E*/pi) sqrt(s/rho) [Pa] at a separation -s [m] (19.2)."""
         depth = max(-number("separation", separation, "m", -1e-6), 0.0)
         return 2.0 / math.pi * self.pair.composite_modulus * math.sqrt(depth / self.radius)
 
@@ -86,11 +83,11 @@ class SphereOnFlat(NormalLaw):
         return np.asarray(-(np.cbrt(loads / self._constant) ** 2))
 
     def contact_probability(self, separation: ArrayLike) -> Any:
-        """1 in contact, else 0, for separations [m] of any shape."""
+        """Return 1 in contact, else 0, for separations [m] of any shape."""
         return self.contact_count(separation)
 
     def contact_count(self, separation: ArrayLike) -> Any:
-        """1 in contact, else 0, for separations [m] of any shape."""
+        """Return 1 in contact, else 0, for separations [m] of any shape."""
         return plain(np.where(self._separations(separation) < 0.0, 1.0, 0.0))
 
     def contact_area(self, separation: ArrayLike) -> Any:
@@ -117,15 +114,15 @@ class AsperityPopulation(Locked, NormalLaw):
     radii : array_like
         Summit radii rho_i [m]: one for each height, or one number for all.
     copies : float, optional
-        Number of copies of each [-], above zero: the apparent area over the scanned one
-        where the summits are those of a scan.
+        Number of copies of each summit [-], above zero: for the summits of a scan, the apparent
+        area over the scanned area.
     area : float, optional
-        Apparent area [m^2] that they stand on; it enters no load, only verdicts.
+        Apparent area [m^2]; used by verdicts only.
 
     Notes
     -----
-    Each summit follows (19.1)-(19.3). The last contact is lost exactly at the highest summit, and
-    the tangential law has a kink of its curvature at the slip limit of every summit.
+    Each summit follows (19.1)-(19.3). Contact ends at the highest summit, and the curvature of the
+    tangential law has a kink at the slip limit of every summit.
     """
 
     key = "population"
@@ -186,7 +183,7 @@ class AsperityPopulation(Locked, NormalLaw):
         return self._spheres.derivative(separation, order)
 
     def contact_probability(self, separation: ArrayLike) -> Any:
-        """Share of the summits that is in contact (19.5), for separations [m] of any shape."""
+        """Share of the summits in contact (19.5), for separations [m] of any shape."""
         return plain(self._counts(separation) / np.asarray(self.heights).size)
 
     def contact_count(self, separation: ArrayLike) -> Any:

@@ -70,7 +70,7 @@ class GreenwoodWilliamson(NormalLaw):
 
     @cached_property
     def _constant(self) -> float:
-        """N_a (4/3) E* sqrt(rho) [N/m^1.5]."""
+        """Load constant N_a (4/3) E* sqrt(rho) [N/m^1.5]."""
         stiff = 4.0 / 3.0 * self.pair.composite_modulus * math.sqrt(self.radius)
         return self.summit_count * stiff
 
@@ -85,7 +85,7 @@ class GreenwoodWilliamson(NormalLaw):
 
     @cached_property
     def _spheres(self) -> Spheres | None:
-        """The summits themselves where the heights were given one by one."""
+        """Summits, if the heights were given one by one."""
         if not isinstance(self.heights, Discrete):
             return None
         values = np.asarray(self.heights.values)

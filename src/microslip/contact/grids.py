@@ -1,9 +1,9 @@
-"""Sums of a normal law for many interfaces: many separations and many steps at once.
+"""Sums of a normal law at many pairs of separations and steps.
 
 The sums are those of :class:`NormalLaw`: the drop N(d) - N(d + u), the fall -N'(d + u), the excess
 (half the integral of v (u - v) N''(d + v) over 0 <= v <= u) and its derivative by u. An interface
-asks for them at one d; here every step has its own. Where the law is smooth its whole load curve
-becomes a profile; elsewhere rows (one separation, many steps) become tables, if that is quicker.
+evaluates them at one d; here every step has its own. A smooth law becomes one profile; for other
+laws, rows of equal separations become tables if that is faster.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _ALL_TOUCH = 0.345  # N N'' / N'^2, which is 1 for an exponential and 1/3 where 
 
 
 def _by_rows(law: NormalLaw, points: int, rows: int) -> bool:
-    """Whether rows of equal separations are quicker than pairs, by what each costs, roughly."""
+    """Return whether rows of equal separations are faster than pairs, from estimated costs."""
     if law._spheres is not None:
         count = law._spheres.heights.size
         build = 4e-5 + (5e-6 * count if count > 24 else 0.0)
@@ -52,7 +52,7 @@ def _by_rows(law: NormalLaw, points: int, rows: int) -> bool:
 
 
 def pairs_of(law: NormalLaw) -> Callable[[NormalLaw, Kind, Floats, Floats], Floats] | None:
-    """The function that sums over pairs of separations and steps; None for a law of its own."""
+    """Return the function for sums over pairs; None for a law with its own sums."""
     if law._spline is not None:
         return _spline_pairs
     general = all(
@@ -63,7 +63,7 @@ def pairs_of(law: NormalLaw) -> Callable[[NormalLaw, Kind, Floats, Floats], Floa
 
 
 def sum_over_pairs(law: NormalLaw, kind: Kind, d: Floats, u: Floats) -> Floats:
-    """A sum with a separation for each step, by whichever function the law has for that."""
+    """Return a sum with a separation for each step."""
     return (pairs_of(law) or _own_pairs)(law, kind, d, u)
 
 
@@ -78,7 +78,6 @@ def _sum_of(law: NormalLaw, kind: Kind) -> Callable[[Floats | float, Floats], Fl
 
 
 def _row(law: NormalLaw, kind: Kind, d: float, u: Floats) -> Floats:
-    """Evaluate one row of displacements, like an interface at this separation."""
     exact = _sum_of(law, kind)
     reach = law._table_reach(d) if kind != "fall" and u.size * _POINT > _ROW else None
     if reach is None:
@@ -101,12 +100,10 @@ def _row(law: NormalLaw, kind: Kind, d: float, u: Floats) -> Floats:
 
 
 def _own_pairs(law: NormalLaw, kind: Kind, d: Floats, u: Floats) -> Floats:
-    """Pairs by the law itself, with a separation for each step."""
     return _sum_of(law, kind)(d, u)
 
 
 def _spline_pairs(law: NormalLaw, kind: Kind, d: Floats, u: Floats) -> Floats:
-    """Piece by piece of the spline."""
     if kind == "fall" or law._spline is None:
         return -law._derivative(d + u, 1)
     return over_pairs(law._spline, kind, d, u)
@@ -116,11 +113,10 @@ def _spline_pairs(law: NormalLaw, kind: Kind, d: Floats, u: Floats) -> Floats:
 
 
 class Pointwise:
-    """The sums of a law at pairs of separations and steps, one-dimensional arrays of one size.
+    """Sums of a law at pairs of separations and steps, one-dimensional arrays of equal size.
 
-    Where the law is smooth and fades fast its whole load curve becomes a profile, once; then a
-    difference costs tens of nanoseconds. What lies outside it, and laws that none gives, are summed
-    pair by pair.
+    If the law is smooth and decays fast, its load curve becomes a profile once, and a difference
+    takes tens of nanoseconds. Other laws, and points outside the profile, are summed pair by pair.
     """
 
     def __init__(self, law: NormalLaw) -> None:
@@ -128,7 +124,7 @@ class Pointwise:
 
     @cached_property
     def _profile(self) -> tuple[Profile, tuple[Floats, Floats]] | None:
-        """The load curve; P'' of its panels, and the integrals of N beyond their middles."""
+        """Load curve; P'' of its panels, and the integrals of N beyond their middles."""
         law = self.law
         if law._spheres is not None or law._breaks[1:].size or pairs_of(law) is not _own_pairs:
             return None
@@ -154,7 +150,7 @@ class Pointwise:
         return profile, (lock(np.ascontiguousarray(bends)), lock(law._derivative(middles, -1)))
 
     def separations(self, load: Floats) -> Floats:
-        """Separations of loads."""
+        """Return the separations of loads."""
         if self._profile is None:
             return np.asarray(self.law.separation(load))
         profile, _ = self._profile
@@ -168,7 +164,7 @@ class Pointwise:
         return result
 
     def load_and_fall(self, d: Floats) -> tuple[Floats, Floats]:
-        """N(d) and -N'(d)."""
+        """Return N(d) and -N'(d)."""
         if self._profile is None:
             return self.law._derivative(d, 0), -self.law._derivative(d, 1)
         profile, _ = self._profile
@@ -181,7 +177,7 @@ class Pointwise:
         return value, fall
 
     def sum(self, kind: Kind, d: Floats, u: Floats) -> Floats:
-        """A sum of :class:`NormalLaw` at separations d and steps u >= 0 from each."""
+        """Return a sum of :class:`NormalLaw` at separations d and steps u >= 0."""
         if self._profile is None or kind not in ("drop", "excess"):
             return self._exact(kind, d, u)
         profile, extra = self._profile
@@ -222,7 +218,7 @@ def _cached(law: NormalLaw) -> Pointwise:
 
 
 def pointwise_of(law: NormalLaw) -> Pointwise:
-    """The law at pairs of separations and steps; its profile is made once."""
+    """Return the sums of a law at pairs; its profile is computed once."""
     try:
         return _cached(law)
     except TypeError:  # one without a hash

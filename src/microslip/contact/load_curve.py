@@ -27,7 +27,7 @@ _DEPTH_RATIO = 1.25  # ratio of the depths from which on profiles of kinked curv
 
 
 def check_surface(surface: Any) -> None:
-    """Every joint stands on a normal law."""
+    """Raise an InputError unless the argument is a normal law."""
     if not isinstance(surface, NormalLaw):
         from microslip.contact.laws import NORMAL_LAWS
 
@@ -36,11 +36,11 @@ def check_surface(surface: Any) -> None:
 
 
 class LoadCurve:
-    """N(d) of a surface and its differences; separations count from an origin, as *steps*.
+    """Load curve N(d) of a surface and its differences; *steps* count from an origin.
 
-    Where the surface is smooth it is one profile, as deep as has been asked for; else the surface
-    is asked itself. A ``shared`` curve always goes out to where nothing is left, since its nodes
-    lie anywhere on it, and may be a profile where heights have many small kinks.
+    A smooth surface becomes a profile, as deep as needed; other surfaces are evaluated directly. A
+    ``shared`` curve extends to vanishing load, since its nodes lie anywhere on it, and may be a
+    profile even if the heights have many small kinks.
     """
 
     def __init__(
@@ -72,9 +72,9 @@ class LoadCurve:
     # -- as a profile -----------------------------------------------------------------------------
 
     def profile(self, low: float, high: float) -> Profile | None:
-        """N from low to high and from there on, as a profile; None where it cannot be one.
+        """Return N from `low` to `high` and beyond as a profile, or None if it cannot be one.
 
-        Where the load is less than can matter, ``high`` may lie further out.
+        ``high`` may lie further out where the load is negligible.
         """
         if self.shared:
             low = min(low, 0.0)
@@ -82,7 +82,7 @@ class LoadCurve:
         return self._covering(low, high)
 
     def arguments(self, low: float, high: float) -> tuple[Any, ...]:
-        """The curve from low to high as kernels take it, after their other arguments."""
+        """Return the curve from `low` to `high` as arguments of kernels."""
         profile = self.profile(low, high)
         return kernels.curve_arguments(self) if profile is None else profile.arguments
 
@@ -104,7 +104,7 @@ class LoadCurve:
         return sampled
 
     def _make_profile(self, low: float, high: float) -> tuple[Profile | None, bool]:
-        """A profile, and whether it ends where the load is too light to matter."""
+        """Return a profile, and whether it ends where the load is negligible."""
         law, origin, length = self.surface, self.origin, self._length
         edge, breaks = law._edge - origin, law._breaks
         if low < edge or (breaks.size and breaks[-1] > low + origin):
@@ -123,7 +123,7 @@ class LoadCurve:
         return Profile.sample(self.derivative, begin, end, end + reach, edge), faint
 
     def _kinked_profile(self, low: float) -> Profile | None:
-        """The same for heights whose density is a table of many points."""
+        """Return the profile of heights with a tabulated density of many points."""
         edge, top = self.surface._edge - self.origin, self.surface._top - self.origin
         if not self.surface._small_kinks.size or low < edge or not math.isfinite(top):
             return None
@@ -135,10 +135,10 @@ class LoadCurve:
         return self._kinked[depth]
 
     def smooth_parts(self, low: float, high: float) -> Profile | Pieces:
-        """Return N from low to high, and from there on, cut where it is not smooth.
+        """Return N from `low` to `high` and beyond, divided where it is not smooth.
 
-        The profile where there is one without kinks; else pieces between the places where N'' is
-        not smooth, on which nothing is known but N and -N' of the surface.
+        The profile if it has no kinks; otherwise pieces between the kinks of N'', on which N and
+        -N' of the surface are evaluated.
         """
         profile = (
             self._covering(min(low, 0.0), _FAR * self._length)
@@ -174,7 +174,7 @@ class LoadCurve:
         return pieces
 
     def derivative(self, step: Floats, order: int) -> Floats:
-        """N [N] at steps, or its derivatives, as the surface has them."""
+        """Derivative of N at steps, from the surface."""
         return self.surface._derivative(step + self.origin, order)
 
     def derivative_at(self, step: float, order: int) -> float:
@@ -185,7 +185,7 @@ class LoadCurve:
 
     @cached_property
     def scalar(self) -> ScalarCurve:
-        """The curve asked one separation at a time, where it is no profile."""
+        """Curve for single separations, if it is no profile."""
         return scalar_curve(self.surface, self.origin)
 
     @cached_property
@@ -232,7 +232,7 @@ class LoadCurve:
         return 0.5 * result
 
     def parting(self) -> float:
-        """Step from which on nothing is in contact."""
+        """Step at which the last contact ends."""
         top = self.surface._top
         if math.isfinite(top):
             return top - self.origin
@@ -248,7 +248,7 @@ class LoadCurve:
     # -- steps of loads and separations -----------------------------------------------------------
 
     def steps_at(self, separation: ArrayLike) -> Floats:
-        """Steps of separations as they are given [m], checked."""
+        """Validate separations [m] and return their steps."""
         return np.asarray(self.surface._separations(separation)) - self.origin
 
     def step_of(self, load: float) -> float:
@@ -261,9 +261,9 @@ class LoadCurve:
         return float(self.steps_of(np.array([load]), numbered=False)[0])
 
     def steps_of(self, load: Floats, numbered: bool = True) -> Floats:
-        """Steps of loads >= 0 [N]; without a load, that at which the last contact parts.
+        """Return the steps of loads >= 0 [N]; for zero load, the step at which contact ends.
 
-        What is refused names its sample if it is ``numbered``.
+        Error messages name the sample if ``numbered``.
         """
         at_rest = load == self.load_at_origin
         steps = np.zeros_like(load)
@@ -290,7 +290,6 @@ class LoadCurve:
         return steps
 
     def _steps_of(self, load: Floats) -> Floats:
-        """The same of loads that are neither none nor that of the origin."""
         lightest, heaviest = float(load.min()), float(load.max())
         profile = self._profile
         if profile is None or not (profile.span[0] <= lightest and heaviest <= profile.span[1]):
@@ -313,7 +312,7 @@ class LoadCurve:
     def _first_refused(
         self, load: Floats, selection: NDArray[np.bool_], error: InputError
     ) -> tuple[int, str]:
-        """The first sample whose load the law refuses, and what the law says to it."""
+        """Return the first sample whose load the law refuses, and the message."""
         samples = np.flatnonzero(selection)
 
         def refusal(loads: Floats) -> str | None:
@@ -344,9 +343,9 @@ class LoadCurve:
 
 
 def shared_curve(surface: NormalLaw, nearest: float) -> LoadCurve:
-    """The curve of a surface for separations about ``nearest``, shared by all fields on it.
+    """Return the curve of a surface near ``nearest``, shared by all fields on the surface.
 
-    Its origin is one of a few, so that what a field gives does not depend on which came before.
+    The origin is one of a discrete set, so that results do not depend on the order of requests.
     """
     low, high = surface._span
     width = (high - low) / _ORIGINS
@@ -357,7 +356,7 @@ def shared_curve(surface: NormalLaw, nearest: float) -> LoadCurve:
 
 
 class _Identity:
-    """A surface by which object it is: one's own may be equal to others, or have no hash."""
+    """Surface compared by identity: own classes may be equal to others, or have no hash."""
 
     def __init__(self, surface: NormalLaw) -> None:
         self.surface = surface

@@ -19,7 +19,7 @@ from microslip._core.units import HARDNESS
 
 @dataclass(frozen=True)
 class Material:
-    """A linear elastic, isotropic material: E and nu of (19.4), G of (19.11).
+    """Linear elastic, isotropic material: E and nu of (19.4), G of (19.11).
 
     Parameters
     ----------
@@ -28,15 +28,14 @@ class Material:
     poisson_ratio : float
         Poisson's ratio [-], in (-1, 0.5].
     hardness : float, optional
-        Indentation hardness H [Pa], for the plasticity index among the validity verdicts and for
-        surfaces that yield (tightened summits, rough and measured faces).
+        Indentation hardness H [Pa], at which faces yield; for summits, for the plasticity index
+        among the verdicts.
 
     Warns
     -----
     UserWarning
-        A modulus between 1.5 Pa and 1200 Pa, or with a Poisson's ratio below 0.45 between 10 kPa
-        and 1.3 MPa, is flagged as a likely unit error (GPa or MPa meant). It is
-        taken as it is.
+        If the modulus is probably in GPa or MPa: between 1.5 Pa and 1200 Pa, or with a Poisson's
+        ratio below 0.45 between 10 kPa and 1.3 MPa.
     """
 
     young_modulus: float = field(
@@ -61,7 +60,7 @@ class Material:
         self._ask_back()
 
     def _ask_back(self) -> None:
-        """Warn of a number that reads like that of a solid in another unit; soft gels are real."""
+        """Warn of a modulus that is probably in another unit; soft gels exist."""
         modulus = self.young_modulus
         if 1.5 <= modulus <= 1200.0:
             unit, factor = "GPa", 1e9
@@ -81,20 +80,20 @@ class Material:
 
     @classmethod
     def rigid(cls) -> Material:
-        """A body that does not deform: infinite modulus, so its compliance terms vanish."""
+        """Return a body that does not deform: infinite modulus."""
         body = object.__new__(cls)
         assign(body, young_modulus=math.inf, poisson_ratio=0.0, hardness=None)
         return body
 
     @classmethod
     def named(cls, name: str) -> Material:
-        """A metal of the table that :func:`metals` gives; its sources are there, too.
+        """Return a metal of the table of :func:`metals`.
 
         Parameters
         ----------
         name : str
             Name in the table, such as "steel" or "al2017", or an alias such as "S355", "316L" or
-            "EN AW-6082"; capitals, spaces, hyphens and underscores do not count.
+            "EN AW-6082"; capitals, spaces, hyphens and underscores are ignored.
         """
         return metal(name).material
 
@@ -106,7 +105,7 @@ class Material:
 
     @property
     def is_rigid(self) -> bool:
-        """Whether this is :meth:`rigid`."""
+        """Whether the body is rigid."""
         return math.isinf(self.young_modulus)
 
     @property
@@ -126,20 +125,19 @@ class Metal:
     description : str
         Designations and temper.
     young_modulus : float
-        Young's modulus E [Pa].
+        Young's modulus E [Pa] (19.4).
     poisson_ratio : float
         Poisson's ratio [-].
     hardness : float or None
-        Indentation hardness H [Pa] of the temper; None where the documents give none.
+        Indentation hardness H [Pa] of the temper; None if the documents state none.
     sources : mapping of str to str
-        Document and year of each value, by the names above.
+        Document and year of each value, by parameter name.
     aliases : tuple of str
         Other names, such as "s355", "EN AW-6082" and numbers of standards.
 
     Notes
     -----
-    The values enter (19.4) and (19.11). They are those of design codes and handbooks: a measured
-    modulus differs from them by a few percent.
+    Values are those of design codes and handbooks; measured moduli differ by a few percent.
     """
 
     name: str
@@ -164,16 +162,15 @@ class Metal:
 
     @property
     def material(self) -> Material:
-        """The material that it is."""
+        """Material with the constants of the metal."""
         return Material(self.young_modulus, self.poisson_ratio, self.hardness)
 
 
 @lru_cache(maxsize=1)
 def metals() -> Mapping[str, Metal]:
-    """The table of engineering metals: by name, each value with its document and year.
+    """Return the table of engineering metals by name, with document and year of each value.
 
-    A small table for first studies. A value of one's own is better, and always wins: make a
-    :class:`Material` of it, or give the key in the study.
+    For own values make a :class:`Material`, or give the key in the study.
     """
     import tomllib
     from importlib.resources import files
@@ -196,13 +193,12 @@ def metal(name: str) -> Metal:
 
 
 def metal_called(name: str) -> Metal | None:
-    """The metal of the table that has this name or alias; None where none has."""
+    """Return the metal with a name or alias, or None."""
     return _by_name().get(_plain(name).replace("-", ""))
 
 
 @lru_cache(maxsize=1)
 def _by_name() -> Mapping[str, Metal]:
-    """Metals by their names and aliases in small letters, without spaces and hyphens."""
     return {
         _plain(name).replace("-", ""): metal
         for metal in metals().values()
@@ -215,7 +211,7 @@ def _plain(name: str) -> str:
 
 
 def _near(name: str, table: Mapping[str, Metal]) -> str:
-    """Names of the table close to an unknown one, or all names."""
+    """Return the names of the table close to an unknown one, or all names."""
     from difflib import get_close_matches
 
     # A part of a name, such as "4340" or "iron", may be too short to be close to the whole.
@@ -228,7 +224,7 @@ def _near(name: str, table: Mapping[str, Metal]) -> str:
 
 @dataclass(frozen=True)
 class MaterialPair:
-    """Two bodies in contact, seen as one elastic body on a rigid one.
+    """Two bodies in contact, equivalent to one elastic body on a rigid one.
 
     Parameters
     ----------
@@ -273,11 +269,10 @@ class MaterialPair:
 
     @property
     def dundurs_beta(self) -> float:
-        """Dundurs's second constant [-]: zero for equal bodies, up to 0.5 in size.
+        """Second constant of Dundurs [-]: zero for equal bodies, at most 0.5 in size.
 
-        Half of (1 - 2 nu)/G of the first less that of the second, over the sum of their
-        (1 - nu)/G (Dundurs 1969, DOI 10.1115/1.3564739). Normal and tangential contact hang
-        together by it.
+        Half of the difference of (1 - 2 nu)/G of the bodies over the sum of their (1 - nu)/G
+        (Dundurs 1969, DOI 10.1115/1.3564739). It couples normal and tangential contact.
         """
         bodies = [(m.poisson_ratio, m.shear_modulus) for m in (self.first, self.second)]
         (first, second), total = (
@@ -288,12 +283,12 @@ class MaterialPair:
 
     @property
     def hardness(self) -> float | None:
-        """Hardness of the softer body [Pa]; None where neither is known."""
+        """Hardness of the softer body [Pa]; None if neither is known."""
         hardnesses = [m.hardness for m in (self.first, self.second) if m.hardness is not None]
         return min(hardnesses) if hardnesses else None
 
     def with_hardness(self, hardness: float) -> MaterialPair:
-        """The same pair with another hardness [Pa] of what deforms."""
+        """Return the pair with another hardness [Pa] of the deformable bodies."""
         first, second = (
             body if body.is_rigid else replace(body, hardness=hardness)
             for body in (self.first, self.second)

@@ -47,57 +47,55 @@ _SAMPLES = 24  # points of the table between two solutions
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
 class MeasuredContact(FaceLaw):
-    """A measured face, point by point: interacting contacts that yield.
+    """Measured face solved point by point: interacting contacts that yield.
 
     Parameters
     ----------
     heights : Scan or array_like
-        The gap of both faces, summits upwards: a scan, or heights [m], rows along y. Without holes.
-        Its least-squares plane is taken off.
+        Gap of both faces, summits upwards: a scan, or heights [m] without missing points, rows
+        along y. The least-squares plane is removed.
     pair : MaterialPair
         The two materials.
     hardness : float, optional
-        Most that a point bears [Pa]; by default that of the pair. ``math.inf``: nothing yields.
+        Largest pressure at a point [Pa]; by default that of the pair. ``math.inf`` for an elastic
+        face.
     tightening_pressure : float, optional
-        Mean pressure [Pa] that the face has been tightened to. Without it the face is elastic up to
-        0.05 E* h', and its hardness only judges it.
+        Mean pressure [Pa] to which the face has been tightened. Without it the face is elastic up
+        to 0.05 E* h', and the hardness is used by verdicts only.
     pixel : float or pair of float, optional
-        Distance of neighbours [m] of heights that are no scan; along x, along y.
+        Distance of neighbours [m] along x and y, for heights that are not a scan.
     area : float, optional
         Apparent area [m^2] of the joint; by default that of the scan.
     piece : int or None
-        Points along a side of a piece, about; None solves the face as one.
+        Approximate number of points along a side of a piece; None solves the face in one piece.
     direction : float, optional
-        Direction of the motion from x of the scan [rad]; None is the mean over all directions. In
-        two directions it is that of the first displacement, and the second is across.
+        Direction of the motion from x of the scan [rad]; None is the mean over all directions. In a
+        field of two directions it is that of the first displacement.
     loads : int
-        Loads that are solved, each the same share of the one before; up to four more lie between
-        the heaviest two, for the damping of small cycles.
+        Number of solved loads, in geometric progression; up to four more lie between the heaviest
+        two, for the damping of small cycles.
     lightest : float
-        The lightest of them over the heaviest [-].
+        Lightest over heaviest load [-].
     coarser : bool
-        Whether to solve every second point as well, and all points without the shortest waves, of
-        half of the squared slope, and say what either changes.
+        Whether to solve also with every second point, and without the shortest waves that carry
+        half of the squared slope, and report the changes.
     workers : int
         Threads of a transform.
     progress : callable, optional
-        Called with the solutions done and those to do, about.
+        Called with the numbers of finished and of all solutions (approximate).
     cache : str or path, optional
-        Folder of solutions by content: what is there is not solved again.
+        Folder of solutions, which are reused if the inputs are equal.
 
-    Notes
-    -----
-    Boundary elements at given separations of the mean planes; the slope N' comes with each load
-    exactly. What bears the hardness at tightening stays flattened to where it is then, and what
-    follows is the elastic law of that face (Almqvist et al. 2007,
-    DOI 10.1016/j.triboint.2005.11.008), at most as heavily loaded as it was tightened. Between the
-    loads ln N is a cubic by Hermite, N made convex where that is not; below the lightest load N
-    goes on as an exponential. The half space of the faces is in the law, as long as its waves: do
-    not add that of a body which has these waves too.
+    Notes ----- Boundary elements at given separations of the mean planes; the slope N' follows
+    exactly at each load. Points that bear the hardness at tightening are flattened permanently, and
+    the law is the elastic one of the flattened face (Almqvist et al. 2007, DOI
+    10.1016/j.triboint.2006.09.001), up to the tightening load. Between the loads ln N is a cubic
+    Hermite spline, made convex where necessary; below the lightest load N is an exponential. The
+    law includes the compliance of the half-space for waves up to the size of the face; a body model
+    with such waves must not add it again.
 
-    The contact slips as Cattaneo's, by the same N; the ratio of normal and tangential stiffness is
-    solved on the points in contact (Cerruti's kernel), which a lay makes another one along and
-    across.
+    Contacts slip as in the theory of Cattaneo. The ratio of normal and tangential stiffness is
+    solved on the points in contact (kernel of Cerruti) and depends on the direction under a lay.
     """
 
     key = "measured"
@@ -171,7 +169,6 @@ class MeasuredContact(FaceLaw):
         self._set_curve(pair, d * numbers.pixel[0], p / p[0], self._heaviest, rate)
 
     def _changed(self, **changes: Any) -> MeasuredContact:
-        """The same, solved once, with another area or direction."""
         values = {name: getattr(self, name) for name in ("area", "direction")} | changes
         return self._made_of(self.solution, self.numbers, self.pair, **values)
 
@@ -184,7 +181,6 @@ class MeasuredContact(FaceLaw):
         area: float,
         direction: float | None = None,
     ) -> MeasuredContact:
-        """A law of what was solved before."""
         law = object.__new__(cls)
         law._set(solution, numbers, pair, area, direction)
         return law
@@ -192,14 +188,13 @@ class MeasuredContact(FaceLaw):
     # -- the same face in another way -------------------------------------------------------------
 
     def along(self, direction: float | None) -> MeasuredContact:
-        """The same face, moved in another direction [rad] from x of the scan; None is the mean."""
+        """Return the face moved in another direction [rad] from x of the scan; None is the mean."""
         return self._changed(direction=direction)
 
     def of_pieces(self, pieces: ArrayLike) -> MeasuredContact:
-        """The law of some of the pieces, by their numbers [-], one-dimensional.
+        """Return the law of pieces by their numbers [-] from 0, one-dimensional, repetitions allowed.
 
-        Numbers count from 0, and one may come twice: pieces drawn anew say how far the scan stands
-        for the joint.
+        Resampled pieces show how well the scan represents the joint.
         """
         old, columns = self.solution, np.asarray(pieces)
         p, s = old.pressure[:, columns], old.slope[:, columns]
@@ -241,8 +236,9 @@ class MeasuredContact(FaceLaw):
     def _length_factors(self, shares: Floats) -> Floats | None:
         """Length p/K of each place, from the unloading of lighter tightenings.
 
-        Against the law of each tightening, at 3 to 50 MPa in place of 100, the force is within 9 %
-        and the energy of a cycle at mu N/k_t 0.8 to 1.35 times; by one tightening of all 2 to 20.
+        Compared with a law for each tightening, at 3 to 50 MPa instead of 100 MPa, the force is
+        within 9 % and the energy of a cycle at mu N/k_t 0.8 to 1.35 times; with a single
+        tightening, 2 to 20.
         """
         if self.solution.lighter_tightenings.size < 4:  # an elastic face
             return None
@@ -252,7 +248,7 @@ class MeasuredContact(FaceLaw):
         return np.asarray(np.exp(found - lengths[-1]))
 
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
-        """Write what was solved to a file (``.npz``), without the heights."""
+        """Write the solution to a file (``.npz``), without the heights."""
         write_law(self, path, overwrite)
 
     @classmethod
@@ -261,17 +257,17 @@ class MeasuredContact(FaceLaw):
         return cls._made_of(*read_law(path))
 
     def plot(self, ax: Any = None) -> Any:
-        """Draw the pressures of its first piece, what touches under three loads, and the loads.
+        """Plot pressures of the first piece, contacts under three loads, and the load curve.
 
         Parameters
         ----------
         ax : sequence of matplotlib.axes.Axes, optional
-            Three axes to draw on; without them a new figure.
+            Three axes; without them a new figure.
 
         Returns
         -------
         numpy.ndarray of matplotlib.axes.Axes
-            What was drawn on.
+            The axes.
         """
         from microslip.contact.figures import face_plot
         from microslip.figures import draw
@@ -301,7 +297,7 @@ class MeasuredContact(FaceLaw):
         Raises
         ------
         InputError
-            If the solution comes from a file that does not hold its first loading.
+            If the solution was loaded from a file without the first loading.
         """
         pressure, separation = self.solution.loading
         if pressure.size < 3:
@@ -318,7 +314,7 @@ class MeasuredContact(FaceLaw):
         return separation / self.numbers.rms
 
     def contact_area(self, separation: ArrayLike) -> Any:
-        """Real contact area [m^2], for separations [m] of any shape: points in contact."""
+        """Real contact area [m^2] by points in contact, for separations [m] of any shape."""
         loads = np.asarray(self.load(separation), dtype=float)
         p = np.log(self.solution.pressure.mean(axis=1))[::-1]
         share = np.log(self.solution.contact)[::-1]
@@ -370,7 +366,6 @@ class MeasuredContact(FaceLaw):
 
 
 def _hardness(hardness: float | None, pair: MaterialPair, pressure: float | None) -> float:
-    """Bound of the pressure [Pa]; infinite where nothing yields."""
     if hardness is None:
         return math.inf if pressure is None or pair.hardness is None else pair.hardness
     if isinstance(hardness, float) and hardness == math.inf:
@@ -385,7 +380,7 @@ def _hardness(hardness: float | None, pair: MaterialPair, pressure: float | None
 
 
 def _table(solution: FaceSolution) -> tuple[Floats, Floats]:
-    """Separations and mean pressures between the solutions: cubics of ln p, made convex."""
+    """Return separations and mean pressures between the solutions: cubics of ln p, made convex."""
     from scipy.interpolate import CubicHermiteSpline
 
     d = solution.separation
@@ -414,7 +409,7 @@ def _table(solution: FaceSolution) -> tuple[Floats, Floats]:
 
 
 def _waves() -> Floats:
-    """A face of 64 x 64 points with a lay along y, of waves like a milled one's [m]."""
+    """Return heights of 64 x 64 points with a lay along y, like a milled face [m]."""
     from scipy import fft
 
     n = 64

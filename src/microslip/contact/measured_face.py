@@ -1,4 +1,4 @@
-"""A measured face: judged and cut before its solution, the results, and their small files."""
+"""Input, numbers and files of a measured face."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _remembered: OrderedDict[str, FaceSolution] = OrderedDict()
 
 
 class Face(NamedTuple):
-    """Heights of a face about its mean plane, and their pixel."""
+    """Heights of a face about its mean plane, and the pixel."""
 
     heights: Floats
     pixel: tuple[float, float]
@@ -41,7 +41,7 @@ class Face(NamedTuple):
 
     @property
     def area(self) -> float:
-        """Area [m^2] that the points stand for."""
+        """Area of all points [m^2]."""
         return self.heights.size * self.pixel[0] * self.pixel[1]
 
     @property
@@ -51,7 +51,7 @@ class Face(NamedTuple):
 
     @property
     def slope(self) -> float:
-        """Rms slope h' between neighbours [-], that of the gradient."""
+        """Rms gradient h' between neighbours [-]."""
         squares = (
             float(np.mean(np.diff(self.heights, axis=axis) ** 2)) / step**2
             for axis, step in ((1, self.pixel[0]), (0, self.pixel[1]))
@@ -60,16 +60,16 @@ class Face(NamedTuple):
 
     @property
     def coarser(self) -> Face:
-        """Every second point."""
+        """Face with every second point."""
         dx, dy = self.pixel
         heights = self.heights[::2, ::2]
         return Face(lock(heights - heights.mean()), (2.0 * dx, 2.0 * dy), self.name)
 
     @property
     def smoother(self) -> tuple[Face, float]:
-        """Without the shortest waves that carry half of the squared slope, and where they end [m].
+        """Face without the short waves that carry half of the squared slope, and the cut-off [m].
 
-        Waves as the solution has them, with a mirror at the edges.
+        Waves are cosines, as in the solution.
         """
         from scipy import fft
 
@@ -86,7 +86,7 @@ class Face(NamedTuple):
         return Face(lock(heights), self.pixel, self.name), 2.0 * math.pi / edge
 
     def pieces(self, points: int | None) -> list[Floats]:
-        """The face in equal parts of about so many points a side, on one mean plane."""
+        """Divide the face into equal parts of about `points` a side, on one mean plane."""
         parts = [1 if points is None else max(round(n / points), 1) for n in self.heights.shape]
         rows, columns = (n // k for n, k in zip(self.heights.shape, parts, strict=True))
         return [
@@ -97,9 +97,9 @@ class Face(NamedTuple):
 
 
 def face_of(heights: Any, pixel: Any) -> Face:
-    """The face of a scan, or of heights on a grid, about its least-squares plane.
+    """Return the face of a scan, or of heights on a grid, without its least-squares plane.
 
-    A scan is whatever has heights and a pixel.
+    Any object with `heights` and `pixel` is a scan.
     """
     name = "heights"
     if hasattr(heights, "heights") and hasattr(heights, "pixel"):
@@ -145,7 +145,7 @@ def _levelled(z: Floats) -> Floats:
 
 
 def check_pressure(pressure: float | None, hardness: float, modulus: float, face: Face) -> float:
-    """The tightening pressure [Pa], or the heaviest of an elastic face."""
+    """Validate the tightening pressure [Pa]; by default the largest of an elastic face."""
     if pressure is None:
         return _USUAL * modulus * face.slope
     pressure = positive("tightening_pressure", pressure, "Pa", 1e8)
@@ -212,13 +212,13 @@ class Task(NamedTuple):
 
     @property
     def key(self) -> str:
-        """A name by content."""
+        """Name of the solution, a digest of the inputs."""
         z = np.ascontiguousarray(self.face.heights)
         words = repr((z.shape, self.face.pixel, *self[1:], NEAR_REST, "lighter tightenings"))
         return sha256(z.tobytes() + words.encode()).hexdigest()[:32]
 
     def solved(self, workers: int, progress: Progress | None) -> FaceSolution:
-        """The solution; of the last few faces it is kept."""
+        """Return the solution; the most recent ones are kept."""
         key = self.key
         known = _remembered.get(key)
         if known is not None:
@@ -241,16 +241,16 @@ class Task(NamedTuple):
 
 
 def remember(key: str, solution: FaceSolution) -> None:
-    """Remember a solution by its name, and forget the oldest."""
+    """Keep a solution by name, and drop the oldest."""
     _remembered[key] = solution
     while len(_remembered) > _REMEMBERED:
         _remembered.popitem(last=False)
 
 
 def stiffness_scatter(solution: FaceSolution) -> float | None:
-    """Standard deviation of ln K of pieces at equal pressure, half the heaviest.
+    """Standard deviation of ln K of the pieces at equal pressure, half the heaviest.
 
-    Each piece as if it were the face: its own stiffness where it bears that pressure itself.
+    Each piece is evaluated where it bears this pressure itself.
     """
     count = solution.pressure.shape[1]
     if count < 2:
@@ -269,7 +269,7 @@ def stiffness_scatter(solution: FaceSolution) -> float | None:
 
 
 def ratio_of(tensor: Floats, direction: float | None) -> float:
-    """Normal over tangential stiffness along a direction [rad]; None is the mean over all."""
+    """Return normal over tangential stiffness along a direction [rad]; None is the mean."""
     if direction is None:
         return 2.0 / float(np.trace(tensor))
     e = np.array([math.cos(direction), math.sin(direction)])
@@ -315,7 +315,7 @@ def contact_numbers(
 
 
 def progress_halves(progress: Progress | None) -> tuple[Progress | None, Progress | None]:
-    """Split the report of progress into those of the first and the second half of the work."""
+    """Return progress callbacks of the first and the second half of the work."""
     if progress is None:
         return None, None
     return (
@@ -327,10 +327,10 @@ def progress_halves(progress: Progress | None) -> tuple[Progress | None, Progres
 def resolution_changes(
     task: Task, solution: FaceSolution, workers: int, progress: Progress | None
 ) -> dict[str, Any]:
-    """Return the changes of stiffness at the heaviest load by every second point, and by smoothing.
+    """Return changes of the stiffness with half the points and with smoothed heights.
 
-    Each is over the stiffness of all points, None where such a face does not bear the pressure;
-    ``cutoff`` is the shortest wave of the smooth face [m].
+    Each is relative to the stiffness of all points, or None if the changed face cannot bear the
+    pressure; ``cutoff`` is the shortest wave of the smoothed face [m].
     """
     smooth, cutoff = task.face.smoother
     half = None if task.piece is None else max(task.piece // 2, 8)
@@ -369,7 +369,7 @@ def write_law(law: Any, path: str | os.PathLike[str], overwrite: bool) -> None:
 def read_law(
     path: str | os.PathLike[str],
 ) -> tuple[FaceSolution, ContactNumbers, MaterialPair, float, float | None]:
-    """Read what one holds: solution, numbers, pair, area and direction."""
+    """Read solution, numbers, pair, area and direction from a file."""
     solution, about = _read(Path(path))
     try:
         bodies = [Material.rigid() if body is None else Material(*body) for body in about["bodies"]]
@@ -390,7 +390,7 @@ def read_law(
 def cached(
     task: Task, folder: str | os.PathLike[str], workers: int, progress: Progress | None
 ) -> FaceSolution:
-    """Return the solution of a task, from the folder if it is there, else solved and put there.
+    """Return the solution of a task from a folder, or solve it and store it there.
 
     A damaged file is replaced, with a warning.
     """
@@ -443,7 +443,6 @@ def _read(path: Path) -> tuple[FaceSolution, dict[str, Any]]:
 
 
 def _check(arrays: dict[str, Any]) -> None:
-    """Check the conditions that later steps need."""
     count = arrays["separation"].size
     for name, dimensions in _ARRAYS.items():
         array = arrays[name]

@@ -22,7 +22,7 @@ DERIVATIVES = {-1: 0.4, 0: 1.0, 1: -1.5, 2: 0.75}
 
 
 def blocks(rows: int, columns: int, size: int = _BLOCK) -> list[slice]:
-    """Slices of the rows of a matrix, each of ``size`` elements at most, or of one row."""
+    """Return slices of the rows of a matrix with at most ``size`` elements, or one row, each."""
     step = max(1, size // max(1, columns))
     return [slice(i, i + step) for i in range(0, rows, step)]
 
@@ -56,14 +56,13 @@ EXCESS_SLOPE = Kind(1.5, 2, lambda x, q, p: 0.25 * p * p * (2.0 + q), lambda v, 
 
 
 class Contacts:
-    """The contacts of given summits at one separation, with indentations s and load constants k.
+    """Contacts of given summits at one separation, with indentations s and load constants k.
 
-    Few are summed one by one. Of many, only the summits whose slip limit is near v are; those that
-    have slipped wholly are running sums, and the rest, smooth in v, is a polynomial on each panel
-    of v. The polynomials are gathered from coarse panels to fine ones (as in a fast multipole
-    method), so that n contacts cost O(n log n) once and O(1) a value then.
-
-    Panels reach to a few medians of s; what stands out further has panels of its own.
+    Few contacts are summed directly. For many, only summits whose slip limit is near v are summed
+    directly; fully slipped summits are running sums, and the remaining sum, smooth in v, is a
+    polynomial on each panel of v. Polynomials are gathered from coarse to fine panels (as in a fast
+    multipole method): n contacts cost O(n log n) once and O(1) per value. Panels extend to a few
+    medians of s; summits beyond have their own panels.
     """
 
     def __init__(self, indentations: Floats, constants: Floats) -> None:
@@ -89,7 +88,7 @@ class Contacts:
         self._inside = inside
 
     def sum(self, kind: Kind, v: Floats) -> Floats:
-        """The sum at steps ``v`` >= 0, one-dimensional."""
+        """Return the sum at steps ``v`` >= 0, one-dimensional."""
         result = np.empty(v.size)
         if not self._panels:
             everyone = np.arange(self._s.size)
@@ -131,7 +130,7 @@ class Contacts:
         return _terms(kind, v, self._s[summits], self._k[summits])
 
     def _far(self, kind: Kind) -> Table:
-        """Sum over the summits beyond the near panels, over v to the power of its order."""
+        """Return the sum over summits beyond the near panels, over v to the power of its order."""
         points = 0.5 * (1.0 + NODES)
         halves = [_resample(side) for side in (0, 1)]
         weight = self._k * _power(self._s, kind.power)
@@ -171,7 +170,6 @@ class Contacts:
 
 
 def _terms(kind: Kind, v: Any, s: Floats, k: Floats) -> Floats:
-    """Terms of each contact; an indentation of 0 gives nothing."""
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         x = v / s
     x = np.where(s > 0.0, x, 0.0)
@@ -181,7 +179,7 @@ def _terms(kind: Kind, v: Any, s: Floats, k: Floats) -> Floats:
 
 
 def _power(s: Floats, power: float) -> Floats:
-    """Indentations to the power of 1/2, 3/2 or 5/2."""
+    """Return indentations to the power of 1/2, 3/2 or 5/2."""
     result = np.sqrt(s)
     for _ in range(int(power)):
         result = s * result
@@ -190,7 +188,7 @@ def _power(s: Floats, power: float) -> Floats:
 
 @lru_cache(maxsize=2)
 def _resample(side: int) -> Floats:
-    """Takes values at a panel's nodes to those at its left (0) or right (1) half's nodes."""
+    """Return the matrix from values at the nodes of a panel to those of its left or right half."""
     inner = 0.5 * NODES + (side - 0.5)
     series = np.polynomial.chebyshev.chebvander(inner, NODES.size - 1)
     return np.ascontiguousarray(TO_SERIES @ series.T)
@@ -209,7 +207,7 @@ class Spheres:
         return {"heights": self.heights, "constants": self.constants, "_contacts": {}}
 
     def derivative(self, separation: Floats, order: int) -> Floats:
-        """Derivative of the load, orders -1 (integral to infinity) to 2; any shape."""
+        """Return the derivative of the load, order -1 (integral to infinity) to 2, any shape."""
         flat = separation.reshape(-1)
         result = np.zeros(flat.size)
         for part in blocks(flat.size, self.count(float(flat.min())), CACHED):
@@ -224,9 +222,9 @@ class Spheres:
         return result.reshape(separation.shape)
 
     def sum(self, kind: Kind, d: Floats | float, v: Floats) -> Floats:
-        """A sum over the contacts at the separation ``d`` for steps ``v`` from it.
+        """Return a sum over the contacts at separation ``d`` for steps ``v`` from it.
 
-        Where each step has a separation of its own, each summit is visited for each of them.
+        With a separation for each step, each summit is evaluated for each step.
         """
         if isinstance(d, np.ndarray):
             result = np.zeros(v.size)
@@ -246,5 +244,5 @@ class Spheres:
         return contacts.sum(kind, v)
 
     def count(self, separation: float) -> int:
-        """Number of summits above a separation."""
+        """Return the number of summits above a separation."""
         return int(np.searchsorted(-self.heights, -separation, side="left"))

@@ -15,7 +15,7 @@ _TERMS = 2**13  # of pairs and pieces at once
 
 
 class Spline(NamedTuple):
-    """A convex quadratic spline, past its last knot an exponential or nothing."""
+    """Convex quadratic spline, continued after its last knot by an exponential or zero."""
 
     knots: Floats
     slopes: Floats  # at each knot, on its right; at the last one on its left
@@ -32,10 +32,10 @@ class Spline(NamedTuple):
 
 
 def convex_spline(d: Floats, n: Floats, has_tail: bool) -> Spline:
-    """Schumaker's spline through convex data.
+    """Return Schumaker's spline through convex data.
 
-    Between the secants of its neighbours a node's slope keeps the data convex; within an interval
-    two parabolas meet where the slope is the secant's, or one serves.
+    A slope at a node between the secants of its neighbours keeps the data convex. Within an
+    interval one parabola, or two that meet where the slope is that of the secant.
     """
     steps = np.diff(d)
     secants = np.maximum.accumulate(np.diff(n) / steps)  # rising, up to rounding
@@ -76,7 +76,7 @@ def convex_spline(d: Floats, n: Floats, has_tail: bool) -> Spline:
 
 
 def decayed(x: Floats, power: int, other_power: int) -> Floats:
-    """Integral of w^power (x - w)^other_power exp(-w) over [0, x], powers 0 or 1."""
+    """Return the integral of w^power (x - w)^other_power exp(-w) over [0, x], powers 0 or 1."""
     w = np.minimum(x, 1.0)[:, None] * _NODES
     near = np.minimum(x, 1.0) * (
         (w**power * (x[:, None] - w) ** other_power * np.exp(-w)) @ _WEIGHTS
@@ -92,7 +92,7 @@ def decayed(x: Floats, power: int, other_power: int) -> Floats:
 
 
 def over_pairs(spline: Spline, kind: str, d: Floats, u: Floats) -> Floats:
-    """Drop, excess or its slope at pairs, piece by piece of the spline; every term is positive."""
+    """Return the drop, excess or its slope at pairs, as sums of positive terms over pieces."""
     if kind == "drop":
         return _drops(spline, d, u)
     last = float(spline.knots[-1])
@@ -134,7 +134,6 @@ def over_pairs(spline: Spline, kind: str, d: Floats, u: Floats) -> Floats:
 
 
 def _drops(spline: Spline, d: Floats, u: Floats) -> Floats:
-    """The drops: the piece of d and, of those that reach further, what comes after it."""
     knots, _, curvatures, _, _, ends, _ = spline
     i = np.clip(np.searchsorted(knots, d, side="right") - 1, 0, knots.size - 2)
     ahead = knots[i + 1] - d
@@ -147,7 +146,7 @@ def _drops(spline: Spline, d: Floats, u: Floats) -> Floats:
 
 
 def _past_piece(spline: Spline, i: Integers, d: Floats, u: Floats) -> Floats:
-    """Values of drops d + u beyond piece i, that of d."""
+    """Return drops from d to d + u beyond piece i, which contains d."""
     knots, slopes, curvatures, loads, _, ends, has_tail = spline
     last = knots.size - 1
     j = np.maximum(np.searchsorted(knots, d + u, side="right") - 1, i + 1)

@@ -21,7 +21,7 @@ from microslip.contact.spline import Spline, convex_spline, decayed
 
 
 class _Run(NamedTuple):
-    """A spline from a separation d on: pieces by the steps from d at which they begin."""
+    """Spline from a separation d on: pieces by the steps from d at which they begin."""
 
     starts: Floats
     slopes: Floats  # N' at each start, on its right
@@ -42,16 +42,13 @@ class TabulatedNormalLaw(Locked, NormalLaw):
     separation : array_like
         Separations d [m], rising, at least three.
     load : array_like
-        Loads N [N] at these, falling and convex, the last one zero unless a tail is stated.
+        Loads N [N] at the separations, falling and convex; the last one is zero without a tail.
     tail : {None, "exponential"}, optional
-        Extrapolation of the load after the last separation where it is not zero there: N and N' are
-        continued by an exponential. Without a tail the last load must be zero.
+        Extrapolation beyond the last separation: N and N' are continued by an exponential.
 
-    Notes
-    -----
-    Between the points N is a quadratic spline with at most one more knot an interval (Schumaker
-    1983, DOI 10.1137/0720057), which keeps monotone and convex data so: a negative N'' would be a
-    negative density of sliders. Left of the first separation the law has no answer.
+    Notes ----- A quadratic spline with at most one additional knot per interval (Schumaker 1983,
+    DOI 10.1137/0720057) keeps data monotone and convex; a negative N'' would be a negative density
+    of sliders. Separations below the first one raise an InputError.
     """
 
     key = "table"
@@ -200,7 +197,7 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         )
 
     def _tail_at(self, d: float) -> tuple[float, float]:
-        """Load where the tail begins, seen from d, and its decay length; 0 and 1 without one."""
+        """Return the load at the start of the tail, seen from d, and its decay length."""
         if self.tail is None:
             return 0.0, 1.0
         knots, length = self._spline.knots, self._spline.decay_length
@@ -242,7 +239,6 @@ class TabulatedNormalLaw(Locked, NormalLaw):
     def _by_separation(
         self, method: Callable[[float, Floats], Floats], d: Floats, u: Floats
     ) -> Floats:
-        """A method where each step has a separation of its own: a run for each of these."""
         order = np.argsort(d, kind="stable")
         result = np.empty_like(u)
         for at in np.split(order, np.flatnonzero(np.diff(d[order])) + 1):
@@ -250,7 +246,7 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         return result
 
     def _locate(self, d: float, u: Floats) -> tuple[_Run, Integers, Floats]:
-        """The run from d, the piece of each step, and how far into it the step reaches."""
+        """Return the run from d, the piece of each step, and the distance of the step within it."""
         run = self._run(d)
         k = np.searchsorted(run.starts, u, side="right") - 1
         return run, k, u - run.starts[k]

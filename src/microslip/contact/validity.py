@@ -161,7 +161,7 @@ RULES: tuple[Rule, ...] = (
 
 
 class _Joint(Protocol):
-    """The subject of the rules: a surface under a load."""
+    """Subject of the rules: a surface under a load."""
 
     @property
     def surface(self) -> NormalLaw: ...
@@ -172,14 +172,14 @@ class _Joint(Protocol):
 
 
 def validity(joint: _Joint, **known: float | None) -> tuple[Verdict, ...]:
-    """Verdicts on an interface at its load, in the order of the rules; some values are known."""
+    """Return the verdicts on an interface at its load, in the order of the rules."""
     return verdicts(joint.surface, joint.separation, known)
 
 
 def verdicts(
     surface: NormalLaw, separation: float | None, known: Mapping[str, float | None] | None = None
 ) -> tuple[Verdict, ...]:
-    """Verdicts on a surface at a separation; None is one at which nothing touches."""
+    """Return the verdicts on a surface at a separation; None means that nothing touches."""
     values = surface._assumptions(separation)
     values |= {name: value for name, value in (known or {}).items() if name in values}
     beta = abs(surface.pair.dundurs_beta)

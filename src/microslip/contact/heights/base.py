@@ -21,9 +21,9 @@ TWICE_ORDERS: Mapping[float, int] = MappingProxyType({k / 2: k for k in range(-1
 
 
 class HeightDistribution(Parametric, ABC):
-    """Distribution of summit heights y about a zero of its own, which is never recentred.
+    """Distribution of summit heights y; the zero of the heights is arbitrary and never shifted.
 
-    A subclass gives ``_moment``, ``_density``, ``spread`` and ``span``; where its density ends
+    A subclass gives ``_moment``, ``_density``, ``spread`` and ``span``; if its density ends
     abruptly, also ``edge``.
     """
 
@@ -31,7 +31,7 @@ class HeightDistribution(Parametric, ABC):
     """Height [m] of the lower end of a bounded distribution: the moments are not smooth there."""
 
     def _scaled(self, factor: float) -> HeightDistribution:
-        """The distribution of ``factor`` times the heights, by the units of its parameters."""
+        """Return the distribution of heights multiplied by ``factor``."""
         kind = type(self)
         if not is_fully_declared(kind):
             raise InputError(
@@ -43,37 +43,36 @@ class HeightDistribution(Parametric, ABC):
 
     @property
     def top(self) -> float:
-        """Height [m] of the highest summit there can be; infinite where there is no such end."""
+        """Height [m] of the highest possible summit; infinite if unbounded."""
         return math.inf
 
     @property
     def _breaks(self) -> Floats:
-        """Heights [m], rising, at which the moments are not smooth, the edge among them."""
+        """Heights [m], rising, at which the moments are not smooth, including the edge."""
         return np.zeros(0)
 
     @property
     @abstractmethod
     def spread(self) -> float:
-        """Standard deviation of the heights [m], or what stands for it where that is infinite."""
+        """Standard deviation of the heights [m], or a substitute if it is infinite."""
 
     _spread_name: ClassVar[str] = "spread of the heights"
     """Name of the spread where it scales something else; empty where it never does."""
 
     def _standardised(self, height: float) -> float | None:
-        """A height over the spread, from where that counts; None where nobody counts so."""
+        """Height over the spread, from the mean; None if not customary."""
         return None
 
     @property
     @abstractmethod
     def span(self) -> tuple[float, float]:
-        """Heights [m] below and above which there is next to nothing."""
+        """Heights [m] between which practically all summits lie."""
 
     @abstractmethod
     def _moment(self, twice_order: int, threshold: Floats) -> Floats:
         """Partial moment of the order ``twice_order/2`` at thresholds of any shape."""
 
     def _moment_at(self, twice_order: int, threshold: float) -> float:
-        """The same at one threshold."""
         return float(self._moment(twice_order, np.array([threshold]))[0])
 
     @abstractmethod
@@ -81,14 +80,14 @@ class HeightDistribution(Parametric, ABC):
         """Probability density [1/m]."""
 
     def _below(self, height: Floats) -> Floats:
-        """Probability of a summit that is not higher."""
+        """Probability that a summit is not higher."""
         return np.asarray(1.0 - self._moment(0, height))
 
     def partial_moment(self, order: float, threshold: ArrayLike) -> Any:
         """Partial moment: the mean of (y - threshold)^order over the heights above ``threshold``.
 
-        Divided by std^order it is the F_n of Greenwood and Williamson (1966),
-        DOI 10.1098/rspa.1966.0242; order 0 gives (19.5), 1 gives (19.7), 3/2 gives (19.8).
+        Divided by std^order it is F_n of Greenwood and Williamson (1966), DOI
+        10.1098/rspa.1966.0242; orders 0, 1 and 3/2 give (19.5), (19.7) and (19.8).
 
         Parameters
         ----------
@@ -129,5 +128,5 @@ class HeightDistribution(Parametric, ABC):
 
     @classmethod
     def examples(cls) -> tuple[HeightDistribution, ...]:
-        """Instances that stand for the class in the shared tests; none for an abstract one."""
+        """Instances of the class for the shared tests; empty for an abstract class."""
         return ()

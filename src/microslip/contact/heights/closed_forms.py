@@ -27,10 +27,8 @@ class Gaussian(HeightDistribution):
     mean : float, optional
         Mean height m [m].
 
-    Notes
-    -----
-    The moments F_n(h) = Gamma(n+1)/sqrt(2 pi) exp(-h^2/4) D_{-n-1}(h) (DLMF 12.5.1) come from
-    Chebyshev fits that are right to 4e-15 of their value for every h until they underflow near 38.
+    Notes ----- The moments F_n(h) = Gamma(n+1)/sqrt(2 pi) exp(-h^2/4) D_{-n-1}(h) (DLMF 12.5.1) are
+    Chebyshev fits with relative errors of 4e-15 for every h until they underflow near 38.
     """
 
     std: float = field(metadata=parameter("sigma", "m", "standard deviation", above=0.0))
@@ -48,7 +46,7 @@ class Gaussian(HeightDistribution):
 
     @property
     def span(self) -> tuple[float, float]:
-        """Heights [m] below and above which there is next to nothing."""
+        """Heights [m] between which practically all summits lie."""
         return self.mean - 10.0 * self.std, self.mean + 37.5 * self.std
 
     def _moment(self, twice_order: int, threshold: Floats) -> Floats:
@@ -70,7 +68,7 @@ class Gaussian(HeightDistribution):
 
     @classmethod
     def examples(cls) -> tuple[HeightDistribution, ...]:
-        """Centred and shifted."""
+        """Centred and shifted distributions."""
         return cls(std=5e-7), cls(std=2e-6, mean=1e-6)
 
 
@@ -83,10 +81,8 @@ class Exponential(HeightDistribution):
     scale : float
         Mean and standard deviation of the heights [m], above zero.
 
-    Notes
-    -----
-    F_n(h) = Gamma(n+1) exp(-h) holds only for h >= 0, h = threshold/scale. Below, with every
-    summit above the threshold, F_n = exp(x) Gamma(n+1, x), x = -h (DLMF 8.8.2): from
+    Notes ----- With h = threshold/scale, F_n(h) = Gamma(n+1) exp(-h) for h >= 0. For h < 0 every
+    summit is above the threshold, and F_n = exp(x) Gamma(n+1, x), x = -h (DLMF 8.8.2): from
     sqrt(pi) erfcx(sqrt(x)) or 1 upwards by g(a+1) = a g(a) + x^a, which adds positive terms only.
     """
 
@@ -107,7 +103,7 @@ class Exponential(HeightDistribution):
 
     @property
     def span(self) -> tuple[float, float]:
-        """Heights [m] below and above which there is next to nothing."""
+        """Heights [m] between which practically all summits lie."""
         return 0.0, 700.0 * self.scale
 
     def _moment(self, twice_order: int, threshold: Floats) -> Floats:
@@ -129,7 +125,7 @@ class Exponential(HeightDistribution):
 
     @classmethod
     def examples(cls) -> tuple[HeightDistribution, ...]:
-        """Return an example; distributions of other scales are similar."""
+        """Return one distribution; those of other scales are similar."""
         return (cls(scale=8e-7),)
 
 
@@ -149,7 +145,7 @@ def _incomplete(a: float, x: Floats) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Discrete(Locked, HeightDistribution):
-    """Measured heights as a distribution of equal atoms: (19.5)-(19.8) as sums.
+    """Measured heights as equal atoms of probability: (19.5)-(19.8) as sums.
 
     Parameters
     ----------
@@ -201,5 +197,5 @@ class Discrete(Locked, HeightDistribution):
 
     @classmethod
     def examples(cls) -> tuple[HeightDistribution, ...]:
-        """A handful of summits."""
+        """Five heights."""
         return (cls([0.0, 2e-7, -3e-7, 5e-7, 1e-7]),)

@@ -38,13 +38,13 @@ _LEVELS = ((60.0, 6), (4.0, 11), (0.125, 20))
 
 @dataclass(frozen=True)
 class Pieces:
-    """A function as Chebyshev series on panels, in falling order towards its upper end."""
+    """Function as Chebyshev series on panels, in falling order towards its upper end."""
 
     edges: Floats
     coefficients: Floats  # (terms, panels)
 
     def __call__(self, t: Floats) -> Floats:
-        """Values at places of any shape."""
+        """Return the values at places of any shape."""
         panel = np.clip(np.searchsorted(self.edges, t, side="right") - 1, 0, self.edges.size - 2)
         low, high = self.edges[panel], self.edges[panel + 1]
         s = ((t - low) - (high - t)) / (high - low)
@@ -54,7 +54,7 @@ class Pieces:
         return np.asarray(s * b1 - b2 + self.coefficients[0][panel])
 
     def tail(self, factor: float) -> Pieces:
-        """``factor`` times the integral from t to the upper end, panel by panel from the right."""
+        """Return ``factor`` times the integral from t to the upper end."""
         half = 0.5 * np.diff(self.edges)
         inner = cheb.chebint(self.coefficients, axis=0) * half
         total = inner.sum(axis=0)  # at s = 1
@@ -66,7 +66,7 @@ class Pieces:
 
 
 def _lagrange(nodes: Floats, x: Floats) -> Floats:
-    """Values at ``x`` (rows) of the polynomials that are one at one of ``nodes`` (columns)."""
+    """Return the Lagrange polynomials of ``nodes`` (columns) at ``x`` (rows)."""
     masks = ~np.eye(nodes.size, dtype=bool)
     columns = [
         np.prod((x[:, None] - nodes[o]) / (n - nodes[o]), axis=1)
@@ -76,7 +76,7 @@ def _lagrange(nodes: Floats, x: Floats) -> Floats:
 
 
 def _resolve(function: Callable[[Floats], Floats], edges: Floats, limit: int = _PANELS) -> Pieces:
-    """Panels between (and within) ``edges`` on which a polynomial is the function."""
+    """Return a piecewise polynomial of a function, with panels between and within ``edges``."""
     pending = np.column_stack((edges[:-1], edges[1:]))
     panels: list[tuple[float, float, Floats]] = []
     before = np.full(len(pending), np.inf)
@@ -110,18 +110,18 @@ def _resolve(function: Callable[[Floats], Floats], edges: Floats, limit: int = _
 
 
 def _pairs(start: NDArray[np.intp], end: NDArray[np.intp]) -> tuple[Any, Any]:
-    """Panels and places as pairs: for each panel the places from ``start`` to before ``end``."""
+    """Return pairs of panels and places from ``start`` to before ``end`` of each panel."""
     count = np.maximum(end - start, 0)
     panel = np.repeat(np.arange(count.size), count)
     return panel, np.arange(panel.size) + np.repeat(start - (np.cumsum(count) - count), count)
 
 
 class DensityHeights(HeightDistribution):
-    """Heights given by a density that is smooth between some edges.
+    """Heights with a density that is smooth between given edges.
 
     A subclass gives ``_pdf``, ``_edges``, ``spread`` and ``span``. The moments are tabulated once:
-    the one of order -1/2 by quadrature in the root of the distance, those above it by integrating
-    its piecewise Chebyshev series.
+    order -1/2 by quadrature in the root of the distance, higher orders by integration of its
+    piecewise Chebyshev series.
     """
 
     @property
@@ -131,10 +131,9 @@ class DensityHeights(HeightDistribution):
 
     @abstractmethod
     def _pdf(self, y: Floats) -> Floats:
-        """Density [1/m] at heights of any shape, zero where it is none."""
+        """Density [1/m] at heights of any shape, zero outside the range."""
 
     def _probabilities(self, edges: Floats) -> Floats:
-        """Probabilities of the nodes of each panel."""
         width = np.diff(edges)[:, None]
         return self._pdf(edges[:-1, None] + width * NODES) * width * _WEIGHTS
 
@@ -144,10 +143,10 @@ class DensityHeights(HeightDistribution):
 
     @cached_property
     def _charges(self) -> tuple[tuple[float, Floats, Floats], ...]:
-        """Nodes and weights of the panels for thresholds beyond so many of their widths.
+        """Nodes and weights of the panels for thresholds at several multiples of their widths.
 
-        From far away a panel is fewer charges: those that give the polynomials of lower degree the
-        same integral, which is all that the kernel is there, to 1e-14.
+        From far away a panel is represented by fewer charges, which integrate polynomials of lower
+        degree exactly; the kernel is such a polynomial there, to 1e-14.
         """
         edges = self._density_pieces.edges
         fine = self._probabilities(edges)
@@ -161,7 +160,7 @@ class DensityHeights(HeightDistribution):
         return tuple(levels)
 
     def _root_moment(self, t: Floats) -> Floats:
-        """The moment of order -1/2 for thresholds within the span: 2 pdf(t + z^2) dz."""
+        """Return the moment of order -1/2 within the span: 2 pdf(t + z^2) dz."""
         edges = self._density_pieces.edges
         width = np.diff(edges)
         order = np.argsort(t, axis=None)
@@ -194,7 +193,7 @@ class DensityHeights(HeightDistribution):
 
     @cached_property
     def _tables(self) -> dict[int, Pieces]:
-        """Moments by twice their order; two chains of integrals, from -1/2 and from the density."""
+        """Moments by twice their order, integrated from order -1/2 and from the density."""
         # Where the density jumps it has a root, which takes ever smaller panels.
         edges = self._density_pieces.edges
         root = _resolve(self._root_moment, edges, _PANELS + 2 * edges.size)
@@ -207,10 +206,9 @@ class DensityHeights(HeightDistribution):
         return tables
 
     def _cloud(self, octave: int) -> tuple[Floats, Floats]:
-        """Nodes and probabilities that integrate the density, seen from so far below its end.
+        """Return nodes and probabilities for thresholds 2**-octave of the range below the end.
 
-        From 2**-octave of its range below its lower end: towards that end they are refined so far
-        that no threshold there sees a singular integrand, and no further.
+        They are refined towards that end so that the integrand is resolved for all such thresholds.
         """
         cloud = self._clouds.get(octave)
         if cloud is None:
@@ -223,12 +221,11 @@ class DensityHeights(HeightDistribution):
 
     @cached_property
     def _clouds(self) -> dict[int, tuple[Floats, Floats]]:
-        """Clouds of points that were asked for so far."""
         return {}
 
     @cached_property
     def _breaks(self) -> Floats:
-        """Panels of the moment of order -1/2, and ever smaller ones towards the lower end."""
+        """Panels of the moment of order -1/2, ever smaller towards the lower end."""
         edges = self._tables[-1].edges
         below = edges[0] - self.spread * 2.0 ** np.arange(12.0, -48.0, -1.0)
         distinct = np.append(np.diff(edges) > _MIN_WIDTH * self.spread, True)

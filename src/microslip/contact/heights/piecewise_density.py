@@ -25,9 +25,9 @@ _BLOCK = 1 << 16  # pieces times thresholds a pass
 def piece_moment(
     twice: int, low: Floats, high: Floats, width: Floats, left: Floats, right: Floats
 ) -> Floats:
-    """Integral of s^(twice/2) times a straight density from ``low`` to ``high``, exactly.
+    """Return the integral of s^(twice/2) times a linear density from ``low`` to ``high``.
 
-    From far away the width is not the difference of both, which rounding has.
+    The width is separate, since the difference of distant limits loses digits.
     """
     nodes, weights = gauss_legendre((twice + 5) // 2)
     first = np.sqrt(low)
@@ -47,7 +47,7 @@ def piece_moment(
 def piece_moment_at(
     twice: int, low: float, high: float, width: float, left: float, right: float
 ) -> float:
-    """The same of one piece, in plain Python: arrays of one are slow."""
+    """Return the moment of one piece in plain Python, faster than short arrays."""
     first = math.sqrt(low)
     roots = first + math.sqrt(high)
     if roots == 0.0:
@@ -67,9 +67,9 @@ def _pairs(count: int) -> list[tuple[float, float]]:
 
 
 def panels_of(knots: Floats, left: Floats, right: Floats, limit: int) -> Panels | None:
-    """The pieces, cut until none is more than twice as wide as the next, and empty ones below.
+    """Divide the pieces until none is more than twice as wide as the next; add empty ones below.
 
-    None where they would be more than ``limit``.
+    None if there would be more than ``limit`` panels.
     """
     while knots.size - 1 <= limit:
         width = np.diff(knots)
@@ -104,7 +104,7 @@ def direct(
     first: NDArray[np.intp],
     last: int | None = None,
 ) -> Floats:
-    """Moment above each threshold of the pieces from ``first`` to before ``last``, summed up."""
+    """Return the moment above each threshold of the pieces from ``first`` to before ``last``."""
     knots, left, right = panels
     stop = left.size if last is None else last
     result = np.zeros(threshold.size)
@@ -129,7 +129,7 @@ def direct(
 
 
 def far_series(panels: Panels) -> dict[int, Floats]:
-    """Chebyshev series in each panel, by twice the order, of the pieces beyond the next one."""
+    """Return Chebyshev series, by twice the order, of the pieces beyond the next one."""
     knots = panels[0]
     half = 0.5 * np.diff(knots)
     series = _beyond(panels, -1, knots[:-1, None] + half[:, None] * (1.0 + _NODES)) @ _TO_SERIES
@@ -144,9 +144,9 @@ def far_series(panels: Panels) -> dict[int, Floats]:
 
 
 def _beyond(panels: Panels, twice: int, places: Floats) -> Floats:
-    """Moments above places in each panel (rows) of the pieces beyond the next one.
+    """Return moments above places in each panel (rows) of the pieces beyond the next one.
 
-    What is half a block's width away from a block of panels is one series in all of it.
+    Pieces at least half the width of a block of panels away are one series for the block.
     """
     knots = panels[0]
     count = knots.size - 1

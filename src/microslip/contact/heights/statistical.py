@@ -23,7 +23,7 @@ _LOW_TAILS = (1e-20, 1e-14)  # and for the lower: what lies below carries no sha
 
 @dataclass(frozen=True, eq=False)
 class Statistical(DensityHeights):
-    """Summit heights by a frozen continuous distribution of scipy.stats, in metres: (19.5)-(19.8).
+    """Summit heights by a frozen continuous distribution of scipy.stats [m]: (19.5)-(19.8).
 
     Parameters
     ----------
@@ -33,9 +33,8 @@ class Statistical(DensityHeights):
 
     Notes
     -----
-    The moments are tabulated once (tens of milliseconds): the one of order -1/2 by quadrature in
-    the root of the distance, those above it by integrating its piecewise Chebyshev series. Their
-    relative error is below 1e-10 for smooth densities, down to tail probabilities of 1e-30.
+    Moments are tabulated once (tens of milliseconds), with relative errors below 1e-10 for smooth
+    densities, down to tail probabilities of 1e-30.
     """
 
     key = "scipy"
@@ -91,7 +90,7 @@ class Statistical(DensityHeights):
             ) from None
 
     def _tail_index(self) -> float:
-        """Exponent b of P(y > Y) ~ Y^-b as far out as the distribution can tell."""
+        """Exponent b of P(y > Y) ~ Y^-b at the largest resolved Y."""
         d = self.distribution
         with np.errstate(all="ignore"):
             for first, second in ((1e-150, 1e-300), (1e-40, 1e-80), (1e-15, 1e-30), (1e-5, 1e-10)):
@@ -116,7 +115,7 @@ class Statistical(DensityHeights):
 
     @cached_property
     def spread(self) -> float:
-        """Standard deviation of the heights [m]; the quartile distance where that is infinite."""
+        """Standard deviation of the heights [m]; the quartile distance if it is infinite."""
         if all(map(math.isfinite, self.distribution.support())) and not self._singular:
             # A distribution that knows its moments only as integrals takes long over them.
             edges = self._density_pieces.edges
@@ -130,7 +129,7 @@ class Statistical(DensityHeights):
 
     @cached_property
     def span(self) -> tuple[float, float]:
-        """Heights [m] below and above which there is next to nothing."""
+        """Heights [m] between which practically all summits lie."""
         d = self.distribution
         low, high = (float(v) for v in d.support())
         with np.errstate(all="ignore"):
@@ -141,11 +140,11 @@ class Statistical(DensityHeights):
 
     @property
     def top(self) -> float:
-        """Upper end of the distribution's support [m]."""
+        """Upper end of the support [m]."""
         return float(self.distribution.support()[1])
 
     def _upper_end(self) -> float:
-        """Height beyond which neither probability nor the share of the load matters."""
+        """Height beyond which probability and load are negligible."""
         d, largest, end = self.distribution, 0.0, -math.inf
         for p in (0.5, 1e-3, 1e-6, 1e-10, 1e-14, 1e-20, 1e-30, *_HIGH_TAILS):
             y = float(d.isf(p))
@@ -166,7 +165,7 @@ class Statistical(DensityHeights):
 
     @cached_property
     def _edges(self) -> Floats:
-        """First panels: quantiles, so that no narrow peak is missed."""
+        """Edges of the first panels: quantiles, so that no narrow peak is missed."""
         d = self.distribution
         low, high = self.span
         inner = np.asarray(d.ppf([0.001, 0.1, 0.3, 0.5, 0.7, 0.9, 0.999]), dtype=float)
@@ -192,8 +191,7 @@ class Statistical(DensityHeights):
     def _probabilities(self, edges: Floats) -> Floats:
         """Probabilities of the nodes of each panel.
 
-        Near a singular end of a density no node does it justice: there each panel is given its
-        exact probability.
+        Near a singular end of the density each panel gets its exact probability.
         """
         weights = super()._probabilities(edges)
         if not self._singular:
@@ -207,7 +205,7 @@ class Statistical(DensityHeights):
         return weights
 
     def partial_moment(self, order: float, threshold: ArrayLike) -> Any:
-        """Raises as every distribution; an infinite moment is an error, too."""
+        """Partial moment [m^order], any shape, as :meth:`HeightDistribution.partial_moment`."""
         moment = super().partial_moment(order, threshold)
         index: float = self._index  # type: ignore[attr-defined]
         if order >= index:

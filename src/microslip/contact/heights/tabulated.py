@@ -37,30 +37,28 @@ _MOST_BINS = 4000
 
 @dataclass(frozen=True, eq=False)
 class TabulatedHeights(Locked, HeightDistribution):
-    """Summit heights whose density is a table: straight between its points, zero outside.
+    """Summit heights with a tabulated density: linear between its points, zero outside.
 
     Parameters
     ----------
     height : array_like
-        Heights [m], not falling, at least two different ones. A height given twice is a jump of
-        the density there.
+        Heights [m], not falling, at least two different ones. A repeated height is a jump of the
+        density.
     density : array_like
         Density [1/m] at the heights, not below zero, of any scale: it is divided by its integral,
         :attr:`integral`.
 
-    Notes
-    -----
-    In the root of the distance from the threshold, (y - t)^n times a straight density is a
-    polynomial, which Gauss-Legendre quadrature with 2 to 5 nodes integrates exactly, and with
-    positive terms only: partial moments of every order are right to rounding. Of orders 0, 1 and 2
-    the pieces above the threshold are polynomials in it, whose coefficients are summed once. For
-    half-integer orders they are smooth in it, and become a Chebyshev series on each piece, good to
-    1e-13 of the moment. So a value takes a time that goes with the logarithm of the table's length.
+    Notes ----- In the root of the distance from the threshold, (y - t)^n times a linear density is
+    a polynomial, which Gauss-Legendre quadrature with 2 to 5 nodes integrates exactly, with
+    positive terms only. For orders 0, 1 and 2 the pieces above the threshold are polynomials of it,
+    whose coefficients are summed once. For half-integer orders they are Chebyshev series on each
+    piece, with errors of 1e-13, so that the time of a value grows with the logarithm of the length
+    of the table.
 
-    For the series a piece more than twice as wide as the next is cut into panels, one more for
-    each factor of two between them. The panels and not the heights decide what the first value
-    costs, and how many there may be: thousands of heights at even steps, but only hundreds whose
-    steps leap to and fro by many powers of ten.
+    For the series, a piece more than twice as wide as the next is divided into panels, one for each
+    factor of two. The number of panels determines the time of the first value and is limited:
+    thousands of heights at equal steps, but only hundreds with steps that alternate by many powers
+    of ten.
     """
 
     key = "table"
@@ -125,20 +123,20 @@ class TabulatedHeights(Locked, HeightDistribution):
 
     @classmethod
     def from_samples(cls, values: ArrayLike, bins: int | None = None) -> TabulatedHeights:
-        """A density from heights given one by one: the polygon of their histogram.
+        """Return the frequency polygon of given heights.
 
         Parameters
         ----------
         values : array_like
             Heights [m], one-dimensional, at least two different ones.
         bins : int, optional
-            Bins from the lowest to the highest height; by default as many as by Freedman and
+            Number of bins from the lowest to the highest height; by default by Freedman and
             Diaconis (1981), DOI 10.1007/BF01025868, between 4 and 200.
 
         Returns
         -------
         TabulatedHeights
-            Its mean is that of the binned heights; it ends a bin beyond the lowest and the highest.
+            Density with the mean of the binned heights; it ends one bin beyond the extremes.
         """
         values = sized("values", record("values", values, "m")).reshape(-1)
         low, high = float(values.min()), float(values.max())
@@ -161,7 +159,7 @@ class TabulatedHeights(Locked, HeightDistribution):
 
     @cached_property
     def _pieces(self) -> tuple[Floats, Floats, Floats]:
-        """Knots, and the density at the left and at the right end of each piece between them."""
+        """Knots, and the density at the left and right end of each piece."""
         first, last = self._support
         knots = np.asarray(self.height)[first : last + 1]
         density = np.asarray(self.density)[first : last + 1]
@@ -170,7 +168,7 @@ class TabulatedHeights(Locked, HeightDistribution):
 
     @cached_property
     def _suffix(self) -> tuple[Floats, Floats, Floats]:
-        """Moments of order 0, 1 and 2 at every knot of the panels; sums of positive terms."""
+        """Moments of order 0, 1 and 2 above every knot of the panels."""
         knots, left, right = self._panels
         width = np.diff(knots)
         zero = 0.5 * width * (left + right)
@@ -183,7 +181,7 @@ class TabulatedHeights(Locked, HeightDistribution):
 
     @cached_property
     def _far(self) -> dict[int, Floats]:
-        """Series, by twice their order, of what the pieces beyond the next add in each panel."""
+        """Series, by twice the order, of the pieces beyond the next in each panel."""
         return far_series(self._panels)
 
     # -- what a distribution offers ------------------------------------------------------------
@@ -224,7 +222,7 @@ class TabulatedHeights(Locked, HeightDistribution):
 
     @cached_property
     def _breaks(self) -> Floats:
-        """Knots, and places ever nearer below them; those of a long table are small kinks."""
+        """Knots, and places ever nearer below them, unless they are small kinks."""
         knots = self._pieces[0]
         if knots.size > _FEW_KNOTS:
             return np.zeros(0)
@@ -235,7 +233,7 @@ class TabulatedHeights(Locked, HeightDistribution):
 
     @cached_property
     def _small_kinks(self) -> Floats:
-        """The knots of a long table, and places ever nearer below them, more so at jumps."""
+        """Knots of a long table, and places ever nearer below them."""
         knots, left, right = self._pieces
         if knots.size <= _FEW_KNOTS:
             return np.zeros(0)
@@ -317,7 +315,7 @@ class TabulatedHeights(Locked, HeightDistribution):
         return knots.tolist(), left.tolist(), right.tolist()
 
     def _moment_above(self, twice: int, knot: NDArray[np.intp], distance: Floats) -> Floats:
-        """Moment of order 0, 1 or 2 of all above a knot, at a threshold so far below it."""
+        """Return the moment of order 0, 1 or 2 above a knot, for a threshold below it."""
         f0, f1, f2 = (f[knot] for f in self._suffix)
         if twice == 0:
             return f0
@@ -347,7 +345,7 @@ class TabulatedHeights(Locked, HeightDistribution):
 
     @classmethod
     def examples(cls) -> tuple[HeightDistribution, ...]:
-        """A ramp, with one piece and a jump at its top, and a roof of three uneven pieces."""
+        """A ramp with one piece and a jump at its top, and a roof of three uneven pieces."""
         return (
             cls([-4e-7, 8e-7], [0.0, 2.0]),
             cls([-1e-6, 1e-6], [3.0, 1.0]),
@@ -356,5 +354,5 @@ class TabulatedHeights(Locked, HeightDistribution):
 
 
 def _above(terms: Floats) -> Floats:
-    """Sums of the terms from each one on; after the last, nothing."""
+    """Return cumulative sums from each term to the last, and zero after it."""
     return np.append(np.cumsum(terms[::-1])[::-1], 0.0)

@@ -611,6 +611,15 @@ def test_an_instruments_file_by_its_ending_and_by_its_name() -> None:
     assert ms.Scan.read("a.nms", channel=0).notes == ms.Scan.read("a.nms", channel="Default").notes
 
 
+def test_files_of_a_nanoscope_have_any_number_or_suffix() -> None:
+    """Bruker numbers its files .000 to .999; SurfaceTopography knows .001 to .005."""
+    for name, head in (("a.013", b"\0"), ("a.dat", b"\\*File list\r\n"), ("a.005", b"")):
+        assert instruments.suffix_of(Path(name), head) == "001"
+    assert instruments.suffix_of(Path("a.PLU"), b"\0") == "plu"
+    put("a.hfm", "0 0 1\n1 0 2\n0 1 3\n1 1 4\n")
+    assert ms.Scan.read("a.hfm", unit="um").heights.shape == (2, 2)
+
+
 def test_a_broken_instruments_file() -> None:
     put("a.nms", nms(1600.0, 1700.0)[:3470])
     refused("not a usable nms file", "a.nms")

@@ -192,7 +192,7 @@ class MeasuredContact(FaceLaw):
         return self._changed(direction=direction)
 
     def of_pieces(self, pieces: ArrayLike) -> MeasuredContact:
-        """Return the law of pieces by their numbers [-] from 0, one-dimensional, repetitions allowed.
+        """Return the law of pieces by their numbers [-] from 0, one-dimensional, also repeated.
 
         Resampled pieces show how well the scan represents the joint.
         """

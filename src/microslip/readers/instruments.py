@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import re
 import warnings
 import zipfile
 from pathlib import Path
@@ -148,6 +149,10 @@ _XML = 1 << 23  # largest XML file in an archive [bytes]; parsed XML takes many 
 _WIDEST_NMS = 1e-3
 
 
+_NANOSCOPE = b"\\*File list"
+"""First bytes of files of Bruker's Nanoscope, whose suffix is a running number of three digits."""
+
+
 class Heights(NamedTuple):
     """Height channel of an instrument file."""
 
@@ -275,7 +280,6 @@ def _check_size(path: Path) -> None:
 def _check_sums(path: Path) -> list[str]:
     """Verify the checksums of an x3p file (ISO 25178-72); reject wrong point data."""
     import hashlib
-    import re
 
     if not zipfile.is_zipfile(path):
         return []
@@ -321,7 +325,7 @@ def _open(path: Path, format_name: Any) -> tuple[Any, str]:
             return readers[format_name](str(path)), format_name
     with path.open("rb") as file:
         head = file.read(library.MAGIC_BUFFER_SIZE)
-    suffix = path.suffix.lower().lstrip(".")
+    suffix = suffix_of(path, head)
     failed: Unusable | None = None
     for reader in _candidates(library, head, suffix):
         name = reader.format()
@@ -339,6 +343,12 @@ def _open(path: Path, format_name: Any) -> tuple[Any, str]:
     )
 
 
+def suffix_of(path: Path, head: bytes) -> str:
+    """Return the suffix of a file for the choice of its reader; 001 for any file of a Nanoscope."""
+    suffix = path.suffix.lower().lstrip(".")
+    return "001" if head.startswith(_NANOSCOPE) or re.fullmatch(r"\d{3}", suffix) else suffix
+
+
 def _candidates(library: Any, head: bytes, suffix: str) -> list[Any]:
     """Return readers that recognise the first bytes, then those that match the suffix.
 
@@ -348,7 +358,7 @@ def _candidates(library: Any, head: bytes, suffix: str) -> list[Any]:
     called: list[Any] = []
     for reader in library.readers:
         match = reader.can_read(head)
-        ending = suffix in [str(e).lower() for e in reader.file_extensions()]
+        ending = suffix in [reader.format(), *(str(e).lower() for e in reader.file_extensions())]
         if reader.format() in _EXCLUDED_FORMATS or match == library.MagicMatch.NO:
             continue
         if match == library.MagicMatch.YES:

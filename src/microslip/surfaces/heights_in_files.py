@@ -29,7 +29,7 @@ ARRAY_FILES = {
 TEXTS = ("text", "matrix", "xyz", "profile")
 """Text formats: detected, or by the content of the columns."""
 
-_ENDINGS_OF_TEXT = {".txt", ".csv", ".tsv", ".dat", ".xyz", ".asc", ".prf", ".prn", ""}
+_ENDINGS_OF_TEXT = {".txt", ".csv", ".tsv", ".dat", ".xyz", ".asc", ".prf", ".prn", ".hfm", ""}
 _NAMES_OF_HEIGHTS = {"height", "heights", "topography", "z"}
 # Header lines of Gwyddion above a matrix.
 _STATED = re.compile(r"[#%/\s]*(width|height|value units)\s*:\s*(.+?)\s*", re.IGNORECASE)

@@ -32,10 +32,13 @@ def sliders(law: str) -> tuple[Floats, Floats]:
         "iwan": 2.0 * at,
         "rough": -np.log1p(-at),
         "power": at**2.5 * 3.0,
+        "two": np.array([1.0, 13.5]) / 6.0,
     }[law] * YIELD
     limits = np.full(slips.size, MU * LOAD / slips.size)
     if law in ("iwan", "rough", "power"):
         limits = slips / slips.sum() * MU * LOAD
+    if law == "two":
+        limits = np.array([0.1, 0.9]) * MU * LOAD
     return limits / slips, limits
 
 
@@ -103,6 +106,8 @@ CLEAN: dict[str, Kind] = {
     "rough, partial slip": Kind("rough", 0.8, 60 + ODD),
     "rough, gross slip": Kind("rough", 6.0, 120 + ODD),
     "power, partial slip": Kind("power", 0.8),
+    "two sliders": Kind("two", 9.0, 200 + ODD, noise=0.003),
+    "two sliders, 60 samples": Kind("two", 9.0, 60 + ODD),
     "soft rig": Kind("iwan", 3.0, rig=MU * LOAD / (1.5 * YIELD)),
     "triangle": Kind("iwan", 2.0, 150 + ODD, drive="triangle"),
     "third harmonic": Kind("rough", 3.0, 80 + ODD, drive="third"),

@@ -9,7 +9,13 @@ from laboratory.measured import UNDECIDED, coverage, verdict_on
 
 import microslip as ms
 
-QUICK = ("jenkins, 20 samples", "iwan, partial slip", "steps of the amplitude", "chirp")
+QUICK = (
+    "jenkins, 20 samples",
+    "iwan, partial slip",
+    "two sliders",
+    "steps of the amplitude",
+    "chirp",
+)
 
 
 @pytest.mark.parametrize("name", QUICK)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -181,9 +181,11 @@ def _sliding_distance(x: Floats, force: Floats, cycles: Cuts) -> Floats:
 
 # -- stiffness after a reversal, and the range over which it holds --------------------------------
 
-SHARE, CHORD = 0.25, 0.05
-"""Share of the range of the force after a reversal from whose samples the stiffness is read, and
-the share at whose end the chord ends that it is of."""
+CHORD = 0.05
+"""Share of the range of the force after a reversal at whose end the chord ends."""
+SHARES = (0.25, 0.15, 0.1, 0.07)
+"""Shares of that range from whose samples the chord is read: the largest that agrees with the
+smaller ones."""
 BENT = 0.05
 """Share of the force by which it has left its first tangent where the linear range ends."""
 _FEWEST, _MOST_SHARE = 3, 0.9
@@ -212,12 +214,12 @@ def way_of(
     span: Floats,
     compliance: float,
 ) -> Way:
-    """Chords of branches from reversals to ``end`` [samples]; displacement and force both rise.
+    """Fit chords of branches from reversals to ``end`` [samples], along which both values rise.
 
-    The noise of the force must neither decide which samples count nor stand on the axis of the fit,
-    or contacts look stiffer than they are. So the window is where the mean over the cycles has gone
-    a quarter of its range, and in it each cycle is freed of noise by the shapes of the mean one and
-    a parabola in time; only then the deflection of the rig is taken off, ``compliance`` [m/N].
+    Noise of the force must neither decide which samples count nor enter the axis of the fit, or
+    contacts look stiffer than they are. So a window ends where the mean over the cycles has gone a
+    share of its range, and in it each cycle is smoothed by the shape of the mean and a parabola in
+    time; only then the deflection of the rig is subtracted, ``compliance`` [m/N].
     """
     nothing = np.full(span.size, np.nan)
     begin = np.ceil(start.place + 0.25).astype(np.int64)
@@ -234,13 +236,40 @@ def way_of(
     if not good.any() or size == 0.0:
         return Way(nothing, nothing, nothing)
     mean_share = share[good].mean(axis=0)
-    window = max(_window(mean_share), min(_FEWEST, length))
-    while window > 1 and mean_share[window - 1] > _MOST_SHARE:
-        window -= 1
+    means = (scaled[good].mean(axis=0) / size, mean_share)
+    fits = []
+    for part in SHARES:
+        window = max(_window(mean_share, part), min(_FEWEST, length))
+        while window > 1 and mean_share[window - 1] > _MOST_SHARE:
+            window -= 1
+        if not fits or _FEWEST <= window < fits[-1].window:
+            fits.append(_fit(moved, share, window, means, span, compliance, good))
+    return _widest_that_agrees(fits)
+
+
+class _Fit(NamedTuple):
+    """A branch fitted over its first samples; values of each cycle, not a number where unknown."""
+
+    window: int
+    chord: Floats
+    doubt: Floats
+    range: Floats
+
+
+def _fit(
+    moved: Floats,
+    share: Floats,
+    window: int,
+    means: tuple[Floats, Floats],
+    span: Floats,
+    compliance: float,
+    good: NDArray[np.bool_],
+) -> _Fit:
+    good, nothing = good.copy(), np.full(span.size, np.nan)
     place, gone = moved[:, :window], share[:, :window]
     if window > 4:
-        mean_of_both = scaled[good].mean(axis=0)[:window] / size, mean_share[:window]
-        smooth = _smoother(window, mean_of_both if np.count_nonzero(good) > 2 else ())
+        few = np.count_nonzero(good) <= 2
+        smooth = _smoother(window, () if few else tuple(mean[:window] for mean in means))
         place, gone = place @ smooth, gone @ smooth
     place = place - compliance * span[:, None] * gone
     gone = np.clip(np.where(good[:, None], gone, 0.1), -0.5, _MOST_SHARE)
@@ -262,9 +291,6 @@ def way_of(
         factors = np.linalg.solve(normal, right[..., None])[..., 0]
         chords.append(factors @ z_there ** np.array([1.0, power])[:terms] / (CHORD * span))
     high, low = np.max(chords, axis=0), np.min(chords, axis=0)
-    middle, doubt = (
-        np.where(good, ends, nothing) for ends in (0.5 * (high + low), 0.8 * (high - low))
-    )
     linear = nothing
     if terms > 1:
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -272,7 +298,36 @@ def way_of(
             bend = 0.5 + factors[:, 1] / factors[:, 0]
             linear = np.where(good & (factors[:, 0] > 0.0), factors[:, 0] * BENT / bend, np.nan)
             linear = np.where(bend > 0.0, linear, np.nan)
-    return Way(middle, doubt, linear)
+    chord, doubt = (
+        np.where(good, ends, nothing) for ends in (0.5 * (high + low), 0.8 * (high - low))
+    )
+    return _Fit(window, chord, doubt, linear)
+
+
+def _widest_that_agrees(fits: Sequence[_Fit]) -> Way:
+    """Return the chords of the widest window whose mean differs from no narrower one's.
+
+    Differences count beyond 2.5 standard errors and half the doubt of the wider window; what the
+    next narrower window differs by, and twice its standard error, are added to the doubt.
+    """
+    for at, wide in enumerate(fits):
+        changes = [_mean_and_error(wide.chord - narrow.chord) for narrow in fits[at + 1 :]]
+        doubt = np.abs(wide.doubt)
+        allowed = 0.5 * float(np.nanmean(doubt)) if np.isfinite(doubt).any() else 0.0
+        if all(not abs(mean) > max(2.5 * error, allowed) for mean, error in changes):
+            break
+    if changes:
+        change, error = changes[0]
+        doubt = np.sqrt(doubt**2 + change**2 + (2.0 * error) ** 2)
+    return Way(wide.chord, doubt, fits[0].range)
+
+
+def _mean_and_error(values: Floats) -> tuple[float, float]:
+    """Return the mean and its standard error; not a number where there is none."""
+    fine = values[np.isfinite(values)]
+    if fine.size < 3:
+        return (float(fine.mean()) if fine.size else math.nan), 0.0
+    return float(fine.mean()), float(fine.std(ddof=1)) / math.sqrt(fine.size)
 
 
 def _smoother(window: int, means: tuple[Floats, ...]) -> Floats:
@@ -286,13 +341,13 @@ def _smoother(window: int, means: tuple[Floats, ...]) -> Floats:
     return np.asarray(basis @ basis.T)
 
 
-def _window(share: Floats) -> int:
+def _window(share: Floats, part: float) -> int:
     half = max(0, share.size // 200)
     if half:
         share = np.convolve(np.pad(share, half, mode="edge"), np.ones(2 * half + 1), "valid") / (
             2 * half + 1
         )
-    beyond = np.flatnonzero(share > SHARE)
+    beyond = np.flatnonzero(share > part)
     return int(beyond[0]) if beyond.size else int(share.size)
 
 

@@ -303,8 +303,9 @@ def measure(
     and over 5 % of a cycle) cycles are cut, and the frequency is that within the blocks between. A
     cycle that does not close is closed by its chord, and ``closure_error`` says how far its ends
     are apart, of the range of the force, the noise of two samples included. The chord stiffness is
-    that of the first 5 % of the range of the force after a reversal, by a straight line with a bend
-    of three shapes through the first quarter; their range is in the interval. Means of stiffnesses
+    that of the first 5 % of the range of the force after a reversal, by lines with a bend of three
+    shapes through the first quarter, or through a smaller part where the two differ by more than
+    noise; the range of the shapes and the change to the next smaller part are in the interval. Means of stiffnesses
     are those of compliances. ``friction_peak`` is the force amplitude over the mean load P,
     ``friction_energy`` is E_d/4 P delta_g, with delta_g half the width of the loop in the middle of
     its forces. Regimes: "stick" up to the energy ratio A at which the model's backbone is 1 % below

@@ -237,7 +237,7 @@ def way_of(
         return Way(nothing, nothing, nothing)
     mean_share = share[good].mean(axis=0)
     means = (scaled[good].mean(axis=0) / size, mean_share)
-    fits = []
+    fits: list[_Fit] = []
     for part in SHARES:
         window = max(_window(mean_share, part), min(_FEWEST, length))
         while window > 1 and mean_share[window - 1] > _MOST_SHARE:

@@ -305,15 +305,15 @@ def measure(
     are apart, of the range of the force, the noise of two samples included. The chord stiffness is
     that of the first 5 % of the range of the force after a reversal, by lines with a bend of three
     shapes through the first quarter, or through a smaller part where the two differ by more than
-    noise; the range of the shapes and the change to the next smaller part are in the interval. Means of stiffnesses
-    are those of compliances. ``friction_peak`` is the force amplitude over the mean load P,
-    ``friction_energy`` is E_d/4 P delta_g, with delta_g half the width of the loop in the middle of
-    its forces. Regimes: "stick" up to the energy ratio A at which the model's backbone is 1 % below
-    its first tangent; "gross slip" from the B = E_d/4 T_m delta_g of the model where it reaches its
-    limit, or 99 % of one that it only tends to (one sphere: 0.7695). Settled cycles have one
-    regime, that of their mean, and the scatter of the cycles says how likely each is, so that noise
-    makes no other regime of some of them. D and B are those of Fouvry, Kapsa and Vincent (1995, DOI
-    10.1016/0043-1648(94)06582-9).
+    noise; the range of the shapes and the change to the next smaller part are in the interval.
+    Means of stiffnesses are those of compliances. ``friction_peak`` is the force amplitude over the
+    mean load P, ``friction_energy`` is E_d/4 P delta_g, with delta_g half the width of the loop in
+    the middle of its forces. Regimes: "stick" up to the energy ratio A at which the model's
+    backbone is 1 % below its first tangent; "gross slip" from the B = E_d/4 T_m delta_g of the
+    model where it reaches its limit, or 99 % of one that it only tends to (one sphere: 0.7695).
+    Settled cycles have one regime, that of their mean, and the scatter of the cycles says how
+    likely each is, so that noise makes no other regime of some of them. D and B are those of
+    Fouvry, Kapsa and Vincent (1995, DOI 10.1016/0043-1648(94)06582-9).
     """
     if not isinstance(record, Record):
         raise InputError(

@@ -16,7 +16,9 @@ SHELL := /bin/sh
 MAKEFLAGS += --no-print-directory
 .DELETE_ON_ERROR:
 
-PY := $(VENV)/bin/python
+# Windows, whose make runs these recipes by the shell of Git, has programs in another folder.
+BIN := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
+PY := $(BIN)/python
 UV := $(shell command -v uv 2>/dev/null)
 export UV_PYTHON_DOWNLOADS := never
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
@@ -67,7 +69,7 @@ endif
 
 # What an earlier build left must not stand in for an extension that now fails to build.
 $(READY): $(DEPS) pyproject.toml setup.py tools/kernel_build.py src/microslip/_version.py $(KERNEL) $(SOURCES)
-	@rm -rf build src/microslip/_core/kernels/_compiled*.so "$(VENV)"/.ready*
+	@rm -rf build src/microslip/_core/kernels/_compiled*.so src/microslip/_core/kernels/_compiled*.pyd "$(VENV)"/.ready*
 	@if [ -n "$$("$(PY)" tools/kernel_build.py)" ]; then \
 	    echo "Adding a C compiler (ziglang, 100 MB): there is none here"; \
 	    $(call locked,compiler); fi
@@ -90,9 +92,9 @@ install: $(READY)  ## make the environment and install the package into it
 
 demo: $(READY)  ## predict a milled joint and a bolted beam; reports, tables and figures go to demo/
 	@mkdir -p "$(DEMO)"
-	@"$(VENV)/bin/microslip" predict examples/al2017.toml -o "$(DEMO)/joint" --overwrite
+	@"$(BIN)/microslip" predict examples/al2017.toml -o "$(DEMO)/joint" --overwrite
 	@echo
-	@"$(VENV)/bin/microslip" predict examples/bolted_beam.toml -o "$(DEMO)/beam" --overwrite --workers 2
+	@"$(BIN)/microslip" predict examples/bolted_beam.toml -o "$(DEMO)/beam" --overwrite --workers 2
 
 test: $(READY) $(EXTRA)  ## run the tests, but for the slow ones
 	@"$(PY)" -m pytest $(PYTEST_ARGS) $(TESTS)
@@ -175,7 +177,7 @@ lock:  ## write requirements.lock again
 
 clean:  ## remove builds, caches and the demo
 	@rm -rf build demo dist docs/_build docs/api docs/gallery
-	@rm -rf src/*.egg-info src/microslip/_core/kernels/_compiled*.so .venv*/.ready*
+	@rm -rf src/*.egg-info src/microslip/_core/kernels/_compiled*.so src/microslip/_core/kernels/_compiled*.pyd .venv*/.ready*
 	@rm -rf .coverage .coverage.* .hypothesis .mypy_cache .pytest_cache .ruff_cache htmlcov
 	@find benchmarks docs examples src tests tools -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
 

@@ -36,7 +36,10 @@ def test_every_citation_of_the_paper_is_in_its_bibliography() -> None:
 def test_workflows_and_templates_are_there() -> None:
     for name in ("tests.yml", "docs.yml", "wheels.yml"):
         assert "runs-on:" in text(f".github/workflows/{name}")
-    assert "make test" in text(".github/workflows/tests.yml")
+    tests = text(".github/workflows/tests.yml")
+    for machine in ("ubuntu", "macos", "windows"):
+        assert f"{machine}-latest" in tests
+    assert re.findall(r"- run: (.*)", tests) == ["make test PYTHON=python"]
     assert "make docs" in text(".github/workflows/docs.yml")
     for name in ("ISSUE_TEMPLATE/wrong-result.md", "ISSUE_TEMPLATE/measurement.md"):
         assert text(f".github/{name}").startswith("---\nname: ")

@@ -24,12 +24,16 @@ PAGES = [
     ROOT / "README.md",
     *sorted(page for page in DOCS.glob("*.md") if page.name not in GENERATED),
 ]
-NUMBER = r"\d\s*%|per cent|10⁻|\d\s*e-\d|factors? of (?:\d|two|three)|\d times\b|\d Hz"
+NUMBER = (
+    r"\d\s*%|per cent|10⁻|\d\s*e-\d|factors? of (?:\d|two|three)|\d times\b|\d Hz"
+    r"|\d\.\d+ (?:times|to|and)\b"
+)
 CLAIM = (
     r"within (?:about |some |a factor of )?[\d±−]|in error|differs? by|(?<!cut[- ])\boff\b"
     r"|(?:agree|reproduce)\w*\b[^.;]*? (?:to|within)\b|(?:accurate|right) (?:to|within)\b"
     r"|errors? (?:of|is|are|was|below)\b[^.;]{0,60}\d"
-    r"|too (?:high|low|stiff|soft|large|small)"
+    r"|too (?:high|low|stiff|soft|large|small)|\d % (?:low|high)\b"
+    r"|\b(?:[Cc]ompared with|[Cc]ompared to|Against)\b"
 )
 PROOF = (
     r"record\.md#|tests/\w+/test_\w+\.py|tests/reference/|benchmarks/\w+|tools/\w+\.py"

@@ -118,7 +118,7 @@ class ShockResponse(ModalAnswer):
         return np.abs(self._modal[0] @ (self._shapes.T @ columns))
 
     def peak(self, at: ArrayLike, quantity: Quantity = "displacement") -> float:
-        """Return the largest magnitude at a sensor ``at`` (n,) [m, m/s or m/s^2]."""
+        """Return the largest magnitude at a sensor, shape (n,) [m, m/s or m/s^2]."""
         return float(np.abs(self.history(at, quantity)).max())
 
     def __repr__(self) -> str:

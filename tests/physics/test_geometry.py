@@ -165,7 +165,7 @@ def test_geometries_that_say_too_little_are_refused() -> None:
         ("needs one of", {}),
         ("must be symmetric in all its indices", {"cubic": lopsided}),
         ("must have the shape", {"quartic": np.zeros((2, 2))}),
-        ("must tell all 12 numbers", {"cases": (few, few)}),
+        ("must determine all 12 coefficients", {"cases": (few, few)}),
         ("must follow one potential", {"cases": (around, swirl)}),
         ("needs reach=", {"force": arch_forces}),
         ("of shape", {"cases": (few, np.zeros((3, 2)))}),

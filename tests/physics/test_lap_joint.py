@@ -257,7 +257,7 @@ def test_refinement_reports_the_remaining_error() -> None:
     largest = moved[abs(moved - 1.0).argmax()]
     assert found.asked[1] == pytest.approx(largest * left - 1.0, rel=1e-6)
     # 12 x 4 patches of elements of 1.5 mm say -15 %: no limit where patches end at the elements.
-    assert "cannot tell" in found.message
+    assert "too large for finer" in found.message
     assert found.error[1] > 0.15
 
 

@@ -130,12 +130,12 @@ def test_wrong_ring_downs(monkeypatch: pytest.MonkeyPatch) -> None:
             f"samples_per_cycle must be an integer from 8 to 1000000, got {wrong!r}"
         )
     assert refusal(MODE.ring_down, 1e-6, cycles=10_000_000) == (
-        "ring_down holds at most 20000000 samples, this one would be 1e+09; "
-        "ask for less, or for the envelope with decay(...)"
+        "ring_down computes at most 20000000 samples, this one needs 1e+09; "
+        "take fewer, or compute the envelope with decay(...)"
     )
     assert refusal(MODE.ring_down, 1e-6, duration=1e9) == (
-        "ring_down holds at most 20000000 samples, this one would be 1.01e+14; "
-        "ask for less, or for the envelope with decay(...)"
+        "ring_down computes at most 20000000 samples, this one needs 1.01e+14; "
+        "take fewer, or compute the envelope with decay(...)"
     )
     free = ms.Oscillator(2.0, 0.0, ms.Coulomb(force_limit=1.0))
     assert refusal(free.ring_down, 1e-6, cycles=1) == (
@@ -146,8 +146,8 @@ def test_wrong_ring_downs(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "_MOST_SAMPLES", 4000)
     soft = ms.Oscillator(2.0, 5e5, CELL)
     assert refusal(soft.ring_down, 0.1, cycles=20) == (
-        "ring_down holds at most 4000 samples, and 4 cycles have taken that many; "
-        "ask for less, or for the envelope with decay(...)"
+        "ring_down computes at most 4000 samples, and 4 cycles have taken that many; "
+        "take fewer, or compute the envelope with decay(...)"
     )
 
 

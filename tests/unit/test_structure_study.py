@@ -410,7 +410,7 @@ def test_a_study_tells_how_good_its_model_is(folder: Path) -> None:
          'law = "sphere"\nradius = "5 mm"', "joint.normal_load: missing"),
         ('file = "test.csv"', 'file = "test.csv", frequency = "f"', "structure.measured: test.csv: "),
         ('file = "test.csv"', 'file = "test.csv", mode = 3', "structure.measured.mode: wanted one of structure.modes, got 3"),
-        ("samples = 16", "harmonics = [0, 2]", "structure: harmonics must have 1 among them"),
+        ("samples = 16", "harmonics = [0, 2]", "structure: harmonics must include 1"),
     ],
 )  # fmt: skip
 def test_each_wrong_structure_gets_its_own_line(
@@ -676,7 +676,7 @@ def test_check_refuses_what_a_run_would_and_tells_what_it_takes(folder: Path) ->
         ),
         (
             'structure.length="320 m"',
-            r"above the 10000 that memory is meant for; is it really 320 x 0\.02 x 0\.02",
+            r"above the limit of 10000; check the lengths 320 x 0\.02 x 0\.02",
         ),
         (
             "structure.modes=[40]",

@@ -24,13 +24,13 @@ _OF_A_JOB: Final = re.compile(r"(.*)_(STIF|MASS|DMPV)(\d*)", re.IGNORECASE)
 _PARTS: Final = {"stiffness": "STIF", "mass": "MASS", "damping": "DMPV"}
 _TYPES: Final = {"STIFFNESS": "stiffness", "MASS": "mass", "VISCOUSDAMPING": "damping"}
 _FIXED: Final = 1e35
-"""Stiffness [N/m] by which Abaqus holds what a boundary condition fixes, 1e36 on the diagonal."""
+"""Diagonal stiffness [N/m] with which Abaqus enforces boundary conditions."""
 
 
 def load_abaqus(file: Path) -> dict[str, Any]:
     """Load the matrices of a substructure, or of the matrix files of one job.
 
-    Rows are in the order of node and degree of freedom, without what a boundary condition fixes.
+    Rows are in the order of node and degree of freedom, without fixed degrees of freedom.
     """
     files = {"": file}
     if job := _OF_A_JOB.fullmatch(file.stem):

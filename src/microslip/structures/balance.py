@@ -2,9 +2,9 @@
 
 Unknowns are the Fourier coefficients Q (modes, size) of the modal coordinates and, for a mode, its
 angular frequency omega and its damping ratio zeta: the *extended periodic motion* of Krack (2015),
-DOI 10.1016/j.compstruc.2015.03.008, in which -2 zeta omega x' takes out what the joints lose.
+DOI 10.1016/j.compstruc.2015.03.008, in which -2 zeta omega x' compensates the losses of the joints.
 
-Beside sticking joints the modes of a structure do not know of each other: their dynamic compliance
+With sticking joints the modes of a structure are uncoupled: their dynamic compliance
 is diagonal. A step of Newton's method therefore solves for the forces of the joints that slip or
 open, the coefficients near resonance, and the borders alone.
 """
@@ -42,7 +42,7 @@ class Balance:
     ) -> tuple[Floats, list[HarmonicForces]]:
         """Return joint forces minus those of sticking joints (modes, size), and group results.
 
-        ``carried`` is what moves the joints besides the modes, (coordinates, size) [m].
+        ``carried`` is the joint motion due to a moving base, (coordinates, size) [m].
         """
         motion = self.joints.flat.T @ coefficients + carried
         answers = [
@@ -56,7 +56,7 @@ class Balance:
     def linear(self, coefficients: Floats, omega: float, damping: Floats | float) -> Floats:
         """Return the forces of inertia, damping and sticking stiffness (modes, size).
 
-        ``damping`` is the factor of the velocities beside the damping matrix, -2 zeta omega.
+        ``damping`` is the factor of the velocities beyond the damping matrix, -2 zeta omega.
         """
         orders = self.basis.orders
         square = self.model.squares[:, None] - (orders * omega) ** 2
@@ -164,7 +164,7 @@ class _Loose(NamedTuple):
     directions: Floats
     """(modes, joints * coordinates)."""
     tangent: Floats
-    """Beyond sticking, (joints, coordinates * size, coordinates * size)."""
+    """Tangent minus that of sticking, (joints, coordinates * size, coordinates * size)."""
 
 
 class _Compliance:

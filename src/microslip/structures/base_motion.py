@@ -52,9 +52,9 @@ class BaseMotion:
     drag: Floats | None
     """C carried, where dashpots feel the base's motion (n, inputs) [kg/s]."""
     strains: bool
-    """Whether supports move against another, and so strain the structure or move its joints."""
+    """Whether relative support motion strains the structure or moves its joints."""
     rest: AtRest
-    """The structure at rest, whose model is that of its own stiffness."""
+    """Structure at rest, with the model of its own stiffness."""
 
     @property
     def push(self) -> Floats:
@@ -136,7 +136,7 @@ def _under_the_structure(
 def _drag_of_mass(rest: AtRest, carried: Floats, frame: Frame | None) -> Floats | None:
     """Return the forces of mass-proportional damping whose dashpots stand on the ground.
 
-    C = alpha M + beta K alone is told apart; of any other C the dashpots stand on the base.
+    Only C = alpha M + beta K is recognised; the dashpots of any other C stand on the base.
     """
     pull = np.asarray(rest.damping @ carried).ravel()
     parts = [np.asarray(m @ carried).ravel() for m in (rest.mass, rest.stiffness)]
@@ -190,7 +190,7 @@ def _at_supports(
     inner = modal_model(mass, stiffness, damping, tuple(inner_joints), motions)
     if inner.free.shape[1]:
         raise InputError(
-            f"supports must hold the structure: {inner.free.shape[1]} of its motions are free"
+            f"supports must restrain the structure: {inner.free.shape[1]} of its motions are free"
         )
     if not inner.size:
         raise InputError("supports must leave something that moves elastically")
@@ -265,7 +265,7 @@ class BaseResponse(ForcedResponse):
     base_acceleration: NDArray[np.complex128]
     """Acceleration of each input along the path (points, inputs) [m/s^2]."""
     base_force: NDArray[np.complex128]
-    """Force that moves each input (points, inputs, harmonics) [N]: what the shaker gives."""
+    """Shaker force of each input (points, inputs, harmonics) [N]."""
     _carried: Floats
 
     @property
@@ -296,7 +296,7 @@ class BaseResponse(ForcedResponse):
 
     def frequency_response(self, *_: Any, **__: Any) -> NoReturn:
         """Raise an error: a response to base motion has a :meth:`transmissibility`."""
-        raise InputError("a motion of the base has no force; ask for transmissibility(at)")
+        raise InputError("a motion of the base has no force; use transmissibility(at)")
 
     def transmissibility(self, at: ArrayLike) -> NDArray[np.complex128]:
         """Return the absolute fundamental motion at a sensor over that of the base.
@@ -309,7 +309,7 @@ class BaseResponse(ForcedResponse):
         Returns
         -------
         ndarray
-            Complex ratios [-], one a point; of several inputs over the first that moves.
+            Complex ratios [-], one per point, relative to the first moving input.
         """
         moving = int(np.argmax(np.abs(self.base_acceleration).max(axis=0) > 0.0))
         return np.asarray(self._from_ground(at) / self._base_motion[:, moving])
@@ -337,8 +337,8 @@ def base_response(
     Parameters
     ----------
     directions : array_like
-        The base's motion R: what each degree of freedom moves by with it, shape (n,), or
-        (n, inputs); with ``supports`` what each of these moves by, (supports,) or
+        Base motion R of each degree of freedom per unit input, shape (n,), or
+        (n, inputs); with ``supports`` the motion of each support, (supports,) or
         (supports, inputs).
     acceleration : complex or array_like
         Amplitude of the base's acceleration a [m/s^2], Re(a exp(i omega t)), one an input.
@@ -349,9 +349,9 @@ def base_response(
         as seen from the ground, by a level of the base that follows. Such a response does not
         fold over; ``stable`` is that of the motion at a fixed level.
     at : array_like, optional
-        Direction (n,) of the sensor that is held.
+        Direction (n,) of the controlled sensor.
     level : float, optional
-        Amplitude at which it is held [m, m/s or m/s^2].
+        Target amplitude of the sensor [m, m/s or m/s^2].
     quantity : {"acceleration", "velocity", "displacement"}, optional
         Quantity of the sensor that is controlled.
     supports : sequence of int, optional
@@ -396,7 +396,7 @@ def base_response(
     line = line_of(model, forces[0], targets)
     if not line.any() and not base.strains:
         raise InputError(
-            "directions must be a motion that strains the structure: no mode is pushed"
+            "directions must be a motion that strains the structure: no mode is excited"
         )
     joints = model.joints(line)
     if base.strains:
@@ -421,7 +421,7 @@ def _control(
 ) -> Control:
     if at is None or level is None:
         raise InputError(
-            'control="response" needs the sensor at=direction and the level=... that it is held at'
+            'control="response" needs the sensor at=direction and its target level=...'
         )
     sensor = vector("at", at, base.carried.shape[0])
     target = positive("level", level, "", 10.0)
@@ -430,7 +430,7 @@ def _control(
     carried = np.array([(moved + free).real, -(moved + free).imag])
     modal = base.model.shapes.T @ sensor
     if not carried.any() and not modal.any():
-        raise InputError("at must be where something moves")
+        raise InputError("at must be a position that moves")
     return Control(modal, carried, power_of(quantity), target)
 
 

@@ -22,7 +22,7 @@ GRADES = MappingProxyType(
 )  # fmt: skip
 """Least yield strength or 0.2 % proof stress [Pa] of each grade (ISO 898-1)."""
 UTILISATION = 0.9
-"""Share of the proof stress that assembly may take."""
+"""Fraction of the proof stress permitted at assembly."""
 TIGHTENING_FACTOR = 1.6
 """Largest over smallest preload at one torque, by a torque wrench with estimated friction."""
 _EMBEDDING = ((10e-6, 3.0, 2.5, 1.5), (40e-6, 3.0, 3.0, 2.0), (160e-6, 3.0, 4.0, 3.0))
@@ -180,19 +180,19 @@ class BoltForces:
     """Forces of a bolt from tightening to service, in the symbols of VDI 2230."""
 
     assembly: float
-    """F_M, the tension that tightening gives in the mean [N]."""
+    """Mean assembly preload F_M [N]."""
     tightening_factor: float = 1.0
-    """alpha_A [-]."""
+    """Tightening factor alpha_A [-]."""
     embedding: float = 0.0
-    """f_Z, by which all faces together embed [m]."""
+    """Embedding f_Z of all faces together [m]."""
     loss: float = 0.0
-    """F_Z, the tension that this takes [N]."""
+    """Tension F_Z lost by embedding [N]."""
     axial_load: float = 0.0
-    """F_A, which pulls the plates apart, of one bolt [N]."""
+    """Axial load F_A per bolt, positive if it opens the plates [N]."""
     load_factor: float | None = None
-    """Phi, the share of it that the bolt bears [-]; None where nothing tells it."""
+    """Load factor Phi, the bolt's fraction of F_A [-]; None if unknown."""
     utilisation: float | None = None
-    """Stress of tightening over the proof stress [-]; None without a grade."""
+    """Tightening stress over the proof stress [-]; None without a grade."""
 
     @property
     def clamping(self) -> float:

@@ -176,7 +176,7 @@ class Drawing:
         element_size : float, optional
             Size of the elements in the laps [m].
         sensors : mapping, optional
-            Places and directions by name, such as ``{"tip": ((0.36, 0, 0), "z")}`` [m].
+            Positions and directions by name, such as ``{"tip": ((0.36, 0, 0), "z")}`` [m].
         masses : mapping, optional
             Added masses [kg] by their places (x, y, z) [m].
         slack : int or sequence of int, optional
@@ -248,7 +248,7 @@ class Drawing:
         geometry : sequence, optional
             Arguments of :meth:`ReducedJoint.with_geometry`, such as :meth:`BoltedBeam.bending`.
         progress : callable, optional
-            Called with the share that is done, about: what will be halved is found on the way.
+            Called with the approximate completed fraction [-].
 
         Returns
         -------

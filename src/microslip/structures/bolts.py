@@ -75,7 +75,7 @@ class Bolts(Locked):
         heads of ISO 4014, nuts of ISO 4032, washers of ISO 7089, medium holes of ISO 273, coarse
         threads.
     grade : str, optional
-        Such as "8.8" (ISO 898-1); a tension at which a bolt of the size yields is refused.
+        Property class such as "8.8" (ISO 898-1); tensions that yield the bolt are refused.
     tightening_factor : float, optional
         VDI 2230's alpha_A [-], the largest preload over the smallest at one torque: 1.2 to 1.4 with
         a torque set by tests on the joint, 1.4 to 1.6 by measured friction, 1.6 to 2 by estimated
@@ -255,7 +255,7 @@ def yield_tension(bolts: Any) -> float:
 
 
 SIZED = ("shank", "hole", "head", "washer", "washer_thickness", "thread", "pitch")
-"""Dimensions that the size of a bolt gives."""
+"""Dimensions that follow from the size of a bolt."""
 
 
 def by_size(size: object, thread_friction: float | None, **given: Any) -> dict[str, Any]:

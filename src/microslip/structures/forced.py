@@ -61,7 +61,7 @@ class Node(NamedTuple):
     direction: str | None = None
     """Axis x, y or z; None for another direction."""
     text: str = ""
-    """The place in words."""
+    """Description of the position."""
 
 
 _SENSOR, _REFERENCE = Node(1), Node(2)
@@ -79,15 +79,15 @@ class FrequencyResponse(LockedArrays):
     frequency: Floats
     """Frequencies [Hz], rising."""
     value: NDArray[np.complex128]
-    """Fundamental of the motion over the force, for a force Re(F exp(i w t))."""
+    """Fundamental of the motion over the force Re(F exp(i w t))."""
     quantity: str
     """``displacement``, ``velocity`` or ``acceleration``: [m/N], [m/(N s)] or [m/(N s^2)]."""
     force: float
     """Amplitude of the force [N]."""
     sensor: Node = _SENSOR
-    """Place of the response."""
+    """Position of the response."""
     reference: Node = _REFERENCE
-    """Place of the force."""
+    """Position of the force."""
 
     @property
     def unit(self) -> str:
@@ -106,7 +106,7 @@ class FrequencyResponse(LockedArrays):
             A file ending in ``.csv``, or in ``.uff``, ``.unv`` or ``.58``, which pyuff writes:
             ``pip install "microslip[uff]"``.
         overwrite : bool, optional
-            Whether a file in its place may be replaced.
+            Replace an existing file.
         """
         file = Path(path)
         kind = file.suffix.lower()
@@ -214,7 +214,7 @@ class ForcedResponse(ModalAnswer, PlottableAtSensor):
     harmonics: tuple[int, ...]
     """Orders of the harmonics; 0 is the mean."""
     asked: NDArray[np.bool_]
-    """Whether each point is at a frequency that was asked for."""
+    """Whether each point is at a requested frequency."""
     stable: NDArray[np.bool_]
     """Whether each motion is stable: those between turning points are not.
 
@@ -223,9 +223,9 @@ class ForcedResponse(ModalAnswer, PlottableAtSensor):
     second one (Krack and Gross 2019, DOI 10.1007/978-3-030-14023-6).
     """
     iterations: int
-    """Iterations of Newton's method in all."""
+    """Total number of Newton iterations."""
     message: str
-    """Outcome in a sentence: where and why it stopped, and what to try."""
+    """Outcome: where and why the solver stopped, and what to try."""
     _coordinates: NDArray[np.complex128]
     """Modal amplitudes of each harmonic (points, modes, harmonics)."""
     _shapes: Floats
@@ -264,7 +264,7 @@ class ForcedResponse(ModalAnswer, PlottableAtSensor):
         Returns
         -------
         ndarray
-            Amplitudes [m], one a point.
+            Amplitudes [m], one per point.
         """
         return np.asarray(np.abs(self._fundamental(at)))
 
@@ -365,7 +365,7 @@ def forced_response(
     forces = coefficients(model.shapes.T @ push, basis)
     line = line_of(model, forces, targets)
     if not np.any(line):
-        raise InputError("force must push some elastic mode, not only move the structure")
+        raise InputError("force must excite an elastic mode, not only rigid motion")
     excitation = Excitation({0: forces}, {}, -model.free.T @ push)
     drive = Drive(Balance(model, model.joints(line), basis), excitation)
     return ForcedResponse(**follow(drive, targets).fields(drive))

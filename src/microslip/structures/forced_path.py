@@ -32,7 +32,7 @@ class Excitation:
     """Motions of the joints besides that of the modes (coordinates, size): a base carries them
     along."""
     rigid: NDArray[np.complex128]
-    """Coordinates of what nothing holds (motions,), times omega^2."""
+    """Rigid-body coordinates (motions,), times omega^2."""
 
     @staticmethod
     def at(parts: dict[int, Floats], omega: float) -> tuple[Floats | float, Floats | float]:
@@ -53,7 +53,7 @@ class Control:
     power: int
     """0, 1, 2: displacement, velocity, acceleration."""
     target: float
-    """Amplitude of that quantity."""
+    """Target amplitude of that quantity."""
 
     def miss(self, q: Floats, omega: float, level: float) -> tuple[float, Floats, float, float]:
         """Return (amplitude/target)^2 - 1, and its derivatives by q, level and omega."""
@@ -207,7 +207,7 @@ class Followed(NamedTuple):
 
     path: list[_Solved]
     marks: list[bool]
-    """Whether each point was asked for."""
+    """Whether each point is a target."""
     iterations: int
     message: str
 

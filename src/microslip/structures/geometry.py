@@ -51,9 +51,9 @@ class GeometryAttachment:
     coordinates: Floats
     """P, (degrees of freedom, coordinates)."""
     reach: Floats | None
-    """Largest size of each coordinate for which the potential is known."""
+    """Largest magnitude of each coordinate in the range of the potential."""
     rest: Floats | None = None
-    """Displacements (degrees of freedom,) from which it bends; those of no force unless given."""
+    """Displacements (degrees of freedom,) from which bending counts; undeformed by default."""
 
     has_gaps = False
     held_load = 0.0
@@ -142,7 +142,7 @@ def geometry(
     """Return the attachment of :meth:`microslip.Structure.with_geometry`."""
     p = coordinates.shape[1]
     if p > _MOST:
-        raise InputError(f"coordinates must be at most {_MOST}, few and well chosen, got {p}")
+        raise InputError(f"coordinates must be at most {_MOST}, got {p}")
     given = [cubic is not None or quartic is not None, cases is not None, force is not None]
     if sum(given) != 1:
         raise InputError(
@@ -248,8 +248,9 @@ def _fit(z: Floats, forces: Floats, reach: Floats, forms: Floats) -> tuple[Sprin
     rank = int(np.linalg.matrix_rank(matrix, tol=1e-9 * np.linalg.norm(matrix, 2)))
     if rank < unknowns:
         raise InputError(
-            f"cases must tell all {unknowns} numbers of a potential of {p} coordinates, these tell "
-            f"{rank}: load them to more sizes, with both signs and in pairs and triples"
+            f"cases must determine all {unknowns} coefficients of a potential of {p} coordinates, "
+            f"these determine {rank}; add cases of other sizes, both signs, and of two and three "
+            "coordinates together"
         )
     weights = np.linalg.lstsq(matrix, right, rcond=1e-10)[0]
     c2, c3, c4 = np.split(weights, 3)
@@ -289,7 +290,7 @@ class Bending(NamedTuple):
     sensors: Sensors
     """Places [m] and directions by name, for ``sensors=`` of :meth:`BoltedBeam.reduce`."""
     cases: tuple[Floats, Floats]
-    """Mean deflections and elongations [m], and the forces that hold them [N]."""
+    """Mean deflections and elongations [m], and their forces [N]."""
     weights: Floats
     """Weights of each sensor in the two coordinates, (sensors, 2)."""
 
@@ -322,7 +323,7 @@ class Strip:
     """Von Karman elements of a shallow clamped strip whose right end is free to move along.
 
     Its shape is a raised cosine; it bends as a cylinder, with the modulus E/(1 - nu^2) of wide
-    plates. Degrees of freedom: u, w and the slope w' of each node, without those that are held.
+    plates. Degrees of freedom: u, w and the slope w' of each node, without fixed ones.
     """
 
     def __init__(self, sizes: Sizes, material: Material, count: int = 32) -> None:
@@ -391,7 +392,9 @@ class Strip:
                 if np.abs(step[:size]).max() <= 1e-10 * np.abs(x).max():
                     break
             else:
-                raise InputError("the strip was not found in balance; ask for a smaller reach")
+                raise InputError(
+                    "the equilibrium of the strip did not converge; use a smaller reach"
+                )
         return force
 
     def cases(self, reach: float) -> tuple[Floats, Floats]:

@@ -34,15 +34,15 @@ class LawAttachment:
     """All directions side by side, (degrees of freedom, coordinates)."""
 
     has_gaps = False
-    """Whether faces stand apart before static forces press them."""
+    """Whether gaps separate the faces before static forces close them."""
     held_load = 0.0
-    """Largest load that is there without static forces [N]: what rounding stands beside."""
+    """Largest load without static forces [N], the scale of rounding errors."""
 
     @property
     def representative_stiffness(self) -> Floats:
         """Representative stiffness for each column [N/m], used to scale the equations.
 
-        It tells which motions the joints hold at all; columns that hold nothing have a zero.
+        Columns that no joint restrains get zero.
         """
         return np.full(self.columns.shape[1], self.law.tangential_stiffness)
 
@@ -124,7 +124,7 @@ class LawStates:
 class FieldAttachment:
     """Nodes of a field, each with two tangential directions and an opening.
 
-    Its members mean what those of :class:`LawAttachment` do.
+    Interface of :class:`LawAttachment`.
     """
 
     field: JointField
@@ -164,7 +164,7 @@ class FieldAttachment:
     def static_forces(self, motion: Floats) -> tuple[Floats, Floats]:
         """Return the normal forces; friction is absent while a structure is assembled.
 
-        A field that was given its loads is at rest under them: only what they change by counts.
+        A field with given loads is at rest under them: only changes of the loads count.
         """
         loads, slopes = self.field.load(self.separations(motion))
         force, stiffness = np.zeros((2, loads.size, 3))

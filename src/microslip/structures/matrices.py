@@ -49,7 +49,7 @@ def check_indices(name: str, matrix: Any) -> None:
             if place.size and not 0 <= place.min() <= place.max() < size:
                 raise ValueError(f"indices must be from 0 to {size - 1}")
     except (ValueError, TypeError, IndexError) as error:
-        raise InputError(f"`{name}` must be a sound sparse matrix: {error}") from None
+        raise InputError(f"`{name}` must be a valid sparse matrix: {error}") from None
 
 
 def symmetric_matrix(name: str, value: Any, size: int | None = None) -> Any:
@@ -119,7 +119,7 @@ def check_stiffness(stiffness: Any, mass: Any) -> None:
     if not positive_definite(stiffness + 1e-10 * rate * mass):
         raise InputError(
             "stiffness must not be negative in any direction: it has an eigenvalue below zero; "
-            "it holds the structure without its joints, and no negative springs"
+            "give the structure without its joints, and without negative springs"
         )
 
 
@@ -128,7 +128,9 @@ def fastest_rate(stiffness: Any, mass: Any) -> float:
     with np.errstate(over="ignore"):
         rate = float((abs(stiffness).sum(axis=0) / mass.diagonal()).max())
     if not np.isfinite(rate):
-        raise InputError("stiffness over mass must be a number: entries are too far from another")
+        raise InputError(
+            "stiffness over mass must be finite: the entries differ by too many orders of magnitude"
+        )
     return rate
 
 

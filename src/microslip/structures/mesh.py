@@ -83,7 +83,7 @@ class JointMesh:
     contacts: tuple[ContactFaces, ...]
     shanks: tuple[Shank, ...]
     ground: Indices = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    """Corners that do not move; none of a structure that floats."""
+    """Fixed corners; empty for a floating structure."""
 
 
 def slack_bolts(slack: Any, count: int) -> list[int]:
@@ -135,8 +135,8 @@ def check_count(hexahedra: int, sizes: Iterable[float]) -> None:
     if hexahedra > _MOST_CELLS:
         lengths = " x ".join(f"{size:.4g}" for size in sizes)
         raise InputError(
-            f"the mesh would have {hexahedra} hexahedra or more, above the {_MOST_CELLS} that "
-            f"memory is meant for; is it really {lengths} m? If so, take larger elements, such as "
+            f"the mesh would have {hexahedra} hexahedra or more, above the limit of "
+            f"{_MOST_CELLS}; check the lengths {lengths} m, or take larger elements, such as "
             "element_size=0.01"
         )
 
@@ -204,7 +204,9 @@ def plan(
     # Polygons with the area of the circles: then shanks have their stiffness and plates their mass.
     swell = math.sqrt(2.0 * math.pi / count / math.sin(2.0 * math.pi / count))
     if 0.5 * swell * bolts.washer >= half:
-        raise InputError("rings of so few elements do not fit between washers and what is beside")
+        raise InputError(
+            "rings of so few elements do not fit between the washers and the nearest edge or bolt"
+        )
     angles = -0.75 * math.pi + 2.0 * math.pi * np.arange(count) / count
     circle = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     along = np.linspace(-1.0, 1.0, side + 1)[:-1]

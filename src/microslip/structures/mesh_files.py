@@ -79,7 +79,7 @@ class MeshedJoint(Locked):
         Parameters
         ----------
         path : str or path
-            Any file that meshio reads and that holds groups: Gmsh's ``.msh`` with physical groups,
+            Any file with groups that meshio reads: Gmsh's ``.msh`` with physical groups,
             Abaqus' or CalculiX' ``.inp`` with sets. Formats that number their groups, such as
             Nastran's ``.bdf`` by properties and VTK's ``.vtu`` by integer cell data, give names
             such as ``"nastran:ref 3"``.
@@ -96,7 +96,7 @@ class MeshedJoint(Locked):
         ground : iterable of str, optional
             Names of volumes or faces that do not move.
         scale : float
-            Metres a unit of the file, such as 1e-3 for millimetres.
+            Metres per unit of the file, such as 1e-3 for millimetres.
         limit : int, optional
             Numbers that the file may hold.
 
@@ -360,7 +360,7 @@ def _as_meshio_reads(path: Path) -> io.StringIO | Path:
 def _numbered_groups(cell_data: Mapping[str, Any]) -> dict[str, list[Indices]]:
     """Return the cells of each group that a format numbers instead of naming.
 
-    A group is called by the array and the number, such as ``"nastran:ref 3"``.
+    The name of a group is the array and the number, such as ``"nastran:ref 3"``.
     """
     groups: dict[str, list[Indices]] = {}
     for array, blocks in cell_data.items():

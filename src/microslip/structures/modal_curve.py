@@ -28,14 +28,14 @@ class Resonance(NamedTuple):
     mode: int
     """The other mode, counted from 0."""
     distance: float
-    """The other frequency over the multiple, less one [-]."""
+    """Other frequency over the multiple, minus one [-]."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ModalCurve(Answer, Plottable):
     """Nonlinear mode along amplitudes, the result of ``structure.modes(...)``.
 
-    Amplitudes that the solver did not reach hold NaN; ``message`` says where and why.
+    Values at amplitudes that were not reached are NaN; ``message`` gives the reason.
     """
 
     method: str
@@ -43,7 +43,7 @@ class ModalCurve(Answer, Plottable):
     index: int
     """Index of the elastic mode, counted from 0."""
     amplitude: Floats
-    """Amplitudes as they were asked for: modal [m kg^(1/2)], or at the sensor."""
+    """Requested amplitudes: modal [m kg^(1/2)], or at the sensor."""
     modal_amplitude: Floats
     """a = sqrt(x1^H M x1) of the fundamental harmonic [m kg^(1/2)]."""
     frequency: Floats
@@ -57,21 +57,21 @@ class ModalCurve(Answer, Plottable):
     The motion is the real part of shape * modal_amplitude * exp(i omega t).
     """
     loss: Floats
-    """Energy lost a cycle by each joint or node (amplitudes, joints) [J]."""
+    """Energy dissipated per cycle in each joint or node (amplitudes, joints) [J]."""
     mac: Floats
-    """Modal assurance criterion of the shape beside that of the sticking joints [-]."""
+    """Modal assurance criterion of the shape and that with sticking joints [-]."""
     near: tuple[Resonance, ...]
     """Multiples of the frequency close to another mode, the nearest of each pair."""
     linear_frequency: float
-    """Frequency of the mode whose joints stick [Hz]."""
+    """Frequency of the mode with sticking joints [Hz]."""
     base_damping: float
-    """The damping ratio that was given as an input [-]."""
+    """Base damping ratio, an input [-]."""
     converged: NDArray[np.bool_]
     """Whether each amplitude was solved."""
     iterations: int
-    """Iterations of Newton's method in all."""
+    """Total number of Newton iterations."""
     message: str
-    """Outcome in a sentence: where and why it stopped, and what to try."""
+    """Outcome: where and why the solver stopped, and what to try."""
     _solve_by_other: Callable[[], ModalCurve] | None
     _with_more_harmonics: Callable[[], Floats] | None
 
@@ -168,7 +168,7 @@ class ModalCurve(Answer, Plottable):
         Parameters
         ----------
         force : array_like
-            Amplitudes (n,) of a harmonic force in phase everywhere [N], one a degree of freedom.
+            Amplitudes (n,) of a harmonic force in phase everywhere [N], one per degree of freedom.
         samples : int, optional
             Amplitudes on each side of the peak.
 
@@ -211,8 +211,8 @@ class ModalCurve(Answer, Plottable):
         there = np.isfinite(above)
         if there.all():
             raise InputError(
-                f"force must be one whose peak lies on the curve, which ends at the modal "
-                f"amplitude {a[-1]:g}; solve for larger amplitudes, or push less"
+                f"force must have its peak on the curve, which ends at the modal amplitude "
+                f"{a[-1]:g}; solve for larger amplitudes, or reduce the force"
             )
         end = int(np.argmin(there))
         swings = below[:end] > 0.0
@@ -258,9 +258,9 @@ class Resonant(NamedTuple):
     peak: Floats
     """Amplitude and frequency [Hz] of each peak, (samples, 2); beyond a curve its end."""
     beyond: NDArray[np.bool_]
-    """Peaks beyond the curves, where neither they nor the amplitudes are as large as stated."""
+    """Peaks beyond the end of the curves, whose amplitude is larger than the given one."""
     amplitude: Floats
-    """The largest lasting amplitude at each frequency, (samples, frequencies)."""
+    """Largest stable amplitude at each frequency, (samples, frequencies)."""
 
 
 def interpolate_in_amplitude(amplitude: Floats, logs: Floats) -> tuple[Floats, Floats]:

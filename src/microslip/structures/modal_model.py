@@ -1,4 +1,4 @@
-"""A structure in its modes with all joints sticking, and what a solver answers about it."""
+"""A structure in its modes with sticking joints, and the results of solvers."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from microslip.structures.matrices import (
 )
 
 LARGEST_WHOLE = 1200
-"""Degrees of freedom up to which all modes are kept, so that nothing is lost by them."""
+"""Largest number of degrees of freedom for which all modes are kept."""
 _MODES_KEPT = 40  # modes of a larger structure, besides its answers to each joint's force
 
 
@@ -44,7 +44,7 @@ class ModalModel:
     damping: Floats | None
     """Modal damping matrix [1/s]; None without one."""
     free: Floats
-    """Rigid motions (degrees of freedom, motions), of modal mass 1 kg, which no joint feels."""
+    """Rigid motions (degrees of freedom, motions), of modal mass 1 kg, which move no joint."""
     attachments: tuple[Attachment, ...]
     motions: tuple[Floats, ...]
     """Static motions of the attachments, by column [m]."""

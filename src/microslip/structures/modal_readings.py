@@ -30,15 +30,15 @@ class FreeDecay(LockedArrays):
     time: Floats
     """Middle of each cycle [s]."""
     amplitude: Floats
-    """Half the way from peak to peak, in the signal's unit."""
+    """Half peak-to-peak amplitudes, in the unit of the signal."""
     frequency: Floats
     """Frequencies [Hz]."""
     damping_ratio: Floats
     """Damping ratios [-]."""
     frequency_error: Floats
-    """Difference of two readings, by zero crossings and by the analytic signal [Hz]."""
+    """Difference of the estimates by zero crossings and by the analytic signal [Hz]."""
     damping_error: Floats
-    """The same of the damping ratio [-]."""
+    """Difference of the two estimates of the damping ratio [-]."""
 
     def __repr__(self) -> str:
         return (
@@ -67,7 +67,7 @@ def read_decay(time: ArrayLike, signal: ArrayLike) -> FreeDecay:
     By zero crossings (linear between samples of alternating sign, after a parabola for the peaks)
     and, independently, by the analytic signal of Hilbert's transform, averaged over a cycle
     (Feldman 2011, DOI 10.1016/j.ymssp.2010.07.018). The first is returned, their difference is the
-    error that is told: both read a damping that changes from cycle to cycle differently.
+    reported error: both read a damping that changes from cycle to cycle differently.
     """
     t, x = _signal(time, signal)
     if t.size < 48:
@@ -109,7 +109,7 @@ def _signal(time: ArrayLike, signal: ArrayLike) -> tuple[Floats, Floats]:
         raise InputError(f"signal must have one value for each of the {t.size} times, got {x.size}")
     largest = float(np.abs(x).max(initial=0.0))
     if largest > 1e100:
-        raise InputError(f"signal must be a sensor's reading, got a value of {largest:.4g}")
+        raise InputError(f"signal must have plausible values, got a value of {largest:.4g}")
     return t, x
 
 
@@ -201,7 +201,7 @@ def ring_down(time: ArrayLike, signal: ArrayLike, points: Any, quantity: Any, ba
     amplitude = decay.amplitude / (2.0 * math.pi * decay.frequency) ** power
     values = _means_in_time(decay.time, amplitude, decay.frequency, decay.damping_ratio, points)
     if values[0].size == 0:
-        raise InputError("signal must decay, got one that nowhere does")
+        raise InputError("signal must decay, got one without any decay")
     return values
 
 

@@ -58,7 +58,7 @@ class ModalTest(Locked):
     sensor : str
         Name of the sensor in the reduced joint.
     frequency_error, damping_error : float
-        Standard uncertainties relative to the values [-]: those of the test and of the model.
+        Relative standard uncertainties of test and model together [-].
     name : str
         Name in reports.
     notes : tuple of str
@@ -230,7 +230,7 @@ class ModalTest(Locked):
         band, points : optional
             As for :meth:`from_ring_down` [Hz]; a band is of a ring-down alone.
         columns : mapping, optional
-            Names of columns that are not found by themselves, by what they are: "amplitude",
+            Names of columns that are not recognised, by meaning: "amplitude",
             "frequency", "damping_ratio"; "time", "displacement", "velocity", "acceleration";
             "phase", "force".
         **attributes : object
@@ -257,7 +257,7 @@ KINDS = {
     "velocity": VELOCITY,
     "acceleration": ACCELERATION,
 }
-"""Quantities that a column may hold."""
+"""Quantities of columns."""
 
 _WORDS = {
     "time": r"time|t",

@@ -32,7 +32,7 @@ class Motion(Answer, PlottableAtSensor):
     """
 
     time: Floats
-    """Times [s]; fewer than asked for where the method stopped."""
+    """Times [s]; fewer than requested if the method stopped."""
     displacement: Floats
     """(times, n) [m]."""
     velocity: Floats
@@ -44,7 +44,7 @@ class Motion(Answer, PlottableAtSensor):
     work: Floats
     """Work of the forces up to each time, with the energy of the start [J]."""
     kinetic_energy: Floats
-    """[J]."""
+    """Kinetic energy [J]."""
     elastic_energy: Floats
     """Energy of the structure without its joints [J]."""
     joint_energy: Floats
@@ -52,9 +52,9 @@ class Motion(Answer, PlottableAtSensor):
     joint_loss: Floats
     """Energy dissipated by friction, by joint or node, (times, joints) [J]; it never falls."""
     viscous_energy: Floats
-    """Lost by the damping matrix [J]."""
+    """Energy dissipated by the damping matrix [J]."""
     message: str
-    """Outcome in a sentence: where and why it stopped, and what to try."""
+    """Outcome: where and why the solver stopped, and what to try."""
     _with_steps: Callable[[int], Floats] | None = None
     _least_gain: float = 4.0  # of steps half as long: turning points may take their part
 
@@ -220,7 +220,7 @@ class March(NamedTuple):
 
     stepper: TimeSteps
     place: Floats
-    """(times, modes); fewer times than asked for where the method stopped."""
+    """(times, modes); fewer times than requested if the method stopped."""
     speed: Floats
     motion: Floats
     """Motion of the joints, (times, coordinates) [m]."""
@@ -276,8 +276,8 @@ def march(
     message = f"solved in {count - 1} steps"
     if reached < count:
         message = (
-            f"stopped at {times[reached - 1]:.6g} s: the joints' motion in the next step was not "
-            "found; try shorter steps"
+            f"stopped at {times[reached - 1]:.6g} s: the next step did not "
+            "converge; try shorter steps"
         )
     place, speed, motion, pull, lost = (row[:reached] for row in rows)
     return March(stepper, place, speed, motion, pull, lost, joints.stuck, message)

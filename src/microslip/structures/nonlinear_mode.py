@@ -30,7 +30,7 @@ from microslip.structures.static import MOST_MODES, AtRest, answered, base_dampi
 
 Method = Literal["harmonic-balance", "quasi-static"]
 LARGEST_DIRECT = 900
-"""Unknowns up to which the equations are solved by elimination, beyond by GMRES."""
+"""Largest number of unknowns for elimination; larger systems use GMRES."""
 _ITERATIONS = 40
 _STEP = 1e-10  # relative size of the last step of Newton's method
 _BALANCED = 1e-13  # residual at which a step more changes nothing but rounding
@@ -46,7 +46,7 @@ class Solution(NamedTuple):
     converged: bool
     iterations: int
     residual: float
-    """Residual of the equations, each beside the largest force in it [-]."""
+    """Scaled residual of the equations [-]."""
     answers: list[HarmonicForces]
 
 
@@ -56,7 +56,7 @@ class ModeEquations:
 
     balance: Balance
     index: int
-    """Modal coordinate whose phase is held."""
+    """Modal coordinate with prescribed phase."""
     measure: AmplitudeMeasure
 
     def solve(self, guess: ModePoint, amplitude: float) -> Solution:
@@ -405,13 +405,13 @@ def modes(
         Which elastic mode, 0 the lowest of the structure whose joints stick.
     amplitudes : array_like
         One-dimensional, above zero, of the fundamental harmonic: modal ones a = sqrt(x1^H M x1)
-        [m kg^(1/2)], or what a sensor shows.
+        [m kg^(1/2)], or the amplitude at a sensor.
     harmonics : sequence of int, optional
         Harmonics of the motion; its mean is always among them. (0, 1, 2, 3) unless given, with
         a geometry to 5. The second counts where faces
-        part; :attr:`ModalCurve.harmonic_error` tells what those beyond the set would change.
+        part; :attr:`ModalCurve.harmonic_error` estimates the effect of further harmonics.
     method : {"harmonic-balance", "quasi-static"}, optional
-        The reference, or the quick look. The curve tells their difference.
+        Reference method or fast approximation; the curve has their difference.
     samples : int, optional
         Samples of a period at which nodes of fields are looked at.
     at : array_like, optional

@@ -50,9 +50,9 @@ class Decay(LockedArrays):
     amplitude: NDArray[np.float64]
     """Amplitudes [m]."""
     frequency: NDArray[np.float64]
-    """Frequencies with which the oscillation is seen to swing, 1/period [Hz]."""
+    """Frequencies, 1/period [Hz]."""
     damping_ratio: NDArray[np.float64]
-    """Damping ratios that a logarithmic decrement shows [-]."""
+    """Damping ratios by the logarithmic decrement [-]."""
 
     def __repr__(self) -> str:
         return (
@@ -142,11 +142,11 @@ class Oscillator:
     mass : float
         Mass m [kg], above zero.
     stiffness : float
-        Stiffness k of the spring beside the joint [N/m], not negative.
+        Stiffness k of the spring parallel to the joint [N/m], not negative.
     joint : BackboneLaw
         Any law given by its backbone, such as a :class:`microslip.Interface`.
     viscous_damping_ratio : float, optional
-        Damping ratio of all else [-], from 0 to below 1.
+        Damping ratio without the joint [-], from 0 to below 1.
 
     Notes
     -----

@@ -32,7 +32,7 @@ from microslip.friction import BackboneLaw
 from microslip.structures.matrices import direction_matrix
 
 HARMONICS = (0, 1, 2, 3)
-"""Default harmonics of a motion: the second, since faces that part excite it."""
+"""Default harmonics of a motion; opening contacts excite the second."""
 MOST_SAMPLES = 1 << 16
 _MOST_ORDER = 1000
 
@@ -76,9 +76,7 @@ def harmonic_basis(harmonics: Sequence[int], samples: Any) -> HarmonicBasis:
     """Validate harmonics and samples; the mean is added."""
     orders = rising_orders("harmonics", harmonics)
     if 1 not in orders:
-        raise InputError(
-            f"harmonics must have 1 among them, got {show(harmonics)}; write harmonics=[1, 3]"
-        )
+        raise InputError(f"harmonics must include 1, got {show(harmonics)}; write harmonics=[1, 3]")
     if orders[-1] > _MOST_ORDER:
         raise InputError(f"harmonics must be at most {_MOST_ORDER}, got {orders[-1]}")
     samples = whole_number("samples", samples, 1, MOST_SAMPLES)
@@ -109,7 +107,7 @@ class HarmonicForces(NamedTuple):
 Quantity = Literal["displacement", "velocity", "acceleration"]
 _NODE = 1e-9  # of the largest motion of a mode there
 POWERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
-"""Orders of the derivatives of the displacement, by the sensor's quantity."""
+"""Order of the time derivative of the displacement, by quantity."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,9 +3,9 @@
 The structure is loaded by the inertia of its own motion, K x + joints(x) = lambda M v, v half of
 the way from one turning point to the other; omega^2 = lambda (Festjens, Chevallier and Dion 2013,
 DOI 10.1016/j.ijmecsci.2013.06.008; Lacayo and Allen 2019, DOI 10.1016/j.ymssp.2018.08.034). Two
-static cycles are followed at each amplitude, and what the joints lose in the second counts: where
+static cycles are followed at each amplitude, and the losses of the second one count: where
 contacts open and close neither Masing's rule for the whole curve holds nor that of the joints under
-their loads at rest, which told +30 to +220 % for a bolted beam.
+their loads at rest, which overestimated a bolted beam by 30 to 220 %.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ _SMALLEST = 1e-6  # of an amplitude: where a mode of sticking joints is to be fo
 
 Laws = list[Callable[..., tuple[Floats, Floats]]]
 System = Callable[[Floats], tuple[Floats, Callable[[], Floats]]]
-"""Residual at the unknowns, and the Jacobian when it is asked for."""
+"""Residual at the unknowns, and a function that returns the Jacobian."""
 
 
 _Found = TypeVar("_Found")
 Track = list[tuple[float, _Found]]
-"""Amplitudes that were reached, rising, the last three, and what was found there."""
+"""Last three amplitudes reached, rising, with their solutions."""
 
 
 def climb(
@@ -82,7 +82,7 @@ class QuasiStaticPoint(NamedTuple):
     shape: Floats
     """Half of the motion from one turning point to the other, in modal coordinates."""
     loss: Floats
-    """Energy of a cycle by joint [J], all groups in a row."""
+    """Energy per cycle and joint [J], all groups in a row."""
 
 
 class _BranchLost(Exception):

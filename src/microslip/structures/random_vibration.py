@@ -100,13 +100,13 @@ class RandomResponse(ModalAnswer):
     joint_deviation: Floats
     """Standard deviation of each joint's motion [m]; NaN by ``modes``."""
     joint_frequency: Floats
-    """Upward zero crossings of each joint's motion a second [Hz]; NaN by ``modes``."""
+    """Rate of upward zero crossings of each joint's motion [Hz]; NaN by ``modes``."""
     joint_power: Floats
-    """Power that each joint or node loses [W]."""
+    """Power dissipated in each joint or node [W]."""
     iterations: int
-    """Rounds of the fixed point."""
+    """Number of fixed-point iterations."""
     message: str
-    """Outcome in a sentence."""
+    """Outcome: solved, or where and why the solver stopped."""
     verdicts: tuple[Verdict, ...]
     """Whether joints are moved by one mode each, and slip partly."""
     _shapes: Floats
@@ -192,7 +192,7 @@ class RandomResponse(ModalAnswer):
         Returns
         -------
         float
-            Its mean over many such noises [m, m/s or m/s^2]; in gross slip peaks are larger, see
+            Expected peak [m, m/s or m/s^2]; in gross slip peaks are larger, see
             ``verdicts``.
         """
         length = positive("duration", duration, "s", 60.0)

@@ -180,7 +180,7 @@ def _check_joined(mesh: JointMesh) -> None:
         loose = [body.name for body in mesh.bodies if (label[body.cells] != first).any()]
         raise InputError(
             f"all bodies must be joined by corners that they share, got {parts} separate parts: "
-            f"nothing holds {', '.join(loose) or 'a part of ' + mesh.bodies[0].name} to "
+            f"{', '.join(loose) or 'a part of ' + mesh.bodies[0].name} is not connected to "
             f"{mesh.bodies[0].name}"
         )
 
@@ -188,7 +188,7 @@ def _check_joined(mesh: JointMesh) -> None:
 def _axial(mesh: JointMesh, elements: Elements, shank: Any) -> tuple[Floats, float]:
     """Return the elongation of a shank as a functional, and the force per unit of it [N/m].
 
-    Both belong to the mean axial stress: what is taken out with them leaves none.
+    Both belong to the mean axial stress, so removing them leaves no mean axial stress.
     """
     owner = next(b for b in mesh.bodies if np.isin(shank.cells[:1], b.cells).all())
     heights = mesh.points[mesh.cells[shank.cells]] @ shank.axis

@@ -41,7 +41,7 @@ class Change(NamedTuple):
     frequency_left: float
     """Extrapolated difference from the model to its limit [-]."""
     damping_left: float
-    """The same of the damping ratio [-]."""
+    """Extrapolated difference of the damping ratio [-]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,12 +64,12 @@ class Convergence(Locked):
     """Number of patches, frequency [Hz] and damping ratio [-] at the middle amplitude, step by
     step."""
     tolerance: float
-    """The change of damping that was wanted [-]."""
+    """Tolerance of the damping ratio [-]."""
     asked: tuple[float, float]
     """Largest change of frequency and damping ratio over the amplitudes [-], from the first patches
     to the limit."""
     untried: tuple[str, ...] = ()
-    """Parts of the model that could not be refined, or coarsened, with elements of this size."""
+    """Parts of the model that could not be refined or coarsened with this element size."""
 
     @property
     def largest(self) -> Change:
@@ -104,14 +104,10 @@ class Convergence(Locked):
         worst, first = self.largest, self.steps[0][0]
         within = abs(worst.damping_left) <= self.tolerance
         sentences = [
-            f"from the {first} patches asked for to "
+            f"from the {first} requested patches to "
             f"{self.joint.patches if self._patches_untried else 'the limit'} the damping changes "
             f"by {self.asked[1]:+.1%} and the frequency by {self.asked[0]:+.2%}"
-            + (
-                ", by how much more with finer ones these elements cannot tell"
-                if self._patches_untried
-                else ""
-            ),
+            + ("; these elements are too large for finer patches" if self._patches_untried else ""),
             f"refined to {self.joint.patches} patches: {worst.what} ({worst.coarse} to "
             f"{worst.fine}) leaves {worst.damping_left:+.2%} of the damping, the most of "
             f"{len(self.changes)} changes tried",

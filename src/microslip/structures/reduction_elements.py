@@ -21,7 +21,7 @@ class Points(NamedTuple):
     values: Floats
     """Shape functions by points, (points, functions of a cell)."""
     places: Floats
-    """The points, or the nearest ones of their cells [m]."""
+    """Positions of the points, or of the nearest points of their cells [m]."""
     distances: Floats
     """Distances of the requested positions from them [m]."""
 

@@ -12,7 +12,7 @@ from microslip.structures.matrices import check_mass, check_stiffness, symmetric
 
 KIND: Final = "microslip-reduced-joint"
 NEWER: Final = {"base_inertia": "mass", "sensor_base": "sensor_rows"}
-"""Arrays that earlier files do not have, and the arrays that have as many rows."""
+"""Arrays missing in earlier files, and arrays with the same number of rows."""
 
 # A letter for each size, the same wherever it stands: degrees of freedom n, patches p, bolts b,
 # sensors s, samples m, points v and facets f of the outside with c corners.
@@ -46,7 +46,7 @@ def check_arrays(arrays: Mapping[str, Any]) -> None:
                 f"is damaged: {name} has the shape {array.shape} and the type {array.dtype}"
             )
         if kinds != "U" and not np.isfinite(array).all():
-            raise InputError(f"is damaged: {name} holds what is no number")
+            raise InputError(f"is damaged: {name} contains values that are not finite")
         if name in _POSITIVE and array.size and array.min() <= 0.0:
             raise InputError(f"is damaged: {name} must be above zero, got {array.min():.6g}")
     for name, letter in _NUMBERS_OF.items():
@@ -64,4 +64,4 @@ def check_arrays(arrays: Mapping[str, Any]) -> None:
         if array.dtype.kind not in "iuf" or array.shape not in shapes:
             raise InputError(f"is damaged: {name} has the shape {array.shape}")
         if not np.isfinite(array).all():
-            raise InputError(f"is damaged: {name} holds what is no number")
+            raise InputError(f"is damaged: {name} contains values that are not finite")

@@ -57,7 +57,7 @@ MISFIT = Rule(
     1.5, 3.0,
     "What is left is no more than the errors of the test.",
     "Root of chi square a degree of freedom; the intervals are widened by it.",
-    "Look at form, base damping and patches first: what is not fitted must be right.",
+    "Check form, base damping and patches first: inputs that are not fitted must be right.",
     "there are no more values than parameters",
 )  # fmt: skip
 SEPARATED = Rule(
@@ -93,7 +93,7 @@ class ModalIdentification(LockedArrays):
     """
 
     values: Mapping[str, float]
-    """Fitted parameters by name [-]; tension and modulus as shares of those that were given."""
+    """Fitted parameters by name [-]; tension and modulus relative to the given ones."""
     intervals: Mapping[str, tuple[float, float]]
     """90 % intervals by name [-]."""
     correlation: Floats
@@ -101,7 +101,7 @@ class ModalIdentification(LockedArrays):
     scatter: Floats
     """Standard deviations in the same order [-], of the logarithm of all but the form."""
     misfit: float
-    """Root of chi square a degree of freedom [-]."""
+    """Square root of chi square per degree of freedom [-]."""
     linear_frequencies: Floats
     """Frequencies of each test at its smallest amplitude, of the sticking joints as given and as
     found, (tests, 3) [Hz]."""
@@ -111,9 +111,9 @@ class ModalIdentification(LockedArrays):
     """Bands of each test over draws of the parameters by their covariance, (2, 2, amplitudes), of
     frequency [Hz] and damping ratio [-] the 5 and 95 % each."""
     state: Preload
-    """The joint as it was found."""
+    """Identified joint."""
     joint: ReducedJoint
-    """The same, with its tension and form."""
+    """Reduced joint with the identified tension and form."""
     verdicts: tuple[Verdict, ...]
     """Verdicts on what the tests determine."""
 
@@ -226,8 +226,8 @@ class _Fit:
             begin = self.start
             if not reached:
                 raise InputError(
-                    "the tests' amplitudes must be ones that the model reaches at the values that "
-                    "the fit begins with; write other values, or take the largest out"
+                    "the model must reach the tests' amplitudes at the initial values of the fit; "
+                    "give other initial values, or remove the largest amplitudes"
                 )
         first, bounds = self._coordinates(self.names, begin)
         solved = least_squares(

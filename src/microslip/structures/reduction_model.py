@@ -58,11 +58,11 @@ class ReducedJoint(LockedArrays):
     mass: Floats
     """Mass matrix [kg]."""
     stiffness: Floats
-    """Stiffness matrix [N/m]; it holds the bolts, not the contact."""
+    """Stiffness matrix [N/m], with the bolts and without the contact."""
     patch_areas: Floats
     """Areas of the patches [m^2]."""
     patch_gaps: Floats
-    """Form: gaps of the patches where nothing presses, the smallest of them zero [m]."""
+    """Form: gaps of the unloaded patches, the smallest one zero [m]."""
     patch_boxes: Floats
     """x from, x to, y from, y to of each patch, along and across its contact [m]."""
     patch_contacts: NDArray[np.int64]
@@ -78,16 +78,16 @@ class ReducedJoint(LockedArrays):
     samples: Samples
     """Sample points of the patches."""
     surface: Surface
-    """The outside, for pictures."""
+    """Surface of the bodies, for figures."""
     full_size: int
     """Degrees of freedom before the reduction."""
     left_out: float
-    """Share of the faces that had no partner [-]."""
+    """Fraction of the faces without an opposite face [-]."""
     base_inertia: Floats = field(default_factory=lambda: np.zeros((0, 3)))
     """Inertia [kg] of the degrees of freedom, and of all as one piece in the last three rows, for a
     ground that moves along x, y, z; none of a structure that floats."""
     sensor_base: Floats = field(default_factory=lambda: np.zeros((0, 3)))
-    """Motion of each sensor with such a ground [-], (sensors, 3)."""
+    """Motion of each sensor per unit motion of the ground [-], (sensors, 3)."""
     geometry: GeometryAttachment | None = None
     """Nonlinear stiffness in large bending, see :meth:`with_geometry`."""
 
@@ -138,7 +138,7 @@ class ReducedJoint(LockedArrays):
         Returns
         -------
         ndarray
-            A row to multiply with displacements; its values are forces of a unit there, too.
+            Row that multiplies displacements; it is also the unit force at the sensor.
         """
         if name not in self.sensor_names:
             there = quoted(self.sensor_names) if self.sensor_names else "no sensor"
@@ -155,7 +155,7 @@ class ReducedJoint(LockedArrays):
         form : callable or array_like
             Gap between the faces where nothing presses: a function of x and y (arrays, along and
             across the lap from its middle [m]) that gives gaps [m]; a table with the columns x, y
-            and gap [m], NaN where nothing was measured, such as two scans of the faces give; or
+            and gap [m], NaN where unknown, for example from two scans of the faces; or
             one gap [m] for each patch, of the shape (patches,).
         factor : float
             Factor on all gaps, such as 0 for flat faces or -1 for the reversed
@@ -164,7 +164,7 @@ class ReducedJoint(LockedArrays):
         Returns
         -------
         ReducedJoint
-            A new one. A level common to all patches says nothing and is taken out.
+            New joint. A gap common to all patches has no effect and is removed.
 
         Notes
         -----
@@ -325,7 +325,7 @@ class ReducedJoint(LockedArrays):
             ``supports`` and ``directions``.
         """
         if not len(self.base_inertia):
-            raise InputError("nothing holds this structure to a base: give its mesh a ground")
+            raise InputError("the structure has no base: give its mesh a ground")
         if direction not in ("x", "y", "z"):
             raise InputError(f'direction must be "x", "y" or "z", got {show(direction)}')
         way = np.array([float(axis == direction) for axis in "xyz"])
@@ -409,7 +409,7 @@ class ReducedJoint(LockedArrays):
         Returns
         -------
         ndarray
-            One a bolt.
+            Tensions [N], one per bolt.
         """
         moved = vector("displacement", displacement, self.size)[self._bolts]
         pushed = vector("static_force", static_force, self.size)[self._bolts]
@@ -450,7 +450,7 @@ class ReducedJoint(LockedArrays):
         path : str or path
             The file, ending in ``.npz``.
         overwrite : bool, optional
-            Whether a file in its place may be replaced.
+            Replace an existing file.
         """
         file = Path(path)
         if file.suffix.lower() != ".npz":

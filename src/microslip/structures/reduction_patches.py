@@ -30,7 +30,7 @@ class Samples(NamedTuple):
     places: Floats
     """Positions in the frame of the contact, along and across [m]."""
     weights: Floats
-    """Area that each point stands for [m^2]."""
+    """Area represented by each point [m^2]."""
     patches: Indices
     """Patch of each point."""
 
@@ -47,7 +47,7 @@ class Patches(NamedTuple):
     functionals: Any
     """Sparse, (3 patches, displacements): along, across, opening."""
     left_out: float
-    """Share of the faces without a partner on the other side."""
+    """Fraction of the faces without an opposite face."""
 
 
 def patches_of(mesh: JointMesh, elements: Elements, layout: Any, along: Floats | None) -> Patches:
@@ -211,7 +211,7 @@ def _boxes(layout: Any, contact: int, low: Floats, high: Floats) -> Floats:
     wrong = np.flatnonzero((boxes[:, 0] >= boxes[:, 1]) | (boxes[:, 2] >= boxes[:, 3]))
     if wrong.size:
         row = ", ".join(exact(float(value)) for value in boxes[wrong[0]])
-        raise InputError(f"a patch must reach from less to more, got [{row}] m")
+        raise InputError(f"the bounds of a patch must rise, got [{row}] m")
     return boxes
 
 
@@ -271,7 +271,7 @@ def gaps_at(form: Any, places: Floats) -> Floats:
         )
     measured = table[np.isfinite(table).all(axis=1)]
     if len(measured) < 4:
-        raise InputError(f"form must know at least 4 places, got {len(measured)}")
+        raise InputError(f"form must have at least 4 places, got {len(measured)}")
     floats("form", measured)
     return _interpolated(measured, places)
 
@@ -283,7 +283,7 @@ def _interpolated(table: Floats, places: Floats) -> Floats:
 
     scale = np.ptp(table[:, :2], axis=0)
     if not (scale > 0.0).all():
-        raise InputError("form must know places that differ along and across the faces")
+        raise InputError("form must have places that differ along and across the faces")
     flat = table[:, :2] / scale
     values = np.asarray(LinearNDInterpolator(Delaunay(flat), table[:, 2])(places / scale))
     missing = np.flatnonzero(np.isnan(values))

@@ -41,15 +41,15 @@ class RingDown(LockedArrays, Plottable):
     velocity: NDArray[np.float64]
     """Velocities [m/s]."""
     force: NDArray[np.float64]
-    """Force of the joint [N], positive where it holds a positive displacement."""
+    """Force of the joint [N], positive if it resists a positive displacement."""
     mechanical_energy: NDArray[np.float64]
-    """Kinetic energy, that of the spring, and what the joint has stored [J]."""
+    """Kinetic energy plus the energies stored in spring and joint [J]."""
     dissipated_energy: NDArray[np.float64]
     """Energy dissipated by the joint since the release [J]."""
     viscous_energy: NDArray[np.float64]
     """Energy dissipated by the dashpot [J]."""
     turning_time: NDArray[np.float64]
-    """When the mass turned [s], the release included: to the integrator's accuracy."""
+    """Times of the turning points [s], release included, to the accuracy of the integrator."""
     turning_displacement: NDArray[np.float64]
     """Turning points [m]; these points are not among the samples."""
 
@@ -292,8 +292,8 @@ def ring_down(
     samples = float(count if cycles is None else cycles * samples_per_cycle)
     if samples > _MOST_SAMPLES:
         raise InputError(
-            f"ring_down holds at most {_MOST_SAMPLES} samples, this one would be {samples:.3g}; "
-            "ask for less, or for the envelope with decay(...)"
+            f"ring_down computes at most {_MOST_SAMPLES} samples, this one needs {samples:.3g}; "
+            "take fewer, or compute the envelope with decay(...)"
         )
     turns = math.inf if cycles is None else 2 * cycles
     motion = _Motion(joint, mass, spring, dashpot, amplitude)
@@ -321,8 +321,8 @@ def ring_down(
         size += 1
         if size > _MOST_SAMPLES and cycles is not None:
             raise InputError(
-                f"ring_down holds at most {_MOST_SAMPLES} samples, and {len(motion.turns) // 2} "
-                "cycles have taken that many; ask for less, or for the envelope with decay(...)"
+                f"ring_down computes at most {_MOST_SAMPLES} samples, and {len(motion.turns) // 2} "
+                "cycles have taken that many; take fewer, or compute the envelope with decay(...)"
             )
     q, v, force, viscous = np.array(rows).reshape(size, 4).T.copy()
     times, places, forces = np.array(motion.turns).T

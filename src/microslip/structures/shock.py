@@ -33,7 +33,7 @@ class Pulse:
     time : array_like
         Rising times [s] from zero, one-dimensional.
     acceleration : array_like
-        Accelerations there [m/s^2], straight in between and nothing after.
+        Accelerations [m/s^2], linear in between and zero afterwards.
 
     Notes
     -----
@@ -90,7 +90,7 @@ class ShockResponse(ModalAnswer):
     base_acceleration: Floats
     """Acceleration of the base, (times,) [m/s^2]."""
     message: str
-    """Outcome in a sentence."""
+    """Outcome: solved, or where and why the solver stopped."""
     _modal: tuple[Floats, Floats, Floats]
     _shapes: Floats
     _carried: Floats
@@ -167,13 +167,13 @@ def shock(
     given = pulse if isinstance(pulse, Pulse) else _pulse(pulse)
     if base.carried.shape[1] != 1 or base.strains:
         raise InputError(
-            "directions must be one motion of a rigid base; supports that move against another "
-            "have no shock"
+            "directions must be one motion of a rigid base; supports with relative "
+            "motion have no shock"
         )
     push = base.push[:, 0]
     if not push.any():
         raise InputError(
-            "directions must be a motion that strains the structure: no mode is pushed"
+            "directions must be a motion that strains the structure: no mode is excited"
         )
     model = base.model
     period = 2.0 * math.pi / math.sqrt(model.squares[np.argmax(np.abs(push) / model.squares)])

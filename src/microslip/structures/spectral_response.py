@@ -74,7 +74,7 @@ class Variances(NamedTuple):
     joint_rates: Floats
     """Variances of their velocities [m^2/s^2]."""
     outside: Floats
-    """Share of each joint's velocity variance beyond the band of its strongest mode [-]."""
+    """Fraction of each joint's velocity variance beyond the band of its strongest mode [-]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,9 +87,9 @@ class LinearStructure:
     directions: Floats
     """Directions of the joints (modes, coordinates)."""
     push: Floats
-    """(modes,) for a unit of acceleration."""
+    """Modal forces per unit acceleration (modes,)."""
     viscous_push: Floats
-    """(modes,) for a unit of velocity."""
+    """Modal forces per unit velocity (modes,)."""
     carried: Floats
     """Motions of the joints for a unit of displacement of the base (coordinates,)."""
     spectrum: Spectrum
@@ -109,7 +109,7 @@ class LinearStructure:
     def poles(self, softer: Floats, dashpots: Floats) -> NDArray[np.complex128]:
         """Return the poles of the slow modes [rad/s] with a positive frequency, rising.
 
-        ``softer`` and ``dashpots`` are what joints add to their stiffness at rest (coordinates,).
+        ``softer`` and ``dashpots`` are changes of the joint stiffness and damping (coordinates,).
         """
         n, b = self._slow, self.directions[: self._slow]
         through = np.linalg.inv(np.eye(softer.size) + self._static * softer)
@@ -214,10 +214,10 @@ def linear_structure(
             "that of the acceleration over omega^4"
         )
     if base.model.free.shape[1] and np.any(base.model.free.T @ base.inertia):
-        raise InputError("directions must not move what nothing holds to the base")
+        raise InputError("directions must not move parts that are free of the base")
     if not base.push.any() and not base.strains:
         raise InputError(
-            "directions must be a motion that strains the structure: no mode is pushed"
+            "directions must be a motion that strains the structure: no mode is excited"
         )
     model, viscous = base.model, base.viscous_push
     damping = np.zeros((model.size, model.size)) if model.damping is None else model.damping

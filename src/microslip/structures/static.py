@@ -44,7 +44,7 @@ class StaticState(NamedTuple):
     forces: list[Floats]
     """Forces of the attachments, by column [N]."""
     equilibrium_error: float
-    """Unbalanced force beside the largest force [-]."""
+    """Unbalanced force over the largest force [-]."""
     iterations: int
 
 
@@ -190,9 +190,9 @@ def _check_balanced(free: Floats, force: Floats) -> None:
     if push[worst] > 1e-9 * np.abs(force).sum():
         place = int(np.argmax(np.abs(free[:, worst])))
         raise InputError(
-            f"static_force must be balanced: it pushes with {push[worst]:.3g} N along one of "
-            f"{free.shape[1]} motions that nothing holds (it moves degree of freedom {place} "
-            "most); hold the structure, or take that part of the force away"
+            f"static_force must be balanced: it acts with {push[worst]:.3g} N on one of "
+            f"{free.shape[1]} unrestrained rigid motions (largest at degree of freedom {place}); "
+            "restrain the structure, or remove that part of the force"
         )
 
 
@@ -217,13 +217,13 @@ class AtRest:
     damping: Any
     attachments: tuple[Attachment, ...]
     static_force: Floats
-    """Forces [N] that were given."""
+    """Given forces [N]."""
     displacement: Floats
     """Static displacements (n,) [m]."""
     equilibrium_error: float
     """Largest unbalanced force over the largest force [-]."""
     iterations: int
-    """Steps of Newton's method."""
+    """Number of Newton steps."""
 
     # -- the static state -------------------------------------------------------------------------
 
@@ -272,8 +272,7 @@ class AtRest:
         """Modal model, if it has at least one mode."""
         if not self.model.size:
             raise InputError(
-                "nothing holds the structure in any motion: it has no elastic mode; give it a "
-                "stiffness, or joints that hold it"
+                "the structure has no elastic mode; give it a stiffness, or joints that restrain it"
             )
         return self.model
 
@@ -322,7 +321,7 @@ def answered(
 ) -> Callable[Concatenate[AtRest, _P], _Answer]:
     """Refuse a motion that leaves the range of a geometric stiffness.
 
-    BLAS is held to one thread.
+    BLAS is limited to one thread.
     """
 
     @single_threaded

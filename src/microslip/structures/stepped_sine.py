@@ -40,7 +40,7 @@ AGREEING = Rule(
     0.1, 0.3,
     "All levels are of one mode, under one place of the force.",
     "Largest over least modal constant less one; each level gives its own.",
-    "Look at the unit and the calibration of the force, and whether a level is of another mode.",
+    "Check the unit and the calibration of the force, and whether a level is of another mode.",
     "there is one level",
 )  # fmt: skip
 
@@ -97,7 +97,7 @@ def stepped_sine(
     with np.errstate(over="ignore"):
         apparent = push / a
     if not np.isfinite(apparent).all():
-        raise InputError("`force` over the amplitude goes beyond all numbers")
+        raise InputError("`force` over the amplitude overflows")
     cosine, sine = apparent * np.cos(behind), apparent * np.sin(behind)
     if cosine.min() * cosine.max() >= 0.0:
         raise InputError("phase must pass 90 degrees behind the force, got one side of it alone")

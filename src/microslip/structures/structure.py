@@ -87,7 +87,7 @@ class Structure:
         Mass matrix M [kg], n x n, symmetric and positive definite.
     stiffness : array_like or sparse matrix
         Stiffness matrix K [N/m] of the structure *without its joints*, symmetric, with no negative
-        eigenvalue. What K leaves free must be held by joints, or move rigidly.
+        eigenvalue. Motions that K leaves free must be restrained by joints, or be rigid.
     damping : array_like or sparse matrix, optional
         Damping matrix C [N s/m] of all but the joints; none without it.
 
@@ -128,8 +128,8 @@ class Structure:
         Parameters
         ----------
         path : str or path
-            An ``.npz`` or ``.mat`` file that holds the matrices, or a folder of Matrix Market
-            files (``mass.mtx``, ``stiffness.mtx`` and, if it is there, ``damping.mtx``). With the
+            An ``.npz`` or ``.mat`` file with the matrices, or a folder of Matrix Market
+            files (``mass.mtx``, ``stiffness.mtx`` and optionally ``damping.mtx``). With the
             extra ``nastran``, a ``.pch`` of DMIG cards, an ``.op2`` or ``.op4`` of matrices. An
             ``.mtx`` of Abaqus: that of a substructure (``*SUBSTRUCTURE MATRIX OUTPUT, OUTPUT
             FILE=USER DEFINED``), or one of a job (``job_STIF2.mtx``), beside which the others are
@@ -155,7 +155,7 @@ class Structure:
         path : str or path
             The file, ending in ``.npz``.
         overwrite : bool, optional
-            Whether a file in its place may be replaced.
+            Replace an existing file.
         """
         save_matrices(path, self.mass, self.stiffness, self.damping, overwrite)
 
@@ -231,9 +231,9 @@ class Structure:
         cases : pair of array_like, optional
             Coordinates z and forces of static solutions, both of shape (cases, p), the linear part
             of the forces included: of all of it one potential is fitted, whose second order is
-            dropped, since the stiffness matrix holds it.
+            dropped, since the stiffness matrix includes it.
         force : callable, optional
-            The forces (p,) for coordinates (p,), linear part included or not; it is asked up to
+            The forces (p,) for coordinates (p,), linear part included or not; evaluated up to
             ``reach``.
         reach : array_like, optional
             Largest size of each coordinate, (p,) or one number; of ``cases`` their largest. Motions
@@ -247,7 +247,7 @@ class Structure:
 
         Notes
         -----
-        The rest of the structure is to be condensed for each case: impose z, let all else be free.
+        Condense the rest of the structure for each case: impose z and leave the others free.
         On reduced models of thin structures: Mignolet et al. (2013),
         DOI 10.1016/j.jsv.2012.10.017.
         """

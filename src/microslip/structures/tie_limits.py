@@ -19,7 +19,7 @@ class TieLimits(NamedTuple):
     """Frequencies of one mode for limiting conditions of the lap [Hz]."""
 
     open: float
-    """No contact: bolts alone hold the parts."""
+    """No contact: only the bolts connect the parts."""
     washers: float
     """Patches under the washers tied, all others open."""
     tied: float

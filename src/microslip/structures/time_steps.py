@@ -62,7 +62,7 @@ class TimeSteps:
         self._states: list[JointState] = [group.start() for group in joints.groups]
         self._identity = np.eye(joints.stuck.size)
         self.short = np.zeros(joints.stuck.size)
-        """Joint forces beyond those of sticking joints [N]."""
+        """Joint forces minus those of sticking joints [N]."""
         self.motion = np.zeros(joints.stuck.size)
         """Motions of the joints [m]."""
         self._largest = 0.0

@@ -32,19 +32,19 @@ def force_rows(forces: BoltForces | None) -> list[tuple[str, str]]:
     if forces.utilisation is not None:
         rows.append(("Stress of tightening", f"{forces.utilisation:.2f} of the proof stress"))
     if forces.embedding:
-        lost = f"{engineering(forces.loss, 'N', 3)} as faces embed by"
+        lost = f"{engineering(forces.loss, 'N', 3)} at an embedding of"
         rows.append(("Lost after tightening", f"{lost} {engineering(forces.embedding, 'm', 3)}"))
     if forces.load_factor is not None:
         rows.append(("Load factor of an axial load", f"{forces.load_factor:.3g}"))
     if forces.axial_load:
         pulls = f"{engineering(forces.axial_load, 'N', 4)} pulls, "
-        adds = f"{engineering(forces.added, 'N', 3)} of it on the bolt"
+        adds = f"{engineering(forces.added, 'N', 3)} of it as bolt load"
         rows.append(("Axial load of a bolt", pulls + adds))
     if forces.clamping != forces.assembly:
         left = engineering(forces.clamping, "N", 4)
         if high > low:
             left += ", " + " to ".join(engineering(end, "N", 4) for end in forces.ends)
-        rows.append(("Left between the plates, a bolt", left))
+        rows.append(("Clamp force between the plates, per bolt", left))
     return rows
 
 

@@ -142,7 +142,7 @@ def structure_pictures(prediction: StructurePrediction) -> tuple[Picture, ...]:
     """Return the figures with their captions."""
     markers = " Markers are the tests." if prediction.tests else ""
     if any(test.motion == "decay" for test in prediction.tests):
-        markers += " Thin: as in a free decay, to be compared with ring-downs."
+        markers += " Thin lines: free decay, to compare with ring-downs."
     fitted = (
         " Dotted: fitted to the tests, with its 5 to 95 % range."
         if prediction.identified is not None
@@ -367,7 +367,7 @@ def _resonance(mode: Mode, other: Resonance) -> str:
     times = "the frequency" if other.multiple == 1 else f"{other.multiple} times the frequency"
     return (
         f"Mode {other.mode + 1} is {other.distance:+.1%} away from {times} of mode {mode.number}: "
-        "if the joint couples them they respond together, which curves of one mode do not show."
+        "an internal resonance is possible, which curves of one mode do not show."
     )
 
 
@@ -387,7 +387,7 @@ def _bands_remark(mode: Mode, meshed: bool) -> str:
         + (
             f"of the damping's quantiles is at most ±{error:.1%} (90 %)."
             if math.isfinite(error)
-            else "of its outer quantiles is open: take more (samples)."
+            else "of its outer quantiles is unknown: take more samples."
         )
     )
     if mode.bands.unsolved:

@@ -117,8 +117,8 @@ def force_section(prediction: StructurePrediction) -> Section:
         if not np.isfinite(forced.peak[0]):
             most = engineering(forced.largest_force, "N", 2)
             remarks.append(
-                f"{name} moves beyond the largest amplitude, which about {most} reach: give a "
-                "larger amplitude.to."
+                f"{name} exceeds the largest amplitude, which about {most} reach: increase "
+                "amplitude.to."
                 + (
                     " No sample stays below it, so there are no bands."
                     if prediction.inputs and forced.bands is None
@@ -127,8 +127,8 @@ def force_section(prediction: StructurePrediction) -> Section:
             )
         elif forced.beyond:
             remarks.append(
-                f"{name}: {forced.beyond:.0%} of the samples move beyond the largest amplitude, "
-                "which replaces theirs: the bands end there; give a larger amplitude.to."
+                f"{name}: {forced.beyond:.0%} of the samples exceed the largest amplitude, which "
+                "limits the bands: increase amplitude.to."
             )
         if np.isfinite(forced.error):
             remarks.append(

@@ -44,9 +44,9 @@ def fitted_numbers(identified: ModalIdentification) -> dict[str, Any]:
 
 _FITTED = {
     "friction_coefficient": "Friction coefficient",
-    "tension": "Bolt tension, of the study's",
+    "tension": "Bolt tension over that of the study",
     "form": "Factor on the form",
-    "young_modulus": "Young's modulus, of the study's",
+    "young_modulus": "Young's modulus over that of the study",
     "base_damping_ratio": "Base damping ratio",
 }
 

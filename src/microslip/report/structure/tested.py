@@ -37,7 +37,7 @@ def _sentence(verdict: QuantityVerdict) -> str:
         listed = ", ".join(f"{more} {name}" for name, more in verdict.candidates)
         text += f". Candidates, the strongest first: {listed}"
     elif verdict.word != "not compared":
-        text += ". No uncertain input moves it: look at the inputs given as one number"
+        text += ". No uncertain input changes it: check the inputs given as one number"
     return f"{text}."
 
 

@@ -1,9 +1,9 @@
-"""The blocks of a record between gaps of its time, their cycles, and the numbers of these.
+"""Blocks of a record between gaps in its time, with their cycles and cycle numbers.
 
-Rigs log every hundredth cycle, or pause. A cycle across a gap is none, and time within a gap says
-nothing of the frequency. What was dissipated is then not the sum of what was logged: the number of
-a cycle is told by the rig's counter, or by time and frequency where the phase goes on across the
-gaps; where neither tells it, nothing cumulative is known.
+Rigs log every hundredth cycle, or pause. No cycle extends across a gap, and the frequency is that
+within the blocks. The dissipated energy is then not the sum over the logged cycles: cycle numbers
+come from the rig's counter, or from time and frequency where the phase is continuous across the
+gaps; otherwise cumulative energies are unknown.
 """
 
 from __future__ import annotations
@@ -34,25 +34,26 @@ from microslip.laboratory.cuts import (
 from microslip.laboratory.record import Record, once_a_record
 
 LONG = 10.0
-"""Smallest length of a gap over the time step that nine in ten steps do not exceed."""
+"""Smallest length of a gap over the 90 % quantile of the time steps."""
 OF_CYCLE = 0.05
-"""Smallest length of a gap over a cycle; shorter gaps are harmless."""
+"""Smallest length of a gap over the period; shorter gaps are ignored."""
 _JUMP = 1.5
 """Jump of the counter of cycles beyond which some were not logged."""
 _SAME_PERIOD = 0.1
-"""Share by which their period may differ: what hums while the rig rests is no motion."""
+"""Largest relative difference of the periods of small and large cycles; hum of a rig at rest
+differs by more."""
 _ONE_FREQUENCY = 1.5
-"""Range of the periods of the cycles that are evaluated with the same windows."""
+"""Largest ratio of periods of cycles that are evaluated with the same windows."""
 _FEWEST_SMALLER = 2
 """Smallest number of whole cycles in a stretch of smaller cycles."""
 _STOOD, _RESTING = 0.75, 8.0
-"""Least share of a cycle for which a logged rig stands still; range then, over the noise."""
+"""Shortest standstill [cycles], and range of the displacement during it over the noise."""
 _OVER_NOISE = 10.0
 """Smallest ratio of the amplitude to the noise."""
 
 
 class Block(NamedTuple):
-    """Samples of a record that follow each other without a gap, and their whole cycles."""
+    """Contiguous samples of a record and their whole cycles."""
 
     first: int
     """The first sample, counted from 0."""
@@ -73,7 +74,7 @@ class Block(NamedTuple):
 
 
 class Blocks(NamedTuple):
-    """The blocks of a record that have whole cycles, all of them cut alike."""
+    """Blocks of a record that have whole cycles, all cut at the same phase."""
 
     having_cycles: tuple[Block, ...]
     notes: tuple[str, ...]
@@ -91,7 +92,7 @@ def _motion(record: Record) -> Motion:
 
 @once_a_record
 def gaps_of(record: Record) -> NDArray[np.intp]:
-    """Samples behind which the time of a record, or its counter of cycles, has a gap."""
+    """Return the samples after which the time, or the cycle counter, of a record has a gap."""
     is_jump = np.zeros(len(record) - 1, dtype=bool)
     if record.cycle_number is not None:
         is_jump = np.diff(record.cycle_number) > _JUMP
@@ -108,7 +109,7 @@ def gaps_of(record: Record) -> NDArray[np.intp]:
 
 @once_a_record
 def stops_of(record: Record) -> NDArray[np.intp]:
-    """First sample of each stretch in which the rig stood while it was logged, and one past it."""
+    """Return first sample and end (exclusive) of each standstill within a record."""
     x, motion = record.displacement, _motion(record)
     size = max(int(0.25 * _STOOD * motion.period), 2)
     number = x.size // size
@@ -134,7 +135,7 @@ def stops_of(record: Record) -> NDArray[np.intp]:
 
 @once_a_record
 def blocks_of(record: Record) -> Blocks:
-    """The cycles of a record, block by block; stretches of far smaller cycles are blocks, too."""
+    """Cut a record into blocks of cycles; stretches of much smaller cycles are blocks, too."""
     x, force = record.displacement, record.force
     gaps, stops = gaps_of(record), stops_of(record)
     # The way to a stop and that from it belong to no whole cycle.
@@ -249,24 +250,24 @@ def _gap_note(time: Floats, gaps: NDArray[np.intp], empty: int) -> str:
 # -- the numbers of the cycles, and the energy of those not logged --------------------------------
 
 _PHASE, _ERRORS = 0.04, 4.0
-"""Share of a cycle, and standard errors, by which a block may begin off the expected phase."""
+"""Largest phase error at the start of a block [cycles], and the standard errors added to it."""
 _UNSURE = 0.15
-"""Share of a cycle: where the rate is known no better, any phase would do."""
+"""Phase error [cycles] above which the phase is considered unknown."""
 _CHANCE = 0.01
-"""Probability that phases agree by chance up to which they tell that the rig ran on."""
+"""Largest probability of a chance agreement of phases with which the rig is taken to run on."""
 _ENDS = 5
-"""Cycles at the ends of a block whose mean energy stands for those beside."""
+"""Number of cycles at the end of a block whose mean energy is extrapolated into the gap."""
 
 
 class Count(NamedTuple):
-    """Numbers of the cycles of a record in the life of the contact."""
+    """Cycle numbers over the life of the contact."""
 
     numbers: Floats | None
-    """The first cycle being 1; None where they are not known."""
+    """Numbers from 1; None if unknown."""
     source: str
     """Source of the cycle numbers, or why they are not known."""
     is_of_contact: bool = False
-    """Whether the rig counted them, from the first of the contact, not of the record."""
+    """Whether they count from the first cycle of the contact, not of the record."""
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -288,7 +289,7 @@ class Count(NamedTuple):
 
 
 def count_of(record: Record, blocks: Sequence[Block]) -> Count:
-    """The numbers of the whole cycles of a record, block by block."""
+    """Number the whole cycles of a record."""
     sizes = [block.cycle_count for block in blocks]
     if record.cycle_number is not None:
         return _by_counter(record.cycle_number, blocks)
@@ -317,7 +318,7 @@ def _by_counter(counter: Floats, blocks: Sequence[Block]) -> Count:
 
 
 def _by_time(starts: Sequence[Floats], frequency: float | None) -> Count:
-    """Count cycles by the rate of the blocks so far; the start of each next block must agree."""
+    """Number cycles by the rate of the preceding blocks, if the phase of each next block agrees."""
     edges = starts[0]
     places = np.arange(float(edges.size))
     parts, chance = [places[:-1]], 1.0
@@ -376,10 +377,10 @@ class Dissipated(NamedTuple):
 
 
 def dissipated(numbers: Floats, energies: Floats) -> Dissipated:
-    """Energy [J] up to each of the logged cycles, those between them included.
+    """Return the energy [J] up to each logged cycle, unlogged cycles included.
 
-    These are taken half on a straight line over cycles, half on one over their logarithm. Any
-    course that only rises, or only falls, from one block to the next stays within the error.
+    Unlogged energies are interpolated half linearly over cycles, half over their logarithm; any
+    course that is monotonic from one block to the next stays within the error.
     """
     energy_of_each = np.nan_to_num(energies)
     total, errors = np.cumsum(energy_of_each), np.zeros(energies.size)
@@ -399,7 +400,7 @@ def dissipated(numbers: Floats, energies: Floats) -> Dissipated:
 
 
 def _block_end(numbers: Floats, energies: Floats, gap: int, way: int) -> float:
-    """Mean energy of a few cycles before (-1) a gap or behind it (1)."""
+    """Return the mean energy [J] of a few cycles before (-1) or after (1) a gap."""
     rows = range(gap, min(gap + _ENDS, numbers.size)) if way > 0 else range(gap - 1, -1, -1)
     values: list[float] = []
     for row in rows:

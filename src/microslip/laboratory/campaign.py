@@ -28,9 +28,9 @@ from microslip.laboratory.measurement import Measurement
 from microslip.laboratory.regimes import RegimeBorders
 
 _NEW = 0.05
-"""Share of the cycles of a contact before its first logged one that is neglected."""
+"""Fraction of the cycles before the first logged one that is neglected."""
 _CARRIED, _SAME_LOAD = 1.05, 0.03
-"""Force over that at which the contact slid that contradicts it; relative width of one load."""
+"""Ratio of forces above which two records contradict each other; relative width of one load."""
 MIXED = 0.05
 """Probability of a second regime from which on a condition is mixed."""
 _LEAST_WORK = 1e-3
@@ -52,7 +52,7 @@ class Point(NamedTuple):
     normal_load: float
     """[N]"""
     regime: str
-    """The likeliest; "mixed" where another one is as likely as 1 in 20, or has as many cycles."""
+    """Likeliest regime; "mixed" if another one has a probability or share of cycles of 5 %."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +157,7 @@ class Campaign(Locked):
         return by_contact
 
     def _counted_twice(self) -> set[str]:
-        """Names of the records of contacts some of whose cycles have the same number twice."""
+        """Return the names of records whose contact has the same cycle number twice."""
         names: set[str] = set()
         for members in self._by_contact().values():
             counts = [self.measurements[i].count for i in members]
@@ -198,7 +198,7 @@ class Campaign(Locked):
         return notes
 
     def _by_load(self) -> dict[tuple[str, int], list[Measurement]]:
-        """Records by contact and load; without specimens and runs all are of one contact."""
+        """Group records by contact and load; without specimens and runs all are of one contact."""
         is_named = "specimen" in self.columns or self.runs is not None
         by_load: dict[tuple[str, int], list[Measurement]] = {}
         for measured, label in zip(self.measurements, self.contacts, strict=True):

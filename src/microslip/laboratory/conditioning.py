@@ -89,7 +89,7 @@ def condition(
 
 
 def _without_trend(values: Floats, cycles: Cuts) -> tuple[Floats, float]:
-    """Values without the trend of the means of their cycles, and that trend a cycle."""
+    """Remove the linear trend of the cycle means; return the values and the trend per cycle."""
     first, last = cycles.cuts[:-1], cycles.cuts[1:]
     if first.size < 2:
         raise InputError("drift needs at least two cycles, got 1")
@@ -111,15 +111,15 @@ def _without_gaps(record: Record) -> None:
 # -- the lag of the force ------------------------------------------------------------------------
 
 _COARSE, _FINE = 31, 21
-"""Shifts that are tried, and those around the best of them."""
+"""Number of shifts tried first, and around the best of them."""
 _SHAPES = (((1.0, 1.5, 2.0), (1.0, 2.0)), ((1.0, 2.0), (1.0, 2.0)))
-"""Powers of the way that the force is made of before a reversal and after it. A contact that has
-nearly slid before is of the power 3/2 there (19.15); what the second makes of it is the doubt."""
+"""Powers of the distance to the reversal in the force before and after it. The power 3/2 belongs to
+a contact near gross slip (19.15); the second set gives the systematic error."""
 _DOUBT, _LEAST, _OF_WINDOW = 0.5, 0.1, 0.003
-"""Doubt of the lag in any case: share of the difference of both readings, of a sample, and of the
-window."""
+"""Systematic error of the lag: fraction of the difference of both sets of powers, samples, and
+fraction of the window."""
 _LEFT = 0.15
-"""Share of the misfit at the reversals that a lag which is worth taking off leaves, at most."""
+"""Largest ratio of the misfits with and without the lag for which its removal is suggested."""
 _DEGREE = 10
 """Degree of the polynomial of the displacement within a fifth of a cycle from its reversal."""
 
@@ -132,20 +132,20 @@ class Lag(NamedTuple):
     """Half its interval."""
     error: float
     number: int
-    """Groups of cycles that it is the mean of."""
+    """Number of groups of cycles averaged."""
     is_remedy: bool
-    """Whether the misfit at the reversals is mostly gone without it."""
+    """Whether its removal takes most of the misfit at the reversals away."""
 
 
 class _Reversals(NamedTuple):
-    """Samples around the reversals of some cycles: a row each, troughs turned around."""
+    """Samples around the reversals, one row per cycle: half of peak minus trough."""
 
     force: Floats
     way: Floats
     reach: int
     """Samples on each side."""
     half: int
-    """Samples that count: until a quarter of the force is gone."""
+    """Samples until a quarter of the force is gone."""
 
     def shift(self, rows: slice, shapes: int = 0, near: float | None = None) -> float:
         """Lag [samples] in the mean of some of the cycles."""
@@ -192,7 +192,7 @@ def _reversals(x: Floats, force: Floats, cuts: Cuts, most: int) -> _Reversals:
 def lag_of(
     x: Floats, force: Floats, cuts: Cuts, confidence: float, groups: int = 10, most: int = 0
 ) -> Lag:
-    """The lag in a block of cycles, of the first ``most`` of them if that is above zero."""
+    """Estimate the lag in a block of cycles, or in the first ``most`` of them."""
     reversals = _reversals(x, force, cuts, most)
     size = reversals.force.shape[0]
     middle = reversals.shift(slice(None))
@@ -210,7 +210,7 @@ def lag_of(
 
 
 def looks_late(x: Floats, force: Floats, cuts: Cuts, smallest: float, most: int) -> bool:
-    """Whether a first look finds the force late or early by more than that [samples]."""
+    """Return whether a first estimate of the lag exceeds ``smallest`` [samples]."""
     try:
         return abs(_reversals(x, force, cuts, most).shift(slice(None))) > smallest
     except InputError:  # too few cycles or samples to tell
@@ -225,9 +225,9 @@ def _shift(
     powers: tuple[tuple[float, ...], tuple[float, ...]],
     near: float | None = None,
 ) -> tuple[float, float, float]:
-    """Shift with which the way, on both sides with factors of its own, fits the mean force best.
+    """Fit the shift of the force, with own factors of the powers on both sides of the reversal.
 
-    Also the sums of squares that it leaves, and those without a shift [N^2].
+    Return the shift [samples] and the sums of squares with and without it [N^2].
     """
     force = forces.mean(axis=0)[reach - half : reach + half + 1]
     # Free of noise: as the way stands on the axis, noise there would look like a kink.

@@ -16,7 +16,7 @@ from microslip._core.errors import InputError
 Places = NDArray[np.int64]
 
 BAND = 0.25
-"""Half the band around the middle, of the amplitude, that a half cycle must cross to count."""
+"""Half-width, over the amplitude, of the band that a half cycle must cross to count."""
 WIDEST = 0.35
 """Largest half width [rad] of the windows around the turning points."""
 FEWEST_SAMPLES = 8
@@ -24,11 +24,10 @@ _SLACK = 0.01  # of a cycle: as much may be missing at an end of the record
 
 
 class Cuts(NamedTuple):
-    """Places in a record, as indices of samples; a cycle ends where the next one begins.
+    """Sample indices of the cycles of a record; each cycle ends where the next one begins.
 
-    Where the record has more cycles from trough to trough, or along the way up or down, than from
-    peak to peak, it is split there: ``flipped`` says that both channels are to be turned around,
-    which changes nothing about a loop.
+    Cycles run from peak to peak, trough to trough or crossing to crossing, whichever gives most of
+    them. If ``flipped``, both channels have to be negated, which leaves a loop unchanged.
     """
 
     cuts: Places
@@ -40,11 +39,11 @@ class Cuts(NamedTuple):
     flipped: bool
     """Whether peaks are lowest places and troughs highest ones."""
     window: int
-    """Half width of the windows around the turning points, as wide as the noise asks for."""
+    """Half-width of the windows around the turning points, chosen by the noise [samples]."""
     period: float
     """Samples a cycle."""
     noise: float
-    """Contribution of the noise of the displacement to half the range of a cycle [m]."""
+    """Standard error of half the range of a cycle due to noise [m]."""
 
 
 def runs_of(mask: NDArray[Any]) -> NDArray[np.intp]:
@@ -53,10 +52,10 @@ def runs_of(mask: NDArray[Any]) -> NDArray[np.intp]:
 
 
 def noise_of(values: Floats) -> float:
-    """Standard deviation of white noise on a smooth signal, the least of its differences' orders.
+    """Estimate the standard deviation of white noise on a smooth signal from its differences.
 
-    A difference of order k has comb(2 k, k) times the variance of the noise; what is left of a
-    coarsely sampled signal falls with the order. The median sees no kinks.
+    A difference of order k has comb(2 k, k) times the variance of the noise. The smallest estimate
+    of several orders counts, since the signal itself adds to each; the median ignores kinks.
     """
     piece = values[: 1 << 17]
     if piece.size < 16:
@@ -68,7 +67,7 @@ def noise_of(values: Floats) -> float:
 
 
 class Motion(NamedTuple):
-    """Features by which the cycles of a record are found, the same in all of it."""
+    """Features of the motion by which the cycles of a record are found."""
 
     middle: float
     """Middle of the displacement [m]."""
@@ -87,7 +86,7 @@ class Motion(NamedTuple):
 
 
 def motion_of(displacement: Floats, force: Floats, gaps: Sequence[int] = ()) -> Motion:
-    """Middle, amplitude, noise and period of a record, between ``gaps`` of its time."""
+    """Estimate middle, amplitude, noise and period of a record between ``gaps``."""
     sampled = displacement[:: max(1, displacement.size >> 17)]
     low, high = (float(value) for value in np.percentile(sampled, (1.0, 99.0)))
     middle, amplitude = 0.5 * (low + high), 0.5 * (high - low)
@@ -119,13 +118,14 @@ def motion_of(displacement: Floats, force: Floats, gaps: Sequence[int] = ()) -> 
 
 
 _REPEATED, _CLOSED = 0.3, 4.0
-"""Steps between its samples by which both ends of a loop are one sample, or follow each other."""
+"""Distance of both ends of a loop, in steps between samples, up to which they are the same sample,
+or neighbours."""
 
 
 def one_loop(x: Floats, force: Floats) -> tuple[int, bool, bool]:
-    """Samples of one loop, without a last one that is the first again; is it one; does it close.
+    """Return the number of samples of one loop, whether it is one cycle, and whether it closes.
 
-    One goes to and fro once; it closes where its ends follow each other as its samples do.
+    A last sample that repeats the first one is not counted.
     """
     spans = [float(np.ptp(values)) or 1.0 for values in (x, force)]
     way = np.hypot(np.diff(x) / spans[0], np.diff(force) / spans[1])
@@ -138,11 +138,11 @@ def one_loop(x: Floats, force: Floats) -> tuple[int, bool, bool]:
 
 
 def candidates(displacement: Floats, motion: Motion) -> tuple[Cuts | None, ...]:
-    """Cycles from peak to peak, trough to trough, up to up and down to down; None without any.
+    """Cut cycles at peaks, troughs, up-crossings and down-crossings; None where there are none.
 
-    A half cycle counts when it has crossed a band around the middle of the displacement, so that
-    noise and plateaus make none. Turning points lie in the middle between two crossings, where the
-    displacement is highest there within its noise; else where it is highest.
+    A half cycle counts if it crosses a band around the middle of the displacement, so that noise
+    and plateaus make none. Turning points lie midway between two crossings if the displacement is
+    extreme there within its noise, otherwise at the extreme sample.
     """
     x, period, window = displacement - motion.middle, motion.period, motion.window
     crossings, upwards = _crossings(x, BAND * motion.amplitude)
@@ -171,7 +171,7 @@ def candidates(displacement: Floats, motion: Motion) -> tuple[Cuts | None, ...]:
 
 
 def split(displacement: Floats, force: Floats) -> Cuts:
-    """The cycles of a record without gaps, cut where most of them are whole."""
+    """Cut a record without gaps so that most cycles are whole."""
     motion = motion_of(displacement, force)
     splits = [cycles for cycles in candidates(displacement, motion) if cycles is not None]
     if not splits:
@@ -185,7 +185,7 @@ def len_of(cycles: Cuts | None) -> int:
 
 
 def no_cycle(motion: Motion) -> InputError:
-    """Message where the displacement oscillates without a whole cycle."""
+    """Return the error for a displacement that has no whole cycle."""
     return InputError(
         f"no full cycle: the displacement crosses its middle {motion.middle:g} m "
         f"{_times(motion.crossings)}, and no cycle is whole from one turning "
@@ -198,7 +198,7 @@ def _times(count: int) -> str:
 
 
 def _crossings(x: Floats, band: float) -> tuple[Floats, NDArray[np.bool_]]:
-    """Full crossings of the middle, in samples, and whether upwards."""
+    """Return the full crossings of zero [samples], and whether they go upwards."""
     outside = np.flatnonzero(np.abs(x) > band)
     if outside.size == 0:
         return np.zeros(0), np.zeros(0, dtype=bool)
@@ -219,7 +219,7 @@ def _crossings(x: Floats, band: float) -> tuple[Floats, NDArray[np.bool_]]:
 
 
 def window_of(noise: float, period: float) -> int:
-    """Half width at which a parabola's bias (angle^4) is as small as its noise."""
+    """Return the half-width [samples] at which bias (angle^4) and noise of a parabola are equal."""
     angle: float = (420.0 * noise / math.sqrt(period / math.pi)) ** (2.0 / 9.0)
     return math.floor(min(angle, WIDEST) * period / (2.0 * math.pi))
 
@@ -250,7 +250,7 @@ def _turns(
 def _extended(
     places: Floats, period: float, x: Floats, value: float, near: float, slack: float
 ) -> Floats:
-    """Places with those a period before the first and after the last, where the record is alike."""
+    """Add places one period before the first and after the last one if the record fits there."""
     for step in (-period, period):
         if places.size == 0:
             break
@@ -269,7 +269,7 @@ def _extended(
 def _extended_turns(
     turns: Places, is_kind: NDArray[np.bool_], period: float, x: Floats, near: float, slack: float
 ) -> Floats:
-    """Turning points of one kind with those at the ends; with none seen, half a cycle away."""
+    """Add turning points of one kind at the ends of the record."""
     places = turns[is_kind].astype(float)
     if places.size == 0:
         turn = float(turns[0])
@@ -291,7 +291,7 @@ def _assemble(
     period: float,
     noise: float,
 ) -> Cuts | None:
-    """Cycles from cut to cut, where each has a peak and then a trough; None without any."""
+    """Assemble the cycles if each has a peak followed by a trough; otherwise return None."""
     cut = np.rint(cuts).astype(np.int64)
     if cut.size < 2:
         return None

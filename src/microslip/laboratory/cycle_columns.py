@@ -46,14 +46,13 @@ _COLUMNS: dict[str, tuple[str, tuple[str, ...], str]] = {
     "linear_range": ("m", _MOVED, "linear range"),
     "closure_error": ("-", (), "closure error"),
 }
-"""Columns of the cycles: SI unit; sensors in whose gains one is linear, or inverse (of which ratios
-of a loop to itself know none); name in tables of those that people ask for."""
+"""Columns of the cycles: SI unit, sensors whose gain errors they share, and label in tables."""
 UNITS: Mapping[str, str] = MappingProxyType({name: row[0] for name, row in _COLUMNS.items()})
 LABELS: Mapping[str, str] = MappingProxyType({n: row[2] for n, row in _COLUMNS.items() if row[2]})
 
 
 def gain_error(name: str, gain_errors: Mapping[str, float]) -> float:
-    """Relative standard deviation of a column by the gains of its sensors [-]."""
+    """Return the relative standard deviation of a column due to sensor gains [-]."""
     return math.hypot(*(gain_errors.get(sensor, 0.0) for sensor in _COLUMNS[name][1]))
 
 
@@ -134,7 +133,7 @@ def block_columns(
 
 
 def columns_of(record: Record, compliance: float) -> dict[str, Floats]:
-    """Columns with a value for each cycle of a record, block after block."""
+    """Evaluate the cycles of all blocks of a record; ``compliance`` [m/N] is that of the rig."""
     blocks, load = blocks_of(record), record.normal_load
     sign = -1.0 if blocks.flipped else 1.0
     x, force, parts = sign * record.displacement, sign * record.force, []
@@ -160,7 +159,7 @@ def _ratio(numerator: Floats, denominator: Floats) -> Floats:
 
 
 def _sliding_distance(x: Floats, force: Floats, cycles: Cuts) -> Floats:
-    """Half the width of each loop in the middle of its forces; both from the first cut on."""
+    """Return half the width [m] of each loop at its mean force; arrays begin at the first cut."""
     first = cycles.cuts[:-1] - cycles.cuts[0]
     turn = np.sort(np.concatenate((cycles.peaks, cycles.troughs))) - cycles.cuts[0]
     changes = np.flatnonzero((force[1:] >= 0.0) != (force[:-1] >= 0.0))
@@ -182,28 +181,28 @@ def _sliding_distance(x: Floats, force: Floats, cycles: Cuts) -> Floats:
 # -- stiffness after a reversal, and the range over which it holds --------------------------------
 
 CHORD = 0.05
-"""Share of the range of the force after a reversal at whose end the chord ends."""
+"""Fraction of the force range after a reversal over which the chord extends."""
 SHARES = (0.25, 0.15, 0.1, 0.07)
-"""Shares of that range from whose samples the chord is read: the largest that agrees with the
-smaller ones."""
+"""Fractions of the force range whose samples are fitted: the largest that agrees with the smaller
+ones."""
 BENT = 0.05
-"""Share of the force by which it has left its first tangent where the linear range ends."""
+"""Relative deviation from the initial tangent at the end of the linear range."""
 _FEWEST, _MOST_SHARE = 3, 0.9
-"""Samples in the window, at least; largest share of the range of the force in it."""
+"""Fewest samples in the window, and largest fraction of the force range in it."""
 
 STIFFNESSES = ("chord_stiffness", "stiffness_left", "stiffness_right")
-"""Columns whose mean is that of their inverses."""
+"""Columns that are averaged as compliances."""
 
 
 class Way(NamedTuple):
-    """After one kind of reversal, a value for each cycle; not a number where it is not known."""
+    """Branches after one kind of reversal: a value for each cycle, NaN if unknown."""
 
     compliance: Floats
-    """Displacement over force along the chord [m/N]."""
+    """Compliance of the chord [m/N]."""
     doubt: Floats
-    """Error of the chord [m/N]: 1.6 times half of its range over three shapes of the branch."""
+    """Systematic error of the chord [m/N]: 0.8 times its range over three shapes of the branch."""
     range: Floats
-    """Displacement [m] after which the force is 5 % below the first tangent."""
+    """Displacement [m] at which the force is 5 % below the initial tangent."""
 
 
 def way_of(
@@ -214,12 +213,12 @@ def way_of(
     span: Floats,
     compliance: float,
 ) -> Way:
-    """Fit chords of branches from reversals to ``end`` [samples], along which both values rise.
+    """Fit chords of branches from reversals to ``end`` [samples]; displacement and force both rise.
 
-    Noise of the force must neither decide which samples count nor enter the axis of the fit, or
-    contacts look stiffer than they are. So a window ends where the mean over the cycles has gone a
-    share of its range, and in it each cycle is smoothed by the shape of the mean and a parabola in
-    time; only then the deflection of the rig is subtracted, ``compliance`` [m/N].
+    Noise of the force in the abscissa of the fit, or in the choice of samples, would bias the
+    stiffness upwards. So a window ends where the mean over the cycles has reached a fraction of its
+    range, and each cycle is smoothed by the shapes of the mean cycle and a parabola in time. Then
+    the deflection of the rig is subtracted, ``compliance`` [m/N].
     """
     nothing = np.full(span.size, np.nan)
     begin = np.ceil(start.place + 0.25).astype(np.int64)
@@ -354,7 +353,7 @@ def _window(share: Floats, part: float) -> int:
 def stiffness_columns(
     x: Floats, force: Floats, cycles: Cuts, branches: Branches, compliance: float
 ) -> dict[str, Floats]:
-    """Chords after the highest ("right"), the lowest displacement, both; linear range."""
+    """Return chords after the highest ("right") and lowest displacement, mean, linear range."""
     peaks, troughs = branches.peaks, branches.troughs
     span = peaks.force - troughs.force
     after_highest = Reversals(peaks.place, -peaks.x, -peaks.force)
@@ -379,7 +378,7 @@ def stiffness_columns(
 
 
 def _inverse(compliance: Floats) -> Floats:
-    """Stiffnesses; of a compliance that noise makes negative the same, for their mean's sake."""
+    """Invert compliances; negative ones by noise are kept, so that means are unbiased."""
     nothing = np.full_like(compliance, np.nan)
     return np.divide(1.0, compliance, out=nothing, where=compliance != 0.0)
 

@@ -1,7 +1,7 @@
-"""The cycles of a record, cut and judged once for all users.
+"""Cycles of a record, cut and judged once for `measure`, for a fit and for campaigns.
 
-Spikes, cycles that do not close, amplitudes that step, friction that moves, drift, delay, clipping
-and loads that change are found here, for `measure`, for a fit and for what several records say.
+Detects spikes, open cycles, stepped amplitudes, unsettled friction, drift, delay, clipping and
+varying loads.
 """
 
 from __future__ import annotations
@@ -45,36 +45,37 @@ from microslip.laboratory.settling import (
 from microslip.laboratory.spikes import Spike, spikes_of, without_spikes
 
 DRIFTS = 0.005
-"""Drift over the cycles that count, of the range of the channel, which is worth a word."""
+"""Smallest drift over the cycles, relative to the range of the channel, that is reported."""
 STEADY = 0.02
-"""Range of the loads of the cycles, of their mean, that goes without saying."""
+"""Relative range of the mean loads of the cycles above which it is reported."""
 _LATE, _LOOKED_AT = 0.02, 40
-"""Share of the energy of a cycle that a lag of the force must move, and cycles it is sought in."""
+"""Smallest relative effect of a lag on the energy, and number of cycles it is estimated from."""
 _BESIDE = 0.1
-"""Share of a cycle beside a chosen one that is taken with it: cuts are known to a sample."""
+"""Margin around a selected cycle [cycles]."""
 _STANDARD_ERRORS, _ALIKE, _THIN = 5.0, 0.2, 1e-3
-"""Standard errors; correlation of force and displacement of a loop that a delay may turn; energy,
-of that of the ellipse around a loop, below which it is nothing but a line."""
+"""Standard errors of a significant energy; smallest correlation of force and displacement if
+a delay has inverted a loop; energy over that of the surrounding ellipse, below which a loop is a
+line."""
 _CLIPPED, _STEPPED, _SLOWER = 0.005, 5.0, 2.0
-"""Share of the samples that are exactly at an extreme; times as many as one step of a converter
-further in, where all are on such steps; times as many on the next three as on those further in."""
+"""Smallest share of samples exactly at an extreme; ratio to their number on the next converter
+step; ratio of the numbers on the next three steps and further inside, if a plateau is approached.
+"""
 _ROUNDING, _ON_STEP = 1e-7, 0.01
-"""Share of the range below which values that differ are one step of a converter; share of a step
-by which all values may be off."""
+"""Relative difference of values on the same converter step, and largest deviation from a step."""
 _QUIET, _ROUGHER = 1e-4, 0.15
 """Noise over the range of a channel, and over that of every other sample, below which it has
 none."""
 _COARSE = 0.02
-"""Step of a converter over the force amplitude from which on no delay is told."""
+"""Converter step over the force amplitude above which no delay is estimated."""
 _IRREGULAR, _FEWEST_PAIRS = 0.12, 5
-"""Median relative change of period and of amplitude from a cycle to the next beyond which a motion
-is not cyclic, and cycles from which that is judged."""
+"""Median relative change of period and amplitude between successive cycles above which a motion is
+not cyclic, and fewest cycles for that decision."""
 _STEP_ERROR = 12.0**-0.5
-"""Standard deviation of a value of which only the step is known, of that step."""
+"""Standard deviation of a rounding error over the step."""
 
 
 class Drift(NamedTuple):
-    """A straight trend of a channel over the cycles that count."""
+    """Linear trend of a channel over the evaluated cycles."""
 
     channel: str
     total: float
@@ -83,7 +84,7 @@ class Drift(NamedTuple):
     """The same over the range of the channel [-]."""
 
     def note(self, remedy: str) -> str:
-        """Note on it."""
+        """Format the note."""
         total = engineering(self.total, UNITS[self.channel])
         return (
             f"the {self.channel} drifts by {total} over the evaluated cycles, "
@@ -92,21 +93,21 @@ class Drift(NamedTuple):
 
 
 class Plateau(NamedTuple):
-    """Samples of a channel that are exactly at one of its extremes."""
+    """Samples of a channel exactly at one of its extremes."""
 
     channel: str
     extreme: float
     share: float
     """Share of all samples [-]."""
     step: float | None
-    """Step of the converter on which all samples lie; None without one."""
+    """Converter step; None if the samples are not on steps."""
     is_neared: bool
-    """Whether the channel slows down before it, as friction does and a clipped sensor does not."""
+    """Whether the channel approaches it gradually, as in friction but not in clipping."""
     is_quiet: bool = False
     """Whether the channel has no noise where it moves."""
 
     def note(self) -> str:
-        """Note on it."""
+        """Format the note."""
         words = f"{self.share:.1%} of the {self.channel} is exactly {self.extreme:g}: "
         if self.step is not None:
             step = engineering(self.step, UNITS[self.channel])
@@ -126,16 +127,16 @@ class Plateau(NamedTuple):
 
 
 class Delay(NamedTuple):
-    """Delay of the force, by a lag or a filter of its channel."""
+    """Delay of the force channel."""
 
     samples: float
     seconds: float | None
     """None without a time."""
     share: float
-    """About how much of the energy of a cycle it costs or feigns [-]."""
+    """Approximate relative error of the energy per cycle [-]."""
 
     def note(self) -> str:
-        """Note on it."""
+        """Format the note."""
         size = f"{significant(abs(self.samples), 2)} samples"
         remedy = "`sample_rate` makes a time of it"
         if self.seconds is not None:
@@ -151,44 +152,44 @@ class Delay(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Cycles:
-    """The cycles of a record, and what is wrong with them."""
+    """Cycles of a record with the findings about them."""
 
     record: Record
-    """Straight lines stand where its spikes were."""
+    """Record with spikes replaced by straight lines."""
     spikes: tuple[Spike, ...]
     blocks: Blocks
     columns: Mapping[str, Floats]
-    """A value for each cycle, of :data:`~microslip.laboratory.cycle_columns.UNITS` and
-    ``force_rms`` [N]; no rig is taken off."""
+    """Columns of :data:`~microslip.laboratory.cycle_columns.UNITS` and ``force_rms`` [N], without
+    correction for the rig."""
     has_spike: NDArray[np.bool_]
-    """Cycles with one."""
+    """Mask of cycles with a spike."""
     is_open: NDArray[np.bool_]
-    """Cycles whose ends differ by over a quarter of their force."""
+    """Mask of cycles whose end forces differ by over a quarter of the force range."""
 
     @cached_property
     def count(self) -> Count:
-        """True cycle number of each."""
+        """Numbers of the cycles in the life of the contact."""
         return count_of(self.record, self.blocks.having_cycles)
 
     @property
     def counted(self) -> NDArray[np.bool_]:
-        """Cycles without a spike that close; where none closes all without a spike."""
+        """Mask of closed cycles without a spike; if no cycle closes, of all without a spike."""
         closed = ~self.has_spike & ~self.is_open
         return closed if closed.any() else ~self.has_spike
 
     @property
     def largest_block(self) -> Block:
-        """The block with most cycles."""
+        """Block with most cycles."""
         return max(self.blocks.having_cycles, key=lambda block: block.cycle_count)
 
     @cached_property
     def settled(self) -> Settled:
-        """Cycles that count and between which nothing changes any more."""
+        """Settled cycles."""
         noise = max(block.cycles.noise for block in self.blocks.having_cycles)
         return settled(self.columns, self.counted, noise)
 
     def selected(self, cycles: slice | None) -> Settled:
-        """The settled cycles, or those that were asked for, judged alike."""
+        """Return the settled cycles, or the requested ones with their verdict."""
         if cycles is None:
             return self.settled
         if not isinstance(cycles, slice):
@@ -203,7 +204,7 @@ class Cycles:
         return requested(self.columns, is_asked & self.counted)
 
     def near(self, is_wanted: NDArray[np.bool_], place: NDArray[np.int64]) -> Settled:
-        """The cycles that hold most samples of others, whose number ``place`` says; judged."""
+        """Return the cycles that overlap with cycles of another numbering, ``place`` by sample."""
         first, last = (self.columns["start"] + edge * self.columns["period"] for edge in (0.0, 1.0))
         middle = np.rint(0.5 * (first + last)).astype(int)
         number = place[np.clip(middle, 0, place.size - 1)]
@@ -211,7 +212,7 @@ class Cycles:
         return requested(self.columns, selection & self.counted)
 
     def samples(self, selection: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Samples of some of the cycles, and a little beside each."""
+        """Return the mask of the samples of some cycles, with a margin."""
         inside = np.zeros(len(self.record), dtype=bool)
         starts, periods = (self.columns[name][selection] for name in ("start", "period"))
         for start, period in zip(starts.astype(int), periods.astype(int), strict=True):
@@ -219,10 +220,8 @@ class Cycles:
             inside[max(start - margin, 0) : start + period + margin] = True
         return inside
 
-    # -- what is to be said ----------------------------------------------------------------------
-
     def notes(self, counting: Settled) -> list[str]:
-        """Notes on the record, where these cycles count."""
+        """Return the notes on a record evaluated over the given cycles."""
         return [
             *self.blocks.notes,
             *self._left_out(),
@@ -254,12 +253,12 @@ class Cycles:
 
     @property
     def excess_loss(self) -> list[str]:
-        """A note on loops that are larger than the rectangle around them."""
+        """Notes on loops larger than the rectangle around their reversals."""
         return excess_loss_notes(self.columns["loss_factor"])
 
     @cached_property
     def plateaus(self) -> tuple[Plateau, ...]:
-        """Extremes of a channel at which many of its samples are, exactly."""
+        """Plateaus at the extremes of displacement and force."""
         found = []
         for name in ("displacement", "force"):
             values: Floats = getattr(self.record, name)
@@ -268,7 +267,7 @@ class Cycles:
 
     @cached_property
     def coarse_steps(self) -> list[str]:
-        """Notes on channels that a converter resolves only coarsely."""
+        """Notes on channels with coarse converter steps."""
         notes = []
         for name in ("displacement", "force"):
             values: Floats = getattr(self.record, name)
@@ -283,12 +282,12 @@ class Cycles:
 
     @property
     def is_clipped(self) -> bool:
-        """Whether a sensor may have been at its end: no plateau that was neared step by step."""
+        """Whether a sensor may be clipped: a plateau that is not approached gradually."""
         return any(not plateau.is_neared for plateau in self.plateaus)
 
     @property
     def step_errors(self) -> dict[str, float]:
-        """Standard deviations that steps of a converter leave of amplitudes, of these [-]."""
+        """Relative standard deviations of the amplitudes due to converter steps, by channel [-]."""
         size = {"displacement": "amplitude", "force": "force_amplitude"}
         return {
             p.channel: p.step * _STEP_ERROR / abs(float(np.median(self.columns[size[p.channel]])))
@@ -297,7 +296,7 @@ class Cycles:
         }
 
     def load_notes(self, selection: NDArray[np.bool_]) -> list[str]:
-        """A note on a normal load that is not the same in the cycles that count."""
+        """Return notes on a normal load that differs between the evaluated cycles."""
         if not isinstance(self.record.normal_load, np.ndarray):
             return []
         loads = self.columns["normal_load"][selection]
@@ -311,9 +310,9 @@ class Cycles:
 
     @cached_property
     def delay(self) -> Delay | None:
-        """A lag of the force that changes energies by over 2 %; None without.
+        """Lag of the force that changes the energy by over 2 %; None without one.
 
-        Nor of a clipped force, whose turns are cut off as if it were late.
+        A clipped force has none, since its reversals are cut off as if it were late.
         """
         block, record = self.largest_block, self.record
         x, force = record.displacement[block.samples], record.force[block.samples]
@@ -326,7 +325,7 @@ class Cycles:
             return None
         if self.is_clipped:
             return None
-        # Of a force in phase with the displacement, a lag by an angle costs that share of pi T x.
+        # A small lag angle of an elastic force changes the energy by pi T x times that angle.
         around = np.pi * amplitude * size
         per_sample = 2.0 * np.pi / block.cycles.period * np.sqrt(max(around**2 - energy**2, 0.0))
         if not per_sample > 0.0:
@@ -346,7 +345,7 @@ class Cycles:
         return Delay(lag.value, None if rate is None else lag.value / rate, share)
 
     def shape(self, selection: NDArray[np.bool_], lag: float = 0.0) -> Shape | None:
-        """Mean branch of some cycles, the force taken ``lag`` [samples] later."""
+        """Return the mean branch of some cycles with the force shifted by ``lag`` [samples]."""
         force = self.record.force
         if lag:
             place = np.arange(force.size)
@@ -355,7 +354,7 @@ class Cycles:
         return shape_of(self.record.displacement, force, self.columns, rows)
 
     def _is_better(self, lag: float) -> bool:
-        """Whether the branches are concave without a lag, and their ways no less alike."""
+        """Return whether the removal of a lag makes the branches concave."""
         before, after = (self.shape(self.settled.selection, by) for by in (0.0, lag))
         if before is None or after is None or lost_motion_of(before) is not None:
             return False
@@ -364,7 +363,7 @@ class Cycles:
         return depth < max(fine, 0.5 * hollow_of(before)[0]) and depth < 2.0 * fine
 
     def drifts(self, selection: NDArray[np.bool_]) -> tuple[Drift, ...]:
-        """Drifts over some of the cycles that are more than chance, and than a little."""
+        """Return the significant drifts over some of the cycles."""
         rows = np.flatnonzero(selection)
         drifts = []
         for channel, size in (("displacement", "amplitude"), ("force", "force_amplitude")):
@@ -380,7 +379,7 @@ class Cycles:
 
 @once_a_record
 def cycles_of(record: Record) -> Cycles:
-    """The cycles of a record; they are made and judged once."""
+    """Cut and judge the cycles of a record, once per record."""
     spikes = spikes_of(record)
     record = without_spikes(record, spikes)
     # Split where the transducer turns: behind a compliant rig the contact stands still for long.
@@ -430,10 +429,10 @@ def _refuse_noise(columns: Mapping[str, Floats]) -> None:
 def check_direction(
     name: str, energy: float, error: float, x: Floats, force: Floats, delay: str = ""
 ) -> None:
-    """Refuse loops that give energy [J], of that error, as those of friction with a wrong sign do.
+    """Refuse loops with a significantly negative energy [J], and name the cause.
 
-    A delay turns thin loops, too, and leaves the force alike to the displacement: ``delay`` is what
-    takes it off; without it these pass.
+    A delay inverts thin loops, too, but keeps force and displacement correlated. Such loops are
+    refused if ``delay``, the remedy for the message, is given.
     """
     away, against = x - x.mean(), force - force.mean()
     size = float(np.linalg.norm(away) * np.linalg.norm(against))
@@ -473,7 +472,7 @@ def _plateau_at(channel: str, values: Floats, extreme: float) -> Plateau | None:
 
 
 def step_of(values: Floats) -> float | None:
-    """The step of a converter on whose steps all values are; None of values of any size."""
+    """Return the converter step on which all values lie; None if there is none."""
     first = values[: 1 << 15]
     steps = np.unique(first)
     gaps = np.diff(steps)

@@ -1,7 +1,7 @@
 """Means and trends over the cycles of a record, with their confidence intervals.
 
-Cycles are not independent: friction wanders. So an interval counts as many cycles as there are
-independent ones, by how much the cycles, and the means of blocks of them, resemble the next one.
+Cycles are correlated, since friction wanders. Intervals use the effective number of independent
+cycles, from the autocorrelation of the cycles and of means of blocks of them.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from microslip._core.checks import Floats, number
 from microslip._core.errors import InputError
 
 _BLOCKS = 20
-"""Cycles, or blocks of them, from which their correlation is judged: of fewer it is not known."""
+"""Fewest cycles, or blocks of them, for an estimate of their correlation."""
 _LIKELY, _UPPER = 2.3, 1.75
-"""Standard errors from which on a correlation is no chance; those that are added to it, since one
-that is found too small costs more than one that is found too large."""
+"""Standard errors from which on a correlation is significant, and those added to it: too small a
+correlation does more harm than too large a one."""
 _NORMAL = 100_000
 """Degrees of freedom at which Student's distribution is the normal one."""
 _HIGHEST, _FARTHEST = 0.999, 2.0
@@ -49,7 +49,7 @@ def quantile(confidence: float, freedom: int) -> float:
 
 
 def checked_confidence(level: Any) -> float:
-    """Validate the level of an interval [-]."""
+    """Validate a confidence level [-]."""
     value = number("confidence", level, "", 0.95)
     if not 0.0 < value < 1.0:
         raise InputError(f"`confidence` must be between 0 and 1, such as 0.95, got {value:g}")
@@ -57,21 +57,21 @@ def checked_confidence(level: Any) -> float:
 
 
 class Dependence(NamedTuple):
-    """Dependence of successive values."""
+    """Correlation of successive values."""
 
     factor: float
-    """Variance of their mean over that of independent ones; 1 where no more shows."""
+    """Variance of their mean over that of independent values; 1 without correlation."""
     freedom: int
     """Degrees of freedom of the mean."""
 
 
 def dependence_of(values: Floats, fitted_count: int = 1) -> Dependence:
-    """Dependence of a series: the information of its mean against independent values.
+    """Estimate the variance of the mean of a series relative to independent values.
 
-    The integrated autocorrelation of a first-order process, of the values and, as noise may hide
-    it, of the means of blocks of 4, 16, ... of them; the largest counts. The estimate of the
-    correlation is freed of its bias by a mean that was taken off (Marriott and Pope 1954, DOI
-    10.1093/biomet/41.3-4.390); ``fitted_count`` coefficients were fitted in all.
+    Integrates the autocorrelation of a first-order process, fitted to the values and to means of
+    blocks of 4, 16, ... of them, since noise may hide it; the largest result counts. The estimate
+    is corrected for its bias (Marriott and Pope 1954, DOI 10.1093/biomet/41.3-4.390);
+    ``fitted_count`` coefficients were fitted.
     """
     size = values.size
     largest = Dependence(1.0, size - fitted_count)
@@ -103,7 +103,7 @@ def dependence_of(values: Floats, fitted_count: int = 1) -> Dependence:
 
 
 def chance_below(values: Floats, limit: float = 0.0) -> float:
-    """Probability that the mean which values in their order have is not above a limit."""
+    """Return the probability that the mean of a series is not above a limit."""
     away = values - limit
     if away.size == 0:
         return 0.5
@@ -118,7 +118,7 @@ def chance_below(values: Floats, limit: float = 0.0) -> float:
 
 
 def mean_of(values: Floats, confidence: float, moving: bool = False) -> Estimate:
-    """Mean of finite values in their order with Student's interval; of such as move their range."""
+    """Average finite values with Student's interval; if ``moving``, the interval is their range."""
     fine = values[np.isfinite(values)]
     if fine.size == 0:
         return Estimate(math.nan, math.nan, math.nan, math.nan, 0)
@@ -127,7 +127,7 @@ def mean_of(values: Floats, confidence: float, moving: bool = False) -> Estimate
         return Estimate(value, math.nan, math.nan, math.nan, 1)
     spread = float(fine.std(ddof=1))
     if moving:
-        # What wanders beside a course that only rises, or only falls, may go farther than it went.
+        # Values that wander about a monotonic course may reach beyond their range.
         beside = min(
             (fine - sign * _rising(sign * fine) for sign in (1.0, -1.0)),
             key=lambda away: float(away @ away),
@@ -142,7 +142,7 @@ def mean_of(values: Floats, confidence: float, moving: bool = False) -> Estimate
 
 
 def _rising(values: Floats) -> Floats:
-    """The closest series that never falls, by least squares: neighbours that fall are pooled."""
+    """Fit a non-decreasing series by least squares (pool adjacent violators)."""
     pools: list[tuple[float, int]] = []
     for value in values.tolist():
         mean, size = value, 1
@@ -159,13 +159,13 @@ def _of_mean(values: Floats, confidence: float, fitted_count: int) -> tuple[floa
     if dependence.factor == 1.0:
         return error, quantile(confidence, values.size - 1) * error
     error *= math.sqrt(dependence.factor)
-    # What wanders has its mean not much farther off than it went.
+    # The mean of a wandering series is hardly outside twice its range.
     half = min(quantile(confidence, dependence.freedom) * error, _FARTHEST * float(np.ptp(values)))
     return error, half
 
 
 def with_gain(estimate: Estimate, relative: float, confidence: float) -> Estimate:
-    """A mean whose interval also knows an error of the gain, common to all of its values."""
+    """Add a relative gain error, common to all values, to the interval of a mean."""
     if relative == 0.0 or not math.isfinite(estimate.value):
         return estimate
     error = relative * abs(estimate.value)
@@ -181,7 +181,7 @@ def with_gain(estimate: Estimate, relative: float, confidence: float) -> Estimat
 
 
 def mean_of_inverses(values: Floats, confidence: float, moving: bool = False) -> Estimate:
-    """Inverse of the mean inverse; not a number where that may not be above zero."""
+    """Return the inverse of the mean inverse; NaN if that may not be positive."""
     of = mean_of(1.0 / values[values != 0.0], confidence, moving)
     if not of.value > 0.0 or of.low <= 0.0:
         return Estimate(math.nan, math.nan, math.nan, math.nan, of.number)
@@ -190,9 +190,9 @@ def mean_of_inverses(values: Floats, confidence: float, moving: bool = False) ->
 
 
 def trend(x: Floats, y: Floats, confidence: float, independent: bool = True) -> Estimate:
-    """Slope of a straight line by least squares, with Student's confidence interval.
+    """Fit the slope of a straight line by least squares, with Student's interval.
 
-    Of values that follow each other and are not independent the error counts that.
+    Unless ``independent``, the interval includes the correlation of successive values.
     """
     if x.size < 2 or np.ptp(x) == 0.0:
         return Estimate(math.nan, math.nan, math.nan, math.nan, int(x.size))

@@ -26,11 +26,11 @@ from microslip.figures.plot import (
 
 MOST_LOOPS = 6
 _DECADES = 30.0
-"""Largest over smallest mean energy of the records from which on their axis is logarithmic."""
+"""Ratio of mean energies above which their axis is logarithmic."""
 
 
 def measured_loops(measurements: Sequence[Any]) -> Plot:
-    """Mean loops, over their loads where all have one, and what each cycle dissipates."""
+    """Draw mean loops, normalised if all have a load, and the energy of each cycle."""
     drawn_records = [measurements[i] for i in evenly(len(measurements), MOST_LOOPS)]
     normalised = all("normal_load" in measured.mean for measured in drawn_records)
     x_unit, x_letter = length_prefix(max(m.mean["amplitude"].value for m in drawn_records))
@@ -103,7 +103,7 @@ def _envelope(time: Any, values: Any) -> tuple[Any, Any]:
 
 
 def record_figure(record: Any) -> Plot:
-    """Displacement, force and normal load against time, or the samples where there is none."""
+    """Draw displacement, force and normal load against time or samples."""
     time, label, t_unit = np.arange(len(record), dtype=np.float64), "Sample", 1.0
     if record.time is not None or record.sample_rate is not None:
         time = record.time if record.time is not None else time / record.sample_rate
@@ -137,7 +137,7 @@ _REGIMES: dict[str, tuple[Marker, str]] = {
 
 
 def evolution(campaign: Any) -> Plot:
-    """Friction, stiffness and energy of each cycle, over cycles and over cumulative energy."""
+    """Draw friction, stiffness and energy over cycles and cumulative energy."""
     measurements = campaign.measurements
     drawn_rows = evenly(len(measurements), MOST_COLORS)
     totals = campaign.cumulative()
@@ -199,7 +199,7 @@ def evolution(campaign: Any) -> Plot:
 
 
 def fretting_map(campaign: Any) -> Plot:
-    """Regimes over amplitude and load."""
+    """Draw regimes over amplitude and load."""
     points = campaign.fretting_map()
     unit, letter = length_prefix(max(point.amplitude for point in points))
     scale, load_letter = prefix(max(point.normal_load for point in points))
@@ -235,7 +235,7 @@ def fretting_map(campaign: Any) -> Plot:
 
 
 def worn(wear: Any) -> Plot:
-    """Worn volume over dissipated energy, with the straight line of the wear coefficient."""
+    """Draw worn volume over dissipated energy with the line of the wear coefficient."""
     unit, letter = prefix(float(wear.energy.max()))
     panel = Panel(
         Axis(f"Dissipated energy [{letter}J]", low=0.0, unit=unit),

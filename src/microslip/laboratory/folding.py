@@ -1,4 +1,4 @@
-"""A record folded on one cycle: the mean and the scatter of its settled cycles."""
+"""Settled cycles of a record folded onto one cycle of phase: mean and scatter."""
 
 from __future__ import annotations
 
@@ -34,27 +34,27 @@ from microslip.laboratory.spikes import Spike
 FEWEST_CYCLES = 3
 _MOST_BINS = 512
 _JUDGED, _LIKELY = 8, 2.0
-"""Cycles from which their growth is told, and standard errors from which on it is likely."""
+"""Fewest cycles for an estimate of growth, and standard errors of a likely one."""
 _CHANGED = 0.2
-"""Range of the loads of the cycles, of their mean, that no law with one load stands for."""
+"""Relative range of the mean loads of the cycles above which a record is refused."""
 _FEW = 16
 """Samples per bin, on average, up to which the phase of each sample is kept."""
 
 _LOAD_HARMONICS, _STANDS_OUT, _UNVARIED = 32, 3.5, 3e-4
-"""Most harmonics of the normal load within a cycle; standard errors from which on one counts, and
-its share of the mean that goes unnoticed."""
+"""Largest number of load harmonics; standard errors of a significant one, and its smallest size
+over the mean."""
 
 CLIPPED = "found from a record that looks clipped"
-"""The doubt on a record whose sensors reached the ends of their range."""
+"""Reason of doubt for a record with clipped sensors."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Folded(Locked):
-    """The settled cycles of a record on one cycle of phase.
+    """Settled cycles of a record folded onto one cycle of phase.
 
-    The displacement is a Fourier series with the harmonics that stand out of the noise, and with
-    the corners that a drive such as a triangle has; the force is its mean in bins of the phase.
-    Both carry the noise seen in the scatter between the cycles; a straight drift is taken off both.
+    The displacement is a Fourier series of the significant harmonics, plus the corners of a drive
+    such as a triangle; the force is averaged in bins of phase. The noise of both is estimated from
+    the scatter between the cycles, after removal of a linear drift.
     """
 
     name: str
@@ -71,7 +71,7 @@ class Folded(Locked):
     cycle_count: NDArray[np.float64]
     """Samples of each cycle (rows) in each bin."""
     harmonics: NDArray[np.int64]
-    """Numbers of the harmonics of the displacement; the mean is not among them."""
+    """Orders of the harmonics of the displacement, without the mean."""
     coefficients: NDArray[np.float64]
     """Mean [m], cosine and sine of each harmonic [m], height and shift of each corner [m]."""
     covariance: NDArray[np.float64]
@@ -92,57 +92,55 @@ class Folded(Locked):
     late: str = ""
     """Note on a delay of the force that shows in its cycles."""
     load_terms: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros(0)))
-    """Cosine and sine of each of the first harmonics of the normal load [N]; none where it is the
-    same all over the cycle."""
+    """Cosine and sine of each harmonic of the normal load [N]; empty if the load is constant."""
     load_error: float = 0.0
-    """Standard error of the mean normal load [N]; 0 of one that was given as a number."""
+    """Standard error of the mean normal load [N]; 0 if the load was given as a number."""
     drift: float = 0.0
-    """Change of the force a cycle [N] beside the loops, which is taken off."""
+    """Drift of the force per cycle [N], which is removed."""
     drifted: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros(0)))
-    """Effect of one standard error of that on the force of each bin [N]."""
+    """Effect of one standard error of the drift on the force of each bin [N]."""
     stepped: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros((0, 0))))
-    """Effects of its converter's steps, a standard deviation each (rows) [N]."""
+    """Effects of the converter steps, one standard deviation per row [N]."""
     growth: float = 0.0
-    """Relative growth of the loops' force over the cycles that count; 0 where it is likely to be no
-    more than noise."""
+    """Relative growth of the force of the loops over the cycles; 0 if not significant."""
     doubt: str = ""
-    """Reason why nothing can be identified from the record; empty where it can."""
+    """Reason why the identification is in doubt; empty without one."""
     freedom: float = math.inf
-    """Degrees of freedom from which the noise of the force is known."""
+    """Degrees of freedom of the noise of the force."""
     corners: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros(0)))
-    """Phases [rad] at which the displacement has a corner, as that of a triangle does."""
+    """Phases [rad] of corners of the displacement."""
     samples: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros((3, 0))))
     """Phase [rad], bin and cycle of each sample (rows) where bins hold a few samples of different
     phases, which are not even over the bin; else none."""
 
     def basis(self, phase: Floats, order: int = 0) -> Floats:
-        """Terms of the displacement at phases [rad], or a derivative of them by the phase."""
+        """Evaluate the terms of the displacement, or their derivative, at phases [rad]."""
         return basis(phase, self.harmonics, self.corners, order)
 
     def displacement(self, phase: Floats, order: int = 0) -> Floats:
-        """Displacement [m] at phases [rad], or a derivative of it by the phase."""
+        """Evaluate the displacement [m], or its derivative, at phases [rad]."""
         return self.basis(phase, order) @ self.coefficients
 
     @property
     def amplitude(self) -> float:
-        """Amplitude of the displacement [m], half of its range."""
+        """Half the range of the displacement [m]."""
         phase = np.append(np.linspace(0.0, 2.0 * math.pi, 2048), self.corners)
         return 0.5 * float(np.ptp(self.displacement(phase)))
 
     @property
     def way(self) -> Floats:
-        """Way of the displacement that each bin stands for [m]: with forces, energies."""
+        """Displacement increment of each bin [m]: its product with the force is an energy."""
         width = 0.5 * (np.roll(self.phase, -1) - np.roll(self.phase, 1)) % math.pi
         return self.displacement(self.phase, 1) * width
 
     @property
     def loop(self) -> Loop:
-        """The mean loop, closed."""
+        """Closed mean loop."""
         x, force = self.displacement(self.phase), self.force
         return Loop(np.append(x, x[0]), np.append(force, force[0]))
 
     def part(self, rows: NDArray[np.bool_]) -> Folded:
-        """The same with some of its cycles only; displacement and noise stay those of all."""
+        """Select some of the cycles; displacement and noise remain those of all."""
         count = self.cycle_count[rows].sum(axis=0)
         full = count > 0.0
         force = self.cycle_force[rows].sum(axis=0)[full] / count[full]
@@ -172,7 +170,7 @@ class Folded(Locked):
 def fold(
     record: Record, cycles: slice | None = None, bins: int = _MOST_BINS, *, running_in: int = 1
 ) -> Folded:
-    """Fold a record on one cycle; cycles with spikes are left out, and a note names these.
+    """Fold a record onto one cycle of phase, without the cycles that have spikes.
 
     Parameters
     ----------
@@ -184,7 +182,7 @@ def fold(
     bins : int, optional
         Bins of the phase for the force, at least 16; fewer where a cycle has fewer samples.
     running_in : int, optional
-        Cycles at the begin that are left out.
+        Number of initial cycles left out.
 
     Returns
     -------
@@ -415,11 +413,11 @@ def _load_terms(record: Record, inside: NDArray[np.bool_], curve: MeanCycle) -> 
     return np.asarray(terms[1 : 1 + 2 * last] * np.repeat(counts[:last], 2))
 
 
-# -- loops that were averaged before they came here -----------------------------------------------
+# -- loops averaged by the rig --------------------------------------------------------------------
 
 
 def stated_noise(stated: Any) -> tuple[float, float]:
-    """Standard deviations of a force [N] and of a displacement [m]."""
+    """Validate the standard deviations of a force [N] and of a displacement [m]."""
     if isinstance(stated, str) or not hasattr(stated, "__len__") or len(stated) != 2:
         raise InputError(
             "`noise` must be the standard deviations of a force [N] and a displacement [m], "
@@ -437,7 +435,7 @@ def stated_noise(stated: Any) -> tuple[float, float]:
 
 
 def averaged(record: Record, noise: tuple[float, float], bins: int = _MOST_BINS) -> Folded:
-    """A single cycle, averaged already; its last sample may be the first one again."""
+    """Return a single, averaged cycle; its last sample may repeat the first one."""
     load = record.normal_load
     size, is_one, _ = one_loop(record.displacement, record.force)
     x, force = record.displacement[:size], record.force[:size]

@@ -1,4 +1,4 @@
-"""Rig properties seen in the shape of the mean loop: clearance, lost motion, springs, and doubts.
+"""Rig properties in the shape of the mean loop: clearance, lost motion, parallel springs.
 
 At a constant load the force of a contact with memory rises after each reversal along a concave
 branch (Masing), whatever its law. Where a branch is not concave, something else acts.
@@ -19,34 +19,32 @@ BINS = 48
 """Bins of the displacement on each branch."""
 UNDECIDED = "cause not determined"
 NOT_CONCAVE, _ERRORS = 0.05, 5.0
-"""Depth of a hollow of the branches over the force amplitude from which on they are not those of
-friction alone, and over its standard error."""
+"""Smallest depth of a hollow of the branch over the force amplitude, and over its error."""
 _ASYMMETRIC = 0.05
-"""Difference of both branches over the force amplitude from which on directions are unequal."""
+"""Smallest reported difference of both branches over the force amplitude."""
 _OFFSET = 0.05
 _PINCHED, _BAND = 0.35, 0.15
 """Slope at zero force over those before and after it, and half the band of force about zero."""
 _FLAT, _FLAT_BINS = 0.25, 2
-"""Slope after a reversal over the largest one of the branch, and bins over which it is lost
-motion."""
+"""Slope after a reversal over the largest one, and number of bins, of lost motion."""
 _STRAIGHT, _SPRING, _STEEP = 0.06, 0.05, 1.8
-"""Relative change of the slope in the last half of a branch that is straight, least share of the
-range of the force that it has, and slope after the reversal over it, at least."""
+"""Largest relative change of slope in the last half of a straight branch, its smallest share of the
+force range, and smallest ratio of the slope after the reversal."""
 
 
 class Shape(NamedTuple):
-    """The mean branch after a reversal: both ways together, the second turned around."""
+    """Mean branch after a reversal, over both directions of motion."""
 
     place: Floats
-    """Displacement since the reversal over its whole range [-]."""
+    """Displacement from the reversal over its range [-]."""
     force: Floats
-    """Force since the middle over the force amplitude [-]."""
+    """Force without offset over the force amplitude [-]."""
     error: float
     """Standard error of a bin [-]."""
     asymmetry: float
-    """Largest difference of both ways, offset taken off [-]."""
+    """Largest half difference of both directions, without offset [-]."""
     offset: float
-    """Middle of the force over its amplitude [-]."""
+    """Offset of the force over its amplitude [-]."""
     amplitude: float
     """[m]"""
     force_amplitude: float
@@ -56,7 +54,7 @@ class Shape(NamedTuple):
 def shape_of(
     x: Floats, force: Floats, columns: Mapping[str, Floats], rows: NDArray[np.intp]
 ) -> Shape | None:
-    """Average the branches of some cycles; None where too few samples lie on them."""
+    """Average the branches of some cycles; None with too few samples."""
     branches: list[list[tuple[Floats, Floats]]] = [[], []]
     size = float(np.median(columns["force_amplitude"][rows]))
     for row in rows[np.linspace(0, rows.size - 1, min(64, rows.size)).astype(int)]:
@@ -106,7 +104,7 @@ def shape_of(
 
 
 def hollow_of(shape: Shape) -> tuple[float, float]:
-    """Depth of the deepest hollow of the branch below its concave hull [-], and its place [-]."""
+    """Return the largest depth of the branch below its concave hull [-], and its position [-]."""
     points = [(0, float(shape.force[0]))]
     for i, value in enumerate(shape.force.tolist()):
         while len(points) > 1:
@@ -124,7 +122,7 @@ def hollow_of(shape: Shape) -> tuple[float, float]:
 
 
 class ParallelSpring(NamedTuple):
-    """A spring beside the contact."""
+    """Spring in parallel with the contact."""
 
     stiffness: float
     """[N/m]"""
@@ -133,7 +131,7 @@ class ParallelSpring(NamedTuple):
 
 
 def parallel_spring(shape: Shape) -> ParallelSpring | None:
-    """Find a spring in parallel: the last half of the branch is straight and rises."""
+    """Return a spring in parallel if the last half of the branch is straight and rises."""
     slope = np.polynomial.polynomial.polyfit
     p, f = shape.place, shape.force
     third, last = (
@@ -143,7 +141,7 @@ def parallel_spring(shape: Shape) -> ParallelSpring | None:
     straight = abs(third - last) < _STRAIGHT * last + _ERRORS * shape.error * 4.0
     if not (last > 0.0 and straight and 0.5 * last > _SPRING and first > _STEEP * last):
         return None
-    # Of elastic springs alone there is no loop to speak of.
+    # The slope must be significant.
     if _ERRORS * shape.error * 4.0 > 0.3 * last:
         return None
     k = 0.5 * (third + last) * shape.force_amplitude / (2.0 * shape.amplitude)
@@ -153,7 +151,7 @@ def parallel_spring(shape: Shape) -> ParallelSpring | None:
 def without_spring(
     columns: Mapping[str, Floats], shape: Shape, spring: ParallelSpring
 ) -> dict[str, Floats]:
-    """Columns by which regimes are told, of the loop without a spring in parallel."""
+    """Return the columns that determine regimes, without a spring in parallel."""
     rest = 1.0 - spring.force
     force = shape.force - spring.force * (2.0 * shape.place - 1.0)
     crossing = float(np.interp(0.0, np.maximum.accumulate(force), shape.place))
@@ -174,7 +172,7 @@ def _part(p: Floats, low: float, high: float) -> NDArray[np.bool_]:
 
 
 def clearance_of(shape: Shape) -> float | None:
-    """Width [m] of a dead zone at zero force; None without one."""
+    """Return the width [m] of a dead zone at zero force; None without one."""
     p, f = shape.place, shape.force
     inside = np.flatnonzero(np.abs(f) < _BAND)
     before, after = np.flatnonzero(f <= -_BAND), np.flatnonzero(f >= _BAND)
@@ -191,7 +189,7 @@ def clearance_of(shape: Shape) -> float | None:
 
 
 def lost_motion_of(shape: Shape) -> float | None:
-    """Displacement [m] after a reversal in which the force stands still; None without any."""
+    """Return the displacement [m] after a reversal without change of force; None if zero."""
     slopes = np.diff(shape.force) / np.diff(shape.place)
     is_flat = np.abs(slopes) < _FLAT * slopes.max()
     steep = int(np.argmax(~is_flat[1:])) + 1
@@ -201,7 +199,7 @@ def lost_motion_of(shape: Shape) -> float | None:
 
 
 def shape_notes(shape: Shape | None, is_rippled: bool) -> list[str]:
-    """Notes on what the shape shows; causes that the loop alone cannot tell are not named."""
+    """Return notes on the shape; ambiguous causes are listed, not named."""
     if shape is None:
         return []
     notes: list[str] = []

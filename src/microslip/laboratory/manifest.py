@@ -1,4 +1,4 @@
-"""The manifest of a campaign: specimen, load, stage and other columns of each file."""
+"""Manifest of a campaign: specimen, load, stage and other columns of each file."""
 
 from __future__ import annotations
 
@@ -49,23 +49,23 @@ _READING = {
     "cycle_column": "cycle_number",
     "sample_rate": "sample_rate",
 }
-"""Columns that say how a file is read, and the arguments that they are."""
+"""Columns with reading options, and the arguments of Record.read."""
 _LEAST = {"cycle": (0.0, "a number"), "sample_rate": (1e-9, "a number in Hz above zero")}
-"""Columns that hold numbers only: the least of these, and what a message asks for."""
+"""Numeric columns: smallest value, and description for messages."""
 _FILE = "file"
 _NONE = ("", "-", "–", "none", "nan", "n/a")
 _BESIDE = 0.25
-"""Share by which an amplitude may differ from that of the manifest, which is a nominal one."""
+"""Largest relative difference of measured and nominal load or amplitude."""
 
 Cell = str | float | None
 
 
 @dataclass(frozen=True)
 class Manifest:
-    """The files of a campaign with what is known of each."""
+    """Files of a campaign with their metadata."""
 
     paths: tuple[str, ...]
-    """Files of the records, those of relative names beside the manifest."""
+    """Files of the records; relative paths are relative to the manifest."""
     columns: Mapping[str, tuple[Cell, ...]]
     """A value for each file: numbers where all are, texts otherwise, None where there is none; by
     "specimen", "stage", "cycle" (number of the first one in the file), "normal_load" [N],
@@ -143,7 +143,7 @@ class Manifest:
         return cls(paths, columns, units)
 
     def texts(self, name: str) -> tuple[str, ...]:
-        """A column as labels; empty where there is none of that name."""
+        """Return a column as labels; empty if there is none."""
         values = self.columns.get(name, ())
         return tuple(text_of(value) for value in values)
 
@@ -152,7 +152,7 @@ class Manifest:
         return None if values is None else values[row]
 
     def loaded(self, record: Record, row: int) -> Record:
-        """A record with the load of its row, where its file has none."""
+        """Add the load of the row to a record without one."""
         load = self._cell("normal_load", row)
         if load is None or record.normal_load is not None:
             return record
@@ -160,7 +160,7 @@ class Manifest:
         return replace(record, normal_load=load, notes=(*record.notes, note))
 
     def reading(self, row: int) -> dict[str, Any]:
-        """Arguments of :meth:`Record.read` of a row: its columns, and its sample rate [Hz]."""
+        """Return the arguments of :meth:`Record.read` for a row: columns and sample rate [Hz]."""
         return {
             argument: value if name == "sample_rate" else text_of(value)
             for name, argument in _READING.items()
@@ -168,7 +168,7 @@ class Manifest:
         }
 
     def counted(self, measured: Measurement, row: int) -> Measurement:
-        """A measured record whose first cycle has the number of its row, and what differs."""
+        """Add the cycle numbers of a row to a measurement, and notes on differences."""
         notes = list(measured.notes)
         cycle = self._cell("cycle", row)
         count = measured.count
@@ -188,7 +188,7 @@ class Manifest:
 
 
 def text_of(value: Cell) -> str:
-    """A cell as a label: whole numbers without a point."""
+    """Format a cell as a label."""
     if value is None:
         return "–"
     return f"{value:.12g}" if isinstance(value, float) else value

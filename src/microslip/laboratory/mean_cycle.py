@@ -1,4 +1,4 @@
-"""The phase of each sample, the mean cycle of a channel as a curve through bins, the residuals."""
+"""Phase of each sample, mean cycle of a channel through bins of phase, and residuals."""
 
 from __future__ import annotations
 
@@ -13,30 +13,30 @@ from microslip._core.checks import Floats
 from microslip.laboratory.blocks import Blocks
 from microslip.laboratory.cuts import Cuts
 
-_LEAST_SHARE = 0.1  # of the noise of a sample that the curve must leave for it to count
+_LEAST_SHARE = 0.1  # smallest noise share of a residual that is used
 _TAILS, _WITHIN = 3.0, 0.97334  # share of the variance of a normal distribution within three
 _SIGNIFICANT = 1e-3
 _TWO_STEPS, _LEAST_BINS = 0.25 + 1e-9, 0.05
-"""Variance of numbers of which half are one step further; share of the bins that counts."""
+"""Variance of numbers split evenly over two steps; smallest share of bins on steps."""
 
 
 class Level(NamedTuple):
-    """A channel beside its mean cycle."""
+    """Channel relative to its mean cycle."""
 
     mean: Floats
     """Mean of each bin."""
     base: Floats
     """Correction of the residual of a sample to the middle of its bin."""
     residual: Floats
-    """Each sample less the mean cycle at its phase."""
+    """Samples minus the mean cycle."""
 
 
 class MeanCycle:
-    """The mean cycle of samples in bins, as a curve through them.
+    """Mean cycle as a curve through bins of phase.
 
-    Where the samples of a bin have one phase, its mean; about it they follow the secant to its
-    neighbours. Else a cubic through each bin and its neighbours. Samples go by in pieces: of long
-    records few arrays are held at once.
+    If all samples of a bin have the same phase, the curve is the mean of the bin with the slope of
+    its neighbours, otherwise a cubic fitted to the bin and its neighbours. Samples are processed in
+    pieces to limit memory.
     """
 
     def __init__(self, phase: Floats, column: NDArray[np.int64], size: int, alike: bool) -> None:
@@ -49,13 +49,13 @@ class MeanCycle:
         squares = self._moments(np.ones(phase.size), 2)
         self.spread = self._unit * np.sqrt(squares[2] / self.total)
         self.freedom = float(phase.size - size)
-        """Samples less what the curve takes of them."""
+        """Degrees of freedom of the residual."""
         if not self._alike:
             self._prepare()
             self.freedom = sum(float(self._noise_share(at).sum()) for at in stretches(phase.size))
 
     def _offsets(self, piece: slice) -> Floats:
-        """Phases of samples from the middle of their bins, in widths of a bin for cubics."""
+        """Return phases relative to the middle of the bin, for cubics in bin widths."""
         away: Floats = self._phase[piece] - self.middle[self.column[piece]]
         return away / self._unit
 
@@ -83,7 +83,7 @@ class MeanCycle:
         return sums
 
     def _curve(self, factors: Floats, piece: slice) -> Floats:
-        """Polynomials of the bins, lowest power first, at the places of samples."""
+        """Evaluate the polynomials of the bins, lowest power first, at the samples."""
         column, about = self.column[piece], self._offsets(piece)
         curve: Floats = factors[-1][column]
         for row in factors[-2::-1]:
@@ -101,11 +101,11 @@ class MeanCycle:
             self._levers[i : i + 4] += self._inverse[:, i].T
 
     def _noise_share(self, piece: slice) -> Floats:
-        """Share of the noise variance of each sample that remains in the curve."""
+        """Return the share of the noise variance of each sample that remains in its residual."""
         return 1.0 - self._curve(self._levers, piece)
 
     def of(self, values: NDArray[np.float64] | NDArray[np.int64]) -> Level:
-        """A channel [any unit] beside its mean cycle."""
+        """Fit the mean cycle of a channel [any unit]."""
         moments = self._moments(values, 0 if self._alike else 3)
         mean = moments[0] / self.total
         if self._alike:
@@ -121,12 +121,12 @@ class MeanCycle:
         return Level(mean, mean - np.bincount(self.column, residual) / self.total, residual)
 
     def noise(self, residual: Floats, fitted_count: int = 0) -> float:
-        """Standard deviation of white noise that leaves this; ``fitted_count`` more were fitted."""
+        """Estimate the white noise; ``fitted_count`` more coefficients were fitted."""
         freedom = max(self.freedom - fitted_count, 1.0)
         total_noise = math.sqrt(float(np.dot(residual, residual)) / freedom)
         if self._alike:
             return total_noise
-        # A cubic does not follow a kink: what few samples there leave is no noise.
+        # A cubic does not follow a kink: large residuals there are not noise.
         far = _TAILS * 1.4826 * float(np.median(self._scaled(residual), overwrite_input=True))
         near_freedom, square = -float(fitted_count), 0.0
         for piece in stretches(residual.size):
@@ -141,7 +141,7 @@ class MeanCycle:
         return min(total_noise, math.sqrt(square / near_freedom / _WITHIN))
 
     def _scaled(self, residual: Floats) -> Floats:
-        """Residuals over what the curve leaves of them, where it leaves anything."""
+        """Return residuals over the root of their noise share, where that is not small."""
         scaled, end = np.empty(residual.size), 0
         for piece in stretches(residual.size):
             share, piece_residual = self._noise_share(piece), residual[piece]
@@ -153,7 +153,7 @@ class MeanCycle:
 
 
 def _slopes(middle: Floats, mean: Floats) -> Floats:
-    """Slope of the mean cycle in each bin, a radian, by central differences."""
+    """Return the slope of the mean cycle per radian by central differences."""
     turn = 2.0 * math.pi
     places = np.concatenate(([middle[-1] - turn], middle, [middle[0] + turn]))
     values = np.concatenate(([mean[-1]], mean, [mean[0]]))
@@ -161,10 +161,10 @@ def _slopes(middle: Floats, mean: Floats) -> Floats:
 
 
 def errors_of_steps(values: Floats, step: float, column: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Errors of the means of bins (rows) by steps of a converter, in halves; none if dithered.
+    """Return the errors of bin means due to converter steps [half steps] (rows); none if dithered.
 
-    Where the samples of a bin lie on one step or on two, no scatter tells where between them the
-    channel was: the bins of one step have an error in common, and one that grows along them.
+    If the samples of a bin lie on one or two steps, their scatter does not determine the value in
+    between: bins on one step share a constant error and a linear one.
     """
     number = np.rint((values - values[0]) / step)
     total = np.bincount(column)
@@ -181,20 +181,20 @@ def errors_of_steps(values: Floats, step: float, column: NDArray[np.int64]) -> N
     return np.array(rows)
 
 
-# -- what changes over the cycles -----------------------------------------------------------------
+# -- trends over the cycles -----------------------------------------------------------------------
 
 
 class Slope(NamedTuple):
-    """A straight line over the cycles."""
+    """Linear trend over the cycles."""
 
     slope: float
     """Change a cycle."""
     error: float
-    """Standard error of that."""
+    """Standard error of the slope."""
 
 
 def drift_of(values: Floats, cycle: NDArray[np.int64], curve: MeanCycle) -> Slope:
-    """Drift of a channel beside its mean cycle; slow noise counts by the scatter of the cycles."""
+    """Fit the drift of a channel; its error includes the scatter of the cycles."""
     progress = curve.of(cycle).residual
     square = float(progress @ progress)
     if square == 0.0:
@@ -209,7 +209,7 @@ def drift_of(values: Floats, cycle: NDArray[np.int64], curve: MeanCycle) -> Slop
 
 
 def slowness(residual: Floats, number: NDArray[np.int64], noise: float, fitted_count: int) -> float:
-    """Variance of the means of cycles over that of white noise; 1 if not significantly more."""
+    """Return the variance of cycle means over that of white noise; 1 if not significantly more."""
     from scipy.special import chdtrc
 
     count = np.bincount(number).astype(float)
@@ -222,7 +222,7 @@ def slowness(residual: Floats, number: NDArray[np.int64], noise: float, fitted_c
 
 
 def error_of_mean(values: Floats, number: NDArray[np.int64], curve: MeanCycle) -> float:
-    """Standard error of a mean, by white noise or, where larger, by the scatter of the cycles."""
+    """Return the standard error of a mean from white noise or the scatter of the cycles."""
     residual = curve.of(values).residual
     noise = curve.noise(residual)
     count = np.bincount(number).astype(float)
@@ -239,18 +239,17 @@ def error_of_mean(values: Floats, number: NDArray[np.int64], curve: MeanCycle) -
 # -- the phase of each sample --------------------------------------------------------------------
 
 _IN_STEP, _MOST_CYCLES, _LOOKED_AT = 0.95, 32, 1 << 14
-_FEWEST, _SAMPLES_A_BIN = 3, 4  # samples of a place, and of a bin where no places are the same
+_FEWEST, _SAMPLES_A_BIN = 3, 4  # samples per phase, and per bin if no phases repeat
 _HARMONICS, _STEPS, _PIECE = 5, 4, 1 << 16
 _UNEVEN, _FEWEST_BENT = 0.01, 4
-"""Scatter of the phases of the cycles about those of one frequency [cycles] from which on it
-changes, and cycles from which that is judged."""
+"""Scatter of the phases [cycles] above which the frequency varies, and fewest cycles for that."""
 _SAME_RATE = 0.1
-"""Share by which the rate of a short block may differ from that of all."""
-_OWN_RATE = 5  # cycles of a block from which its own rate is known well
+"""Largest relative difference of the rate of a short block from that of all."""
+_OWN_RATE = 5  # fewest cycles of a block with a rate of its own
 
 
 def turns_of(time: Floats, x: Floats, cycles: Cuts) -> tuple[Floats, float]:
-    """Cycles since the first cut at each sample, by the fundamental of all of it; their rate."""
+    """Return the cycles since the first cut at each sample from the fundamental, and the rate."""
     cuts = cycles.cuts
     first, last = time[cuts[0]], time[min(int(cuts[-1]), time.size - 1)]
     rate = (cuts.size - 1) / float(last - first)
@@ -282,7 +281,7 @@ def turns_of(time: Floats, x: Floats, cycles: Cuts) -> tuple[Floats, float]:
 
 
 def _bent_turns(time: Floats, x: Floats, mean: float, cycles: Cuts) -> Floats:
-    """Cycles since the first cut where the frequency changes: a spline through their middles."""
+    """Return the cycles since the first cut for a varying frequency, by a spline."""
     from scipy.interpolate import CubicSpline
 
     cuts = cycles.cuts
@@ -314,7 +313,7 @@ def _fundamentals(
 
 
 def _from_first_cut(turn: Floats, cycles: Cuts) -> Floats:
-    """Cycles since the first cut: a peak begins one, or a trough where cycles are cut there."""
+    """Count cycles from the first cut, a peak or, if ``flipped``, a trough."""
     if cycles.flipped:
         turn -= 0.5
     turn -= math.ceil(float(turn[cycles.cuts[0]]) - 0.02)
@@ -325,13 +324,13 @@ class Turns(NamedTuple):
     """Cycles since the first cut at each sample of a record."""
 
     turns: Floats
-    """Cycles, counted on over gaps of the time; of a block no sooner and no later than it is."""
+    """Cycles, continued over gaps; NaN outside the blocks."""
     place: NDArray[np.int64]
-    """The whole cycle to which each sample belongs, counted from 0; -1 for none."""
+    """Index of the whole cycle of each sample; -1 for none."""
     ends: tuple[tuple[slice, int, int], ...]
-    """Samples of each block, its first cycle, and how many it has."""
+    """Samples of each block, its first cycle and number of cycles."""
     rate: float
-    """Cycles a second, or a sample where there is no time."""
+    """Cycles per second, or per sample without a time."""
 
     @property
     def samples_a_cycle(self) -> float:
@@ -347,7 +346,7 @@ class Turns(NamedTuple):
 
 
 def all_turns(time: Floats, x: Floats, blocks: Blocks) -> Turns:
-    """The phases of a record, block by block, the cycles counted on over the gaps."""
+    """Return the phases of a record, with cycles counted across the gaps."""
     parts = [
         turns_of(time[block.samples], x[block.samples], block.cycles)
         for block in blocks.having_cycles
@@ -390,7 +389,7 @@ def _at_rate(time: Floats, x: Floats, cycles: Cuts, rate: float) -> Floats:
 def _by_least_squares(
     time: Floats, x: Floats, origin: tuple[float, float], rate: float, offset: float, cycles: int
 ) -> tuple[float, float]:
-    """Rate and phase of the fundamental, some harmonics beside it, for samples uneven in time."""
+    """Fit rate and phase of the fundamental together with some harmonics; time may be uneven."""
     harmonic_count = max(1, min(_HARMONICS, int(0.25 * x.size / cycles)))
     size, (first, mean) = float(np.ptp(x)), origin
     whole_mean = float(time.mean()) - first
@@ -434,15 +433,15 @@ def _least_squares(normal: Floats, right: Floats) -> Floats:
 
 
 class Places(NamedTuple):
-    """Number of bins for the samples of a record."""
+    """Number of bins of phase of a record."""
 
     number: int
     alike: bool
-    """Whether the samples of a bin have one phase; else they fill the gaps between each other."""
+    """Whether all samples of a bin have the same phase."""
 
 
 def places_of(phase: Floats, a_cycle: float) -> Places:
-    """Different phases that the samples have, a few to each; ``a_cycle`` are those of a cycle."""
+    """Count the distinct phases of the samples; ``a_cycle`` is the number of samples per cycle."""
     first_phases = phase[: min(phase.size, _LOOKED_AT)]
     for cycles in range(1, _MOST_CYCLES + 1):
         sample_count = round(cycles * a_cycle)
@@ -454,5 +453,5 @@ def places_of(phase: Floats, a_cycle: float) -> Places:
 
 
 def stretches(size: int) -> Iterator[slice]:
-    """Stretches of a long record that are worked on at once."""
+    """Iterate over the pieces in which a long record is processed."""
     return (slice(at, min(at + _PIECE, size)) for at in range(0, size, _PIECE))

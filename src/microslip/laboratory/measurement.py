@@ -53,32 +53,32 @@ from microslip.laboratory.sampling_errors import sampling_errors
 
 _NOISE_SAMPLES = 1 << 17
 MOST_OF_LOOP = 1 << 17
-"""Samples of a record that may be a single averaged loop, at most."""
+"""Largest number of samples of a single averaged loop."""
 _TWO_SIDED = 1.96
-"""Standard deviations of a normal distribution that half the width of an error stands for."""
+"""Normal quantile by which half-widths become standard errors."""
 _MOST = {
     "amplitude": (0.1, "m", "displacement"),
     "force_amplitude": (1e7, "N", "force"),
     "dissipated_energy": (1e3, "J", "force"),
     "friction_peak": (5.0, "", "normal_load"),
 }
-"""Sizes from which on a unit is more likely wrong than the rig large."""
+"""Largest plausible values; beyond them a unit is probably wrong."""
 
 
 class AmplitudeLevel(NamedTuple):
-    """The cycles of a record at one of its amplitudes, and their means."""
+    """Cycles of a record at one of its amplitudes, with their means."""
 
     cycles: NDArray[np.intp]
-    """Numbers of the cycles, the first of the record being 0."""
+    """Indices of the cycles, from 0."""
     is_settled: bool
-    """Whether they are alike; else the intervals are their range."""
+    """Whether they are settled; otherwise the intervals are their range."""
     mean: Mapping[str, Estimate]
     """Means of the columns with confidence intervals."""
 
 
 @dataclass(frozen=True, eq=False)
 class Measurement(Plottable):
-    """Evaluation of the cycles of a record, each for itself and in the mean.
+    """Evaluated cycles of a record, with means and confidence intervals.
 
     Parameters
     ----------
@@ -160,16 +160,16 @@ class Measurement(Plottable):
 
     @property
     def regime(self) -> str:
-        """The regime of most cycles; of as many of two the likelier one."""
+        """Regime of most cycles; of two equally frequent ones the likelier."""
         return max(
             REGIMES, key=lambda name: (self.regimes.count(name), self.probability.get(name, 0.0))
         )
 
     @property
     def possible_regimes(self) -> dict[str, float]:
-        """The likeliest regimes of the means, as many as the confidence asks for, and how likely.
+        """Likeliest regimes and their probabilities, up to the confidence level in sum.
 
-        That of most cycles alone where the amplitude steps: the means are then of other cycles.
+        With stepped amplitudes only the regime of most cycles.
         """
         if self.levels or not self.probability:
             return {self.regime: 1.0}
@@ -197,8 +197,8 @@ class Measurement(Plottable):
         Returns
         -------
         Estimate
-            Change a cycle, those not logged counted as well, in the unit of the column, with its
-            confidence interval; not numbers where gaps of the time hide how many cycles there were.
+            Change per cycle, unlogged cycles included, in the unit of the column; NaN if cycle
+            numbers are unknown.
         """
         if not isinstance(column, str) or column not in self.cycles:
             raise InputError(f"column must be one of {', '.join(self.cycles)}, got {show(column)}")
@@ -210,7 +210,7 @@ class Measurement(Plottable):
         return trend(numbers[fine], y[fine], self.confidence)
 
     def table(self) -> str:
-        """The means as text: quantity, mean, confidence interval and unit."""
+        """Format the means: quantity, mean, confidence interval and unit."""
         lines = [f"{self.name}: {plural(len(self), 'cycle')}, {self.regime}"]
         for name, mean in self.mean.items():
             interval = f"[{mean.low:.6g}, {mean.high:.6g}]" if mean.number > 1 else "-"
@@ -218,7 +218,7 @@ class Measurement(Plottable):
         return "\n".join(lines)
 
     def summary(self) -> dict[str, Any]:
-        """All but the columns as plain values, NaN as None, as summary.json has it."""
+        """Return the contents of summary.json: plain values without the columns, None for NaN."""
         levels = [
             {
                 "first_cycle": int(level.cycles[0]) + 1,
@@ -331,7 +331,7 @@ def measure(
     energies = columns["dissipated_energy"][counting.selection]
     largest = judged.largest_block
     channels = x[largest.samples], force[largest.samples]
-    # A few cycles may be alike by chance: no better than the noise of their samples lets them.
+    # A few cycles may agree by chance better than the noise of their samples allows.
     error = max(float(energies.std()), _energy_noise(*channels, largest.cycles.period))
     check_direction(
         *(record.name, float(np.median(energies)), error / energies.size**0.5, *channels),
@@ -438,7 +438,7 @@ def _with_units(means: Mapping[str, Estimate]) -> dict[str, Any]:
 
 
 def _turned_to_its_peak(record: Record) -> Record:
-    """A record of a single averaged loop, from its highest place on; others as they are."""
+    """Rotate a single averaged loop so that it begins at its maximum; return others unchanged."""
     x, force = record.displacement, record.force
     if x.size > MOST_OF_LOOP or not all(one_loop(x, force)[1:]):
         return record

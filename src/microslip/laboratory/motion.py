@@ -1,4 +1,4 @@
-"""The displacement of a mean cycle: harmonics, and the corners of some drives."""
+"""Displacement of a mean cycle: harmonics, and corners of drives such as triangles."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from microslip._core.checks import Floats
 from microslip.laboratory.mean_cycle import stretches
 
 MOST_HARMONICS, MOST_OF_CORNERS = 120, 300
-"""Numbers of harmonics: of a motion whose harmonics stand out one by one; of one that is steep in
-places, but has no marked corners."""
+"""Largest numbers of harmonics: of smooth motions, and of motions that are steep in places without
+distinct corners."""
 QUIET = 1e-9
-"""Share of the amplitude below which noise is rounding."""
-_FINE = 4096  # bins of the displacement: their width is nothing to a hundred harmonics
+"""Noise over the amplitude below which it is rounding."""
+_FINE = 4096  # bins of the displacement, narrow for a hundred harmonics
 _ROUNDS, _LARGE = 100, 0.3
 _MANY = 5
-"""Harmonics from which on a motion is no sine: it has corners, or all of its harmonics count."""
+"""Number of harmonics above which corners or all harmonics are tried."""
 _MOST_CORNERS, _SHARP, _MOVES = 12, 0.25, 8
-"""Corners of a cycle, the least of them over the largest, and steps that find their places."""
+"""Most corners per cycle, smallest over largest, and iterations that find their phases."""
 
 
 class Motion(NamedTuple):
-    """A periodic motion as a sum of terms that are linear in its coefficients.
+    """Periodic motion as a sum of terms that are linear in the coefficients.
 
     Coefficients [m] are the mean, cosine and sine of each harmonic, and for each corner at a phase
     its height c and a shift: c K + shift K', with K(t) = ((t - pi)^2/2 - pi^2/6)/(2 pi), the sum of
@@ -45,7 +45,7 @@ class Motion(NamedTuple):
 def basis(
     phase: Floats, harmonics: NDArray[np.int64], corners: Floats, order: int = 0
 ) -> NDArray[np.float64]:
-    """The terms of a motion (columns) at phases [rad], or a derivative of them by the phase."""
+    """Evaluate the terms of a motion (columns), or their derivative, at phases [rad]."""
     n = harmonics.astype(float)
     angle = np.outer(phase, n) + 0.5 * math.pi * order
     factor = n**order
@@ -56,7 +56,7 @@ def basis(
 
 
 def corner_terms(phase: Floats, corners: Floats, order: int = 0) -> NDArray[np.float64]:
-    """K and K' of each corner at phases [rad], or derivatives of them; a jump counts half."""
+    """Evaluate K and K' of each corner, or derivatives, at phases [rad]; a jump counts half."""
     turn = np.mod(phase[:, None] - corners, 2.0 * math.pi)
     away = np.where(turn > 0.0, turn - math.pi, 0.0) / (2.0 * math.pi)
     steps = [math.pi * away**2 - math.pi / 12.0, away, np.full(turn.shape, 0.5 / math.pi)]
@@ -69,7 +69,7 @@ def corner_terms(phase: Floats, corners: Floats, order: int = 0) -> NDArray[np.f
 def later(
     coefficients: Floats, harmonics: NDArray[np.int64], corners: Floats, lag: float
 ) -> tuple[Floats, Floats]:
-    """Coefficients and corners of the same motion, later by a phase [rad]."""
+    """Shift a motion by a phase [rad]; return coefficients and corners."""
     angle, end = lag * harmonics.astype(float), 1 + 2 * harmonics.size
     a, b = coefficients[1:end:2], coefficients[2:end:2]
     turned = coefficients.copy()
@@ -79,7 +79,7 @@ def later(
 
 
 def phase_derivative(coefficients: Floats, harmonics: NDArray[np.int64]) -> Floats:
-    """Coefficients of the derivative of a motion by its phase, its jumps' own slopes apart."""
+    """Return the coefficients of the derivative by the phase, without the slopes of jumps."""
     n, end = harmonics.astype(float), 1 + 2 * harmonics.size
     moved = np.zeros_like(coefficients)
     moved[1:end:2] = n * coefficients[2:end:2]
@@ -88,11 +88,11 @@ def phase_derivative(coefficients: Floats, harmonics: NDArray[np.int64]) -> Floa
     return moved
 
 
-# -- found from samples ---------------------------------------------------------------------------
+# -- fit to samples -------------------------------------------------------------------------------
 
 
 def motion_of(phase: Floats, x: Floats, places: int) -> Motion:
-    """The motion through samples; ``places`` are the different phases of these."""
+    """Fit a motion to samples with ``places`` distinct phases."""
     samples = _Samples(phase, x)
     most_told = max(1, math.floor(0.4 * places))
     smooth = _fitted(samples, min(MOST_HARMONICS, most_told), np.zeros(0))
@@ -101,7 +101,8 @@ def motion_of(phase: Floats, x: Floats, places: int) -> Motion:
     kinked = _fitted(samples, min(MOST_HARMONICS, most_told), _corners_of(smooth))
     if kinked.corners.size and _price(kinked, x.size) < _price(smooth, x.size):
         return kinked
-    # Those that do not stand out by themselves do together. Alike there and back, odd ones alone.
+    # Single harmonics may be below the noise and significant together. A motion that is the same
+    # in both directions has odd harmonics only.
     is_odd = bool(np.all(smooth.harmonics % 2 == 1))
     most = min(MOST_OF_CORNERS if is_odd else MOST_HARMONICS, most_told)
     every_one = np.arange(1, most + 1, 1 + is_odd, dtype=np.int64)
@@ -109,7 +110,7 @@ def motion_of(phase: Floats, x: Floats, places: int) -> Motion:
 
 
 def _price(motion: Motion, count: int) -> float:
-    """Bayes' criterion: twice the negative logarithm of the likelihood, and of what terms cost."""
+    """Return the Bayesian information criterion."""
     return 2.0 * count * math.log(motion.noise) + motion.coefficients.size * math.log(count)
 
 
@@ -126,19 +127,19 @@ class _Samples:
         self.place, self.mean = self.sums(phase) / self.weight, self.sums(x) / self.weight
 
     def sums(self, values: Floats) -> Floats:
-        """Sums of values over the bins that have some."""
+        """Sum values over the occupied bins."""
         sums = np.bincount(self.column, values, minlength=_FINE)[self.full]
         return np.asarray(sums, dtype=np.float64)
 
     def solved(self, design: Any) -> tuple[Floats, Floats]:
-        """Coefficients of columns at the bins, and the normal matrix."""
+        """Solve the least-squares problem; return coefficients and normal matrix."""
         normal = design.T @ (self.weight[:, None] * design)
         return np.linalg.solve(normal, design.T @ (self.weight * self.mean)), normal
 
     def residual(
         self, coefficients: Floats, harmonics: NDArray[np.int64], corners: Floats
     ) -> Floats:
-        """Each sample less the motion: its harmonics along their tangent in the bin."""
+        """Subtract the motion from the samples, with harmonics linearised in each bin."""
         end, smooth = 1 + 2 * harmonics.size, np.zeros(0)
         value, slope, middle = np.zeros((3, _FINE))
         for row, order in ((value, 0), (slope, 1)):
@@ -156,7 +157,7 @@ class _Samples:
 def _fitted(
     samples: _Samples, count: int, corners: Floats, given: NDArray[np.int64] | None = None
 ) -> Motion:
-    """Harmonics that stand out of the noise, with these ones and corners about there."""
+    """Fit significant harmonics in addition to the given ones and to corners near given phases."""
     x = samples.x
     all_of, smooth = np.arange(1, count + 1, dtype=np.int64), np.zeros(0)
     design = basis(samples.place, all_of, smooth)
@@ -177,7 +178,7 @@ def _fitted(
                 break
             corners = corners + moves
         residual = samples.residual(coefficients, harmonics, corners)
-        # What is left at each harmonic; they are nearly orthogonal over whole cycles.
+        # Harmonics are nearly orthogonal over whole cycles.
         amplitudes = design.T @ samples.sums(residual) * (2.0 / x.size)
         power = 0.5 * x.size * (amplitudes[1::2] ** 2 + amplitudes[2::2] ** 2)
         is_unused = np.ones(count, dtype=bool)
@@ -185,8 +186,8 @@ def _fitted(
         freedom = max(x.size - 2 * count - 1 - 2 * corners.size, 1)
         white = max(float(residual @ residual) - float(power[is_unused].sum()), 0.0) / freedom
         noise = max(math.sqrt(white), floor)
-        # Two degrees of freedom each; one pays if it takes off more than BIC's price of two.
-        # The largest first: what is left of them leaks into others where phases are not even.
+        # A harmonic has two degrees of freedom; it is added if the BIC falls. The largest come
+        # first, since they leak into others if phases are uneven.
         lowest_power = max(price * noise**2, _LARGE * float(power[is_unused].max(initial=0.0)))
         new = all_of[is_unused & (power > lowest_power)]
         if new.size == 0:
@@ -197,7 +198,7 @@ def _fitted(
 
 
 def _corners_of(motion: Motion) -> Floats:
-    """Phases [rad] where a motion bends most, all within its highest harmonic."""
+    """Return the phases [rad] of largest curvature."""
     n = motion.harmonics.astype(float)
     taper = np.cos(0.5 * math.pi * n / (n[-1] + 1.0)) ** 2
     grid = np.linspace(0.0, 2.0 * math.pi, _FINE, endpoint=False)

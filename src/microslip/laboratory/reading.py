@@ -38,12 +38,12 @@ from microslip.readers.tables import Named, Table, find, listed, scale, understo
 
 _BY_COEFFICIENT = "by its name, times the normal load"
 _MOST_LONE, _LONGEST_LONE = 0.01, 3
-"""Share of rows that may lack a number, and how many of them in a row."""
+"""Largest share of rows without numbers that are interpolated, and of consecutive ones."""
 
 
 @dataclass(frozen=True)
 class Statements:
-    """The user's statements on a file; None where nothing."""
+    """Arguments of the user on a file; None where not given."""
 
     columns: Mapping[str, Any]
     sample_rate: float | None
@@ -57,12 +57,12 @@ class Statements:
 
 
 class ChannelNote(Remark):
-    """Remark on the source of a channel, with its parts."""
+    """Remark on the source of a channel."""
 
     heading: str
-    """The column, as the file calls it."""
+    """Name of the column in the file."""
     is_turned: bool
-    """Whether its sign was turned."""
+    """Whether the sign was reversed."""
     _how: str
 
     def __new__(cls, role: str, heading: str, words: str, is_turned: bool = False) -> Self:
@@ -76,7 +76,7 @@ class ChannelNote(Remark):
 
 
 def read(path: Path, statements: Statements) -> dict[str, Any]:
-    """The parts of a record, by their names."""
+    """Read the fields of a record by name."""
     table = read_table(path, "a record", statements.format)
     columns = understood(table.columns)
     loads = statements.columns["normal_load"]
@@ -207,7 +207,7 @@ def _columns_by_part(
 def _arrays(
     table: Table, by_part: Mapping[str, Named], rows: Any
 ) -> tuple[dict[str, Floats], int, list[str]]:
-    """Numbers of the columns as they are in the file, the first row of them, and notes."""
+    """Load the columns; return numbers, index of the first row, and notes."""
     arrays = dict(
         zip(by_part, table.load([column.place for column in by_part.values()]), strict=True)
     )
@@ -251,7 +251,7 @@ def _arrays(
 
 
 def _is_lone(bad: Any) -> bool:
-    """Whether missing numbers are few and apart, so that nothing is lost."""
+    """Return whether missing numbers are few and isolated."""
     lengths = np.diff(runs_of(bad), axis=1)
     return not bad[0] and int(lengths.max()) <= _LONGEST_LONE and float(bad.mean()) <= _MOST_LONE
 
@@ -299,7 +299,7 @@ def _to_si(values: Floats, role: str, taken_as: Scale, zero: Any, sign: int) -> 
 
 
 def _range(low: float, high: float, unit: str) -> tuple[str, str]:
-    """Both ends with as many digits as tell their distance."""
+    """Format an interval with enough digits to distinguish its ends."""
     size, distance = max(abs(low), abs(high)), high - low
     beyond = math.ceil(math.log10(size / distance)) if 0.0 < distance < size else 0
     digits = min(3 + beyond, 9)
@@ -325,7 +325,7 @@ def _add_stated(
     statements: Statements,
     notes: list[str],
 ) -> None:
-    """Add what the file states for the whole record, unless the user or the columns do."""
+    """Add values for the whole record from the file, unless given by the user or columns."""
     if parts["sample_rate"] is not None:
         if "time" in by_part:
             raise InputError("`time` and `sample_rate` say the same; write one of them")

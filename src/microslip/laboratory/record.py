@@ -180,8 +180,8 @@ class Record(Locked, Plottable):
     ) -> Record:
         """Read a record from text (CSV, TSV, TXT), MATLAB's MAT, TDMS, HDF5 or NumPy's.
 
-        What is not stated is found by names and units if they leave no doubt, and is an error
-        otherwise. `notes` tells all of it. The file is only read.
+        Columns and units that are not given are detected by names and units if unambiguous, and
+        are an error otherwise. `notes` lists the sources. The file is not changed.
 
         Parameters
         ----------
@@ -285,7 +285,7 @@ class Record(Locked, Plottable):
 
 
 def once_a_record(function: Callable[[Record], Answer]) -> Callable[[Record], Answer]:
-    """The function, whose answer is kept as long as its record: a fit asks again for the same."""
+    """Cache the result of a function of a record as long as the record exists."""
     answers: WeakKeyDictionary[Record, Answer] = WeakKeyDictionary()
 
     @functools.wraps(function)
@@ -298,7 +298,7 @@ def once_a_record(function: Callable[[Record], Answer]) -> Callable[[Record], An
 
 
 def _locked_series(key: str, raw_values: Any) -> Floats:
-    """Values of a series that nobody else can change."""
+    """Validate a series and return it as a read-only array."""
     values = checked(key, raw_values, UNITS[key].strip("-")).reshape(-1)
     # Readers hand over arrays that are locked already; a long record is not copied again.
     if (
@@ -339,10 +339,10 @@ def checked_path(path: Any) -> Path:
 
 
 def path_text(path: str | os.PathLike[str]) -> str:
-    """A path as messages show it: on one line."""
+    """Format a path for a message: one line, the last 200 characters."""
     return line_text(os.fspath(path))[-200:]
 
 
 def line_text(text: str) -> str:
-    """Text on one line, without what no line can hold."""
+    """Return text on one line without unprintable characters."""
     return "".join(c if c.isprintable() else " " if c.isspace() else "?" for c in text)

@@ -53,7 +53,7 @@ class Distortion(NamedTuple):
     makes it of a sine whose characteristic is a cubic."""
 
     def note(self) -> str:
-        """Note on it."""
+        """Format the note."""
         return (
             f"the displacement has a third harmonic of {100.0 * self.third:.1f} %, in phase with "
             f"it and alone: {UNDECIDED} (the drive, or a displacement sensor that is not linear, "

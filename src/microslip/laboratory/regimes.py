@@ -16,21 +16,21 @@ from microslip.laboratory.estimates import chance_below
 
 REGIMES = ("stick", "partial slip", "gross slip")
 ONSET = 0.99
-"""Share of the force limit that is gross slip, for a law that only tends to it."""
+"""Force over its limit at gross slip, for laws that only approach the limit."""
 RESOLVED = 1e-3
-"""Least energy ratio that counts as a loss, for laws that have none below their yield."""
+"""Smallest energy ratio of partial slip, for laws without losses below their yield."""
 
 
 _BORDER_POINTS = 25
 
 
 class Thresholds(NamedTuple):
-    """Borders between the regimes."""
+    """Thresholds between the regimes."""
 
     stick: float
-    """Energy ratio A up to which the contact counts as sticking."""
+    """Largest energy ratio A of stick."""
     gross: float
-    """Fouvry's ratio B from which it slides as a whole."""
+    """Smallest ratio B (Fouvry) of gross slip."""
     source: str
     """Source of the thresholds."""
 
@@ -41,7 +41,7 @@ slip limit."""
 
 
 def thresholds(model: BackboneLaw | None = None) -> Thresholds:
-    """Regime borders of a law."""
+    """Return the thresholds of a law."""
     if model is None:
         return _OF_SPHERE
     bent, onset, word = _ends_of(model)
@@ -55,7 +55,7 @@ def thresholds(model: BackboneLaw | None = None) -> Thresholds:
 
 
 def _ends_of(model: BackboneLaw) -> tuple[float, float, str]:
-    """Displacements [m] where a law leaves stick and where all of it slides, and what that is."""
+    """Return the displacements [m] at the end of stick and at gross slip, and its criterion."""
     if not isinstance(model, BackboneLaw):
         raise InputError(f"`model` must be a backbone law, such as an Interface, got {show(model)}")
     first = model.tangential_stiffness
@@ -92,7 +92,7 @@ class RegimeBorders(NamedTuple):
 def borders_of(
     law_at: Callable[[float], BackboneLaw], loads: Sequence[float], rig_stiffness: float | None
 ) -> RegimeBorders | None:
-    """The borders of a law that is known at any load, the rig in series; None where it is not."""
+    """Return the borders of a law over the load, with a rig in series; None without loads."""
     if not loads or not min(loads) > 0.0:
         return None
     grid = np.geomspace(min(loads) / 1.5, 1.5 * max(loads), _BORDER_POINTS)
@@ -107,7 +107,7 @@ def borders_of(
 
 
 def _first(holds: Callable[[float], bool], low: float, high: float, steps: int = 100) -> float:
-    """First value from which a condition holds up to the high end, by bisection."""
+    """Find by bisection the smallest value from which a condition holds."""
     for _ in range(steps):
         middle = 0.5 * (low + high)
         low, high = (low, middle) if holds(middle) else (middle, high)
@@ -115,12 +115,12 @@ def _first(holds: Callable[[float], bool], low: float, high: float, steps: int =
 
 
 class RecordRegimes(NamedTuple):
-    """The regimes of a record."""
+    """Regimes of a record."""
 
     of_each: tuple[str, ...]
-    """Regime of each cycle; of settled ones that of their mean."""
+    """Regime of each cycle; settled cycles have that of their mean."""
     probability: dict[str, float]
-    """Probability of each regime for their mean."""
+    """Probability of each regime for the mean."""
 
 
 def regimes_of(
@@ -129,7 +129,7 @@ def regimes_of(
     is_counted: NDArray[np.bool_],
     is_moving: bool,
 ) -> RecordRegimes:
-    """The regime of each cycle, and how likely each is for the means of those that count."""
+    """Return the regime of each cycle and the probabilities for the mean of the counted ones."""
     energy, force = columns["dissipated_energy"], columns["force_amplitude"]
     below = _chance_below(energy, 4.0 * columns["amplitude"] * force, limits.stick, is_counted)
     short = _chance_below(
@@ -156,6 +156,6 @@ def regimes_of(
 def _chance_below(
     above: Floats, under: Floats, limit: float, is_counted: NDArray[np.bool_]
 ) -> float:
-    """Probability that the ratio of two means is not above a limit."""
+    """Return the probability that the ratio of two means is not above a limit."""
     fine = is_counted & np.isfinite(above) & np.isfinite(under)
     return chance_below(above[fine] - limit * under[fine])

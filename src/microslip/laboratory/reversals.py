@@ -16,33 +16,32 @@ from microslip._core.checks import Floats
 from microslip.laboratory.cuts import Cuts, noise_of
 
 _CORNER, _OF_RANGE = 3.0, 3e-3
-"""Residuals of the smooth fit of a turning point from which on it is a corner: over the noise, and
-over the range of the displacement in the window, added."""
+"""Smallest residual of the smooth fit at a corner: factors of the noise and of the range, added."""
 _NEAR = 0.5
-"""Samples closer than this to a reversal are left out of its branches [samples]."""
+"""Distance from a reversal within which samples are left out of the branches [samples]."""
 _UNSURE = 2.0
-"""Standard errors of its place before a reversal in which forces are not used."""
+"""Standard errors of the position of a reversal within which forces are not used."""
 _JUMP = 0.5
-"""Change of the force from one sample to the next over its range that is a jump."""
+"""Smallest change between successive forces, over the range, that is a jump."""
 _PIECE = 1 << 15
 _GAUSS = np.polynomial.legendre.leggauss(3)
 
 
 class Reversals(NamedTuple):
-    """Reversal points, in their order."""
+    """Reversal points in temporal order."""
 
     place: Floats
-    """[samples], not whole."""
+    """Position between samples [samples]."""
     x: Floats
     """Displacement [m]."""
     force: Floats
-    """Force at the end of the branch before [N]."""
+    """Force at the end of the preceding branch [N]."""
 
 
 def reversals_of(
     x: Floats, force: Floats, places: NDArray[np.int64], cycles: Cuts, noise: float
 ) -> Reversals:
-    """Estimate reversals near some samples: turns of ``x`` [m], whose noise [m] is known."""
+    """Estimate reversals near some samples from the maxima of ``x`` [m] with known noise [m]."""
     half = max(3 if cycles.period >= 40.0 else 2, cycles.window)
     t = np.arange(-half, half + 1.0)
     rows = _reflected(x, places, half)
@@ -53,8 +52,8 @@ def reversals_of(
     if is_corner:
         shift, height, smooth = _corners(rows, t)
         unsure = 0.0
-    # The force is a smooth function of the way that is still to go. Samples that may lie behind the
-    # reversal are left out: there the force falls.
+    # Before the reversal the force is a smooth function of the remaining displacement. Samples that
+    # may lie after the reversal are left out.
     few = half < 4
     gap = 0.0 if few else min(_UNSURE * unsure, 0.5 * half)
     number = 4 if few else max(half - int(gap), 4)
@@ -82,9 +81,9 @@ def _reflected(x: Floats, places: NDArray[np.int64], half: int) -> Floats:
 
 
 def _smooth_turns(rows: Floats, t: Floats, noise: float) -> tuple[Floats, Floats, Floats, float]:
-    """Place and height of the turns of quartics through rows of samples, and the quartics.
+    """Fit quartics to rows of samples; return position and height of the maxima, and the quartics.
 
-    The last value is the usual standard error of a place [samples].
+    The last value is the typical standard error of a position [samples].
     """
     powers = t[:, None] ** np.arange(5)
     inverse = np.linalg.pinv(powers)
@@ -109,7 +108,7 @@ def _smooth_turns(rows: Floats, t: Floats, noise: float) -> tuple[Floats, Floats
 
 
 def _corners(rows: Floats, t: Floats) -> tuple[Floats, Floats, Floats]:
-    """Place and height of the corners of rows of samples: straight lines on both sides."""
+    """Return position and height of corners by straight lines on both sides."""
     half = t.size // 2
     lines = []
     for part in (slice(0, half), slice(half + 1, None)):
@@ -127,12 +126,12 @@ def _corners(rows: Floats, t: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 class Branches(NamedTuple):
-    """The reversals of the cycles of a block, and where the cycles begin and end."""
+    """Reversals of the cycles of a block, cycle edges and energies."""
 
     peaks: Reversals
     troughs: Reversals
     edges: Floats
-    """Beginnings of the cycles and the end of the last [samples], not whole."""
+    """Beginnings of the cycles and end of the last one [samples], not integer."""
     energy: Floats
     """Energy of each cycle [J], closed by its chord."""
 
@@ -183,7 +182,7 @@ def branches_of(x: Floats, force: Floats, cycles: Cuts) -> Branches:
 
 
 def _work(time: Floats, x: Floats, force: Floats, reversal: NDArray[np.intp]) -> Floats:
-    """Work [J] from each node to the next, by cubics that no reversal lies within."""
+    """Integrate the work [J] from each node to the next by cubics between reversals."""
     number = time.size - 1
     edges = np.unique(np.concatenate(([0], reversal, [number])))
     work = np.empty(number)
@@ -194,7 +193,7 @@ def _work(time: Floats, x: Floats, force: Floats, reversal: NDArray[np.intp]) ->
         right = np.searchsorted(edges, i, side="right")
         low, high = edges[right - 1], edges[right]
         stencil = np.clip(i - 1, low, np.maximum(high - 3, low))
-        # Of a jump, as of dry friction, a cubic overshoots.
+        # Cubics overshoot at jumps, as of dry friction.
         is_plain = high - low < 3
         for k in range(3):
             is_plain |= is_jump[np.minimum(stencil + k, number - 1)]

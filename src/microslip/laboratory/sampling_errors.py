@@ -1,4 +1,4 @@
-"""Errors of the columns of cycles by the spacing of their samples."""
+"""Errors of the columns of cycles due to the spacing of the samples."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from microslip.laboratory.cycle_columns import STIFFNESSES, block_columns
 from microslip.laboratory.record import Record
 
 _MOST_SAMPLES, _MOST_CYCLES, _FEWEST = 400.0, 64, 16.0
-"""Samples a cycle above which the error is bounded by that of a polygon, cycles that are compared,
-and samples a cycle from which on half of them are still a loop."""
+"""Samples per cycle above which the error is bounded by that of a polygon, number of compared
+cycles, and samples per cycle from which on half of them suffice for a loop."""
 _ORDER = 2.0
-"""Change from all samples to half of them, over the error of all of them: 3 at a kink of the
-branch, 15 where it is smooth; less, for where the kink lies between the samples is chance."""
+"""Change from all samples to half of them over the error of all: 3 at a kink of the branch, 15
+where it is smooth; less, since the position of the kink between samples is random."""
 _NO_LENGTH = (
     *("start", "period", "frequency", "displacement_offset", "force_offset"),
     *("normal_load", "closure_error"),
@@ -33,11 +33,10 @@ _ENCLOSED = (
 def sampling_errors(
     record: Record, block: Block, columns: Mapping[str, Floats], compliance: float
 ) -> dict[str, float]:
-    """Relative half widths of the errors of the means that the spacing of the samples leaves [-].
+    """Estimate relative half-widths of the errors of the means due to the sample spacing [-].
 
-    The columns of a block are evaluated again from its even and from its odd samples; ``columns``
-    are those of all of its samples. Stiffnesses also know by how much two shapes of the branch
-    differ.
+    The columns of a block are evaluated again from its even and from its odd samples. Errors of
+    stiffnesses include the difference between shapes of the branch.
     """
     names = [name for name in columns if name not in _NO_LENGTH]
     period = block.cycles.period
@@ -93,7 +92,7 @@ def _halved(cycles: Cuts, parity: int, size: int) -> Cuts:
 
 
 def _relative(whole: Floats, half: Floats, is_stiffness: bool) -> float:
-    """Relative change of a mean from all samples to half of them [-]."""
+    """Return the relative change of a mean from all samples to half of them [-]."""
     with np.errstate(divide="ignore", invalid="ignore"):
         if is_stiffness:
             whole, half = 1.0 / whole, 1.0 / half

@@ -1,7 +1,7 @@
-"""Settled cycles of a record: those over which its means are taken.
+"""Settled cycles of a record, over which means are taken.
 
-A mean over amplitudes that step, or over friction that runs in, belongs to no cycle, and the more
-cycles the narrower the interval around it. So means are of a stretch in which nothing moves.
+A mean over stepped amplitudes or running-in describes no cycle, and its interval narrows with the
+number of cycles all the same. So means are taken over a stretch without trends.
 """
 
 from __future__ import annotations
@@ -20,62 +20,59 @@ from microslip._core.wording import plural
 from microslip.laboratory.estimates import Estimate, dependence_of, quantile, trend
 
 ALIKE, MORE_ALIKE = 0.02, 0.003
-"""Relative change of force or energy over a stretch that counts as none, and the one that is sought
-first,"""
+"""Largest relative change of force or energy over a settled stretch, and the one tried first."""
 ONE_AMPLITUDE = 0.01
-"""Relative range of the amplitudes of cycles that have one amplitude, unless noise makes more."""
+"""Largest relative range of cycles of one amplitude, unless noise makes it larger."""
 CERTAIN = 5.0
-"""or this many standard errors of its trend; the limits are this project's."""
+"""Standard errors of a significant trend; the limits are this project's."""
 _NOISE = 10.0
-"""Range of the amplitudes of like cycles at most, over their noise."""
+"""Largest range of the amplitudes of like cycles over their noise."""
 OPEN = 0.25
-"""Closure error beyond which a cycle is not one of those that the means are of."""
-_MOST_LOSS = 1.05 * 4.0 / math.pi  # of a rectangle; noise may make its corners a little less
+"""Closure error above which a cycle is left out of the means."""
+_MOST_LOSS = 1.05 * 4.0 / math.pi  # of a rectangle, with a margin for noise
 FEWEST = 5
-"""Cycles of a settled stretch, at least."""
+"""Fewest cycles of a settled stretch."""
 JUDGED, HALVED = 8, 20
-"""Cycles from which a trend of force and energy is judged, and those that a part of a record must
-have to be settled by itself: of fewer all look alike."""
+"""Fewest cycles for a trend of force and energy, and for a settled part of a record."""
 ALIKE_OF_FEW, CHANCE = 0.0075, 0.01
-"""Relative trend of the amplitude of fewer than those that counts as none, as the trend of their
-energies may not show; and the chance that a trend of so few is an accident."""
+"""Largest relative trend of the amplitude of few settled cycles, and the significance level."""
 SLOWER = 0.25
-"""Rate at which the end of a record may still change, over that of all of it."""
+"""Largest rate of change at the end of a record over that of all of it."""
 _DISTINCT = 3.0
-"""Standard errors of a rate that tell it from that."""
+"""Standard errors by which rates differ significantly."""
 _FEW_FREE = 5
-"""Degrees of freedom up to which the mean of cycles that wander is hardly known."""
+"""Degrees of freedom up to which the mean of wandering cycles is unknown."""
 _HALVES, _MOST_STRETCHES = 6, 64
 _JITTER = 4.0
-"""Range of amplitudes that neither step nor ramp, over that of like ones."""
+"""Largest range of irregular amplitudes over that of like ones."""
 _LOSS = 0.01
-"""Share of the rectangle around a loop: changes of the energy are compared with at least that."""
+"""Smallest scale for changes of the energy, over the rectangle around a loop."""
 _MOVING = ("force_amplitude", "dissipated_energy", "force_rms")
 
 
 class Level(NamedTuple):
-    """A stretch of cycles at one amplitude, where a record has several."""
+    """Cycles at one of several amplitudes of a record."""
 
     selection: NDArray[np.intp]
     """Settled cycles of the level; all its cycles if none are settled."""
     is_moving: bool
-    """Whether it is nowhere so."""
+    """Whether no settled stretch was found."""
 
 
 class Settled(NamedTuple):
-    """Cycles between which nothing moves."""
+    """Cycles without trends."""
 
     selection: NDArray[np.bool_]
-    """The cycles that the means are of."""
+    """Mask of the cycles of the means."""
     is_moving: bool
-    """Whether no settled stretch was found: then the means are of all that count."""
+    """Whether no settled stretch was found; then all valid cycles are selected."""
     notes: tuple[str, ...]
     levels: tuple[Level, ...] = ()
-    """Stretches of one amplitude, in their order; none where the amplitude is the same in all."""
+    """Stretches of one amplitude each; empty with a single amplitude."""
 
 
 def excess_loss_notes(loss_factor: NDArray[np.float64]) -> list[str]:
-    """Notes on loops that are larger than the rectangle around them."""
+    """Return notes on loops larger than the rectangle around their reversals."""
     large = loss_factor > _MOST_LOSS
     if not large.any():
         return []
@@ -94,12 +91,11 @@ def named_cycles(is_named: NDArray[np.bool_]) -> str:
 
 
 def settled(columns: Mapping[str, Floats], sound: NDArray[np.bool_], noise: float = 0.0) -> Settled:
-    """Find the settled cycles among the sound ones; ``noise`` [m] is that of their amplitudes.
+    """Find the settled cycles among the sound ones; ``noise`` [m] is that of the amplitudes.
 
-    Means are over cycles of one amplitude. Where there are several amplitudes each is a level by
-    itself, and the selection is that of the longest; single cycles of other amplitudes, such as a
-    run-up, are left out. At one amplitude the end counts from which on force and energy move by
-    0.3 % at most, or else by 2 %.
+    If there are several amplitudes, each is a level, and the longest one is selected; single cycles
+    of other amplitudes, such as a run-up, are left out. At one amplitude the end of the record is
+    selected over which force and energy change by at most 0.3 %, otherwise 2 %.
     """
     places = np.flatnonzero(sound)
     notes: list[str] = []
@@ -131,7 +127,7 @@ def settled(columns: Mapping[str, Floats], sound: NDArray[np.bool_], noise: floa
 
 
 def requested(columns: Mapping[str, Floats], selection: NDArray[np.bool_]) -> Settled:
-    """Cycles that were asked for: all of them count, and are judged by the same rule."""
+    """Select the requested cycles and apply the same rule to them."""
     places = np.flatnonzero(selection)
     if _moving(columns, places, ALIKE):
         return Settled(selection, True, (_moving_note(columns, places, _MOVING[:2]),))
@@ -147,7 +143,7 @@ def settled_from(columns: Mapping[str, Floats], places: NDArray[np.intp]) -> int
     """Return the index from which on the cycles are settled; None if they never are."""
     late = _settled_end(columns, places, MORE_ALIKE)
     late = _settled_end(columns, places, ALIKE) if late is None else late
-    # What still wanders there by itself has not come to rest: it may have moved by chance before.
+    # If the end itself wanders, the change before it may be chance.
     if late and any(_wanders(columns[name][places[late:]]) for name in _MOVING[:2]):
         return None
     return late
@@ -159,12 +155,12 @@ def _wanders(values: Floats) -> bool:
 
 
 def _one_amplitude(values: Floats, noise: float) -> list[NDArray[np.intp]]:
-    """Positions of the amplitudes [m] that are alike, a group each; none where all of them ramp."""
+    """Group the positions of like amplitudes [m]; no group if all amplitudes ramp."""
     usual = float(np.median(np.abs(values)))
     logs = np.log(np.maximum(np.abs(values), 1e-9 * max(usual, 1e-300)))
     jitter = 0.0
     if values.size >= JUDGED:
-        # Steps make the one large, ramps the other: of like cycles both are the noise.
+        # Steps enlarge one estimate, ramps the other; for like cycles both are the noise.
         second = float(np.median(np.abs(np.diff(logs, 2)))) / 0.6745 / math.sqrt(6.0)
         first = float(np.quantile(np.abs(np.diff(logs)), 0.3)) / 0.3853 / math.sqrt(2.0)
         jitter = min(first, second)
@@ -209,9 +205,9 @@ def _one_amplitude(values: Floats, noise: float) -> list[NDArray[np.intp]]:
 
 
 def _is_level(levels: Floats, begin: int, end: int, widest: float) -> bool:
-    """Whether a stretch stays where it is: a ramp has stretches within the limit, too."""
+    """Return whether a stretch has no trend: a ramp has stretches within the limit, too."""
     if end - begin < FEWEST:
-        # Few cycles have no trend to be judged: the amplitude must jump before and after them.
+        # Too few cycles for a trend: the amplitude must jump before and after them.
         inside = float(levels[begin:end].mean())
         beside = [levels[at] for at in (begin - 1, end) if 0 <= at < levels.size]
         change = abs(float(levels[end - 1] - levels[begin]))
@@ -249,7 +245,7 @@ def is_certain(line: Estimate) -> bool:
 
 
 def _moves(values: Floats, smallest: float) -> bool:
-    """Whether a linear trend of the values exceeds that, and not by accident."""
+    """Return whether a linear trend exceeds ``smallest`` significantly."""
     slope, error = _slope(values)
     certain = CERTAIN
     if values.size < HALVED:
@@ -265,7 +261,7 @@ def _slope(values: Floats) -> tuple[float, float]:
 def _moving(
     columns: Mapping[str, Floats], places: NDArray[np.intp], alike: float
 ) -> dict[str, tuple[float, float]]:
-    """Trends beyond that over some cycles: slope a cycle and its error."""
+    """Return the significant trends over some cycles: slope per cycle and its error."""
     if places.size < JUDGED:
         return {}
     around = 4.0 * abs(
@@ -295,7 +291,7 @@ def _settled_end(
         if number < HALVED:
             return None
         end = places[places.size - number :]
-        # Over few cycles nothing moves for certain: it must have become slower, and that be told.
+        # Over few cycles no trend is significant: it must have become significantly slower.
         slopes = {name: _slope(columns[name][end]) for name in rates}
         slower = all(
             abs(slopes[name][0]) <= max(SLOWER * rate, _DISTINCT * slopes[name][1])

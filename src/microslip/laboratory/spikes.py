@@ -1,4 +1,4 @@
-"""Samples that no rig can have recorded: spikes of a sensor or its cable."""
+"""Spikes of a sensor or its cable."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from microslip.laboratory.cuts import noise_of, runs_of
 from microslip.laboratory.record import UNITS, Record
 
 FAR = 5.0
-"""Spikes over half the usual range, of the record and of the samples around, at least."""
+"""Smallest size of a spike over half the usual range, of the record and of its neighbourhood."""
 LONGEST = 3
-"""Samples in a row that still are a spike."""
+"""Largest number of consecutive samples of a spike."""
 AROUND = 8
-"""Samples on each side that it is held against."""
+"""Number of neighbours on each side for comparison."""
 
 _NOISES, _PART = 20.0, 0.1
-"""Jumps off the other cycles over the noise, and over the range of force, at least."""
+"""Smallest size of a spike within the range, over the noise and over the range."""
 _COARSE = 40.0
 """Samples a cycle below which a turning point of a sine stands out from its neighbours."""
 
 
 class Spike(NamedTuple):
-    """A sample, or a few in a row, far from all around."""
+    """Sample, or a few consecutive ones, far from the neighbours."""
 
     channel: str
     """"displacement", "force" or "normal_load"."""
@@ -37,9 +37,9 @@ class Spike(NamedTuple):
     last: int
     """The last one: mostly the same."""
     value: float
-    """The farthest one [m, N]."""
+    """Value of the farthest sample [m, N]."""
     usual: float
-    """Half the range that is usual there [m, N]: of the record, or of the samples around."""
+    """Half the usual range of the record, or of the neighbours [m, N]."""
 
     def __str__(self) -> str:
         unit = UNITS[self.channel]
@@ -53,13 +53,12 @@ class Spike(NamedTuple):
 
 
 def spikes_of(record: Record) -> tuple[Spike, ...]:
-    """Positions of spikes in a record.
+    """Find the spikes in a record.
 
-    A spike is up to three samples in a row which are farther from the median of the eight samples
-    before and the eight behind than five times half the range, both of those samples (their lowest
-    and highest left out) and of the record (its 5th to 95th percentile). So neither amplitudes that
-    grow nor noise make one; a normal load must be off by five times its median, too. The limits are
-    this project's.
+    A spike is up to three consecutive samples whose distance from the median of the eight samples
+    before and after exceeds five times half the range, both of those samples (without lowest and
+    highest) and of the record (5th to 95th percentile); for a normal load also five times its
+    median. Growing amplitudes and noise make none. The limits are this project's.
     """
     spikes: list[Spike] = []
     for channel in ("displacement", "force", "normal_load"):
@@ -70,7 +69,7 @@ def spikes_of(record: Record) -> tuple[Spike, ...]:
 
 
 def without_spikes(record: Record, spikes: Sequence[Spike]) -> Record:
-    """A record with straight lines where the spikes are."""
+    """Replace the spikes of a record by straight lines."""
     if not spikes:
         return record
     changed: dict[str, Any] = {}
@@ -91,9 +90,9 @@ def _spikes_in(channel: str, values: NDArray[np.float64]) -> list[Spike]:
     sampled = values[:: max(1, values.size >> 17)]
     low, middle, high = (float(value) for value in np.percentile(sampled, (5.0, 50.0, 95.0)))
     usual = 0.5 * (high - low)
-    if channel == "normal_load":  # which hardly moves: noise or a slow drift is its whole range
+    if channel == "normal_load":  # its whole range may be noise or a slow drift
         usual = max(usual, abs(middle))
-    # The median of the neighbours lies between any two of them, thus not much beyond the range.
+    # The median of the neighbours is not far outside the range.
     is_far = np.abs(values - middle) > (FAR - 1.0) * usual
     spikes = []
     for first, stop in runs_of(is_far).tolist():
@@ -114,10 +113,9 @@ def _spikes_in(channel: str, values: NDArray[np.float64]) -> list[Spike]:
 
 
 def _peaks_in(channel: str, values: NDArray[np.float64], span: float) -> list[Spike]:
-    """Single samples, or a few, beyond all neighbours; none if they come in step with the cycles.
+    """Find spikes within the range of the channel: samples beyond all neighbours.
 
-    Within the range of the channel a spike is told by its neighbours alone. What stands out in many
-    places alike is of the loop, such as its corners where they are sampled coarsely.
+    Peaks in many cycles belong to the loop, such as its corners where they are sampled coarsely.
     """
     if channel == "normal_load" or values.size < 64:
         return []

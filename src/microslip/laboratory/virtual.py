@@ -39,7 +39,7 @@ LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType(
 
 
 class InSeries(BackboneLaw):
-    """A joint behind a spring: the displacement is that of the far end of the spring.
+    """Joint in series with a spring: the displacement is that of the far end of the spring.
 
     A series connection of laws that obey Masing's rules obeys them too, so this is a backbone law.
     """
@@ -82,11 +82,10 @@ class InSeries(BackboneLaw):
 
 @dataclass(frozen=True, eq=False)
 class VirtualTribometer:
-    """The tribometer of section 2.1 around a joint: what it would record, imperfections included.
+    """Tribometer of section 2.1 with a joint under test, with its imperfections.
 
     The displacement is commanded and read at the transducer, so the compliance of the rig is in
-    series with the joint: k_rig (x - delta) = T(delta). As given it is an ideal rig; each
-    imperfection is asked for.
+    series with the joint: k_rig (x - delta) = T(delta). The rig is ideal by default.
 
     Parameters
     ----------
@@ -187,7 +186,7 @@ class VirtualTribometer:
 
     @cached_property
     def series(self) -> BackboneLaw:
-        """The joint with the rig in series, at the mean load: what the transducer meets."""
+        """Joint with the rig in series at the mean load."""
         if self.rig_stiffness is None:
             return self.joint
         return InSeries(self.joint, self.rig_stiffness)
@@ -255,7 +254,7 @@ class VirtualTribometer:
         )
 
     def _history(self, size: int, step: float) -> tuple[Floats, NDArray[np.bool_]]:
-        """Angles that the joint goes through, the turns between samples too; which are sampled."""
+        """Return the angles of the history with turning points, and the mask of the samples."""
         last, share = (size - 1.0) * step, self.third_harmonic
         between, parts = turning_angles(0.0, last, share), 1
         if self.load_ripple > 0.0:
@@ -269,7 +268,7 @@ class VirtualTribometer:
         return path_of_angles(size, step, max(1, parts), between)
 
     def _respond(self, x: Floats, amplitude: float, angle: Floats) -> tuple[Floats, Floats | None]:
-        """Force [N], and normal load [N] if there is one, along a history from rest."""
+        """Return force [N] and normal load [N], if any, along a history from rest."""
         if self._load is None or self.load_ripple == 0.0:
             load = None if self._load is None else np.full(x.size, self._load)
             return np.asarray(self.series.force(x)), load
@@ -371,14 +370,14 @@ def _checked_limits(limits: Mapping[str, tuple[float, float]]) -> Mapping[str, t
     return MappingProxyType(checked)
 
 
-# -- the motion that is commanded -----------------------------------------------------------------
+# -- commanded motion -----------------------------------------------------------------------------
 
 _NEAR = 1e-9
-"""Angle [rad] from a turning point over which the motion stands still, to rounding."""
+"""Angle [rad] around a turning point without motion to rounding."""
 
 
 def motion_over_amplitude(angle: Floats, share: float) -> Floats:
-    """Displacement over its amplitude: a sine and its third harmonic; at rest up to angle 0."""
+    """Return displacement over amplitude: a sine with third harmonic, at rest up to angle 0."""
     top = 1.0 - share
     if share > 1.0 / 9.0:  # the peak is then beside the middle of the half cycle
         sine = math.sqrt((1.0 + 3.0 * share) / (12.0 * share))
@@ -388,7 +387,7 @@ def motion_over_amplitude(angle: Floats, share: float) -> Floats:
 
 
 def turning_angles(first: float, last: float, share: float) -> Floats:
-    """Angles at which the motion turns: its velocity is cos t (1 - 9 s + 12 s cos^2 t)."""
+    """Return the angles of zero velocity, cos t (1 - 9 s + 12 s cos^2 t)."""
     first, quarter = max(first, 0.0), 0.5 * math.pi
     if last <= first:
         return np.zeros(0)
@@ -404,7 +403,7 @@ def turning_angles(first: float, last: float, share: float) -> Floats:
 def path_of_angles(
     size: int, step: float, parts: int, between: Floats
 ) -> tuple[Floats, NDArray[np.bool_]]:
-    """Angles of a history, more than are sampled, and which of them are."""
+    """Refine the sampled angles of a history; return angles and mask of the samples."""
     angle: Floats = np.arange(float(size))
     angle *= step
     sampled = np.ones(size, dtype=bool)

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize, nnls
 
 import microslip as ms
-from microslip.identification.free_form import FreeForm, backbone_of
+from microslip.identification.free_form import FreeForm
+from microslip.identification.loads import backbone_of
 from microslip.identification.nonnegative import Path, cone_of, minimum
 from microslip.identification.rows import Rows
 from microslip.laboratory.folding import Folded, fold, load_basis

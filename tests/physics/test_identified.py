@@ -430,3 +430,46 @@ def test_laws_are_compared_under_a_load_that_varies() -> None:
     )
     laws = ms.compare(record, laws=["jenkins", "interface"]).laws
     assert np.isfinite([one.chi_squared for one in laws.values()]).all()
+
+
+@pytest.mark.parametrize("rig", [None, (4e7, 4e5)])
+def test_a_sphere_has_its_radius_and_friction(rig: tuple[float, float] | None) -> None:
+    """Loops by the closed form of Mindlin and Cattaneo at two loads, with a rig or none."""
+    mu, radius, modulus, ratio = 0.4, 5e-3, 69e9, 0.33
+    e = modulus / (2.0 * (1.0 - ratio**2))
+    g = modulus / (4.0 * (1.0 + ratio) * (2.0 - ratio))
+    compliance = 0.0 if rig is None else 1.0 / rig[0]
+    records = []
+    for n, load in enumerate((120.0, 40.0)):
+        contact = (0.75 * load * radius / e) ** (1.0 / 3.0)
+        slip = 1.5 * mu * load / (8.0 * contact * g)
+
+        def first(x: Floats, load: float = load, slip: float = slip) -> Floats:
+            return mu * load * (1.0 - np.maximum(1.0 - x / slip, 0.0) ** 1.5)
+
+        fine = np.linspace(0.0, 3.0 * slip, 20_001)
+        u_of = fine + compliance * first(fine)
+        for m, amplitude in enumerate((0.6 * slip, 1.5 * slip)):
+            end = float(np.interp(amplitude, fine, u_of))
+            angle = 2.0 * np.pi * np.arange(1600) / 200.0
+            u = end * np.cos(angle)
+            half = 0.5 * np.where(np.sin(angle) > 0.0, end - u, end + u)
+            sign = np.where(np.sin(angle) > 0.0, -1.0, 1.0)
+            force = sign * (2.0 * first(np.interp(half, u_of, fine)) - first(np.array(amplitude)))
+            rng = np.random.default_rng(7 + 10 * n + m)
+            u = u + 3e-4 * end * rng.standard_normal(u.size)
+            force = force + 2e-3 * mu * load * rng.standard_normal(u.size)
+            records.append(ms.Record(u, force, normal_load=load, sample_rate=200.0))
+    found = ms.identify(
+        records, rig_stiffness=math.inf if rig is None else rig, pair=PAIR,
+        heights=ms.SphereOnFlat(PAIR, radius=1e-3),
+    )  # fmt: skip
+    assert found.step is not None
+    assert found.step.fits
+    for name, truth in (("friction_coefficient", mu), ("radius", radius)):
+        one = found.parameters[name]
+        assert one.verdict == "identified"
+        assert one.low < truth < one.high
+        assert one.value == pytest.approx(truth, rel=0.05)
+    joint = found.step.joint(normal_load=40.0)
+    assert joint.force_limit == pytest.approx(mu * 40.0, rel=2e-3)

@@ -21,6 +21,7 @@ from microslip.friction.slider_law import SliderLaw
 from microslip.identification.bands import QUANTILE, Bands, widened
 from microslip.identification.estimate import Estimate as Estimate
 from microslip.identification.free_form import FreeForm
+from microslip.identification.functionals import joint_alone, quantity_of
 from microslip.identification.interface_step import InterfaceStep, interface_step
 from microslip.identification.masing import Masing, masing_of
 from microslip.identification.record_fit import RecordFit as RecordFit
@@ -33,6 +34,8 @@ _BEYOND = 0.01
 """Share of the largest amplitude by which an amplitude may exceed it."""
 _NOTHING = 1e-9
 """Share of the upper end below which a lower end is zero."""
+_NEAR = 4.0
+"""Thresholds over the finest one whose density stands for that below it."""
 _FLAT = 0.02
 """Share of the force that another amplitude may add at gross slip."""
 
@@ -46,6 +49,8 @@ class _At(NamedTuple):
     """Thresholds [m]."""
     by_shift: Floats
     """Weights of the shifts of the fit in the shift at this load."""
+    by_stiffness: Floats
+    """Derivatives of the shift by the stiffnesses [m^2/N]."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -124,7 +129,9 @@ class Identification(Locked, Plottable):
 
     def _level(self, fit: FreeForm, level: int) -> _At:
         gradient = fit.shift_gradient(level)
-        return _At(fit, self._bands[id(fit)], fit.y + fit.shifts[level], gradient)
+        by_stiffness = fit.shift_by_stiffness(fit.loads[level])
+        y = fit.y + fit.shifts[level]
+        return _At(fit, self._bands[id(fit)], y, gradient, by_stiffness)
 
     def _between(self, load: float) -> _At:
         """Return the fit at a load that was not measured, inside the range of those that were."""
@@ -139,7 +146,9 @@ class Identification(Locked, Plottable):
             )
         if fit.friction is not None:
             slope = np.array([fit.friction_gradient(load)])
-            return _At(fit, self._bands[id(fit)], fit.y + fit.shift_at(load), slope)
+            by_stiffness = fit.shift_by_stiffness(load)
+            y = fit.y + fit.shift_at(load)
+            return _At(fit, self._bands[id(fit)], y, slope, by_stiffness)
         # B(u*) = mu (N_high - N), with mu that of the two measured loads about this one.
         reach = fit.backbone(-fit.shifts)
         after = next(i for i, measured in enumerate(loads) if measured <= load)
@@ -151,7 +160,7 @@ class Identification(Locked, Plottable):
         weights[after - 1] = share
         if after > 1:
             weights[after - 2] = 1.0 - share
-        return _At(fit, self._bands[id(fit)], fit.y + shift, weights)
+        return _At(fit, self._bands[id(fit)], fit.y + shift, weights, np.zeros(fit.y.size))
 
     # -- functionals ------------------------------------------------------------------------------
 
@@ -159,13 +168,21 @@ class Identification(Locked, Plottable):
         """Return coefficients of stiffnesses and shifts of a sum over sliders by thresholds."""
         y = np.maximum(at.y, 0.0)
         c = np.append(shape(y), np.zeros(at.by_shift.size))
-        if at.by_shift.any():
+        if at.by_shift.any() or at.by_stiffness.any():
             step = _STEP * at.fit.largest
             more, less = (
                 float(at.fit.k @ shape(np.maximum(at.y + way * step, 0.0))) for way in (1.0, -1.0)
             )
-            c[y.size :] = at.by_shift * (more - less) / (2.0 * step)
+            slope = (more - less) / (2.0 * step)
+            c[y.size :] = at.by_shift * slope
+            c[: y.size] += at.by_stiffness * slope
         return c
+
+    def _interval(self, at: _At, shape: Callable[[Floats], Floats]) -> tuple[float, float, float]:
+        """Return value and ends of the interval of a sum over sliders by thresholds."""
+        value = float(at.fit.k @ shape(np.maximum(at.y, 0.0)))
+        middle, low, high = at.bands.interval(self._coefficients(at, shape))
+        return value, value + low - middle, value + high - middle
 
     def _force_of(self, at: _At, u: float) -> tuple[Floats, float, float]:
         """Coefficients of the force, the force and the stiffness at a displacement in series."""
@@ -200,13 +217,14 @@ class Identification(Locked, Plottable):
         u = self._in_series(at, a, self._compliance)
         c_force, force, slope = self._force_of(at, u)
         c_energy = self._coefficients(at, lambda y: 4.0 * y * np.maximum(u - y, 0.0))
-        energy = float(c_energy[: at.y.size] @ at.fit.k)
+        y = np.maximum(at.y, 0.0)
+        energy = float(at.fit.k @ (4.0 * y * np.maximum(u - y, 0.0)))
         energy_slope = 4.0 * max(force - u * slope, 0.0)
         # The joint's amplitude is given: u = a + c B(u).
         softer = 1.0 / max(1.0 - self._compliance * slope, 1e-3)
         c_energy = c_energy + energy_slope * self._compliance * softer * c_force
         c_force = c_force * softer
-        value, by_force, by_energy = _quantity(name, force, energy, a)
+        value, by_force, by_energy = quantity_of(name, force, energy, a)
         gain_f, gain_x = (self.gain_errors.get(key, 0.0) for key in ("force", "displacement"))
         moved = by_force * slope + by_energy * energy_slope
         # A gain g of the displacement makes T(a/g) of T(a) and g E(a/g) of E(a).
@@ -233,7 +251,7 @@ class Identification(Locked, Plottable):
             u = self._in_series(at, a, max(compliance, 0.0))
             y = np.maximum(at.y, 0.0)
             energy = float(at.fit.k @ (4.0 * y * np.maximum(u - y, 0.0)))
-            others.append(_quantity(name, float(_sum(at, np.array([u]))[0]), energy, a)[0])
+            others.append(quantity_of(name, float(_sum(at, np.array([u]))[0]), energy, a)[0])
         less, more = value - min(*others, value), max(*others, value) - value
         return value - math.hypot(value - low, less), value + math.hypot(high - value, more)
 
@@ -280,8 +298,14 @@ class Identification(Locked, Plottable):
     def stiffness_at(self, normal_load: float | None) -> Estimate:
         """Return the stiffness at rest [N/m] at a normal load [N]."""
         at = self._at(normal_load)
-        value, low, high = at.bands.interval(
-            self._coefficients(at, lambda y: np.where(y > 0.0, 1.0, 0.0))
+        _, low, _ = self._interval(at, lambda y: np.where(y > 0.0, 1.0, 0.0))
+        # Sliders below the finest threshold stand there with the same force, and so with about half
+        # of their stiffness: their density is that of the thresholds next to it.
+        near = at.fit.finest * _NEAR
+        further = 0.5 / (_NEAR - 0.5)
+        value, _, high = self._interval(
+            at,
+            lambda y: np.where(y > 0.0, 1.0, 0.0) + np.where((y > 0.0) & (y <= near), further, 0),
         )
         gains = [self.gain_errors.get(key, 0.0) * value for key in ("force", "displacement")]
         value, low, high = widened(value, low, high, gains)
@@ -308,11 +332,9 @@ class Identification(Locked, Plottable):
         """Return the force of gross slip [N] at a normal load [N]."""
         at = self._at(normal_load)
         a = max(rows.amplitude for rows in at.fit.rows)
-        force = at.bands.interval(self._coefficients(at, lambda y: np.minimum(a, y)))
+        force = self._interval(at, lambda y: np.minimum(a, y))
         inner = 0.9 * a
-        slope = at.bands.interval(
-            self._coefficients(at, lambda y: np.minimum(a, y) - np.minimum(inner, y))
-        )
+        slope = self._interval(at, lambda y: np.minimum(a, y) - np.minimum(inner, y))
         further = slope[2] * a / (a - inner)
         value, low, high = widened(*force, [self.gain_errors.get("force", 0.0) * force[0]])
         if further > _FLAT * force[0]:
@@ -334,7 +356,7 @@ class Identification(Locked, Plottable):
         order = np.argsort(y)
         y, k = y[order], k[order]
         if self._compliance:
-            y, k = _joint_alone(y, k, self._compliance)
+            y, k = joint_alone(y, k, self._compliance)
         return SliderLaw(y, k, *self.amplitudes)
 
     # -- the second step --------------------------------------------------------------------------
@@ -357,7 +379,8 @@ class Identification(Locked, Plottable):
         area : float, optional
             Apparent area [m^2], for densities of summits.
         heights : optional
-            Distribution of heights or a surface whose shape counts; by default Gaussian heights.
+            Distribution of heights, or a surface whose shape counts: a table, a face or a sphere,
+            whose "radius" then is a parameter. By default Gaussian heights.
         known : mapping, optional
             Data from elsewhere as (value, standard deviation) by the names of parameters; "radius"
             or "density" separate the two; "summits" is the number of all summits, whose random
@@ -391,6 +414,7 @@ class Identification(Locked, Plottable):
                 loads,
                 force,
                 stiff,
+                fit.friction is None or math.isfinite(self.force_limit.high),
                 pair=pair,
                 area=area,
                 heights=heights,
@@ -444,37 +468,9 @@ class Identification(Locked, Plottable):
         )
 
 
-def _quantity(name: str, force: float, energy: float, a: float) -> tuple[float, float, float]:
-    """Return a quantity at an amplitude and its derivatives by force and energy."""
-    if name == "force":
-        return force, 1.0, 0.0
-    if name == "energy":
-        return energy, 0.0, 1.0
-    if name == "secant":
-        return force / a, 1.0 / a, 0.0
-    factor = (1.0 if name == "loss" else 0.5) / (math.pi * a * force)
-    return factor * energy, -factor * energy / force, factor
-
-
 def _sum(at: _At, u: Floats) -> Floats:
     y = np.maximum(at.y, 0.0)
     return np.minimum(u[:, None], y) @ at.fit.k
-
-
-def _joint_alone(y: Floats, k: Floats, compliance: float) -> tuple[Floats, Floats]:
-    """Return the sliders of the joint from those of joint and rig: x = u - c B(u) is exact.
-
-    A polygon stays a polygon; a side as stiff as the rig is taken as 1e3 times as stiff as the rig.
-    """
-    corners = np.append(0.0, y)
-    force = np.minimum(corners[:, None], y) @ k
-    x = np.diff(corners) - compliance * np.diff(force)
-    rise = np.diff(force)
-    x = np.maximum(x, 1e-3 * compliance * rise)
-    slope = np.append(rise / x, 0.0)
-    slope = np.minimum.accumulate(slope)
-    keep = -np.diff(slope) > 1e-12 * slope[0]
-    return np.cumsum(x)[keep], -np.diff(slope)[keep]
 
 
 def result_of(

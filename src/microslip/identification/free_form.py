@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from microslip._core.checks import Floats
+from microslip.identification.loads import backbone_of, carried
 from microslip.identification.nonnegative import Cone, cone_of, minimum
 from microslip.identification.rows import Rows
 
@@ -28,6 +29,8 @@ NEVER = 1e3
 """Threshold of the slider that never slips, over the largest amplitude."""
 _FRICTION_STEP = 0.01
 """Step of the difference by the friction, over it."""
+_CORRECTIONS = 1
+"""Newton steps with the effect of the stiffnesses on the path of a varying load."""
 _LEAST_FRICTION = 0.9
 """Least friction coefficient over the largest force over the load, which no slider exceeds.
 
@@ -69,6 +72,7 @@ class FreeForm:
         self.k = np.zeros(self.y.size)
         self._columns: dict[int, Floats] = {}
         self.friction: float | None = None
+        self.is_exact = False
         self.reference: float | None = self.loads[0]
         self._assemble()
         self.separate: list[FreeForm] = []
@@ -89,6 +93,8 @@ class FreeForm:
         self._thin()
         if self.extra:
             self._settle(_STILL)
+        if self.friction is not None:
+            self._correct()
 
     # -- the convex problem -----------------------------------------------------------------------
 
@@ -99,12 +105,17 @@ class FreeForm:
         used = np.flatnonzero(self.k)
         if self.friction is not None:
             self.shifts = np.array([self.shift_at(load) for load in self.loads])
+            self.fall = self._fall()
         for rows in self.rows:
             level = self.level[rows.load]
             shift = float(self.shifts[level])
             by_extra = np.zeros((rows.weight.size, self.extra))
+            by_path = np.zeros((rows.weight.size, count))
             if self.friction is not None and rows.loads is not None:
-                columns = rows.varying_columns(self.y, *self._path(rows, self.friction))
+                path = self._path(rows, self.friction)
+                columns = rows.varying_columns(self.y, *path)
+                if self.is_exact:
+                    by_path = self._by_path(rows, path, columns @ self.k)
                 step = _FRICTION_STEP * self.friction
                 more, less = (
                     rows.varying_columns(self.carried(self.y[used], mu), *self._path(rows, mu))
@@ -119,10 +130,14 @@ class FreeForm:
                     step = _SHIFT_STEP * self.largest
                     both = np.concatenate([self.y[used] + shift + way * step for way in (1, -1)])
                     weights = np.concatenate((self.k[used], -self.k[used])) / (2.0 * step)
-                    by_extra[:] = np.outer(rows.columns(both) @ weights, gradient)
+                    slope = rows.columns(both) @ weights
+                    by_extra[:] = np.outer(slope, gradient)
+                    if self.is_exact:
+                        by_path = np.outer(slope, self.shift_by_stiffness(self.loads[level]))
             self._columns[id(rows)] = columns
-            force = rows.folded.force[:, None]
-            self.blocks.append(rows.whitened(np.hstack((columns, by_extra, force))))
+            force = rows.folded.force + by_path @ self.k
+            whole = np.hstack((columns + by_path, by_extra, force[:, None]))
+            self.blocks.append(rows.whitened(whole))
         whole = np.vstack(self.blocks)
         design, self.measured = whole[:, :-1], whole[:, -1]
         scale = np.sqrt(np.einsum("ij,ij->j", design, design))
@@ -276,6 +291,81 @@ class FreeForm:
         force, u = self.corners()
         return -float(np.interp(friction * (self.reference - load), force, u))
 
+    def _fall(self, friction: float | None = None) -> float:
+        """Return the fall of the thresholds [m] from the reference to the highest mean load."""
+        force, u = self.corners()
+        limit = (friction or self.friction or 0.0) * (
+            (self.reference or 0.0) - (self.loads[0] or 0.0)
+        )
+        return float(np.interp(limit, force, u))
+
+    def shift_by_stiffness(self, load: float | None) -> Floats:
+        """Return the derivatives of the shift at a load by the stiffnesses [m^2/N].
+
+        B(-s) = mu (N_reference - N) gives ds = min(-s, y) dk/B'(-s). Thresholds at the highest
+        mean load are kept.
+        """
+        if self.friction is None:
+            return np.zeros(self.y.size)
+        here, top = (
+            np.minimum(fall, self.y) / max(self._stiffness_at(np.array([fall]))[0], 1e-300)
+            for fall in (-self.shift_at(load), self._fall())
+        )
+        return np.asarray((here - top) * (self.y >= 2.0 * self._fall()))
+
+    def _stiffness_at(self, u: Floats) -> Floats:
+        """Return the stiffness of first loading [N/m] at the reference."""
+        stuck = np.append(np.cumsum(self.k[::-1])[::-1], 0.0)
+        return np.asarray(stuck[np.searchsorted(self.y, u, side="right")])
+
+    def _by_path(self, rows: Rows, path: tuple[Floats, Floats], force: Floats) -> Floats:
+        """Return the change of the force by the stiffnesses through the path of the shift.
+
+        min(u, y) of a fall u on the path is alpha u + beta, exact where y is outside its range.
+        Sliders that enter and leave within the cycle carry little force, and their stiffnesses
+        change much: their effect on the path follows from step to step only.
+        """
+        y, top = self.y, self._fall()
+        low, high = -float(path[0].max()), -float(path[0].min())
+        alpha = np.clip((y - low) / max(high - low, 1e-300), 0.0, 1.0)
+        beta = np.where(y <= low, y, low * (1.0 - alpha))
+        stiff = [np.maximum(self._stiffness_at(-s), 1e-300) for s in path]
+        at_top = max(float(self._stiffness_at(np.array([top]))[0]), 1e-300)
+        used = np.flatnonzero(self.k)
+        change = np.zeros((force.size, y.size))
+        for weights, ways in (
+            (alpha, [-s / b for s, b in zip(path, stiff, strict=True)]),
+            (beta, [1.0 / b for b in stiff]),
+            (-np.minimum(top, y) / at_top, [np.ones(s.size) for s in path]),
+        ):
+            size = float(np.abs(ways[0]).max())
+            if not size > 0.0 or not weights.any():
+                continue
+            step = _FRICTION_STEP * high / size
+            moved = (s + step * way for s, way in zip(path, ways, strict=True))
+            other = rows.varying_columns(y[used], *moved) @ self.k[used]
+            change += np.outer((other - force) / step, weights * (y >= 2.0 * top))
+        return change
+
+    def _correct(self) -> None:
+        """Solve with the effect of stiffnesses on the path of the shift, by Newton's method."""
+        self.is_exact = True
+        for _ in range(_CORRECTIONS):
+            self._assemble()
+            before = self._fall()
+            self._solve()
+            self.y[:-1] = carried(self.y[:-1], before, self._fall())
+            if len(self.loads) > 1:  # at one load only its quotient by the stiffness shows
+                friction = max((self.friction or 0.0) + self.moved[0], self._least_friction)
+                self.y[:-1] = self.carried(self.y[:-1], friction)
+                self.friction = float(friction)
+        self._assemble()
+        k = self.k
+        self._solve()
+        for level, load in enumerate(self.loads):
+            self.shifts[level] += self.shift_gradient(level) @ self.moved
+            self.shifts[level] += self.shift_by_stiffness(load) @ (self.k - k)
+
     def friction_gradient(self, load: float | None) -> float:
         """Return the derivative by the friction [m] of the thresholds at a load [N]."""
         if self.friction is None:
@@ -293,22 +383,19 @@ class FreeForm:
         The loops tell the thresholds at the mean load; those at the reference follow with the
         friction, so that a change of it needs no other thresholds.
         """
-        assert self.reference is not None
-        assert self.friction is not None
-        force, u = self.corners()
-        drop = self.reference - (self.loads[0] or 0.0)
-        old, new = (float(np.interp(mu * drop, force, u)) for mu in (self.friction, friction))
-        if not old > 0.0:
-            return y
-        return np.where(y > old, y + (new - old), y * (new / old))
+        return carried(y, self._fall(), self._fall(friction))
 
-    def with_friction(self, friction: float) -> FreeForm:
-        """Return the fit with its linear terms about another friction coefficient."""
+    def carried_to(self, y: Floats, fall: float) -> Floats:
+        """Return thresholds at the reference for another fall to the highest mean load [m]."""
+        return carried(y, self.fall, fall)
+
+    def about(self, friction: float, k: Floats) -> FreeForm:
+        """Return the fit with its linear terms about a friction and stiffnesses of a law."""
         other = copy(self)
         other._columns = {}
-        other.y = self.y.copy()
-        other.y[:-1] = self.carried(self.y[:-1], friction)
-        other.friction = friction
+        other.y, other.k, other.friction = self.y.copy(), k, friction
+        for _ in range(3):  # the fall depends on the thresholds, which move with it
+            other.y[:-1] = self.carried_to(self.y[:-1], other._fall())
         other._assemble()
         other._solve()
         return other
@@ -346,7 +433,7 @@ class FreeForm:
         self.shifts = self.shifts - further
 
     def force_of(self, rows: Rows) -> Floats:
-        """Return the force of the law in the bins of a record [N], without an offset."""
+        """Force of the law in the bins of a record [N], without an offset."""
         return self._columns[id(rows)] @ self.k
 
     def _put_thresholds(self) -> None:
@@ -407,13 +494,3 @@ class FreeForm:
         part = self.cone.gram[np.ix_(used, used)]
         told = np.linalg.eigvalsh(part) * float(np.max(self.g, initial=0.0)) ** 2 > 1.0
         return int(np.count_nonzero(told))
-
-
-def backbone_of(y: Floats, k: Floats, u: Floats) -> Floats:
-    """Return the sum of k min(u, y) [N] at displacements u of any shape."""
-    order = np.argsort(y)
-    y, k = y[order], k[order]
-    slipped = np.append(0.0, np.cumsum(k * y))
-    stuck = np.append(np.cumsum(k[::-1])[::-1], 0.0)
-    at = np.searchsorted(y, u, side="right")
-    return np.asarray(slipped[at] + u * stuck[at])

@@ -1,8 +1,12 @@
-"""Groups of values that are measured as equal."""
+"""Groups of equal loads; thresholds of sliders at another load, and first loading."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+
+import numpy as np
+
+from microslip._core.checks import Floats
 
 SAME = 0.01
 """Relative difference up to which values, such as normal loads, are taken for one."""
@@ -17,3 +21,21 @@ def groups_of(values: Iterable[float]) -> list[list[float]]:
         else:
             groups.append([value])
     return groups
+
+
+def carried(y: Floats, old: float, new: float) -> Floats:
+    """Return thresholds at a reference load whose fall to another load [m] has changed.
+
+    At the other load they stay.
+    """
+    return np.where(y > old, y + (new - old), y * (new / old)) if old > 0.0 else y
+
+
+def backbone_of(y: Floats, k: Floats, u: Floats) -> Floats:
+    """Return the sum of k min(u, y) [N] at displacements u of any shape."""
+    order = np.argsort(y)
+    y, k = y[order], k[order]
+    slipped = np.append(0.0, np.cumsum(k * y))
+    stuck = np.append(np.cumsum(k[::-1])[::-1], 0.0)
+    at = np.searchsorted(y, u, side="right")
+    return np.asarray(slipped[at] + u * stuck[at])

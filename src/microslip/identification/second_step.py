@@ -160,9 +160,10 @@ class Statistics:
         u = _CLEAR * self.fit.finest
         return float(self.fit.backbone(np.array([u]))[0]) / u
 
-    def about(self, friction: float) -> Statistics:
-        """Return the statistics with linear terms about another friction coefficient."""
-        return Statistics(self.fit.with_friction(friction), self.bands, self.rig, self.free_rig)
+    def about(self, friction: float, g: Floats) -> Statistics:
+        """Return the statistics with linear terms about the friction and sliders of a law."""
+        k = (g / self.fit.scale)[: self.fit.y.size]
+        return Statistics(self.fit.about(friction, k), self.bands, self.rig, self.free_rig)
 
     def sliders(self, curve: Callable[[Floats, float | None], Floats], compliance: float) -> Floats:
         """Return scaled coefficients of a law behind a compliance [m/N]."""
@@ -201,11 +202,12 @@ class Statistics:
             fall = float((curve(far, load) - curve(far, 0.5 * load))[0])
             # A law that knows no load moves with it as the free form does.
             friction = (
-                self._by_shift(fall / (0.5 * load), force, u)
+                fall / (0.5 * load)
                 if fall > 0.0
                 else max(fit.friction + float(fit.moved[0]), 0.2 * fit.friction)
             )
-            nodes = fit.carried(nodes, friction)
+            drop = friction * (load - (fit.loads[0] or 0.0))
+            nodes = fit.carried_to(nodes, float(np.interp(drop, force, u)))
             return np.interp(nodes, u, force), np.array([friction - fit.friction]), nodes
         shifts = []
         for low in fit.loads[1:]:
@@ -221,20 +223,6 @@ class Statistics:
         if self.fit.friction is None:
             return None
         return self.fit.friction + float(g[-1] / self.fit.scale[-1])
-
-    def _by_shift(self, friction: float, force: Floats, u: Floats) -> float:
-        """Return the friction at which the fit shifts its thresholds as the law does.
-
-        The paths of the loads are those of the fit: B(s) = mu (N_reference - N) with its own B,
-        whose stiffness near rest is not that of the law.
-        """
-        fit = self.fit
-        drop = (fit.reference or 0.0) - (fit.loads[0] or 0.0)
-        if len(fit.loads) > 1 or not drop > 0.0:
-            return friction
-        shift = float(np.interp(friction * drop, force, u))
-        own_force, own_u = fit.corners()
-        return float(np.interp(shift, own_u, own_force)) / drop
 
     def residuals(self, g: Floats) -> Floats:
         """Return whitened residuals of scaled coefficients."""
@@ -326,19 +314,22 @@ def solve(
 ) -> tuple[_Problem, Floats, float, Floats]:
     """Return problem, best coordinates, sum of squares and covariance of a law.
 
-    The statistics of a load that varies within the cycle are linear in the friction: they are
-    computed anew about the friction of the law, and those of the problem are the last.
+    The statistics of a load that varies within the cycle are linear in the path of the thresholds:
+    they are computed anew about the law, and those of the problem are the last.
     """
     solved = _solved(statistics, law, data, scatter, starts)
+    before = statistics.fit.friction
     for _ in range(_PASSES):
         problem, q = solved[0], solved[1]
         values = problem.values(q)
-        friction = problem.statistics.friction_of(problem.coefficients(values))
-        if friction is None or not friction > 0.0:
+        g = problem.coefficients(values)
+        friction = problem.statistics.friction_of(g)
+        if friction is None or before is None or not friction > 0.0:
             break
-        if abs((problem.statistics.fit.friction or 0.0) / friction - 1.0) < _SAME_FRICTION:
+        solved = _solved(problem.statistics.about(friction, g), law, data, scatter, [values])
+        if abs(before / friction - 1.0) < _SAME_FRICTION:
             break
-        solved = _solved(problem.statistics.about(friction), law, data, scatter, [values])
+        before = friction
     return solved
 
 

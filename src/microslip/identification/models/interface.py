@@ -11,7 +11,7 @@ import numpy as np
 
 from microslip._core.checks import Floats, positive
 from microslip._core.errors import InputError
-from microslip.contact import GreenwoodWilliamson, MeasuredContact
+from microslip.contact import GreenwoodWilliamson, MeasuredContact, SphereOnFlat
 from microslip.contact.materials import MaterialPair
 from microslip.friction.interface import Interface
 from microslip.identification.models.surface_shape import (
@@ -52,7 +52,8 @@ class InterfaceModel:
 
     The normal law is a template with two scales, N(d) = C n(d/s). Loops determine mu, the length
     slip_scale = kappa s and, weakly, the separation h = d/s at the ``reference_load``; at a load N
-    it is h_N with n(h_N) = n(h) N/N_ref (Ciavarella 1998, J. Appl. Mech. 65, 998).
+    it is h_N with n(h_N) = n(h) N/N_ref (Ciavarella 1998, J. Appl. Mech. 65, 998). The law of a
+    sphere has one scale only: its length s is the approach at the reference load, and h is -1.
     """
 
     template: Template
@@ -68,10 +69,20 @@ class InterfaceModel:
         """
         return cls(template_of(shape), math.exp(float(np.mean(np.log(loads)))))
 
+    @property
+    def is_sphere(self) -> bool:
+        """Whether the surface is one sphere."""
+        return isinstance(self.template.law, SphereOnFlat)
+
+    def _values(self, values: Values) -> tuple[float, float, float]:
+        """Return friction coefficient, slip scale [m] and standardised separation."""
+        mu, scale, h = self.names
+        return values[mu], values[scale], -1.0 if self.is_sphere else values[h]
+
     def curve(self, u: Floats, values: Values, load: float) -> tuple[Floats, Floats]:
         """Return first loading [N] and slope [N/m] at u >= 0 [m], exact from rest to gross slip."""
         ratio = load / self.reference_load
-        mu, scale, h = (values[name] for name in self.names)
+        mu, scale, h = self._values(values)
         here = self.template.separation(h, ratio)
         x = np.minimum(u, 1e200) / scale
         share, by_step = self.template.shares(here, x)
@@ -90,7 +101,7 @@ class InterfaceModel:
         if not isinstance(law, GreenwoodWilliamson):
             return np.zeros((0, u.size))
         ratio = load / self.reference_load
-        mu, scale, h = (values[name] for name in self.names)
+        mu, scale, h = self._values(values)
         template = self.template
         here = template.separation(h, ratio)
         lowest = min(template.separation(h, one / self.reference_load) for one in loads)
@@ -117,7 +128,7 @@ class InterfaceModel:
             )
         radius = None if radius is None else positive("radius", radius, "m")
         area = CONVENTIONAL_AREA if area is None else positive("area", area, "m^2")
-        mu, scale, h = (values[name] for name in self.names)
+        mu, scale, h = self._values(values)
         length = scale / (mu * pair.stiffness_ratio)
         constant = self.reference_load / self.template.load(h)
         surface = self.template.surface(pair, length, constant, area, radius)
@@ -126,7 +137,7 @@ class InterfaceModel:
     def derived(self, values: Values, load: float, given: Materials) -> tuple[Derived, ...]:
         """Return force limit and stiffness at a load [N], and what pair and area add."""
         pair, area, _ = given
-        mu, scale, h = (values[name] for name in self.names)
+        mu, scale, h = self._values(values)
         template = self.template
         here = template.separation(h, load / self.reference_load)
         found = [
@@ -137,6 +148,14 @@ class InterfaceModel:
             law = template.law  # a lay has a ratio of its own
             ratio = (law if isinstance(law, MeasuredContact) else pair).stiffness_ratio
             length = scale / (mu * ratio)
+            if self.is_sphere:
+                stiff = 4.0 / 3.0 * pair.composite_modulus
+                radius = (self.reference_load / (length**1.5 * stiff)) ** 2
+                return (
+                    *found,
+                    Derived("radius", "m", radius),
+                    Derived("approach", "m", -here * length),
+                )
             found.append(Derived("std", "m", length))
             if area is not None and isinstance(law, GreenwoodWilliamson):
                 stiff = 4.0 / 3.0 * pair.composite_modulus * area

@@ -169,6 +169,8 @@ class Template:
         if isinstance(law, TabulatedNormalLaw):
             d, n = np.asarray(law.separations), np.asarray(law.loads)
             return TabulatedNormalLaw(pair, d * factor, n * (constant / self.norm), law.tail)
+        if isinstance(law, SphereOnFlat):
+            return SphereOnFlat(pair, (constant / (length**1.5 * stiff)) ** 2)
         raise InputError(
             f"`heights` must be of a surface that can be scaled, got {type(law).__name__}"
         )
@@ -196,17 +198,17 @@ def template_of(heights: Any = None) -> Template:
         unit = norm / -law._derivative_at(first, 1)
         if isinstance(law, MeasuredContact):
             unit = law.numbers.rms
-    elif isinstance(law, SphereOnFlat):
-        unit = norm = 0.0
+    elif isinstance(law, SphereOnFlat):  # the approach at the reference load is its unit
+        unit = law.radius
+        norm = law._constant * unit**1.5
     else:
         raise InputError(
             "`surface` must be one whose lengths scale: GreenwoodWilliamson, "
-            f"AsperityPopulation or TabulatedNormalLaw, got {show(law)}"
+            f"AsperityPopulation, SphereOnFlat or TabulatedNormalLaw, got {show(law)}"
         )
     if not unit > 0.0:
         raise InputError(
             "`heights` must differ from one another, or no length standardises the "
-            "separation (the loops of one sphere, or of equal ones, follow from mu N and the "
-            f"slip limit alone), got {show(law)}"
+            "separation; write a sphere as SphereOnFlat(pair, radius=5e-3), got {show(law)}"
         )
     return Template(law, unit, norm)

@@ -17,7 +17,7 @@ from click.testing import CliRunner, Result
 from matplotlib.text import Text
 
 import microslip as ms
-from microslip.chapter import KIND, LEFT_OUT, PLATES, Drawing, Plate, select, write
+from microslip.chapter import KIND, LEFT_OUT, PLATES, Drawing, Plate, select, write_figures
 from microslip.chapter.contact import summit
 from microslip.chapter.joint import with_summits
 from microslip.chapter.rig import (
@@ -33,8 +33,8 @@ from microslip.chapter.surface import (
     ROUGHNESS,
     is_peak,
     peak_density,
-    profile,
     summits,
+    synthetic_profile,
     worked_example,
 )
 from microslip.cli import main
@@ -168,7 +168,7 @@ def test_number_of_asperities_figure() -> None:
 
 def test_roughness_figure() -> None:
     """As rough as the chapter's sample, and with the statistics that the figure states."""
-    places, z = profile()
+    places, z = synthetic_profile()
     data = columns("19.6")
     np.testing.assert_array_equal(data["height [m]"], z)
     assert abs(z.mean()) < 1e-20
@@ -180,7 +180,7 @@ def test_roughness_figure() -> None:
     np.testing.assert_array_equal(data["is a peak"], is_peak(z))
     assert f"the {is_peak(z).sum()} peaks of this trace" in texts
     # Many traces: root mean square and autocorrelation at one correlation length.
-    traces = np.array([profile(seed)[1] for seed in range(60)])
+    traces = np.array([synthetic_profile(seed)[1] for seed in range(60)])
     assert np.sqrt(np.mean(traces**2)) == pytest.approx(ROUGHNESS, rel=0.02)
     lag = round(CORRELATION / (places[1] - places[0]))
     ratio = np.mean(traces[:, lag:] * traces[:, :-lag]) / np.mean(traces**2)
@@ -277,7 +277,7 @@ def test_varying_load_figures() -> None:
 
 def test_files(tmp_path: Path) -> None:
     progress: list[float] = []
-    summary = write(select(["19.13", "19.9"]), tmp_path, progress.append)
+    summary = write_figures(select(["19.13", "19.9"]), tmp_path, progress.append)
     assert progress == [0.5, 1.0]
     assert summary == json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(summary["files"])
@@ -303,7 +303,7 @@ def test_the_same_files_each_time(tmp_path: Path) -> None:
     drawn_twice = ["19.12", "19.22", "19.23"]
     for folder, numbers in zip(folders, (drawn_twice, ["19.9", *drawn_twice]), strict=True):
         folder.mkdir()
-        write(select(numbers), folder)
+        write_figures(select(numbers), folder)
     stems = [NUMBERS[number].stem for number in drawn_twice]
     for name in (f"{stem}.{kind}" for stem in stems for kind in ("svg", "png", "csv")):
         assert (folders[0] / name).read_bytes() == (folders[1] / name).read_bytes(), name

@@ -13,7 +13,7 @@ from exported import JOINT
 import microslip as ms
 from microslip import export
 from microslip.cli.export import _CARD_OPTIONS
-from microslip.export.card_files import UNITS
+from microslip.export.card_files import CARD_UNITS
 
 
 def test_heights_that_fall_exponentially_have_a_card_in_closed_form():
@@ -115,7 +115,7 @@ def test_the_command_writes_a_card(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "joint.toml").write_text(STUDY)
     assert _CARD_OPTIONS[0].choices == tuple(export.PROGRAMS)
-    assert _CARD_OPTIONS[1].choices == tuple(UNITS)
+    assert _CARD_OPTIONS[1].choices == tuple(CARD_UNITS)
     done = run("export", "card", "joint.toml", "-o", "c.inp", "--for", "calculix", "--json")
     told = json.loads(done.output)
     assert (tmp_path / "c.inp").exists()

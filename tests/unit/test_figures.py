@@ -15,12 +15,22 @@ from studies import AMPLITUDES, CURVE, LOADS, SURFACE, SURFACES, edited
 
 import microslip as ms
 from microslip.figures.kit import linear, log_label, logarithmic
-from microslip.figures.layout import SMALL, TEXT, TITLE, Frame, lay_out, text_width
+from microslip.figures.layout import SMALL, TEXT, TITLE, PanelFrame, lay_out, text_width
 from microslip.figures.matplotlib_figure import png, to_matplotlib
-from microslip.figures.plot import DASHED, Line, LineName, Marks, Panel, Pixels, Plot, Rule, Stems
+from microslip.figures.plot import (
+    DASHED,
+    Guide,
+    Line,
+    LineName,
+    Marks,
+    Panel,
+    Pixels,
+    Plot,
+    Stems,
+)
 from microslip.figures.svg import svg
 from microslip.report.predicted.curves import force_exponent
-from microslip.report.predicted.figures import FIGURES, figure_names_of, slipping_share
+from microslip.report.predicted.figures import PREDICTION_FIGURES, figure_names_of, slipping_share
 from microslip.report.predicted.history_figure import MOST_DRAWN_SAMPLES, envelope, motion_path
 from microslip.report.predicted.numbers import file_names
 
@@ -53,7 +63,7 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> ms.Result:
 
 
 def draw(result: ms.Result, name: str) -> Plot:
-    return FIGURES[name](result)
+    return PREDICTION_FIGURES[name](result)
 
 
 def lines(panel: Panel, dash: tuple[float, ...] = ()) -> list[Line]:
@@ -300,11 +310,11 @@ def check(plot: Plot, name: str) -> None:
         assert apart, f"{name}: {what} over {that}"
 
 
-def major(frame: Frame) -> np.ndarray:
+def major(frame: PanelFrame) -> np.ndarray:
     return np.array([value for value, _ in frame.x.ticks.major])
 
 
-def around(frame: Frame) -> Box:
+def around(frame: PanelFrame) -> Box:
     """A panel with its ticks and labels."""
     half = 0.6 * TEXT
     left, top = frame.left, frame.top
@@ -327,7 +337,7 @@ def test_matplotlib_draws_the_same(name: str, result: ms.Result) -> None:
         assert axes.get_ylabel().replace(r"\$", "$") == frame.panel.y.label
         assert axes.get_xlim() == (frame.x.low, frame.x.high)
         drawn = [line for line in axes.lines if line.get_marker() == "None"]
-        curves = [item for item in frame.panel.items if isinstance(item, (Line, Rule))]
+        curves = [item for item in frame.panel.items if isinstance(item, (Line, Guide))]
         assert len(drawn) == len(curves)
         for line, item in zip(drawn, curves, strict=True):
             if isinstance(item, Line):

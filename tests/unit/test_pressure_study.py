@@ -10,7 +10,7 @@ from studies import LOADS, edited
 
 import microslip as ms
 from microslip.figures.plot import Line
-from microslip.report.predicted.figures import FIGURES, figure_names_of
+from microslip.report.predicted.figures import PREDICTION_FIGURES, figure_names_of
 
 CONE = (LOADS, f'{LOADS}\npressure = {{ kind = "cone", outer = "7 mm", inner = "2 mm" }}')
 BOLT = '{ kind = "bolt", size = "M5", plates = ["3 mm", "4 mm"], count = 2, edge = "10 mm"'
@@ -37,7 +37,7 @@ def test_a_study_equals_the_same_in_python() -> None:
     assert judged["real over apparent area"] > 1.5 * area  # where most presses
     shown = figure_names_of(result)
     assert "pressure" in shown and "contact_state" not in shown  # noqa: PT018
-    plot = FIGURES["pressure"](result)
+    plot = PREDICTION_FIGURES["pressure"](result)
     lines = [item for item in plot.panels[0].items if isinstance(item, Line)]
     assert len(lines) == 2
     slips = [item.y for item in plot.panels[1].items if isinstance(item, Line)]

@@ -18,7 +18,7 @@ from microslip.report.cells import quantity_text
 from microslip.report.html import html_page as html_page
 from microslip.report.predicted import document as predicted_document
 from microslip.report.predicted.document import prediction_document
-from microslip.report.predicted.figures import _CAPTIONS, FIGURES, figure_names_of
+from microslip.report.predicted.figures import _CAPTIONS, PREDICTION_FIGURES, figure_names_of
 from microslip.study import surfaces
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "al2017.toml"
@@ -84,7 +84,7 @@ def test_every_figure_is_on_the_page(text: str, demo: ms.Result) -> None:
         paths = list(root.iter("{http://www.w3.org/2000/svg}path"))
         assert len(paths) > 10
         assert len(attrs["alt"] or "") > 20
-    assert set(_CAPTIONS) == set(FIGURES)
+    assert set(_CAPTIONS) == set(PREDICTION_FIGURES)
 
 
 def test_the_same_result_gives_the_same_page(demo: ms.Result, text: str) -> None:

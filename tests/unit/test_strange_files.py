@@ -79,7 +79,7 @@ def test_links_within_a_file_are_followed() -> None:
         layout = h5py.VirtualLayout((5,), dtype="f8")
         layout[:] = h5py.VirtualSource(".", "a", (5,))
         file.create_virtual_dataset("view", layout)
-    named = arrays.leaves(hdf5.read_arrays(Path("main.h5")))
+    named = arrays.leaves(hdf5.read_hdf5(Path("main.h5")))
     assert {name: leaf.shape[0] for name, leaf in named.items()} == {
         "a": 5,
         "group/b": 6,
@@ -309,7 +309,7 @@ def test_texts_are_read_alike_in_blocks_of_any_size(
     monkeypatch.setattr(text, "_BLOCK", size)
     nan = np.nan
     values = [(1, 2), (3, 40), (nan, 5), (6, -7), (8, 9), (nan, nan), (1, nan)] * 3
-    table = text.table(Path("run.csv"))
+    table = text.text_table(Path("run.csv"))
     np.testing.assert_array_equal(np.transpose(table.load([0, 1])), [*values, (nan, nan)])
     assert [table.where(row) for row in (1, 2, 14)] == ["line 3", "line 6", "line 20"]
 

@@ -243,7 +243,7 @@ def test_a_file_that_fails_leaves_nothing(tmp_path: Path, monkeypatch: pytest.Mo
     def full(*_: Any) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("microslip._core.netcdf.write", full)
+    monkeypatch.setattr("microslip._core.netcdf.store", full)
     path = tmp_path / "sweep.nc"
     assert refusal(SWEPT.to_netcdf, path) == f"{path}: cannot be written: no space left on device"
     assert list(tmp_path.iterdir()) == []
@@ -269,7 +269,7 @@ def test_the_writer_of_netcdf(tmp_path: Path) -> None:
         },
         {"title": "µ"},
     )
-    netcdf.write(path, data)
+    netcdf.store(path, data)
     for engine in ("h5netcdf", "netcdf4"):
         with xarray.open_dataset(path, engine=engine) as file:
             np.testing.assert_array_equal(file["noise"], noise)
@@ -280,7 +280,7 @@ def test_the_writer_of_netcdf(tmp_path: Path) -> None:
             np.testing.assert_array_equal(file["empty"], [np.nan, np.inf])
             assert file.attrs == {"title": "µ"}
     with pytest.raises(FileExistsError):
-        netcdf.write(path, data)
+        netcdf.store(path, data)
 
 
 # -- errors ----------------------------------------------------------------------------------------

@@ -14,7 +14,7 @@ from microslip._core.packages import needed_for
 _COMPRESSED = 4096  # size in bytes from which arrays are compressed
 
 
-def write(path: str | Path, data: DataSet, progress: Progress | None = None) -> None:
+def store(path: str | Path, data: DataSet, progress: Progress | None = None) -> None:
     """Write a new netCDF-4 file, readable by xarray, netCDF4, h5py and MATLAB."""
     coords, variables = data.coords, data.variables
     with needed_for("netCDF files need"):

@@ -25,7 +25,7 @@ LONGEST = 200
 _JOB_LIMIT = 20
 _WORKERS = max(1, (os.cpu_count() or 2) - 1)
 RESULT = "result"
-MANIFEST = "manifest"
+MANIFEST_NAME = "manifest"
 """Field of a form for a sheet that lists the uploaded files."""
 
 
@@ -161,7 +161,7 @@ class Workspace:
         arguments, others = self._options(kind, options)
         for study in uploads if kind == "predict" else ():
             check_study(study.path)
-        manifest = options.get(MANIFEST)
+        manifest = options.get(MANIFEST_NAME)
         names = manifest_names(self._upload(manifest), uploads) if manifest else {}
         run = Run(token_hex(8), kind, [], self.folder / token_hex(8))
         run.folder.mkdir(mode=0o700)

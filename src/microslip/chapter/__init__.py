@@ -48,7 +48,7 @@ def select(numbers: Iterable[str] = ()) -> tuple[Plate, ...]:
     return tuple(plate for plate in PLATES if not selected or plate.number in selected)
 
 
-def write(
+def write_figures(
     plates: Sequence[Plate], folder: Path, progress: Callable[[float], None] | None = None
 ) -> dict[str, Any]:
     """Draw figures and write them as SVG, PNG and CSV, with a common summary."""

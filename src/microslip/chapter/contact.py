@@ -14,7 +14,6 @@ from microslip._core.units import engineering
 from microslip.chapter.plate import (
     BACK,
     BLUE,
-    DASHES,
     DOTS,
     GREEN,
     HATCH,
@@ -25,6 +24,7 @@ from microslip.chapter.plate import (
     RED,
     SLIP,
     STICK,
+    STROKE,
     STUCK,
     Drawing,
     Plate,
@@ -43,7 +43,7 @@ def summit() -> Asperity:
     return Asperity(pair, radius=1e-3, friction_coefficient=0.55, normal_load=0.25)
 
 
-def assumed(addition: str = "") -> str:
+def contact_note(addition: str = "") -> str:
     """State the assumptions of the figures of one asperity."""
     joint = summit()
     metal = joint.pair.first
@@ -111,7 +111,7 @@ def zone_handles() -> list[Patch]:
     "tangential traction in partial slip (Cattaneo)",
     "In the slip ring the traction is μp, the limit of friction; in the stick circle it is less "
     "by μ times the pressure of the circle alone.",
-    assumed("Displacement 0.6 δL from rest."),
+    contact_note("Displacement 0.6 δL from rest."),
 )
 def _cattaneo(plate: Plate) -> Drawing:
     joint = summit()
@@ -122,7 +122,7 @@ def _cattaneo(plate: Plate) -> Drawing:
     a, c = joint.contact_radius / MICRO, fields.stick_radius / MICRO
     figure, body, axes = plate.sheet(4.1)
     shade(axes, fields)
-    axes.plot(x / MICRO, bound / MEGA, color=INK, linestyle=DASHES, label="μp")
+    axes.plot(x / MICRO, bound / MEGA, color=INK, linestyle=STROKE, label="μp")
     axes.plot(x / MICRO, q / MEGA, color=BLUE, linewidth=2.0, label="q in partial slip")
     top = 1.18 * bound.max() / MEGA
     words(axes, "stick: q < μp", 0.0, 0.94 * top)
@@ -143,7 +143,7 @@ def _cattaneo(plate: Plate) -> Drawing:
     "pressure and tangential traction on the surface (Mindlin)",
     "As the force grows, the slip ring with the traction μp grows inwards. Without slip the "
     "traction would be infinite at the edge under any force.",
-    assumed("First loading."),
+    contact_note("First loading."),
 )
 def _mindlin(plate: Plate) -> Drawing:
     joint = summit()
@@ -159,7 +159,7 @@ def _mindlin(plate: Plate) -> Drawing:
     figure, body, axes = plate.sheet(4.6)
     axes.plot(x / MICRO, columns["pressure [Pa]"] / MEGA, color=INK, linewidth=2.0, label="p")
     bound = columns["friction times pressure [Pa]"]
-    axes.plot(x / MICRO, bound / MEGA, color=INK, linestyle=DASHES, label="μp: q at T = μN")
+    axes.plot(x / MICRO, bound / MEGA, color=INK, linestyle=STROKE, label="μp: q at T = μN")
     looks = ((GREEN, (0, (6, 2, 1, 2))), (BLUE, "-"), (RED, (0, (5, 1))))
     for share, fields, (color, line) in zip(shares, states, looks, strict=True):
         q = fields.traction(r)
@@ -182,7 +182,7 @@ def _mindlin(plate: Plate) -> Drawing:
     "stick circle and slip ring of the contact",
     "Slip starts at the edge. After a reversal it starts there again in the other direction, "
     "while the ring that slipped before moves with the stick circle.",
-    assumed(),
+    contact_note(),
 )
 def _contact_area(plate: Plate) -> Drawing:
     joint = summit()

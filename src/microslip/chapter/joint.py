@@ -9,22 +9,22 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.units import engineering
-from microslip.chapter.contact import assumed as one_summit
+from microslip.chapter.contact import contact_note as one_summit
 from microslip.chapter.contact import path, summit
 from microslip.chapter.plate import (
     BLUE,
-    DASHES,
     DOTS,
     GOLD,
     GREY,
     INK,
     KILO,
     LIGHT,
-    LOOKS,
     MICRO,
     MILLI,
     NANO,
+    PENS,
     RED,
+    STROKE,
     Drawing,
     Plate,
     as_plate,
@@ -37,7 +37,7 @@ from microslip.contact import GreenwoodWilliamson
 from microslip.friction import CoupledResponse, Interface, Iwan
 
 
-def assumed(addition: str = "") -> str:
+def joint_note(addition: str = "") -> str:
     """State the assumptions of the figures of the interface."""
     joint = worked_example()
     length = joint.slip_per_indentation * SPREAD
@@ -55,14 +55,14 @@ def assumed(addition: str = "") -> str:
     "force against displacement of the whole interface",
     "Without the kinks of single summits: some slip while others stick, and the transition to "
     "gross slip is smooth.",
-    assumed(),
+    joint_note(),
 )
 def _loops(plate: Plate) -> Drawing:
     joint = worked_example()
     amplitudes = (0.15e-6, 0.4e-6, 1e-6, 2e-6)
     figure, body, axes = plate.sheet(4.3)
     columns: dict[str, Floats] = {}
-    for top, look in zip(amplitudes, LOOKS, strict=False):
+    for top, look in zip(amplitudes, PENS, strict=False):
         name = f"±{engineering(top, 'm', trim=True)}"
         record = path(0.0, top, -top, top, samples=200)
         force = joint.force(record)
@@ -71,7 +71,7 @@ def _loops(plate: Plate) -> Drawing:
         axes.plot(record / MICRO, force / KILO, label=name, **look)
     cross(axes)
     for sign, text in ((1.0, "μN"), (-1.0, "−μN")):
-        axes.axhline(sign * joint.force_limit / KILO, color=LIGHT, linestyle=DASHES, linewidth=0.9)
+        axes.axhline(sign * joint.force_limit / KILO, color=LIGHT, linestyle=STROKE, linewidth=0.9)
         words(axes, text, -2.33, sign * joint.force_limit / KILO, color=GREY)
     axes.set(xlabel="Tangential displacement δ [µm]", ylabel="Tangential force T [kN]")
     axes.set_xlim(-2.55, 2.55)
@@ -99,7 +99,7 @@ def with_summits(joint: Interface, count: float) -> Interface:
     "rectangle: from one asperity to the 5700 of 20 000 that touch in the worked example the "
     "stiffness grows 271-fold, and the energy over that of Coulomb friction, "
     "E_d/4μNδ, from 0.001 to 0.670.",
-    assumed("Amplitude 1 µm. The density of summits is changed, nothing else."),
+    joint_note("Amplitude 1 µm. The density of summits is changed, nothing else."),
 )
 def _many_summits(plate: Plate) -> Drawing:
     joint = worked_example()
@@ -107,7 +107,7 @@ def _many_summits(plate: Plate) -> Drawing:
     figure, body, axes = plate.sheet(4.6)
     record = path(top, -top, top, samples=200)
     columns = {"displacement [m]": record}
-    for count, look in zip((1.0, 100.0, 500.0, 2000.0, 20000.0), LOOKS, strict=True):
+    for count, look in zip((1.0, 100.0, 500.0, 2000.0, 20000.0), PENS, strict=True):
         law = with_summits(joint, count)
         force = law.force(record)
         columns[f"force with {count:g} asperities [N]"] = force
@@ -152,7 +152,7 @@ def _likeness(plate: Plate) -> Drawing:
     axes.plot(
         box[0] * top / MICRO, box[1] * joint.force_limit, color=GOLD, linewidth=1.1, label="Coulomb"
     )
-    for cells, look in ((1, LOOKS[3]), (3, LOOKS[2]), (12, LOOKS[1])):
+    for cells, look in ((1, PENS[3]), (3, PENS[2]), (12, PENS[1])):
         force = joint.to_iwan(cells).force(record)
         columns[f"force of {cells} cells [N]"] = force
         label = f"Iwan, {cells} cells" if cells > 1 else "Jenkins: one cell"
@@ -161,7 +161,7 @@ def _likeness(plate: Plate) -> Drawing:
         axes.plot(record / MICRO, force, linewidth=width, label=label, **look)
     columns["force of 1000 even cells [N]"] = _even_cells(joint, 1000).force(record)
     even, label = columns["force of 1000 even cells [N]"], "Iwan, 1000 cells, evenly spread"
-    axes.plot(record / MICRO, even, label=label, **LOOKS[4])
+    axes.plot(record / MICRO, even, label=label, **PENS[4])
     columns["force of one asperity [N]"] = joint.force(record)
     axes.plot(
         record / MICRO, columns["force of one asperity [N]"], color=INK, linewidth=1.0,
@@ -180,7 +180,7 @@ def _likeness(plate: Plate) -> Drawing:
     "dissipated energy against amplitude",
     "Cubic for small amplitudes, linear in full sliding. The local exponent falls from 3 to 1 and "
     "passes the chapter's parabola, exponent 2, at one amplitude only.",
-    assumed(),
+    joint_note(),
 )
 def _energy(plate: Plate) -> Drawing:
     joint = worked_example()
@@ -193,7 +193,7 @@ def _energy(plate: Plate) -> Drawing:
     above.plot(a / MICRO, lost, color=BLUE, linewidth=2.0, label="the model")
     near = cubic < 30.0 * lost
     above.plot(
-        a[near] / MICRO, cubic[near], color=INK, linestyle=DASHES, linewidth=1.0,
+        a[near] / MICRO, cubic[near], color=INK, linestyle=STROKE, linewidth=1.0,
         label="cubic, small amplitudes",
     )  # fmt: skip
     near = linear < 300.0 * lost
@@ -205,7 +205,7 @@ def _energy(plate: Plate) -> Drawing:
     log_scale(above, "y")
     above.set(ylabel="Energy per cycle [J]")
     below.plot(a / MICRO, exponent, color=BLUE, linewidth=2.0)
-    below.axhline(2.0, color=LIGHT, linestyle=DASHES, linewidth=0.9)
+    below.axhline(2.0, color=LIGHT, linestyle=STROKE, linewidth=0.9)
     words(below, "a parabola", 2e-3, 2.0, color=GREY)
     below.set(xlabel=r"Displacement amplitude $δ_m$ [µm]", ylabel="Local exponent [–]")
     below.set_ylim(0.8, 3.2)
@@ -221,17 +221,17 @@ def _energy(plate: Plate) -> Drawing:
     "the chapter's damping ratio, which is the loss factor",
     "It grows with the amplitude towards 4/π, the value of Coulomb friction. It is "
     "the loss factor; the ratio to critical damping is half of it (scale on the right).",
-    assumed("Other loads: the same surface."),
+    joint_note("Other loads: the same surface."),
 )
 def _damping(plate: Plate) -> Drawing:
     a = np.geomspace(1e-9, 1e-4, 400)
     figure, body, axes = plate.sheet(4.2)
     columns = {"amplitude [m]": a}
-    for load, look in zip((500.0, 2000.0, 5000.0), LOOKS, strict=False):
+    for load, look in zip((500.0, 2000.0, 5000.0), PENS, strict=False):
         eta = columns[f"loss factor at {load:g} N"] = worked_example(load).loss_factor(a)
         axes.plot(a / MICRO, eta, label=engineering(load, "N", trim=True), **look)
     top = 4.0 / math.pi
-    axes.axhline(top, color=LIGHT, linestyle=DASHES, linewidth=0.9)
+    axes.axhline(top, color=LIGHT, linestyle=STROKE, linewidth=0.9)
     words(axes, "rigid–plastic: 4/π", 3e-3, top, color=GREY)
     log_scale(axes, "x")
     axes.set(xlabel=r"Displacement amplitude $δ_m$ [µm]", ylabel="ξ of (19.30): loss factor η [–]")
@@ -275,13 +275,13 @@ def _measures(plate: Plate) -> Drawing:
     )
     figure, body, axes = plate.sheet(4.6)
     at = int(np.searchsorted(x, 1.0))
-    for values, label, look in zip(list(columns.values())[1:], labels, LOOKS, strict=True):
+    for values, label, look in zip(list(columns.values())[1:], labels, PENS, strict=True):
         axes.plot(x, values, label=label, **look)
         axes.plot([1.0], [values[at]], "o", color=look["color"], markersize=4.0, zorder=4)
     marks = zip("ADBηζ", list(columns.values())[1:], strict=True)
     listed = "\n".join(f"{name} = {values[at]:.4f}" for name, values in marks)
     words(axes, f"at the slip limit\n{listed}", 0.055, 1.0, ha="left")
-    axes.axvline(1.0, color=LIGHT, linestyle=DASHES, linewidth=0.9, zorder=1)
+    axes.axvline(1.0, color=LIGHT, linestyle=STROKE, linewidth=0.9, zorder=1)
     log_scale(axes, "x")
     axes.set(xlabel=r"Amplitude over slip limit $δ_m/δ_L$ [–]", ylabel="Measure of damping [–]")
     axes.set_ylim(0.0, 1.4)
@@ -289,12 +289,12 @@ def _measures(plate: Plate) -> Drawing:
     return Drawing(figure, columns)
 
 
-SAMPLES = 180
+LOOP_SAMPLES = 180
 
 
 def _last_cycle_energy(response: CoupledResponse) -> float:
     lost = response.dissipated_energy
-    return float(lost[-1] - lost[-1 - SAMPLES])
+    return float(lost[-1] - lost[-1 - LOOP_SAMPLES])
 
 
 def cycles(joint: Interface, amplitude: float, ripple: float, phase: float) -> CoupledResponse:
@@ -302,7 +302,7 @@ def cycles(joint: Interface, amplitude: float, ripple: float, phase: float) -> C
 
     The largest load and displacement lie in the first cycle, so that the second has settled.
     """
-    turn = 2.0 * math.pi * np.arange(1, 2 * SAMPLES + 1) / SAMPLES
+    turn = 2.0 * math.pi * np.arange(1, 2 * LOOP_SAMPLES + 1) / LOOP_SAMPLES
     load = joint.normal_load * (1.0 + ripple * np.sin(turn + math.radians(phase)))
     # At full ripple the smallest load is exactly zero; remove rounding errors.
     load[load < 1e-12 * joint.normal_load] = 0.0
@@ -316,7 +316,7 @@ def cycles(joint: Interface, amplitude: float, ripple: float, phase: float) -> C
     "Out of phase more energy is dissipated, as Putignano, Ciavarella and Barber (2011) found: "
     "most with the load ahead by a little less than a quarter cycle, least nearly in phase or in "
     "antiphase. The effect grows towards small displacements and is small in gross slip.",
-    assumed("Displacement amplitude · sin θ, load N (1 + ripple · sin(θ + ψ)); settled cycle."),
+    joint_note("Displacement amplitude · sin θ, load N (1 + ripple · sin(θ + ψ)); settled cycle."),
 )
 def _by_phase(plate: Plate) -> Drawing:
     joint = worked_example()
@@ -329,7 +329,7 @@ def _by_phase(plate: Plate) -> Drawing:
         (right, [(2e-7, r) for r in (0.75, 0.5, 0.25)], "(b) amplitude 0.2 µm"),
     )
     for axes, pairs, title in cases:
-        for (amplitude, ripple), look in zip(pairs, LOOKS, strict=False):
+        for (amplitude, ripple), look in zip(pairs, PENS, strict=False):
             constant = float(joint.dissipated_energy(amplitude))
             lost = [_last_cycle_energy(cycles(joint, amplitude, ripple, phase)) for phase in phases]
             share = np.array(lost) / constant
@@ -338,7 +338,7 @@ def _by_phase(plate: Plate) -> Drawing:
                 f"{amplitude / MICRO:g} µm" if axes is first else f"{ripple:.0%}".replace("%", " %")
             )
             axes.plot(phases, share, label=label, **look)
-        axes.axhline(1.0, color=LIGHT, linestyle=DASHES, linewidth=0.9, zorder=1)
+        axes.axhline(1.0, color=LIGHT, linestyle=STROKE, linewidth=0.9, zorder=1)
         axes.set(xlabel="Phase ψ of the load before δ [°]", title=title)
         axes.set_xlim(0.0, 180.0)
         axes.set_xticks(np.arange(0.0, 181.0, 45.0))
@@ -361,25 +361,25 @@ def _by_ripple(plate: Plate) -> Drawing:
     joint = summit()
     top = 0.8 * joint.slip_limit
     constant = float(joint.dissipated_energy(top))
-    ripples: Floats = np.linspace(0.0, 1.0, SAMPLES // 2 + 1)
+    ripples: Floats = np.linspace(0.0, 1.0, LOOP_SAMPLES // 2 + 1)
     figure, body = plate.page(4.2)
     first, right = body.subplots(1, 2)
     columns = {"ripple": ripples}
-    for phase, look in zip((0.0, 45.0, 90.0, 135.0), LOOKS[1:], strict=True):
+    for phase, look in zip((0.0, 45.0, 90.0, 135.0), PENS[1:], strict=True):
         share = (
             np.array([_last_cycle_energy(cycles(joint, top, ripple, phase)) for ripple in ripples])
             / constant
         )
         columns[f"energy ratio at {phase:g} deg"] = share
         first.plot(ripples, share, label=f"{phase:g}°", **look)
-    first.axhline(1.0, color=LIGHT, linestyle=DASHES, linewidth=0.9, zorder=1)
+    first.axhline(1.0, color=LIGHT, linestyle=STROKE, linewidth=0.9, zorder=1)
     first.set(xlabel="Load ripple ΔN/N [–]", title="(a) energy of a cycle")
     first.set(ylabel="Energy per cycle over that at constant load [–]")
     first.set(xlim=(0.0, 1.0), ylim=(0.0, 3.5))
     first.legend(loc="upper left", title="ψ, load before δ")
-    for ripple, phase, look in ((0.0, 0.0, LOOKS[0]), (1.0, 0.0, LOOKS[1]), (1.0, 90.0, LOOKS[3])):
+    for ripple, phase, look in ((0.0, 0.0, PENS[0]), (1.0, 0.0, PENS[1]), (1.0, 90.0, PENS[3])):
         response = cycles(joint, top, ripple, phase)
-        x, force = (v[SAMPLES - 1 :: 2] for v in (response.displacement, response.force))
+        x, force = (v[LOOP_SAMPLES - 1 :: 2] for v in (response.displacement, response.force))
         name = f"ripple 1, {phase:g} deg" if ripple else "constant load"
         columns[f"displacement: {name} [m]".replace(",", "")] = x
         columns[f"force: {name} [N]".replace(",", "")] = force

@@ -9,10 +9,9 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from microslip._core.checks import Floats
-from microslip.chapter.contact import assumed, path, section, shade, summit, zone_handles
+from microslip.chapter.contact import contact_note, path, section, shade, summit, zone_handles
 from microslip.chapter.plate import (
     BLUE,
-    DASHES,
     GREEN,
     GREY,
     INK,
@@ -20,6 +19,7 @@ from microslip.chapter.plate import (
     MEGA,
     MICRO,
     RED,
+    STROKE,
     Drawing,
     Plate,
     arrow,
@@ -38,7 +38,7 @@ def _levels(axes: Axes, joint: Asperity, horizontal: bool) -> None:
         if horizontal:
             _level(axes, place, subscripts(text))
         else:
-            axes.axvline(place, color=LIGHT, linestyle=DASHES, linewidth=0.9, zorder=1)
+            axes.axvline(place, color=LIGHT, linestyle=STROKE, linewidth=0.9, zorder=1)
             axes.annotate(
                 subscripts(text), (place, 0.0), (3 * sign, 4), fontsize=8.5, color=GREY,
                 xycoords=axes.get_xaxis_transform(), textcoords="offset points",
@@ -47,7 +47,7 @@ def _levels(axes: Axes, joint: Asperity, horizontal: bool) -> None:
 
 
 def _level(axes: Axes, place: float, text: str) -> None:
-    axes.axhline(place, color=LIGHT, linestyle=DASHES, linewidth=0.9, zorder=1)
+    axes.axhline(place, color=LIGHT, linestyle=STROKE, linewidth=0.9, zorder=1)
     axes.annotate(
         text, (0.0, place), (5, 1), fontsize=8.5, color=GREY,
         xycoords=axes.get_yaxis_transform(), textcoords="offset points",
@@ -79,7 +79,7 @@ def _branches(
 _FIRST, _BACK, _AGAIN, _CLOSING = (
     {"color": color, "linestyle": line}
     for color, line in (
-        (INK, DASHES), (BLUE, "-"), (RED, (0, (6, 1.5))), (GREEN, (0, (6, 2, 1, 2))),
+        (INK, STROKE), (BLUE, "-"), (RED, (0, (6, 1.5))), (GREEN, (0, (6, 2, 1, 2))),
     )
 )  # fmt: skip
 
@@ -90,7 +90,7 @@ _FIRST, _BACK, _AGAIN, _CLOSING = (
     "a cycle of force with its tractions (after Johnson)",
     "At B the force is zero, but self-equilibrated tractions and a residual displacement remain. "
     "C is the mirror image of A.",
-    assumed("Force between ±0.95 μN."),
+    contact_note("Force between ±0.95 μN."),
 )
 def _johnson(plate: Plate) -> Drawing:
     joint = summit()
@@ -126,7 +126,7 @@ def _johnson(plate: Plate) -> Drawing:
         shade(panel, fields)
         for sign in (-1.0, 1.0):
             panel.plot(
-                r_of / MICRO, sign * bound / MEGA, color=INK, linestyle=DASHES, linewidth=0.9
+                r_of / MICRO, sign * bound / MEGA, color=INK, linestyle=STROKE, linewidth=0.9
             )
         panel.plot(r_of / MICRO, q / MEGA, color=BLUE, linewidth=1.8)
         panel.set_ylim(-1.25 * bound.max() / MEGA, 1.25 * bound.max() / MEGA)
@@ -166,7 +166,7 @@ def _draw_path(
     "constant-amplitude-path",
     "loading path of constant amplitude",
     "The displacement of Fig. 19.13: from rest at O, then cycles between A and C.",
-    assumed("Amplitude 0.8 δL."),
+    contact_note("Amplitude 0.8 δL."),
 )
 def _constant_path(plate: Plate) -> Drawing:
     joint = summit()
@@ -183,7 +183,7 @@ def _constant_path(plate: Plate) -> Drawing:
     "force against displacement in partial slip",
     "First loading O–A, then the closed loop A–B–C–D: two copies of the first-loading curve at "
     "twice its size. The force does not reach μN, yet the loop dissipates energy.",
-    assumed("Amplitude 0.8 δL."),
+    contact_note("Amplitude 0.8 δL."),
 )
 def _partial_loop(plate: Plate) -> Drawing:
     joint = summit()
@@ -215,7 +215,7 @@ def _partial_loop(plate: Plate) -> Drawing:
     "force against displacement with total slip",
     "Beyond the slip limit the force stays at μN and the asperity slides by δ₀. A reversal "
     "has to cover 2 δL before it slides back.",
-    assumed("Amplitude 1.7 δL, of which δ₀ = 0.7 δL is sliding."),
+    contact_note("Amplitude 1.7 δL, of which δ₀ = 0.7 δL is sliding."),
 )
 def _total_loop(plate: Plate) -> Drawing:
     joint = summit()
@@ -243,7 +243,7 @@ def _total_loop(plate: Plate) -> Drawing:
     "growing-amplitude",
     "growing amplitude: (a) path, (b) loops from partial to total slip",
     "The tips of all loops lie on the first-loading curve; from the third on there is gross slip.",
-    assumed("Amplitudes 0.35, 0.7, 1.05 and 1.6 δL."),
+    contact_note("Amplitudes 0.35, 0.7, 1.05 and 1.6 δL."),
 )
 def _growing(plate: Plate) -> Drawing:
     joint = summit()
@@ -269,7 +269,7 @@ VARIABLE = (0.0, 0.95, -0.6, 0.6, -0.85, 1.5, -1.5)
     "variable-amplitude-path",
     "loading path of variable amplitude",
     "The displacement of Fig. 19.17: two small cycles, then larger ones.",
-    assumed("Turns at 0.95, −0.6, 0.6, −0.85, 1.5 and −1.5 δL."),
+    contact_note("Turns at 0.95, −0.6, 0.6, −0.85, 1.5 and −1.5 δL."),
 )
 def _variable_path(plate: Plate) -> Drawing:
     joint = summit()
@@ -285,7 +285,7 @@ def _variable_path(plate: Plate) -> Drawing:
     "force against displacement, from partial to total slip",
     "At B the branch C–D closes the loop B–C and continues on the branch A–B as if the loop had "
     "not occurred. From D the curve passes A, follows the first-loading curve and slides at μN.",
-    assumed("Turns at 0.95, −0.6, 0.6, −0.85, 1.5 and −1.5 δL."),
+    contact_note("Turns at 0.95, −0.6, 0.6, −0.85, 1.5 and −1.5 δL."),
 )
 def _variable_loop(plate: Plate) -> Drawing:
     joint = summit()

@@ -37,10 +37,10 @@ INK, BLUE, RED, GREEN, PINK, GOLD = (
 STICK, STUCK, SLIP, BACK = "#dcebf5", "#f6f6f6", "#f6d9c6", "#d4d4d4"
 """Fills of zones that stick, stick again, slip, and slip in reverse."""
 HATCH = "#b98a6d"
-DASHES = (0, (4, 2))
+STROKE = (0, (4, 2))
 DOTS = (0, (1, 1.5))
 LINES = ("-", (0, (6, 2)), (0, (1, 1)), (0, (6, 2, 1, 2)), (0, (3, 1)))
-LOOKS: tuple[dict[str, Any], ...] = tuple(
+PENS: tuple[dict[str, Any], ...] = tuple(
     {"color": color, "linestyle": line}
     for color, line in zip((INK, BLUE, RED, GREEN, PINK), LINES, strict=True)
 )

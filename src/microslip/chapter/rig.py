@@ -8,19 +8,19 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.units import engineering, significant
-from microslip.chapter.joint import assumed as worked_out
+from microslip.chapter.joint import joint_note as worked_out
 from microslip.chapter.plate import (
     BLUE,
-    DASHES,
     DOTS,
     GREY,
     INK,
     KILO,
     LIGHT,
-    LOOKS,
     MICRO,
     MILLI,
+    PENS,
     RED,
+    STROKE,
     Drawing,
     Plate,
     as_plate,
@@ -81,7 +81,7 @@ def _normalised(plate: Plate) -> Drawing:
     top = 4e-5
     figure, body, axes = plate.sheet(4.6)
     columns: dict[str, Floats] = {}
-    for seed, (load, look) in enumerate(zip((500.0, 1000.0, 2000.0, 5000.0), LOOKS, strict=False)):
+    for seed, (load, look) in enumerate(zip((500.0, 1000.0, 2000.0, 5000.0), PENS, strict=False)):
         rig = virtual_rig(worked_example(load), seed)
         record = rig.record(amplitude=top, frequency=_FREQUENCY, cycles=1)
         # From peak to peak, without the initial loading.
@@ -93,7 +93,7 @@ def _normalised(plate: Plate) -> Drawing:
     joint = worked_example()
     for sign, text in ((1.0, "μ"), (-1.0, "−μ")):
         place = sign * joint.friction_coefficient
-        axes.axhline(place, color=LIGHT, linestyle=DASHES, linewidth=0.9, zorder=1)
+        axes.axhline(place, color=LIGHT, linestyle=STROKE, linewidth=0.9, zorder=1)
         words(axes, text, 43.5, place, color=GREY)
     cross(axes)
     axes.set(

@@ -11,11 +11,11 @@ from matplotlib.patches import Circle, Polygon, Rectangle
 from microslip._core.checks import Floats
 from microslip.chapter.plate import (
     BLUE,
-    DASHES,
     GREY,
     INK,
     LIGHT,
     RED,
+    STROKE,
     Drawing,
     Plate,
     arrow,
@@ -188,7 +188,7 @@ def _rough_surface(plate: Plate) -> Drawing:
     for center, top in zip(centers, tops, strict=True):
         if top > plane:
             x, y = _cap(center, top, radius, plane)
-            axes.plot(x, y, color=GREY, linestyle=DASHES, linewidth=1.0, zorder=5)
+            axes.plot(x, y, color=GREY, linestyle=STROKE, linewidth=1.0, zorder=5)
             half = math.sqrt(2.0 * radius * (top - plane))
             _interface(axes, (center - half, plane), (center + half, plane))
     pressed = np.minimum(surface, plane)
@@ -197,7 +197,7 @@ def _rough_surface(plate: Plate) -> Drawing:
     axes.plot(grid, pressed, color=INK, linewidth=1.1)
     _rigid(axes, 0.3, plane, 11.4, 0.85)
     axes.plot([0.3, 11.7], [plane, plane], color=INK, linewidth=1.3, zorder=2.5)
-    axes.plot([0.3, 11.7], [mean, mean], color=BLUE, linestyle=DASHES, linewidth=1.1)
+    axes.plot([0.3, 11.7], [mean, mean], color=BLUE, linestyle=STROKE, linewidth=1.1)
     words(axes, "rigid plane", 1.5, plane + 0.5)
     words(axes, "zero of the heights", 9.3, mean - 0.25, color=BLUE, fontsize=8)
     arrow(axes, (0.62, mean), (0.62, plane), double=True, linewidth=0.9)
@@ -234,7 +234,7 @@ def _single_asperity(plate: Plate) -> Drawing:
     axes.add_patch(Polygon(outline, closed=True, facecolor=METAL, edgecolor="none"))
     axes.plot(x, np.minimum(y, plane), color=INK, linewidth=1.2)
     above = y > plane
-    axes.plot(x[above], y[above], color=GREY, linestyle=DASHES, linewidth=1.0, zorder=5)
+    axes.plot(x[above], y[above], color=GREY, linestyle=STROKE, linewidth=1.0, zorder=5)
     # Hertz: the contact radius is that of the undeformed cut over the square root of two.
     half = math.sqrt(radius * depth)
     _rigid(axes, 0.6, plane, 8.4, 0.75)

@@ -11,7 +11,6 @@ from microslip._core.checks import Floats
 from microslip._core.units import engineering
 from microslip.chapter.plate import (
     BLUE,
-    DASHES,
     GREY,
     HATCH,
     INK,
@@ -20,6 +19,7 @@ from microslip.chapter.plate import (
     RED,
     SLIP,
     STICK,
+    STROKE,
     Drawing,
     Plate,
     as_plate,
@@ -80,12 +80,12 @@ def _heights(plate: Plate) -> Drawing:
         edgecolor=HATCH,
         hatch="///",
     )
-    density_axes.axvline(d / MICRO, color=GREY, linestyle=DASHES, linewidth=1.0)
+    density_axes.axvline(d / MICRO, color=GREY, linestyle=STROKE, linewidth=1.0)
     words(density_axes, f"{share:.1%} of the\nsummits touch", 1.12, 0.42)
     density_axes.set(ylabel="Probability density φ [1/µm]", title="(a)")
     density_axes.set_ylim(0.0, 0.95)
     right.plot(y / MICRO, below, color=BLUE, linewidth=1.8)
-    right.axvline(d / MICRO, color=GREY, linestyle=DASHES, linewidth=1.0)
+    right.axvline(d / MICRO, color=GREY, linestyle=STROKE, linewidth=1.0)
     right.plot([y[0] / MICRO, d / MICRO], [1.0 - share] * 2, color=GREY, linewidth=0.9)
     words(right, f"{1.0 - share:.1%}", -1.2, 1.0 - share + 0.06)
     right.set(ylabel="Distribution function Φ [–]", title="(b)")
@@ -101,7 +101,7 @@ def _heights(plate: Plate) -> Drawing:
     return Drawing(figure, columns)
 
 
-def profile(seed: int = 19) -> tuple[Floats, Floats]:
+def synthetic_profile(seed: int = 19) -> tuple[Floats, Floats]:
     """Return a rough profile: positions and heights above the mean line [m].
 
     White noise filtered by a Gaussian window: heights are normal with the root mean square
@@ -175,7 +175,7 @@ def _assumed_profile() -> str:
     _assumed_profile(),
 )
 def _roughness(plate: Plate) -> Drawing:
-    x, z = profile()
+    x, z = synthetic_profile()
     edges = np.linspace(-1.6e-6, 1.6e-6, 17)
     peaks = is_peak(z)
     counts, _ = np.histogram(z[peaks], edges)
@@ -202,7 +202,7 @@ def _roughness(plate: Plate) -> Drawing:
         peak_density(y) * percent, y / MICRO, color=INK, linewidth=1.4, label="peaks of many"
     )
     right.plot(
-        law.pdf(y) * percent, y / MICRO, color=GREY, linewidth=1.0, linestyle=DASHES,
+        law.pdf(y) * percent, y / MICRO, color=GREY, linewidth=1.0, linestyle=STROKE,
         label="all heights",
     )  # fmt: skip
     right.set(xlabel="Probability density [%/µm]", title="(b)")

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from microslip._core.checks import Floats
     from microslip.report import Study
 
-KINDS = (
+EXPORT_KINDS = (
     "c", "abaqus-user", "fmu", "fmu3", "opensees", "calculix", "abaqus", "ansys", "lsdyna",
     "nastran", "table", "segalman", "iwan",
 )  # fmt: skip
@@ -88,7 +88,7 @@ _CARD_OPTIONS = (
 
 
 @click.command(short_help="Write the joint for another program.")
-@click.argument("kind", type=OneOf((*KINDS, "card")), metavar="KIND")
+@click.argument("kind", type=OneOf((*EXPORT_KINDS, "card")), metavar="KIND")
 @study_argument
 @output_option("The file to write.", "FILE", "file", required=True)
 @offers(*_OPTIONS, *_CARD_OPTIONS)

@@ -18,18 +18,18 @@ from microslip.cli.options import (
     writes,
 )
 from microslip.cli.records import (
-    MANIFEST,
+    MANIFEST_OPTION,
     Listed,
     Reading,
     calibration_of,
     each_of,
     known_of,
-    listed,
-    noise_of,
+    list_records,
+    parse_noise,
     reads,
     rig_stiffness_of,
 )
-from microslip.cli.structures import BAND, has_structure, identify_structure
+from microslip.cli.structures import BAND_OPTION, has_structure, identify_structure
 
 if TYPE_CHECKING:
     from microslip.laboratory import Record
@@ -63,8 +63,8 @@ if TYPE_CHECKING:
     'Standard deviations of force and displacement, such as "2 N, 5 nm", for records that are one '
     "averaged cycle each.",
 )  # fmt: skip
-@MANIFEST
-@BAND
+@MANIFEST_OPTION
+@BAND_OPTION
 @reads(
     "displacement", "force", "normal_load", "time", "sample_rate", "flip_sign", "units",
     "calibration", "rows",
@@ -102,7 +102,7 @@ def identify(
         from microslip.report.files import write_document
         from microslip.report.identified.document import KIND, Identified, identification_document
 
-        files = listed(records, manifest)
+        files = list_records(records, manifest)
         known = known_of(known_values)
         _, gain_errors = calibration_of(reading.calibration)
         gains = {f"{name}_gain": (1.0, error) for name, error in gain_errors.items()}
@@ -113,7 +113,7 @@ def identify(
                 found = identify(
                     read,
                     rig_stiffness=rig_stiffness_of(rig_stiffness),
-                    noise=noise_of(noise),
+                    noise=parse_noise(noise),
                     known=gains or None,
                 )
                 report(0.7)

@@ -220,7 +220,7 @@ def figures(numbers: tuple[str, ...], folder: Path, overwrite: bool, as_json: bo
     Each figure is written as SVG and PNG with its data as CSV; summary.json has the captions.
     """
     with stoppable():
-        from microslip.chapter import KIND, select, write
+        from microslip.chapter import KIND, select, write_figures
         from microslip.report.folder import staged
 
         selection = select(numbers)
@@ -228,7 +228,7 @@ def figures(numbers: tuple[str, ...], folder: Path, overwrite: bool, as_json: bo
             staged(folder, overwrite, KIND, "set of figures") as stage,
             progress("Drawing") as report,
         ):
-            summary = write(selection, stage, report)
+            summary = write_figures(selection, stage, report)
     if as_json:
         echo_json(summary)
         return

@@ -10,7 +10,7 @@ import click
 from microslip.cli.lists import complete_study
 from microslip.cli.options import (
     ANY_PATH,
-    FIGURES,
+    FORMATS,
     Output,
     in_options,
     offers,
@@ -22,14 +22,14 @@ from microslip.cli.options import (
 )
 from microslip.cli.records import (
     CYCLES,
-    MANIFEST,
+    MANIFEST_OPTION,
     Reading,
     calibration_of,
-    listed,
+    list_records,
     reads,
     slice_of,
 )
-from microslip.cli.structures import BAND, are_modal, measure_modes
+from microslip.cli.structures import BAND_OPTION, are_modal, measure_modes
 from microslip.laboratory.options import DELAY, RIG_STIFFNESS
 
 if TYPE_CHECKING:
@@ -43,9 +43,11 @@ if TYPE_CHECKING:
 @click.command(short_help="Measure the loops in a tribometer's records.")
 @click.argument("records", metavar="RECORD...", nargs=-1, type=click.Path())
 @writes(
-    "Folder for report, table and figure; without it nothing is written.", "measurement", *FIGURES
+    "Folder for report, table and figure; without it nothing is written.",
+    "measurement",
+    *FORMATS,
 )
-@MANIFEST
+@MANIFEST_OPTION
 @reads()
 @offers(RIG_STIFFNESS, DELAY)
 @option(
@@ -53,7 +55,7 @@ if TYPE_CHECKING:
     type=ANY_PATH, shell_complete=complete_study,
 )  # fmt: skip
 @CYCLES
-@BAND
+@BAND_OPTION
 @switch("--all", "Print every table.", "every_table")
 def measure(
     records: tuple[str, ...],
@@ -94,7 +96,7 @@ def measure(
 
         with output.staged(KIND, "measurement") as stage, progress("Measuring") as report:
             joints = [] if model is None else _joints(model)
-            files = listed(records, manifest)
+            files = list_records(records, manifest)
             paths = files.paths
             _, gain_errors = calibration_of(reading.calibration)
             results, places = [], []

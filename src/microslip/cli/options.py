@@ -176,10 +176,7 @@ def in_options(text: str, command: click.Command | None = None) -> str:
 # -- output ----------------------------------------------------------------------------------------
 
 
-FIGURES = (
-    switch("--png", "Also write PNG."),
-    switch("--pdf", "Also write PDF."),
-)
+FORMATS = (switch("--png", "Also write PNG."), switch("--pdf", "Also write PDF."))
 
 
 class Output(NamedTuple):

@@ -63,7 +63,7 @@ def _quantity(name: str, text: str) -> float:
     return quantity(f"--known: {name}", text, kind, f"1 {kind.usual[0]}")
 
 
-def noise_of(text: str | None) -> tuple[float, float] | None:
+def parse_noise(text: str | None) -> tuple[float, float] | None:
     """Parse the standard deviations of force [N] and displacement [m]."""
     if text is None:
         return None
@@ -89,7 +89,7 @@ def _or_none(column: str | None) -> Any:
     return False if column == "none" else column
 
 
-MANIFEST = option(
+MANIFEST_OPTION = option(
     "--manifest", "FILE",
     "CSV or Excel sheet with a row per record: file, and optionally specimen, load, amplitude, "
     "stage, number of the first cycle, worn volume, temperature and other columns.",
@@ -226,7 +226,7 @@ class Listed(NamedTuple):
         return {name: [columns[name][i] for i in rows] for name in columns if name not in elsewhere}
 
 
-def listed(names: Sequence[str], manifest: Path | None) -> Listed:
+def list_records(names: Sequence[str], manifest: Path | None) -> Listed:
     """Return the files named on the command line or in a manifest."""
     if (manifest is None) == (not names):
         if names:

@@ -15,7 +15,7 @@ from microslip.cli.options import Output, ends_in, option, progress, quantity, s
 from microslip.cli.studies import predict_into
 from microslip.study.toml_text import as_toml, read_text, tables_of
 
-BAND = option(
+BAND_OPTION = option(
     "--band", "LOW..HIGH",
     'Frequency band that contains the mode of a ring-down, such as "150..220 Hz".',
 )  # fmt: skip

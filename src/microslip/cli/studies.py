@@ -14,7 +14,7 @@ from microslip.cli.group import OneOf, echo_json
 from microslip.cli.lists import complete_key, complete_study
 from microslip.cli.options import (
     ANY_PATH,
-    FIGURES,
+    FORMATS,
     JSON,
     Decorator,
     Output,
@@ -66,7 +66,7 @@ def _with_figures(load: Callable[[tuple[str, ...]], Study], overrides: tuple[str
     show_default=True,
     help="Worker processes for the samples of uncertain inputs; results do not depend on it.",
 )
-@_writes_into("STUDY-result", overridable, *FIGURES)
+@_writes_into("STUDY-result", overridable, *FORMATS)
 def predict(study: Path, workers: int, output: Output, overrides: tuple[str, ...]) -> None:
     """Predict loops, energy and damping of the joint described in STUDY, a TOML file.
 

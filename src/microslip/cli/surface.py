@@ -10,7 +10,7 @@ import click
 
 from microslip.cli.options import (
     ANY_PATH,
-    FIGURES,
+    FORMATS,
     Output,
     in_options,
     offers,
@@ -48,7 +48,7 @@ class _EachOptionOnce(click.Command):
 @offers(offered.CUTOFF.but(default=None), *offered.CONDITIONING[1:])
 @offers(offered.SCAN_AREA, *offered.JOINT, *offered.READING)
 @switch("--all", "Print every table.", "every_table")
-@writes("Folder for report, tables and figures; without it nothing is written.", "one", *FIGURES)
+@writes("Folder for report, tables and figures; without it nothing is written.", "one", *FORMATS)
 def surface(
     scan: Path,
     every_table: bool,

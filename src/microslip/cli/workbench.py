@@ -16,7 +16,7 @@ from typing import Any
 import click
 
 from microslip._core.errors import InputError
-from microslip.app.jobs import LONGEST, LOOK, MANIFEST, Field
+from microslip.app.jobs import LONGEST, LOOK, MANIFEST_NAME, Field
 from microslip.cli.options import CommandOption, in_options, offers
 from microslip.cli.records import Reading, reads
 from microslip.surfaces import options as offered
@@ -118,7 +118,7 @@ _NOT_OFFERED = {
     *("group", "over"),
 }
 _USUAL = {
-    *Reading._fields[:6], "units", "rig_stiffness", "study", "model", MANIFEST,
+    *Reading._fields[:6], "units", "rig_stiffness", "study", "model", MANIFEST_NAME,
     "cutoff", "long_cutoff", "level", "outliers", "fill", "unit", "pixel",
 }  # fmt: skip
 
@@ -153,7 +153,7 @@ def _field(param: click.Option, looks: bool) -> Field:
     if param.metavar == "COLUMN":
         kind, choices = "column", ("none",) * (param.name in ("time", "normal_load"))
     if isinstance(param.type, click.Path):
-        kind = "file" if param.name == MANIFEST else "study"
+        kind = "file" if param.name == MANIFEST_NAME else "study"
     usual = "" if param.default is None or callable(param.default) else str(param.default)
     example = declared.example_text if declared is not None else ""
     return Field(

@@ -20,7 +20,7 @@ _TYPE = re.compile(r"(?m)^(?:typedef void |\} )(\w+);")
 _CONSTANTS = {"MU", "KAPPA", "SCALE", "REST", "RECIPROCALS"}
 
 
-def filled(name: str, element: str = "joint", **values: object) -> str:
+def render(name: str, element: str = "joint", **values: object) -> str:
     """Return a template with its @WORDS@ substituted and the parts for other elements removed."""
     text = (_FOLDER / f"{name}.template").read_text(encoding="utf-8")
     text = _PART.sub(lambda part: part[2] if element in part[1].split() else "", text)
@@ -130,10 +130,10 @@ def _panels(coefficients: Floats, middles: Floats) -> dict[str, object]:
 
 
 def _filled(name: str, order: Order, **values: object) -> str:
-    return filled(name, order.element, **_words(order), **values)
+    return render(name, order.element, **_words(order), **values)
 
 
-def write(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
+def write_c(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
     """Return the C source, its header and its Fortran interface by file name."""
     header = order.header()
     if order.bank is None:

@@ -11,7 +11,7 @@ from microslip._core.errors import InputError
 from microslip._core.files import atomic_file
 from microslip._core.wording import one_line
 from microslip._version import __version__
-from microslip.export.c_source import filled
+from microslip.export.c_source import render
 from microslip.export.contact_card import ContactCard
 from microslip.export.request import check_name, check_word, described
 from microslip.friction import Interface
@@ -31,7 +31,7 @@ class UnitSystem:
     """Unit of mass [kg]."""
 
 
-UNITS = {
+CARD_UNITS = {
     "m": UnitSystem("m, N, kg, s: pressures in Pa", 1.0, 1.0, 1.0),
     "mm": UnitSystem("mm, N, t, s: pressures in MPa", 1e-3, 1.0, 1e3),
     "mm-ms": UnitSystem("mm, kN, kg, ms: pressures in GPa", 1e-3, 1e3, 1.0),
@@ -144,7 +144,7 @@ def write_card(
         The file and its contact card in SI units.
     """
     check_word("program", program, PROGRAMS)
-    check_word("units", units, UNITS)
+    check_word("units", units, CARD_UNITS)
     check_name(name)
     card = ContactCard.of(joint, **options)
     kind = PROGRAMS[program]
@@ -152,16 +152,16 @@ def write_card(
         raise InputError(
             f"`density` must be given for {program} [kg/m^3], for example density=2700.0, got none"
         )
-    body = filled(
+    body = render(
         f"card_{program}",
         "" if card.layer.density is None else "density",
         NAME=name,
         UPPER=name.upper(),
-        **_numbers(card, UNITS[units]),
+        **_numbers(card, CARD_UNITS[units]),
     )
     header = [
         f"Written by microslip {__version__}, contact card for {program}.",
-        f"Units: {UNITS[units].name}. Numbers of this comment are in SI units.",
+        f"Units: {CARD_UNITS[units].name}. Numbers of this comment are in SI units.",
         f"Law: {one_line(described(joint))}",
         *_limits_of(card, kind.holds),
         f"Verification: {kind.run}.",

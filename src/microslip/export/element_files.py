@@ -20,7 +20,7 @@ _CORNERS = (
 )  # fmt: skip
 
 
-class Cell(NamedTuple):
+class JenkinsCell(NamedTuple):
     """Spring in series with a slider, between two nodes if they are given."""
 
     number: int
@@ -31,7 +31,7 @@ class Cell(NamedTuple):
 
 def numbered_cells(
     order: Order, *, gap: int = 0, connected: bool = True
-) -> Iterator[tuple[int, list[Cell]]]:
+) -> Iterator[tuple[int, list[JenkinsCell]]]:
     """Yield the index of each patch, from 1, and its cells; skip ``gap`` numbers after a patch."""
     number = order.first_number
     for index, (patch, model) in enumerate(zip(order.patches, order.cell_models, strict=True), 1):
@@ -42,7 +42,7 @@ def numbered_cells(
             )
         columns = (np.asarray(c).tolist() for c in (model.stiffnesses, model.force_limits))
         pairs = enumerate(zip(*columns, strict=True), number)
-        cells = [Cell(k, patch.nodes, *pair) for k, pair in pairs]
+        cells = [JenkinsCell(k, patch.nodes, *pair) for k, pair in pairs]
         number += len(cells) + gap
         yield index, cells
 

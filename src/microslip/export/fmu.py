@@ -23,8 +23,8 @@ from microslip.export.c_source import (
     components_of,
     declarations,
     definitions,
-    filled,
     order_of,
+    render,
 )
 from microslip.export.request import Accuracy, Order
 
@@ -41,7 +41,7 @@ _BUILD = (
 )
 
 
-def write(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
+def write_fmu(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
     """Return the archive, with a binary for each platform that can be compiled for here."""
     header = comment(order.header())
     body = f"{header}\n/* {order.size} node(s). */\n{declarations(order)}\n{definitions(order)}"
@@ -55,8 +55,8 @@ def write(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
     }
     if third:
         words |= _arrays(order)
-    source = body + filled("unit.c", **words) + filled(f"{order.kind}.c", **words)
-    description = filled("modelDescription3.xml" if third else "modelDescription.xml", **words)
+    source = body + render("unit.c", **words) + render(f"{order.kind}.c", **words)
+    description = render("modelDescription3.xml" if third else "modelDescription.xml", **words)
     page = f"<!DOCTYPE html><title>{order.name}</title><pre>{escape(header)}</pre>"
     parts: dict[str, bytes] = {
         "modelDescription.xml": description.encode(),

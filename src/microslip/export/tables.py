@@ -15,7 +15,7 @@ from microslip.friction.law_files import law_content, law_text
 _POINTS = 200
 
 
-def write(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
+def write_table(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
     """Return one JSON file, or two CSV files: the curves, and the cells beside them."""
     law = order.law
     a = np.geomspace(*order.span, _POINTS)

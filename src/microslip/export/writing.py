@@ -50,22 +50,22 @@ class Format:
 
 
 _FORMATS = (
-    Format("c", f"{_RUN}, compiled, against joint.force", (".c",), c_source.write),
+    Format("c", f"{_RUN}, compiled, against joint.force", (".c",), c_source.write_c),
     Format(
         "abaqus-user",
         f"{_RUN}, called as Abaqus calls it, by Fortran; not run in Abaqus",
         (".c",),
         c_source.write_user,
     ),
-    Format("fmu", f"{_RUN} with FMPy, against joint.force", (".fmu",), fmu.write),
-    Format("fmu3", f"{_RUN} with FMPy, against joint.force", (".fmu",), fmu.write),
+    Format("fmu", f"{_RUN} with FMPy, against joint.force", (".fmu",), fmu.write_fmu),
+    Format("fmu3", f"{_RUN} with FMPy, against joint.force", (".fmu",), fmu.write_fmu),
     Format("opensees", _OPENSEES, (".py", ".tcl"), elements.opensees),
     Format("calculix", _CALCULIX, (".inp",), elements.calculix),
     Format("abaqus", _NOT_RUN, (".inp",), elements.abaqus),
     Format("ansys", _NOT_RUN, (".mac", ".inp"), elements.ansys),
     Format("lsdyna", _NOT_RUN, (".k", ".key"), elements.lsdyna),
     Format("nastran", _NOT_RUN, (".bdf", ".dat"), elements.nastran),
-    Format("table", f"{_RUN}, read back", (".json", ".csv"), tables.write),
+    Format("table", f"{_RUN}, read back", (".json", ".csv"), tables.write_table),
     Format("segalman", f"{_RUN}, as a study", (".toml", ".json"), tables.write_fitted),
     Format("iwan", f"{_RUN}, as a study", (".toml", ".json"), tables.write_fitted),
 )

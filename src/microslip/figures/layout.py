@@ -53,7 +53,7 @@ def wrapped(text: str, size: float, width: float) -> list[str]:
     return [line for line in lines if line]
 
 
-class Scale(NamedTuple):
+class AxisScale(NamedTuple):
     """Axis with its ends and ticks; converts values to positions."""
 
     low: float
@@ -72,13 +72,13 @@ class Scale(NamedTuple):
 
 
 @dataclass
-class Frame:
+class PanelFrame:
     """Panel on the page: inner rectangle from the upper left corner [pt], and axes."""
 
     panel: Panel
-    x: Scale
-    y: Scale
-    second: Scale | None = None
+    x: AxisScale
+    y: AxisScale
+    second: AxisScale | None = None
     left: float = 0.0
     top: float = 0.0
     width: float = 1.0
@@ -147,7 +147,7 @@ class Page:
     width: float
     height: float
     title: list[str]
-    frames: list[Frame]
+    frames: list[PanelFrame]
     legend: list[Handle]
     legend_title: str
     legend_top: float
@@ -162,7 +162,7 @@ def lay_out(plot: Plot) -> Page:
     below = 4.0 + _LINE * SMALL * (len(lines) + bool(plot.legend_title)) if lines else 2.0
     bottom = height - below
     frames = [
-        Frame(p, Scale(*_ends(p, "x"), p.x.log), Scale(*_ends(p, "y"), p.y.log))
+        PanelFrame(p, AxisScale(*_ends(p, "x"), p.x.log), AxisScale(*_ends(p, "y"), p.y.log))
         for p in plot.panels
     ]
     # Ticks depend on the space and the space on the tick labels: one iteration is enough.
@@ -173,7 +173,7 @@ def lay_out(plot: Plot) -> Page:
             factor = frame.panel.second[1]
             low, high = frame.y.low * factor, frame.y.high * factor
             ticks = round_numbers(low, high, _label_count(frame.height), frame.y.log)
-            frame.second = Scale(low, high, frame.y.log, ticks)
+            frame.second = AxisScale(low, high, frame.y.log, ticks)
     _place(plot, frames, top, bottom)
     return Page(
         PAGE,
@@ -222,7 +222,7 @@ def _values_drawn(panel: Panel, direction: AxisName) -> Floats:
         elif isinstance(item, shapes.Pixels):
             sides = (item.left, item.right) if direction == "x" else (item.bottom, item.top)
             parts.append(np.array(sides))
-        elif isinstance(item, shapes.Rule) and item.axis == direction:
+        elif isinstance(item, shapes.Guide) and item.axis == direction:
             parts.append(np.array([item.value]))
         elif isinstance(item, shapes.Band) and item.axis == direction:
             parts.append(np.array([item.low, item.high]))
@@ -233,7 +233,7 @@ def _label_count(length: float) -> int:
     return max(2, min(9, int(length / 24.0)))
 
 
-def _scale(frame: Frame, direction: AxisName) -> Scale:
+def _scale(frame: PanelFrame, direction: AxisName) -> AxisScale:
     scale, axis = (frame.x, frame.panel.x) if direction == "x" else (frame.y, frame.panel.y)
     if axis.ticks is not None:
         return scale._replace(ticks=Ticks(tuple(axis.ticks)))
@@ -258,7 +258,7 @@ def _scale(frame: Frame, direction: AxisName) -> Scale:
 # -- panels --------------------------------------------------------------------------------------
 
 
-def _place(plot: Plot, frames: list[Frame], top: float, bottom: float) -> None:
+def _place(plot: Plot, frames: list[PanelFrame], top: float, bottom: float) -> None:
     columns, rows = len(plot.widths), len(plot.heights)
     left, right = [0.0] * columns, [0.0] * columns
     above, below = [0.0] * rows, [0.0] * rows
@@ -288,7 +288,7 @@ def _place(plot: Plot, frames: list[Frame], top: float, bottom: float) -> None:
         frame.second_left = frame.left + frame.width + right[last_column] - 0.5 * _LINE * TEXT
 
 
-def _equalise(frame: Frame) -> None:
+def _equalise(frame: PanelFrame) -> None:
     """Give both axes the same length per unit, centred in the panel."""
     across = abs(frame.x.high - frame.x.low)
     up = abs(frame.y.high - frame.y.low)
@@ -315,12 +315,12 @@ def _shares(
     return places
 
 
-def _label_width(scale: Scale) -> float:
+def _label_width(scale: AxisScale) -> float:
     texts = [text for _, text in (*scale.ticks.major, *scale.ticks.minor)]
     return max((text_width(text, SMALL) for text in texts), default=0.0)
 
 
-def _sides(frame: Frame) -> tuple[float, float]:
+def _sides(frame: PanelFrame) -> tuple[float, float]:
     """Return the space to the left and right of a panel [pt]."""
     axis = frame.panel.y
     lines = axis.label.count("\n") + 1 if axis.label else 0
@@ -331,7 +331,7 @@ def _sides(frame: Frame) -> tuple[float, float]:
     return (6.0, label_side) if axis.opposite else (label_side, far_side)
 
 
-def _ends_of(frame: Frame) -> tuple[float, float]:
+def _ends_of(frame: PanelFrame) -> tuple[float, float]:
     """Return the space above and below a panel [pt]."""
     panel = frame.panel
     offset = frame.y.ticks.offset and not panel.note and not panel.title

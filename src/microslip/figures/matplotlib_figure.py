@@ -22,7 +22,7 @@ from microslip._core.checks import show
 from microslip._core.errors import InputError
 from microslip.figures import plot as shapes
 from microslip.figures.kit import log_label
-from microslip.figures.layout import PAGE, SMALL, TITLE, Frame, entry_width, lay_out, wrapped
+from microslip.figures.layout import PAGE, SMALL, TITLE, PanelFrame, entry_width, lay_out, wrapped
 from microslip.figures.plot import COLORS, Item, Panel, Plot
 
 STYLE = Path(__file__).parents[1] / "style.mplstyle"
@@ -112,7 +112,7 @@ def draw(plot: Plot, ax: Any = None, *, color: str | None = None, label: str = "
 
 
 def _draw_panel(
-    axes: Axes, panel: Panel, color: str | None, label: str, frame: Frame | None = None
+    axes: Axes, panel: Panel, color: str | None, label: str, frame: PanelFrame | None = None
 ) -> None:
     count, x_unit, y_unit = _drawn_before.get(axes, (0, panel.x.unit, panel.y.unit))
     black = color or COLORS[count % len(COLORS)]
@@ -211,7 +211,7 @@ def _dash(dash: tuple[float, ...]) -> Any:
     return (0, dash) if dash else "-"
 
 
-def paint(item: Item, axes: Axes, frame: Frame | None, order: float) -> None:
+def paint(item: Item, axes: Axes, frame: PanelFrame | None, order: float) -> None:
     """Draw an item of a panel at a z-order; names along lines need a frame."""
     look: dict[str, Any] = {"color": getattr(item, "color", None), "zorder": order}
     stroke: dict[str, Any] = {"lw": getattr(item, "width", None)}
@@ -222,7 +222,7 @@ def paint(item: Item, axes: Axes, frame: Frame | None, order: float) -> None:
         case shapes.Marks():
             face = item.color if item.filled else "white"
             axes.plot(item.x, item.y, item.marker, ms=item.size, mfc=face, **look)
-        case shapes.Rule():
+        case shapes.Guide():
             (axes.axhline if item.axis == "y" else axes.axvline)(item.value, **look, **stroke)
         case shapes.Band():
             span = axes.axhspan if item.axis == "y" else axes.axvspan

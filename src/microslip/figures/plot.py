@@ -62,7 +62,7 @@ class Marks:
 
 
 @dataclass(frozen=True)
-class Rule:
+class Guide:
     """Line across the whole panel at a value of an axis."""
 
     value: float
@@ -144,7 +144,7 @@ class Pixels:
     top: float
 
 
-Item = Line | Marks | Rule | Band | Area | Stems | Words | LineName | Pixels
+Item = Line | Marks | Guide | Band | Area | Stems | Words | LineName | Pixels
 
 
 @dataclass
@@ -193,7 +193,7 @@ class Panel:
 
     def cross(self) -> None:
         """Add thin lines through zero, below all items."""
-        self.items[:0] = [Rule(0.0, direction, "#888888", 0.6, ()) for direction in ("y", "x")]
+        self.items[:0] = [Guide(0.0, direction, "#888888", 0.6, ()) for direction in ("y", "x")]
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from microslip._core.wording import ESCAPED
 from microslip.figures import plot as shapes
-from microslip.figures.layout import SMALL, TEXT, TITLE, Frame, Page, Scale, lay_out
+from microslip.figures.layout import SMALL, TEXT, TITLE, AxisScale, Page, PanelFrame, lay_out
 from microslip.figures.plot import Floats, Marker, Plot
 
 _FONT = "DejaVu Sans, Verdana, Helvetica, Arial, sans-serif"
@@ -74,7 +74,7 @@ def _dash(dash: tuple[float, ...], width: float) -> str:
 # -- panels --------------------------------------------------------------------------------------
 
 
-def _panel(frame: Frame, name: str) -> Iterable[str]:
+def _panel(frame: PanelFrame, name: str) -> Iterable[str]:
     panel = frame.panel
     left, top, width, height = frame.left, frame.top, frame.width, frame.height
     box = _box(left, top, width, height)
@@ -101,7 +101,7 @@ def _panel(frame: Frame, name: str) -> Iterable[str]:
     yield "</g>"
 
 
-def _ticks(scale: Scale) -> list[tuple[float, str, bool]]:
+def _ticks(scale: AxisScale) -> list[tuple[float, str, bool]]:
     """Return positions along an axis, 0 to 1, with label and whether the tick is a major one."""
     places = []
     for ticks, major in ((scale.ticks.major, True), (scale.ticks.minor, False)):
@@ -114,7 +114,7 @@ def _ticks(scale: Scale) -> list[tuple[float, str, bool]]:
 
 
 def _frame_and_ticks(
-    frame: Frame, across: list[tuple[float, str, bool]], up: list[tuple[float, str, bool]]
+    frame: PanelFrame, across: list[tuple[float, str, bool]], up: list[tuple[float, str, bool]]
 ) -> Iterable[str]:
     strokes = [
         f"M{frame.across(share):.2f} {frame.bottom:.2f}v{-3.5 if major else -2}"
@@ -132,7 +132,7 @@ def _frame_and_ticks(
 
 
 def _labels(
-    frame: Frame, across: list[tuple[float, str, bool]], up: list[tuple[float, str, bool]]
+    frame: PanelFrame, across: list[tuple[float, str, bool]], up: list[tuple[float, str, bool]]
 ) -> Iterable[str]:
     panel = frame.panel
     left, top, right = frame.left, frame.top, frame.right
@@ -190,12 +190,12 @@ def _vertical_text(x: float, y: float, label: str) -> str:
 
 
 @singledispatch
-def _draw(item: shapes.Item, frame: Frame) -> str:
+def _draw(item: shapes.Item, frame: PanelFrame) -> str:
     raise TypeError(f"cannot draw a {type(item).__name__}")
 
 
 @_draw.register
-def _(item: shapes.Line, frame: Frame) -> str:
+def _(item: shapes.Line, frame: PanelFrame) -> str:
     path = _path(*frame.points(item.x, item.y))
     if not path:
         return ""
@@ -208,7 +208,7 @@ def _(item: shapes.Line, frame: Frame) -> str:
 
 
 @_draw.register
-def _(item: shapes.Marks, frame: Frame) -> str:
+def _(item: shapes.Marks, frame: PanelFrame) -> str:
     x, y = frame.points(item.x, item.y)
     fine = np.isfinite(x) & np.isfinite(y)
     shape = marker_path(item.marker, 0.5 * item.size)
@@ -221,7 +221,7 @@ def _(item: shapes.Marks, frame: Frame) -> str:
 
 
 @_draw.register
-def _(item: shapes.Rule, frame: Frame) -> str:
+def _(item: shapes.Guide, frame: PanelFrame) -> str:
     scale = frame.y if item.axis == "y" else frame.x
     share = float(scale.share(np.array([item.value]))[0])
     if item.axis == "y":
@@ -237,7 +237,7 @@ def _(item: shapes.Rule, frame: Frame) -> str:
 
 
 @_draw.register
-def _(item: shapes.Band, frame: Frame) -> str:
+def _(item: shapes.Band, frame: PanelFrame) -> str:
     scale = frame.y if item.axis == "y" else frame.x
     shares = np.clip(np.nan_to_num(scale.share(np.array([item.low, item.high]))), -0.01, 1.01)
     low, high = sorted(shares.tolist())
@@ -249,12 +249,12 @@ def _(item: shapes.Band, frame: Frame) -> str:
 
 
 @_draw.register
-def _(item: shapes.Area, frame: Frame) -> str:
+def _(item: shapes.Area, frame: PanelFrame) -> str:
     return f'<path d="{_path(*frame.points(item.x, item.y))}z" fill="{item.color}"/>'
 
 
 @_draw.register
-def _(item: shapes.Stems, frame: Frame) -> str:
+def _(item: shapes.Stems, frame: PanelFrame) -> str:
     x, y = frame.points(item.x, item.y)
     foot = frame.points(item.x, np.zeros_like(item.y))[1]
     strokes = zip(x.tolist(), y.tolist(), foot.tolist(), strict=True)
@@ -263,7 +263,7 @@ def _(item: shapes.Stems, frame: Frame) -> str:
 
 
 @_draw.register
-def _(item: shapes.Words, frame: Frame) -> str:
+def _(item: shapes.Words, frame: PanelFrame) -> str:
     if item.data:
         xs, ys = frame.points(np.array([item.x]), np.array([item.y]))
         x, y = float(xs[0]), float(ys[0])
@@ -284,7 +284,7 @@ def _(item: shapes.Words, frame: Frame) -> str:
 
 
 @_draw.register
-def _(item: shapes.LineName, frame: Frame) -> str:
+def _(item: shapes.LineName, frame: PanelFrame) -> str:
     place = frame.name_place(item)
     if place is None:
         return ""
@@ -294,7 +294,7 @@ def _(item: shapes.LineName, frame: Frame) -> str:
 
 
 @_draw.register
-def _(item: shapes.Pixels, frame: Frame) -> str:
+def _(item: shapes.Pixels, frame: PanelFrame) -> str:
     x, y = frame.points(np.array([item.left, item.right]), np.array([item.bottom, item.top]))
     left, right = sorted(x.tolist())
     top, bottom = sorted(y.tolist())

@@ -11,7 +11,7 @@ from microslip._core.checks import Floats, show
 from microslip._core.errors import InputError
 from microslip._core.units import prefix
 from microslip.figures.kit import length_prefix
-from microslip.figures.plot import DASHED, THIN, Axis, Panel, Plot, Rule
+from microslip.figures.plot import DASHED, THIN, Axis, Guide, Panel, Plot
 
 _LABELS = {
     "backbone": ("Force of first loading", "N"),
@@ -49,11 +49,11 @@ def law_figure(law: Any, quantity: Any, amplitudes: Any) -> Plot:
         stuck = law.tangential_stiffness * a
         near = stuck < 4.0 * law.force_limit
         panel.line(a[near] / x_unit, stuck[near] / unit, width=THIN, dash=DASHED)
-        panel.add(Rule(law.force_limit / unit))
+        panel.add(Guide(law.force_limit / unit))
         panel.note = "dashed: all stick, T = kₜ δ, and all slip"
     elif quantity in ("loss_factor", "damping_ratio"):
         factor = 4.0 if quantity == "loss_factor" else 2.0
-        panel.add(Rule(factor / math.pi))
+        panel.add(Guide(factor / math.pi))
         panel.note = f"dashed: rigid–plastic, {factor:g}/π"
     return Plot([panel], 4.2)
 

@@ -14,7 +14,17 @@ from microslip._core.checks import Floats
 from microslip._core.units import engineering, prefix
 from microslip.figures.kit import between, drawable, evenly, length_prefix, pale
 from microslip.figures.picture import Picture
-from microslip.figures.plot import COLORS, Axis, Band, Entry, Panel, Plot, Rule, Words, stacked
+from microslip.figures.plot import (
+    COLORS,
+    Axis,
+    Band,
+    Entry,
+    Guide,
+    Panel,
+    Plot,
+    Words,
+    stacked,
+)
 from microslip.identification.curves import CONFIDENCE, SHOWN, curves_of
 from microslip.identification.record_fit import RecordFit
 
@@ -80,7 +90,7 @@ def law(result: Any) -> Plot:
             panel.marks(x[at], value[at], color)
     smallest = min(float(table.measured[0]) for table in drawn) / unit
     for panel in panels:
-        panel.items.insert(0, Rule(smallest, "x", "#888888", 0.8, ()))
+        panel.items.insert(0, Guide(smallest, "x", "#888888", 0.8, ()))
     legend = tuple(
         Entry("law" if table.load is None else engineering(table.load, "N", trim=True), color)
         for table, color in zip(drawn, COLORS[1:], strict=False)
@@ -198,7 +208,7 @@ def _draw_pair(
         below.marks(x[dots][~falling], residual[~falling], hue, size=2.4)
         below.marks(x[dots][falling], residual[falling], hue, marker="^", size=2.4)
     above.cross()
-    below.add(Rule(0.0, "y", "#888888", 0.6, ()))
+    below.add(Guide(0.0, "y", "#888888", 0.6, ()))
 
 
 def _noise(cycle: RecordFit) -> float:

@@ -16,8 +16,8 @@ from microslip._core.wording import quote, quoted
 from microslip.laboratory.blocks import Count
 from microslip.laboratory.measurement import Measurement
 from microslip.laboratory.record import Record, checked_path, path_text
-from microslip.readers.files import head_of, kind_of, usable
-from microslip.readers.laboratory import rows_of
+from microslip.readers.files import file_kind, head_of, usable
+from microslip.readers.laboratory import read_rows
 from microslip.readers.tables import name_and_unit, spelt
 
 _WORDS = {
@@ -91,7 +91,7 @@ class Manifest:
         place = checked_path(path)
         try:
             with usable(place, "a manifest"):
-                rows = rows_of(place, kind_of(head_of(place), place.suffix.lower()))
+                rows = read_rows(place, file_kind(head_of(place), place.suffix.lower()))
             return cls._of(rows, place.parent)
         except InputError as error:
             raise error.within(f"{path_text(place)}: ") from None

@@ -22,8 +22,8 @@ from microslip._core.wording import plural, quote, shorten
 from microslip.laboratory.cuts import runs_of
 from microslip.readers.roles import (
     CYCLE_NUMBER,
-    KINDS,
     NEEDED,
+    ROLE_KINDS,
     ROLES,
     Scale,
     by_role,
@@ -34,7 +34,7 @@ from microslip.readers.roles import (
     zero_of,
 )
 from microslip.readers.table_files import read_table
-from microslip.readers.tables import Named, Table, find, listed, scale, understood
+from microslip.readers.tables import Named, RawTable, find, listed, scale, understood
 
 _BY_COEFFICIENT = "by its name, times the normal load"
 _MOST_LONE, _LONGEST_LONE = 0.01, 3
@@ -205,7 +205,7 @@ def _columns_by_part(
 
 
 def _arrays(
-    table: Table, by_part: Mapping[str, Named], rows: Any
+    table: RawTable, by_part: Mapping[str, Named], rows: Any
 ) -> tuple[dict[str, Floats], int, list[str]]:
     """Load the columns; return numbers, index of the first row, and notes."""
     arrays = dict(
@@ -266,7 +266,7 @@ def _filled(values: Floats) -> Floats:
 
 
 def _refuse_gaps(
-    table: Table, arrays: Mapping[str, Floats], names: Mapping[str, str], bad: Any, first: int
+    table: RawTable, arrays: Mapping[str, Floats], names: Mapping[str, str], bad: Any, first: int
 ) -> None:
     row = int(np.flatnonzero(bad)[0])
     role = next(role for role, values in arrays.items() if not np.isfinite(values[row]))
@@ -280,7 +280,7 @@ def _refuse_gaps(
 
 
 def _to_si(values: Floats, role: str, taken_as: Scale, zero: Any, sign: int) -> str:
-    kind = KINDS[role]
+    kind = ROLE_KINDS[role]
     scale(values, taken_as.factor)
     origin, zero_note = zero_of(zero, role, values)
     if origin:
@@ -306,7 +306,7 @@ def _range(low: float, high: float, unit: str) -> tuple[str, str]:
     return engineering(low, unit, digits), engineering(high, unit, digits)
 
 
-def _check_time(table: Table, time: Floats, first: int) -> None:
+def _check_time(table: RawTable, time: Floats, first: int) -> None:
     steps = np.diff(time)
     if steps.min() > 0.0:
         return
@@ -320,7 +320,7 @@ def _check_time(table: Table, time: Floats, first: int) -> None:
 
 def _add_stated(
     parts: dict[str, Any],
-    table: Table,
+    table: RawTable,
     by_part: Mapping[str, Named],
     statements: Statements,
     notes: list[str],

@@ -126,13 +126,13 @@ def read_json(path: Path) -> Arrays:
             f"wanted JSON of at most {_MAX_BYTES // 1_000_000} MB, got {size // 1_000_000} MB; "
             "save it as HDF5 or Parquet"
         )
-    return Arrays("JSON file", arrays_in(parsed("JSON file", path, read_tree)), ".")
+    return Arrays("JSON file", arrays_in(parsed("JSON file", path, json_tree)), ".")
 
 
 # ------------------------------------------------------------------ executed in the child process
 
 
-def read_tree(path: Path) -> dict[str, Any]:
+def json_tree(path: Path) -> dict[str, Any]:
     """Parse JSON to nested mappings of numbers, texts and arrays."""
     content = path.read_bytes()
     refuse_beyond(content.count(b","))

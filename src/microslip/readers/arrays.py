@@ -13,7 +13,7 @@ from microslip._core.checks import Floats
 from microslip._core.errors import InputError
 from microslip._core.wording import shorten
 from microslip.readers.files import first_line
-from microslip.readers.tables import Column, Stated, Table, refuse_long
+from microslip.readers.tables import RawColumn, RawTable, Stated, refuse_long
 
 MOST_COLUMNS = 64
 """Largest number of columns of a matrix; wider matrices are images, not records."""
@@ -49,7 +49,7 @@ class Arrays(NamedTuple):
 class _Slot(NamedTuple):
     """Column of a leaf; ``place`` is None for a vector."""
 
-    column: Column
+    column: RawColumn
     leaf: Leaf
     place: int | None
 
@@ -117,7 +117,7 @@ def values_of(name: str, leaf: Leaf) -> Any:
         raise ValueError(f'"{name}" is damaged: {first_line(error)}') from None
 
 
-def table(arrays: Arrays) -> Table:
+def array_table(arrays: Arrays) -> RawTable:
     """Return the columns of a tree: vectors by name, columns of matrices as "name#1", "name#2".
 
     A text `unit` next to numbers is their unit; a text `name` or `label` next to a single vector is
@@ -152,7 +152,7 @@ def table(arrays: Arrays) -> Table:
             columns.append(np.array(matrix, dtype=float))
         return columns
 
-    return Table(kind, tuple(slot.column for slot in slots), load, stated=stated)
+    return RawTable(kind, tuple(slot.column for slot in slots), load, stated=stated)
 
 
 def is_number(value: Any) -> bool:
@@ -199,9 +199,9 @@ def _text(node: Mapping[str, Any], keys: Sequence[str]) -> str | None:
 def _slots(name: str, short: str, leaf: Leaf) -> Iterator[_Slot]:
     shape = [n for n in leaf.shape if n != 1]
     if len(shape) == 1 and shape[0] > 1:
-        yield _Slot(Column(name, leaf.unit, shape[0], leaf.rate, short), leaf, None)
+        yield _Slot(RawColumn(name, leaf.unit, shape[0], leaf.rate, short), leaf, None)
     elif len(shape) == 2 and 1 < min(shape) <= MOST_COLUMNS:
         for j in range(min(shape)):
             end = f"#{j + 1}"
-            column = Column(name + end, leaf.unit, max(shape), leaf.rate, short + end)
+            column = RawColumn(name + end, leaf.unit, max(shape), leaf.rate, short + end)
             yield _Slot(column, leaf, j)

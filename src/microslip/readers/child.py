@@ -264,7 +264,7 @@ def _bounded(request: Mapping[str, Any]) -> None:
     signal.alarm(_PATIENCE * seconds)
 
 
-def serve() -> None:
+def serve_child() -> None:
     """Handle requests of the parent, one line each, each in a fork, until input ends."""
     lines = os.fdopen(os.dup(1), "w")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # libraries must not print into the replies
@@ -288,4 +288,4 @@ def serve() -> None:
 
 
 if __name__ == "__main__":
-    serve()
+    serve_child()

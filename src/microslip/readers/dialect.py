@@ -29,7 +29,7 @@ _FAR = 50  # lines above the rows that are searched for names with units
 _BRACKETED = re.compile(r"[^][()]*(?:\[[^][]*\]|\([^()]*\))")
 
 
-class Line(NamedTuple):
+class TextLine(NamedTuple):
     """Non-empty line and the number of lines above it."""
 
     above: int
@@ -61,7 +61,7 @@ class Layout(NamedTuple):
     units_line: int | None
 
 
-def split(text: str, separator: str | None) -> list[str]:
+def split_line(text: str, separator: str | None) -> list[str]:
     """Split a line into cells, without surrounding spaces and quotation marks."""
     if separator is None:
         return text.replace('"', "").split()
@@ -88,7 +88,7 @@ def with_nan(text: str, separator: str) -> str:
     return re.sub(rf"(?<!{edge}) *{_NOTHING} *(?!{edge})", "nan", text, flags=re.ASCII | re.I)
 
 
-def find_layout(lines: Sequence[Line]) -> Layout | None:
+def find_layout(lines: Sequence[TextLine]) -> Layout | None:
     """Find the layout that gives the most numbers in consistent rows; None without any rows.
 
     Numeric columns raise the score and text columns lower it, which distinguishes separators from
@@ -99,7 +99,7 @@ def find_layout(lines: Sequence[Line]) -> Layout | None:
     for separator in SEPARATORS:
         if separator is not None and not any(separator in line.text for line in lines):
             continue
-        cells = [split(line.text, separator) for line in lines]
+        cells = [split_line(line.text, separator) for line in lines]
         # With comma separators a decimal comma is possible only inside quotation marks.
         for decimal in (".",) if separator == "," and not quoted else (".", ","):
             run = _best_run(lines, cells, decimal)
@@ -121,7 +121,7 @@ def find_layout(lines: Sequence[Line]) -> Layout | None:
 
 
 def _best_run(
-    lines: Sequence[Line], cells: Sequence[list[str]], decimal: str
+    lines: Sequence[TextLine], cells: Sequence[list[str]], decimal: str
 ) -> tuple[int, int, list[bool | None]] | None:
     """Return start, end and cell kinds (number, text, empty) of the best consistent run of rows."""
     number = NUMBER[decimal].fullmatch
@@ -155,7 +155,7 @@ def _best_run(
 
 
 def _first_row(
-    lines: Sequence[Line],
+    lines: Sequence[TextLine],
     cells: Sequence[list[str]],
     start: int,
     mask: Sequence[bool | None],
@@ -202,7 +202,7 @@ def _used_width(mask: Sequence[bool | None]) -> int:
 
 
 def _names(
-    lines: Sequence[Line],
+    lines: Sequence[TextLine],
     start: int,
     separator: str | None,
     width: int,
@@ -211,10 +211,10 @@ def _names(
     above = [line for line in reversed(lines[:start]) if re.search(r"[^\W_]|%|°", line.text)]
     heads = (_heading_cells(line, separator, width, mask) for line in above[:_FAR])
     first = next(heads, None)
-    if first is None and not (above and any(map(_is_number, split(above[0].text, separator)))):
+    if first is None and not (above and any(map(_is_number, split_line(above[0].text, separator)))):
         # A remark may lie between names and rows, but no malformed row: units identify the names.
         for line, head in zip(above[1:_FAR], heads, strict=False):
-            if any(map(_is_number, split(line.text, separator))):
+            if any(map(_is_number, split_line(line.text, separator))):
                 break
             if head and (_has_units(head[1]) or all(map(is_only_unit, head[1]))):
                 first = head
@@ -240,12 +240,12 @@ def _has_units(cells: Sequence[str]) -> bool:
 
 
 def _heading_cells(
-    line: Line,
+    line: TextLine,
     separator: str | None,
     width: int,
     mask: Sequence[bool | None],
     size: int | None = None,
-) -> tuple[Line, list[str]] | None:
+) -> tuple[TextLine, list[str]] | None:
     """Return the cells of a line of names or units. Of ``size`` names the last may be empty."""
     text = line.text.strip().lstrip(_MARKS) if line.text[:1] in "#%!/*" else line.text
     fewest = _used_width(mask)
@@ -271,11 +271,11 @@ def _is_number(cell: str) -> bool:
 
 def _splits(text: str, separator: str | None) -> Iterator[list[str]]:
     """Yield candidate splits of a line of names, which may contain spaces."""
-    yield split(text, separator)
+    yield split_line(text, separator)
     if separator is None:
         for mark in ("\t", ";", ","):
             if mark in text:
-                yield split(text, mark)
+                yield split_line(text, mark)
         yield re.split(r"\s{2,}", text.strip())
         yield re.split(r"\s+(?![^\[(]*[\])])(?![\[(])", text.strip())
     pieces = _BRACKETED.findall(text)

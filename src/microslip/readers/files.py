@@ -46,7 +46,7 @@ def head_of(path: Path) -> bytes:
         return file.read(_HEAD)
 
 
-def kind_of(head: bytes, suffix: str) -> str | None:
+def file_kind(head: bytes, suffix: str) -> str | None:
     """Return the kind of a file from its first bytes, or from its suffix if they are ambiguous."""
     if head.startswith(b"TDSm"):
         return "tdms"

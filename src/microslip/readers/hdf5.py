@@ -23,16 +23,16 @@ _LEAF: Final = "a data set"
 _TEXT: Final = 1 << 16  # largest size of a text attribute [bytes]
 
 
-def read_arrays(path: Path) -> Arrays:
+def read_hdf5(path: Path) -> Arrays:
     """Return data sets by path, such as "run1/force"; units come from the attribute "units"."""
-    return Arrays("HDF5 file", stored(path, "HDF5 file", read_tree), "/")
+    return Arrays("HDF5 file", stored(path, "HDF5 file", hdf5_tree), "/")
 
 
 def stored(path: Path, kind: str, reader: Callable[[Path], Any]) -> Any:
     """Return the content of a file read in a child process; numbers are loaded on demand."""
 
     def leaf(shape: list[int], where: str, field: str | None, unit: Any, rate: Any) -> Leaf:
-        turned = reader is not read_tree  # MATLAB stores columns first
+        turned = reader is not hdf5_tree  # MATLAB stores columns first
 
         def get() -> Any:
             values = parsed(kind, path, values_at, libraries=["h5py"], where=where, field=field)
@@ -53,7 +53,7 @@ def stored(path: Path, kind: str, reader: Callable[[Path], Any]) -> Any:
 # ------------------------------------------------------------------ what runs in the child
 
 
-def read_tree(path: Path) -> Any:
+def hdf5_tree(path: Path) -> Any:
     """Return groups as mappings and data sets by path."""
     with opened(path) as file:
         return _node(file, set())

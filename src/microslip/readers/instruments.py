@@ -26,9 +26,9 @@ from microslip.readers.files import (
     Unusable,
     allowed_points,
     decoded,
+    file_kind,
     first_line,
     head_of,
-    kind_of,
     refuse_beyond,
 )
 
@@ -256,8 +256,8 @@ def _read(path: Path, format_name: Any, channel_name: Any) -> Heights:
 
 
 def _check_size(path: Path) -> None:
-    if kind_of(head_of(path), path.suffix.lower()) == "hdf5":
-        hdf5.read_arrays(path)  # rejects links to other files, which SurfaceTopography would follow
+    if file_kind(head_of(path), path.suffix.lower()) == "hdf5":
+        hdf5.read_hdf5(path)  # rejects links to other files, which SurfaceTopography would follow
     largest = allowed_points() * _BYTES_A_POINT + _BESIDE
     size = path.stat().st_size
     if zipfile.is_zipfile(path):

@@ -18,13 +18,13 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.wording import quote
 from microslip.readers.child import parsed
-from microslip.readers.dialect import NUMBER, Line, find_layout, is_missing
+from microslip.readers.dialect import NUMBER, TextLine, find_layout, is_missing
 from microslip.readers.files import Unusable, decoded, refuse_beyond
-from microslip.readers.tables import Column, Table, refuse_long
+from microslip.readers.tables import RawColumn, RawTable, refuse_long
 from microslip.readers.text import whole_text
 
 
-def tdms_table(path: Path) -> Table:
+def tdms_table(path: Path) -> RawTable:
     """Return channels such as "Log/Force", with the unit and sample rate stored by LabVIEW."""
     nptdms = library("nptdms", "TDMS", "npTDMS", "tdms")
     # Its log messages about damaged files duplicate its exceptions.
@@ -45,10 +45,10 @@ def tdms_table(path: Path) -> Table:
         with decoded("TDMS file"), path.open("rb") as raw, nptdms.TdmsFile.open(raw) as file:
             return [np.array(file[g][c][:], dtype=float) for g, c, _ in selection]
 
-    return Table("TDMS file", tuple(column for _, _, column in channels), load)
+    return RawTable("TDMS file", tuple(column for _, _, column in channels), load)
 
 
-def _of_channel(channel: Any) -> Column | None:
+def _of_channel(channel: Any) -> RawColumn | None:
     if len(channel) < 2 or np.dtype(channel.dtype).kind not in "iuf":
         return None
     step = channel.properties.get("wf_increment")
@@ -56,17 +56,17 @@ def _of_channel(channel: Any) -> Column | None:
     if isinstance(step, (int, float)) and 0.0 < step < math.inf:
         rate = 1.0 / float(step)
     unit = str(channel.properties.get("unit_string", "")).strip() or None
-    return Column(f"{channel.group_name}/{channel.name}", unit, len(channel), rate, channel.name)
+    return RawColumn(f"{channel.group_name}/{channel.name}", unit, len(channel), rate, channel.name)
 
 
-def parquet_table(path: Path) -> Table:
+def parquet_table(path: Path) -> RawTable:
     """Return the numeric columns of a data frame, with units from the field metadata."""
     parquet = library("pyarrow.parquet", "Parquet", "pyarrow", "parquet")
     with decoded("Parquet file"):
         file = parquet.ParquetFile(path)
         fields, rows = file.schema_arrow, int(file.metadata.num_rows)
     names = [field.name for field in fields if _is_number(field)]
-    columns = tuple(Column(name, _unit(fields.field(name)), rows) for name in names)
+    columns = tuple(RawColumn(name, _unit(fields.field(name)), rows) for name in names)
     if not columns:
         raise ValueError("wanted columns of numbers, got none in this Parquet file")
 
@@ -77,7 +77,7 @@ def parquet_table(path: Path) -> Table:
             table = parquet.read_table(path, columns=selection)
             return [np.array(table.column(name).to_numpy(), dtype=float) for name in selection]
 
-    return Table("Parquet file", columns, load)
+    return RawTable("Parquet file", columns, load)
 
 
 def _is_number(field: Any) -> bool:
@@ -93,7 +93,7 @@ def _unit(field: Any) -> str | None:
     return unit.decode("utf-8", "replace").strip() or None
 
 
-def uff_table(path: Path) -> Table:
+def uff_table(path: Path) -> RawTable:
     """Return the time functions (data sets 58) with names, units and sample rate."""
     pyuff = library("pyuff", "UFF", "pyuff", "uff")
     with decoded("UFF file"), warnings.catch_warnings():
@@ -108,17 +108,17 @@ def uff_table(path: Path) -> Table:
     def load(selection: Sequence[int]) -> list[Floats]:
         return [np.array(real[place]["data"], dtype=float) for place in selection]
 
-    return Table("UFF file", tuple(map(_of_set, real)), load)
+    return RawTable("UFF file", tuple(map(_of_set, real)), load)
 
 
-def _of_set(part: dict[str, Any]) -> Column:
+def _of_set(part: dict[str, Any]) -> RawColumn:
     step = float(part.get("abscissa_inc") or 0.0)
     rate = 1.0 / step if 0.0 < step < math.inf and part.get("abscissa_spacing", 1) == 1 else None
     names = (part.get("ordinate_axis_lab"), part.get("id1"), part.get("rsp_ent_name"))
     labels = (str(name).strip() for name in names if name)
     heading = next((name for name in labels if name and name.upper() != "NONE"), "")
     unit = str(part.get("ordinate_axis_units_lab") or "").strip()
-    return Column(heading, None if unit.upper() in ("", "NONE") else unit, None, rate)
+    return RawColumn(heading, None if unit.upper() in ("", "NONE") else unit, None, rate)
 
 
 def library(module: str, kind: str, name: str, extra: str) -> Any:
@@ -141,7 +141,7 @@ _SEPARATORS = "\t;,"
 Rows = list[list[str]]
 
 
-def rows_of(path: Path, kind: str | None) -> Rows:
+def read_rows(path: Path, kind: str | None) -> Rows:
     """Return the cells of a text file or of the first sheet of a workbook, empty rows included."""
     if kind == "excel":
         return next(iter(_sheets(path).values()), [])
@@ -155,7 +155,7 @@ def rows_of(path: Path, kind: str | None) -> Rows:
         return [[cell.strip() for cell in row] for row in rows]
 
 
-def excel_table(path: Path) -> Table:
+def excel_table(path: Path) -> RawTable:
     """Return the numeric columns of a workbook, prefixed by the sheet if several have some."""
     parts = [
         (title, layout, rows)
@@ -169,7 +169,7 @@ def excel_table(path: Path) -> Table:
         units = (*layout.units, *(None,) * len(layout.names))
         for place, (name, unit) in enumerate(zip(layout.names, units, strict=False)):
             heading = f"{title}/{name}" if len(parts) > 1 and name else name
-            columns.append(Column(heading, unit, len(rows) - layout.first, None, name))
+            columns.append(RawColumn(heading, unit, len(rows) - layout.first, None, name))
             places.append((rows, layout.first, place))
 
     def load(selection: Sequence[int]) -> list[Floats]:
@@ -180,11 +180,11 @@ def excel_table(path: Path) -> Table:
     words = f"Excel workbook, sheet {quote(parts[0][0])}"
     if len(parts) > 1:
         words = f"Excel workbook, {len(parts)} sheets"
-    return Table(words, tuple(columns), load, lambda row: f"row {row + first + 1}")
+    return RawTable(words, tuple(columns), load, lambda row: f"row {row + first + 1}")
 
 
-def _lines(rows: Rows) -> list[Line]:
-    lines = (Line(at, "\t".join(row)) for at, row in enumerate(rows))
+def _lines(rows: Rows) -> list[TextLine]:
+    lines = (TextLine(at, "\t".join(row)) for at, row in enumerate(rows))
     return [line for line in lines if line.text.strip()]
 
 

@@ -88,7 +88,7 @@ def read_market(path: Path) -> Any:
 _ADVICE = 'save vectors, or for a table T the struct S = table2struct(T, "ToScalar", true)'
 
 
-def read_arrays(path: Path) -> Arrays:
+def read_matlab(path: Path) -> Arrays:
     """Return variables, and struct fields as "data.force"; large arrays are loaded on demand."""
     with path.open("rb") as file:
         new = file.read(19) == b"MATLAB 7.3 MAT-file"

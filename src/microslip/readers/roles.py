@@ -27,7 +27,7 @@ from microslip.readers.tables import Named, fits, headings, unique_name
 
 TIME = Kind("time", "s", ("us", "ms", "s", "min", "h"))
 
-KINDS = {
+ROLE_KINDS = {
     "displacement": LENGTH,
     "force": FORCE,
     "normal_load": FORCE,
@@ -36,7 +36,7 @@ KINDS = {
 }
 """Quantities of a record, in the order of messages."""
 CYCLE_NUMBER = "cycle_number"
-ROLES = (*KINDS, CYCLE_NUMBER)
+ROLES = (*ROLE_KINDS, CYCLE_NUMBER)
 """Column roles: these quantities, and the rig's cycle counter, which has no unit."""
 
 _RAW = (
@@ -117,9 +117,9 @@ def guess(columns: Sequence[Named], role: str, by_part: Mapping[str, Named]) -> 
     by_name = [c for c in free if role_of(c) == role]
     how = "by its name"
     if not by_name and role in (*NEEDED, "time"):
-        by_name = [c for c in free if role_of(c) is None and fits(c.unit, KINDS[role])]
+        by_name = [c for c in free if role_of(c) is None and fits(c.unit, ROLE_KINDS[role])]
         by_name = [c for c in by_name if not _words(c.short) & _TELLING]
-        how = f"by its unit, the only {KINDS[role].name} without a known name"
+        how = f"by its unit, the only {ROLE_KINDS[role].name} without a known name"
     if not by_name or (role == CYCLE_NUMBER and len(by_name) > 1):
         raise LookupError(role)
     if len(by_name) > 1:
@@ -150,9 +150,9 @@ def role_of(column: Named) -> str | None:
     role = _by_words(column.short) or _by_symbol(column)
     if role == CYCLE_NUMBER:
         return role if column.unit is None or not is_unit(column.unit) else None
-    if role is None or column.unit is None or fits(column.unit, KINDS[role]):
+    if role is None or column.unit is None or fits(column.unit, ROLE_KINDS[role]):
         return role
-    if KINDS[role] is FORCE and fits(column.unit, MASS):
+    if ROLE_KINDS[role] is FORCE and fits(column.unit, MASS):
         return role  # the weight of the mass
     # Volts and counts may be any quantity; an unknown unit is reported later.
     return role if is_raw(column.unit) or not is_unit(column.unit) else None
@@ -192,7 +192,7 @@ def _by_symbol(column: Named) -> str | None:
     if column.short in _SYMBOLS:
         return _SYMBOLS[column.short]
     role = _WITH_UNIT.get(column.short)
-    return role if role is not None and fits(column.unit, KINDS[role]) else None
+    return role if role is not None and fits(column.unit, ROLE_KINDS[role]) else None
 
 
 # -- from numbers to SI ----------------------------------------------------------------------------
@@ -214,7 +214,7 @@ class Scale(NamedTuple):
 
 def scale_of(column: Named, role: str, unit: object, calibration: object) -> Scale:
     """Return the conversion of a column to SI units."""
-    kind = KINDS[role]
+    kind = ROLE_KINDS[role]
     name = f'{role}: column "{shorten(column.heading, 40)}": '
     if unit is not None and (not isinstance(unit, str) or not unit.strip()):
         raise ValueError(f'{role}: wanted a unit such as "{kind.usual[1]}", got {quote(unit)}')
@@ -245,7 +245,7 @@ def scale_of(column: Named, role: str, unit: object, calibration: object) -> Sca
 
 
 def _calibrated(column: Named, role: str, unit: str | None, calibration: object) -> Scale:
-    kind = KINDS[role]
+    kind = ROLE_KINDS[role]
     example = f'"10 {kind.usual[1]}/V"'
     if isinstance(calibration, str) and _NUMBER.fullmatch(calibration):
         calibration = float(calibration)  # command-line values are text
@@ -289,7 +289,7 @@ def _calibrated(column: Named, role: str, unit: str | None, calibration: object)
 
 def zero_of(zero: object, role: str, values: Floats) -> tuple[float, str]:
     """Return the zero of a column in SI units, and its description for the notes."""
-    kind = KINDS[role]
+    kind = ROLE_KINDS[role]
     if zero is None:
         return 0.0, ""
     if zero == "mean":
@@ -326,6 +326,6 @@ def by_role(name: str, option: object, example: str) -> Mapping[str, Any]:
     if not isinstance(option, Mapping):
         raise InputError(f"wanted `{name}={example}`, got {quote(option)}")
     for key in option:
-        if key not in KINDS:
-            raise InputError(f"`{name}`: wanted one of {quoted(KINDS)}, got {quote(key)}")
+        if key not in ROLE_KINDS:
+            raise InputError(f"`{name}`: wanted one of {quoted(ROLE_KINDS)}, got {quote(key)}")
     return option

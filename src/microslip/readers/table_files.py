@@ -7,25 +7,25 @@ from pathlib import Path
 
 from microslip._core.wording import quote, quoted
 from microslip.readers import array_files, arrays, hdf5, laboratory, matlab, text
-from microslip.readers.files import foreign_kind, head_of, kind_of
-from microslip.readers.tables import Table
+from microslip.readers.files import file_kind, foreign_kind, head_of
+from microslip.readers.tables import RawTable
 
-READERS: Mapping[str, Callable[[Path], Table]] = {
+READERS: Mapping[str, Callable[[Path], RawTable]] = {
     "tdms": laboratory.tdms_table,
-    "mat": lambda path: arrays.table(matlab.read_arrays(path)),
-    "hdf5": lambda path: arrays.table(hdf5.read_arrays(path)),
-    "npy": lambda path: arrays.table(array_files.read_npy(path)),
-    "npz": lambda path: arrays.table(array_files.read_npz(path)),
-    "json": lambda path: arrays.table(array_files.read_json(path)),
+    "mat": lambda path: arrays.array_table(matlab.read_matlab(path)),
+    "hdf5": lambda path: arrays.array_table(hdf5.read_hdf5(path)),
+    "npy": lambda path: arrays.array_table(array_files.read_npy(path)),
+    "npz": lambda path: arrays.array_table(array_files.read_npz(path)),
+    "json": lambda path: arrays.array_table(array_files.read_json(path)),
     "parquet": laboratory.parquet_table,
     "uff": laboratory.uff_table,
     "excel": laboratory.excel_table,
-    "text": text.table,
+    "text": text.text_table,
 }
 """Readers of columns by file format."""
 
 
-def read_table(path: Path, noun: str, file_format: object = None) -> Table:
+def read_table(path: Path, noun: str, file_format: object = None) -> RawTable:
     """Read the table in a file, with the given format or the one detected from its content.
 
     Parameters
@@ -49,7 +49,7 @@ def read_table(path: Path, noun: str, file_format: object = None) -> Table:
         return READERS[file_format](path)
     if not head:
         raise ValueError(f"wanted {noun}, got an empty file")
-    kind = kind_of(head, path.suffix.lower())
+    kind = file_kind(head, path.suffix.lower())
     if kind is None:
         raise ValueError(
             "wanted text, Excel, MAT, TDMS, HDF5, Parquet, JSON, UFF or NumPy files, got "

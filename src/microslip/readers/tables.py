@@ -76,7 +76,7 @@ def is_only_unit(cell: str) -> bool:
     return cell.startswith("[") or text in ("", "-", "–") or is_unit(spelt(text))
 
 
-class Column(NamedTuple):
+class RawColumn(NamedTuple):
     """Column, channel, variable or data set of a file."""
 
     heading: str
@@ -101,11 +101,11 @@ class Stated(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Table:
+class RawTable:
     """Columns of one file."""
 
     kind: str  # kind and layout of the file, for the notes
-    columns: tuple[Column, ...]  # in file order
+    columns: tuple[RawColumn, ...]  # in file order
     load: Callable[[Sequence[int]], list[Floats]]
     """Load the columns at these indices as new arrays."""
     where: Callable[[int], str] = lambda row: f"sample {row}"
@@ -114,7 +114,7 @@ class Table:
     """Other numbers stated by the file, such as "sample_rate" [Hz]."""
 
 
-def refuse_long(columns: Iterable[Column]) -> None:
+def refuse_long(columns: Iterable[RawColumn]) -> None:
     """Raise an InputError if columns have more samples than allowed."""
     refuse_beyond(sum(column.size or 0 for column in columns))
 
@@ -132,12 +132,12 @@ class Named(NamedTuple):
     """Source of the unit."""
 
 
-def understood(columns: Sequence[Column]) -> list[Named]:
+def understood(columns: Sequence[RawColumn]) -> list[Named]:
     """Separate names and units of columns."""
     return [_named(place, column) for place, column in enumerate(columns)]
 
 
-def _named(place: int, column: Column) -> Named:
+def _named(place: int, column: RawColumn) -> Named:
     heading, unit, where = column.heading or f"#{place + 1}", column.unit, "by the file"
     name, in_heading = name_and_unit(heading)
     if unit is None:

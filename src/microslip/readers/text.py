@@ -20,16 +20,16 @@ from microslip.readers.dialect import (
     NUMBER,
     SEPARATORS,
     Layout,
-    Line,
+    TextLine,
     find_layout,
     is_comment,
     is_missing,
-    split,
+    split_line,
     with_hyphen,
     with_nan,
 )
 from microslip.readers.files import refuse_beyond
-from microslip.readers.tables import Column, Stated, Table
+from microslip.readers.tables import RawColumn, RawTable, Stated
 
 _MAX_BYTES = 4_000_000_000
 _HEAD = 1 << 18  # bytes within which names and rows must begin
@@ -53,16 +53,16 @@ class TextFile(NamedTuple):
     decimal: str
     counts: Counter[str]
     """Numbers of points, commas and line ends in the rows."""
-    above: tuple[Line, ...]
+    above: tuple[TextLine, ...]
     """Lines above the rows."""
     may_end_short: bool = False
     """Whether the last row may be cut off, for example by a power failure of the rig."""
 
     @property
-    def columns(self) -> tuple[Column, ...]:
+    def columns(self) -> tuple[RawColumn, ...]:
         """Columns with the names and units above the rows."""
         units = self.layout.units + (None,) * len(self.layout.names)
-        return tuple(map(Column, self.layout.names, units))
+        return tuple(map(RawColumn, self.layout.names, units))
 
     @property
     def most_rows(self) -> int:
@@ -175,7 +175,7 @@ def open_text(path: Path, limit: int | None = None) -> TextFile:
     return TextFile(path, encoding, layout, decimal, counts, above)
 
 
-def table(path: Path) -> Table:
+def text_table(path: Path) -> RawTable:
     """Return the columns of a text file and the settings stated above them."""
     file = open_text(path)._replace(may_end_short=True)
     stated = {
@@ -186,10 +186,10 @@ def table(path: Path) -> Table:
     columns = file.columns
     if file.above and file.above[0].text.startswith("LabVIEW Measurement"):
         columns = _of_labview(file, stated)
-    return Table(file.kind, columns, file.load, lambda row: f"line {file.line_of(row)}", stated)
+    return RawTable(file.kind, columns, file.load, lambda row: f"line {file.line_of(row)}", stated)
 
 
-def _of_labview(file: TextFile, stated: dict[str, Stated]) -> tuple[Column, ...]:
+def _of_labview(file: TextFile, stated: dict[str, Stated]) -> tuple[RawColumn, ...]:
     """Return the columns of a LabVIEW .lvm file, with units and time step from its header.
 
     The header cells are aligned with the columns; without an X column the step is the time step.
@@ -197,7 +197,7 @@ def _of_labview(file: TextFile, stated: dict[str, Stated]) -> tuple[Column, ...]
     header = {line.text.split("\t", 1)[0].strip(): line for line in file.above}
 
     def cells(name: str) -> list[str]:
-        return split(header[name].text, "\t") if name in header else []
+        return split_line(header[name].text, "\t") if name in header else []
 
     units, dimensions = cells("Y_Unit_Label"), cells("X_Dimension")
     has_x = cells("X_Columns")[1:2] != ["No"]
@@ -212,7 +212,7 @@ def _of_labview(file: TextFile, stated: dict[str, Stated]) -> tuple[Column, ...]
         if column.heading != "X_Value":
             column = column._replace(unit=column.unit or unit or None)
         elif has_x and "Time" in dimensions:
-            column = Column("time", "s")
+            column = RawColumn("time", "s")
         columns.append(column)
     return tuple(columns)
 
@@ -243,12 +243,12 @@ def _encoding(head: bytes) -> str:
     return "utf-8"
 
 
-def _lines(path: Path, encoding: str, cut: bool) -> list[Line]:
-    lines: list[Line] = []
+def _lines(path: Path, encoding: str, cut: bool) -> list[TextLine]:
+    lines: list[TextLine] = []
     size = 0
     with _opened(path, encoding) as file:
         while size < _HEAD // 2 and (text := _line(file)):
-            lines.append(Line(len(lines), text))
+            lines.append(TextLine(len(lines), text))
             size += len(text)
     return lines[:-1] if cut and len(lines) > 1 else lines
 
@@ -345,7 +345,7 @@ def _cells(file: TextFile, block: _Block) -> Iterator[tuple[int, list[str] | Non
     for index, text in _rows(file, block):
         if short is not None:  # the short row was not the last one
             raise short
-        cells = split(text, layout.separator)
+        cells = split_line(text, layout.separator)
         if not any(cells):
             yield index, None
             continue

@@ -17,6 +17,7 @@ from microslip.figures.kit import evenly
 from microslip.report.document import Column, Judged, Table, Value, Verdicts
 
 UNKNOWN = "–"
+Wording = Callable[[str], str]  # adapts argument names in a message, such as to options
 
 # Powers of a length use a suitable unit instead of a prefix.
 _POWERS = {

@@ -88,7 +88,7 @@ def csv_file(name: str, data: DataSet, columns: Mapping[str, str], dims: tuple[s
 def netcdf_file(name: str, data: DataSet) -> File:
     """Return a netCDF-4 file of labelled arrays."""
     count = sum(variable.values.size for variable in data.values())
-    return File(name, lambda path, progress: netcdf.write(path, data, progress), count * NUMBER)
+    return File(name, lambda path, progress: netcdf.store(path, data, progress), count * NUMBER)
 
 
 def write_all(files: Sequence[File], folder: Path, progress: Progress | None = None) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import count, repeat
 from typing import Any
 
@@ -39,17 +39,16 @@ _FIRST = (
     "chord_stiffness",
 )
 """Columns of a single record on a terminal; page and summary.json have all columns."""
-Say = Callable[[str], str]
 
 
 def measurement_document(
     measurements: Sequence[Measurement] | Campaign,
-    say: Say = str,
+    adapt: cells.Wording = str,
     skipped: Sequence[tuple[str, str]] = (),
 ) -> Document:
     """Return the document of one or more measured records, with ``skipped`` files and the reasons.
 
-    ``say`` formats texts that name arguments.
+    ``adapt`` adapts texts that name arguments.
     """
     campaign = measurements if isinstance(measurements, Campaign) else Campaign(tuple(measurements))
     measurements = campaign.measurements
@@ -66,7 +65,7 @@ def measurement_document(
     sections = [
         part
         for measured in measurements
-        for part in _sections(measured, say, len(measurements) == 1)
+        for part in _sections(measured, adapt, len(measurements) == 1)
     ]
     last: list[Section] = []
     if len(measurements) > 1 or skipped or campaign.worn_volumes is not None:
@@ -163,7 +162,9 @@ def _number(measurements: Sequence[Measurement]) -> Headline:
     return Headline("dissipated per cycle", value, band)
 
 
-def _sections(measured: Measurement, say: Say, is_alone: bool) -> tuple[Section, Section]:
+def _sections(
+    measured: Measurement, adapt: cells.Wording, is_alone: bool
+) -> tuple[Section, Section]:
     """Return the regimes, means and notes of a record, and the sources of its numbers."""
     summary = measured.summary()
     counts = [f"{n} {name}" for name, n in summary["regimes"].items() if n]
@@ -191,7 +192,7 @@ def _sections(measured: Measurement, say: Say, is_alone: bool) -> tuple[Section,
         *((Note(total),) if (total := _total_text(measured)) else ()),
         *((_levels(measured),) if measured.levels else ()),
         *((Note(_channels_text(channels)),) if channels else ()),
-        Items(tuple(say(note) for note in measured.notes if note not in channels)),
+        Items(tuple(adapt(note) for note in measured.notes if note not in channels)),
     )
     title = shorten(measured.name, 100)
     return (

@@ -32,7 +32,7 @@ from microslip._core.wording import did_you_mean, quoted, shorten
 from microslip.readers.files import reading
 from microslip.readers.roles import is_of_loop
 from microslip.readers.table_files import read_table
-from microslip.readers.tables import Named, Table, find, fits, understood
+from microslip.readers.tables import Named, RawTable, find, fits, understood
 from microslip.structures.modal_curve import ModalCurve
 from microslip.structures.modal_readings import Values, ring_down
 from microslip.structures.periodic_motion import POWERS
@@ -365,7 +365,7 @@ def _kind(roles: Mapping[str, Named], columns: Sequence[Named]) -> str | None:
     return None
 
 
-def _values(kind: str, table: Table, roles: dict[str, Named], band: Any, points: Any) -> Values:
+def _values(kind: str, table: RawTable, roles: dict[str, Named], band: Any, points: Any) -> Values:
     if kind == "curve":
         sensed, frequency = _sensed(table, roles), _column(table, roles, "frequency")
         amplitude = sensed[0] / (2.0 * math.pi * frequency) ** POWERS[sensed[1]]
@@ -374,14 +374,14 @@ def _values(kind: str, table: Table, roles: dict[str, Named], band: Any, points:
     return ring_down(_column(table, roles, "time"), signal, points, quantity, band)
 
 
-def _stepped_sine(table: Table, roles: dict[str, Named], points: Any) -> SteppedSine:
+def _stepped_sine(table: RawTable, roles: dict[str, Named], points: Any) -> SteppedSine:
     force: Any = _column(table, roles, "force") if "force" in roles else 1.0
     frequency, phase = (_column(table, roles, name) for name in ("frequency", "phase"))
     size, quantity = _sensed(table, roles)
     return stepped_sine(frequency, size, phase, force, points, quantity)
 
 
-def _sensed(table: Table, roles: Mapping[str, Named]) -> tuple[Floats, str]:
+def _sensed(table: RawTable, roles: Mapping[str, Named]) -> tuple[Floats, str]:
     """Return the signal of the sensor in SI units, and its quantity."""
     signals = [role for role in POWERS if role in roles]
     if len(signals) > 1:
@@ -397,7 +397,7 @@ def _sensed(table: Table, roles: Mapping[str, Named]) -> tuple[Floats, str]:
     return _column(table, named, quantity), quantity
 
 
-def _column(table: Table, roles: Mapping[str, Named], role: str) -> Floats:
+def _column(table: RawTable, roles: Mapping[str, Named], role: str) -> Floats:
     """Return a column in SI units."""
     column, kind = roles[role], KINDS[role]
     (values,) = table.load([column.place])

@@ -33,8 +33,8 @@ from microslip.study.readers import KeyedError, ListOf, Place
 from microslip.study.uncertain import Spread, Uncertain
 from microslip.study.vibration import (
     AMPLITUDES,
+    MAX_MODES,
     MODE,
-    MOST_MODES,
     AmplitudeRange,
     ForcePart,
     FormPart,
@@ -123,7 +123,7 @@ class StructurePart(Part):
     )
     form: FormPart | None = optional_key(SubTable(FormPart), "Form of the faces; flat by default.")
     modes: tuple[int, ...] = key(
-        ListOf(MODE, "[1, 3]", (1, MOST_MODES), distinct=True),
+        ListOf(MODE, "[1, 3]", (1, MAX_MODES), distinct=True),
         "Numbers of the elastic modes, from 1.",
         default=(1,),
     )

@@ -225,8 +225,8 @@ FITTED = ("friction_coefficient", "tension", "form", "young_modulus", "base_damp
 """Parameters that can be fitted to a test."""
 
 _COLUMNS = ("amplitude", "frequency", "damping_ratio")
-MOST_MODES = 10
-MODE = integer(1, MOST_MODES, "1", noun=f"a mode from 1 to {MOST_MODES}")
+MAX_MODES = 10
+MODE = integer(1, MAX_MODES, "1", noun=f"a mode from 1 to {MAX_MODES}")
 
 
 class MeasuredPart(Part):

@@ -14,8 +14,8 @@ from microslip._core.units import LENGTH, QuantityError, is_unit, to_si
 from microslip._core.wording import shorten
 from microslip.readers import array_files, hdf5, matlab
 from microslip.readers.arrays import Arrays, leaves, single_array, values_of
-from microslip.readers.dialect import is_comment, split
-from microslip.readers.files import head_of, kind_of, refuse_beyond
+from microslip.readers.dialect import is_comment, split_line
+from microslip.readers.files import file_kind, head_of, refuse_beyond
 from microslip.readers.instruments import evenly_spaced, on_grid, read_channel
 from microslip.readers.tables import fits, name_and_unit
 from microslip.readers.text import TextFile, open_text
@@ -23,8 +23,8 @@ from microslip.readers.text import TextFile, open_text
 ARRAY_FILES = {
     "npy": array_files.read_npy,
     "npz": array_files.read_npz,
-    "mat": matlab.read_arrays,
-    "hdf5": hdf5.read_arrays,
+    "mat": matlab.read_matlab,
+    "hdf5": hdf5.read_hdf5,
 }
 TEXTS = ("text", "matrix", "xyz", "profile")
 """Text formats: detected, or by the content of the columns."""
@@ -90,7 +90,7 @@ def read_heights(path: Path, options: FileOptions) -> RawHeights:
 
 def _form(head: bytes, suffix: str) -> str | None:
     """Return the format of a file; None if SurfaceTopography must read it."""
-    form = kind_of(head, suffix)
+    form = file_kind(head, suffix)
     if form in ("npy", "npz", "mat"):
         return form
     if form == "text" and suffix == ".mat":
@@ -209,7 +209,7 @@ def _refuse_ragged(file: TextFile) -> None:
     """Raise a ValueError for rows of numbers above the detected rows, which would be skipped."""
     layout = file.layout
     for line in file.above:
-        cells = split(line.text, layout.separator)
+        cells = split_line(line.text, layout.separator)
         while cells and not cells[-1]:
             cells.pop()
         if cells and all(map(_is_number, cells)):

@@ -36,7 +36,7 @@ def force(law: BackboneLaw, x: Floats, names: list[str]) -> Derivatives:
     return law.force(x), _columns(by, names, x.shape), slopes
 
 
-def settled(numbers: tuple[int, ...], rest: Any) -> Quantity:
+def settled_force(numbers: tuple[int, ...], rest: Any) -> Quantity:
     """Return the function for coefficients of the settled force [N]."""
     options: dict[str, Any] = {"harmonics": numbers, "rest": rest}
 
@@ -55,7 +55,7 @@ def dissipated_energy(law: BackboneLaw, a: Floats, names: list[str]) -> Derivati
     return np.asarray(law.dissipated_energy(a)), _columns(by, names, ()), slope
 
 
-def evaluated(
+def evaluated_in_numpy(
     make: Callable[..., BackboneLaw], quantity: Quantity, names: list[str], values: Any, place: Any
 ) -> Derivatives:
     """Evaluate a quantity of the law for parameter values."""
@@ -102,7 +102,7 @@ class DifferentiableLaw:
         rest: Any = 0.0,
     ) -> Any:
         """Coefficients of the settled force [N] from coefficients of the displacement [m]."""
-        return self._call(settled(harmonics, rest), parameters, coefficients)
+        return self._call(settled_force(harmonics, rest), parameters, coefficients)
 
     def dissipated_energy(self, parameters: Mapping[str, Any], amplitude: Any) -> Any:
         """Energy of a closed cycle [J] at one amplitude [m]."""

@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 
 from microslip._core.errors import InputError
-from microslip.export.hosts.differentiable import DifferentiableLaw, Quantity, evaluated
+from microslip.export.hosts.differentiable import DifferentiableLaw, Quantity, evaluated_in_numpy
 
 
 class DifferentiableJoint(DifferentiableLaw):
@@ -33,7 +33,7 @@ class DifferentiableJoint(DifferentiableLaw):
             kinds = tuple(jax.ShapeDtypeStruct(shape, jnp.float64) for shape in shapes)
 
             def answer(p: Any, at: Any) -> Any:
-                parts = evaluated(self.make, quantity, names, p, at)
+                parts = evaluated_in_numpy(self.make, quantity, names, p, at)
                 return parts if derivatives else parts[0]
 
             return jax.pure_callback(

@@ -12,7 +12,7 @@ from typing import Any
 import torch
 
 from microslip._core.errors import InputError
-from microslip.export.hosts.differentiable import DifferentiableLaw, Quantity, evaluated
+from microslip.export.hosts.differentiable import DifferentiableLaw, Quantity, evaluated_in_numpy
 
 _REAL = torch.float64
 
@@ -80,6 +80,6 @@ class DifferentiableJoint(DifferentiableLaw):
         )
 
         def evaluate(p: Any, at: Any) -> Any:
-            return evaluated(self.make, quantity, names, p, at)
+            return evaluated_in_numpy(self.make, quantity, names, p, at)
 
         return _Evaluate.apply(values, place, evaluate)[0]

@@ -145,7 +145,7 @@ class Sweep:
         The write is atomic. An existing file is replaced only with ``overwrite``.
         """
         with atomic_file(path, overwrite) as stage:
-            netcdf.write(stage, self._data)
+            netcdf.store(stage, self._data)
         return Path(path)
 
     def to_csv(self, path: str | Path, overwrite: bool = False) -> Path:

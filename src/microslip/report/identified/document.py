@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -35,9 +35,6 @@ from microslip.study.toml_text import dump
 KIND = "microslip-identification"
 """Kind of a folder of an identified joint in summary.json."""
 _SCHEMA = 2
-
-Say = Callable[[str], str]
-"""Puts messages into the words of who asked, such as the options of a command."""
 
 CONFIDENCE_TEXT = f"{100.0 * CONFIDENCE:g} %"
 _COLUMNS = {
@@ -80,7 +77,7 @@ class Identified:
 # -- the data set ---------------------------------------------------------------------------------
 
 
-def identification_data(outcome: Identified, say: Say = str) -> dict[str, Any]:
+def identification_data(outcome: Identified, adapt: cells.Wording = str) -> dict[str, Any]:
     """Return all numbers of an identification as plain values in SI units."""
     found = outcome.found
     law = found.law
@@ -103,7 +100,7 @@ def identification_data(outcome: Identified, say: Say = str) -> dict[str, Any]:
             "chi_squared": json_value(found.chi_squared),
             "degrees_of_freedom": found.degrees_of_freedom,
             "holds": bool(found.masing.holds),
-            "text": say(found.masing.text),
+            "text": adapt(found.masing.text),
         },
         "interface": None if outcome.step is None else _step(outcome.step),
         "records": [
@@ -119,7 +116,7 @@ def identification_data(outcome: Identified, say: Say = str) -> dict[str, Any]:
             for record in found.records
         ],
         "skipped": [{"file": name, "reason": why} for name, why in outcome.skipped],
-        "notes": [say(note) for note in found.notes],
+        "notes": [adapt(note) for note in found.notes],
         "files": [],
     }
 
@@ -159,9 +156,9 @@ def _step(step: Any) -> dict[str, Any]:
 # -- the document ---------------------------------------------------------------------------------
 
 
-def identification_document(outcome: Identified, say: Say = str) -> Document:
+def identification_document(outcome: Identified, adapt: cells.Wording = str) -> Document:
     """Return the law with its intervals, and the second step, as a document."""
-    data, found = identification_data(outcome, say), outcome.found
+    data, found = identification_data(outcome, adapt), outcome.found
     holds = data["masing"]["holds"]
     sections = [
         Section("At rest and in gross slip", (_facts(data),)),

@@ -28,10 +28,10 @@ from microslip.figures.plot import (
     WIDTH,
     Axis,
     Floats,
+    Guide,
     LineName,
     Panel,
     Plot,
-    Rule,
     Words,
     stacked,
 )
@@ -199,7 +199,7 @@ def _figure(result: Prediction, axis: AmplitudeAxis) -> Plot:
         for panel in panels:
             for index, look in drawn_loads(result):
                 limit = result.joints[index].force_limit / axis.unit
-                panel.items.insert(0, Rule(limit, "x", look.color, 1.0, DOTTED))
+                panel.items.insert(0, Guide(limit, "x", look.color, 1.0, DOTTED))
     return add_legend(stacked(panels, 8.9, (3.0, 2.0, 1.3)), result)
 
 
@@ -264,7 +264,7 @@ def _damping(result: Prediction, axis: AmplitudeAxis) -> Panel:
     )
     text = "full sliding (rigid–plastic): η = 4/π, ζ = 2/π"
     if largest > 0.1 * top:
-        panel.items.insert(0, Rule(top))
+        panel.items.insert(0, Guide(top))
         panel.y.high = 4.0 * max(top, largest)
     else:
         text += ", above this scale"
@@ -290,7 +290,7 @@ def force_exponent(curve: AmplitudeCurve) -> Floats:
 def _exponent(result: Prediction, axis: AmplitudeAxis) -> Panel:
     by_force = axis.column == "force_amplitude"
     panel = axis.panel(Axis(f"Local exponent\nd ln E / d ln {'T' if by_force else 'δ'}"))
-    panel.add(*(Rule(level) for level in ((3.0,) if by_force else (3.0, 1.0))))
+    panel.add(*(Guide(level) for level in ((3.0,) if by_force else (3.0, 1.0))))
     values = draw_curves(
         panel,
         result,

@@ -21,9 +21,9 @@ from microslip.figures.plot import (
     THIN,
     Axis,
     Floats,
+    Guide,
     Panel,
     Plot,
-    Rule,
     Stems,
     stacked,
 )
@@ -138,7 +138,7 @@ def _force(result: Prediction, axis: AmplitudeAxis) -> Panel:
         stuck = joint.tangential_stiffness * curve.amplitude
         near = stuck < 6.0 * limit
         panel.line(axis.of(curve)[near], stuck[near] / unit, look.color, width=THIN, dash=DASHED)
-        panel.add(Rule(limit / unit, "y", look.color))
+        panel.add(Guide(limit / unit, "y", look.color))
     forces = draw_curves(panel, result, axis, lambda curve: curve.force_amplitude / unit)
     if np.isfinite(forces).any():
         panel.y.low, panel.y.high = 0.5 * float(forces.min()), 3.0 * max(limits) / unit
@@ -321,7 +321,7 @@ _LAW_FIGURES = (
     pressure,
     slider_density,
 )
-FIGURES: dict[str, Callable[[Prediction], Plot]] = {
+PREDICTION_FIGURES: dict[str, Callable[[Prediction], Plot]] = {
     figure.__name__: figure for figure in (*_LAW_FIGURES, history, face)
 }
 """Figures by name, in reading order."""
@@ -329,7 +329,7 @@ FIGURES: dict[str, Callable[[Prediction], Plot]] = {
 
 def figure_names_of(result: Prediction) -> tuple[str, ...]:
     """Return the names of the figures of a result."""
-    return tuple(name for name in FIGURES if name in figure_names(result.study))
+    return tuple(name for name in PREDICTION_FIGURES if name in figure_names(result.study))
 
 
 def prediction_pictures(result: Prediction) -> tuple[Picture, ...]:
@@ -343,7 +343,7 @@ def prediction_pictures(result: Prediction) -> tuple[Picture, ...]:
             if name in ("loops", "backbone", "energy_damping", "force_damping", "contact_state"):
                 of = "uncertain inputs" if result.scatter.inputs else "identified law"
                 caption += f" {edges}: the {between} % band of the {of}."
-        figure = FIGURES[name]
+        figure = PREDICTION_FIGURES[name]
         figures.append(Picture(name, caption, lambda figure=figure: figure(result), alternative))  # type: ignore[misc]
     return tuple(figures)
 

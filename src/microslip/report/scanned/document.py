@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
@@ -18,6 +18,7 @@ from microslip._core.verdicts import Remark
 from microslip._core.wording import capital
 from microslip._version import __version__
 from microslip.figures.picture import Picture
+from microslip.report import cells
 from microslip.report.document import (
     Block,
     Column,
@@ -68,17 +69,17 @@ _SUMMITS = {
     "mean_height": ("mean height", "m"),
 }
 
-Say = Callable[[str], str]
 
-
-def scan_document(findings: Findings, folder: Path | None = None, say: Say = str) -> Document:
+def scan_document(
+    findings: Findings, folder: Path | None = None, adapt: cells.Wording = str
+) -> Document:
     """Return the document of a scan; study.toml names the scan relative to the folder."""
-    remarks = tuple(say(text) for text in _remarks(findings))
+    remarks = tuple(adapt(text) for text in _remarks(findings))
     notes = findings.scan.notes if findings.summits is None else findings.summits.notes
     data = scan_summary(findings, remarks)
     sections = [
         Section("Heights", _parameters(findings, data), brief=False),
-        *joint_section.joint_sections(findings, say),
+        *joint_section.joint_sections(findings, adapt),
         Section("Statistics of the chapter's model", _summits(findings, data)),
         Section("Figures", _pictures(findings), brief=False),
         Section("Validity", (Verdicts(findings.verdicts, short=True),)),
@@ -90,7 +91,7 @@ def scan_document(findings: Findings, folder: Path | None = None, say: Say = str
         text = face_study_text(findings, findings.face, folder or Path())
         files.append(text_file(STUDY_NAME, lambda: text))
         sections.append(Section("Study of the joint", (Listing(text),), brief=False))
-    sections.append(Section("Reading of the file", (Items(tuple(map(say, notes))),), brief=False))
+    sections.append(Section("Reading of the file", (Items(tuple(map(adapt, notes))),), brief=False))
     number = Headline("rms height Sq", engineering(findings.statistics.rms, "m", 4))
     return Document(
         KIND, findings.raw.name, _answer(findings), tuple(sections), data, remarks, number,

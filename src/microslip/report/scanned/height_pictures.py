@@ -27,11 +27,11 @@ from microslip.figures.plot import (
     Axis,
     Band,
     Entry,
+    Guide,
     Line,
     Panel,
     Pixels,
     Plot,
-    Rule,
     beside,
 )
 from microslip.surfaces.figures import SHARE, trace_figure
@@ -222,7 +222,7 @@ def _fill(
     ):
         if cutoff is not None:
             panel.items[:0] = [Band(*ends, "x", _REMOVED)]
-            panel.add(Rule(cutoff / unit, "x", EDGE, 0.9, ()))
+            panel.add(Guide(cutoff / unit, "x", EDGE, 0.9, ()))
     panel.add(*before, *after)
 
 

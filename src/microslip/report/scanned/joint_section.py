@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
 
@@ -10,6 +9,7 @@ from microslip._core.quantities import json_value, named
 from microslip._core.units import engineering
 from microslip.contact.figures import face_plot
 from microslip.figures.picture import Picture
+from microslip.report import cells
 from microslip.report.document import Column, Note, Section, Table
 from microslip.surfaces.findings import Findings
 from microslip.surfaces.joints import contact_words
@@ -21,7 +21,7 @@ _QUANTITIES = {
 }
 
 
-def joint_sections(findings: Findings, say: Callable[[str], str] = str) -> list[Section]:
+def joint_sections(findings: Findings, adapt: cells.Wording = str) -> list[Section]:
     """Return the section on the joint; empty if no joint was requested."""
     face = findings.face
     if face is None:
@@ -46,7 +46,7 @@ def joint_sections(findings: Findings, say: Callable[[str], str] = str) -> list[
         if intervals
         else "No interval: the scan is too small to be divided into pieces.",
     ]
-    return [Section(title, (Table("", columns, tuple(rows)), *(Note(say(n)) for n in notes)))]
+    return [Section(title, (Table("", columns, tuple(rows)), *(Note(adapt(n)) for n in notes)))]
 
 
 def chapter_rows(findings: Findings) -> list[tuple[str, str]]:

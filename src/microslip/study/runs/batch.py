@@ -24,7 +24,7 @@ from microslip._core.quantities import json_value
 from microslip._core.wording import one_line
 from microslip._version import __version__
 from microslip.readers.files import reading
-from microslip.readers.laboratory import rows_of
+from microslip.readers.laboratory import read_rows
 from microslip.readers.text import whole_text
 from microslip.study.toml_text import read_text, tables_of
 
@@ -86,7 +86,9 @@ def items_of(source: Path, study: Path | None) -> list[BatchItem]:
         if is_table and not base:
             raise InputError(f"`study` must be given: {source} is a table of changes to it")
         with reading(source, "a list"):
-            rows: list[Any] = rows_of(source, None) if is_table else whole_text(source).splitlines()
+            rows: list[Any] = (
+                read_rows(source, None) if is_table else whole_text(source).splitlines()
+            )
         if len(rows) > _MOST:
             raise InputError(f"{source}: wanted at most {_MOST} items, got {len(rows)}")
         if is_table:

@@ -116,6 +116,8 @@ def test_messages_name_the_options_of_a_command() -> None:
         ('give `cutoff="1 um"` or', 'give --cutoff "1 um" or'),
         ("write `outliers=6`", "write --outliers 6"),
         ("give `cutoff=...`", "give --cutoff ..."),
+        ("`cutoff=slice(0, 10)`", "--cutoff 1..10"),
+        ("`cutoff=slice(first, last)`", "--cutoff FIRST..LAST"),
         ('write `outliers={"a": "b"}`', 'write --outliers a="b"'),
         ("write `limit=5`", "write limit=5"),
         ("`cutoff=(1, 2)`", "cutoff=(1, 2)"),

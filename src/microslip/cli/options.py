@@ -145,7 +145,12 @@ def _settings(option: Option) -> dict[str, Any]:
     return settings
 
 
-_ARGUMENT = re.compile(r'`(\w+)(?:=(\{"\w+": )?("[^"`]*"|\("[^`]*"\)|[-+.\d][^\s`}]*|True)\}?)?`')
+_ARGUMENT = re.compile(
+    r'`(\w+)(?:=(\{"\w+": )?("[^"`]*"|\("[^`]*"\)|slice\(\w+, \w+\)|[-+.\d][^\s`}]*|True)\}?)?`'
+)
+
+
+_SLICE = re.compile(r"slice\((\w+), (\w+)\)")
 
 
 def in_options(text: str, command: click.Command | None = None) -> str:
@@ -160,6 +165,9 @@ def in_options(text: str, command: click.Command | None = None) -> str:
 
     def write(match: re.Match[str]) -> str:
         name, key, value = match.groups()
+        if cut := _SLICE.fullmatch(value or ""):
+            first, last = cut.groups()
+            value = f"{int(first) + 1 if first.isdigit() else first.upper()}..{last.upper()}"
         param = options.get(name)
         # A bare column role denotes its values, not the option that selects the column.
         if not isinstance(param, click.Option) or (not value and param.metavar == "COLUMN"):

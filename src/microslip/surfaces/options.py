@@ -13,7 +13,7 @@ PROCESSES = ("milled", "turned", "ground", "honed", "lapped", "polished", "erode
 
 CUTOFF = option(
     "cutoff",
-    "Short-wave cut-off (required; none disables it).",
+    "Short-wave cut-off; none keeps all waves down to the pixel.",
     LENGTH,
     "Short-wave cut-off",
     default=REQUIRED,

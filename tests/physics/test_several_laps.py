@@ -12,6 +12,7 @@ from laps import DENSITY, STEEL
 from scipy import linalg
 
 import microslip as ms
+from microslip.structures import read_decay
 from microslip.structures.reduction_convergence import halved_boxes
 from microslip.structures.reduction_elements import Elements
 
@@ -240,6 +241,32 @@ def test_equal_laps_lose_the_same_and_together_twice_what_one_loses() -> None:
     np.testing.assert_allclose(shares, 0.5, rtol=1e-5)
     np.testing.assert_allclose(both.damping_ratio, 2.0 * one.damping_ratio, rtol=2e-3)
     np.testing.assert_allclose(state.normal_loads.sum(), 800.0, rtol=1e-9)
+
+
+@pytest.mark.slow
+def test_the_bar_of_the_gallery_rings_down_as_its_mode_says() -> None:
+    """Integration in time against harmonic balance, 60 cycles from the largest amplitude.
+
+    Other modes disturb single cycles by 5 % in damping; the decrement over all of them counts.
+    """
+    example = Path(__file__).parents[2] / "examples" / "18_several_laps.py"
+    setup = example.read_text(encoding="utf-8").partition("# %%")[0]
+    lines = [line for line in setup.splitlines() if "plt" not in line]
+    names: dict[str, Any] = {}
+    exec("\n".join(lines), names)
+    joint = names["joint"]
+    state, end = joint.tightened(names["surface"], friction_coefficient=0.3), joint.sensor("end")
+    curve = state.modes(0, np.geomspace(1e-4, 2e-4, 5), at=end)
+    release = (curve.shape[-1] * curve.modal_amplitude[-1]).real
+    time = np.arange(60 * 160) / (160.0 * curve.frequency[-1])
+    motion = state.integrate(lambda t: np.zeros(joint.size), time, displacement=release)
+    decay = read_decay(motion.time, motion.displacement @ end)
+    logs = np.log(decay.amplitude)
+    frequency = np.interp(logs, np.log(curve.amplitude), curve.frequency)
+    np.testing.assert_allclose(decay.frequency, frequency, rtol=4e-4)
+    predicted = np.interp(logs, np.log(curve.amplitude), curve.decay_damping_ratio)
+    slope = np.polyfit(np.arange(logs.size), logs, 1)[0] / (-2.0 * np.pi)
+    assert slope == pytest.approx(predicted.mean(), rel=0.02)
 
 
 def test_a_planar_field_needs_no_direction_across() -> None:

@@ -185,12 +185,12 @@ class LoadCurve:
 
     @cached_property
     def scalar(self) -> ScalarCurve:
-        """Curve for single separations, if it is no profile."""
+        """Load curve evaluated at single separations, for laws without a compiled profile."""
         return scalar_curve(self.surface, self.origin)
 
     @cached_property
     def slip_losses(self) -> SlipLosses:
-        """Energy dissipated by slip, for a law without a profile."""
+        """Energy dissipated by slip, for laws without a compiled profile."""
         return SlipLosses(self.surface, self.origin)
 
     def fall(self, step: Floats) -> Floats:

@@ -165,7 +165,10 @@ class Identification(Locked, Plottable):
     # -- functionals ------------------------------------------------------------------------------
 
     def _coefficients(self, at: _At, shape: Callable[[Floats], Floats]) -> Floats:
-        """Return coefficients of stiffnesses and shifts of a sum over sliders by thresholds."""
+        """Return the derivatives of sum_i k_i shape(y_i) by the fitted stiffnesses and shifts.
+
+        The sum is over all sliders, with stiffnesses k_i and yield displacements y_i.
+        """
         y = np.maximum(at.y, 0.0)
         c = np.append(shape(y), np.zeros(at.by_shift.size))
         if at.by_shift.any() or at.by_stiffness.any():
@@ -179,7 +182,7 @@ class Identification(Locked, Plottable):
         return c
 
     def _interval(self, at: _At, shape: Callable[[Floats], Floats]) -> tuple[float, float, float]:
-        """Return value and ends of the interval of a sum over sliders by thresholds."""
+        """Return value, lower and upper end of sum_i k_i shape(y_i) over all sliders."""
         value = float(at.fit.k @ shape(np.maximum(at.y, 0.0)))
         middle, low, high = at.bands.interval(self._coefficients(at, shape))
         return value, value + low - middle, value + high - middle

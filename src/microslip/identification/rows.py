@@ -21,7 +21,7 @@ _FLOOR = 1e-5
 
 @dataclass(eq=False)
 class Rows:
-    """Columns of stop elements of one record, in the bins of its phase."""
+    """Design matrix of one record: forces of elastic-plastic elements in the bins of its phase."""
 
     folded: Folded
     load: int

@@ -28,11 +28,11 @@ from microslip.laboratory.folding import stated_noise
 from microslip.laboratory.record import Record
 
 _MOST_FORCES = 1 << 14
-"""Most bins of all records together."""
+"""Largest number of phase bins of all records together."""
 _MOST_BINS = 256
-"""Most bins of a record."""
+"""Largest number of phase bins of one record."""
 _UNLIKELY = 1e-3
-"""Probability of a rise of chi-squared from which on each load has a density of its own."""
+"""Significance level of the rise of chi-squared at which each load gets its own slider density."""
 _GAINS = {
     "force_gain": "force",
     "displacement_gain": "displacement",

@@ -249,7 +249,7 @@ _OWN_RATE = 5  # fewest cycles of a block with a rate of its own
 
 
 def turns_of(time: Floats, x: Floats, cycles: Cuts) -> tuple[Floats, float]:
-    """Return the cycles since the first cut at each sample from the fundamental, and the rate."""
+    """Return the phase of each sample [cycles since the first cut], and the frequency [Hz]."""
     cuts = cycles.cuts
     first, last = time[cuts[0]], time[min(int(cuts[-1]), time.size - 1)]
     rate = (cuts.size - 1) / float(last - first)

@@ -44,7 +44,7 @@ class _Measured(NamedTuple):
     kind: int
     unit: str
     over_force: str
-    """Unit of a response."""
+    """Unit of the frequency response, quantity over force."""
 
 
 _MEASURED = {
@@ -216,11 +216,11 @@ class ForcedResponse(ModalAnswer, PlottableAtSensor):
     asked: NDArray[np.bool_]
     """Whether each point is at a requested frequency."""
     stable: NDArray[np.bool_]
-    """Whether each motion is stable: those between turning points are not.
+    """Whether each motion is stable; motions between turning points of the path are unstable.
 
-    The sign of the determinant of the balance's Jacobian, which holds what settled cycles remember:
-    right for growth that is slow beside the motion, not for motion at half its frequency or at a
-    second one (Krack and Gross 2019, DOI 10.1007/978-3-030-14023-6).
+    Determined from the sign of the determinant of the harmonic-balance Jacobian. It detects slow
+    growth, but no instabilities at half the frequency of the motion or at a second frequency
+    (Krack and Gross 2019, DOI 10.1007/978-3-030-14023-6).
     """
     iterations: int
     """Total number of Newton iterations."""

@@ -55,7 +55,7 @@ class LawAttachment:
         return np.full(motion.size, self.law.tangential_stiffness)
 
     def group(self, motion: Floats, line: Floats) -> LawGroup:
-        """Return the joints about a static motion, their tangential directions along ``line``."""
+        """Return the joints linearised about a static motion [m]; ``line`` is not used by laws."""
         del line  # a law has its own
         return LawGroup(self.law, self.columns, motion)
 

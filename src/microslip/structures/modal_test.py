@@ -73,7 +73,7 @@ class ModalTest(Locked):
     -----
     A finite-element model is seldom better than 0.3 % in frequency, damping in tests scatters by
     5 % and more from assembly to assembly. Porter and Brake (2023, DOI 10.1016/j.ymssp.2023.110210)
-    hold a model of a bolted beam to such tests.
+    compare a model of a bolted beam with such tests.
     """
 
     amplitude: Any

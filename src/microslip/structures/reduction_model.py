@@ -351,10 +351,9 @@ class ReducedJoint(LockedArrays):
         return pull
 
     def _pulled(self, surface: NormalLaw, law: NormalLaw) -> tuple[Preload, Floats]:
-        """Return the state under bolts that pull without a stiffness, and their static forces [N].
+        """Return the state under bolt tensions without bolt stiffness, and the bolt forces [N].
 
-        The law is that of the surface or of its first loading. Faces may bear more than they were
-        tightened by.
+        The contact law ``law`` is that of the surface, or its first loading.
         """
         pull = np.zeros(self.size)
         pull[self._bolts] = -self.bolt_tension

@@ -295,7 +295,7 @@ def table_of(
     base: type[Described] = DescribedAlone,
     extra_keys: Mapping[str, Any] = MappingProxyType({}),
 ) -> type[Any]:
-    """Return the table of a study for a class."""
+    """Create the table class of a study from a class of the library."""
     meaning = (kind.__doc__ or kind.__name__).split("\n")[0]
     keys = {tag_name: tag(key_of(kind), meaning), **extra_keys}
     keys |= {declared.name: key_for(declared) for declared in parameters_of(kind)}

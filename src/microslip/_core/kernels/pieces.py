@@ -27,10 +27,11 @@ _SHARES, _WEIGHTS = gauss_legendre(16)
 
 
 def _mean_matrix(roots: bool) -> Floats:
-    """Return the matrix from a Chebyshev series of the slope to powers of its mean from the end.
+    """Return the matrix that converts a Chebyshev series of a slope to powers of its mean.
 
-    The mean over 0 <= t <= 1 at z t is G of ``_pieces.h`` over the width of the piece. With
-    ``roots``, t is the square of the variable of integration.
+    The mean is that over 0 <= t <= 1 of the slope at z t, as a function of the distance z from the
+    end of the piece: G of ``_pieces.h`` over the width of the piece. With ``roots``, the variable
+    of integration is the square root of t.
     """
     weights = 2.0 * _SHARES * _WEIGHTS if roots else _WEIGHTS
     places = 2.0 * _Y[:, None] * _SHARES - 1.0

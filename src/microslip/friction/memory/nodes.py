@@ -21,8 +21,9 @@ if TYPE_CHECKING:
 class Nodes:
     """Joints that share a load curve, one entry per joint in each array.
 
-    Places are displacements over ``slips``. Steps are separations over ``lengths``, relative to the
-    origin of the curve or to those at rest.
+    Displacements and separations are converted to the dimensionless variables of the load curve: a
+    place is a displacement over ``slips``, and a step is a separation over ``lengths``, measured
+    from the origin of the curve or from the separation at rest.
     """
 
     curve: LoadCurve

@@ -180,7 +180,7 @@ _LEAST_LOAD = 1e-16  # of the load where all touch: about what h = 8 is for Gaus
 
 
 def template_of(heights: Any = None) -> Template:
-    """The template of heights, of a surface or of nothing: Gaussian heights."""
+    """Return the template of a surface or height distribution, by default Gaussian heights."""
     law = heights
     if not isinstance(law, NormalLaw):
         shape = Gaussian(std=1.0) if law is None else as_heights(law)
@@ -208,7 +208,7 @@ def template_of(heights: Any = None) -> Template:
         )
     if not unit > 0.0:
         raise InputError(
-            "`heights` must differ from one another, or no length standardises the "
-            "separation; write a sphere as SphereOnFlat(pair, radius=5e-3), got {show(law)}"
+            "`heights` must not all be equal, since their spread is the unit of the separation; "
+            f"write a sphere as SphereOnFlat(pair, radius=5e-3), got {show(law)}"
         )
     return Template(law, unit, norm)

@@ -101,7 +101,7 @@ class ForcedMode(NamedTuple):
 
 @dataclass(frozen=True)
 class Mode:
-    """Mode over the amplitudes at the sensor."""
+    """Predicted mode: frequency and damping against amplitude, bands and forced responses."""
 
     number: int  # counted from 1
     curve: ModalCurve  # by harmonic balance

@@ -46,7 +46,9 @@ class TabulatedNormalLaw(Locked, NormalLaw):
     tail : {None, "exponential"}, optional
         Extrapolation beyond the last separation: N and N' are continued by an exponential.
 
-    Notes ----- A quadratic spline with at most one additional knot per interval (Schumaker 1983,
+    Notes
+    -----
+    A quadratic spline with at most one additional knot per interval (Schumaker 1983,
     DOI 10.1137/0720057) keeps data monotone and convex; a negative N'' would be a negative density
     of sliders. Separations below the first one raise an InputError.
     """

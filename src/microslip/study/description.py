@@ -106,7 +106,7 @@ class StudyDescription(StudyTables):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Sources of values: tables, files and overrides."""
+        """Sources of the values, such as tables, files and overrides."""
         return self._notes
 
     @classmethod

@@ -48,10 +48,12 @@ class TabulatedHeights(Locked, HeightDistribution):
         Density [1/m] at the heights, not below zero, of any scale: it is divided by its integral,
         :attr:`integral`.
 
-    Notes ----- In the root of the distance from the threshold, (y - t)^n times a linear density is
-    a polynomial, which Gauss-Legendre quadrature with 2 to 5 nodes integrates exactly, with
-    positive terms only. For orders 0, 1 and 2 the pieces above the threshold are polynomials of it,
-    whose coefficients are summed once. For half-integer orders they are Chebyshev series on each
+    Notes
+    -----
+    In the root of the distance from the threshold, (y - t)^n times a linear density is a
+    polynomial, which Gauss-Legendre quadrature with 2 to 5 nodes integrates exactly, with positive
+    terms only. For orders 0, 1 and 2 the pieces above the threshold are polynomials of it, whose
+    coefficients are summed once. For half-integer orders they are Chebyshev series on each
     piece, with errors of 1e-13, so that the time of a value grows with the logarithm of the length
     of the table.
 

@@ -20,7 +20,7 @@ _DRAWS, _DRAWS_OF_MANY, _MOST = 24, 8, 3.0
 """Simulated fits of the calibration where few and where many sliders carry the force, and the
 largest factor on the quantile."""
 _STANDS_OUT, _FEW = 3.0, 12
-"""Coefficient over its noise below which a simulated law has none; sliders that are few."""
+"""Smallest significant coefficient over its noise, and number of sliders that counts as few."""
 _RUNS = (1, 8, 16, 32, 64)
 """Lengths of runs of residuals whose sums are compared with white noise."""
 _UNLIKELY = 0.01
@@ -41,7 +41,7 @@ class Bands:
 
     @cached_property
     def excess(self) -> float:
-        """Factor on the variance by residuals that run together; 1 for white noise."""
+        """Factor on the variance for correlated residuals; 1 for white noise."""
         fit, largest = self.fit, 1.0
         freedom = fit.freedom / fit.residual.size
         for run in _RUNS:
@@ -78,7 +78,7 @@ class Bands:
         return growths
 
     def _by_cycles(self, direction: Floats) -> float:
-        """Return the variance of a functional by the scatter of whole cycles over that of noise."""
+        """Return the ratio of the variance of a functional between cycles to that from noise."""
         total, grown, freedom, at = 0.0, 0.0, 0, 0
         for scatter, growth in zip(self._cycles, self._growths, strict=True):
             count, bins = scatter.shape
@@ -115,7 +115,7 @@ class Bands:
 
     @cached_property
     def _truth(self) -> Floats:
-        """Coefficients of the law of the simulated fits: those that stand out of the noise."""
+        """Return the coefficients of the simulated law: the significant ones."""
         fit = self.fit
         return np.where((fit.g < _STANDS_OUT) & ~fit.free, 0.0, fit.g)
 

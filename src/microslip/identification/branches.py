@@ -16,7 +16,7 @@ _COINCIDENT = 1e-7  # rad
 
 
 class Cycle(NamedTuple):
-    """The branch tree of a folded record, from its largest displacement on: made once."""
+    """Branch tree of a folded record, starting at its largest displacement."""
 
     half: Floats
     sign: Floats
@@ -28,11 +28,11 @@ class Cycle(NamedTuple):
     first: NDArray[np.int64]
     """Index of the first node of each bin."""
     second: NDArray[np.int64]
-    """Index of its last node, the first one where all samples of the bin have one phase."""
+    """Index of the last node of each bin; equal to ``first`` if the bin has a single phase."""
     begin: NDArray[np.int64]
-    """Nodes at which the pieces of the bins begin; none where bins are points."""
+    """Start nodes of the pieces of the bins; empty if the bins are points."""
     end: NDArray[np.int64]
-    """Nodes at which they end."""
+    """End nodes of the pieces of the bins."""
     bin: NDArray[np.int64]
     """Bin of each piece."""
     share: Floats

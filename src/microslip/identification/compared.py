@@ -181,7 +181,7 @@ def compare(
 
 
 def _parts(name: str, fits: Sequence[FreeForm]) -> list[FreeForm]:
-    """Return the fits of free form that a law is fitted to: one a load where it knows no load."""
+    """Return the fits of free form to which a law is fitted, one per load if it has no load."""
     if name == "interface":
         return list(fits)
     return [part for fit in fits for part in (fit.separate or [fit])]
@@ -190,7 +190,7 @@ def _parts(name: str, fits: Sequence[FreeForm]) -> list[FreeForm]:
 def _fits_of(
     name: str, found: Identification, fits: Sequence[FreeForm], heights: Any
 ) -> list[_Fit] | str:
-    """Return the fits of a law, or why it does not suit the records."""
+    """Return the fits of a law, or the reason why it cannot be fitted."""
     try:
         return [_fit(name, found, fit, heights) for fit in _parts(name, fits)]
     except InputError as error:
@@ -267,7 +267,7 @@ def _cells(fit: FreeForm) -> _Fit:
 def _held_back(
     found: Identification, rows: Sequence[Rows], laws: Sequence[str], heights: Any
 ) -> dict[str, float]:
-    """Return the RMS error over noise of each law at cycles that its fit did not see."""
+    """Return the RMS error of each law over noise for the cycles excluded from its fit."""
     if any(one.folded.cycles < _HELD for one in rows):
         return {}
     masks = []

@@ -33,12 +33,12 @@ class AmplitudeTable:
     amplitude: NDArray[np.float64]
     """Amplitudes [m], rising, from half the smallest measured to the largest measured one."""
     measured: NDArray[np.float64]
-    """Amplitudes of the records at this load [m], which are among the others."""
+    """Amplitudes of the records at this load [m], a subset of ``amplitude``."""
     estimates: Mapping[str, Estimate]
     """Force [N], dissipated energy [J] and damping ratio [-], arrays over the amplitudes."""
 
     def band(self) -> LawBand:
-        """Return the intervals as a law file holds them."""
+        """Return the intervals in the format of a law file."""
         ends = {name: np.array([e.low, e.high]) for name, e in self.estimates.items()}
         return LawBand(self.amplitude, ends, CONFIDENCE)
 

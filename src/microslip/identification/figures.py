@@ -66,7 +66,7 @@ def pictures(result: Any) -> tuple[Picture, ...]:
 
 
 def law(result: Any) -> Plot:
-    """Force, energy and damping ratio against amplitude, each with its interval."""
+    """Plot force, energy and damping ratio against amplitude, with intervals."""
     tables = curves_of(result)
     drawn = [tables[i] for i in evenly(len(tables), _MOST_PANELS)]
     unit, letter = length_prefix(max(float(table.amplitude[-1]) for table in drawn))
@@ -106,7 +106,7 @@ def law(result: Any) -> Plot:
 
 
 def cycles_by_load(result: Any) -> list[tuple[str, list[RecordFit]]]:
-    """Cycles by their load, lightest first: what a panel is called, and its cycles."""
+    """Return the cycles by load, lightest first, each with the name of its panel."""
     by_load: dict[str, list[RecordFit]] = {}
     for r in sorted(result.records, key=lambda r: r.normal_load or math.inf):
         name = "Load unknown" if r.normal_load is None else f"N = {engineering(r.normal_load, 'N')}"
@@ -115,7 +115,7 @@ def cycles_by_load(result: Any) -> list[tuple[str, list[RecordFit]]]:
 
 
 def loops(result: Any) -> Plot:
-    """Measured and modelled loops over each other, and what is left below (as in Fig. 19.22)."""
+    """Plot measured and fitted loops, with their residuals below (as in Fig. 19.22)."""
     groups = cycles_by_load(result)
     cycles = [cycle for _, group in groups for cycle in group]
     panel_groups = [groups[i] for i in evenly(len(groups), _MOST_PANELS)]
@@ -181,7 +181,7 @@ def _upper_end(group: Sequence[RecordFit], unit: float) -> float:
 def _draw_pair(
     above: Panel, below: Panel, group: Sequence[RecordFit], x_unit: float, f_unit: float
 ) -> None:
-    """The loops of one load, and what is left of them; a colour for each amplitude."""
+    """Plot the loops of one load and their residuals, one colour per amplitude."""
     below.add(Band(-2.0, 2.0, "y"))
     dot_count = max(MOST_DOTS // len(group), 40)
     hues = COLORS[1:]
@@ -217,18 +217,18 @@ def _noise(cycle: RecordFit) -> float:
 
 
 def _levels(sizes: Floats) -> NDArray[np.int64]:
-    """Numbers of amplitudes in their order, those within some per cent being one."""
+    """Return the rank of each amplitude; amplitudes within a few per cent share a rank."""
     return np.cumsum(np.diff(np.log(sizes), prepend=math.log(sizes[0])) > _SAME_SIZE)
 
 
 def _amplitude_names(amplitudes: Sequence[float]) -> list[str]:
-    """Amplitudes with as few digits as tell them apart."""
+    """Format amplitudes with the fewest digits that distinguish them."""
     texts = [[engineering(size, "m", digits) for size in amplitudes] for digits in (2, 3, 4)]
     return next((names for names in texts if len(set(names)) == len(names)), texts[-1])
 
 
 def _spaced_marks(x: Floats, y: Floats, count: int) -> NDArray[np.int64]:
-    """Places that are evenly spaced along a curve, whatever the times between its samples."""
+    """Return indices evenly spaced along a curve, independent of the sampling in time."""
     steps = np.hypot(np.diff(x) / max(float(np.ptp(x)), 1e-300), np.diff(y) / float(np.ptp(y)))
     length = np.concatenate(([0.0], np.cumsum(steps)))
     return np.unique(np.searchsorted(length, np.linspace(0.0, length[-1], count)))

@@ -29,19 +29,19 @@ from microslip.identification.rows import Rows
 from microslip.identification.second_step import Parameter, Statistics
 
 _STEP = 0.02
-"""Step of a difference, over the displacement, where a polygon is taken for a smooth curve."""
+"""Relative step of finite differences that approximate the polygon by a smooth curve."""
 _BEYOND = 0.01
-"""Share of the largest amplitude by which an amplitude may exceed it."""
+"""Tolerance by which an amplitude may exceed the largest one, relative to it."""
 _NOTHING = 1e-9
-"""Share of the upper end below which a lower end is zero."""
+"""Ratio to the upper end below which a lower end is set to zero."""
 _NEAR = 4.0
-"""Thresholds over the finest one whose density stands for that below it."""
+"""Range of thresholds, over the smallest one, whose density is extrapolated below it."""
 _FLAT = 0.02
-"""Share of the force that another amplitude may add at gross slip."""
+"""Relative increase of the force between amplitudes below which gross slip is assumed."""
 
 
 class _At(NamedTuple):
-    """A fit at one normal load."""
+    """Fit evaluated at one normal load."""
 
     fit: FreeForm
     bands: Bands
@@ -134,7 +134,7 @@ class Identification(Locked, Plottable):
         return _At(fit, self._bands[id(fit)], y, gradient, by_stiffness)
 
     def _between(self, load: float) -> _At:
-        """Return the fit at a load that was not measured, inside the range of those that were."""
+        """Return the fit at a load between two measured loads."""
         fit = self.fits[0]
         loads = [measured for measured in fit.loads if measured is not None]
         if len(self.fits) > 1 or len(loads) < 2 or not loads[-1] <= load <= loads[0]:
@@ -196,7 +196,7 @@ class Identification(Locked, Plottable):
         return c, float(here), float(high - low) / (2.0 * _STEP * u)
 
     def _in_series(self, at: _At, a: float, compliance: float) -> float:
-        """Return the displacement of joint and rig at which the joint has one of ``a``."""
+        """Return the displacement of joint and rig at which that of the joint is ``a`` [m]."""
         if not compliance:
             return a
         y = np.append(0.0, np.sort(np.maximum(at.y, 0.0)))
@@ -244,7 +244,7 @@ class Identification(Locked, Plottable):
     def _with_rig(
         self, name: str, at: _At, a: float, ends: tuple[float, float, float]
     ) -> tuple[float, float]:
-        """Return the ends of an interval with the error of the rig, which is not linear."""
+        """Return an interval widened by the uncertainty of the rig, which acts nonlinearly."""
         value, low, high = ends
         if self.rig_stiffness is None or not self.rig_stiffness[1]:
             return low, high

@@ -32,7 +32,7 @@ _FRICTION_STEP = 0.01
 _CORRECTIONS = 1
 """Newton steps with the effect of the stiffnesses on the path of a varying load."""
 _LEAST_FRICTION = 0.9
-"""Least friction coefficient over the largest force over the load, which no slider exceeds.
+"""Smallest friction coefficient, relative to the largest ratio of force to load.
 
 Less than 1, since the load may be above its mean where the force is largest.
 """
@@ -171,10 +171,10 @@ class FreeForm:
             rows.weigh(self.y + self.shifts[self.level[rows.load]], self.k)
 
     def _refine(self) -> None:
-        """Put thresholds between two that carry stiffness where their distance shows.
+        """Insert thresholds between sliders whose spacing affects the fit.
 
-        A slider that yields between two thresholds a distance D apart is rendered with an error of
-        up to k D/4, which counts where it is not small beside the noise of the bins.
+        A slider that yields between two thresholds a distance D apart is approximated with an error
+        of up to k D/4, which matters unless it is small compared with the noise of the bins.
         """
         y, k = self.y[:-1], self.k[:-1]
         noise = min(float((1.0 / rows.weight).mean()) for rows in self.rows)
@@ -190,9 +190,9 @@ class FreeForm:
         self.y, self.k = np.append(grid, self.y[-1]), spread
 
     def _thin(self) -> None:
-        """Leave out thresholds without stiffness where there are many: the minimum stays.
+        """Remove thresholds without stiffness if there are many; this keeps the minimum.
 
-        Those that carry stiffness keep their neighbours, and every few of the others stay.
+        Neighbours of thresholds with stiffness, and every few of the others, are kept.
         """
         used = self.k[:-1] > 0.0
         kept = used.copy()
@@ -234,7 +234,7 @@ class FreeForm:
         self.y, self.k = high.y.copy(), high.k.copy()
 
     def _settle(self, still: float) -> None:
-        """Move the shifts, or the friction, by Gauss and Newton's method until they stay."""
+        """Iterate the shifts, or the friction, by the Gauss-Newton method until they converge."""
         last, share = np.zeros(self.extra), np.ones(self.extra)
         before = math.inf
         for _ in range(_SHIFT_ROUNDS):
@@ -275,7 +275,7 @@ class FreeForm:
         return backbone_of(self.y, self.k, u), u
 
     def _path(self, rows: Rows, friction: float) -> tuple[Floats, Floats]:
-        """Return the shift at places of a record and between, by B(-s) = mu (N_reference - N)."""
+        """Return the shift along a record, from B(-s) = mu (N_reference - N)."""
         assert self.reference is not None
         assert rows.loads is not None
         force, u = self.corners()
@@ -284,7 +284,7 @@ class FreeForm:
         return at, middle
 
     def shift_at(self, load: float | None, friction: float | None = None) -> float:
-        """Return the shift [m] at a load [N], with the friction of the fit or another."""
+        """Return the shift [m] at a load [N], by default with the friction of the fit."""
         friction = self.friction if friction is None else friction
         if friction is None or load is None or self.reference is None:
             return 0.0
@@ -378,10 +378,10 @@ class FreeForm:
         return (more - less) / (2.0 * step)
 
     def carried(self, y: Floats, friction: float) -> Floats:
-        """Return thresholds at the reference [m] whose values at the highest mean load stay.
+        """Return thresholds at the reference [m] for fixed values at the highest mean load.
 
-        The loops tell the thresholds at the mean load; those at the reference follow with the
-        friction, so that a change of it needs no other thresholds.
+        Loops determine the thresholds at the mean load. Those at the reference follow from the
+        friction, so that a change of the friction needs no other thresholds.
         """
         return carried(y, self._fall(), self._fall(friction))
 
@@ -390,7 +390,7 @@ class FreeForm:
         return carried(y, self.fall, fall)
 
     def about(self, friction: float, k: Floats) -> FreeForm:
-        """Return the fit with its linear terms about a friction and stiffnesses of a law."""
+        """Return the fit linearised about a friction coefficient and the stiffnesses of a law."""
         other = copy(self)
         other._columns = {}
         other.y, other.k, other.friction = self.y.copy(), k, friction
@@ -437,9 +437,9 @@ class FreeForm:
         return self._columns[id(rows)] @ self.k
 
     def _put_thresholds(self) -> None:
-        """Put thresholds as fine about the shift of each load as its loops resolve.
+        """Place thresholds about the shift of each load as finely as its loops resolve.
 
-        The stiffnesses go to the two neighbours of each old threshold.
+        The stiffness of each old threshold is distributed to its two neighbours.
         """
         places, wanted = [], []
         for number, fit in enumerate(self.separate or [self]):
@@ -483,12 +483,12 @@ class FreeForm:
 
     @property
     def freedom(self) -> int:
-        """Number of forces less what was fitted."""
+        """Number of forces minus the number of fitted coefficients."""
         return max(self.measured.size - len(self.rows) - self.used, 1)
 
     @property
     def used(self) -> int:
-        """Number of independent columns that carry stiffness, as far as noise can tell them."""
+        """Number of independent columns with stiffness that noise allows to distinguish."""
         used = np.flatnonzero(self.g)
         # Columns that are nearly equal count as the directions that noise can tell.
         part = self.cone.gram[np.ix_(used, used)]

@@ -197,7 +197,7 @@ def _open(one: Parameter) -> Parameter:
 def interface_law(
     loads: Sequence[float], heights: Any, force: float, stiffness: float
 ) -> tuple[Law, InterfaceModel]:
-    """Return the law of an interface with its unknowns, for loads that are known."""
+    """Return the law of an interface with its unknown parameters, for known loads."""
     if not loads:
         raise InputError(
             "an interface needs the normal load of each record; write "
@@ -230,7 +230,7 @@ def _wider(one: Parameter, excess: float, share: float) -> Parameter:
 def interface_starts(
     statistics: Statistics, law: Law, model: InterfaceModel, force: float, stiffness: float
 ) -> list[dict[str, float]]:
-    """Return the two starts of a grid, and that of a face itself, with the least sum of squares."""
+    """Return initial guesses: the two best of a grid, and the surface itself."""
     starts = [
         {SCALE: share * force / stiffness, SEPARATION: h} for share in _SCALES for h in _SEPARATIONS
     ]
@@ -297,7 +297,7 @@ def _derived(
     measured: tuple[str, float, float, float] | None,
     known: Mapping[str, Any],
 ) -> list[tuple[str, str, bool, Function]]:
-    """Return names, units and functions of what follows from the parameters."""
+    """Return names, units and functions of derived quantities."""
     top = max(loads)
 
     def of(name: str) -> Function:
@@ -327,10 +327,10 @@ def _derived(
 def _summits(
     model: InterfaceModel, materials: Materials, measured: tuple[str, float, float, float]
 ) -> list[tuple[str, str, Function]]:
-    """Return radius and density of the summits by one of them or by the contact area.
+    """Return radius and density of the summits, one of them measured, or from the contact area.
 
-    The loops tell density times the root of the radius, the area density times the radius. The
-    measured value is the entry of its name in the values of the parameters.
+    Loops determine density times the root of the radius, the contact area density times the radius.
+    ``values`` contains the measured value under its name.
     """
     name, value, _, load = measured
 
@@ -388,7 +388,7 @@ def _data(
     loads: list[float],
     contact_area: Any,
 ) -> tuple[list[Datum], tuple[str, float, float, float] | None]:
-    """Return data on the parameters, and what separates radius and density of the summits."""
+    """Return data on the parameters, and the datum that separates radius and density."""
     measured = None
     top = max(loads)
     if contact_area is not None:
@@ -452,7 +452,7 @@ def _propagated(
     statistics: Statistics,
     measured: tuple[str, float, float, float] | None = None,
 ) -> Parameter:
-    """Return a quantity of the parameters, its interval by the covariance of these."""
+    """Return a function of the parameters with its interval, from their covariance."""
     value = function(values)
     by = np.zeros(len(free))
     for i, one in enumerate(unknowns):

@@ -9,7 +9,7 @@ import numpy as np
 from microslip._core.checks import Floats
 
 SAME = 0.01
-"""Relative difference up to which values, such as normal loads, are taken for one."""
+"""Relative difference below which values, such as normal loads, are treated as equal."""
 
 
 def groups_of(values: Iterable[float]) -> list[list[float]]:
@@ -24,9 +24,9 @@ def groups_of(values: Iterable[float]) -> list[list[float]]:
 
 
 def carried(y: Floats, old: float, new: float) -> Floats:
-    """Return thresholds at a reference load whose fall to another load [m] has changed.
+    """Return thresholds at a reference load [m], for fixed values at another load.
 
-    At the other load they stay.
+    The shift between the two loads has changed.
     """
     return np.where(y > old, y + (new - old), y * (new / old)) if old > 0.0 else y
 

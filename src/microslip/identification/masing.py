@@ -29,7 +29,7 @@ _TAIL = 0.005
 
 @dataclass(frozen=True)
 class Masing(Locked):
-    """Whether the residual of the free form is noise: then the loops obey Masing's rules."""
+    """Test whether the residual of the free form is noise: then the loops obey Masing's rules."""
 
     reduced_chi_squared: float
     """Sum of squares over degrees of freedom [-]."""
@@ -52,7 +52,7 @@ class Masing(Locked):
 
     @property
     def text(self) -> str:
-        """Sentence on the test."""
+        """Result of the test in a sentence."""
         value = significant(self.reduced_chi_squared, 3)
         limit = significant(self.high, 3)
         if self.holds:
@@ -77,7 +77,7 @@ def _centred(values: Floats) -> Floats:
 
 
 def _moved(fit: FreeForm, rows: Rows, moves: Floats) -> Floats:
-    """Return the change of the force by a change of the displacement at the places (bins,)."""
+    """Return the change of the force (bins,) due to a change of the displacement."""
     cycle = rows.cycle
     above = np.where(cycle.parent < 0, 0, cycle.parent)
     y = fit.y + fit.shifts[fit.level[rows.load]]
@@ -133,7 +133,7 @@ SIGNATURES: Mapping[str, Callable[[FreeForm, Rows], Floats]] = {
 
 
 def _with_columns(fit: FreeForm, signature: Callable[[FreeForm, Rows], Floats]) -> float:
-    """Return the sum of squares with a signature of free size in each record."""
+    """Return the sum of squares after fitting the amplitude of a signature in each record."""
     blocks = []
     for number, rows in enumerate(fit.rows):
         columns = rows.whitened(signature(fit, rows))
@@ -175,7 +175,7 @@ def _even(fits: Sequence[FreeForm]) -> float:
 
 
 def masing_of(fits: Sequence[FreeForm]) -> Masing:
-    """Return the test of a fit, with the signatures where it fails."""
+    """Return the test of a fit, with signatures of possible causes if it fails."""
     chi = sum(fit.chi_squared for fit in fits)
     freedom = sum(fit.freedom for fit in fits)
     low, high = (float(chdtri(freedom, p)) / freedom for p in (1.0 - _TAIL, _TAIL))

@@ -17,15 +17,15 @@ from microslip.laboratory.folding import Folded, averaged
 from microslip.laboratory.record import Record
 
 _ALIKE = 0.05
-"""Relative difference of amplitudes or periods of cycles that belong together."""
+"""Largest relative difference of amplitudes or periods within a group of cycles."""
 _FEWEST = 4
-"""Cycles of a piece: one of running-in and three settled ones."""
+"""Smallest number of cycles of a piece: one of running-in and three settled ones."""
 _NEAR, _MOST_CYCLES = 0.5, 3.0
 """Share of the amplitude beyond which a run has a turning point; cycles of a digitised loop."""
 
 
 def _part(record: Record, first: int, last: int, label: str) -> Record:
-    """Return samples of a record, ``last`` included, under a name of their own."""
+    """Return the samples of a record up to and including ``last`` as a new record."""
 
     def cut(channel: Any) -> Any:
         return channel[first : last + 1] if isinstance(channel, np.ndarray) else channel

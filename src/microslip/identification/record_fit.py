@@ -1,4 +1,4 @@
-"""A record beside the force of the law that was fitted to it."""
+"""Record with the force of the fitted law."""
 
 from __future__ import annotations
 

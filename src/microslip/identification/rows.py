@@ -25,7 +25,7 @@ class Rows:
 
     folded: Folded
     load: int
-    """Number of its load among the different ones, the highest being 0."""
+    """Index of the normal load among the distinct loads, 0 for the highest."""
 
     def __post_init__(self) -> None:
         self.cycle: Cycle = cycle_of(self.folded, math.sqrt(3.0))
@@ -51,7 +51,7 @@ class Rows:
         return math.sqrt(float(np.einsum("ij,jk,ik->i", basis, folded.covariance, basis).mean()))
 
     def sums(self, rises: Floats) -> Floats:
-        """Return means over the bins of what accumulates along the branches (places, columns)."""
+        """Return means over the bins of quantities summed along the branches (places, columns)."""
         cycle = self.cycle
         rises = np.ascontiguousarray(rises)
         kernels.compiled.accumulate(cycle.parent, rises, np.zeros(rises.shape[1]))
@@ -70,9 +70,9 @@ class Rows:
         return csr_array((cycle.share, (cycle.bin, np.arange(cycle.bin.size))), shape=shape)
 
     def columns(self, y: Floats) -> Floats:
-        """Return the deflection [m] of a stop element of each threshold (bins, thresholds).
+        """Return the deflection [m] of an elastic-plastic element per threshold (bins, thresholds).
 
-        A bin has the mean over its phases, exact where a stop element yields inside it.
+        A bin has the mean over its phases, exact even if the element yields inside the bin.
         """
         cycle = self.cycle
         reach = np.maximum(y, 0.0)
@@ -108,7 +108,7 @@ class Rows:
 
     @cached_property
     def loads(self) -> Floats | None:
-        """Normal load [N] at each place of the cycle; None where it does not vary."""
+        """Normal load [N] at each place of the cycle; None if it is constant."""
         if not self.folded.load_terms.size or self.folded.normal_load is None:
             return None
         return self._loads_at(self.cycle.phase)

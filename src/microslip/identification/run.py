@@ -1,4 +1,4 @@
-"""Entrance of the identification: from records to what their loops determine."""
+"""Identification of a friction law from records."""
 
 from __future__ import annotations
 
@@ -151,7 +151,7 @@ def fitted_records(
 
 
 def _fitted(rows: list[Rows], loads: list[float | None]) -> tuple[list[FreeForm], list[str]]:
-    """Return one fit of all loads, or one for each where one density does not hold for all."""
+    """Return one fit of all loads, or one per load if a single density does not fit all."""
     fit = FreeForm(rows, loads)
     if len(loads) == 1:
         return [fit], []
@@ -192,7 +192,7 @@ def _rig(given: Any) -> tuple[float, float] | None:
 
 
 def _check_rig(result: Identification) -> Identification:
-    """Refuse a rig that is softer than it and the joint in series, as loops determine both."""
+    """Refuse a rig that is softer than joint and rig in series."""
     if result.rig_stiffness is None:
         return result
     rig, error = result.rig_stiffness
@@ -223,7 +223,7 @@ def folded_records(
     normal_load: float | Sequence[float] | None,
     noise: tuple[float, float] | None,
 ) -> list[Folded]:
-    """Return each record folded on one cycle, with names of their own."""
+    """Return each record folded into one cycle, with unique names."""
     expected = "a Record or a list of them; write Record(displacement, force) or Record.read(path)"
     listed = members(
         "records", [records] if isinstance(records, Record) else records, Record, expected

@@ -19,16 +19,16 @@ from microslip.identification.free_form import FreeForm
 
 IDENTIFIED, BOUNDED, NOT, ASSUMED = "identified", "bounded", "not determined", "assumed"
 _NARROW = 0.3
-"""Largest half width of an interval over the value, or of its logarithm, of what is identified."""
+"""Largest relative half-width of the interval of an identified parameter."""
 _FINE = 1500
-"""Points of a curve behind a rig."""
+"""Number of points of a curve in series with a rig."""
 _KEPT = 1e-10
 """Eigenvalues of the Gram matrix, over the largest one, that carry information."""
 _FAR = 12.0
 """Largest change of a logarithm in the search of an end of an interval."""
 _STEP = 1e-4
 _CLEAR = 10.0
-"""Displacement of a secant that noise does not disturb, over the smallest threshold."""
+"""Displacement of the secant stiffness, over the smallest threshold, large compared with noise."""
 
 _PASSES, _SAME_FRICTION = 3, 2e-3
 """Further passes under a varying load, and the relative change of the friction at their end."""
@@ -39,7 +39,7 @@ Scatter = Callable[[FreeForm, Values], Floats]
 
 
 class Unknown(NamedTuple):
-    """A free parameter: its name, unit, start and whether its logarithm is fitted."""
+    """Free parameter: name, unit, initial guess, and whether its logarithm is fitted."""
 
     name: str
     unit: str
@@ -50,7 +50,7 @@ class Unknown(NamedTuple):
 
 
 class Law(NamedTuple):
-    """A law with parameters: its force of first loading at displacements, by values and a load."""
+    """Parametric law: force of first loading at displacements, from parameter values and a load."""
 
     name: str
     unknowns: Sequence[Unknown]
@@ -161,12 +161,12 @@ class Statistics:
         return float(self.fit.backbone(np.array([u]))[0]) / u
 
     def about(self, friction: float, g: Floats) -> Statistics:
-        """Return the statistics with linear terms about the friction and sliders of a law."""
+        """Return the statistics linearised about the friction and sliders of a law."""
         k = (g / self.fit.scale)[: self.fit.y.size]
         return Statistics(self.fit.about(friction, k), self.bands, self.rig, self.free_rig)
 
     def sliders(self, curve: Callable[[Floats, float | None], Floats], compliance: float) -> Floats:
-        """Return scaled coefficients of a law behind a compliance [m/N]."""
+        """Return scaled coefficients of a law in series with a compliance [m/N]."""
         fit = self.fit
         y = fit.y[:-1]
         reach = np.append(y, [y[-1] * 1.001, y[-1]])
@@ -230,7 +230,7 @@ class Statistics:
 
 
 class _Problem:
-    """Residuals of a law with the data from elsewhere, by its free coordinates."""
+    """Residuals of a law and of independent data, as functions of the free coordinates."""
 
     def __init__(
         self,
@@ -295,7 +295,7 @@ class _Problem:
     _whitening: tuple[Floats, Floats] | None = None
 
     def whiten(self, q: Floats) -> None:
-        """Weigh by the scatter of random heights of summits, at these values."""
+        """Include the scatter from random summit heights at these values in the weights."""
         if self.scatter is None:
             return
         changes = self.statistics.root @ self.scatter(self.statistics.fit, self.values(q))
@@ -373,7 +373,7 @@ def _solved(
 def profile(
     problem: _Problem, q: Floats, least: float, i: int, error: float
 ) -> tuple[float, float]:
-    """Return the ends of a coordinate's profile interval, infinite where none is reached."""
+    """Return the ends of the profile interval of a coordinate; infinite if not bounded."""
     level = problem.statistics.level
     low, high = problem.bounds
     others = np.arange(q.size) != i

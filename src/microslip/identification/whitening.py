@@ -19,12 +19,12 @@ class Metric:
     shrink: Floats
 
     def apply(self, rows: Floats) -> Floats:
-        """Rows (..., bins) of weighted residuals or derivatives, whitened."""
+        """Return whitened rows of weighted residuals or derivatives, shape (..., bins)."""
         return rows - ((rows @ self.directions) * self.shrink) @ self.directions.T
 
 
 def metric_of(flat: Floats, uncertain: Floats) -> Metric:
-    """The metric of nuisances without limits and of variance 1 (bins, nuisances)."""
+    """Return the metric for unbounded nuisance parameters of variance 1 (bins, nuisances)."""
     basis, _ = np.linalg.qr(flat)
     uncertain = uncertain - basis @ (basis.T @ uncertain)
     square, turned = np.linalg.eigh(uncertain.T @ uncertain)

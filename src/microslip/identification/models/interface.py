@@ -21,7 +21,7 @@ from microslip.identification.models.surface_shape import (
 )
 
 _HEIGHTS, _TALLEST = 192, 8.0
-"""Heights of which the numbers of summits scatter, and up to how far above the lowest contact."""
+"""Number of height classes with random summit counts, and their range above the lowest contact."""
 
 
 Values = Mapping[str, float]
@@ -119,7 +119,7 @@ class InterfaceModel:
     # -- what follows ----------------------------------------------------------------------------
 
     def build(self, values: Values, load: float, given: Materials) -> Interface:
-        """Return the joint on a pair; radius and area, which loops do not know, by convention."""
+        """Return the joint on a pair; unknown radius and area get conventional values."""
         pair, area, radius = given
         if pair is None:
             raise InputError(

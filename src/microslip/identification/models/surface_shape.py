@@ -26,7 +26,7 @@ from microslip.contact.heights import Exponential, Gaussian, as_heights
 from microslip.contact.materials import MaterialPair
 
 CONVENTIONAL_AREA = 1e-4
-"""Apparent area [m^2] where none is known: no loop depends on it."""
+"""Apparent area [m^2] if none is known; loops do not depend on it."""
 _SPREAD = 0.05
 """Density times radius times standard deviation of the heights of engineering surfaces [-],
 Greenwood and Williamson (1966, DOI 10.1098/rspa.1966.0242): a convention for the radius."""
@@ -35,7 +35,7 @@ _LEFT_OUT = 1e-14  # of the largest value, for the terms that a panel leaves out
 
 
 class Shares(NamedTuple):
-    """The share q of the force limit at steps x, q = 1 - n(h + x)/n(h), and its slope."""
+    """Fraction of the force limit q = 1 - n(h + x)/n(h) at steps x, and its slope."""
 
     value: Floats
     by_step: Floats
@@ -46,7 +46,7 @@ _MOST_CACHED = 256  # separations
 
 @dataclass(frozen=True, eq=False)
 class Template:
-    """A normal law of which only the shape counts: lengths in its ``unit``, loads in its ``norm``.
+    """Normal law reduced to its shape: lengths in units of ``unit``, loads in units of ``norm``.
 
     For heights the unit is their standard deviation and n is the standardised moment F_{3/2} of
     Greenwood and Williamson (1966, DOI 10.1098/rspa.1966.0242).
@@ -59,17 +59,17 @@ class Template:
     # -- the shape -------------------------------------------------------------------------------
 
     def load(self, z: float) -> float:
-        """n(z) [-]."""
+        """Return n(z) [-]."""
         return self.law._derivative_at(z * self.unit, 0) / self.norm
 
     def rate(self, z: float) -> float:
-        """-n'/n at z [-]: by how much the load decays on one unit of length."""
+        """Return -n'/n at z [-], the relative decay of the load per unit length."""
         load = self.law._derivative_at(z * self.unit, 0)
         return -self.law._derivative_at(z * self.unit, 1) * self.unit / load
 
     @lru_cache(maxsize=_MOST_CACHED)  # noqa: B019  # a branch asks several times at the same values
     def separation(self, z: float, ratio: float) -> float:
-        """The separation at which n is ``ratio`` times as large as at z."""
+        """Return the separation at which n is ``ratio`` times its value at z."""
         if ratio == 1.0:
             return z
         target = math.log(ratio) + math.log(self.load(z))
@@ -92,7 +92,7 @@ class Template:
     # -- shares of the force limit ---------------------------------------------------------------
 
     def shares(self, z: float, x: Floats) -> Shares:
-        """Shares at steps x >= 0 from z."""
+        """Return the fractions of the force limit at steps x >= 0 from z."""
         tables = self._tables(z)
         if tables is None:
             return Shares(*self._exact(z, x))
@@ -108,7 +108,7 @@ class Template:
 
     @lru_cache(maxsize=_MOST_CACHED)  # noqa: B019
     def _tables(self, z: float) -> tuple[Table, Table] | None:
-        """The share and its slope as tables; None where the law is not smooth."""
+        """Return tables of the fraction and its slope; None if the law is not smooth."""
         reach = self.law._table_reach(z * self.unit)
         if reach is None:
             return None
@@ -129,7 +129,7 @@ class Template:
     # -- back to surfaces ------------------------------------------------------------------------
 
     def bounds(self) -> tuple[float, float]:
-        """Standardised separations between which a joint's load can lie."""
+        """Return the range of standardised separations of a joint."""
         low, high = (end / self.unit for end in self.law._span)
         if isinstance(self.law, TabulatedNormalLaw):
             grid = np.linspace(low, high, 4001)
@@ -148,7 +148,7 @@ class Template:
     def surface(
         self, pair: MaterialPair, length: float, constant: float, area: float, radius: float | None
     ) -> NormalLaw:
-        """The law N(d) = constant * n(d/length) on a pair of materials, of the template's kind."""
+        """Return the law N(d) = constant * n(d/length) for a pair of materials."""
         factor = length / self.unit
         stiff = 4.0 / 3.0 * pair.composite_modulus
         law = self.law

@@ -8,7 +8,7 @@ of the mean planes (Johnson 1985, DOI 10.1017/CBO9781139171731; Stanley and Kato
 one real transform of the face suffices.
 
 At a separation d the pressures minimise 1/2 P.KP - P.(z - d) with 0 <= P <= H/E* (Almqvist et al.
-2007, DOI 10.1016/j.triboint.2006.09.001, on the hardness as the bound).
+2007, DOI 10.1016/j.triboint.2005.11.008, on the hardness as the bound).
 """
 
 from __future__ import annotations

@@ -83,9 +83,11 @@ class Finish:
     process : str, optional
         "milled", "turned", "ground", "honed", "lapped", "polished", "eroded" (EDM) or "blasted".
 
-    Notes ----- Rq is 1.25 Ra for Gaussian heights, 1.11 Ra (sine) to 1.5 Ra (plateaus with
-    scratches). From Rz it follows by the expected range of a Gaussian profile over a sampling
-    length (1/8 to 1/3.5 of Rz). A process alone determines Rq within a factor of two to four.
+    Notes
+    -----
+    Rq is 1.25 Ra for Gaussian heights, 1.11 Ra (sine) to 1.5 Ra (plateaus with scratches). From Rz
+    it follows by the expected range of a Gaussian profile over a sampling length (1/8 to 1/3.5 of
+    Rz). A process alone determines Rq within a factor of two to four.
 
     From RSm, Rdq is 2 pi Rq/RSm (Rice), times 0.7 to 1.5, since RSm does not count small elements.
     Without both it follows correlations reviewed by Lambert and Fletcher (1997), DOI

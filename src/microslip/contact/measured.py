@@ -86,13 +86,15 @@ class MeasuredContact(FaceLaw):
     cache : str or path, optional
         Folder of solutions, which are reused if the inputs are equal.
 
-    Notes ----- Boundary elements at given separations of the mean planes; the slope N' follows
-    exactly at each load. Points that bear the hardness at tightening are flattened permanently, and
-    the law is the elastic one of the flattened face (Almqvist et al. 2007, DOI
-    10.1016/j.triboint.2006.09.001), up to the tightening load. Between the loads ln N is a cubic
-    Hermite spline, made convex where necessary; below the lightest load N is an exponential. The
-    law includes the compliance of the half-space for waves up to the size of the face; a body model
-    with such waves must not add it again.
+    Notes
+    -----
+    Boundary elements at given separations of the mean planes; the slope N' follows exactly at each
+    load. Points that bear the hardness at tightening are flattened permanently, and the law is the
+    elastic one of the flattened face (Almqvist et al. 2007, DOI 10.1016/j.triboint.2005.11.008), up
+    to the tightening load. Between the loads ln N is a cubic Hermite spline, made convex where
+    necessary; below the lightest load N is an exponential. The law includes the compliance of the
+    half-space for waves up to the size of the face; a body model with such waves must not add it
+    again.
 
     Contacts slip as in the theory of Cattaneo. The ratio of normal and tangential stiffness is
     solved on the points in contact (kernel of Cerruti) and depends on the direction under a lay.

@@ -27,8 +27,10 @@ class Gaussian(HeightDistribution):
     mean : float, optional
         Mean height m [m].
 
-    Notes ----- The moments F_n(h) = Gamma(n+1)/sqrt(2 pi) exp(-h^2/4) D_{-n-1}(h) (DLMF 12.5.1) are
-    Chebyshev fits with relative errors of 4e-15 for every h until they underflow near 38.
+    Notes
+    -----
+    The moments F_n(h) = Gamma(n+1)/sqrt(2 pi) exp(-h^2/4) D_{-n-1}(h) (DLMF 12.5.1) are Chebyshev
+    fits with relative errors of 4e-15 for every h until they underflow near 38.
     """
 
     std: float = field(metadata=parameter("sigma", "m", "standard deviation", above=0.0))
@@ -81,9 +83,11 @@ class Exponential(HeightDistribution):
     scale : float
         Mean and standard deviation of the heights [m], above zero.
 
-    Notes ----- With h = threshold/scale, F_n(h) = Gamma(n+1) exp(-h) for h >= 0. For h < 0 every
-    summit is above the threshold, and F_n = exp(x) Gamma(n+1, x), x = -h (DLMF 8.8.2): from
-    sqrt(pi) erfcx(sqrt(x)) or 1 upwards by g(a+1) = a g(a) + x^a, which adds positive terms only.
+    Notes
+    -----
+    With h = threshold/scale, F_n(h) = Gamma(n+1) exp(-h) for h >= 0. For h < 0 every summit is
+    above the threshold, and F_n = exp(x) Gamma(n+1, x), x = -h (DLMF 8.8.2): from sqrt(pi)
+    erfcx(sqrt(x)) or 1 upwards by g(a+1) = a g(a) + x^a, which adds positive terms only.
     """
 
     scale: float = field(

@@ -213,7 +213,7 @@ def test_no_loop_is_larger_than_its_rectangle() -> None:
     assert not any("4/π" in note for note in square.notes)
     assert excess_loss_notes(np.array([1.27, 1.3, np.nan])) == []
     (note,) = excess_loss_notes(np.array([1.2, 357.0, -1.0]))
-    assert note.startswith("a loss factor above 4/π = 1.27, up to 357, in 1 cycle (2): not of")
+    assert note.startswith("a loss factor above 4/π = 1.27, up to 357, in 1 cycle (2): larger")
 
 
 def test_without_a_load() -> None:

@@ -357,7 +357,7 @@ def _by_time(starts: Sequence[Floats], frequency: float | None) -> Count:
     if frequency is None and chance > _CHANCE:
         return Count(
             None,
-            "too few blocks show whether the rig kept running in the gaps of the time",
+            "too few blocks to decide whether the rig kept running in the gaps of the time",
         )
     return Count(1.0 + np.concatenate(parts), "by time and frequency across the gaps of the time")
 

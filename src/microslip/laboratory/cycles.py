@@ -113,8 +113,8 @@ class Plateau(NamedTuple):
             step = engineering(self.step, UNITS[self.channel])
             kind = "a plateau" if self.is_neared else "a plateau or a sensor at its limit"
             return (
-                f"{words}{kind} on the converter's steps of {step}, known to half of one, which is "
-                "in the intervals"
+                f"{words}{kind} on the converter's steps of {step}; the intervals include an "
+                "error of half a step"
             )
         if self.is_neared:
             return f"{words}a plateau"
@@ -237,8 +237,8 @@ class Cycles:
         texts = "; ".join(map(str, self.spikes[:3])) + ("; ..." if len(self.spikes) > 3 else "")
         if self.has_spike.any():
             notes.append(
-                f"left out of the means: {named_cycles(self.has_spike)} with a spike, here "
-                f"straight lines: {texts}"
+                f"left out of the means: {named_cycles(self.has_spike)} with spikes, which are "
+                f"replaced by straight lines: {texts}"
             )
         elif self.spikes:
             notes.append(f"spikes beyond the whole cycles: {texts}")
@@ -276,7 +276,7 @@ class Cycles:
                 share = 100.0 * step / float(np.ptp(values))
                 notes.append(
                     f"the {name} lies on a converter's steps of {engineering(step, UNITS[name])}, "
-                    f"{significant(share, 2)} % of its range; record with a smaller range"
+                    f"{significant(share, 2)} % of its range; use a smaller measuring range"
                 )
         return notes
 
@@ -304,8 +304,8 @@ class Cycles:
         if high - low <= STEADY * abs(mean):
             return []
         return [
-            f"the normal load is {low:.4g} to {high:.4g} N in the means of the cycles; results "
-            f"are of {mean:.4g} N"
+            f"the mean normal load of the cycles is {low:.4g} to {high:.4g} N; results are for "
+            f"{mean:.4g} N"
         ]
 
     @cached_property
@@ -398,8 +398,8 @@ def cycles_of(record: Record) -> Cycles:
     if has_spike.all():
         texts = "; ".join(map(str, spikes[:3])) + ("; ..." if len(spikes) > 3 else "")
         raise InputError(
-            f"no cycle is without a spike: {plural(len(spikes), 'spike')}, {texts}; look at the "
-            "sensor and its cable, or leave these samples out"
+            f"every cycle has a spike: {plural(len(spikes), 'spike')}, {texts}; check the sensor "
+            "and its cable, or select other samples"
         )
     return Cycles(
         record,

@@ -13,6 +13,7 @@ from microslip._core.checks import Floats, number, show
 from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering
+from microslip._core.wording import plural
 from microslip.friction.loops import Loop
 from microslip.laboratory.cuts import FEWEST_SAMPLES, one_loop
 from microslip.laboratory.cycles import Cycles, cycles_of, step_of
@@ -351,10 +352,9 @@ def _settled_cycles(
                 break
     if np.count_nonzero(is_chosen) < FEWEST_CYCLES:
         raise InputError(
-            f"{name}: at least {FEWEST_CYCLES} settled whole cycles are needed, got "
-            f"{np.count_nonzero(is_chosen)} of {cycle_count} (left out: {running_in} of "
-            "running-in, and those that do not close); the scatter between cycles is the measure "
-            "of the noise"
+            f"{name}: at least {FEWEST_CYCLES} settled whole cycles are needed for an estimate of "
+            f"the noise, got {np.count_nonzero(is_chosen)} of {cycle_count} (left out: "
+            f"{running_in} of running-in, and open cycles)"
         )
     return is_chosen
 
@@ -369,7 +369,7 @@ def _without_spikes(
     if np.count_nonzero(is_spared) >= FEWEST_CYCLES or is_spared.all():
         return is_spared, ()
     lost = int(np.count_nonzero(is_counted) - np.count_nonzero(is_spared))
-    return is_counted, (f"too few cycles would be left: {lost} with a spike count all the same",)
+    return is_counted, (f"too few cycles without spikes: {plural(lost, 'cycle')} with spikes used",)
 
 
 def _mean_load(
@@ -383,8 +383,8 @@ def _mean_load(
     low, high = float(cycle_means.min()), float(cycle_means.max())
     if high - low > _CHANGED * abs(mean):
         raise InputError(
-            f"{record.name}: the normal load must be the same in all cycles, got {low:.4g} to "
-            f"{high:.4g} N in their means; take a record of one load, or `cycles=slice(0, 10)`, say"
+            f"{record.name}: the normal load must be the same in all cycles, got means of "
+            f"{low:.4g} to {high:.4g} N; select cycles with one load, such as `cycles=slice(0, 10)`"
         )
     return mean, error
 
@@ -442,9 +442,9 @@ def averaged(record: Record, noise: tuple[float, float], bins: int = _MOST_BINS)
     span = float(np.ptp(x)) or 1.0
     if size < FEWEST_SAMPLES or not is_one:
         raise InputError(
-            f"{record.name}: an averaged loop is one cycle of {FEWEST_SAMPLES} samples or "
-            f"more, to and fro once, got {size} samples of another way; of whole records the noise "
-            "is found, without `noise`"
+            f"{record.name}: with `noise` a record must be one averaged cycle of at least "
+            f"{FEWEST_SAMPLES} samples, got {size} samples that are no single cycle; without "
+            "`noise` it is estimated from several cycles"
         )
     phase = 2.0 * math.pi * np.arange(size) / size
     rate = None
@@ -466,8 +466,8 @@ def averaged(record: Record, noise: tuple[float, float], bins: int = _MOST_BINS)
     places = np.bincount(column, phase) / count
     sums = np.bincount(column, force)
     said = (
-        f"taken for one averaged cycle, the noise of a force {engineering(noise[0], 'N')} and of a "
-        f"displacement {engineering(noise[1], 'm')}, as stated",
+        f"read as one averaged cycle with the given noise, {engineering(noise[0], 'N')} in force "
+        f"and {engineering(noise[1], 'm')} in displacement",
     )
     return Folded(
         name=record.name,

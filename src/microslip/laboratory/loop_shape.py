@@ -209,8 +209,8 @@ def shape_notes(shape: Shape | None, is_rippled: bool) -> list[str]:
         if (width := clearance_of(shape)) is not None:
             found = True
             notes.append(
-                f"clearance: a dead zone of {engineering(width, 'm')} at zero force, in which the "
-                "joint is not held; energy and stiffness are of joint and clearance together"
+                f"clearance: a dead zone of {engineering(width, 'm')} at zero force; energy and "
+                "stiffness are those of joint and clearance together"
             )
         elif (width := lost_motion_of(shape)) is not None:
             found = True
@@ -230,7 +230,7 @@ def shape_notes(shape: Shape | None, is_rippled: bool) -> list[str]:
             )
     if not found and shape.asymmetry > _ASYMMETRIC + _ERRORS * shape.error:
         notes.append(
-            f"both ways of the loop differ by {100.0 * shape.asymmetry:.0f} % of the force "
+            f"both directions of the loop differ by {100.0 * shape.asymmetry:.0f} % of the force "
             f"amplitude; {UNDECIDED} (a load that changes with the displacement, a tilted or "
             "worn specimen, a sensor that is not linear); a record of the normal load within the "
             "cycle, or with the specimen turned around, would tell"
@@ -244,8 +244,8 @@ def shape_notes(shape: Shape | None, is_rippled: bool) -> list[str]:
     if not notes and (spring := parallel_spring(shape)) is not None:
         notes.append(
             f"a spring in parallel of {engineering(spring.stiffness, 'N/m')}: the force rises "
-            f"along a straight line to each reversal, by {100.0 * spring.force:.0f} % of its "
-            "amplitude on each side; regimes are of the loop without it, friction by the peak is "
-            f"{1.0 - spring.force:.3g} times the value given"
+            f"linearly to each reversal, by {100.0 * spring.force:.0f} % of its amplitude on each "
+            "side; regimes are those of the loop without the spring, and the friction coefficient "
+            f"by the peak is {1.0 - spring.force:.3g} times the value given"
         )
     return notes

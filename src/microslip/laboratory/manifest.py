@@ -181,8 +181,8 @@ class Manifest:
             if said is None or mean is None or abs(mean.value - said) <= _BESIDE * said:
                 continue
             notes.append(
-                f"the manifest says {name.replace('_', ' ')} {engineering(said, unit)}, and "
-                f"measured are {engineering(mean.value, unit)}"
+                f"{name.replace('_', ' ')} {engineering(said, unit)} by the manifest, measured "
+                f"{engineering(mean.value, unit)}"
             )
         return replace(measured, count=count, notes=tuple(notes))
 

@@ -294,26 +294,22 @@ def measure(
 
     Notes
     -----
-    Reversal points are estimated between the samples, displacements by quartics through the samples
-    around (straight lines on both sides of a corner), forces along the way before; on each branch
-    the force is integrated over the displacement by cubics in time. What the spacing of the samples
-    leaves is estimated from every other sample and widens the intervals of the means. Spikes, up to
-    three samples in a row far from all around, are replaced by straight lines, and their cycles
-    left out of the means. Where the time has gaps (a step ten times as long as nine in ten of them,
-    and over 5 % of a cycle) cycles are cut, and the frequency is that within the blocks between. A
-    cycle that does not close is closed by its chord, and ``closure_error`` says how far its ends
-    are apart, of the range of the force, the noise of two samples included. The chord stiffness is
-    that of the first 5 % of the range of the force after a reversal, by lines with a bend of three
-    shapes through the first quarter, or through a smaller part where the two differ by more than
-    noise; the range of the shapes and the change to the next smaller part are in the interval.
-    Means of stiffnesses are those of compliances. ``friction_peak`` is the force amplitude over the
-    mean load P, ``friction_energy`` is E_d/4 P delta_g, with delta_g half the width of the loop in
-    the middle of its forces. Regimes: "stick" up to the energy ratio A at which the model's
-    backbone is 1 % below its first tangent; "gross slip" from the B = E_d/4 T_m delta_g of the
-    model where it reaches its limit, or 99 % of one that it only tends to (one sphere: 0.7695).
-    Settled cycles have one regime, that of their mean, and the scatter of the cycles says how
-    likely each is, so that noise makes no other regime of some of them. D and B are those of
-    Fouvry, Kapsa and Vincent (1995, DOI 10.1016/0043-1648(94)06582-9).
+    Reversal points are estimated between the samples, and on each branch the force is integrated
+    over the displacement by cubics in time. The remaining error due to the sample spacing is
+    estimated from every other sample and widens the intervals of the means. Spikes, up to three
+    consecutive samples, are replaced by straight lines, and their cycles left out of the means.
+    Cycles are cut at gaps of the time, and the frequency is that within the blocks. An open cycle
+    is closed by its chord; ``closure_error`` is the difference of the forces at its ends over their
+    range. The chord stiffness is that of the first 5 % of the force range after a reversal; its
+    interval includes the difference between three shapes of the branch. Stiffnesses are averaged as
+    compliances. ``friction_peak`` is the force amplitude over the mean load P, ``friction_energy``
+    is E_d/4 P delta_g, with delta_g half the width of the loop at its mean force.
+
+    The regime is "stick" up to the energy ratio A at which the backbone of the model is 1 % below
+    its initial tangent, and "gross slip" from the B = E_d/4 T_m delta_g at which the model reaches
+    its limit, or 99 % of an asymptotic limit (one sphere: 0.7695). Settled cycles have the regime
+    of their mean, with a probability from their scatter. D and B are those of Fouvry, Kapsa and
+    Vincent (1995, DOI 10.1016/0043-1648(94)06582-9).
     """
     if not isinstance(record, Record):
         raise InputError(
@@ -348,8 +344,8 @@ def measure(
     notes = [*record.notes, *judged.count.notes, *judged.notes(counting)]
     if any(np.isnan(columns["chord_stiffness"])):
         notes.append(
-            "in some cycles too few samples lie in the first quarter of the force after a "
-            "reversal to read a stiffness"
+            "in some cycles the first quarter of the force after a reversal has too few samples "
+            "for a stiffness"
         )
     remedy = "in Python `condition(record, drift=True)` removes it"
     notes += [drift.note(remedy) for drift in judged.drifts(counting.selection)]

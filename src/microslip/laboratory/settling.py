@@ -78,8 +78,8 @@ def excess_loss_notes(loss_factor: NDArray[np.float64]) -> list[str]:
         return []
     return [
         f"a loss factor above 4/π = 1.27, up to {float(np.nanmax(loss_factor)):.3g}, in "
-        f"{named_cycles(large)}: not of friction alone, whose loops enclose at most the rectangle "
-        "around their reversals: viscous or inertial forces, or spikes"
+        f"{named_cycles(large)}: larger than the rectangle around the reversals, the limit of "
+        "friction alone: viscous or inertial forces, or spikes"
     ]
 
 
@@ -118,10 +118,9 @@ def settled(columns: Mapping[str, Floats], sound: NDArray[np.bool_], noise: floa
         return Settled(_mask(places, sound.size), True, tuple(notes), levels)
     if late > 0:
         notes.append(
-            f"force or energy still moves at first: from {_span(columns, places, _MOVING[:2])} "
-            f"over cycles {places[0] + 1} to {places[-1] + 1}; the means are of cycles "
-            f"{places[late] + 1} to {places[-1] + 1}, where neither changes by over "
-            f"{100.0 * ALIKE:g} %"
+            f"force or energy still moves at first: {_span(columns, places, _MOVING[:2])} from "
+            f"cycle {places[0] + 1} to {places[-1] + 1}; means are over cycles {places[late] + 1} "
+            f"to {places[-1] + 1}, where neither changes by more than {100.0 * ALIKE:g} %"
         )
     return Settled(_mask(places[late:], sound.size), False, tuple(notes), levels)
 
@@ -335,8 +334,7 @@ def _moving_note(
     return (
         f"not settled: {_span(columns, places, names)} from cycle {places[0] + 1} to "
         f"{places[-1] + 1} (running in, wear, or a change of the rig); intervals are the range of "
-        "the cycles, not of a mean, which belongs to none of them; take settled ones, "
-        "`cycles=slice(first, last)`"
+        "the cycles, since no mean describes them; `cycles=slice(first, last)` selects settled ones"
     )
 
 
@@ -365,6 +363,6 @@ def _steps_note(columns: Mapping[str, Floats], parts: list[NDArray[np.intp]]) ->
     largest = max(parts, key=len)
     return (
         f"the amplitude is not the same in all cycles: {'; '.join(texts[:8])}"
-        f"{'; ...' if len(texts) > 8 else ''}. Each has means of its own; those of the "
-        f"whole record are of cycles {largest[0] + 1} to {largest[-1] + 1}"
+        f"{'; ...' if len(texts) > 8 else ''}. Each amplitude has its own means; those of the "
+        f"record are over cycles {largest[0] + 1} to {largest[-1] + 1}"
     )

@@ -20,20 +20,20 @@ from microslip.contact.spheres import DROP, EXCESS, EXCESS_SLOPE, FALL, Spheres
 from microslip.contact.spline import Spline
 
 PRESSURE = "mean contact pressure over hardness"
-"""Name of what is judged of a law that knows contacts but no summits."""
+"""Name of the judged quantity for laws with a contact area but without summits."""
 YIELD = "Hertz pressure over that of first yield"
-"""Name of what is judged of one sphere."""
+"""Name of the judged quantity for one sphere."""
 OVER_HARDNESS = "tightening pressure over hardness"
 POINTS = "points in contact"
 SCATTER = "scatter of the pieces"
 BETWEEN = "height variance between pieces"
 RESOLUTION = "change of stiffness by pixel and cut-off"
-"""Names of what is judged of a measured face."""
+"""Names of the judged quantities for a measured face."""
 
 LARGEST_PRESSURE = 0.7
 """Mean pressure over hardness above which nearly all of a face has yielded."""
 FEWEST_POINTS = 100
-"""Points in contact below which a grid does not draw the contacts."""
+"""Number of points in contact below which a grid does not resolve the contacts."""
 
 
 def plasticity_index(pair: MaterialPair, spread: float, radius: float) -> dict[str, float | None]:
@@ -80,7 +80,7 @@ def check_pair(pair: Any) -> None:
 
 
 FAINTEST = 1e-290
-"""Load [N] below which products with it are no normal numbers any more."""
+"""Load [N] below which products may underflow."""
 
 
 class NormalLaw(Parametric, ABC):
@@ -111,7 +111,7 @@ class NormalLaw(Parametric, ABC):
         return {}
 
     def _slip_measure(self) -> tuple[float, str] | None:
-        """Indentation [m] over which contacts start to slip one after another, and its name.
+        """Indentation [m] over which contacts start to slip, and its name.
 
         None if only the stiffness determines it.
         """
@@ -127,7 +127,7 @@ class NormalLaw(Parametric, ABC):
     @property
     @abstractmethod
     def _span(self) -> tuple[float, float]:
-        """Separations with many contacts and with hardly any [m]."""
+        """Separations [m] at which many and hardly any summits are in contact."""
 
     @property
     def _edge(self) -> float:
@@ -146,12 +146,12 @@ class NormalLaw(Parametric, ABC):
 
     @property
     def _top(self) -> float:
-        """Separation [m] beyond which nothing touches; infinite if contact never ends."""
+        """Separation [m] at which the last contact ends; infinite if contact never ends."""
         return math.inf if self._spheres is None else float(self._spheres.heights[0])
 
     @cached_property
     def _deepest(self) -> float:
-        """Separation [m] at which summits are pressed by their radius, the limit of the law."""
+        """Separation [m] at which summits are indented by their radius, the limit of the law."""
         radius = getattr(self, "radius", getattr(self, "radii", None))
         return -LARGEST if radius is None else self._span[0] - float(np.max(radius))
 
@@ -190,7 +190,7 @@ class NormalLaw(Parametric, ABC):
         return None
 
     def along(self, direction: float | None) -> NormalLaw:
-        """Return the surface moved in a direction [rad] relative to its lay."""
+        """Return the surface for motion in a direction [rad] relative to its lay."""
         if direction is None:
             return self
         raise InputError(
@@ -224,7 +224,7 @@ class NormalLaw(Parametric, ABC):
         return None
 
     def _patch(self, area: float, tightening: float) -> NormalLaw:
-        """Return the surface of another area [m^2] at a share of its tightening pressure."""
+        """Return the surface with another area [m^2], tightened to a fraction of its pressure."""
         if not any(item.name == "area" for item in dataclasses.fields(self)):  # type: ignore[arg-type]
             raise InputError(
                 "`surface` must have an apparent area over which a pressure is spread, as a "

@@ -24,7 +24,7 @@ from microslip._core.errors import InputError
 Mask = NDArray[np.bool_]
 
 _ROUNDS = 300
-"""Rounds after which a set of contacts has not been found; usual are four to twelve."""
+"""Largest number of active-set iterations; four to twelve are usual."""
 _CAUTIOUS = 40
 _STEPS = 3000  # of conjugate gradients for one set
 

@@ -26,7 +26,7 @@ STIFFNESS_ERROR = 0.05
 ENERGY_ERRORS = MappingProxyType({0.1: 0.6, 0.3: 0.25, 1.0: 0.09})
 """Standard deviation of the energy of a cycle by amplitude over mu N/k_t, relative [-]."""
 SHAPE_ERROR = 0.25
-"""Standard deviation of the logarithm of what small cycles lose, by which bands draw the shape."""
+"""Standard deviation of the logarithm of the energy of small cycles [-], for uncertainty bands."""
 _BREADTH_SPREAD = 0.1  # of ln(breadth), where it is not known
 _LOADINGS = 40
 _STEP = 0.02  # of logarithms, for slopes
@@ -242,7 +242,7 @@ class DrawnFace(FaceLaw):
         return cls(pair, rms.middle, slope.middle, area, tightening_pressure, **options)
 
     def along(self, direction: float | None) -> DrawnFace:
-        """Return the face moved in a direction [rad] from across the lay; None is the mean."""
+        """Return the face for motion in a direction [rad] from across the lay; None is the mean."""
         return self._changed(direction=direction)
 
     def _changed(self, **changes: Any) -> DrawnFace:
@@ -338,7 +338,7 @@ class DrawnFace(FaceLaw):
 
     @property
     def _slopes(self) -> tuple[float, float]:
-        """Shares of the slope across and along the lay."""
+        """Fractions of the slope across and along the lay."""
         along = 1.0 if self.lay is None else self.lay
         return 1.0 / (1.0 + along), along / (1.0 + along)
 

@@ -380,7 +380,7 @@ def _mean_cube(a: Floats, b: Floats) -> Floats:
 def _partly_slipped(
     a0: Floats, a1: Floats, b0: Floats, b1: Floats, g0: Floats, g1: Floats
 ) -> Floats:
-    """Return the mean of (A - B)^2 (2 A + B), A^2 from a0 to a1 and B^2 from b0 down to b1 >= 0.
+    """Return the mean of (A - B)^2 (2 A + B) along a run.
 
     A^2 - B^2 changes from g0 to g1.
     """

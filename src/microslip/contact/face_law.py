@@ -64,7 +64,7 @@ class FaceLaw(TabulatedNormalLaw):
     def _set_curve(
         self, pair: MaterialPair, separation: Floats, share: Floats, heaviest: float, rate: float
     ) -> None:
-        """Set the table from loads over the heaviest, starting at 1, and -d ln N/dd there.
+        """Set the table from relative loads, starting at 1, and -d ln N/dd at them.
 
         The table continues beyond the heaviest load for trial steps of static solutions.
         """

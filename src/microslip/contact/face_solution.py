@@ -28,7 +28,7 @@ _ATTEMPTS = 60
 _STEP = math.log(2.5)
 _FEWEST = 12  # points in contact below which no lighter load is solved
 NEAR_REST = (0.985, 0.95, 0.87, 0.72)
-"""Loads besides, over the heaviest: on N'' there hangs what small cycles lose."""
+"""Additional loads near the largest one, relative to it: N'' there governs small cycles."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,29 +36,29 @@ class FaceSolution(ByValue, LockedArrays):
     """Solution of a face, heaviest load first; pressures over E*, lengths in pixels along x."""
 
     separation: Floats
-    """Separations, rising."""
+    """Separations, increasing."""
     pressure: Floats
-    """Mean pressures there, of each piece: (separations, pieces)."""
+    """Mean pressure of each piece at the separations, shape (separations, pieces)."""
     slope: Floats
-    """-dp/dd there, of each piece: (separations, pieces)."""
+    """-dp/dd of each piece at the separations, shape (separations, pieces)."""
     contact: Floats
-    """Share of the points in contact there."""
+    """Fraction of the points in contact at the separations."""
     sliding: Floats
-    """Tangential over normal stiffness in the plane, at the heaviest load: (2, 2)."""
+    """Ratio of tangential to normal stiffness at the largest load, shape (2, 2)."""
     lighter_sliding: Floats
-    """The same at about a tenth of it."""
+    """Ratio of tangential to normal stiffness at a tenth of the largest load, shape (2, 2)."""
     hard: float
-    """Share of the contact at the hardness when tightened."""
+    """Fraction of the contact at the hardness after tightening."""
     pixels: int
-    """Points in contact when tightened."""
+    """Number of points in contact after tightening."""
     map: Floats
-    """Pressures of the first piece when tightened."""
+    """Pressures of the first piece after tightening."""
     reach: Floats
-    """Number of loads, the heaviest first, under which each of its points touches."""
+    """Number of loads, from the largest, at which each point of the first piece is in contact."""
     lighter_tightenings: Floats
-    """Mean pressures of lighter tightenings, heaviest first, and the slopes then: (2, loads)."""
+    """Mean pressures of smaller tightening loads, decreasing, and their slopes: (2, loads)."""
     loading: Floats = field(default_factory=lambda: np.zeros((2, 0)))
-    """Mean pressures of the first loading, rising, and the separations there: (2, loads)."""
+    """Mean pressures of first loading, increasing, and their separations: (2, loads)."""
 
 
 class _Piece:
@@ -87,7 +87,7 @@ class _Piece:
         return float(self.pressure.mean()), float(self.growth.mean())
 
     def yielded(self, hardness: float) -> None:
-        """Flatten the points that bear the hardness to the other face."""
+        """Shift the heights of the points at the hardness, so that they just touch."""
         assert self.pressure is not None
         gap = self.space.displacement(self.pressure) - self.heights + self.separation
         hard = self.pressure >= hardness

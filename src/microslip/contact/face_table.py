@@ -41,32 +41,32 @@ class NodeValues(NamedTuple):
     """Fitted values of faces at their tightening, arrays over the faces."""
 
     stiffness: Floats
-    """k R/p of the unloading [-]."""
+    """Unloading stiffness k R/p [-]."""
     separation: Floats
     """Distance of the mean planes over R [-]."""
     loading: Floats
-    """k R/p of the first loading [-]."""
+    """First-loading stiffness k R/p [-]."""
     contact: Floats
-    """Share of the apparent area in contact [-]."""
+    """Fraction of the apparent area in contact [-]."""
     bends: Floats
-    """(1 - k/k_t)/(1 - N/N_t) at the shares, (faces, shares)."""
+    """Curvatures (1 - k/k_t)/(1 - N/N_t) at the load fractions, (faces, fractions)."""
     contacts: Floats
-    """Logarithm of the contact at the shares over that at tightening [-], (faces, shares)."""
+    """Logarithm of the contact area relative to tightening at the load fractions [-]."""
 
 
 class Shape(NamedTuple):
     """Unloading of one face from its tightening."""
 
     share: Floats
-    """Loads over that of tightening, falling from 1."""
+    """Load over the tightening load, decreasing from 1."""
     distance: Floats
-    """Separations from that of tightening, over p/k."""
+    """Increase of the separation since tightening, over p/k."""
     stiffness: Floats
-    """Stiffnesses over that at tightening."""
+    """Stiffness over that at tightening."""
 
 
 def groups(hardness: ArrayLike, pressure: ArrayLike) -> tuple[Floats, Floats]:
-    """Return the variables t and v of h and pi."""
+    """Return the variables t and v of the polynomial fit from the groups h and pi."""
     h = np.asarray(hardness, dtype=float)
     pi = np.asarray(pressure, dtype=float)
     return -0.5 * np.log1p(h**-2.0), np.log(np.hypot(pi / h, 2.0 * pi))
@@ -95,7 +95,7 @@ _PIXEL: dict[str, tuple[list[int], list[int]]] = {
         "stiffness": [(1, 0), (2, 0)], "contact": [(0, 0), (0, 1), (1, 0)], "bends": [(2, 0)],
     }.items()
 }  # fmt: skip
-"""Terms of the change by the pixel: none of elastic faces but in the area of contact."""
+"""Terms of the correction for the pixel; for elastic faces it affects only the contact area."""
 
 
 def _powers(t: Floats, v: Floats) -> tuple[Floats, Floats]:

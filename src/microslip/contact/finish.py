@@ -27,11 +27,11 @@ class Estimate(NamedTuple):
 
     middle: float
     spread: float
-    """Standard deviation of its logarithm [-]."""
+    """Standard deviation of the logarithm [-]."""
 
     @classmethod
     def of_range(cls, low: float, high: float) -> Estimate:
-        """Return the estimate whose 90 % interval is a range."""
+        """Return the estimate with the given 90 % interval."""
         return cls(math.sqrt(low * high), math.log(high / low) / (2.0 * 1.6449))
 
     def times(self, middle: float, low: float, high: float) -> Estimate:
@@ -185,7 +185,7 @@ _SAMPLING = (
     (10e-6, 2.5e-3),
     (80e-6, 8e-3),
 )
-"""Largest Ra [m] and the sampling length [m] that ISO 4288 takes for it."""
+"""Largest Ra [m] and the corresponding sampling length [m] of ISO 4288."""
 
 
 def sampling_length(ra: float) -> float:

@@ -1,4 +1,4 @@
-"""Summits given one by one: a sphere on a flat, and a set of them."""
+"""Laws with individual summits: a sphere on a flat, and a population of summits."""
 
 from __future__ import annotations
 
@@ -166,7 +166,7 @@ class AsperityPopulation(Locked, NormalLaw):
 
     @property
     def summit_count(self) -> float:
-        """Number of all summits, copies included."""
+        """Number of all summits, including copies."""
         return np.asarray(self.heights).size * self.copies
 
     @cached_property

@@ -60,7 +60,7 @@ class Material:
         self._ask_back()
 
     def _ask_back(self) -> None:
-        """Warn of a modulus that is probably in another unit; soft gels exist."""
+        """Warn of a modulus that is probably in another unit, unless it is that of a soft gel."""
         modulus = self.young_modulus
         if 1.5 <= modulus <= 1200.0:
             unit, factor = "GPa", 1e9
@@ -80,7 +80,7 @@ class Material:
 
     @classmethod
     def rigid(cls) -> Material:
-        """Return a body that does not deform: infinite modulus."""
+        """Return a rigid body: infinite modulus."""
         body = object.__new__(cls)
         assign(body, young_modulus=math.inf, poisson_ratio=0.0, hardness=None)
         return body

@@ -190,11 +190,11 @@ class MeasuredContact(FaceLaw):
     # -- the same face in another way -------------------------------------------------------------
 
     def along(self, direction: float | None) -> MeasuredContact:
-        """Return the face moved in another direction [rad] from x of the scan; None is the mean."""
+        """Return the face for motion in a direction [rad] from x of the scan; None is the mean."""
         return self._changed(direction=direction)
 
     def of_pieces(self, pieces: ArrayLike) -> MeasuredContact:
-        """Return the law of pieces by their numbers [-] from 0, one-dimensional, also repeated.
+        """Return the law of pieces by number [-] from 0, one-dimensional, possibly repeated.
 
         Resampled pieces show how well the scan represents the joint.
         """

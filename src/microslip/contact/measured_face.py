@@ -36,7 +36,7 @@ class Face(NamedTuple):
 
     heights: Floats
     pixel: tuple[float, float]
-    """Along x and along y [m]."""
+    """Pixel along x and y [m]."""
     name: str
 
     @property
@@ -162,41 +162,41 @@ class ContactNumbers:
     """Numbers reported with the law of a measured face, at its heaviest load."""
 
     pressure: float
-    """Mean pressure of tightening, or the heaviest of an elastic face [Pa]."""
+    """Tightening pressure, or the largest pressure of an elastic face [Pa]."""
     hardness: float | None
-    """Hardness that bounded the pressure [Pa]; None where nothing could yield."""
+    """Hardness, the largest local pressure [Pa]; None for an elastic face."""
     pixel: tuple[float, float]
-    """Distance of neighbours, along x and along y [m]."""
+    """Distance between neighbouring points along x and y [m]."""
     rms: float
     """Rms height of the face about its plane [m]."""
     slope: float
-    """Rms slope h' of the face from point to point [-]: it hangs on the pixel."""
+    """Rms gradient h' between neighbouring points [-], which depends on the pixel."""
     relative_pressure: float
     """Pressure over E* h' [-]."""
     contact_share: float
-    """Share of the points in contact [-]."""
+    """Fraction of the points in contact [-]."""
     hard_share: float
-    """Share of the contact at the hardness when tightened [-]."""
+    """Fraction of the contact at the hardness after tightening [-]."""
     points: int
-    """Points in contact."""
+    """Number of points in contact."""
     pieces: int
-    """Pieces that were solved."""
+    """Number of solved pieces."""
     scatter: float | None
-    """Standard deviation of the logarithm of the pieces' stiffness [-]; None of one piece."""
+    """Standard deviation of ln(stiffness) between pieces [-]; None for one piece."""
     between_pieces: float
-    """Share of the variance of heights that lies between the pieces [-]."""
+    """Fraction of the height variance between the means of the pieces [-]."""
     stiffness_ratios: tuple[float, float]
-    """Normal over tangential stiffness: the least and the largest of all directions [-]."""
+    """Smallest and largest ratio of normal to tangential stiffness over all directions [-]."""
     stiffest_direction: float
-    """Direction of the least of them, of the stiffest motion, from x of the scan [rad]."""
+    """Direction of the largest tangential stiffness, from x of the scan [rad]."""
     ratio_change: float
-    """Mean of both at a tenth of the load over that at the heaviest [-]."""
+    """Mean ratio at a tenth of the load, relative to that at the largest load [-]."""
     coarser: float | None
-    """Stiffness with twice the pixel over that with the pixel [-]; None where not solved."""
+    """Stiffness for twice the pixel, relative to that for the pixel [-]; None if not solved."""
     smoother: float | None = None
-    """Stiffness without the short waves over that with them [-]; None where not solved."""
+    """Stiffness without the short waves, relative to that with them [-]; None if not solved."""
     cutoff: float | None = None
-    """Wavelength [m] below which those waves are: they carry half of the squared slope."""
+    """Cut-off [m] for ``smoother``: waves below it carry half of the squared slope."""
 
 
 class Task(NamedTuple):
@@ -212,7 +212,7 @@ class Task(NamedTuple):
 
     @property
     def key(self) -> str:
-        """Name of the solution, a digest of the inputs."""
+        """Digest of the inputs, the name of the solution."""
         z = np.ascontiguousarray(self.face.heights)
         words = repr((z.shape, self.face.pixel, *self[1:], NEAR_REST, "lighter tightenings"))
         return sha256(z.tobytes() + words.encode()).hexdigest()[:32]
@@ -241,7 +241,7 @@ class Task(NamedTuple):
 
 
 def remember(key: str, solution: FaceSolution) -> None:
-    """Keep a solution by name, and drop the oldest."""
+    """Cache a solution by name, and remove the oldest one."""
     _remembered[key] = solution
     while len(_remembered) > _REMEMBERED:
         _remembered.popitem(last=False)

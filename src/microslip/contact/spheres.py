@@ -32,7 +32,7 @@ class Kind(NamedTuple):
 
     power: float
     order: int
-    """Leading power of v, 0 to 3."""
+    """Leading power of v at small v, 0 to 3."""
     share: Callable[[Floats, Floats, Floats], Floats]
     """Share as a function of x, q = sqrt(1 - x) and 1 - q; past x = 1 q is 0."""
     slipped: Callable[[Floats, Floats, Floats], Floats]

@@ -21,7 +21,7 @@ from microslip.contact.spline import Spline, convex_spline, decayed
 
 
 class _Run(NamedTuple):
-    """Spline from a separation d on: pieces by the steps from d at which they begin."""
+    """Part of the spline from a separation d on; pieces begin at steps from d."""
 
     starts: Floats
     slopes: Floats  # N' at each start, on its right

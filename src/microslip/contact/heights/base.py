@@ -17,7 +17,7 @@ from microslip._core.errors import InputError
 from microslip._core.parameters import Parametric, is_fully_declared, rescaled, values_of
 
 TWICE_ORDERS: Mapping[float, int] = MappingProxyType({k / 2: k for k in range(-1, 6)})
-"""Orders n of the partial moments that exist here, with twice their value."""
+"""Available orders n of the partial moments, as a map from n to 2 n."""
 
 
 class HeightDistribution(Parametric, ABC):
@@ -28,7 +28,7 @@ class HeightDistribution(Parametric, ABC):
     """
 
     edge: float = -math.inf
-    """Height [m] of the lower end of a bounded distribution: the moments are not smooth there."""
+    """Height [m] of the lower end of a bounded distribution, where the moments are not smooth."""
 
     def _scaled(self, factor: float) -> HeightDistribution:
         """Return the distribution of heights multiplied by ``factor``."""
@@ -57,7 +57,7 @@ class HeightDistribution(Parametric, ABC):
         """Standard deviation of the heights [m], or a substitute if it is infinite."""
 
     _spread_name: ClassVar[str] = "spread of the heights"
-    """Name of the spread where it scales something else; empty where it never does."""
+    """Name of the spread if it is not the standard deviation; empty otherwise."""
 
     def _standardised(self, height: float) -> float | None:
         """Height over the spread, from the mean; None if not customary."""

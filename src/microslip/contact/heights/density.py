@@ -38,7 +38,7 @@ _LEVELS = ((60.0, 6), (4.0, 11), (0.125, 20))
 
 @dataclass(frozen=True)
 class Pieces:
-    """Function as Chebyshev series on panels, in falling order towards its upper end."""
+    """Function as Chebyshev series on panels, ordered downwards from its upper end."""
 
     edges: Floats
     coefficients: Floats  # (terms, panels)

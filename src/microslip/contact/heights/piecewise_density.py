@@ -129,7 +129,7 @@ def direct(
 
 
 def far_series(panels: Panels) -> dict[int, Floats]:
-    """Return Chebyshev series, by twice the order, of the pieces beyond the next one."""
+    """Return Chebyshev series, by twice the order, of the moments of all pieces beyond the next."""
     knots = panels[0]
     half = 0.5 * np.diff(knots)
     series = _beyond(panels, -1, knots[:-1, None] + half[:, None] * (1.0 + _NODES)) @ _TO_SERIES

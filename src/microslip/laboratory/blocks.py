@@ -267,7 +267,7 @@ class Count(NamedTuple):
     source: str
     """Source of the cycle numbers, or why they are not known."""
     is_of_contact: bool = False
-    """Whether they count from the first cycle of the contact, not of the record."""
+    """Whether the numbers count from the first cycle of the contact, not of the record."""
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -366,7 +366,7 @@ class Dissipated(NamedTuple):
     """Energy up to each cycle."""
 
     energy: Floats
-    """[J], that cycle included."""
+    """Cumulative energy up to and including each cycle [J]."""
     errors: Floats
     """Bounds of the error [J] if the energy is monotonic between the logged cycles."""
 

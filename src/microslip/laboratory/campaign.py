@@ -48,9 +48,9 @@ class Point(NamedTuple):
 
     record: str
     amplitude: float
-    """[m]"""
+    """Displacement amplitude [m]."""
     normal_load: float
-    """[N]"""
+    """Normal load [N]."""
     regime: str
     """Likeliest regime; "mixed" if another one has a probability or share of cycles of 5 %."""
 

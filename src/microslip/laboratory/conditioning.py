@@ -17,7 +17,7 @@ from microslip.laboratory.estimates import quantile, trend
 from microslip.laboratory.record import Record
 
 EVEN_STEPS = 1e-6
-"""Steps of the time that differ by less, of their mean, are even."""
+"""Largest relative difference of time steps that are treated as even."""
 
 
 def condition(
@@ -26,7 +26,7 @@ def condition(
     delay: float = 0.0,
     drift: bool = False,
 ) -> Record:
-    """A record as the contact saw it; what was done is in its notes, the given one is not changed.
+    """Return a conditioned copy of a record, with notes on the changes.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ class Lag(NamedTuple):
 
     value: float
     half: float
-    """Half its interval."""
+    """Half-width of the confidence interval of the lag [samples]."""
     error: float
     number: int
     """Number of groups of cycles averaged."""
@@ -143,9 +143,9 @@ class _Reversals(NamedTuple):
     force: Floats
     way: Floats
     reach: int
-    """Samples on each side."""
+    """Number of samples on each side of a reversal."""
     half: int
-    """Samples until a quarter of the force is gone."""
+    """Number of samples within a quarter of the force range after a reversal."""
 
     def shift(self, rows: slice, shapes: int = 0, near: float | None = None) -> float:
         """Lag [samples] in the mean of some of the cycles."""

@@ -72,7 +72,7 @@ class Motion(NamedTuple):
     middle: float
     """Middle of the displacement [m]."""
     amplitude: float
-    """Half its range [m]."""
+    """Half the range of the displacement [m]."""
     noise: float
     """Noise of the displacement [m]."""
     window: int

@@ -81,7 +81,7 @@ class Drift(NamedTuple):
     total: float
     """Change of the channel over the cycles [m, N]."""
     share: float
-    """The same over the range of the channel [-]."""
+    """Change relative to the range of the channel [-]."""
 
     def note(self, remedy: str) -> str:
         """Format the note."""
@@ -131,7 +131,7 @@ class Delay(NamedTuple):
 
     samples: float
     seconds: float | None
-    """None without a time."""
+    """Delay [s]; None for a record without a time."""
     share: float
     """Approximate relative error of the energy per cycle [-]."""
 

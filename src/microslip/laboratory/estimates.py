@@ -26,10 +26,10 @@ _HIGHEST, _FARTHEST = 0.999, 2.0
 
 
 class Estimate(NamedTuple):
-    """A number that was measured, with its confidence interval."""
+    """Mean of a measured quantity, with its confidence interval."""
 
     value: float
-    """The mean."""
+    """Mean value."""
     low: float
     """Lower end of the interval; not a number where there is only one cycle."""
     high: float

@@ -89,7 +89,7 @@ class Folded(Locked):
     """Number of settled cycles."""
     notes: tuple[str, ...]
     said: tuple[str, ...] = ()
-    """Notes on the folding itself, not on the record."""
+    """Notes on the folding, in addition to those on the record."""
     late: str = ""
     """Note on a delay of the force that shows in its cycles."""
     load_terms: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros(0)))

@@ -46,9 +46,9 @@ class Shape(NamedTuple):
     offset: float
     """Offset of the force over its amplitude [-]."""
     amplitude: float
-    """[m]"""
+    """Displacement amplitude [m]."""
     force_amplitude: float
-    """[N]"""
+    """Force amplitude [N]."""
 
 
 def shape_of(
@@ -125,7 +125,7 @@ class ParallelSpring(NamedTuple):
     """Spring in parallel with the contact."""
 
     stiffness: float
-    """[N/m]"""
+    """Stiffness of the spring [N/m]."""
     force: float
     """Force of the spring at the amplitude, over the force amplitude [-]."""
 

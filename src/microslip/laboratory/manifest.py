@@ -71,7 +71,7 @@ class Manifest:
     "specimen", "stage", "cycle" (number of the first one in the file), "normal_load" [N],
     "amplitude" [m], "worn_volume" [m^3], "temperature", "run", "rig", or what else it is called."""
     units: Mapping[str, str]
-    """Units of its columns of numbers, where there are any."""
+    """Units of the numeric columns."""
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Manifest:

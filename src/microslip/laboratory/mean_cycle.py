@@ -188,7 +188,7 @@ class Slope(NamedTuple):
     """Linear trend over the cycles."""
 
     slope: float
-    """Change a cycle."""
+    """Change of the channel per cycle."""
     error: float
     """Standard error of the slope."""
 
@@ -321,7 +321,7 @@ def _from_first_cut(turn: Floats, cycles: Cuts) -> Floats:
 
 
 class Turns(NamedTuple):
-    """Cycles since the first cut at each sample of a record."""
+    """Phase of each sample of a record, in cycles since the first cut."""
 
     turns: Floats
     """Cycles, continued over gaps; NaN outside the blocks."""

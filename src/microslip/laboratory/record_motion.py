@@ -47,7 +47,7 @@ class Distortion(NamedTuple):
     """Third harmonic of the displacement."""
 
     third: float
-    """Over the fundamental [-]."""
+    """Third harmonic relative to the fundamental [-]."""
     is_cubic: bool
     """Whether it is in phase with the fundamental and no higher one is near its size, as a sensor
     makes it of a sine whose characteristic is a cubic."""

@@ -80,7 +80,7 @@ class RegimeBorders(NamedTuple):
     """Amplitudes at the transducer between which the regimes of a law change, over the load."""
 
     normal_load: Floats
-    """[N]."""
+    """Normal loads [N]."""
     stick: Floats
     """Largest amplitude of full stick [m]."""
     gross: Floats

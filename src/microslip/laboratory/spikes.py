@@ -33,9 +33,9 @@ class Spike(NamedTuple):
     channel: str
     """"displacement", "force" or "normal_load"."""
     first: int
-    """The first sample, counted from 0."""
+    """Index of the first sample."""
     last: int
-    """The last one: mostly the same."""
+    """Index of the last sample, usually equal to ``first``."""
     value: float
     """Value of the farthest sample [m, N]."""
     usual: float

@@ -147,10 +147,10 @@ def _substructure(lines: list[str]) -> dict[str, Any]:
 
 
 def _degrees(count: int, rows: list[str]) -> Any:
-    """Return the node (by its position in the element) and degree of freedom of each matrix row.
+    """Return the node (index in the element) and degree of freedom of each matrix row.
 
-    The first line lists those of the first node; each that follows begins with the place of the
-    node from which on its list holds.
+    The first line lists the degrees of freedom of the first node. Each further line starts with the
+    index of the node from which its list applies.
     """
     refuse_beyond(10 * count)
     lists: dict[int, list[int]] = {}

@@ -87,7 +87,7 @@ class Balance:
         return self.by_motion(answers, self.joints.flat.T @ change)
 
     def by_motion(self, answers: list[HarmonicForces], motion: Floats) -> Floats:
-        """Return the same change for a change of the joint motions (coordinates, size)."""
+        """Return the change of joint forces for a change of joint motions (coordinates, size)."""
         size = self.basis.size
         moved = -self.joints.stuck[:, None] * motion
         for part, answer in zip(self.joints.parts, answers, strict=True):
@@ -154,7 +154,7 @@ class ModeResidual(NamedTuple):
     merit: float
     answers: list[HarmonicForces]
     by_q: Floats
-    """Derivatives of the amplitude's equation."""
+    """Derivatives of the amplitude equation by the coefficients q."""
     by_omega: float
 
 
@@ -282,7 +282,7 @@ class Elimination(NamedTuple):
     columns: Floats
     """Forces of the borders, (modes, size, borders)."""
     turned: Floats
-    """Equations of the borders times the compliance, (borders, modes * size)."""
+    """Rows of the border equations multiplied by the compliance, (borders, modes * size)."""
     blocks: list[Floats]
     rows: list[slice]
     factors: _Factors

@@ -77,11 +77,11 @@ class Stretch(NamedTuple):
 
     name: str
     lower: bool
-    """Whether it lies below in its laps."""
+    """Whether the part is the lower one in its laps."""
     free: tuple[tuple[float, float, bool, bool], ...]
     """Start [m], end [m], and whether a lap is at the start and at the end."""
     rise: float = 0.0
-    """Height of its middle above its ends [m]."""
+    """Height of the middle of the part above its ends [m]."""
 
 
 def beam_mesh(

@@ -36,7 +36,7 @@ _ALONG = np.array([1.0, 0.0, 0.0])
 
 
 class Drawing:
-    """Row of parts with at least one lap between them."""
+    """Row of parts with at least one lap, base class of the drawings."""
 
     length: float
     width: float

@@ -130,7 +130,7 @@ class FrequencyResponse(LockedArrays):
 
 
 def response_columns(responses: Sequence[FrequencyResponse]) -> dict[str, tuple[str, Floats]]:
-    """Return the columns of a table of responses of one quantity, with units."""
+    """Return the columns of a table of frequency responses, with units."""
     value = np.concatenate([r.value for r in responses])
     unit = responses[0].unit
     return {
@@ -214,7 +214,7 @@ class ForcedResponse(ModalAnswer, PlottableAtSensor):
     harmonics: tuple[int, ...]
     """Orders of the harmonics; 0 is the mean."""
     asked: NDArray[np.bool_]
-    """Whether each point is at a requested frequency."""
+    """True for points at a requested frequency."""
     stable: NDArray[np.bool_]
     """Whether each motion is stable; motions between turning points of the path are unstable.
 

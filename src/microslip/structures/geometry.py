@@ -49,7 +49,7 @@ class GeometryAttachment:
     columns: Floats
     """Directions of the forms (degrees of freedom, forms)."""
     coordinates: Floats
-    """P, (degrees of freedom, coordinates)."""
+    """Projection of displacements on the coordinates, (degrees of freedom, coordinates)."""
     reach: Floats | None
     """Largest magnitude of each coordinate in the range of the potential."""
     rest: Floats | None = None
@@ -232,7 +232,7 @@ def _powers(forms: Floats, order: int) -> Floats:
 
 
 def _as_powers(tensor: Floats, forms: Floats, order: int) -> Floats:
-    """Return the factors of the powers of directions that add up to a tensor."""
+    """Return coefficients with which powers of directions add up to a tensor."""
     return np.asarray(np.linalg.lstsq(_powers(forms, order).T, tensor.reshape(-1))[0])
 
 

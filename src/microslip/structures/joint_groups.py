@@ -66,7 +66,7 @@ class LawGroup:
     def __init__(self, law: BackboneLaw, directions: Floats, static: Floats) -> None:
         self.law = law
         self.directions = directions[:, :, None]
-        """(degrees of freedom, joints, coordinates)."""
+        """Directions of the joints, shape (degrees of freedom, joints, coordinates)."""
         self.static = static
         self._loaded = law.backbone(static)
         self.stuck = np.full((static.size, 1), law.tangential_stiffness)
@@ -210,7 +210,7 @@ class FieldGroup:
     def by_coordinate(
         self, motion: Floats, force: Floats, load: Floats, tangent: Floats
     ) -> HarmonicForces:
-        """Return forces beyond those at rest, from tangential and normal forces (nodes, size).
+        """Return forces minus those at rest, from tangential and normal forces (nodes, size).
 
         ``motion`` is (nodes, 3, size), ``tangent`` (nodes, 2, 2, size, size).
         """

@@ -258,7 +258,7 @@ class Resonant(NamedTuple):
     peak: Floats
     """Amplitude and frequency [Hz] of each peak, (samples, 2); beyond a curve its end."""
     beyond: NDArray[np.bool_]
-    """Peaks beyond the end of the curves, whose amplitude is larger than the given one."""
+    """True for peaks beyond the end of the curve, with a larger amplitude than its last one."""
     amplitude: Floats
     """Largest stable amplitude at each frequency, (samples, frequencies)."""
 

@@ -75,7 +75,7 @@ class ModalJoints:
         self.flat = np.concatenate(
             [d.reshape(modes, -1) for d in self.directions] or [np.zeros((modes, 0))], axis=1
         )
-        """All side by side, (modes, coordinates)."""
+        """Directions of all groups side by side, (modes, coordinates)."""
         self.stuck = np.concatenate([g.stuck.reshape(-1) for g in self.groups] or [np.zeros(0)])
 
     @cached_property
@@ -208,7 +208,7 @@ def _answers(stiffness: Any, mass: Any, columns: Floats) -> Floats:
 
 
 class Answer(LockedArrays):
-    """Motion that a solver followed, completely or in part."""
+    """Motion computed by a solver, complete or stopped early."""
 
     message: str
 

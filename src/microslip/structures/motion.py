@@ -34,9 +34,9 @@ class Motion(Answer, PlottableAtSensor):
     time: Floats
     """Times [s]; fewer than requested if the method stopped."""
     displacement: Floats
-    """(times, n) [m]."""
+    """Displacements (times, n) [m]."""
     velocity: Floats
-    """(times, n) [m/s]."""
+    """Velocities (times, n) [m/s]."""
     joint_motion: Floats
     """Relative motions of the joints, (times, coordinates) [m]."""
     joint_force: Floats
@@ -225,9 +225,9 @@ class March(NamedTuple):
     motion: Floats
     """Motion of the joints, (times, coordinates) [m]."""
     pull: Floats
-    """Forces of the joints [N]."""
+    """Forces of the joints, (times, coordinates) [N]."""
     lost: Floats
-    """(times, joints) [J]."""
+    """Dissipated energies (times, joints) [J]."""
     stuck: Floats
     """Stiffnesses of sticking joints [N/m]."""
     message: str

@@ -42,7 +42,7 @@ class HarmonicBasis:
     """Harmonics of a motion, and its number of samples per period."""
 
     harmonics: tuple[int, ...]
-    """Rising; 0, the mean, is always among them."""
+    """Orders of the harmonics, increasing; always includes 0, the mean."""
     samples: int
 
     @property
@@ -92,9 +92,9 @@ class HarmonicForces(NamedTuple):
     """Fourier coefficients of forces, and their derivatives by those of the displacements."""
 
     force: Floats
-    """(joints, coordinates, size)."""
+    """Fourier coefficients of the forces, (joints, coordinates, size)."""
     jacobian: Floats
-    """(joints, coordinates, size, coordinates, size)."""
+    """Derivatives of the forces, (joints, coordinates, size, coordinates, size)."""
 
     def beyond(self, stuck: Floats) -> Floats:
         """Return the Jacobian minus that of sticking joints."""

@@ -80,13 +80,13 @@ class QuasiStaticPoint(NamedTuple):
     square: float
     """Lambda, the square of the angular frequency [rad^2/s^2]."""
     shape: Floats
-    """Half of the motion from one turning point to the other, in modal coordinates."""
+    """Half of the motion between the turning points, in modal coordinates."""
     loss: Floats
-    """Energy per cycle and joint [J], all groups in a row."""
+    """Energy dissipated per cycle in each joint [J], for all groups."""
 
 
 class _BranchLost(Exception):
-    """No equilibrium was found near the last one."""
+    """Raised if no equilibrium is found near the previous one."""
 
 
 class QuasiStatic:

@@ -46,7 +46,7 @@ _ENOUGH = 1e-4
 _LEAST = 1e-3  # of the mode that moves most: modes that move less do not feel their joints
 _X, _W = np.polynomial.laguerre.laggauss(_NODES)
 _AMPLITUDES = np.sqrt(2.0 * _X)
-"""Amplitudes of a motion whose standard deviation is one; with the weights, means over them."""
+"""Quadrature nodes and weights for means over Rayleigh amplitudes of unit standard deviation."""
 
 OUTSIDE = Rule(
     "joint motion beyond its strongest mode",
@@ -108,7 +108,7 @@ class RandomResponse(ModalAnswer):
     message: str
     """Outcome: solved, or where and why the solver stopped."""
     verdicts: tuple[Verdict, ...]
-    """Whether joints are moved by one mode each, and slip partly."""
+    """Verdicts on the assumptions that one mode moves each joint and that joints slip partly."""
     _shapes: Floats
     _carried: Floats
     _variances: Variances

@@ -19,11 +19,11 @@ class Points(NamedTuple):
 
     cells: Indices
     values: Floats
-    """Shape functions by points, (points, functions of a cell)."""
+    """Shape functions at the points, (points, functions of a cell)."""
     places: Floats
     """Positions of the points, or of the nearest points of their cells [m]."""
     distances: Floats
-    """Distances of the requested positions from them [m]."""
+    """Distances between the requested positions and ``places`` [m]."""
 
     def at(self, index: Any) -> Points:
         """Return some of the points."""
@@ -218,7 +218,7 @@ class Elements:
 
     @cached_property
     def grounded(self) -> Indices:
-        """Displacements of fixed corners, and of the edges between two of them."""
+        """Scalar degrees of freedom of fixed corners, and of edges between two fixed corners."""
         corners = np.zeros(len(self.mesh.points), dtype=bool)
         corners[self.mesh.ground] = True
         edges = self._on_edges[corners[np.asarray(self._grid.edges)].all(axis=0)]

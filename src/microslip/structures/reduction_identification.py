@@ -99,7 +99,7 @@ class ModalIdentification(LockedArrays):
     correlation: Floats
     """Correlations of the parameters in the order of ``values`` [-]."""
     scatter: Floats
-    """Standard deviations in the same order [-], of the logarithm of all but the form."""
+    """Standard deviations in the order of ``values`` [-]; of the logarithm except for the form."""
     misfit: float
     """Square root of chi square per degree of freedom [-]."""
     linear_frequencies: Floats

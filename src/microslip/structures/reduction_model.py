@@ -39,7 +39,7 @@ class Surface(NamedTuple):
     points: NDArray[np.float32]
     facets: NDArray[np.int32]
     motion: NDArray[np.float32]
-    """(points, 3, degrees of freedom)."""
+    """Displacements of the points per degree of freedom, (points, 3, degrees of freedom)."""
 
 
 @dataclass(frozen=True, eq=False)

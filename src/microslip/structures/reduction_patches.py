@@ -41,9 +41,9 @@ class Patches(NamedTuple):
     samples: Samples
     areas: Floats
     boxes: Floats
-    """x from, x to, y from, y to of each, in its contact's frame [m]."""
+    """Extent of each patch in the frame of its contact: x from, x to, y from, y to [m]."""
     contacts: Indices
-    """Contact to which each belongs."""
+    """Index of the contact of each patch."""
     functionals: Any
     """Sparse, (3 patches, displacements): along, across, opening."""
     left_out: float

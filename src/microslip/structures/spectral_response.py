@@ -29,9 +29,9 @@ class Spectrum:
     """One-sided power spectral density of an acceleration, linear between its points."""
 
     frequency: Floats
-    """[Hz]"""
+    """Frequencies [Hz]."""
     density: Floats
-    """[(m/s^2)^2/Hz]"""
+    """One-sided spectral densities [(m/s^2)^2/Hz]."""
 
     @classmethod
     def of(cls, psd: Any) -> Spectrum:
@@ -72,7 +72,7 @@ class Variances(NamedTuple):
     joints: Floats
     """Variances of the joints' motions (coordinates,) [m^2]."""
     joint_rates: Floats
-    """Variances of their velocities [m^2/s^2]."""
+    """Variances of the joint velocities [m^2/s^2]."""
     outside: Floats
     """Fraction of each joint's velocity variance beyond the band of its strongest mode [-]."""
 
@@ -83,7 +83,7 @@ class LinearStructure:
 
     squares: Floats
     damping: Floats
-    """(modes, modes) [1/s]"""
+    """Modal damping matrix (modes, modes) [1/s]."""
     directions: Floats
     """Directions of the joints (modes, coordinates)."""
     push: Floats

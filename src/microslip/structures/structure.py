@@ -53,7 +53,7 @@ _Result = TypeVar("_Result")
 def _of_rest(
     method: Callable[Concatenate[Preload, _P], _Result],
 ) -> Callable[Concatenate[Structure, _P], _Result]:
-    """Make a method of the state of rest without static forces a method of the structure."""
+    """Return a method of :class:`Structure` that calls that of its state without static forces."""
 
     @wraps(method)
     def of_structure(structure: Structure, /, *args: _P.args, **options: _P.kwargs) -> _Result:

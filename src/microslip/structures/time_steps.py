@@ -113,7 +113,7 @@ class TimeSteps:
         return False
 
     def place(self, q: Floats) -> None:
-        """Load the joints along a straight path from rest."""
+        """Set the joints to a static motion, along a straight path from rest."""
         motion = self._directions.T @ q
         self.commit(motion, self.try_joints(motion)[0])
 
@@ -155,7 +155,7 @@ class TimeSteps:
 
 
 def are_exact(model: ModalModel, joints: ModalJoints) -> bool:
-    """Return whether all joints are laws along directions, and no damping couples modes."""
+    """Return whether exact integration applies: laws along directions and modal damping only."""
     damping = np.zeros((1, 1)) if model.damping is None else np.asarray(model.damping)
     coupling = np.abs(damping - np.diag(np.diag(damping))).max(initial=0.0)
     laws = all(isinstance(group, LawGroup) for group in joints.groups)

@@ -134,8 +134,12 @@ def run(names: list[str], again: bool) -> dict[str, Any]:
         begun = time.perf_counter()
         try:
             bands = predict(name)
-        except FileNotFoundError as error:
-            print(f"{name}: kept, it needs {error.filename or error}", flush=True)
+        except OSError as error:
+            # SciPy wraps the error of a file that is not there in one of its own.
+            missing = error if isinstance(error, FileNotFoundError) else error.__cause__
+            if not isinstance(missing, FileNotFoundError):
+                raise
+            print(f"{name}: kept, it needs {missing.filename or missing}", flush=True)
             continue
         results[name] = {
             "version": ms.__version__,

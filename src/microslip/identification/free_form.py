@@ -154,7 +154,7 @@ class FreeForm:
 
     def _solve(self) -> None:
         h = self.design.T @ self.measured
-        g = minimum(self.cone, h)
+        g = minimum(self.cone, h, np.append(self.k > 0.0, np.zeros(self.extra, dtype=bool)))
         for _ in range(2):
             # Against the rounding of the Gram matrix: the same about the residual of the rows.
             h = self.cone.gram @ g + self.design.T @ (self.measured - self.design @ g)

@@ -282,6 +282,21 @@ def test_a_cause_is_named(cause: str) -> None:
     assert (found.even > 0.5) == (cause != "a viscous force")
 
 
+@pytest.mark.parametrize("gap", [5e-9, 4e-8])
+def test_lost_motion_is_named(gap: float) -> None:
+    """The joint follows the displacement through a play of a half width."""
+
+    def with_play(angle: Floats, u: Floats, force: Floats) -> tuple[Floats, Floats]:
+        joint, moved = 0.0, np.empty(u.size)
+        for i, x in enumerate(u):
+            joint = moved[i] = min(max(joint, x - gap), x + gap)
+        return u, np.asarray(JOINT.force(moved))
+
+    found = ms.identify(record(JOINT, 1e-6, 5, change=with_play, noise=0.001)).masing
+    assert found.cause == "lost motion at reversals"
+    assert found.odd > 0.9
+
+
 def test_another_cause_is_detected_and_not_named() -> None:
     """A force that falls once a cycle by a step is none of the signatures."""
 

@@ -438,6 +438,8 @@ class Identification(Locked, Plottable):
         """Stiffness of the rig [N/m]: as it was given, or the lower bound that loops give."""
         if self.rig_stiffness is not None:
             value, error = self.rig_stiffness
+            if math.isinf(value):
+                return Estimate(value, value, value)
             return Estimate(*widened(value, value, value, [error]))
         return Estimate(math.nan, self.stiffness.low, math.inf)
 

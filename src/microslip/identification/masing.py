@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import block_diag
 from scipy.special import chdtri
 
 from microslip._core import kernels
@@ -14,6 +16,7 @@ from microslip._core.checks import Floats
 from microslip._core.frozen import Locked
 from microslip._core.units import significant
 from microslip.identification.free_form import FreeForm
+from microslip.identification.loads import backbone_of
 from microslip.identification.nonnegative import cone_of, minimum
 from microslip.identification.rows import Rows
 from microslip.laboratory.motion import phase_derivative
@@ -23,6 +26,9 @@ NAMED = 0.9
 UNDETERMINED = "not determined"
 _TIE = 12.0
 """Difference of sums of squares below which two signatures explain the misfit alike."""
+_ROUNDS, _LESS = 4, 0.9
+"""Most rounds in which a signature is computed from the density fitted beside it, and the sum of
+squares over that of the round before above which they end."""
 _TAIL = 0.005
 """Probability on each side of the interval of chi-squared."""
 
@@ -69,7 +75,7 @@ class Masing(Locked):
         if self.cause == UNDETERMINED:
             return f"{words}; detected, cause not determined"
         explained = max(self.removed.values())
-        return f"{words}; {self.cause} explains {explained:.0%} of it"
+        return f"{words}; {explained:.0%} of it is explained by {self.cause}"
 
 
 def _centred(values: Floats) -> Floats:
@@ -85,12 +91,12 @@ def _moved(fit: FreeForm, rows: Rows, moves: Floats) -> Floats:
     return rows.sums(rise[:, None])[:, 0]
 
 
-def _delay(fit: FreeForm, rows: Rows) -> Floats:
+def _delay(fit: FreeForm, rows: Rows, size: float) -> Floats:
     turned = phase_derivative(rows.folded.coefficients, rows.folded.harmonics)
     return _moved(fit, rows, turned @ rows.cycle.basis)[:, None]
 
 
-def _clearance(fit: FreeForm, rows: Rows) -> Floats:
+def _clearance(fit: FreeForm, rows: Rows, size: float) -> Floats:
     cycle = rows.cycle
     y = fit.y + fit.shifts[fit.level[rows.load]]
     reach = np.maximum(y, 0.0)
@@ -100,22 +106,34 @@ def _clearance(fit: FreeForm, rows: Rows) -> Floats:
     return _moved(fit, rows, -np.sign(force[:, 0]))[:, None]
 
 
-def _lost_motion(fit: FreeForm, rows: Rows) -> Floats:
-    y = fit.y + fit.shifts[fit.level[rows.load]]
-    rise = -rows.stiffness(y, fit.k) * rows.cycle.sign
-    return rows.sums(rise[:, None])
+def _lost_motion(fit: FreeForm, rows: Rows, size: float) -> Floats:
+    """Return the change of the force by a lost motion of a size [m], over it.
+
+    After a reversal the joint stands still over this distance, and then lags by it.
+    """
+    y, cycle = fit.y + fit.shifts[fit.level[rows.load]], rows.cycle
+    rise = -rows.stiffness(y, fit.k)
+    if size > 0.0:
+        y, lagging = np.maximum(y, 0.0), np.maximum(cycle.half - size, 0.0)
+        rise = backbone_of(y, fit.k, lagging) - backbone_of(y, fit.k, cycle.half)
+        rise /= size
+    return rows.sums((rise * cycle.sign)[:, None])
 
 
-def _twice(fit: FreeForm, rows: Rows) -> Floats:
+def _twice(fit: FreeForm, rows: Rows, size: float) -> Floats:
     force, phase = _centred(rows.folded.force), rows.folded.phase
     return np.column_stack((force * np.cos(2.0 * phase), force * np.sin(2.0 * phase)))
 
 
-def _of(shape: Callable[[Rows], Floats]) -> Callable[[FreeForm, Rows], Floats]:
-    return lambda fit, rows: np.asarray(shape(rows))[:, None]
+Signature = Callable[[FreeForm, Rows, float], Floats]
+"""Columns of a fit and a record, about a size that was found before."""
 
 
-SIGNATURES: Mapping[str, Callable[[FreeForm, Rows], Floats]] = {
+def _of(shape: Callable[[Rows], Floats]) -> Signature:
+    return lambda fit, rows, size: np.asarray(shape(rows))[:, None]
+
+
+SIGNATURES: Mapping[str, Signature] = {
     "a delay of the force": _delay,
     "a viscous force": _of(lambda r: r.folded.displacement(r.folded.phase, 1)),
     "inertia": _of(lambda r: r.folded.displacement(r.folded.phase, 2)),
@@ -132,30 +150,39 @@ SIGNATURES: Mapping[str, Callable[[FreeForm, Rows], Floats]] = {
 """Changes of the force in the bins of a record by causes that break Masing's rules."""
 
 
-def _with_columns(fit: FreeForm, signature: Callable[[FreeForm, Rows], Floats]) -> float:
-    """Return the sum of squares after fitting the amplitude of a signature in each record."""
-    blocks = []
-    for number, rows in enumerate(fit.rows):
-        columns = rows.whitened(signature(fit, rows))
-        row = [
-            columns if other == number else np.zeros((columns.shape[0], columns.shape[1]))
-            for other in range(len(fit.rows))
+def _with_columns(fit: FreeForm, signature: Signature) -> float:
+    """Return the sum of squares after fitting the size of a signature in each record.
+
+    A fit that lacks the signature has a distorted density, and some signatures follow from the
+    density and from their size: these are computed again from what was fitted beside them.
+    """
+    current, least, sizes = fit, math.inf, [0.0] * len(fit.rows)
+    for _ in range(_ROUNDS):
+        parts = [
+            rows.whitened(signature(current, rows, size))
+            for rows, size in zip(fit.rows, sizes, strict=True)
         ]
-        blocks.append(np.hstack(row))
-    extra = np.vstack(blocks)
-    norm = np.linalg.norm(extra, axis=0)
-    extra = extra[:, norm > 0.0] / norm[norm > 0.0]
-    design = np.hstack((fit.design, extra))
-    free = np.append(fit.free, np.ones(extra.shape[1], dtype=bool))
-    gram = design.T @ design
-    empty = np.diag(gram) == 0.0
-    gram[empty, empty] = 1.0
-    cone = cone_of(gram, free)
-    start = np.append(fit.g, np.zeros(extra.shape[1]))
-    h = cone.gram @ start + design.T @ fit.residual
-    g = minimum(cone, h, start > 0.0)
-    rest = fit.measured - design @ g
-    return float(rest @ rest)
+        extra = block_diag(*parts)
+        norm = np.linalg.norm(extra, axis=0)
+        extra /= np.where(norm > 0.0, norm, 1.0)
+        design = np.hstack((fit.design, extra))
+        free = np.append(fit.free, np.ones(extra.shape[1], dtype=bool))
+        gram = design.T @ design
+        empty = np.diag(gram) == 0.0
+        gram[empty, empty] = 1.0
+        cone = cone_of(gram, free)
+        start = np.append(fit.g, np.zeros(extra.shape[1]))
+        h = cone.gram @ start + design.T @ fit.residual
+        g = minimum(cone, h, start > 0.0)
+        rest = fit.measured - design @ g
+        before, least = least, min(least, float(rest @ rest))
+        if least > _LESS * before:
+            break
+        current = copy(fit)
+        current.k = g[: fit.y.size] / fit.scale[: fit.y.size]
+        found = g[fit.g.size :] / np.where(norm > 0.0, norm, math.inf)
+        sizes = [float(one[0]) for one in np.split(found, len(fit.rows))]
+    return least
 
 
 def _even(fits: Sequence[FreeForm]) -> float:

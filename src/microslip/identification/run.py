@@ -196,6 +196,9 @@ def _check_rig(result: Identification) -> Identification:
     if result.rig_stiffness is None:
         return result
     rig, error = result.rig_stiffness
+    fit = result.fits[0]
+    if float(fit.k @ (fit.thresholds() > 0.0)) <= rig + 3.0 * error:
+        return result  # the lower end is below this, and needs a calibration
     both = replace(result, rig_stiffness=None).stiffness.low
     if both > rig + 3.0 * error:
         raise InputError(

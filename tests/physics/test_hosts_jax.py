@@ -60,3 +60,65 @@ def test_numbers_of_32_bits_are_refused(joint):
             joint.dissipated_energy(POINT, 1e-7)
     finally:
         jax.config.update("jax_enable_x64", True)
+
+
+def test_second_derivatives_are_refused(joint):
+    with pytest.raises(ms.InputError, match="first derivatives only"):
+        jax.hessian(lambda a: joint.dissipated_energy(POINT, a))(3e-7)
+
+
+def test_a_batch_is_one_call(joint, monkeypatch):
+    """One callback for all rows, and no derivatives by parameters where none move."""
+    from microslip.export.hosts import jax as host
+
+    calls = []
+    callback = host.jax.pure_callback
+
+    def counted(function, *arguments, **options):
+        def count(*given):
+            calls.append(given)
+            return function(*given)
+
+        return callback(count, *arguments, **options)
+
+    monkeypatch.setattr(host.jax, "pure_callback", counted)
+    rows = jax.jit(jax.vmap(lambda c: joint.harmonics(POINT, c, (0, 1, 3))))(
+        np.stack([C, 2.0 * C, -C])
+    )
+    assert len(calls) == 1
+    np.testing.assert_allclose(rows[1], make(**POINT).harmonics(2.0 * C, (0, 1, 3)).force)
+    monkeypatch.setattr(ms.Interface, "parameter_derivatives", None)
+    by = jax.jacobian(lambda c: joint.harmonics(POINT, c, (0, 1, 3)))(C)
+    np.testing.assert_allclose(by, make(**POINT).harmonics(C, (0, 1, 3)).jacobian, rtol=1e-12)
+
+
+@pytest.mark.parametrize("varies", [False, True])
+def test_fields_have_their_jacobians(joint, varies):
+    from microslip.export.hosts.jax import DifferentiableField
+
+    nodes = ms.JointField(make(**POINT).surface, 0.4, areas=[1e-5, 2e-5], loads=[100.0, 300.0])
+    field = DifferentiableField(nodes)
+    x = np.stack([C, -0.7 * C])
+    d = 0.2 * np.roll(x, 1, axis=1)
+    d[:, 0] = nodes.separations
+    given = (x, d) if varies else (x,)
+
+    def both(*motion):
+        found = field.harmonics(*motion, harmonics=(0, 1, 3))
+        return jax.numpy.stack(found if varies else [found])
+
+    exact = nodes.harmonics(x, (0, 1, 3), separations=d if varies else None)
+    value = jax.jit(both)(*given)
+    np.testing.assert_allclose(value[0], exact.force, rtol=1e-12)
+    by = jax.jacobian(both, argnums=tuple(range(len(given))))(*given)
+    for k, part in enumerate(by):
+        for i in range(2):
+            block = exact.jacobian[:, :, k] if varies else exact.jacobian[:, None]
+            np.testing.assert_allclose(
+                part[:, i, :, i], block[i], rtol=1e-12, atol=1e-12 * np.abs(block).max()
+            )
+            np.testing.assert_array_equal(part[:, i, :, 1 - i], 0.0)
+    if varies:
+        np.testing.assert_allclose(value[1], exact.load, rtol=1e-12)
+    rows = jax.vmap(lambda c: field.harmonics(c, harmonics=(0, 1, 3)))(np.stack([x, 2.0 * x]))
+    np.testing.assert_allclose(rows[1], nodes.harmonics(2.0 * x, (0, 1, 3)).force, rtol=1e-12)

@@ -1,12 +1,14 @@
-"""Forces, harmonics and energies of a law with derivatives, for JAX and PyTorch.
+"""Forces, harmonics and energies of a law or a field with derivatives, for JAX and PyTorch.
 
 Derivatives by displacements are the tangents of the branches; derivatives by parameters come from
-:meth:`microslip.BackboneLaw.parameter_derivatives`.
+:meth:`microslip.BackboneLaw.parameter_derivatives`. Without names of parameters their derivatives
+are not computed.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -14,11 +16,16 @@ from numpy.typing import NDArray
 
 from microslip._core import kernels
 from microslip._core.checks import Floats
-from microslip.friction import BackboneLaw
+from microslip.friction import BackboneLaw, JointField
 from microslip.friction.memory import Memory
 
 Derivatives = tuple[Floats, Floats, Floats]
 """Value, its derivatives by parameters, and its derivatives by displacements, along last axes."""
+
+FIRST_ONLY = "joints of microslip have first derivatives only; use {} to stop second derivatives"
+"""Message for second derivatives, with the function of the host that stops them."""
+
+_LAWS_KEPT = 16  # laws of the last parameters, which a solver uses again and again
 
 Quantity = Callable[[BackboneLaw, Floats, list[str]], Derivatives]
 """Function of a law, displacements [m] and parameter names that returns an :data:`Derivatives`."""
@@ -26,7 +33,7 @@ Quantity = Callable[[BackboneLaw, Floats, list[str]], Derivatives]
 
 def force(law: BackboneLaw, x: Floats, names: list[str]) -> Derivatives:
     """Forces [N] along a displacement history from rest."""
-    by = law.parameter_derivatives("force", x, names)
+    by = law.parameter_derivatives("force", x, names) if names else {}
     tree = Memory().tree(x)
     parent: NDArray[np.int64] = tree.parent
     changes = np.eye(x.size)
@@ -41,7 +48,7 @@ def settled_force(numbers: tuple[int, ...], rest: Any) -> Quantity:
     options: dict[str, Any] = {"harmonics": numbers, "rest": rest}
 
     def evaluate(law: BackboneLaw, c: Floats, names: list[str]) -> Derivatives:
-        by = law.parameter_derivatives("harmonics", c, names, **options)
+        by = law.parameter_derivatives("harmonics", c, names, **options) if names else {}
         response, jacobian = law.harmonics(c, **options)
         return response, _columns(by, names, c.shape), jacobian
 
@@ -50,22 +57,29 @@ def settled_force(numbers: tuple[int, ...], rest: Any) -> Quantity:
 
 def dissipated_energy(law: BackboneLaw, a: Floats, names: list[str]) -> Derivatives:
     """Energy of a closed cycle [J] at one amplitude [m]."""
-    by = law.parameter_derivatives("dissipated_energy", a, names)
+    by = law.parameter_derivatives("dissipated_energy", a, names) if names else {}
     slope = law._energy_slope(a.reshape(1)).reshape(())
     return np.asarray(law.dissipated_energy(a)), _columns(by, names, ()), slope
 
 
-def evaluated_in_numpy(
-    make: Callable[..., BackboneLaw], quantity: Quantity, names: list[str], values: Any, place: Any
-) -> Derivatives:
-    """Evaluate a quantity of the law for parameter values."""
-    law = make(**dict(zip(names, np.asarray(values, dtype=float).tolist(), strict=True)))
-    result, by_parameter, by_place = quantity(law, np.array(place, dtype=float), names)
-    return tuple(np.asarray(part, dtype=float) for part in (result, by_parameter, by_place))  # type: ignore[return-value]
+def field_harmonics(
+    field: JointField, numbers: tuple[int, ...], rest: Any, motion: Floats
+) -> tuple[Floats, Floats]:
+    """Settled coefficients [N] of nodes for a motion, (nodes, 1 or 2, coefficients), and slopes.
+
+    The second row of the motion are coefficients of the separations, and of the result those of the
+    loads. Slopes are the derivatives [N/m] as in :meth:`microslip.JointField.harmonics`.
+    """
+    if motion.shape[-2] == 1:
+        found = field.harmonics(motion[:, 0], numbers, rest=rest)
+        return found.force[:, None], found.jacobian[:, None, None]
+    found = field.harmonics(motion[:, 0], numbers, separations=motion[:, 1], rest=rest)
+    return np.stack([found.force, np.asarray(found.load)], axis=1), found.jacobian
 
 
 def _columns(by: Mapping[str, Any], names: list[str], shape: tuple[int, ...]) -> Floats:
-    return np.stack([np.asarray(by[name]).reshape(shape) for name in names], axis=-1)
+    columns = [np.asarray(by[name]).reshape(shape) for name in names]
+    return np.stack(columns, axis=-1) if columns else np.zeros((*shape, 0))
 
 
 class DifferentiableLaw:
@@ -80,12 +94,21 @@ class DifferentiableLaw:
 
     Notes
     -----
-    The first argument of each function is a mapping of parameters. Calls are not batched: ``vmap``
-    evaluates them one after the other.
+    The first argument of each function is a mapping of parameters. The laws of the last parameters
+    are kept, so that calls with the same parameters do not make them again.
     """
 
     def __init__(self, make: Callable[..., BackboneLaw]) -> None:
         self.make = make
+        self._law = lru_cache(_LAWS_KEPT)(lambda items: make(**dict(items)))
+
+    def _evaluated(
+        self, quantity: Quantity, names: list[str], values: Any, place: Any, by_parameters: bool
+    ) -> Derivatives:
+        """Evaluate a quantity of the law for parameter values."""
+        law = self._law(tuple(zip(names, np.asarray(values, dtype=float).tolist(), strict=True)))
+        parts = quantity(law, np.array(place, dtype=float), names if by_parameters else [])
+        return tuple(np.asarray(part, dtype=float) for part in parts)  # type: ignore[return-value]
 
     def force(self, parameters: Mapping[str, Any], displacement: Any) -> Any:
         """Forces [N] along a one-dimensional displacement history [m] from rest.

@@ -1,55 +1,153 @@
-"""Joints in JAX: forces, harmonics and energies with exact derivatives under jit, grad and vmap.
+"""Joints and fields in JAX, with exact derivatives under jit, grad and vmap.
 
-JAX calls the compiled kernel through ``pure_callback``.
+JAX calls the compiled kernel through ``pure_callback``, once per batch under ``vmap``. Only first
+derivatives exist; second derivatives raise an error.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
+from jax.custom_derivatives import SymbolicZero
 
 from microslip._core.errors import InputError
-from microslip.export.hosts.differentiable import DifferentiableLaw, Quantity, evaluated_in_numpy
+from microslip.export.hosts.differentiable import (
+    FIRST_ONLY,
+    DifferentiableLaw,
+    Quantity,
+    field_harmonics,
+)
+from microslip.friction import JointField
+
+
+def _called(
+    answer: Callable[..., tuple[Any, ...]],
+    shapes: list[tuple[int, ...]],
+    apply: Callable[[Any, Any], Any],
+    *arguments: Any,
+) -> Any:
+    """Call a function of NumPy from JAX.
+
+    ``answer(row, wanted)`` returns the value and a derivative by each argument, of which those
+    without a flag in ``wanted`` are not used; ``shapes`` are the shapes of all of them. ``apply``
+    multiplies a derivative by a tangent.
+    """
+    if not jax.config.jax_enable_x64:
+        raise InputError(
+            "JAX must use 64-bit numbers; write "
+            'jax.config.update("jax_enable_x64", True) before any other call of JAX'
+        )
+    dimensions = [jnp.ndim(argument) for argument in arguments]
+
+    def evaluate(wanted: tuple[bool, ...], *given: Any) -> Any:
+        kept = [0, *(1 + i for i, flag in enumerate(wanted) if flag)]
+
+        def rows(*arrays: Any) -> Any:
+            flat = [
+                np.asarray(array, dtype=float).reshape(-1, *np.shape(array)[np.ndim(array) - n :])
+                for array, n in zip(arrays, dimensions, strict=True)
+            ]
+            batch = np.shape(arrays[0])[: np.ndim(arrays[0]) - dimensions[0]]
+            found = [answer(row, wanted) for row in zip(*flat, strict=True)]
+            return tuple(
+                np.stack([parts[k] for parts in found]).reshape((*batch, *shapes[k])) for k in kept
+            )
+
+        kinds = tuple(jax.ShapeDtypeStruct(shapes[k], jnp.float64) for k in kept)
+        return jax.pure_callback(rows, kinds, *given, vmap_method="broadcast_all")
+
+    none = (False,) * len(arguments)
+
+    @jax.custom_jvp  # type: ignore[untyped-decorator]
+    def function(*given: Any) -> Any:
+        return evaluate(none, *given)[0]
+
+    def derivatives(wanted: tuple[bool, ...], *given: Any) -> Any:
+        @jax.custom_jvp  # type: ignore[untyped-decorator]
+        def once(*given: Any) -> Any:
+            return evaluate(wanted, *given)
+
+        @once.defjvp  # type: ignore[untyped-decorator]
+        def _(primals: Any, tangents: Any) -> Any:
+            raise InputError(FIRST_ONLY.format("jax.lax.stop_gradient"))
+
+        return once(*given)
+
+    @partial(function.defjvp, symbolic_zeros=True)
+    def _(primals: Any, tangents: Any) -> Any:
+        wanted = tuple(not isinstance(tangent, SymbolicZero) for tangent in tangents)
+        value, *slopes = derivatives(wanted, *primals)
+        moving = [tangent for tangent, flag in zip(tangents, wanted, strict=True) if flag]
+        along = jnp.zeros_like(value)
+        for slope, tangent in zip(slopes, moving, strict=True):
+            along += apply(slope, tangent)
+        return value, along
+
+    return function(*arguments)
+
+
+def _product(slope: Any, tangent: Any) -> Any:
+    return jnp.tensordot(slope, tangent, jnp.ndim(tangent))
+
+
+def _by_nodes(slope: Any, tangent: Any) -> Any:
+    return jnp.einsum("nabij,nbj->nai", slope, tangent)
 
 
 class DifferentiableJoint(DifferentiableLaw):
     """Law made from parameters, as functions of JAX, which must use 64-bit numbers."""
 
     def _call(self, quantity: Quantity, parameters: Mapping[str, Any], x: Any) -> Any:
-        if not jax.config.jax_enable_x64:
-            raise InputError(
-                "JAX must use 64-bit numbers; write "
-                'jax.config.update("jax_enable_x64", True) before any other call of JAX'
-            )
         names = sorted(parameters)
         values = jnp.stack([jnp.asarray(parameters[name], dtype=float) for name in names])
         place = jnp.asarray(x, dtype=float)
 
-        def evaluate(p: Any, at: Any, *, derivatives: bool) -> Any:
-            shapes = [at.shape, (*at.shape, len(names)), at.shape * 2]
-            kinds = tuple(jax.ShapeDtypeStruct(shape, jnp.float64) for shape in shapes)
+        def answer(row: Any, wanted: tuple[bool, ...]) -> Any:
+            return self._evaluated(quantity, names, row[0], row[1], wanted[0])
 
-            def answer(p: Any, at: Any) -> Any:
-                parts = evaluated_in_numpy(self.make, quantity, names, p, at)
-                return parts if derivatives else parts[0]
+        shapes = [place.shape, (*place.shape, len(names)), place.shape * 2]
+        return _called(answer, shapes, _product, values, place)
 
-            return jax.pure_callback(
-                answer, kinds if derivatives else kinds[0], p, at, vmap_method="sequential"
-            )
 
-        @jax.custom_jvp  # type: ignore[untyped-decorator]
-        def function(p: Any, at: Any) -> Any:
-            return evaluate(p, at, derivatives=False)
+class DifferentiableField:
+    """Field of contact nodes as functions of JAX, which must use 64-bit numbers.
 
-        @function.defjvp  # type: ignore[untyped-decorator]
-        def _(primals: Any, tangents: Any) -> Any:
-            p, at = primals
-            value, by_parameter, by_place = evaluate(p, at, derivatives=True)
-            moved, shifted = tangents
-            along = by_place * shifted if shifted.ndim == 0 else by_place @ shifted
-            return value, by_parameter @ moved + along
+    Parameters
+    ----------
+    field : JointField
+        The nodes. Derivatives are by the motion alone.
+    """
 
-        return function(values, place)
+    def __init__(self, field: JointField) -> None:
+        self.field = field
+
+    def harmonics(
+        self,
+        coefficients: Any,
+        separations: Any = None,
+        harmonics: tuple[int, ...] = (0, 1),
+        rest: Any = 0.0,
+    ) -> Any:
+        """Coefficients of the settled forces [N], shape (nodes, coefficients).
+
+        ``coefficients`` of the displacements [m] and ``separations`` [m] have the same shape, as in
+        :meth:`microslip.JointField.harmonics`. With separations a pair is returned: the
+        coefficients of the forces and those of the normal loads [N].
+        """
+        given = [jnp.asarray(coefficients, dtype=float)]
+        if separations is not None:
+            given.append(jnp.asarray(separations, dtype=float))
+        motion = jnp.stack(given, axis=1)
+        nodes, kinds, size = motion.shape
+
+        def answer(row: Any, wanted: tuple[bool, ...]) -> Any:
+            return field_harmonics(self.field, harmonics, rest, row[0])
+
+        shapes = [motion.shape, (nodes, kinds, kinds, size, size)]
+        found = _called(answer, shapes, _by_nodes, motion)
+        return found[:, 0] if separations is None else (found[:, 0], found[:, 1])

@@ -12,7 +12,7 @@ from typing import Any
 import torch
 
 from microslip._core.errors import InputError
-from microslip.export.hosts.differentiable import DifferentiableLaw, Quantity, evaluated_in_numpy
+from microslip.export.hosts.differentiable import FIRST_ONLY, DifferentiableLaw, Quantity
 
 _REAL = torch.float64
 
@@ -34,10 +34,7 @@ class _Gradients(torch.autograd.Function):  # type: ignore[misc]
 
     @staticmethod
     def backward(ctx: Any, *weights: Any) -> Any:
-        raise InputError(
-            "joints of microslip have first derivatives only; call detach() where second "
-            "derivatives are not needed"
-        )
+        raise InputError(FIRST_ONLY.format("detach()"))
 
 
 class _Evaluate(torch.autograd.Function):  # type: ignore[misc]
@@ -80,6 +77,6 @@ class DifferentiableJoint(DifferentiableLaw):
         )
 
         def evaluate(p: Any, at: Any) -> Any:
-            return evaluated_in_numpy(self.make, quantity, names, p, at)
+            return self._evaluated(quantity, names, p, at, True)
 
         return _Evaluate.apply(values, place, evaluate)[0]

@@ -98,6 +98,7 @@ class FieldState(Resumable):
     # codes of the moves; range of the curve.
     _trial: tuple[Floats, Integers, tuple[float, float]] | None
     _errors: Floats | None
+    _now: Floats  # rows: place, step, T/mu, N and -N' of the curve, committed
     # Range and kernel arguments of the curve at constant separations.
     _held: tuple[tuple[float, float], tuple[Any, ...]] | None
 
@@ -113,22 +114,21 @@ class FieldState(Resumable):
         self._begin, self._room = _ROWS * np.arange(size), np.full(size, _ROWS)
         self._used = _ROWS * size
         self._depth = np.zeros(size, dtype=np.int64)
-        # Rows: place, step, T/mu, N and -N' of the curve.
         self._now = np.zeros((5, size))
         self._now[3:] = nodes.curve.load(nodes.rests)
         self._loss = np.zeros(size) if energies else None
 
     @property
     def _place(self) -> Floats:
-        return self._now[0]
+        return np.asarray(self._now[0])
 
     @property
     def _step(self) -> Floats:
-        return self._now[1]
+        return np.asarray(self._now[1])
 
     @property
     def _value(self) -> Floats:
-        return self._now[2]
+        return np.asarray(self._now[2])
 
     @property
     def displacement(self) -> Floats:
@@ -148,7 +148,7 @@ class FieldState(Resumable):
     @property
     def normal_load(self) -> Floats:
         """Committed normal loads [N]."""
-        return self._nodes.scales * self._now[3]
+        return np.asarray(self._nodes.scales * self._now[3])
 
     @property
     def open_reversals(self) -> Integers:
@@ -251,8 +251,7 @@ class FieldState(Resumable):
             )  # fmt: skip
             if self._used >= 0:
                 break
-            kept = code >> 2
-            self._repack(kept, kept + (front > step))
+            self._repack(code >> 2, (code >> 2) + (front > step))
 
     # -- plain arrays -----------------------------------------------------------------------------
 
@@ -354,9 +353,9 @@ class FieldState(Resumable):
         old, self._begin = self._begin, np.cumsum(self._room) - self._room
         self._used = int(self._room.sum())
         room = self._used + self._used // 16 + _ROWS
-        rows, marks = np.empty((room, 3)), np.empty((room, 2))
-        kernels.compiled.field_move(kept, old, self._begin, self._rows, self._marks, rows, marks)
-        self._rows, self._marks = rows, marks
+        before = self._rows, self._marks
+        self._rows, self._marks = np.empty((room, 3)), np.empty((room, 2))
+        kernels.compiled.field_move(kept, old, self._begin, *before, self._rows, self._marks)
         self._depth = kept
 
     def _losses(self, place: Floats, step: Floats, code: Integers, reach: Any) -> Floats:

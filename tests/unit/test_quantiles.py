@@ -43,6 +43,17 @@ def test_scatter_keeps_its_own_quantiles_and_their_intervals() -> None:
     assert np.isfinite(half[1])
 
 
+def test_a_column_of_two_branches_is_not_interpolated_because_others_are_smooth() -> None:
+    some = scores(64, 5)
+    total = some @ [0.8, 0.6]
+    branches = np.where(np.sin(4.0 * total) > 0.3, 1.0, 0.0) + 0.01 * total
+    values = np.stack([3.0 * total, total, branches], axis=1)
+    middle, half = quantiles(some, values, scores(4096, 9), SHARES)
+    np.testing.assert_allclose(middle[:, 0], 3.0 * norm.ppf(SHARES), atol=0.05)
+    np.testing.assert_array_equal(middle[:, 2], np.quantile(branches, SHARES))
+    assert half[:, :2].max() < 0.2 < half[:, 2].max()
+
+
 def answers(z: np.ndarray) -> np.ndarray:
     """A rising answer, one with a fold and a product, and one that jumps."""
     step = np.where(z[..., 0] + 0.3 * z[..., 1] > 1.2, 0.7, 0.0) + 0.2 * z[..., 2]

@@ -6,7 +6,7 @@ from microslip._core.packages import MissingPackageError, needed_for
 
 
 def main() -> None:
-    """Run the command, or say in one line what it needs."""
+    """Run the command, or print in one line which package is missing."""
     try:
         with needed_for("the command microslip needs"):
             from microslip.cli import main as command

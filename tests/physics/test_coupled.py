@@ -713,8 +713,8 @@ TABLE = ms.Interface(
 BEYOND = "normal_load must be at most 3000 N, where the table begins, got "
 TINY = "normal_load must be between 1e-290 and 1e+40 [N], got 1e-300"
 UNENDING = (
-    "normal_load must stay above zero on this surface, whose heights have no end: at any "
-    "separation some summit touches; got 0"
+    "normal_load must stay above zero on this surface, whose heights are unbounded, so that "
+    "contact never ends; got 0"
 )
 
 
@@ -735,8 +735,8 @@ UNENDING = (
                 normal_load=1.0,
             ),
             [1.0, 2.0, 1e-9, 1e-12],
-            "normal_load must be one that a separation in double precision can tell from its "
-            "neighbours on this surface, not one as light as 1e-09 N at sample 2",
+            "normal_load must be large enough for separations in double precision on "
+            "this surface, got 1e-09 N at sample 2",
         ),
     ],
 )

@@ -2,8 +2,8 @@
 
 Numbers are in SI units. A quantity that carries a unit (pint, astropy, unyt) is converted to the
 unit of its argument, and refused where the dimension is another one or where the argument has no
-unit: it is never stripped. Values of xarray and pandas objects are taken in SI units, whatever
-their attributes say.
+unit: it is never stripped. Values of xarray and pandas objects are taken in SI units, even if
+their attributes name another unit.
 """
 
 from __future__ import annotations

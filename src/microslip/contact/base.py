@@ -202,10 +202,10 @@ class NormalLaw(Parametric, ABC):
         """Raise an InputError for loads at rest [N] outside the law."""
 
     def _tightened_by(self, shares: Floats) -> tuple[Floats, Floats] | None:
-        """Return lengths [-] and offsets [m] of places tightened by shares of the tightening load.
+        """Return lengths [-] and offsets [m] for places tightened to fractions of the load.
 
-        A place bears its share of the load of this law at (d - offset)/length. None for a law that
-        does not yield.
+        At separation d, such a place carries its fraction of the load of this law at
+        (d - offset)/length. None for a law that does not yield.
         """
         return None
 
@@ -279,7 +279,7 @@ class NormalLaw(Parametric, ABC):
         if places.min() < self._deepest:
             raise InputError(
                 f"`load` must be one that the surface can carry, got {exact(heaviest)} N, which "
-                "would press its summits by more than their radius"
+                "would indent its summits by more than their radius"
             )
         return plain(places.reshape(loads.shape), load)
 
@@ -367,7 +367,7 @@ class NormalLaw(Parametric, ABC):
         d = floats("separation", value, "m")
         if d.min() < self._deepest:
             raise InputError(
-                f"`separation` must be at least {self._deepest:g} [m], where summits are pressed "
+                f"`separation` must be at least {self._deepest:g} [m], where summits are indented "
                 f"by their radius, got {d.min():g}"
             )
         return np.minimum(d, LARGEST)  # where nothing has touched for long
@@ -433,8 +433,8 @@ class NormalLaw(Parametric, ABC):
         off = np.abs(self._derivative(d, 0) - loads) > 1e-9 * loads
         if off.any():
             raise InputError(
-                "`load` must be one that a separation in double precision can tell from its "
-                f"neighbours on this surface, not one as light as {exact(loads[off][0])} N"
+                "`load` must be large enough for separations in double precision on this "
+                f"surface, got {exact(loads[off][0])} N"
             )
 
     @classmethod

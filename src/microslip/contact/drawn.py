@@ -119,7 +119,7 @@ class DrawnFace(FaceLaw):
         check_pair(pair)
         if pair.hardness is None:
             raise InputError(
-                "`pair` must have a hardness [Pa], which decides how far the face yields; write "
+                "`pair` must have a hardness [Pa], which limits the pressure; write "
                 "Material(210e9, 0.3, hardness=2.4e9), and a very large one for an elastic face"
             )
         checked: dict[str, Any] = {
@@ -186,8 +186,7 @@ class DrawnFace(FaceLaw):
             raise InputError(
                 f"`tightening_pressure` must be at most {most:g} of the hardness "
                 f"{hardness:.4g} Pa, beyond which no face was solved, got "
-                f"{exact(self.tightening_pressure)} Pa; a larger area or a harder material bears "
-                "more"
+                f"{exact(self.tightening_pressure)} Pa; use a larger area or a harder material"
             )
         limit = table.PRESSURE * modulus * self.gradient
         if self.tightening_pressure > limit * (1.0 + 1e-9):

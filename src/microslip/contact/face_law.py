@@ -130,7 +130,7 @@ class FaceLaw(TabulatedNormalLaw):
         return TabulatedNormalLaw(self.pair, d, loads, tail="exponential")
 
     def _length_factors(self, shares: Floats) -> Floats | None:
-        """Length p/k of places tightened by shares of the tightening load, over that of the law."""
+        """Length p/k of places tightened to fractions of the load, relative to the law."""
         return None
 
     def _tightened_by(self, shares: Floats) -> tuple[Floats, Floats] | None:
@@ -183,7 +183,7 @@ class FaceLaw(TabulatedNormalLaw):
         if share > 1.0 + 1e-6:
             raise InputError(
                 f"`tightening_pressure` must be at least {share * self._tightening:.4g} "
-                f"Pa, which is what the most loaded place bears, got "
+                f"Pa, the pressure of the most loaded area, got "
                 f"{exact(self._tightening)} Pa: solve the face with a higher one"
             )
 

@@ -272,8 +272,8 @@ class LoadCurve:
             top = self.surface._top
             if not math.isfinite(top):
                 raise InputError(
-                    "`normal_load` must stay above zero on this surface, whose heights have no "
-                    "end: at any separation some summit touches; got 0"
+                    "`normal_load` must stay above zero on this surface, whose heights are "
+                    "unbounded, so that contact never ends; got 0"
                     + (f" at sample {int(np.argmax(unloaded))}" if numbered else "")
                 )
             steps[unloaded] = top - self.origin

@@ -375,7 +375,7 @@ def _hardness(hardness: float | None, pair: MaterialPair, pressure: float | None
     hardness = positive("hardness", hardness, "Pa", 1.2e9)
     if pressure is None:
         raise InputError(
-            "`tightening_pressure` [Pa] must be given beside a hardness: what has yielded hangs on "
+            "`tightening_pressure` [Pa] must be given with a hardness: the yielding depends on "
             "it; write `tightening_pressure=100000000.0`"
         )
     return hardness

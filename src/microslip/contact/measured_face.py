@@ -104,14 +104,14 @@ def face_of(heights: Any, pixel: Any) -> Face:
     name = "heights"
     if hasattr(heights, "heights") and hasattr(heights, "pixel"):
         if pixel is not None:
-            raise InputError("`pixel` must be left out beside a scan, which has its own")
+            raise InputError("`pixel` must be omitted for a scan, which has its own")
         pixel, name = heights.pixel, str(getattr(heights, "name", "scan"))[:60]
         heights = heights.heights
     z = floats("heights", heights, "m", missing=True)
     if z.ndim != 2:
         raise InputError(
-            f"`heights` must be an area, two-dimensional, got shape {z.shape}; a profile does not "
-            "show how contacts interact"
+            f"`heights` must be an area, two-dimensional, got shape {z.shape}; contacts of a "
+            "profile cannot be solved point by point"
         )
     if min(z.shape) < 16:
         raise InputError(f"`heights` must have at least 16 points a side, got shape {z.shape}")
@@ -122,7 +122,7 @@ def face_of(heights: Any, pixel: Any) -> Face:
             'before: scan.condition(fill="interpolate"), in a study fill = true'
         )
     if pixel is None:
-        raise InputError("`pixel` [m] must be given beside heights; write `pixel=2e-06`")
+        raise InputError("`pixel` [m] must be given with heights; write `pixel=2e-06`")
     steps = pixel if isinstance(pixel, (tuple, list)) else (pixel, pixel)
     if len(steps) != 2:
         raise InputError(f"`pixel` must be one length or two, along x and y, got {show(pixel)}")
@@ -434,7 +434,7 @@ def _read(path: Path) -> tuple[FaceSolution, dict[str, Any]]:
         arrays.setdefault("lighter_tightenings", np.zeros((0, 0)))
         arrays.setdefault("loading", np.zeros((2, 0)))
         if about["kind"] != _KIND or about["format"] != _FORMAT:
-            raise ValueError(f"it says {about['kind']!s:.40}, {about['format']!s:.10}")
+            raise ValueError(f"wrong kind {about['kind']!s:.40}, {about['format']!s:.10}")
         solution = FaceSolution(**arrays, hard=float(about["hard"]), pixels=int(about["pixels"]))
         _check(arrays)
     except Exception as error:  # damaged archives break in many ways

@@ -45,16 +45,16 @@ RULES: tuple[Rule, ...] = (
         name="contact radius over summit spacing",
         watch=0.25,
         outside=0.5,
-        meaning="a contact is small beside the distance to the next summit",
-        reason="independent summits need contacts that are small beside their spacing",
+        meaning="a contact is small compared with the distance to the next summit",
+        reason="independent summits need contacts that are small compared with their spacing",
         remedy="a smaller load, or a model with interacting contacts",
     ),
     Rule(
         name="contacts",
         watch=30.0,
         outside=10.0,
-        meaning="contacts are many enough for a statistical mean",
-        reason="a mean over fewer scatters by a fifth and more from joint to joint",
+        meaning="there are enough contacts for a statistical mean",
+        reason="a mean over fewer contacts scatters by 20 % or more from joint to joint",
         remedy="give the summits one by one, as a population",
     ),
     Rule(
@@ -81,7 +81,7 @@ RULES: tuple[Rule, ...] = (
         name="hardness over modulus and slope",
         watch=0.03,
         outside=0.003,
-        meaning="the face is no steeper than those that were compared",
+        meaning="the face is no steeper than the faces used for validation",
         reason="compared with boundary elements from 0.03 to 1; below, contacts are pressed flat, "
         "and the short waves have no effect",
         remedy="a longer shortest wave: shorter ones are pressed flat",
@@ -133,7 +133,7 @@ RULES: tuple[Rule, ...] = (
         meaning="pixel and cut-off do not determine the stiffness",
         reason="the larger of two changes: by every second point, and without the short waves of "
         "half of the squared slope",
-        remedy="smaller pixels or less noise, and a short-wave cut-off with a reason",
+        remedy="smaller pixels or less noise, and a justified short-wave cut-off",
     ),
     Rule(
         name=YIELD,

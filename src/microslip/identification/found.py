@@ -73,7 +73,7 @@ class Identification(Locked, Plottable):
     notes: tuple[str, ...] = ()
     """Remarks on the fit, a sentence each."""
     step: InterfaceStep | None = None
-    """Physical parameters, where materials were given or a law was asked for."""
+    """Physical parameters, if materials or a law were given."""
 
     def _figure(self) -> Plot:
         from microslip.identification.figures import loops  # which reads this module
@@ -209,7 +209,7 @@ class Identification(Locked, Plottable):
         if a.max() > largest * (1.0 + _BEYOND):
             raise InputError(
                 f"`amplitude` must be at most the largest measured, {largest:.4g} m, got "
-                f"{a.max():.4g} m; loops say nothing beyond it"
+                f"{a.max():.4g} m; loops determine nothing beyond it"
             )
         at = self._at(normal_load)
         ends = np.array([self._one(name, at, float(one)) for one in a.reshape(-1)])

@@ -77,8 +77,8 @@ class InterfaceStep(SecondStep):
         undetermined = [one.name for one in self.parameters.values() if one.verdict == NOT]
         if undetermined:
             raise InputError(
-                f"the loops do not determine {', '.join(undetermined)}: they cannot tell the joint "
-                "from the rig; give `rig_stiffness=(value, error)`"
+                f"the loops do not determine {', '.join(undetermined)}: they cannot separate the "
+                "joint from the rig; give `rig_stiffness=(value, error)`"
             )
         load = (
             max(self._loads)

@@ -1,4 +1,4 @@
-"""Columns of stop elements of one folded record: what its forces say of a density of sliders."""
+"""Design matrix of one folded record: forces of elastic-plastic elements by threshold."""
 
 from __future__ import annotations
 

@@ -64,10 +64,10 @@ def identify(
     rig_stiffness : float, (float, float) or ufloat, optional
         Measured stiffness of the rig [N/m] in series with the joint, and its standard error. With
         it results are those of the joint alone; without it those of joint and rig in series,
-        because loops cannot tell the two apart. Infinity states that the rig is rigid.
+        because loops cannot separate them. Infinity is a rigid rig.
     noise : (float, float), optional
         Standard deviations of each force [N] and each displacement [m]: then every record is one
-        cycle that was averaged already, whose scatter does not tell the noise.
+        averaged cycle, whose scatter does not determine the noise.
     law : str, optional
         "interface" fits the Greenwood interface in a second step; so does giving ``pair``.
     pair, area, heights, contact_area : optional
@@ -162,9 +162,9 @@ def _fitted(rows: list[Rows], loads: list[float | None]) -> tuple[list[FreeForm]
     if apart <= noise * float(chdtri(max(used, 1) + len(loads), _UNLIKELY)):
         return [fit], []
     note = (
-        "one density of sliders does not hold for all normal loads (chi-squared rises by "
-        f"{apart:.3g} where noise explains {used:.3g}), so each load has its own: tightening, wear "
-        "or the rig differ between the loads"
+        "a single slider density does not fit all normal loads (chi-squared rises by "
+        f"{apart:.3g} where noise explains {used:.3g}), so each load gets its own: tightening, "
+        "wear or the rig differ between the loads"
     )
     return list(alone), [note]
 

@@ -9,6 +9,6 @@ __getattr__, __dir__, __all__ = _names(
     removed={
         "delay_of": "a note of microslip.measure gives the delay; delay=... removes it",
         "rate_dependence": "use numpy.polyfit of ln(energy) over lg(frequency), campaign.csv",
-        "rig_stiffness_of": "loops cannot tell the rig from the joint; measure a rigid specimen",
+        "rig_stiffness_of": "loops cannot separate rig and joint; measure a rigid specimen",
     },
 )

@@ -121,9 +121,9 @@ class Plateau(NamedTuple):
         if self.is_quiet:
             return (
                 f"{words}{UNDECIDED} (friction of a channel without noise, or a sensor at its "
-                "limit); a record of a smaller amplitude would tell"
+                "limit); a record of a smaller amplitude would show which"
             )
-        return f"{words}a clipped sensor, for elsewhere the channel has noise"
+        return f"{words}a clipped sensor, since the channel has noise elsewhere"
 
 
 class Delay(NamedTuple):
@@ -138,7 +138,7 @@ class Delay(NamedTuple):
     def note(self) -> str:
         """Format the note."""
         size = f"{significant(abs(self.samples), 2)} samples"
-        remedy = "`sample_rate` makes a time of it"
+        remedy = "`sample_rate` converts it to a time"
         if self.seconds is not None:
             size = engineering(abs(self.seconds), "s")
             remedy = f"`delay={self.seconds:.3g}` removes it"

@@ -45,7 +45,7 @@ _LOAD_HARMONICS, _STANDS_OUT, _UNVARIED = 32, 3.5, 3e-4
 """Largest number of load harmonics; standard errors of a significant one, and its smallest size
 over the mean."""
 
-CLIPPED = "found from a record that looks clipped"
+CLIPPED = "found from a record with signs of clipping"
 """Reason of doubt for a record with clipped sensors."""
 
 

@@ -123,7 +123,7 @@ class Measurement(Plottable):
         ``numbers`` of the cycles in the life of the contact, None where gaps hide them, and the
         ``source`` of these.
     gain_errors : mapping of str to float
-        Relative standard deviations [-] of the gains of the sensors that ``mean`` knows.
+        Relative standard deviations [-] of the gains of the sensors, included in ``mean``.
 
     Notes
     -----
@@ -368,7 +368,8 @@ def measure(
         notes.append(
             f"gross slip by B, though only {sliding:.0%} of the displacement slides: the rest is "
             f"elastic, {UNDECIDED} (contact, rig, or crosstalk between the sensors), and stiffness "
-            "is of all of them; a record of a rigid specimen would tell; give `rig_stiffness` to "
+            "is of all of them; a record of a rigid specimen would show which; give "
+            "`rig_stiffness` to "
             "subtract the rig"
         )
     steps = judged.step_errors
@@ -449,7 +450,10 @@ def _turned_to_its_peak(record: Record) -> Record:
     rate = record.sample_rate
     if record.time is not None:
         rate = (x.size - 1) / float(record.time[-1] - record.time[0])
-    notes = (*record.notes, "one closed loop: taken from its largest displacement on, as averaged")
+    notes = (
+        *record.notes,
+        "one closed loop: taken as an averaged loop, from its largest displacement on",
+    )
     channels |= {"time": None, "sample_rate": rate, "cycle_number": None, "notes": notes}
     return replace(record, **channels)
 

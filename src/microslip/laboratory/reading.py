@@ -144,7 +144,7 @@ def _counted(arrays: dict[str, Floats], counter: Named, how: str) -> ChannelNote
             text = ChannelNote(CYCLE_NUMBER, heading, how)
             raise InputError(f"`cycle_number` must not fall, nor be negative; {text}")
         del arrays[CYCLE_NUMBER]
-        return ChannelNote(CYCLE_NUMBER, heading, f"{how}, not used, for it falls.")
+        return ChannelNote(CYCLE_NUMBER, heading, f"{how}, not used, since it decreases.")
     ends = f"from {values[0]:.12g} to {values[-1]:.12g}"
     return ChannelNote(CYCLE_NUMBER, heading, f"{how}: {ends}.")
 
@@ -328,7 +328,7 @@ def _add_stated(
     """Add values for the whole record from the file, unless given by the user or columns."""
     if parts["sample_rate"] is not None:
         if "time" in by_part:
-            raise InputError("`time` and `sample_rate` say the same; write one of them")
+            raise InputError("`time` and `sample_rate` are redundant; write one of them")
         notes.append(f"sample_rate: {parts['sample_rate']:g} Hz, as stated.")
     elif "time" not in by_part:
         rates = dict.fromkeys(table.columns[by_part[role].place].rate for role in NEEDED)

@@ -59,10 +59,10 @@ class Record(Locked, Plottable):
     frequency : float, optional
         Frequency [Hz] of the excitation.
     commanded : array_like, optional
-        Displacement [m] that the rig was asked for, one for each sample.
+        Commanded displacement of the rig [m], one for each sample.
     cycle_number : array_like, optional
-        The rig's counter of cycles [-], one for each sample, never falling: where only some cycles
-        were logged, it says which.
+        Cycle counter of the rig [-], one for each sample, never decreasing. It identifies the
+        cycles if only some were logged.
     name : str
         Name of the record in messages and pictures.
     notes : tuple of str
@@ -317,7 +317,7 @@ def _frequency(key: str, raw_value: Any) -> float | None:
 
 def _check_time(time: Floats, sample_rate: float | None) -> None:
     if sample_rate is not None:
-        raise InputError("`time` and `sample_rate` say the same; give one of them, got both")
+        raise InputError("`time` and `sample_rate` are redundant; give one of them, got both")
     steps = np.diff(time)
     if steps.min() > 0.0:
         return

@@ -57,8 +57,8 @@ class Distortion(NamedTuple):
         return (
             f"the displacement has a third harmonic of {100.0 * self.third:.1f} %, in phase with "
             f"it and alone: {UNDECIDED} (the drive, or a displacement sensor that is not linear, "
-            "by which amplitude, energy and stiffness are wrong); a calibration of the sensor, or "
-            "a column of the commanded displacement, would tell"
+            "which makes amplitude, energy and stiffness wrong); a calibration of the sensor, or "
+            "a column of the commanded displacement, would show which"
         )
 
 

@@ -350,7 +350,7 @@ def _lever(
     pitch_diameter = thread - 0.375 * math.sqrt(3.0) * pitch
     if pitch_diameter <= 0.0:
         raise InputError(
-            f"pitch must be small beside the thread {exact(thread)} m, got {exact(pitch)}"
+            f"pitch must be small compared with the thread {exact(thread)} m, got {exact(pitch)}"
         )
     if bearing is None:
         raise InputError("friction under the head needs the diameters of hole and head, or a size")

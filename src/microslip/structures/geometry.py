@@ -1,8 +1,8 @@
 """Geometric stiffening or softening: a potential of third and fourth order of few coordinates.
 
 V = V3 z z z + V4 z z z z of z = P^T x is written as a sum of powers of linear forms w z, which any
-such polynomial is: each form is then a spring along its own direction that knows no other, and
-the sum is conservative whatever its numbers are.
+such polynomial is: each form is then an independent spring along its own direction, and the sum is
+conservative for all coefficients.
 """
 
 from __future__ import annotations

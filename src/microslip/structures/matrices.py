@@ -108,7 +108,7 @@ def check_mass(mass: Any) -> None:
         )
     if not positive_definite(mass):
         raise InputError(
-            "mass must be positive definite: some motion has no kinetic energy, or a negative one"
+            "mass must be positive definite: some motion has zero or negative kinetic energy"
         )
 
 

@@ -125,7 +125,7 @@ def check_elastic(material: Material) -> None:
         raise InputError(f"material must be a Material, got {show(material)}")
     if material.is_rigid or not -1.0 < material.poisson_ratio < 0.49:
         raise InputError(
-            "finite elements want a material that is neither rigid nor incompressible "
+            "finite elements need a material that is neither rigid nor incompressible "
             f"(poisson_ratio below 0.49), got {material!r}"
         )
 

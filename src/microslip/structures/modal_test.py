@@ -199,10 +199,10 @@ class ModalTest(Locked):
         Notes
         -----
         One mode of frequency omega(a) and damping zeta(a), driven by the force F at W, obeys
-        (omega^2 - W^2 + 2 i zeta omega W) a exp(-i psi) = p F. That omega depends on the
-        amplitude alone, wherever on the two sides of the resonance it was met, tells p by linear
-        least squares; each value then tells its own omega and zeta. After Szemplinska-Stupnicka
-        (1979), DOI 10.1016/S0022-460X(79)80003-1; other modes are left out.
+        (omega^2 - W^2 + 2 i zeta omega W) a exp(-i psi) = p F. Since omega depends on the
+        amplitude alone, on both sides of the resonance, p follows by linear least squares, and
+        omega and zeta from each value. After Szemplinska-Stupnicka (1979),
+        DOI 10.1016/S0022-460X(79)80003-1; other modes are neglected.
 
         Where the response was held and the force followed it, each level is a linear mode: its
         omega, zeta and p by linear least squares, with ``verdicts`` (response control after
@@ -240,7 +240,7 @@ class ModalTest(Locked):
         Returns
         -------
         ModalTest
-            With notes that say how it was read.
+            Test with notes on how it was read.
         """
         values, read_as = read(path, band, points, columns or {})
         return cls(*values, **{**read_as, **attributes})

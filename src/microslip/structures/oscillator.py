@@ -171,7 +171,11 @@ class Oscillator:
     mass: float = field(metadata=parameter("m", "kg", "mass", above=0.0, example="2 kg"))
     stiffness: float = field(
         metadata=parameter(
-            "k", "N/m", "stiffness of the spring beside the joint", least=0.0, example="1e6 N/m"
+            "k",
+            "N/m",
+            "stiffness of the spring parallel to the joint",
+            least=0.0,
+            example="1e6 N/m",
         )
     )
     joint: BackboneLaw
@@ -352,8 +356,8 @@ class Oscillator:
             -a (k + T0'(a)) da/dn = E_d(a) + 2 pi (k + T0'(a)) a^2 zeta_c / sqrt(1 - zeta_c^2),
 
         zeta_c = c omega/2 (k + T0'(a)). Between turning points the joint obeys Masing's rule, and
-        the energies at these say *how much an amplitude holds*: along a decay that of the mode
-        changes by a (k + T0'(a)) da, the tangent at the tip, not the secant. For c = 0 the error
+        the energy of an amplitude is that at these points: along a decay it changes by
+        a (k + T0'(a)) da, with the tangent at the tip, not the secant. For c = 0 the error
         is of second order in what a cycle loses; for a joint that only sticks or only slides the
         decay is exact. Times follow from the balance of the fundamental.
         """

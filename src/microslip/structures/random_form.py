@@ -74,9 +74,9 @@ def rim_gaps(
 ) -> Floats:
     """Return the gap of each patch by rims around holes (patches,) [m], below zero at the rims.
 
-    A rim falls along a straight line from its height, of both faces together [m], at the edge of
-    the hole to zero at 0.95 to 1.67 diameters of the hole from its centre: ``reach`` says where
-    between them, 0 to 1. Holes are places along and across, diameter [m] and number of contact.
+    A rim decreases linearly from its height, the sum of both faces [m], at the edge of the hole to
+    zero at 0.95 (``reach`` 0) to 1.67 (``reach`` 1) hole diameters from the centre. Holes are
+    positions along and across, diameter [m] and number of the contact.
     """
     samples = joint.samples
     contacts = joint.patch_contacts[samples.patches]

@@ -55,8 +55,8 @@ it, the modulus as a share of the given one."""
 MISFIT = Rule(
     "misfit beside the errors of the test",
     1.5, 3.0,
-    "What is left is no more than the errors of the test.",
-    "Root of chi square a degree of freedom; the intervals are widened by it.",
+    "The residual is no larger than the errors of the test.",
+    "Square root of chi square per degree of freedom; the intervals are widened by it.",
     "Check form, base damping and patches first: inputs that are not fitted must be right.",
     "there are no more values than parameters",
 )  # fmt: skip
@@ -72,15 +72,15 @@ SHARP = Rule(
     "width of an interval",
     1.0, 3.0,
     "The test determines each parameter.",
-    "Half width of the widest 90 % interval beside its value.",
+    "Half-width of the widest 90 % interval relative to its value.",
     "Give that parameter: this test does not determine it.",
 )  # fmt: skip
 INSIDE = Rule(
     "parameters at a bound",
     0.5, 0.5,
-    "No parameter is held by its bound alone.",
+    "No parameter lies at a bound of its range.",
     "Number of parameters at the end of their range.",
-    "The model cannot reach the test with what is given.",
+    "The model cannot match the test with the given inputs.",
 )  # fmt: skip
 
 
@@ -138,16 +138,16 @@ def identify_modal(
     joint : ReducedJoint
         The structure, with the sensors of the tests, flat if ``form_table`` is given.
     surface : NormalLaw or callable
-        The normal load law of the surface, or a function that gives it for a modulus, as a share of
-        the given one [-].
+        Normal load law of the surface, or a function that returns it for a modulus relative to the
+        given one [-].
     tests : ModalTest or iterable of ModalTest
         One or several modes.
     fit : sequence of str
         Parameters to fit: "friction_coefficient", "tension", "form", "young_modulus",
         "base_damping_ratio".
     friction_coefficient, tension, form, young_modulus, base_damping_ratio : float
-        Start values [-], or known ones; tension and modulus are shares of the joint's
-        own.
+        Initial guesses [-], or known values; tension and modulus are relative to those of the
+        joint.
     form_table : array_like or callable, optional
         The form of factor 1 [m], see :meth:`ReducedJoint.with_form`; the joint's own gaps, of
         shape (patches,), unless given.
@@ -159,10 +159,10 @@ def identify_modal(
 
     Notes
     -----
-    Form, tension and modulus are first brought to where the modes of sticking joints meet the
-    frequencies at the smallest amplitudes. One mode tells the form from the modulus only by what
-    slips; a higher one, which the form moves less, tells them apart. All is then fitted to the
-    curves of :meth:`Preload.modes` by harmonic balance, along nonlinear modes
+    Form, tension and modulus are first adjusted so that the modes of sticking joints match the
+    frequencies at the smallest amplitudes. A single mode separates form and modulus only by its
+    slip; a higher mode, on which the form has less effect, separates them better. All parameters
+    are then fitted to the curves of :meth:`Preload.modes` by harmonic balance
     (Szemplinska-Stupnicka 1979, DOI 10.1016/S0022-460X(79)80003-1).
     """
     if not isinstance(joint, ReducedJoint):

@@ -23,10 +23,11 @@ _FORCED = 0.2  # of ln(force): how far it goes in a level of controlled response
 LINEAR = Rule(
     "misfit of one linear mode a level",
     0.05, 0.2,
-    "At one amplitude the mode is linear, and alone.",
+    "At constant amplitude the mode is linear and isolated.",
     "Root of the mean squared residual of force over amplitude, over its least value, which "
     "is at the resonance; the worst level.",
-    "Narrow the range of frequencies; look for a second mode, or for a response that is not held.",
+    "Narrow the range of frequencies; look for a second mode, or a response that is not "
+    "held constant.",
 )  # fmt: skip
 ENOUGH = Rule(
     "values within the half-power bandwidth",

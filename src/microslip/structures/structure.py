@@ -230,8 +230,8 @@ class Structure:
             potential V = V3 z z z + V4 z z z z [J]: the forces are 3 V3 z z + 4 V4 z z z.
         cases : pair of array_like, optional
             Coordinates z and forces of static solutions, both of shape (cases, p), the linear part
-            of the forces included: of all of it one potential is fitted, whose second order is
-            dropped, since the stiffness matrix includes it.
+            of the forces included. One potential is fitted to them; its second order is dropped,
+            since the stiffness matrix includes it.
         force : callable, optional
             The forces (p,) for coordinates (p,), linear part included or not; evaluated up to
             ``reach``.
@@ -242,7 +242,7 @@ class Structure:
         Returns
         -------
         Structure
-            A new one, whose motions take the harmonics to 5 unless told otherwise. Its potential
+            Structure whose motions use harmonics up to 5 by default. Its potential
             comes as a row of springs, which lose nothing: they stand last in ``loss``.
 
         Notes
@@ -356,7 +356,7 @@ _FREQUENCY = Rule(
     meaning="Matrices in kg and N/m give the frequencies of a real structure [Hz].",
     reason="Matrices in t, mm and N are 31.6 times off in frequency where they are mixed with SI.",
     remedy="Give the mass in kg and the stiffness in N/m.",
-    missing="Without an elastic mode there is no frequency to judge.",
+    missing="There is no elastic mode.",
 )
 SLOWNESS = replace(_FREQUENCY, name="first elastic frequency, from below", watch=0.5, outside=0.01)
 GROUNDED = Rule(
@@ -370,7 +370,7 @@ GROUNDED = Rule(
     reason="Centroids 0.4 mm apart turned 169 Hz into 317 Hz.",
     remedy=(
         "Average both faces over the same sample points; "
-        "where the joint is to ground or holds a loose part this is as it should be."
+        "for a joint to ground or to a loose part this is expected."
     ),
     missing="K leaves no motion free.",
 )

@@ -35,7 +35,7 @@ class HeightDistribution(Parametric, ABC):
         kind = type(self)
         if not is_fully_declared(kind):
             raise InputError(
-                f"{kind.__name__} must say the units of all its parameters to be scaled, with "
+                f"{kind.__name__} must declare the units of all its parameters to be scaled, with "
                 "field(metadata=parameter(...)), or give _scaled(factor)"
             )
         scaled: HeightDistribution = kind(**rescaled(kind, values_of(self), 1.0, factor))

@@ -57,7 +57,7 @@ class Statistical(DensityHeights):
         low, high = (float(v) for v in d.support())
         if not high > low:
             raise InputError(
-                f"`heights` must have a support of some length, got [{low:g}, {high:g}]"
+                f"`heights` must have a support of nonzero length, got [{low:g}, {high:g}]"
             )
         index = math.inf if math.isfinite(high) else self._tail_index()
         if index <= 1.5 + 1e-6:

@@ -101,7 +101,7 @@ class TabulatedHeights(Locked, HeightDistribution):
         with np.errstate(over="ignore"):
             density = density / integral
         if not np.isfinite(density).all():
-            raise InputError("`density` must vary over lengths that a number can hold [m]")
+            raise InputError("`density` must vary over lengths that double precision resolves [m]")
         # Zero at either end is no part of the distribution.
         pieces = np.flatnonzero((steps > 0.0) & (density[1:] + density[:-1] > 0.0))
         first, last = int(pieces[0]), int(pieces[-1]) + 1

@@ -1,8 +1,8 @@
 """Check docstrings, messages and commit subjects for plain English: python tools/check_words.py
 
 The check is deliberately narrow: it finds docstrings that start with a pronoun or a preposition
-instead of a verb or a noun, overlong sentences in messages, and overlong commit subjects. It cannot
-tell whether a sentence is understood.
+instead of a verb or a noun, words that personify, overlong sentences in messages, and overlong
+commit subjects. It cannot decide whether a sentence is understood.
 """
 
 from __future__ import annotations
@@ -29,19 +29,24 @@ UNCLEAR_STARTS = frozenset(
         "for",
         "from",
         "he",
+        "how",
         "in",
         "it",
         "its",
+        "none",
+        "not",
         "nothing",
         "of",
         "one",
         "ones",
         "on",
+        "same",
         "she",
         "such",
         "that",
         "their",
         "them",
+        "there",
         "they",
         "these",
         "this",
@@ -57,6 +62,11 @@ UNCLEAR_STARTS = frozenset(
         "with",
     ]
 )
+UNCLEAR_OPENINGS = re.compile(r"the (same|rest|others?|former|latter)\b", re.IGNORECASE)
+# Words that make a person of a program, a file or a number.
+PERSONIFYING = re.compile(
+    r"\b(told|tells?|asked|asks|says|said|knows|wants|hangs?|honest|cannot tell)\b"
+)
 MOST_WORDS = 40
 MOST_LETTERS = 72
 FIRST_COMMIT = "086d0aff"
@@ -68,6 +78,13 @@ def docstrings(tree: ast.Module) -> Iterator[tuple[int, str]]:
         value = node.value if isinstance(node, ast.Expr) else None
         if isinstance(value, ast.Constant) and isinstance(value.value, str):
             yield node.lineno, value.value
+
+
+def texts(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield line number and text of all strings of several words, docstrings included."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and " " in node.value:
+            yield node.lineno, node.value
 
 
 def messages(tree: ast.Module) -> Iterator[tuple[int, str]]:
@@ -86,8 +103,13 @@ def problems_of(source: str, path: Path) -> Iterator[str]:
     place = path.relative_to(ROOT)
     for line, text in docstrings(tree):
         first = re.match(r"\W*([A-Za-z-]+)", text)
-        if first and first[1].lower() in UNCLEAR_STARTS:
-            yield f'{place}:{line}: docstring starts with "{first[1]}": start with a verb or noun'
+        opening = UNCLEAR_OPENINGS.match(text.lstrip())
+        if opening or (first and first[1].lower() in UNCLEAR_STARTS):
+            start = opening[0] if opening else first and first[1]
+            yield f'{place}:{line}: docstring starts with "{start}": start with a verb or noun'
+    for line, text in texts(tree):
+        if word := PERSONIFYING.search(text):
+            yield f'{place}:{line}: "{word[0]}" makes a person of a thing: {text.strip()[:60]!r}'
     for line, text in messages(tree):
         for sentence in re.split(r"[.;:] ", text):
             if (count := len(sentence.split())) > MOST_WORDS:

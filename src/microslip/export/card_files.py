@@ -103,7 +103,7 @@ class CardFile:
     file: Path
     """Path of the file."""
     run: str
-    """How this kind of card was verified."""
+    """Verification of this kind of card."""
     card: ContactCard
     """Numbers of the card in SI units, and their errors."""
 

@@ -42,7 +42,7 @@ class Format:
     kind: str
     """Name of the kind."""
     run: str
-    """How the kind was verified."""
+    """Verification of this kind of file."""
     suffixes: tuple[str, ...]
     """Accepted file suffixes; the first one replaces any other."""
     write: Callable[[Order], tuple[dict[str, str | bytes], Accuracy]]
@@ -91,7 +91,7 @@ class Exported:
     accuracy: Accuracy
     """Errors over the range of amplitudes."""
     run: str
-    """How this kind of file was verified."""
+    """Verification of this kind of file."""
     law: str
     """Description of the law in one line."""
 

@@ -272,7 +272,7 @@ def measure(
     record : Record
         Displacement, force and, where there is one, normal load.
     model : BackboneLaw, optional
-        Law whose thresholds tell the regimes apart; without it those of one sphere.
+        Law whose thresholds separate the regimes; without it those of one sphere.
     rig_stiffness : float, optional
         Stiffness of the rig in series [N/m], above zero: its deflection T/k is taken off the
         displacement. Energy, force, sliding distance and B do not depend on it.

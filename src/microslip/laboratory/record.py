@@ -215,7 +215,7 @@ class Record(Locked, Plottable):
         rows : slice, optional
             Rows to take, the first being 0.
         format : str, optional
-            "text", "mat", "tdms", "hdf5", "npy" or "npz", where the file's beginning does not tell.
+            "text", "mat", "tdms", "hdf5", "npy" or "npz"; by default detected from the first bytes.
         name : str, optional
             Name of the record; without it the file's name.
         limit : int

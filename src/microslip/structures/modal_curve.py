@@ -26,7 +26,7 @@ class Resonance(NamedTuple):
     """Amplitudes of the curve at which they are closest."""
     multiple: int
     mode: int
-    """The other mode, counted from 0."""
+    """Index of the other mode, from 0."""
     distance: float
     """Other frequency over the multiple, minus one [-]."""
 

@@ -227,8 +227,8 @@ def _means_in_time(
 ) -> Values:
     """Return means over time intervals in which the amplitude falls by a common factor.
 
-    The damping of a stretch is the slope of the logarithm of the amplitude in it, which many cycles
-    tell better than two neighbours.
+    The damping of an interval is the slope of the logarithm of the amplitude, which many cycles
+    determine better than two neighbouring ones.
     """
     level = np.log(amplitude)
     lowest = np.minimum.accumulate(level)

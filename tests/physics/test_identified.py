@@ -488,3 +488,10 @@ def test_a_sphere_has_its_radius_and_friction(rig: tuple[float, float] | None) -
         assert one.value == pytest.approx(truth, rel=0.05)
     joint = found.step.joint(normal_load=40.0)
     assert joint.force_limit == pytest.approx(mu * 40.0, rel=2e-3)
+    wrongs: list[dict[str, Any]] = [
+        {"known": {"density": (1e8, 1e6)}},
+        {"contact_area": (1e-8, 1e-9, 40.0)},
+    ]
+    for wrong in wrongs:
+        with pytest.raises(ms.InputError):
+            found.interface(PAIR, heights=ms.SphereOnFlat(PAIR, radius=1e-3), **wrong)

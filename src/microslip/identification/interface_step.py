@@ -131,6 +131,11 @@ def interface_step(
     data, measured = _data(known, model, materials, list(loads), contact_area)
     scatter = None
     if summits is not None:
+        if not isinstance(model.template.law, GreenwoodWilliamson):
+            raise InputError(
+                '`known`: "summits" needs a distribution of heights, whose summits are random; '
+                "leave it out"
+            )
         summits = as_pair(summits)
         count = float(summits[0]) if isinstance(summits, (tuple, list)) else float(summits)
         scatter = _scatter(model, loads, count)
@@ -391,6 +396,7 @@ def _data(
     """Return data on the parameters, and the datum that separates radius and density."""
     measured = None
     top = max(loads)
+    has_summits = isinstance(model.template.law, GreenwoodWilliamson)
     if contact_area is not None:
         try:
             value, error, load = (float(part) for part in contact_area)
@@ -404,10 +410,10 @@ def _data(
                 "`contact_area` needs `pair=...`, the two materials: the contact area depends on "
                 "the modulus"
             )
-        if model.is_sphere:
+        if not has_summits:
             raise InputError(
-                "`contact_area` separates radius and density of summits; the loops determine the "
-                "radius of a sphere without it, leave it out"
+                "`contact_area` separates radius and density of summits, which a surface without a "
+                "distribution of heights does not have; leave it out"
             )
         positive("contact_area", value, "m^2", 2e-5)
         positive("uncertainty of contact_area", error, "m^2", 1e-6)
@@ -426,7 +432,7 @@ def _data(
     data = []
     for name, datum in known.items():
         value, error = pair_of(name, datum)
-        is_separating = name in ("radius", "density") and name not in functions
+        is_separating = name in ("radius", "density") and has_summits
         if is_separating and materials.pair is not None and measured is None:
             measured = (name, value, error, top)
             continue

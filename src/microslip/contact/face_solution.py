@@ -57,7 +57,7 @@ class FaceSolution(ByValue, LockedArrays):
     """Number of loads, from the largest, at which each point of the first piece is in contact."""
     lighter_tightenings: Floats
     """Mean pressures of smaller tightening loads, decreasing, and their slopes: (2, loads)."""
-    loading: Floats = field(default_factory=lambda: np.zeros((2, 0)))
+    loading: Floats
     """Mean pressures of first loading, increasing, and their separations: (2, loads)."""
 
 

@@ -294,19 +294,8 @@ class MeasuredContact(FaceLaw):
 
     @property
     def first_loading(self) -> FirstLoading:
-        """First loading up to the tightening, by secants between the solved separations.
-
-        Raises
-        ------
-        InputError
-            If the solution was loaded from a file without the first loading.
-        """
+        """First loading up to the tightening, by secants between the solved separations."""
         pressure, separation = self.solution.loading
-        if pressure.size < 3:
-            raise InputError(
-                "this solution does not hold its first loading; solve the face again, without the "
-                "file or the cache of an earlier version"
-            )
         p = pressure * self.pair.composite_modulus
         d = separation * self.numbers.pixel[0]
         stiffness = -self.area * p * np.gradient(np.log(p), d)

@@ -277,7 +277,7 @@ def ratio_of(tensor: Floats, direction: float | None) -> float:
 
 
 _KIND = "microslip-measured-contact"
-_FORMAT = 1
+_FORMAT = 2
 _LARGEST = 1 << 28  # bytes that a file may unpack to
 _ARRAYS = {"separation": 1, "pressure": 2, "slope": 2, "contact": 1, "sliding": 2,
            "lighter_sliding": 2, "map": 2, "reach": 2, "lighter_tightenings": 2,
@@ -374,7 +374,6 @@ def read_law(
     try:
         bodies = [Material.rigid() if body is None else Material(*body) for body in about["bodies"]]
         raw = about["numbers"]
-        raw.pop("own_tightening", None)  # of files of 0.2
         pairs = {name: tuple(raw[name]) for name in ("pixel", "stiffness_ratios")}
         numbers = ContactNumbers(**{**raw, **pairs})
         positive("area", about["area"], "m^2")
@@ -429,10 +428,7 @@ def _read(path: Path) -> tuple[FaceSolution, dict[str, Any]]:
                 raise ValueError("too large")
         with np.load(path, allow_pickle=False) as file:
             about = json.loads(bytes(file["about"]))
-            arrays = {name: np.asarray(file[name], dtype=float) for name in _ARRAYS if name in file}
-        arrays.setdefault("reach", (arrays["map"] > 0.0).astype(float))  # files made before it
-        arrays.setdefault("lighter_tightenings", np.zeros((0, 0)))
-        arrays.setdefault("loading", np.zeros((2, 0)))
+            arrays = {name: np.asarray(file[name], dtype=float) for name in _ARRAYS}
         if about["kind"] != _KIND or about["format"] != _FORMAT:
             raise ValueError(f"wrong kind {about['kind']!s:.40}, {about['format']!s:.10}")
         solution = FaceSolution(**arrays, hard=float(about["hard"]), pixels=int(about["pixels"]))

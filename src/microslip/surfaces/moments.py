@@ -80,11 +80,6 @@ class Moments:
         return math.sqrt(self.m2)
 
     @property
-    def rms_curvature(self) -> float:
-        """Root mean square curvature of a profile [1/m]."""
-        return math.sqrt(self.m4)
-
-    @property
     def nayak(self) -> float:
         """Nayak's alpha, m0 m4/m2^2 [-]: breadth of the spectrum, at least 1.5 if isotropic."""
         return self.m0 / self.m2 * (self.m4 / self.m2)

@@ -198,6 +198,16 @@ def test_one_asperity_beyond_yield(points, radius, depth) -> None:
     assert loads == pytest.approx(exact, abs=0.003)
 
 
+def test_a_grain_of_dust_far_above_a_face_is_pressed_flat() -> None:
+    z = face(48)
+    dusty = z.copy()
+    dusty[20:22, 30:32] += 60.0 * z.std()
+    how = {"pressure": 3e-3, "hardness": 0.02, "stiffness_ratio": EQUAL, "lightest": 0.2, "loads": 4}
+    clean, found = solve_face([z], **how), solve_face([dusty - dusty.mean()], **how)
+    assert found.pressure[0, 0] == pytest.approx(3e-3, rel=1e-4)
+    assert found.slope[0, 0] == pytest.approx(clean.slope[0, 0], rel=0.1)
+
+
 def test_pieces_of_a_periodic_face_are_the_face() -> None:
     z = face(32)
     twice = np.block([[z, z[:, ::-1]], [z[::-1], z[::-1, ::-1]]])

@@ -21,12 +21,16 @@ from microslip.contact.face_law import FaceErrors, FaceLaw, FirstLoading, checke
 from microslip.contact.finish import HIGHEST, STEEPEST, Finish, combined
 from microslip.contact.materials import MaterialPair
 
-STIFFNESS_ERROR = 0.05
-"""Standard deviation of ln k_n of the table against boundary elements [-]."""
-ENERGY_ERRORS = MappingProxyType({0.1: 0.6, 0.3: 0.25, 1.0: 0.09})
-"""Standard deviation of the energy of a cycle by amplitude over mu N/k_t, relative [-]."""
-SHAPE_ERROR = 0.25
-"""Standard deviation of the logarithm of the energy of small cycles [-], for uncertainty bands."""
+STIFFNESS_ERROR = 0.21
+"""Standard deviation of ln k_n against boundary elements [-], from `tests/faces`.
+
+It is 0.05 of Gaussian faces. The rest is the difference between kinds of machined faces of equal
+rms height and slope, which also have other height distributions and textures.
+"""
+ENERGY_ERRORS = MappingProxyType({0.1: 0.55, 0.3: 0.33, 1.0: 0.13})
+"""Standard deviation of the logarithm of the energy of a cycle by amplitude over mu N/k_t [-]."""
+SHAPE_ERROR = 0.35
+"""Standard deviation of the logarithm of the bends, by which bands draw the energies."""
 _BREADTH_SPREAD = 0.1  # of ln(breadth), where it is not known
 _LOADINGS = 40
 _STEP = 0.02  # of logarithms, for slopes

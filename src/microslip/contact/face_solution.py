@@ -138,8 +138,12 @@ class _Face:
             low, high = (d, high) if p > pressure else (low, d)
             # Not more than a factor of 2.5 at a time: the path is the first loading.
             fall = max(math.log(p / pressure), -_STEP) if p > 0.0 else 0.0
-            step = fall * p / s if p > 0.0 and s > 0.0 else -0.5 * self.rms
-            new = d + min(max(step, -0.6 * self.rms), 0.6 * self.rms)
+            # Grains of dust far above the face must not use up the attempts.
+            usual, longest = 0.5 * self.rms, 0.6 * self.rms
+            if d > 6.0 * self.rms:
+                usual = longest = 0.25 * d
+            step = fall * p / s if p > 0.0 and s > 0.0 else -usual
+            new = d + min(max(step, -longest), longest)
             if not low < new < high:
                 new = 0.5 * (low + min(high, d + self.rms))
             if abs(new - d) < 1e-9 * self.rms:

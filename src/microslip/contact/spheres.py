@@ -130,7 +130,10 @@ class Contacts:
         return _terms(kind, v, self._s[summits], self._k[summits])
 
     def _far(self, kind: Kind) -> Table:
-        """Return the sum over summits beyond the near panels, over v to the power of its order."""
+        """Tabulate the contribution of distant summits on panels of v, divided by v**order.
+
+        Summits whose slip limit lies in the nearest panels are summed directly instead.
+        """
         points = 0.5 * (1.0 + NODES)
         halves = [_resample(side) for side in (0, 1)]
         weight = self._k * _power(self._s, kind.power)

@@ -111,8 +111,10 @@ class Folded(Locked):
     corners: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros(0)))
     """Phases [rad] of corners of the displacement."""
     samples: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros((3, 0))))
-    """Phase [rad], bin and cycle of each sample (rows) where bins hold a few samples of different
-    phases, which are not even over the bin; else none."""
+    """Phase [rad], bin and cycle of each sample, shape (3, samples).
+
+    Given only if bins hold few samples with uneven phases; otherwise empty.
+    """
 
     def basis(self, phase: Floats, order: int = 0) -> Floats:
         """Evaluate the terms of the displacement, or their derivative, at phases [rad]."""

@@ -448,7 +448,7 @@ def _response(
     moved = -acceleration / omegas[:, None] ** 2
 
     def work(columns: Any, power: int, absolute: bool = True) -> NDArray[np.complex128]:
-        """Return the work along the columns (n, inputs) on the motion or its derivative."""
+        """Return harmonics of the motion along columns (n, inputs), or of its derivative."""
         part = (columns.T @ shapes) @ coordinates
         if absolute:
             part[:, :, first] += moved @ (base.carried.T @ columns)

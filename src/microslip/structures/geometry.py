@@ -237,7 +237,7 @@ def _as_powers(tensor: Floats, forms: Floats, order: int) -> Floats:
 
 
 def _fit(z: Floats, forces: Floats, reach: Floats, forms: Floats) -> tuple[Springs, Floats]:
-    """Fit springs to scaled coordinates; the linear part belongs to the matrices."""
+    """Fit springs along the directions ``forms`` to load cases, without their linear part."""
     along = (z / reach) @ forms.T
     # Work on scaled coordinates: all forces count beside the largest.
     blocks = [order * (along ** (order - 1))[:, :, None] * forms[None] for order in (2, 3, 4)]

@@ -146,7 +146,7 @@ class FieldAttachment:
 
     @property
     def representative_stiffness(self) -> Floats:
-        """Scales of the equations: 1 for an opening, whose stiffness is not yet known."""
+        """Scales of the equations: 1 for an opening and 0 for the tangential directions."""
         result = np.zeros(self.directions.shape[1:])
         result[:, 2] = 1.0
         return result.reshape(-1)

@@ -38,7 +38,7 @@ _PEAKS_OF_FEW = 1.5
 _CERTAIN = 5.0
 """Correlation of both halves of lines, over its standard deviation by chance."""
 _WHITE = -0.4
-"""Correlation of the offset of a line, relative to its neighbours, with the next: -2/3 if white."""
+"""Largest correlation of second differences of line offsets; -2/3 for independent offsets."""
 _LEAST = 0.02
 """Offsets, waves and steps over the standard deviation of heights, below which they are harmless.
 """

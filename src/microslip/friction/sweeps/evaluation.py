@@ -437,7 +437,7 @@ def _check_below_limit(force: Floats, limit: Floats) -> None:
 
 
 def _inverse(law: Pointwise, place: Floats, drop: Floats) -> Floats:
-    """Return the steps at which the drop is given, by Newton's method from the left."""
+    """Return the steps u with N(d) - N(d + u) equal to given drops, by Newton's method."""
     step = drop / law.sum("fall", place, np.zeros(place.size))
     active = np.arange(place.size)
     for _ in range(200):

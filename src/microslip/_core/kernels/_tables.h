@@ -11,12 +11,11 @@ struct Table {
     int power;
 };
 
-/* Short chains of every fourth term, since one long chain would wait for its own sums. */
 static inline double shape(const double *c, double s)
 {
-    double q = s * s, r = q * q;
-    double even = ((c[10] * r + c[6]) * r + c[2]) * q + ((c[8] * r + c[4]) * r + c[0]);
-    double odd = ((c[11] * r + c[7]) * r + c[3]) * q + ((c[9] * r + c[5]) * r + c[1]);
+    double q = s * s;
+    double even = ((((c[10] * q + c[8]) * q + c[6]) * q + c[4]) * q + c[2]) * q + c[0];
+    double odd = ((((c[11] * q + c[9]) * q + c[7]) * q + c[5]) * q + c[3]) * q + c[1];
     return odd * s + even;
 }
 

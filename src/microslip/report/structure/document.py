@@ -130,7 +130,7 @@ def structure_sections(prediction: StructurePrediction) -> tuple[Section, ...]:
     if prediction.convergence is not None:
         parts.append(_convergence_section(prediction.convergence, prediction.part.modes[0]))
     if any(mode.bands is not None for mode in prediction.modes):
-        parts.append(Section("Contributions to the scatter", (_ranking(prediction.modes),)))
+        parts.append(Section("Contributions to the scatter", _ranking(prediction.modes)))
     if prediction.identified is not None:
         parts.append(fitted_section(prediction, prediction.identified))
     parts.append(Section("Structure", (_model(prediction),), brief=False))
@@ -419,18 +419,18 @@ def _convergence_section(convergence: Convergence, number: int) -> Section:
     return Section("Convergence of the model", (table, message))
 
 
-def _ranking(modes: tuple[Mode, ...]) -> Table:
-    """Tabulate the share of each uncertain input in the scatter of ln ζ, a column per mode."""
+def _ranking(modes: tuple[Mode, ...]) -> tuple[Note, Table]:
+    """Return the largest causes of the scatter of ln ζ in words, and all in a table."""
     shares = {mode.number: dict(mode.bands.ranking) for mode in modes if mode.bands is not None}
     listed = (
         Column("input", "Share in the scatter of ln ζ"),
         *(Column(f"mode_{n}", f"Mode {n}", "", write=cells.percent) for n in shares),
     )
-    totals = {name: sum(share.get(name, 0.0) for share in shares.values())
-              for share in shares.values() for name in share}  # fmt: skip
-    rows = tuple(
-        (name, *(share.get(name) for share in shares.values()))
-        for name in sorted(totals, key=lambda name: -totals[name])
+    names = dict.fromkeys(name for share in shares.values() for name in share)
+    rows = tuple((name, *(share.get(name) for share in shares.values())) for name in names)
+    largest = "; ".join(
+        f"mode {n}: " + ", ".join(f"{name} {part:.0%}" for name, part in list(share.items())[:2])
+        for n, share in shares.items()
     )
-    few = tuple(range(min(3, len(rows))))
-    return Table("Contributions to the scatter", listed, rows, noun="inputs", few=few)
+    note = Note(f"Largest causes of the scatter of ζ: {largest}.")
+    return note, Table("All inputs", listed, rows, noun="inputs", brief=False)

@@ -64,6 +64,7 @@ def with_structure(block: Verdicts, prediction: StructurePrediction) -> Verdicts
         verdicts=(*verdicts, *block.verdicts),
         places=(*[""] * len(verdicts), *(block.places or [""] * len(block.verdicts))),
         percent=block.percent | {verdict.name for verdict in verdicts},
+        short=True,
     )
 
 
@@ -75,8 +76,10 @@ def _judged(prediction: StructurePrediction) -> Iterator[Verdict]:
     yield _HARMONICS.judge(float(known.max()) if known.size else None)
     if bands := [mode.bands for mode in modes if mode.bands is not None]:
         yield _SAMPLED.judge(max(band.unsolved for band in bands) / part.samples)
-        yield _SAMPLING.judge(
-            float(np.max([[band.frequency_error, band.damping_error] for band in bands]))
+        largest = float(np.max([[band.frequency_error, band.damping_error] for band in bands]))
+        few = replace(_SAMPLING, missing="too few samples for the ends of the bands")
+        yield (few if largest == np.inf else _SAMPLING).judge(
+            largest if np.isfinite(largest) else None
         )
     error = None if prediction.convergence is None else max(prediction.convergence.error)
     yield (_DRAWN if part.mesh is None else _MESHED).judge(error)

@@ -27,9 +27,9 @@ STIFFNESS_ERROR = 0.21
 It is 0.05 of Gaussian faces. The rest is the difference between kinds of machined faces of equal
 rms height and slope, which also have other height distributions and textures.
 """
-ENERGY_ERRORS = MappingProxyType({0.1: 0.55, 0.3: 0.33, 1.0: 0.13})
+ENERGY_ERRORS = MappingProxyType({0.1: 0.58, 0.3: 0.32, 1.0: 0.14})
 """Standard deviation of the logarithm of the energy of a cycle by amplitude over mu N/k_t [-]."""
-SHAPE_ERROR = 0.35
+SHAPE_ERROR = 0.45
 """Standard deviation of the logarithm of the bends, by which bands draw the energies."""
 _BREADTH_SPREAD = 0.1  # of ln(breadth), where it is not known
 _LOADINGS = 40

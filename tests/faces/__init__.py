@@ -1,0 +1,1 @@
+"""Laws of measured and drawn faces against independent boundary elements, for ten kinds."""

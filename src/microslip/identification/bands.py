@@ -117,7 +117,20 @@ class Bands:
     def _truth(self) -> Floats:
         """Return the coefficients of the simulated law: the significant ones."""
         fit = self.fit
-        return np.where((fit.g < _STANDS_OUT) & ~fit.free, 0.0, fit.g)
+        truth = np.where((fit.g < _STANDS_OUT) & ~fit.free, 0.0, fit.g)
+        # Nearly equal columns hide each other: leave out sliders that the sum of squares spares.
+        at = np.flatnonzero(truth)
+        while 1 < at.size <= _FEW:
+            inverse = np.linalg.pinv(fit.cone.gram[np.ix_(at, at)])
+            g = inverse @ fit.h[at]
+            rise = np.where(fit.free[at], math.inf, g * np.abs(g) / np.diag(inverse))
+            worst = int(np.argmin(rise))
+            if rise[worst] >= _STANDS_OUT**2:
+                truth[at] = g
+                break
+            truth[at[worst]] = 0.0
+            at = np.delete(at, worst)
+        return truth
 
     @property
     def _is_few(self) -> bool:

@@ -110,6 +110,8 @@ CLEAN: dict[str, Kind] = {
     "two sliders, 60 samples": Kind("two", 9.0, 60 + ODD),
     "soft rig": Kind("iwan", 3.0, rig=MU * LOAD / (1.5 * YIELD)),
     "triangle": Kind("iwan", 2.0, 150 + ODD, drive="triangle"),
+    "noisy triangle": Kind("rough", 1.0, 50 + ODD, noise=0.003, drive="triangle"),
+    "saw": Kind("iwan", 2.0, 150 + ODD, drive="saw"),
     "third harmonic": Kind("rough", 3.0, 80 + ODD, drive="third"),
     "long": Kind("iwan", 2.0, 40 + ODD, cycles=200),
     "three cycles of a run-up": Kind("jenkins", 3.0, cycles=4, ramp=1.2),
@@ -134,6 +136,10 @@ def drive(kind: Kind) -> tuple[Floats, Floats]:
     shape = np.sin(2.0 * np.pi * turn)
     if kind.drive == "triangle":
         shape = 2.0 / np.pi * np.arcsin(np.clip(shape, -1.0, 1.0))
+    if kind.drive == "saw":
+        # Up in four fifths of a cycle, down in the rest.
+        part = (turn + 0.4) % 1.0
+        shape = np.where(part < 0.8, part / 0.4 - 1.0, 9.0 - part / 0.1)
     if kind.drive == "third":
         shape = shape + 0.05 * np.sin(6.0 * np.pi * turn)
         shape /= np.abs(shape).max()

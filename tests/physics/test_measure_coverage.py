@@ -13,6 +13,7 @@ QUICK = (
     "jenkins, 20 samples",
     "iwan, partial slip",
     "two sliders",
+    "saw",
     "steps of the amplitude",
     "chirp",
 )

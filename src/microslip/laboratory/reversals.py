@@ -15,8 +15,11 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats
 from microslip.laboratory.cuts import Cuts, noise_of
 
-_CORNER, _OF_RANGE = 3.0, 3e-3
-"""Smallest residual of the smooth fit at a corner: factors of the noise and of the range, added."""
+_CORNER, _OF_RANGE = 0.7, 1e-4
+"""Largest sum of squares of a corner over that of a smooth turn; smallest residual over the range
+of the displacement of a turn that is not smooth."""
+_FLAT = 0.05
+"""Smallest ratio of the slopes on both sides of a corner, or it is the end of a rest."""
 _NEAR = 0.5
 """Distance from a reversal within which samples are left out of the branches [samples]."""
 _UNSURE = 2.0
@@ -46,10 +49,19 @@ def reversals_of(
     t = np.arange(-half, half + 1.0)
     rows = _reflected(x, places, half)
     shift, height, smooth, unsure = _smooth_turns(rows, t, noise)
-    misfit = float(np.median(np.sqrt(np.mean((rows - smooth) ** 2, axis=1))))
-    limit = _CORNER * noise + _OF_RANGE * float(np.median(np.ptp(rows, axis=1)))
-    is_corner = t.size > 5 and misfit > limit
+    is_corner = False
+    if t.size > 5:
+        misfit = np.mean((rows - smooth) ** 2, axis=1)
+        corners = _corners(rows, t)
+        off = np.mean((rows - corners.shape) ** 2, axis=1)
+        limit = (_OF_RANGE * float(np.median(np.ptp(rows, axis=1)))) ** 2
+        is_corner = float(np.median(misfit)) > limit and bool(
+            np.median(off) < _CORNER * np.median(misfit)
+        )
     if is_corner:
+        # Smoothing moves the highest sample of a corner with unequal slopes.
+        places = places + np.rint(corners.shift).astype(np.int64)
+        rows = _reflected(x, places, half)
         shift, height, smooth = _corners(rows, t)
         unsure = 0.0
     # Before the reversal the force is a smooth function of the remaining displacement. Samples that
@@ -107,22 +119,45 @@ def _smooth_turns(rows: Floats, t: Floats, noise: float) -> tuple[Floats, Floats
     return shift, height, c @ powers.T, slope_error / abs(float(np.median(bend)))
 
 
-def _corners(rows: Floats, t: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return position and height of corners by straight lines on both sides."""
-    half = t.size // 2
-    lines = []
-    for part in (slice(0, half), slice(half + 1, None)):
-        inverse = np.linalg.pinv(t[part, None] ** np.arange(2))
-        lines.append(rows[:, part] @ inverse.T)
-    (a, b), (c, d) = lines[0].T, lines[1].T
-    shift = np.clip((c - a) / (b - d), -1.5, 1.5)
-    height = a + b * shift
-    before = t < shift[:, None]
-    return (
-        shift,
-        height,
-        np.where(before, a[:, None] + b[:, None] * t, c[:, None] + d[:, None] * t),
-    )
+class _Corner(NamedTuple):
+    shift: Floats
+    """Position from the middle of the row [samples]."""
+    height: Floats
+    shape: Floats
+
+
+def _corners(rows: Floats, t: Floats) -> _Corner:
+    """Fit straight lines on both sides of the split with the smallest sum of squares."""
+    splits = np.arange(2, t.size - 1)
+    powers = np.array([np.ones_like(t), t, t * t])
+    sums = np.cumsum(powers, axis=1)
+    value, moment, square = (np.cumsum(rows * factor, axis=1) for factor in (1.0, t, rows))
+    total = square[:, -1:]
+    lines, rest = [], total
+    for n, st, stt, sx, sxt in (
+        (*sums[:, splits - 1], value[:, splits - 1], moment[:, splits - 1]),
+        (
+            *(sums[:, -1:] - sums[:, splits - 1]),
+            value[:, -1:] - value[:, splits - 1],
+            moment[:, -1:] - moment[:, splits - 1],
+        ),
+    ):
+        slope = (n * sxt - st * sx) / (n * stt - st * st)
+        start = (sx - slope * st) / n
+        rest = rest - start * sx - slope * sxt
+        lines += [start, slope]
+    best = np.argmin(rest, axis=1)[:, None]
+    a, b, c, d = (np.take_along_axis(line, best, axis=1) for line in lines)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shift = (c - a) / (b - d)
+        is_turn = np.minimum(b, -d) > _FLAT * np.maximum(b, -d)
+    low, high = t[splits[best] - 1] - 0.5, t[splits[best]] + 0.5
+    # At the end of a rest both lines say little about the place, which stays near the sample.
+    near = np.clip(np.where(np.isfinite(shift), shift, 0.0), -1.5, 1.5)
+    shift = np.where(is_turn, np.clip(shift, low, high), near)
+    shape = np.where(t < t[splits[best]], a + b * t, c + d * t)
+    height = np.minimum(a + b * shift, c + d * shift)
+    return _Corner(shift[:, 0], height[:, 0], shape)
 
 
 class Branches(NamedTuple):

@@ -33,11 +33,8 @@ from microslip.cli.structures import BAND_OPTION, are_modal, measure_modes
 from microslip.laboratory.options import DELAY, RIG_STIFFNESS
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from microslip.friction import Interface
-    from microslip.laboratory import Measurement, Record
-    from microslip.laboratory.regimes import RegimeBorders
+    from microslip.laboratory import Record
 
 
 @click.command(short_help="Measure the loops in a tribometer's records.")
@@ -132,7 +129,6 @@ def measure(
                 [files.runs[i] for i in places] if files.runs else None,
                 [files.volumes[i] for i in places] if files.volumes else None,
                 columns=files.columns(places),
-                borders=_borders(joints, results),
             )
             result_document = measurement_document(campaign, in_options, skipped)
             if stage is not None:
@@ -145,16 +141,6 @@ def _joints(study: Path) -> list[Interface]:
     from microslip.study.description import StudyDescription
 
     return build_joints(StudyDescription.load(study))
-
-
-def _borders(joints: list[Interface], results: Sequence[Measurement]) -> RegimeBorders | None:
-    from microslip.laboratory.regimes import borders_of
-
-    loads = [load.value for m in results if (load := m.mean.get("normal_load")) is not None]
-    if not joints or not loads:
-        return None
-    # Amplitudes of the records are contact amplitudes once the rig compliance is removed.
-    return borders_of(lambda load: joints[0].at(normal_load=load), loads, None)
 
 
 def _joint_at_load_of(record: Record, joints: list[Interface]) -> Interface | None:

@@ -25,7 +25,6 @@ from microslip.laboratory.cycle_columns import gain_error
 from microslip.laboratory.estimates import Estimate, quantile, with_gain
 from microslip.laboratory.manifest import Cell, text_of
 from microslip.laboratory.measurement import Measurement
-from microslip.laboratory.regimes import RegimeBorders
 
 _NEW = 0.05
 """Fraction of the cycles before the first logged one that is neglected."""
@@ -70,8 +69,6 @@ class Campaign(Locked):
         Worn volume [m^3] that goes with each record; None where none was measured.
     columns : mapping of str to sequence, optional
         Other data of each record, as of a manifest: "specimen", "stage" and others.
-    borders : RegimeBorders, optional
-        Limits of the regimes by a law, for the fretting map.
 
     Notes
     -----
@@ -82,7 +79,6 @@ class Campaign(Locked):
     runs: Sequence[str] | None = None
     worn_volumes: Sequence[float | None] | None = None
     columns: Mapping[str, Sequence[Cell]] = field(default_factory=lambda: MappingProxyType({}))
-    borders: RegimeBorders | None = None
 
     def __post_init__(self) -> None:
         count = len(checks.members("measurements", self.measurements, Measurement, "Measurements"))

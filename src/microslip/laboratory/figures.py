@@ -13,7 +13,6 @@ from microslip.figures.kit import evenly, force_prefix, length_prefix
 from microslip.figures.plot import (
     COLORS,
     DASHES,
-    GREY,
     MARKERS,
     Axis,
     Entry,
@@ -225,12 +224,6 @@ def fretting_map(campaign: Any) -> Plot:
             x, y = [p.amplitude / unit for p in of], [p.normal_load / scale for p in of]
             panel.marks(x, y, color, marker=marker, filled=True, size=6.0)
             legend.append(Entry(regime, color, marker=marker, filled=True, line=False))
-    if (borders := campaign.borders) is not None:
-        for name, dash in (("stick", DASHES[1]), ("gross", DASHES[0])):
-            amplitudes = getattr(borders, name)
-            panel.line(amplitudes / unit, borders.normal_load / scale, GREY, dash=dash)
-        legend.append(Entry(f"end of stick: {borders.source}", GREY, DASHES[1]))
-        legend.append(Entry("begin of gross slip", GREY))
     return Plot([panel], 4.4, legend=tuple(legend))
 
 

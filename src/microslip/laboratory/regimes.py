@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -19,9 +19,6 @@ ONSET = 0.99
 """Force over its limit at gross slip, for laws that only approach the limit."""
 RESOLVED = 1e-3
 """Smallest energy ratio of partial slip, for laws without losses below their yield."""
-
-
-_BORDER_POINTS = 25
 
 
 class Thresholds(NamedTuple):
@@ -74,36 +71,6 @@ def _ends_of(model: BackboneLaw) -> tuple[float, float, str]:
         word = "its limit"
     bent = _first(lambda u: float(model.backbone(u)) < 0.99 * first * u, 0.0, onset, 200)
     return bent, onset, word
-
-
-class RegimeBorders(NamedTuple):
-    """Amplitudes at the transducer between which the regimes of a law change, over the load."""
-
-    normal_load: Floats
-    """Normal loads [N]."""
-    stick: Floats
-    """Largest amplitude of full stick [m]."""
-    gross: Floats
-    """Smallest amplitude of gross slip [m]."""
-    source: str
-    """Source of the borders."""
-
-
-def borders_of(
-    law_at: Callable[[float], BackboneLaw], loads: Sequence[float], rig_stiffness: float | None
-) -> RegimeBorders | None:
-    """Return the borders of a law over the load, with a rig in series; None without loads."""
-    if not loads or not min(loads) > 0.0:
-        return None
-    grid = np.geomspace(min(loads) / 1.5, 1.5 * max(loads), _BORDER_POINTS)
-    compliance = 0.0 if rig_stiffness is None else 1.0 / rig_stiffness
-    rows = []
-    for load in grid:
-        law = law_at(float(load))
-        *ends, source = _ends_of(law)
-        rows.append([u + compliance * float(law.backbone(u)) for u in ends])
-    stick, gross = np.array(rows).T
-    return RegimeBorders(grid, stick, gross, f"{type(law).__name__}, at {source}")
 
 
 def _first(holds: Callable[[float], bool], low: float, high: float, steps: int = 100) -> float:

@@ -122,8 +122,6 @@ def campaign_sections(
             "Regimes over amplitude and normal load (Vingsbo and Söderberg 1988); mixed if a "
             "second regime has a probability, or a fraction of the cycles, of 5 % or more."
         )
-        if campaign.borders is not None:
-            caption += " Lines: borders computed from the law with the rig in series."
         plot = partial(figures.fretting_map, campaign)
         picture = Picture("fretting-map", caption, plot, "Regimes over amplitude and normal load")
         last.append(Section("Fretting map", (picture,), brief=False))

@@ -195,7 +195,6 @@ class _Compliance:
             self._inverse = np.linalg.inv(full)
 
     def _times(self, inverse: NDArray[Any], force: NDArray[Any]) -> NDArray[Any]:
-        """Multiply an inverse by forces (modes, harmonics, ...)."""
         if inverse.ndim == 2:
             return np.asarray(inverse.T.reshape(force.shape[:2] + (1,) * (force.ndim - 2)) * force)
         return np.asarray(np.einsum("hmn,nh...->mh...", inverse, force))
@@ -324,7 +323,6 @@ class ModeStep:
         return np.maximum(self.balance.model.squares, self.point.omega**2)[:, None]
 
     def _right(self, unit: float) -> np.ndarray:
-        """Return the scaled right-hand side."""
         forces = (self.current.forces / self._scale).reshape(-1) / unit
         return np.append(forces, [self.current.border[0], self.current.border[1] / unit])
 

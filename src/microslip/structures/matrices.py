@@ -88,7 +88,6 @@ def symmetric_matrix(name: str, value: Any, size: int | None = None) -> Any:
 
 
 def _place(gap: Any) -> tuple[int, int]:
-    """Return the position of the largest entry of a matrix."""
     if is_sparse(gap):
         gap = gap.tocoo()
         i = int(np.argmax(gap.data))

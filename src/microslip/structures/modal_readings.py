@@ -248,7 +248,6 @@ def _means_in_time(
 
 
 def _band_limits(band: Any) -> tuple[float, float]:
-    """Validate the limits of a band [Hz]."""
     ends = floats("band", band, "Hz")
     if ends.shape != (2,):
         raise InputError(f"`band` must be two frequencies [Hz], (150.0, 220.0), got {show(band)}")
@@ -256,7 +255,6 @@ def _band_limits(band: Any) -> tuple[float, float]:
 
 
 def _filtered(x: Floats, step: float, low: float, high: float) -> Floats:
-    """Filter a signal to a band without phase shift."""
     from scipy.signal import butter, sosfiltfilt
 
     if not 0.0 < low < high < 0.5 / step:

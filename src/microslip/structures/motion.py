@@ -310,7 +310,6 @@ def _line(model: ModalModel, q: Floats, v: Floats, force: Floats) -> Floats:
 
 
 def _forces(force: Any, times: Floats, size: int) -> Floats:
-    """Return the forces at each time (times, n)."""
     if force is None:
         return np.zeros((times.size, size))
     if callable(force):

@@ -229,7 +229,6 @@ def _place(raw_place: Any, label: str) -> Floats:
 
 
 def _point_rows(elements: Elements, place: Floats, label: str) -> Any:
-    """Return the three displacements at a position as functionals."""
     every = np.arange(len(elements.mesh.cells))
     point = elements.locate(place[None], every, nearest=24)
     extent = float(np.ptp(elements.mesh.points, axis=0).max())

@@ -209,7 +209,6 @@ def _modal_constant(omega: Floats, level: Floats, cosine: Floats) -> float:
 
 
 def _means_by_level(amplitude: Floats, frequency: Floats, damping: Floats, points: int) -> Values:
-    """Return geometric means over nearly even steps of the logarithm of the amplitude."""
     level = np.log(amplitude)
     count = min(points, level.size)
     edges = np.linspace(level.min(), level.max(), count + 1)

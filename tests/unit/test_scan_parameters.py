@@ -14,7 +14,6 @@ from microslip.surfaces import (
     Moments,
     Scan,
     SummitStatistics,
-    cut,
     random_surface,
     verdicts,
 )
@@ -103,17 +102,6 @@ def test_the_smallest_scans_have_spectra(shape: tuple[int, int]) -> None:
     found = spectrum(scan, window=None)
     assert found.m0 == pytest.approx(scan.heights.var())
     assert math.isfinite(scan.spectrum().m0)
-
-
-# Patches.
-
-
-def test_patches_are_the_scan() -> None:
-    parts = cut(NOISE, (2, 3))
-    rows = [np.hstack([part.heights for part in parts[3 * i : 3 * i + 3]]) for i in range(2)]
-    assert np.array_equal(np.vstack(rows), NOISE.heights)
-    assert all(part.pixel == NOISE.pixel for part in parts)
-    assert "patch (0, 1) of (2, 3)" in parts[1].notes[-1]
 
 
 # Made surfaces.

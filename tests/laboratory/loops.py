@@ -186,9 +186,8 @@ def a_record(name: str, seed: int) -> tuple[ms.Record, dict[str, float]]:
     force = respond(x, kind.law)
     if kind.rig:
         x = x + force / kind.rig
-    last = int((kind.cycles - 1 + 0.25) * FINE)
-    if kind.steps:
-        last -= FINE // 2 * 0
+    last = (kind.cycles - 2) * FINE
+    last += int(np.argmax(x[last : last + FINE]))
     truth = truth_of(x[last : last + FINE + 1], force[last : last + FINE + 1])
     x, force, at = sampled(kind, time, x, force, float(rng.uniform(0.0, 1.0)))
     return noisy(kind, rng, x, force, at), truth

@@ -158,7 +158,7 @@ def test_what_embeds_and_what_pulls_in_a_study() -> None:
     assert build_surface(study).tightening_pressure == pytest.approx(largest)
     (note,) = [n for n in preview(study).data["notes"] if "each bolt" in n]
     assert "12.50 kN, 9.615 kN to 15.38 kN by a tightening factor of 1.6" in note
-    assert f"left between the plates, a bolt {1e-3 * left:.3f} kN" in note
+    assert f"clamp force between the plates, per bolt {1e-3 * left:.3f} kN" in note
     scattered = ms.Study.from_toml(text.replace("EMBEDDED", '{ low = "4 um", high = "12 um" }'))
     design = Design(scattered)
     places = {one.key.rpartition(".")[2]: i for i, one in enumerate(design.inputs)}
@@ -177,7 +177,7 @@ def test_what_embeds_and_what_pulls_in_a_study() -> None:
     ("more", "says"),
     [
         ('preload = "12 kN", rz = "6 um", embedding = "8 um"', "wanted embedding or rz, got both"),
-        ('preload = "1 kN", embedding = "8 um"', "wanted bolts that still press"),
+        ('preload = "1 kN", embedding = "8 um"', "wanted a clamp force above zero"),
         ('preload = "9 kN", load_factor = 0.1', "load_factor: wanted only with axial_load"),
         ('rz = "6 um"', "rz: wanted only with preload or torque"),
     ],
@@ -257,7 +257,7 @@ def test_a_study_by_size_and_torque() -> None:
     assert keys_of_model(design.study, design.changed_keys) == []  # no mesh anew
     rows = dict(force_rows(design.study.structure.bolt_forces))
     assert rows["Lost after tightening"].startswith(f"{1e-3 * lost:.2f} kN")
-    with pytest.raises(ms.StudyError, match="missing; rz wants the resilience of a size"):
+    with pytest.raises(ms.StudyError, match="missing; rz needs the size of the bolts"):
         ms.Study.from_toml(
             BEAM.replace("MU", "0.3").replace(
                 'size = "M8"\ngrade = "8.8"',

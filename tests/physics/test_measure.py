@@ -185,7 +185,7 @@ def test_regimes_of_one_sphere(share: float, regime: str) -> None:
     assert ms.measure(record).regime == regime
 
 
-@pytest.mark.parametrize("noise", [1e-3, 1e-2])
+@pytest.mark.parametrize("noise", [pytest.param(1e-3, marks=pytest.mark.slow), 1e-2])
 @pytest.mark.parametrize("rate", [100.7, 512.0])
 def test_number_of_cycles_with_noise(noise: float, rate: float) -> None:
     for seed in range(100):

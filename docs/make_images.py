@@ -87,7 +87,7 @@ def draw_damping(axes) -> None:
 
 
 def predict_beam() -> ms.Result:
-    """The beam of examples/bolted_beam.toml; takes a minute."""
+    """The beam of examples/bolted_beam.toml; takes half a minute."""
     return ms.Study.load(Path(__file__).parents[1] / "examples/bolted_beam.toml").run()
 
 

@@ -28,12 +28,13 @@ _UNLIKELY = 0.01
 
 
 class Bands:
-    """Intervals of functionals c.x of a fit, x the stiffnesses of sliders and the moved shifts.
+    """Confidence intervals of linear functionals c.x of a fit.
 
-    An interval is the range of c.x in which the sum of squares rises by at most a quantile over
-    its minimum, under stiffnesses that are not negative. The quantile is that of chi-squared times
-    two factors: one of simulated fits (at a face of the cone the statistic is a mixture of
-    chi-squared distributions), and one of residuals and cycles that scatter more than white noise.
+    The vector x holds the stiffnesses of the sliders, then the changes of the threshold shifts. An
+    interval is the range of c.x in which the sum of squares rises by at most a quantile over its
+    minimum, with no stiffness negative. The quantile is that of chi-squared times two factors: one
+    from fits to simulated noise (at a bound of the stiffnesses the statistic is a mixture of
+    chi-squared distributions), one for residuals and cycles that scatter more than white noise.
     """
 
     def __init__(self, fit: FreeForm) -> None:
@@ -41,7 +42,7 @@ class Bands:
 
     @cached_property
     def excess(self) -> float:
-        """Factor on the variance for correlated residuals; 1 for white noise."""
+        """Factor on variances because of correlated residuals [-]; 1 for white noise."""
         fit, largest = self.fit, 1.0
         freedom = fit.freedom / fit.residual.size
         for run in _RUNS:
@@ -56,7 +57,7 @@ class Bands:
 
     @cached_property
     def _cycles(self) -> list[Floats]:
-        """Whitened scatter of the cycles of each record about their mean (cycles, rows)."""
+        """Whitened force of each cycle minus the mean cycle, for each record (cycles, bins)."""
         scatter = []
         for rows in self.fit.rows:
             folded = rows.folded
@@ -69,7 +70,7 @@ class Bands:
 
     @cached_property
     def _growths(self) -> list[Floats]:
-        """Return half of the force drift of each record over its cycles, whitened (rows)."""
+        """Half of the change of each record's force over its cycles, whitened (bins,)."""
         growths = []
         for rows in self.fit.rows:
             force = rows.folded.force
@@ -78,7 +79,7 @@ class Bands:
         return growths
 
     def _by_cycles(self, direction: Floats) -> float:
-        """Return the ratio of the variance of a functional between cycles to that from noise."""
+        """Return the variance of a functional between cycles, relative to that from noise [-]."""
         total, grown, freedom, at = 0.0, 0.0, 0, 0
         for scatter, growth in zip(self._cycles, self._growths, strict=True):
             count, bins = scatter.shape
@@ -102,7 +103,10 @@ class Bands:
 
     @cached_property
     def _probes(self) -> Floats:
-        """Functionals for the calibration: force, energy and stiffness inside and at the end."""
+        """Force and energy at the largest, energy at half the smallest amplitude, and stiffness.
+
+        Rows are scaled functionals (4, coefficients), for which the quantile is calibrated.
+        """
         fit = self.fit
         y, size = fit.thresholds(), fit.g.size
         probes = np.zeros((4, size))
@@ -115,7 +119,7 @@ class Bands:
 
     @cached_property
     def _truth(self) -> Floats:
-        """Return the coefficients of the simulated law: the significant ones."""
+        """Scaled coefficients of the simulated law: those of the significant sliders, else 0."""
         fit = self.fit
         truth = np.where((fit.g < _STANDS_OUT) & ~fit.free, 0.0, fit.g)
         # Nearly equal columns hide each other: leave out sliders that the sum of squares spares.
@@ -138,7 +142,7 @@ class Bands:
 
     @cached_property
     def _simulated(self) -> list[tuple[Floats, Floats]]:
-        """Right-hand sides and coefficients of simulated fits."""
+        """Right-hand side and fitted coefficients of each fit to simulated noise."""
         fit, rng = self.fit, np.random.default_rng(0)
         base = fit.cone.gram @ self._truth
         fits = []
@@ -148,7 +152,10 @@ class Bands:
         return fits
 
     def _mean_statistic(self, c: Floats) -> float:
-        """Return the mean over simulated fits of the rise at the true value of a functional."""
+        """Return the mean rise of the sum of squares from its minimum to the true value of c.x.
+
+        The mean is over the simulated fits, whose true coefficients are known.
+        """
         truth = float(c @ self._truth)
         statistics = []
         for h, g in self._simulated:
@@ -162,16 +169,17 @@ class Bands:
         return float(np.mean([self._mean_statistic(c) for c in self._probes]))
 
     def calibration(self, c: Floats) -> float:
-        """Return the factor on the quantile for a scaled functional, from 1 to 3.
+        """Return the factor on the chi-squared quantile for a scaled functional, from 1 to 3.
 
-        It is the mean of the statistic over simulated fits, that of the functional itself where
-        few sliders carry all, because its law then differs most from chi-squared; else one for all.
+        The factor is the mean of the statistic over simulated fits. If the law has few sliders, it
+        is computed for the functional itself, since its distribution then differs most from
+        chi-squared; otherwise the mean over four typical functionals is used.
         """
         mean = self._mean_statistic(c) if self._is_few else self._mean_of_probes
         return min(max(mean, 1.0), _MOST)
 
     def interval(self, c: Floats) -> tuple[float, float, float]:
-        """Return value, lower and upper end of a functional of stiffnesses and shifts."""
+        """Return value, lower and upper end of c.x for the coefficients ``c`` of a functional."""
         fit = self.fit
         scaled = np.zeros(fit.g.size)
         scaled[: c.size] = c
@@ -192,7 +200,7 @@ class Bands:
 def widened(
     value: float, low: float, high: float, errors: Sequence[float]
 ) -> tuple[float, float, float]:
-    """Return an interval with independent errors added, each a standard deviation."""
+    """Return value, low and high, with standard errors added in quadrature to both half-widths."""
     extra = QUANTILE * sum(error * error for error in errors)
     return (
         value,

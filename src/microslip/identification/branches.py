@@ -1,4 +1,4 @@
-"""Branch tree of a folded record, which depends on its displacement alone."""
+"""Branches of a folded record, by Masing's rules from its displacement alone."""
 
 from __future__ import annotations
 
@@ -16,7 +16,12 @@ _COINCIDENT = 1e-7  # rad
 
 
 class Cycle(NamedTuple):
-    """Branch tree of a folded record, starting at its largest displacement."""
+    """Branches of a folded record, starting at its largest displacement.
+
+    Node i has the force sign[i] B(half[i]) plus that of node parent[i], at which its branch starts;
+    B is the backbone and half[i] half the distance from the start of the branch [m]. The largest
+    displacement has parent -1 and its own value as half[i].
+    """
 
     half: Floats
     sign: Floats
@@ -40,10 +45,11 @@ class Cycle(NamedTuple):
 
 
 def cycle_of(folded: Folded, even: float = 1.0) -> Cycle:
-    """Return the tree of a record: nodes of its bins, corners and turning points.
+    """Return the branches of a folded record, through its bins, corners and turning points.
 
-    The nodes of a bin are its samples where they are known. Else it reaches from its mean phase by
-    ``even`` standard deviations of its phases, the root of 3 for phases that are even over the bin.
+    The nodes of a bin are its samples, if they are known. Otherwise they are two: the mean phase of
+    the bin minus and plus ``even`` times the standard deviation of its phases. With ``even`` the
+    root of 3 they are the ends of a bin whose phases are evenly distributed.
     """
     is_wide = bool(np.any(folded.spread > 0.0))
     width = even * folded.spread
@@ -115,7 +121,7 @@ def cycle_of(folded: Folded, even: float = 1.0) -> Cycle:
 
 
 def turning_points(folded: Folded) -> Floats:
-    """Phases [rad] at which the displacement turns."""
+    """Return the phases [rad] at which the displacement has a maximum or minimum."""
     size = max(512, 16 * int(folded.harmonics.max()))
     grid = np.linspace(0.0, 2.0 * math.pi, size + 1)
     slope = folded.displacement(grid, 1)

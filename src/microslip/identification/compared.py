@@ -1,4 +1,4 @@
-"""Named laws beside the free form that envelops them all."""
+"""Comparison of named friction laws on the same records, with the free form as reference."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _DECIDED = 6.0
 
 
 class ComparedLaw(NamedTuple):
-    """Law in a comparison."""
+    """Fit of one named law, with the criteria by which laws are compared."""
 
     parameters: int
     """Number of free parameters."""
@@ -56,10 +56,11 @@ class ComparedLaw(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Comparison(Locked):
-    """Several laws on the same records, within the envelope of the free form.
+    """Several named laws fitted to the same records.
 
     Made by :func:`microslip.compare`; criteria after Akaike (1974, DOI 10.1109/TAC.1974.1100705)
-    and Schwarz (1978, DOI 10.1214/aos/1176344136).
+    and Schwarz (1978, DOI 10.1214/aos/1176344136). The free form, which contains every law that
+    obeys Masing's rules, gives the smallest possible sum of squares.
     """
 
     found: Identification
@@ -85,7 +86,7 @@ class Comparison(Locked):
         return by_aic[0] if agree else "undecided"
 
     def table(self) -> str:
-        """Return the laws as text, one a line."""
+        """Return the table of laws as text, with one law in each line."""
         head = f"{'law':<12}{'parameters':>11}{'chi^2/dof':>12}{'AIC':>12}{'BIC':>12}"
         lines = [f"{head}{'held back':>12}"]
         for name, law in self.laws.items():
@@ -104,7 +105,7 @@ class Comparison(Locked):
 
 
 class _Fit(NamedTuple):
-    """A law fitted at all loads of one fit of free form."""
+    """Named law fitted at all loads of a free-form fit."""
 
     misfit: float
     parameters: int
@@ -181,7 +182,7 @@ def compare(
 
 
 def _parts(name: str, fits: Sequence[FreeForm]) -> list[FreeForm]:
-    """Return the fits of free form to which a law is fitted, one per load if it has no load."""
+    """Return the free-form fits to which a law is fitted; one per load if it has no load."""
     if name == "interface":
         return list(fits)
     return [part for fit in fits for part in (fit.separate or [fit])]
@@ -267,7 +268,7 @@ def _cells(fit: FreeForm) -> _Fit:
 def _held_back(
     found: Identification, rows: Sequence[Rows], laws: Sequence[str], heights: Any
 ) -> dict[str, float]:
-    """Return the RMS error of each law over noise for the cycles excluded from its fit."""
+    """Return the RMS error of each law over noise [-], for the cycles excluded from its fit."""
     if any(one.folded.cycles < _HELD for one in rows):
         return {}
     masks = []

@@ -45,14 +45,15 @@ class AmplitudeTable:
 
 @lru_cache(maxsize=4)
 def curves_of(found: Any, points: int = _POINTS) -> tuple[AmplitudeTable, ...]:
-    """Return the estimates of each measured normal load, the lightest first.
+    """Return the estimates of each measured normal load, in increasing order of load.
 
     Parameters
     ----------
     found : Identification
         Result of an identification.
     points : int
-        Amplitudes of each table, in geometric steps, beside those of the records.
+        Number of geometrically spaced amplitudes in each table, in addition to the amplitudes
+        of the records.
     """
     tables = []
     loads: list[float | None] = [*sorted(found.loads)] or [None]
@@ -68,9 +69,9 @@ def curves_of(found: Any, points: int = _POINTS) -> tuple[AmplitudeTable, ...]:
 
 
 def measured_amplitudes(found: Any, load: float | None) -> NDArray[np.float64]:
-    """Return the different amplitudes of the records at a normal load [m], rising.
+    """Return the distinct displacement amplitudes of the records at a normal load [m], increasing.
 
-    With a given stiffness of the rig they are those of the joint alone.
+    With a given stiffness of the rig, the deflection of the rig is subtracted.
     """
     compliance = 0.0 if found.rig_stiffness is None else 1.0 / found.rig_stiffness[0]
     amplitudes = [

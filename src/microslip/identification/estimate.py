@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 
 class Estimate(NamedTuple):
-    """An estimate with its 95 % confidence interval, numbers or arrays of one shape."""
+    """Value with its 95 % confidence interval; all fields are numbers, or arrays of one shape."""
 
     value: Any
     """Best estimate; not a number where only one end of the interval is known."""
@@ -17,10 +17,10 @@ class Estimate(NamedTuple):
 
 
 def as_pair(datum: Any) -> Any:
-    """Return (value, standard deviation) of an object that has both, else the datum itself.
+    """Return (value, standard deviation) of a datum that has both, otherwise the datum itself.
 
-    Such objects are those of the package uncertainties (``nominal_value``, ``std_dev``) and
-    estimates of this package (``value``, ``standard_error``).
+    Both are attributes of numbers of the package uncertainties (``nominal_value``, ``std_dev``) and
+    of estimates of this package (``value``, ``standard_error``).
     """
     for names in (("nominal_value", "std_dev"), ("value", "standard_error")):
         if all(hasattr(datum, name) for name in names):

@@ -1,4 +1,4 @@
-"""Figures of an identification: loops with the law, and what follows from it by amplitude."""
+"""Figures of an identification: measured and fitted loops; force, energy, damping by amplitude."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def law(result: Any) -> Plot:
 
 
 def cycles_by_load(result: Any) -> list[tuple[str, list[RecordFit]]]:
-    """Return the cycles by load, lightest first, each with the name of its panel."""
+    """Return the fitted records of each load, lightest first, with the title of its panel."""
     by_load: dict[str, list[RecordFit]] = {}
     for r in sorted(result.records, key=lambda r: r.normal_load or math.inf):
         name = "Load unknown" if r.normal_load is None else f"N = {engineering(r.normal_load, 'N')}"
@@ -168,7 +168,7 @@ def loops(result: Any) -> Plot:
 
 
 def _upper_end(group: Sequence[RecordFit], unit: float) -> float:
-    """Upper end of the forces of a panel, with room for the names of its amplitudes."""
+    """Return the upper end of the force axis, with room for the labels of the amplitudes."""
     low, high = (
         float(end(np.concatenate([cycle.measured for cycle in group]))) for end in (np.min, np.max)
     )

@@ -1,4 +1,4 @@
-"""Result of an identification: what loops determine, with intervals."""
+"""Result of an identification: quantities that the loops determine, with intervals."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _FLAT = 0.02
 
 
 class _At(NamedTuple):
-    """Fit evaluated at one normal load."""
+    """Sliders of a fit at one normal load, and derivatives of their threshold shift."""
 
     fit: FreeForm
     bands: Bands
@@ -84,17 +84,17 @@ class Identification(Locked, Plottable):
 
     @property
     def series(self) -> str:
-        """Name of the object to which the results belong."""
+        """Subject of the results: the joint, or joint and rig in series."""
         return "joint" if self.rig_stiffness else "joint and rig in series"
 
     @cached_property
     def loads(self) -> tuple[float, ...]:
-        """Different normal loads [N], falling; empty without any."""
+        """Distinct normal loads [N] in decreasing order; empty if the records have none."""
         return tuple(load for fit in self.fits for load in fit.loads if load is not None)
 
     @cached_property
     def amplitudes(self) -> tuple[float, float]:
-        """Smallest and largest amplitude of the records [m], of the joint where it is known."""
+        """Smallest and largest amplitude of the records [m]; of the joint if the rig is known."""
         ends = []
         for end in (min, max):
             best = None
@@ -167,7 +167,7 @@ class Identification(Locked, Plottable):
     def _coefficients(self, at: _At, shape: Callable[[Floats], Floats]) -> Floats:
         """Return the derivatives of sum_i k_i shape(y_i) by the fitted stiffnesses and shifts.
 
-        The sum is over all sliders, with stiffnesses k_i and yield displacements y_i.
+        The sum is over all sliders, with stiffnesses k_i [N/m] and yield displacements y_i [m].
         """
         y = np.maximum(at.y, 0.0)
         c = np.append(shape(y), np.zeros(at.by_shift.size))
@@ -188,7 +188,7 @@ class Identification(Locked, Plottable):
         return value, value + low - middle, value + high - middle
 
     def _force_of(self, at: _At, u: float) -> tuple[Floats, float, float]:
-        """Coefficients of the force, the force and the stiffness at a displacement in series."""
+        """Return force derivatives, force [N] and stiffness [N/m] at displacement u in series."""
         c = self._coefficients(at, lambda y: np.minimum(u, y))
         low, here, high = _sum(at, u * np.array([1.0 - _STEP, 1.0, 1.0 + _STEP]))
         if (1.0 + _STEP) * u > at.y[-2]:  # beyond it nothing is measured
@@ -196,7 +196,7 @@ class Identification(Locked, Plottable):
         return c, float(here), float(high - low) / (2.0 * _STEP * u)
 
     def _in_series(self, at: _At, a: float, compliance: float) -> float:
-        """Return the displacement of joint and rig at which that of the joint is ``a`` [m]."""
+        """Return the displacement [m] of joint and rig at which the joint is displaced by a."""
         if not compliance:
             return a
         y = np.append(0.0, np.sort(np.maximum(at.y, 0.0)))
@@ -244,7 +244,7 @@ class Identification(Locked, Plottable):
     def _with_rig(
         self, name: str, at: _At, a: float, ends: tuple[float, float, float]
     ) -> tuple[float, float]:
-        """Return an interval widened by the uncertainty of the rig, which acts nonlinearly."""
+        """Return the ends of an interval, widened by the uncertainty of the rig stiffness."""
         value, low, high = ends
         if self.rig_stiffness is None or not self.rig_stiffness[1]:
             return low, high
@@ -273,7 +273,7 @@ class Identification(Locked, Plottable):
     def dissipated_energy(
         self, amplitude: ArrayLike, *, normal_load: float | None = None
     ) -> Estimate:
-        """Return the energy E_d of a cycle [J]; amplitudes [m] of any shape, as :meth:`force`."""
+        """Return the energy E_d dissipated per cycle [J] at amplitudes [m] of any shape."""
         return self._measure("energy", amplitude, normal_load)
 
     def damping_ratio(self, amplitude: ArrayLike, *, normal_load: float | None = None) -> Estimate:
@@ -290,16 +290,16 @@ class Identification(Locked, Plottable):
     def secant_stiffness(
         self, amplitude: ArrayLike, *, normal_load: float | None = None
     ) -> Estimate:
-        """Return the secant stiffness T/a [N/m]; amplitudes [m] of any shape, as :meth:`force`."""
+        """Return the secant stiffness T/a [N/m] at amplitudes a [m] of any shape."""
         return self._measure("secant", amplitude, normal_load)
 
     @cached_property
     def stiffness(self) -> Estimate:
-        """Stiffness at rest [N/m], at the highest load."""
+        """Tangential stiffness at rest [N/m], at the highest normal load."""
         return self.stiffness_at(None)
 
     def stiffness_at(self, normal_load: float | None) -> Estimate:
-        """Return the stiffness at rest [N/m] at a normal load [N]."""
+        """Return the tangential stiffness at rest [N/m] at a normal load [N]."""
         at = self._at(normal_load)
         _, low, _ = self._interval(at, lambda y: np.where(y > 0.0, 1.0, 0.0))
         # Sliders below the finest threshold stand there with the same force, and so with about half
@@ -328,11 +328,11 @@ class Identification(Locked, Plottable):
 
     @cached_property
     def force_limit(self) -> Estimate:
-        """Force of gross slip [N], at the highest load; only a lower end where none was reached."""
+        """Force at gross slip [N] at the highest load; a lower bound if no loop reaches it."""
         return self.force_limit_at(None)
 
     def force_limit_at(self, normal_load: float | None) -> Estimate:
-        """Return the force of gross slip [N] at a normal load [N]."""
+        """Return the force at gross slip [N] at a normal load [N]."""
         at = self._at(normal_load)
         a = max(rows.amplitude for rows in at.fit.rows)
         force = self._interval(at, lambda y: np.minimum(a, y))
@@ -348,11 +348,11 @@ class Identification(Locked, Plottable):
 
     @cached_property
     def law(self) -> SliderLaw:
-        """Friction law of sliders at the highest load; usable wherever a backbone law is."""
+        """Friction law of sliders at the highest normal load, a backbone law."""
         return self.law_at(None)
 
     def law_at(self, normal_load: float | None) -> SliderLaw:
-        """Return the friction law at a normal load [N]; without the rig where that was given."""
+        """Return the friction law at a normal load [N]; of the joint alone if the rig was given."""
         at = self._at(normal_load)
         used = (at.fit.k > 0.0) & (at.y > 0.0)
         y, k = at.y[used], at.fit.k[used]
@@ -373,21 +373,21 @@ class Identification(Locked, Plottable):
         known: Mapping[str, Any] | None = None,
         contact_area: tuple[float, float, float] | None = None,
     ) -> InterfaceStep:
-        """Fit the Greenwood interface to what the loops determine.
+        """Fit the Greenwood interface to the quantities that the loops determine.
 
         Parameters
         ----------
         pair : MaterialPair, optional
-            The two materials, which turn the slip scale into a height.
+            The two materials, which relate the slip scale [m] to the standard deviation of heights.
         area : float, optional
             Apparent area [m^2], for densities of summits.
         heights : optional
-            Distribution of heights, or a surface whose shape counts: a table, a face or a sphere,
-            whose "radius" then is a parameter. By default Gaussian heights.
+            Distribution of summit heights, or a surface that gives the shape of the normal law: a
+            table, a face, or a sphere, which adds the parameter "radius". By default Gaussian.
         known : mapping, optional
-            Data from elsewhere as (value, standard deviation) by the names of parameters; "radius"
-            or "density" separate the two; "summits" is the number of all summits, whose random
-            heights widen the intervals.
+            Measured parameters as (value, standard deviation), by name. "radius" or "density"
+            separates the two; "summits" is the total number of summits, whose random heights widen
+            the intervals.
         contact_area : tuple, optional
             Measured real contact area (value [m^2], uncertainty [m^2], normal load [N]), which
             separates radius and density of the summits.
@@ -395,12 +395,12 @@ class Identification(Locked, Plottable):
         Returns
         -------
         InterfaceStep
-            Parameters with intervals and verdicts, and the joint they make.
+            Parameters with intervals and verdicts, and the joint that they describe.
 
         Raises
         ------
         InputError
-            For records without a normal load, or wrong data.
+            For records without a normal load, or invalid arguments.
         """
         fit = self.fits[0]
         rig = self.rig_stiffness
@@ -428,14 +428,14 @@ class Identification(Locked, Plottable):
 
     @property
     def parameters(self) -> Mapping[str, Parameter]:
-        """Parameters of the interface by name; empty without a second step."""
+        """Parameters of the interface by name; empty if no interface was fitted."""
         return {} if self.step is None else self.step.parameters
 
     # -- the rig ----------------------------------------------------------------------------------
 
     @cached_property
     def rig(self) -> Estimate:
-        """Stiffness of the rig [N/m]: as it was given, or the lower bound that loops give."""
+        """Rig stiffness [N/m]: as given, or at least the initial stiffness of the loops."""
         if self.rig_stiffness is not None:
             value, error = self.rig_stiffness
             if math.isinf(value):
@@ -445,24 +445,24 @@ class Identification(Locked, Plottable):
 
     @cached_property
     def masing(self) -> Masing:
-        """Test whether the loops obey Masing's rules, with the cause where one is found."""
+        """Test whether the loops obey Masing's rules, with the likely cause if they do not."""
         return masing_of(self.fits)
 
     # -- the fit ----------------------------------------------------------------------------------
 
     @property
     def chi_squared(self) -> float:
-        """Sum of squares of the residuals over their noise [-]."""
+        """Sum of squared residuals, each divided by the standard deviation of its noise [-]."""
         return sum(fit.chi_squared for fit in self.fits)
 
     @property
     def degrees_of_freedom(self) -> int:
-        """Number of forces less what was fitted."""
+        """Number of measured forces minus the number of fitted coefficients."""
         return sum(fit.freedom for fit in self.fits)
 
     @property
     def reduced_chi_squared(self) -> float:
-        """Sum of squares over degrees of freedom [-], about 1 for a law of Masing."""
+        """Sum of squares over degrees of freedom [-]; about 1 if loops obey Masing's rules."""
         return self.chi_squared / self.degrees_of_freedom
 
     def __repr__(self) -> str:

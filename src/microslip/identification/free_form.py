@@ -1,4 +1,4 @@
-"""Masing law of free form: a density of sliders, by one convex fit to folded cycles."""
+"""Friction law of free form: a density of sliders, by a convex fit to folded cycles."""
 
 from __future__ import annotations
 
@@ -43,9 +43,11 @@ shifts, and the change of forces over their noise, or of the sum of squares, at 
 
 @dataclass(eq=False)
 class FreeForm:
-    """Density of sliders that fits the records best, at the highest of their loads.
+    """Density of sliders fitted to records: stiffnesses k_i at thresholds y_i.
 
-    At a lower load every threshold is less by one shift (section 20 of the theory).
+    The thresholds are those at the reference load: the highest normal load, or the highest one
+    within a cycle if the load varies. At a lower load all are less by one length: the threshold is
+    max(y_i + s, 0), with the shift s <= 0 [m] of that load.
     """
 
     rows: Sequence[Rows]
@@ -99,7 +101,7 @@ class FreeForm:
     # -- the convex problem -----------------------------------------------------------------------
 
     def _assemble(self) -> None:
-        """Assemble Gram matrix and right-hand side of all records."""
+        """Assemble the least-squares problem of all records: Gram matrix and columns."""
         count = self.y.size
         self.blocks: list[Floats] = []
         used = np.flatnonzero(self.k)
@@ -174,7 +176,7 @@ class FreeForm:
         """Insert thresholds between sliders whose spacing affects the fit.
 
         A slider that yields between two thresholds a distance D apart is approximated with an error
-        of up to k D/4, which matters unless it is small compared with the noise of the bins.
+        of up to k D/4 [N], which matters unless it is small compared with the noise of the bins.
         """
         y, k = self.y[:-1], self.k[:-1]
         noise = min(float((1.0 / rows.weight).mean()) for rows in self.rows)
@@ -190,7 +192,7 @@ class FreeForm:
         self.y, self.k = np.append(grid, self.y[-1]), spread
 
     def _thin(self) -> None:
-        """Remove thresholds without stiffness if there are many; this keeps the minimum.
+        """Remove thresholds without stiffness if there are many; the fitted minimum is unchanged.
 
         Neighbours of thresholds with stiffness, and every few of the others, are kept.
         """
@@ -209,10 +211,10 @@ class FreeForm:
         self._solve()
 
     def _search_shifts(self) -> None:
-        """Find the shift of each lower load, first from the backbones of separate fits.
+        """Find initial shifts of the lower loads from the backbones of separate fits.
 
-        The backbone at a lower load is the tail of that at the highest one,
-        B_low(u) = B_high(u* + u) - B_high(u*), at a shift of -u*.
+        The backbone at a lower load is the end of that at the highest load, from a displacement u*:
+        B_low(u) = B_high(u* + u) - B_high(u*). The shift is -u*.
         """
         alone = [
             FreeForm(
@@ -234,7 +236,7 @@ class FreeForm:
         self.y, self.k = high.y.copy(), high.k.copy()
 
     def _settle(self, still: float) -> None:
-        """Iterate the shifts, or the friction, by the Gauss-Newton method until they converge."""
+        """Iterate the shifts, or the friction coefficient, by the Gauss-Newton method."""
         last, share = np.zeros(self.extra), np.ones(self.extra)
         before = math.inf
         for _ in range(_SHIFT_ROUNDS):
@@ -266,16 +268,16 @@ class FreeForm:
 
     @property
     def extra(self) -> int:
-        """Number of free coefficients beside stiffnesses: shifts, or the friction."""
+        """Number of coefficients in addition to stiffnesses: the shifts, or one friction."""
         return 1 if self.friction is not None else len(self.loads) - 1
 
     def corners(self) -> tuple[Floats, Floats]:
-        """Return displacements and forces of the corners of first loading at the reference."""
+        """Return forces [N] and displacements [m] of the corners of the reference backbone."""
         u = np.append(0.0, self.y)
         return backbone_of(self.y, self.k, u), u
 
     def _path(self, rows: Rows, friction: float) -> tuple[Floats, Floats]:
-        """Return the shift along a record, from B(-s) = mu (N_reference - N)."""
+        """Return the shift s [m] at nodes and midway: B(-s) = mu (N_reference - N)."""
         assert self.reference is not None
         assert rows.loads is not None
         force, u = self.corners()
@@ -284,7 +286,7 @@ class FreeForm:
         return at, middle
 
     def shift_at(self, load: float | None, friction: float | None = None) -> float:
-        """Return the shift [m] at a load [N], by default with the friction of the fit."""
+        """Return the shift [m] of the thresholds from the reference load to a load [N]."""
         friction = self.friction if friction is None else friction
         if friction is None or load is None or self.reference is None:
             return 0.0
@@ -292,7 +294,7 @@ class FreeForm:
         return -float(np.interp(friction * (self.reference - load), force, u))
 
     def _fall(self, friction: float | None = None) -> float:
-        """Return the fall of the thresholds [m] from the reference to the highest mean load."""
+        """Return the decrease of thresholds [m] from the reference to the highest mean load."""
         force, u = self.corners()
         limit = (friction or self.friction or 0.0) * (
             (self.reference or 0.0) - (self.loads[0] or 0.0)
@@ -300,10 +302,10 @@ class FreeForm:
         return float(np.interp(limit, force, u))
 
     def shift_by_stiffness(self, load: float | None) -> Floats:
-        """Return the derivatives of the shift at a load by the stiffnesses [m^2/N].
+        """Return the derivatives of the shift at a load by the stiffnesses k_i [m^2/N].
 
-        B(-s) = mu (N_reference - N) gives ds = min(-s, y) dk/B'(-s). Thresholds at the highest
-        mean load are kept.
+        With the backbone B, B(-s) = mu (N_reference - N) gives ds = min(-s, y) dk/B'(-s), for fixed
+        thresholds at the highest mean load.
         """
         if self.friction is None:
             return np.zeros(self.y.size)
@@ -314,16 +316,16 @@ class FreeForm:
         return np.asarray((here - top) * (self.y >= 2.0 * self._fall()))
 
     def _stiffness_at(self, u: Floats) -> Floats:
-        """Return the stiffness of first loading [N/m] at the reference."""
+        """Return the slope B'(u) of the backbone at the reference load [N/m]."""
         stuck = np.append(np.cumsum(self.k[::-1])[::-1], 0.0)
         return np.asarray(stuck[np.searchsorted(self.y, u, side="right")])
 
     def _by_path(self, rows: Rows, path: tuple[Floats, Floats], force: Floats) -> Floats:
-        """Return the change of the force by the stiffnesses through the path of the shift.
+        """Return the derivatives of the force by the stiffnesses, through the varying shift.
 
-        min(u, y) of a fall u on the path is alpha u + beta, exact where y is outside its range.
-        Sliders that enter and leave within the cycle carry little force, and their stiffnesses
-        change much: their effect on the path follows from step to step only.
+        The shift -u varies along the cycle; min(u, y) is approximated by alpha u + beta, exact for
+        y outside the range of u. Sliders with y inside it carry little force but have variable
+        stiffnesses, so their effect on the shift is followed from one iteration to the next only.
         """
         y, top = self.y, self._fall()
         low, high = -float(path[0].max()), -float(path[0].min())
@@ -348,7 +350,7 @@ class FreeForm:
         return change
 
     def _correct(self) -> None:
-        """Solve with the effect of stiffnesses on the path of the shift, by Newton's method."""
+        """Solve again by Newton's method, with the effect of stiffnesses on the varying shift."""
         self.is_exact = True
         for _ in range(_CORRECTIONS):
             self._assemble()
@@ -367,7 +369,7 @@ class FreeForm:
             self.shifts[level] += self.shift_by_stiffness(load) @ (self.k - k)
 
     def friction_gradient(self, load: float | None) -> float:
-        """Return the derivative by the friction [m] of the thresholds at a load [N]."""
+        """Return the derivative by friction [m] of the shift to a load, from the highest mean."""
         if self.friction is None:
             return 0.0
         step = _FRICTION_STEP * self.friction
@@ -378,19 +380,21 @@ class FreeForm:
         return (more - less) / (2.0 * step)
 
     def carried(self, y: Floats, friction: float) -> Floats:
-        """Return thresholds at the reference [m] for fixed values at the highest mean load.
+        """Return thresholds at the reference load [m] for another friction coefficient.
 
-        Loops determine the thresholds at the mean load. Those at the reference follow from the
-        friction, so that a change of the friction needs no other thresholds.
+        Thresholds at the highest mean load, which loops determine, stay the same.
         """
         return carried(y, self._fall(), self._fall(friction))
 
     def carried_to(self, y: Floats, fall: float) -> Floats:
-        """Return thresholds at the reference for another fall to the highest mean load [m]."""
+        """Return thresholds at the reference load [m] for another decrease ``fall`` [m].
+
+        The decrease is from the reference to the highest mean load, whose thresholds are kept.
+        """
         return carried(y, self.fall, fall)
 
     def about(self, friction: float, k: Floats) -> FreeForm:
-        """Return the fit linearised about a friction coefficient and the stiffnesses of a law."""
+        """Return the fit linearised about the friction coefficient and sliders of a law."""
         other = copy(self)
         other._columns = {}
         other.y, other.k, other.friction = self.y.copy(), k, friction
@@ -401,7 +405,7 @@ class FreeForm:
         return other
 
     def shift_gradient(self, level: int) -> Floats:
-        """Return the derivatives of the shift at a load by the free coefficients."""
+        """Return the derivatives of a load's shift [m] by the coefficients beside stiffnesses."""
         gradient = np.zeros(self.extra)
         if self.friction is not None:
             gradient[0] = self.friction_gradient(self.loads[level])
@@ -410,7 +414,7 @@ class FreeForm:
         return gradient
 
     def _follow_loads(self) -> None:
-        """Refer the thresholds to the largest load of all, and the shifts to one friction."""
+        """Refer thresholds to the largest load within a cycle; replace shifts by a friction."""
         high = self.loads[0]
         assert high is not None
         top = max(
@@ -437,7 +441,7 @@ class FreeForm:
         return self._columns[id(rows)] @ self.k
 
     def _put_thresholds(self) -> None:
-        """Place thresholds about the shift of each load as finely as its loops resolve.
+        """Place thresholds around the shift of each load, as finely as its loops resolve.
 
         The stiffness of each old threshold is distributed to its two neighbours.
         """
@@ -474,11 +478,11 @@ class FreeForm:
     # -- what follows -----------------------------------------------------------------------------
 
     def thresholds(self, load: int = 0) -> Floats:
-        """Return the thresholds [m] at a load, none below zero."""
+        """Return the thresholds [m] at the load of this index, none below zero."""
         return np.asarray(np.maximum(self.y + self.shifts[load], 0.0))
 
     def backbone(self, u: Floats, load: int = 0) -> Floats:
-        """Return the force of first loading [N]."""
+        """Return the first-loading force [N] at displacements u [m], at the load of an index."""
         return backbone_of(self.thresholds(load), self.k, np.asarray(u))
 
     @property
@@ -488,7 +492,7 @@ class FreeForm:
 
     @property
     def used(self) -> int:
-        """Number of independent columns with stiffness that noise allows to distinguish."""
+        """Number of independent combinations of sliders that exceed the noise."""
         used = np.flatnonzero(self.g)
         # Columns that are nearly equal count as the directions that noise can tell.
         part = self.cone.gram[np.ix_(used, used)]

@@ -1,4 +1,4 @@
-"""Quantities of an amplitude by force and energy, and the joint without the rig in series."""
+"""Secant stiffness and damping from force and energy; sliders of the joint without the rig."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from microslip._core.checks import Floats
 
 
 def quantity_of(name: str, force: float, energy: float, a: float) -> tuple[float, float, float]:
-    """Return a quantity at an amplitude and its derivatives by force and energy."""
+    """Return a named quantity at amplitude a [m], and its derivatives by force and energy."""
     if name == "force":
         return force, 1.0, 0.0
     if name == "energy":
@@ -22,9 +22,11 @@ def quantity_of(name: str, force: float, energy: float, a: float) -> tuple[float
 
 
 def joint_alone(y: Floats, k: Floats, compliance: float) -> tuple[Floats, Floats]:
-    """Return the sliders of the joint from those of joint and rig: x = u - c B(u) is exact.
+    """Return the sliders of the joint from those of joint and rig in series.
 
-    A polygon stays a polygon; a side as stiff as the rig is taken as 1e3 times as stiff as the rig.
+    The displacement of the joint is u - c B(u), with u and the backbone B of both and the
+    compliance c of the rig [m/N]. A piecewise linear B stays one; a segment whose stiffness is that
+    of the rig becomes 1e3 times as stiff as the rig.
     """
     corners = np.append(0.0, y)
     force = np.minimum(corners[:, None], y) @ k

@@ -1,4 +1,4 @@
-"""Second step of an identification: the Greenwood interface, from what loops determine."""
+"""Second step of an identification: fit of the Greenwood interface to the free form."""
 
 from __future__ import annotations
 
@@ -55,19 +55,19 @@ _RIGS = (1.01, 1.1, 1.5, 4.0)
 
 @dataclass(frozen=True, eq=False, repr=False)
 class InterfaceStep(SecondStep):
-    """A Greenwood interface fitted to what loops determine."""
+    """Greenwood interface fitted to the free form of an identification."""
 
     _model: Any = None
     _materials: Any = None
     _loads: tuple[float, ...] = ()
 
     def joint(self, normal_load: float | None = None) -> Interface:
-        """Return the interface of the best values, without its rig.
+        """Return the interface with the fitted parameters, without the rig.
 
         Parameters
         ----------
         normal_load : float, optional
-            Normal load [N]; without it the highest measured.
+            Normal load [N]; by default the highest measured one.
 
         Raises
         ------
@@ -106,16 +106,17 @@ def interface_step(
     known: Mapping[str, Any] | None,
     contact_area: tuple[float, float, float] | None,
 ) -> tuple[SecondStep, InterfaceModel, Materials]:
-    """Fit the interface to the statistics of a free form.
+    """Fit the interface to the statistics of a free-form fit.
 
     Parameters
     ----------
     statistics : Statistics
         Statistics of the fit at all loads.
     loads : sequence of float
-        Different normal loads [N].
+        Distinct normal loads [N].
     force, stiffness : float
-        Largest force [N] at the highest load, stiffness at rest of the joint [N/m]: for a start.
+        Largest force at the highest load [N] and stiffness at rest of the joint [N/m], from which
+        initial guesses are computed.
     slips : bool
         Whether the loops reach gross slip.
     pair, area, heights, known, contact_area
@@ -194,7 +195,7 @@ def interface_step(
 
 
 def _open(one: Parameter) -> Parameter:
-    """Return a parameter that is not determined."""
+    """Return a parameter marked as not determined, with an unbounded interval."""
     low = -math.inf if one.name == SEPARATION else 0.0
     return replace(one, value=math.nan, low=low, high=math.inf, verdict=NOT)
 
@@ -224,7 +225,7 @@ def interface_law(
 
 
 def _wider(one: Parameter, excess: float, share: float) -> Parameter:
-    """Multiply the interval by a factor and add a relative standard error."""
+    """Multiply a parameter's interval by a factor and add a relative standard error."""
     below, above = (
         math.hypot(excess * abs(end - one.value), math.sqrt(QUANTILE) * share * one.value)
         for end in (one.low, one.high)
@@ -235,7 +236,7 @@ def _wider(one: Parameter, excess: float, share: float) -> Parameter:
 def interface_starts(
     statistics: Statistics, law: Law, model: InterfaceModel, force: float, stiffness: float
 ) -> list[dict[str, float]]:
-    """Return initial guesses: the two best of a grid, and the surface itself."""
+    """Return the best initial guesses of a grid, to which a measured surface adds its own."""
     starts = [
         {SCALE: share * force / stiffness, SEPARATION: h} for share in _SCALES for h in _SEPARATIONS
     ]
@@ -272,7 +273,7 @@ def interface_starts(
 
 
 def _scatter(model: InterfaceModel, loads: Sequence[float], count: float) -> Scatter:
-    """Return the changes of scaled coefficients by the random heights of a number of summits."""
+    """Return a function for the scatter of coefficients due to random summit heights."""
     high = max(loads)
 
     def changes(fit: FreeForm, values: Mapping[str, float]) -> Floats:
@@ -332,9 +333,9 @@ def _derived(
 def _summits(
     model: InterfaceModel, materials: Materials, measured: tuple[str, float, float, float]
 ) -> list[tuple[str, str, Function]]:
-    """Return radius and density of the summits, one of them measured, or from the contact area.
+    """Return functions for radius and density of the summits, from a measured value.
 
-    Loops determine density times the root of the radius, the contact area density times the radius.
+    Loops determine density times the root of the radius, a contact area density times the radius.
     ``values`` contains the measured value under its name.
     """
     name, value, _, load = measured
@@ -370,7 +371,7 @@ def _summits(
 
 
 def pair_of(name: str, datum: Any) -> tuple[float, float]:
-    """Return a datum as value and standard deviation; raise InputError for any other."""
+    """Return a datum as (value, standard deviation); raise InputError for any other type."""
     try:
         value, error = (float(part) for part in as_pair(datum))
     except (TypeError, ValueError):
@@ -393,7 +394,7 @@ def _data(
     loads: list[float],
     contact_area: Any,
 ) -> tuple[list[Datum], tuple[str, float, float, float] | None]:
-    """Return data on the parameters, and the datum that separates radius and density."""
+    """Return measured data on parameters, and the datum that separates radius and density."""
     measured = None
     top = max(loads)
     has_summits = isinstance(model.template.law, GreenwoodWilliamson)
@@ -458,7 +459,7 @@ def _propagated(
     statistics: Statistics,
     measured: tuple[str, float, float, float] | None = None,
 ) -> Parameter:
-    """Return a function of the parameters with its interval, from their covariance."""
+    """Return a function of the fitted parameters, with its interval from their covariance."""
     value = function(values)
     by = np.zeros(len(free))
     for i, one in enumerate(unknowns):

@@ -1,4 +1,4 @@
-"""Groups of equal loads; thresholds of sliders at another load, and first loading."""
+"""Grouping of equal loads, thresholds at different loads, and first-loading force of sliders."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SAME = 0.01
 
 
 def groups_of(values: Iterable[float]) -> list[list[float]]:
-    """Return rising values in groups, each within 1 % above the first of its group."""
+    """Sort values into groups; each value is within 1 % of the smallest of its group."""
     groups: list[list[float]] = []
     for value in sorted(values):
         if groups and value <= groups[-1][0] * (1.0 + SAME):
@@ -24,15 +24,16 @@ def groups_of(values: Iterable[float]) -> list[list[float]]:
 
 
 def carried(y: Floats, old: float, new: float) -> Floats:
-    """Return thresholds at a reference load [m], for fixed values at another load.
+    """Return thresholds at the reference load [m], for fixed thresholds at a second load.
 
-    The shift between the two loads has changed.
+    From the reference to the second load thresholds decrease by one length, which has changed from
+    ``old`` to ``new`` [m]. Thresholds below ``old`` are scaled by new/old.
     """
     return np.where(y > old, y + (new - old), y * (new / old)) if old > 0.0 else y
 
 
 def backbone_of(y: Floats, k: Floats, u: Floats) -> Floats:
-    """Return the sum of k min(u, y) [N] at displacements u of any shape."""
+    """Return the first-loading force sum_i k_i min(u, y_i) [N] at displacements u of any shape."""
     order = np.argsort(y)
     y, k = y[order], k[order]
     slipped = np.append(0.0, np.cumsum(k * y))

@@ -1,4 +1,4 @@
-"""Test whether loops obey Masing's rules, and signatures of what may break them."""
+"""Test whether loops obey Masing's rules, and patterns in the residual of possible causes."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _TAIL = 0.005
 
 @dataclass(frozen=True)
 class Masing(Locked):
-    """Test whether the residual of the free form is noise: then the loops obey Masing's rules."""
+    """Test of Masing's rules: whether the residual of the free-form fit is noise."""
 
     reduced_chi_squared: float
     """Sum of squares over degrees of freedom [-]."""
@@ -53,7 +53,7 @@ class Masing(Locked):
 
     @property
     def holds(self) -> bool:
-        """Whether the residual is no larger than noise explains."""
+        """Whether noise explains the residual, so that the loops obey Masing's rules."""
         return self.reduced_chi_squared <= self.high
 
     @property
@@ -83,7 +83,7 @@ def _centred(values: Floats) -> Floats:
 
 
 def _moved(fit: FreeForm, rows: Rows, moves: Floats) -> Floats:
-    """Return the change of the force (bins,) due to a change of the displacement."""
+    """Return the change of force [N] (bins,) due to small displacements [m] of the nodes."""
     cycle = rows.cycle
     above = np.where(cycle.parent < 0, 0, cycle.parent)
     y = fit.y + fit.shifts[fit.level[rows.load]]
@@ -107,9 +107,10 @@ def _clearance(fit: FreeForm, rows: Rows, size: float) -> Floats:
 
 
 def _lost_motion(fit: FreeForm, rows: Rows, size: float) -> Floats:
-    """Return the change of the force by a lost motion of a size [m], over it.
+    """Return the change of force per metre of lost motion [N/m] (bins, 1), at a size [m].
 
-    After a reversal the joint stands still over this distance, and then lags by it.
+    After a reversal the rig moves over this distance while the joint stands still; then the joint
+    lags by it.
     """
     y, cycle = fit.y + fit.shifts[fit.level[rows.load]], rows.cycle
     rise = -rows.stiffness(y, fit.k)
@@ -151,10 +152,10 @@ SIGNATURES: Mapping[str, Signature] = {
 
 
 def _with_columns(fit: FreeForm, signature: Signature) -> float:
-    """Return the sum of squares after fitting the size of a signature in each record.
+    """Return the sum of squares of a fit that includes a disturbance of unknown size per record.
 
-    A fit that lacks the signature has a distorted density, and some signatures follow from the
-    density and from their size: these are computed again from what was fitted beside them.
+    A fit without the disturbance has a distorted density, on which some disturbances depend. So the
+    columns of the disturbance are computed again with the sizes and the density of each solution.
     """
     current, least, sizes = fit, math.inf, [0.0] * len(fit.rows)
     for _ in range(_ROUNDS):
@@ -186,7 +187,7 @@ def _with_columns(fit: FreeForm, signature: Signature) -> float:
 
 
 def _even(fits: Sequence[FreeForm]) -> float:
-    """Return the share of the residual that repeats in the other half cycle."""
+    """Return the share of the residual's power [-] that repeats every half cycle."""
     even = total = 0.0
     for fit in fits:
         for rows in fit.rows:
@@ -202,7 +203,7 @@ def _even(fits: Sequence[FreeForm]) -> float:
 
 
 def masing_of(fits: Sequence[FreeForm]) -> Masing:
-    """Return the test of a fit, with signatures of possible causes if it fails."""
+    """Return the test of Masing's rules for fits, with possible causes if it fails."""
     chi = sum(fit.chi_squared for fit in fits)
     freedom = sum(fit.freedom for fit in fits)
     low, high = (float(chdtri(freedom, p)) / freedom for p in (1.0 - _TAIL, _TAIL))

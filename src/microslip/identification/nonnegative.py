@@ -1,4 +1,4 @@
-"""Least squares on a Gram matrix under coefficients that are not negative, and their profiles."""
+"""Least squares with non-negative coefficients, by the Gram matrix, and profile intervals."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _MOST_CHANGES = 20
 class Cone(NamedTuple):
     """Quadratic g'Gg - 2 h'g with coefficients g >= 0, except those that are ``free`` in sign.
 
-    The columns of G have the norm 1, so that coefficients compare.
+    The columns of the design matrix have the norm 1, so that coefficients are comparable.
     """
 
     gram: Floats
@@ -30,7 +30,7 @@ class Cone(NamedTuple):
 
 
 def cone_of(gram: Floats, free: NDArray[np.bool_]) -> Cone:
-    """Return the problem with a ridge for columns that are nearly equal."""
+    """Return the quadratic with a small multiple of the identity added for nearly equal columns."""
     return Cone(gram + _RIDGE * np.trace(gram) / len(gram) * np.eye(len(gram)), free)
 
 
@@ -42,16 +42,16 @@ def _solve(matrix: Floats, right: Floats) -> Floats:
 
 
 def minimum(cone: Cone, h: Floats, passive: NDArray[np.bool_] | None = None) -> Floats:
-    """Return the coefficients of the minimum (Lawson and Hanson's method on the Gram matrix).
+    """Return the coefficients at the minimum (Lawson and Hanson's method on the Gram matrix).
 
     Parameters
     ----------
     cone : Cone
-        Gram matrix (n, n) and signs.
+        Gram matrix (n, n) and signs of the n coefficients.
     h : ndarray
         Right-hand side (n,).
     passive : ndarray of bool, optional
-        Coefficients that are probably above zero, from a fit close by.
+        Initial guess of the coefficients above zero, from the fit of a similar problem.
     """
     gram, free = cone
     size = h.size
@@ -98,15 +98,15 @@ def minimum(cone: Cone, h: Floats, passive: NDArray[np.bool_] | None = None) -> 
 
 
 def objective(cone: Cone, h: Floats, g: Floats) -> float:
-    """Return g'Gg - 2 h'g."""
+    """Return the quadratic g'Gg - 2 h'g."""
     return float(g @ (cone.gram @ g) - 2.0 * (h @ g))
 
 
 class Path:
-    """Minima of g'Gg - 2 (h - l c)'g over l >= 0, which are linear in l piece by piece.
+    """Minima of g'Gg - 2 (h - l c)'g for l >= 0, which are piecewise linear in l.
 
-    On the passive set P: g = a - l b with G_PP a = h_P and G_PP b = c_P, so the rise of the
-    objective over its minimum is known in closed form, and so is where it reaches a level.
+    On the set P of positive coefficients g = a - l b, with G_PP a = h_P and G_PP b = c_P. So the
+    rise of g'Gg - 2 h'g over its minimum, and the l of a given rise, are known in closed form.
     """
 
     def __init__(self, cone: Cone, h: Floats, g: Floats, c: Floats) -> None:
@@ -115,12 +115,12 @@ class Path:
         self.passive = (g > 0.0) | cone.free
 
     def until(self, level: float | None = None, value: float | None = None) -> tuple[float, float]:
-        """Follow the minima until the rise reaches a level, or c'g falls to a value.
+        """Increase l until the objective has risen by ``level``, or c'g has decreased to ``value``.
 
         Returns
         -------
         tuple of float
-            The value c'g and the rise there; minus infinity where rounding defeats the search.
+            The value c'g and the rise there; minus infinity if rounding errors stop the search.
         """
         for tolerance in (0.0, 1e-3 * _SMALL, _SMALL):
             found = self._until(level, value, tolerance)
@@ -131,9 +131,9 @@ class Path:
     def _until(
         self, level: float | None, value: float | None, tolerance: float
     ) -> tuple[float, float] | None:
-        """Follow the minima; None where rounding lets nearly equal columns change in a circle.
+        """Follow the minima; None if rounding makes equal columns replace each other forever.
 
-        Gradients up to the tolerance are not followed.
+        Gradients up to the tolerance are treated as zero.
         """
         (gram, free), h, c = self.cone, self.h, self.c
         p, at_l = self.passive.copy(), 0.0

@@ -1,4 +1,4 @@
-"""Pieces of a record that one settled cycle describes: stepped records, digitised loops."""
+"""Pieces of a record with one settled cycle each: stepped records, digitised loops."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _NEAR, _MOST_CYCLES = 0.5, 3.0
 
 
 def _part(record: Record, first: int, last: int, label: str) -> Record:
-    """Return the samples of a record up to and including ``last`` as a new record."""
+    """Return the samples ``first`` to ``last`` (inclusive) of a record as a new record."""
 
     def cut(channel: Any) -> Any:
         return channel[first : last + 1] if isinstance(channel, np.ndarray) else channel
@@ -41,9 +41,9 @@ def _part(record: Record, first: int, last: int, label: str) -> Record:
 
 
 def stretches_of(record: Record) -> list[Record]:
-    """Cut a record of several amplitudes or frequencies into stretches of one each.
+    """Cut a record of several amplitudes or frequencies into parts of one each.
 
-    A record whose cycles are alike, or that has no two stretches of enough cycles, stays whole.
+    A record is not cut if its cycles are alike, or if fewer than two parts have enough cycles.
     """
     try:
         columns = columns_of(record, 0.0)
@@ -74,7 +74,7 @@ def stretches_of(record: Record) -> list[Record]:
 
 
 def _turning_samples(x: Floats) -> NDArray[np.int64]:
-    """Return the samples of the peaks and troughs of a displacement, its ends included."""
+    """Return the indices of the peaks and troughs of a displacement, including its ends."""
     low, high = np.percentile(x, (1.0, 99.0))
     away = (x - 0.5 * (low + high)) / (0.5 * (high - low))
     side = np.where(away > _NEAR, 1, np.where(away < -_NEAR, -1, 0))
@@ -93,10 +93,10 @@ def _turning_samples(x: Floats) -> NDArray[np.int64]:
 
 
 def loop_of(record: Record, noise: tuple[float, float], bins: int) -> Folded:
-    """Return a digitised loop of half a cycle to three cycles, whose noise is stated, folded.
+    """Fold a digitised loop of half a cycle to three cycles, with given noise.
 
-    Of more than one cycle the last one counts. Half a cycle, from one turning point to the other,
-    is completed by symmetry, and its samples count once.
+    ``noise`` is the standard deviation of force [N] and displacement [m]. Of several cycles the
+    last one is used. Half a cycle, between two turning points, is completed by symmetry.
     """
     x, force = record.displacement, record.force
     turns = _turning_samples(x)
@@ -128,5 +128,5 @@ def loop_of(record: Record, noise: tuple[float, float], bins: int) -> Folded:
 
 
 def whole_records(records: Sequence[Record]) -> list[Record]:
-    """Return the records, those of several amplitudes or frequencies cut into stretches."""
+    """Return the records; each one of several amplitudes or frequencies is cut into parts."""
     return [piece for record in records for piece in stretches_of(record)]

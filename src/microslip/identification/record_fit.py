@@ -1,4 +1,4 @@
-"""Record with the force of the fitted law."""
+"""Folded record with the force of the fitted law."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from microslip.laboratory.folding import Folded
 
 @dataclass(frozen=True, eq=False)
 class RecordFit(Locked):
-    """A folded record and the force of the fitted law on it."""
+    """Folded record and the force of the fitted law in its bins."""
 
     folded: Folded
     """Measured: displacement as a series, force in bins of the phase."""
@@ -53,10 +53,10 @@ class RecordFit(Locked):
 
     @cached_property
     def error(self) -> NDArray[np.float64]:
-        """Standard deviation of the noise in each bin [N]."""
+        """Standard deviation of the noise of the mean force in each bin [N]."""
         return lock(self.folded.force_noise / np.sqrt(self.folded.count))
 
     @property
     def measured_energy(self) -> float:
-        """Energy dissipated in the mean cycle [J], by the area of the loop."""
+        """Energy dissipated in the mean cycle [J], the area of the loop."""
         return float(self.folded.force @ self.folded.way)

@@ -1,4 +1,4 @@
-"""Design matrix of one folded record: forces of elastic-plastic elements by threshold."""
+"""Design matrix of one folded record: deflections of elastic-plastic elements by threshold."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _FLOOR = 1e-5
 
 @dataclass(eq=False)
 class Rows:
-    """Design matrix of one record: forces of elastic-plastic elements in the bins of its phase."""
+    """Design matrix of one record: deflections of elastic-plastic elements in its phase bins."""
 
     folded: Folded
     load: int
@@ -34,7 +34,7 @@ class Rows:
 
     @cached_property
     def noise(self) -> float:
-        """Standard deviation of one sample of force [N], not below what the grid resolves."""
+        """Standard deviation of a force sample [N], at least the resolution of the thresholds."""
         floor = _FLOOR * 0.5 * float(np.ptp(self.folded.force))
         return max(self.folded.force_noise, floor * math.sqrt(float(self.folded.count.mean())))
 
@@ -45,13 +45,16 @@ class Rows:
 
     @cached_property
     def displacement_error(self) -> float:
-        """Root of the mean variance of the displacement over the cycle [m]."""
+        """Standard error of the mean displacement [m], as root mean square over the cycle."""
         folded = self.folded
         basis = folded.basis(folded.phase)
         return math.sqrt(float(np.einsum("ij,jk,ik->i", basis, folded.covariance, basis).mean()))
 
     def sums(self, rises: Floats) -> Floats:
-        """Return means over the bins of quantities summed along the branches (places, columns)."""
+        """Add the increments of each node to those of the nodes where its branches start.
+
+        Input (nodes, columns); returns the means of the sums over the bins (bins, columns).
+        """
         cycle = self.cycle
         rises = np.ascontiguousarray(rises)
         kernels.compiled.accumulate(cycle.parent, rises, np.zeros(rises.shape[1]))
@@ -60,7 +63,7 @@ class Rows:
         return self._means(0.5 * (rises[cycle.begin] + rises[cycle.end]))
 
     def _means(self, pieces: Floats) -> Floats:
-        """Return means over the bins of means over their pieces (pieces, columns)."""
+        """Return the weighted mean of the pieces (pieces, columns) of each bin (bins, columns)."""
         return np.asarray(self._bins @ pieces)
 
     @cached_property
@@ -72,7 +75,7 @@ class Rows:
     def columns(self, y: Floats) -> Floats:
         """Return the deflection [m] of an elastic-plastic element per threshold (bins, thresholds).
 
-        A bin has the mean over its phases, exact even if the element yields inside the bin.
+        The deflection is averaged over the phases of the bin, also if the element yields inside it.
         """
         cycle = self.cycle
         reach = np.maximum(y, 0.0)
@@ -108,16 +111,16 @@ class Rows:
 
     @cached_property
     def loads(self) -> Floats | None:
-        """Normal load [N] at each place of the cycle; None if it is constant."""
+        """Normal load [N] at each node of the cycle; None if it is constant."""
         if not self.folded.load_terms.size or self.folded.normal_load is None:
             return None
         return self._loads_at(self.cycle.phase)
 
     @cached_property
     def _steps(self) -> tuple[Floats, Floats, Floats]:
-        """Change [m] in the step that ends at each place, its bend [m] and its middle [rad].
+        """Displacement increment to each node [m], its curvature [m], and its middle phase [rad].
 
-        The bend is the mean of the displacement over the step less that of its ends.
+        The curvature is the mean displacement between two nodes minus the mean of their values.
         """
         phase, coefficients = self.cycle.phase, self.folded.coefficients
         begin = np.roll(phase, 1)
@@ -128,7 +131,7 @@ class Rows:
 
     @cached_property
     def middle_loads(self) -> Floats:
-        """Normal load [N] in the middle of the step that ends at each place of the cycle."""
+        """Normal load [N] midway between each node of the cycle and the node before."""
         return self._loads_at(self._steps[2])
 
     def _loads_at(self, phase: Floats) -> Floats:
@@ -136,9 +139,9 @@ class Rows:
         return (self.folded.normal_load or 0.0) + load_basis(phase, terms.size) @ terms
 
     def varying_columns(self, y: Floats, shift: Floats, middle: Floats) -> Floats:
-        """Return the columns of thresholds y + shift, with a shift [m] at each place of the cycle.
+        """Return the deflections [m] of elements with thresholds y + shift (bins, thresholds).
 
-        ``middle`` is the shift in the middle of the step that ends at each place.
+        ``shift`` [m] is that of each node, ``middle`` that midway from the preceding node.
         """
         move, bend, _ = self._steps
         values, means = np.empty((2, move.size, y.size))
@@ -151,20 +154,20 @@ class Rows:
         return self._means(np.where(is_step, means[cycle.end], values[cycle.end]))
 
     def stiffness(self, y: Floats, k: Floats) -> Floats:
-        """Return the tangent stiffness [N/m] at each place of the cycle."""
+        """Return the tangent stiffness [N/m] at each node of the cycle."""
         order = np.argsort(y)
         left = np.append(np.cumsum(k[order][::-1])[::-1], 0.0)
         return np.asarray(left[np.searchsorted(y[order], self.cycle.half, side="right")])
 
     def by_displacement(self, y: Floats, k: Floats) -> Floats:
-        """Return the change of the force by each coefficient of the displacement (terms, bins)."""
+        """Return the derivatives of the force by displacement coefficients (terms, bins)."""
         cycle = self.cycle
         above = np.where(cycle.parent < 0, 0, cycle.parent)
         moves = cycle.basis - cycle.basis[:, above]
         return self.sums((self.stiffness(y, k) * moves).T).T
 
     def weigh(self, y: Floats, k: Floats) -> None:
-        """Whiten by the noise of the bins and the effect of errors of the displacement."""
+        """Set the weights from the noise of the bins and the errors of the displacement."""
         folded = self.folded
         root = np.linalg.cholesky(folded.covariance)
         rows = [root.T @ self.by_displacement(y, k)]
@@ -173,5 +176,5 @@ class Rows:
         self.metric = metric_of(self.weight[:, None], np.asarray(uncertain))
 
     def whitened(self, columns: Floats) -> Floats:
-        """Return weighted columns (bins, columns) with the nuisances eliminated."""
+        """Return weighted columns (bins, columns), with nuisance parameters eliminated."""
         return self.metric.apply((columns * self.weight[:, None]).T).T

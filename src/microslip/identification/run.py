@@ -53,31 +53,31 @@ def identify(
     known: Mapping[str, Any] | None = None,
     contact_area: tuple[float, float, float] | None = None,
 ) -> Identification:
-    """Find the friction law that measured loops determine, with intervals.
+    """Identify the friction law that measured loops determine, with confidence intervals.
 
     Parameters
     ----------
     records : Record or iterable of Record
-        One or many, at several loads and amplitudes; each with at least three settled cycles.
+        Records at one or more loads and amplitudes, each with at least three settled cycles.
     normal_load : float or sequence of float, optional
-        Normal load [N] of the records that have none, one for all or one for each.
+        Normal load [N] of the records that have none: one for all, or one for each.
     rig_stiffness : float, (float, float) or ufloat, optional
-        Measured stiffness of the rig [N/m] in series with the joint, and its standard error. With
-        it results are those of the joint alone; without it those of joint and rig in series,
-        because loops cannot separate them. Infinity is a rigid rig.
+        Measured stiffness of the rig [N/m] in series with the joint, and its standard error.
+        With it, results are those of the joint alone; without it those of joint and rig in series,
+        because loops cannot separate them. Infinity means a rigid rig.
     noise : (float, float), optional
-        Standard deviations of each force [N] and each displacement [m]: then every record is one
-        averaged cycle, whose scatter does not determine the noise.
+        Standard deviations of each force [N] and each displacement [m]. If given, every record is
+        one averaged cycle, whose scatter does not determine the noise.
     law : str, optional
-        "interface" fits the Greenwood interface in a second step; so does giving ``pair``.
+        "interface" fits the Greenwood interface in a second step; giving ``pair`` does the same.
     pair, area, heights, contact_area : optional
-        Materials, apparent area [m^2] and more for the second step, as
+        Materials, apparent area [m^2] and other data for the second step, as
         :meth:`Identification.interface` takes them.
     known : mapping, optional
-        Data from elsewhere as (value, standard deviation), or as numbers with an error of the
-        package uncertainties: "force_gain" and "displacement_gain",
-        gains of the sensors relative to those used, such as ``(1.0, 0.01)``; and for the second
-        step parameters of the interface such as ``{"std": (5e-7, 2e-8)}``.
+        Measured values as (value, standard deviation), or as numbers of the package uncertainties.
+        "force_gain" and "displacement_gain" are gains of the sensors relative to those used in the
+        records, such as ``(1.0, 0.01)``. Others are parameters of the interface for the second
+        step, such as ``{"std": (5e-7, 2e-8)}``.
 
     Returns
     -------
@@ -87,15 +87,15 @@ def identify(
     Raises
     ------
     InputError
-        For records without settled cycles, or a rig softer than the loops.
+        For records without settled cycles, or a rig softer than joint and rig in series.
 
     Notes
     -----
     The force of a law that obeys Masing's rules is linear in its density of sliders (Iwan 1966,
-    DOI 10.1115/1.3625199). The density is found by least squares with stiffnesses that are not
-    negative, on the mean cycle of each record: one convex problem without start values. At a lower
-    load all thresholds are less by one shift. Intervals hold all densities whose sum of squares is
-    within a calibrated quantile of the minimum.
+    DOI 10.1115/1.3625199). The density is found by least squares with non-negative stiffnesses, on
+    the mean cycle of each record: a convex problem without initial guesses. At a lower load all
+    yield displacements of the sliders are smaller by the same length. Intervals contain all
+    densities whose sum of squares exceeds the minimum by at most a calibrated quantile.
     """
     result, _ = fitted_records(
         records, normal_load=normal_load, rig_stiffness=rig_stiffness, noise=noise, known=known
@@ -121,7 +121,7 @@ def fitted_records(
     noise: tuple[float, float] | None = None,
     known: Mapping[str, Any] | None = None,
 ) -> tuple[Identification, list[Rows]]:
-    """Return the fit of free form to records, and the rows of each of them."""
+    """Return the free-form fit of records, and the design matrix of each record."""
     gains = _gains(known)
     rig = _rig(rig_stiffness)
     folded = folded_records(records, normal_load, noise)
@@ -151,7 +151,7 @@ def fitted_records(
 
 
 def _fitted(rows: list[Rows], loads: list[float | None]) -> tuple[list[FreeForm], list[str]]:
-    """Return one fit of all loads, or one per load if a single density does not fit all."""
+    """Return a single fit for all loads, or one per load if a single density does not fit."""
     fit = FreeForm(rows, loads)
     if len(loads) == 1:
         return [fit], []
@@ -192,7 +192,7 @@ def _rig(given: Any) -> tuple[float, float] | None:
 
 
 def _check_rig(result: Identification) -> Identification:
-    """Refuse a rig that is softer than joint and rig in series."""
+    """Raise InputError for a rig that is softer than joint and rig in series."""
     if result.rig_stiffness is None:
         return result
     rig, error = result.rig_stiffness

@@ -1,4 +1,4 @@
-"""Parameters of a physical law from the sufficient statistics of a fit of free form."""
+"""Second step of an identification: parameters of a physical law from the free-form fit."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Unknown(NamedTuple):
 
 
 class Law(NamedTuple):
-    """Parametric law: force of first loading at displacements, from parameter values and a load."""
+    """Parametric law: first-loading force at displacements, from parameter values and a load."""
 
     name: str
     unknowns: Sequence[Unknown]
@@ -58,7 +58,7 @@ class Law(NamedTuple):
 
 
 class Datum(NamedTuple):
-    """A measured value of a quantity of the parameters, with its standard error."""
+    """Measured value of a function of the parameters, with its standard error."""
 
     name: str
     value: float
@@ -68,7 +68,7 @@ class Datum(NamedTuple):
 
 @dataclass(frozen=True)
 class Parameter(Locked):
-    """A parameter of a physical law with its 95 % confidence interval and a verdict."""
+    """Parameter of a physical law with its 95 % confidence interval and a verdict."""
 
     name: str
     unit: str
@@ -92,7 +92,7 @@ class Parameter(Locked):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SecondStep(Locked):
-    """A physical law fitted to the sufficient statistics of a fit of free form."""
+    """Physical law fitted to the sufficient statistics of a free-form fit."""
 
     law: str
     """Name of the law."""
@@ -119,7 +119,7 @@ class SecondStep(Locked):
         return self.misfit <= self.misfit_limit
 
     def table(self) -> str:
-        """Return the parameters as text, one a line."""
+        """Return the parameters as text, with one parameter in each line."""
         words = "fits" if self.fits else "does not fit"
         head = (
             f"{self.law} {words}: chi-squared rises by {self.misfit:.3g} over the free form "
@@ -132,9 +132,10 @@ class SecondStep(Locked):
 
 
 class Statistics:
-    """Whitened sufficient statistics of a fit: a law with sliders g has residuals R g - r.
+    """Statistics R, r of a free-form fit: a law with coefficients g has the residuals R g - r.
 
-    The sliders of a law are those of the polygon through its backbone at the thresholds.
+    The coefficients g are the scaled stiffnesses of the sliders whose backbone interpolates that of
+    the law at the thresholds of the fit, then the changes of the threshold shifts.
     """
 
     def __init__(
@@ -156,7 +157,7 @@ class Statistics:
 
     @property
     def least_stiffness(self) -> float:
-        """Secant stiffness [N/m] beyond the noise: a lower bound of the stiffness of the rig."""
+        """Secant stiffness [N/m] at a displacement above noise: a lower bound of the rig's."""
         u = _CLEAR * self.fit.finest
         return float(self.fit.backbone(np.array([u]))[0]) / u
 
@@ -166,7 +167,7 @@ class Statistics:
         return Statistics(self.fit.about(friction, k), self.bands, self.rig, self.free_rig)
 
     def sliders(self, curve: Callable[[Floats, float | None], Floats], compliance: float) -> Floats:
-        """Return scaled coefficients of a law in series with a compliance [m/N]."""
+        """Return the scaled coefficients g of a law in series with a compliance [m/N]."""
         fit = self.fit
         y = fit.y[:-1]
         reach = np.append(y, [y[-1] * 1.001, y[-1]])
@@ -184,9 +185,9 @@ class Statistics:
     def _series(
         self, curve: Callable[[Floats, float | None], Floats], compliance: float, nodes: Floats
     ) -> tuple[Floats, Floats, Floats]:
-        """Return forces at nodes in series, changes of the free coefficients, and the nodes.
+        """Return forces [N] in series at nodes [m], changes of threshold shifts, and the nodes.
 
-        Where the load varies within the cycle the nodes follow the friction.
+        If the load varies within the cycle, the nodes are moved with the friction coefficient.
         """
         fit = self.fit
         load = fit.reference
@@ -219,13 +220,13 @@ class Statistics:
         return np.interp(nodes, u, force), np.array(shifts) - fit.shifts[1:], nodes
 
     def friction_of(self, g: Floats) -> float | None:
-        """Return the friction coefficient of scaled coefficients; None for steady loads."""
+        """Return the friction coefficient of coefficients g; None if no load varies in a cycle."""
         if self.fit.friction is None:
             return None
         return self.fit.friction + float(g[-1] / self.fit.scale[-1])
 
     def residuals(self, g: Floats) -> Floats:
-        """Return whitened residuals of scaled coefficients."""
+        """Return the whitened residuals of scaled coefficients g."""
         return np.asarray(self.root @ g - self.target)
 
 
@@ -295,7 +296,7 @@ class _Problem:
     _whitening: tuple[Floats, Floats] | None = None
 
     def whiten(self, q: Floats) -> None:
-        """Include the scatter from random summit heights at these values in the weights."""
+        """Weigh residuals with the scatter from random summit heights at the coordinates q."""
         if self.scatter is None:
             return
         changes = self.statistics.root @ self.scatter(self.statistics.fit, self.values(q))
@@ -314,8 +315,8 @@ def solve(
 ) -> tuple[_Problem, Floats, float, Floats]:
     """Return problem, best coordinates, sum of squares and covariance of a law.
 
-    The statistics of a load that varies within the cycle are linear in the path of the thresholds:
-    they are computed anew about the law, and those of the problem are the last.
+    If the load varies within the cycle, the statistics are linearised about the law and the fit is
+    repeated; the returned problem has the statistics of the last repetition.
     """
     solved = _solved(statistics, law, data, scatter, starts)
     before = statistics.fit.friction
@@ -373,7 +374,7 @@ def _solved(
 def profile(
     problem: _Problem, q: Floats, least: float, i: int, error: float
 ) -> tuple[float, float]:
-    """Return the ends of the profile interval of a coordinate; infinite if not bounded."""
+    """Return the ends of the profile interval of coordinate i; infinite if unbounded."""
     level = problem.statistics.level
     low, high = problem.bounds
     others = np.arange(q.size) != i

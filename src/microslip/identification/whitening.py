@@ -1,4 +1,4 @@
-"""Weights of residuals whose nuisances are eliminated: generalised least squares."""
+"""Weights of residuals after elimination of nuisance parameters, by generalised least squares."""
 
 from __future__ import annotations
 
@@ -13,18 +13,21 @@ _SMALL = 0.02  # of the noise: a nuisance that moves the answer less is left whe
 
 @dataclass(frozen=True, eq=False)
 class Metric:
-    """Whitening of the residuals of a record with its nuisances eliminated."""
+    """Whitening of the residuals of a record, with nuisance parameters eliminated."""
 
     directions: Floats
     shrink: Floats
 
     def apply(self, rows: Floats) -> Floats:
-        """Return whitened rows of weighted residuals or derivatives, shape (..., bins)."""
+        """Return whitened residuals or derivatives, given weighted ones of shape (..., bins)."""
         return rows - ((rows @ self.directions) * self.shrink) @ self.directions.T
 
 
 def metric_of(flat: Floats, uncertain: Floats) -> Metric:
-    """Return the metric for unbounded nuisance parameters of variance 1 (bins, nuisances)."""
+    """Return the whitening for nuisance parameters: ``flat`` ones free, others of variance 1.
+
+    Each column (bins, nuisances) is the weighted effect of one parameter.
+    """
     basis, _ = np.linalg.qr(flat)
     uncertain = uncertain - basis @ (basis.T @ uncertain)
     square, turned = np.linalg.eigh(uncertain.T @ uncertain)

@@ -1,1 +1,1 @@
-"""Physical laws for the second step of an identification, in the parameters that loops know."""
+"""Physical laws for the second step of an identification, in parameters that loops determine."""

@@ -1,4 +1,4 @@
-"""The Extended Greenwood Model for an identification, in the parameters that loops determine."""
+"""Extended Greenwood Model for an identification, in parameters that loops determine."""
 
 from __future__ import annotations
 
@@ -48,12 +48,13 @@ class Derived(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class InterfaceModel:
-    """T0 = mu N [1 - n(h + x)/n(h)] with x = u/slip_scale, for loads that the records know.
+    """Interface whose first-loading force is T0 = mu N [1 - n(h + x)/n(h)], x = u/slip_scale.
 
-    The normal law is a template with two scales, N(d) = C n(d/s). Loops determine mu, the length
-    slip_scale = kappa s and, weakly, the separation h = d/s at the ``reference_load``; at a load N
-    it is h_N with n(h_N) = n(h) N/N_ref (Ciavarella 1998, J. Appl. Mech. 65, 998). The law of a
-    sphere has one scale only: its length s is the approach at the reference load, and h is -1.
+    The normal load at separation d is N = C n(d/s), with a known shape n, a length s and a constant
+    C [N]. Loops determine the friction coefficient mu, the length slip_scale = kappa s and, weakly,
+    the separation h = d/s at the ``reference_load``. At a load N, h solves n(h_N) = n(h) N/N_ref
+    (Ciavarella 1998, J. Appl. Mech. 65, 998). For a sphere s is the approach at the reference load,
+    and h is -1.
     """
 
     template: Template
@@ -63,7 +64,7 @@ class InterfaceModel:
 
     @classmethod
     def of_shape(cls, shape: Any, loads: Sequence[float]) -> InterfaceModel:
-        """Return the model of heights or of a surface; None stands for Gaussian heights.
+        """Return the model of a height distribution or a surface; None means Gaussian heights.
 
         The reference load is the geometric mean of the ``loads`` [N].
         """
@@ -71,16 +72,16 @@ class InterfaceModel:
 
     @property
     def is_sphere(self) -> bool:
-        """Whether the surface is one sphere."""
+        """Whether the surface is a single sphere."""
         return isinstance(self.template.law, SphereOnFlat)
 
     def _values(self, values: Values) -> tuple[float, float, float]:
-        """Return friction coefficient, slip scale [m] and standardised separation."""
+        """Return friction coefficient mu, slip scale [m] and separation h at the reference load."""
         mu, scale, h = self.names
         return values[mu], values[scale], -1.0 if self.is_sphere else values[h]
 
     def curve(self, u: Floats, values: Values, load: float) -> tuple[Floats, Floats]:
-        """Return first loading [N] and slope [N/m] at u >= 0 [m], exact from rest to gross slip."""
+        """Return force [N] and stiffness [N/m] of first loading at displacements u >= 0 [m]."""
         ratio = load / self.reference_load
         mu, scale, h = self._values(values)
         here = self.template.separation(h, ratio)
@@ -90,12 +91,12 @@ class InterfaceModel:
         return limit * share, (limit / scale) * by_step
 
     def by_summits(self, u: Floats, values: Values, load: float, loads: Sequence[float]) -> Floats:
-        """Return the change of :meth:`curve` by one summit (heights, displacements).
+        """Return the standard deviations of the force from random summits (heights, displacements).
 
-        Each row is of one standard deviation of the number of summits at a height, the same heights
-        for all ``loads``. Counts scatter as Poisson has it. With c summits too many at a height z
-        the load stays what it is, so that h rises, and T0 changes by
-        -mu N/n(h) c [(z - h - x)^(3/2) - (z - h)^(3/2) n'(h + x)/n'(h)].
+        Counts of summits in each interval of heights z scatter as Poisson's distribution, the same
+        intervals for all ``loads``. With c summits in excess at z, h rises to keep the load, and
+        the force of first loading changes by -mu N/n(h) c [(z - h - x)^(3/2) - (z - h)^(3/2) n'(h +
+        x)/n'(h)].
         """
         law = self.template.law
         if not isinstance(law, GreenwoodWilliamson):
@@ -119,7 +120,7 @@ class InterfaceModel:
     # -- what follows ----------------------------------------------------------------------------
 
     def build(self, values: Values, load: float, given: Materials) -> Interface:
-        """Return the joint on a pair; unknown radius and area get conventional values."""
+        """Return the interface; an unknown radius or area gets a conventional value."""
         pair, area, radius = given
         if pair is None:
             raise InputError(
@@ -135,7 +136,7 @@ class InterfaceModel:
         return Interface(surface, mu, normal_load=load)
 
     def derived(self, values: Values, load: float, given: Materials) -> tuple[Derived, ...]:
-        """Return force limit and stiffness at a load [N], and what pair and area add."""
+        """Return force limit and stiffness at a load [N], and values that need pair and area."""
         pair, area, _ = given
         mu, scale, h = self._values(values)
         template = self.template

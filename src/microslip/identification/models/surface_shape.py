@@ -1,4 +1,4 @@
-"""The shape of a normal law, n(z) with N = C n(d/s), and its use in an identification."""
+"""Shape n of a normal law N = C n(d/s) at separations d, and its use in an identification."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _LEFT_OUT = 1e-14  # of the largest value, for the terms that a panel leaves out
 
 
 class Shares(NamedTuple):
-    """Fraction of the force limit q = 1 - n(h + x)/n(h) at steps x, and its slope."""
+    """Fraction of the force limit q = 1 - n(h + x)/n(h) at displacements x, and its slope dq/dx."""
 
     value: Floats
     by_step: Floats
@@ -46,7 +46,7 @@ _MOST_CACHED = 256  # separations
 
 @dataclass(frozen=True, eq=False)
 class Template:
-    """Normal law reduced to its shape: lengths in units of ``unit``, loads in units of ``norm``.
+    """Shape n of a normal law: the load over ``norm`` [N], at a separation z over ``unit`` [m].
 
     For heights the unit is their standard deviation and n is the standardised moment F_{3/2} of
     Greenwood and Williamson (1966, DOI 10.1098/rspa.1966.0242).
@@ -59,17 +59,17 @@ class Template:
     # -- the shape -------------------------------------------------------------------------------
 
     def load(self, z: float) -> float:
-        """Return n(z) [-]."""
+        """Return the normalised load n at the normalised separation z [-]."""
         return self.law._derivative_at(z * self.unit, 0) / self.norm
 
     def rate(self, z: float) -> float:
-        """Return -n'/n at z [-], the relative decay of the load per unit length."""
+        """Return -n'(z)/n(z) [-], the relative decay of the load with normalised separation."""
         load = self.law._derivative_at(z * self.unit, 0)
         return -self.law._derivative_at(z * self.unit, 1) * self.unit / load
 
     @lru_cache(maxsize=_MOST_CACHED)  # noqa: B019  # a branch asks several times at the same values
     def separation(self, z: float, ratio: float) -> float:
-        """Return the separation at which n is ``ratio`` times its value at z."""
+        """Return the normalised separation [-] at which the load n is ``ratio`` times n(z)."""
         if ratio == 1.0:
             return z
         target = math.log(ratio) + math.log(self.load(z))
@@ -92,7 +92,7 @@ class Template:
     # -- shares of the force limit ---------------------------------------------------------------
 
     def shares(self, z: float, x: Floats) -> Shares:
-        """Return the fractions of the force limit at steps x >= 0 from z."""
+        """Return 1 - n(z + x)/n(z) [-] and its slope, at normalised displacements x >= 0."""
         tables = self._tables(z)
         if tables is None:
             return Shares(*self._exact(z, x))
@@ -108,7 +108,7 @@ class Template:
 
     @lru_cache(maxsize=_MOST_CACHED)  # noqa: B019
     def _tables(self, z: float) -> tuple[Table, Table] | None:
-        """Return tables of the fraction and its slope; None if the law is not smooth."""
+        """Return tables of :meth:`shares` over x; None if the law is not smooth."""
         reach = self.law._table_reach(z * self.unit)
         if reach is None:
             return None
@@ -129,7 +129,7 @@ class Template:
     # -- back to surfaces ------------------------------------------------------------------------
 
     def bounds(self) -> tuple[float, float]:
-        """Return the range of standardised separations of a joint."""
+        """Return the smallest and largest normalised separation [-] of a joint."""
         low, high = (end / self.unit for end in self.law._span)
         if isinstance(self.law, TabulatedNormalLaw):
             grid = np.linspace(low, high, 4001)
@@ -148,7 +148,7 @@ class Template:
     def surface(
         self, pair: MaterialPair, length: float, constant: float, area: float, radius: float | None
     ) -> NormalLaw:
-        """Return the law N(d) = constant * n(d/length) for a pair of materials."""
+        """Return the law N(d) = constant * n(d/length) [N] for a pair of materials."""
         factor = length / self.unit
         stiff = 4.0 / 3.0 * pair.composite_modulus
         law = self.law

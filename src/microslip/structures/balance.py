@@ -1,12 +1,14 @@
-"""Harmonic balance: a nonlinear mode, or a forced motion, as a root of equations.
+"""Equations of harmonic balance for a nonlinear mode or a forced motion, and their Newton steps.
 
-Unknowns are the Fourier coefficients Q (modes, size) of the modal coordinates and, for a mode, its
-angular frequency omega and its damping ratio zeta: the *extended periodic motion* of Krack (2015),
-DOI 10.1016/j.compstruc.2015.03.008, in which -2 zeta omega x' compensates the losses of the joints.
+Unknowns are the Fourier coefficients Q (modes, size) of the modal coordinates, ``size`` for each,
+and, for a mode, its angular frequency omega and damping ratio zeta: the *extended periodic motion*
+of Krack (2015), DOI 10.1016/j.compstruc.2015.03.008, in which the term -2 zeta omega x'
+compensates the losses of the joints.
 
-With sticking joints the modes of a structure are uncoupled: their dynamic compliance
-is diagonal. A step of Newton's method therefore solves for the forces of the joints that slip or
-open, the coefficients near resonance, and the borders alone.
+With sticking joints the modes of a structure are uncoupled: their dynamic compliance is diagonal.
+A step of Newton's method therefore solves only for the forces of joints that slip or open, for
+coefficients near resonance, and for the borders: omega and zeta, with the equations of amplitude
+and phase.
 """
 
 from __future__ import annotations
@@ -34,13 +36,13 @@ class Balance:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Shape of the coefficients (modes, size)."""
+        """Shape (modes, size) of the Fourier coefficients of motions and of modal forces."""
         return self.model.size, self.basis.size
 
     def joint_forces(
         self, coefficients: Floats, carried: Floats | float = 0.0
     ) -> tuple[Floats, list[HarmonicForces]]:
-        """Return joint forces minus those of sticking joints (modes, size), and group results.
+        """Return modal joint forces minus those of sticking joints, and the forces of each group.
 
         ``carried`` is the joint motion due to a moving base, (coordinates, size) [m].
         """
@@ -56,7 +58,7 @@ class Balance:
     def linear(self, coefficients: Floats, omega: float, damping: Floats | float) -> Floats:
         """Return the forces of inertia, damping and sticking stiffness (modes, size).
 
-        ``damping`` is the factor of the velocities beyond the damping matrix, -2 zeta omega.
+        ``damping``, -2 zeta omega [rad/s], is a factor of velocities besides the damping matrix.
         """
         orders = self.basis.orders
         square = self.model.squares[:, None] - (orders * omega) ** 2
@@ -71,23 +73,23 @@ class Balance:
         return result
 
     def by_omega(self, coefficients: Floats, omega: float) -> Floats:
-        """Return the derivative of inertia and damping forces with respect to the frequency."""
+        """Return the derivative of inertia and damping forces with respect to omega."""
         inertia = -2.0 * omega * self.basis.orders**2 * coefficients
         return inertia + self.damped(self.velocity(coefficients, omega), 0.0) / omega
 
     def damped(self, velocity: Floats, damping: Floats | float) -> Floats:
-        """Return the damping forces of a velocity."""
+        """Return the damping forces for Fourier coefficients of the velocity (modes, size)."""
         result = damping * velocity
         if self.model.damping is not None:
             result = result + self.model.damping @ velocity
         return result
 
     def tangent(self, answers: list[HarmonicForces], change: Floats) -> Floats:
-        """Return the change of joint forces beyond sticking for a change of coefficients."""
+        """Return the change of :meth:`joint_forces` for a change of coefficients (modes, size)."""
         return self.by_motion(answers, self.joints.flat.T @ change)
 
     def by_motion(self, answers: list[HarmonicForces], motion: Floats) -> Floats:
-        """Return the change of joint forces for a change of joint motions (coordinates, size)."""
+        """Return the change of :meth:`joint_forces` for one of the motions (coordinates, size)."""
         size = self.basis.size
         moved = -self.joints.stuck[:, None] * motion
         for part, answer in zip(self.joints.parts, answers, strict=True):
@@ -98,7 +100,7 @@ class Balance:
         return np.asarray(self.joints.flat @ moved)
 
     def tangent_matrix(self, answers: list[HarmonicForces]) -> Floats:
-        """Return the derivative of the joint forces beyond sticking (modes, size, modes, size)."""
+        """Return the Jacobian of :meth:`joint_forces`, shape (modes, size, modes, size)."""
         modes, size = self.shape
         result = np.zeros((modes, size, modes, size))
         for answer, directions, group in zip(
@@ -150,7 +152,7 @@ class ModeResidual(NamedTuple):
 
     forces: Floats
     border: Floats
-    """Amplitude and phase."""
+    """Residuals of the equations of amplitude and phase, (2,)."""
     merit: float
     answers: list[HarmonicForces]
     by_q: Floats
@@ -159,7 +161,7 @@ class ModeResidual(NamedTuple):
 
 
 class _Loose(NamedTuple):
-    """Joints of a group that deviate from sticking, in the coordinates in which they do."""
+    """Joints and coordinates of a group whose tangents differ from those of sticking joints."""
 
     directions: Floats
     """(modes, joints * coordinates)."""
@@ -168,7 +170,7 @@ class _Loose(NamedTuple):
 
 
 class _Compliance:
-    """Dynamic compliance of the modes by harmonic, for complex amplitudes c - i s."""
+    """Dynamic compliance of the modes at each harmonic, for complex amplitudes cosine - i sine."""
 
     def __init__(
         self,
@@ -200,7 +202,7 @@ class _Compliance:
         return np.asarray(np.einsum("hmn,nh...->mh...", inverse, force))
 
     def on(self, force: Floats, transposed: bool = False) -> Floats:
-        """Return the coefficients of the motion under forces (modes, size, ...)."""
+        """Return the Fourier coefficients of the motion under forces (modes, size, ...)."""
         turning = force[:, ::2].astype(complex)
         turning[:, 1:] = force[:, 1::2] - 1j * force[:, 2::2]
         turning = self._times(self._inverse.conj() if transposed else self._inverse, turning)
@@ -210,7 +212,7 @@ class _Compliance:
         return result
 
     def between(self, flat: Floats, result: Floats) -> None:
-        """Write the compliance in joint coordinates (count * size,) * 2 into ``result``."""
+        """Write the compliance between joint coordinates into ``result``, (count * size,) * 2."""
         size = 2 * self._inverse.shape[0] - 1
         for h, inverse in enumerate(self._inverse):
             k = max(2 * h - 1, 0)
@@ -253,7 +255,7 @@ class _Factors:
 
 
 def _loose(balance: Balance, answers: list[HarmonicForces]) -> list[_Loose]:
-    """Return the joints and coordinates that deviate from sticking."""
+    """Return the joints and coordinates of each group that do not stick."""
     result = []
     size = balance.basis.size
     for answer, directions, group in zip(
@@ -273,13 +275,13 @@ def _loose(balance: Balance, answers: list[HarmonicForces]) -> list[_Loose]:
 
 
 class Elimination(NamedTuple):
-    """Factorised system of a Newton step, valid for any residual."""
+    """Factorised linear system of a Newton step, to be solved for one or more residuals."""
 
     compliance: _Compliance
     flat: Floats
     """Directions of the coordinates that do not stick, (modes, coordinates)."""
     columns: Floats
-    """Forces of the borders, (modes, size, borders)."""
+    """Derivatives of the force equations by the border unknowns, (modes, size, borders)."""
     turned: Floats
     """Rows of the border equations multiplied by the compliance, (borders, modes * size)."""
     blocks: list[Floats]
@@ -327,7 +329,7 @@ class ModeStep:
         return np.append(forces, [self.current.border[0], self.current.border[1] / unit])
 
     def eliminate(self) -> Elimination | None:
-        """Factorise the system of loose joints and borders; return None if it is singular."""
+        """Factorise the system of borders and joints that do not stick; None if singular."""
         modes, size = self.balance.shape
         compliance = _Compliance(self.balance, self.point.omega, self._damping)
         loose = [part for part in _loose(self.balance, self.current.answers) if part.tangent.size]
@@ -395,7 +397,7 @@ class ModeStep:
         return step
 
     def _preconditioner(self, unit: float) -> Callable[[Floats], Floats]:
-        """Return a solver with sticking joints, except for the mode's own unknowns."""
+        """Return an approximate solver: sticking joints, exact for the mode's own unknowns."""
         modes, size = self.balance.shape
         count, i = modes * size, self.index
         omega, scale = self.point.omega, self._scale

@@ -1,10 +1,10 @@
-"""A structure whose supports move: on a shaker table, or on several supports.
+"""Structure on moving supports: on a shaker table, or on several supports with their own motions.
 
-Free degrees of freedom f, supports b. With x = y + carried x_b, where ``carried`` is the static
-answer of the structure with sticking joints to the supports' motion, a joint moves by
-B^T y + B^T carried x_b, and the motion y of the held structure is driven by
--(M carried) x_b'' - (C carried) x_b'. Of a base that moves as one rigid body only the inertia is
-left, and y is the motion relative to it.
+The displacements are x = y + carried x_b, with the prescribed support motions (inputs) x_b, the
+static response ``carried`` of the structure with sticking joints to a unit of each input, and y,
+which is zero at the supports. A joint with directions B moves by B^T y + B^T carried x_b, and the
+forces -(M carried) x_b'' - (C carried) x_b' excite y. For one rigid base only the inertia force
+remains, and y is the displacement relative to the base.
 """
 
 from __future__ import annotations
@@ -41,29 +41,29 @@ _ROUNDING = 1e-8  # of the sides of a joint: motion that is none
 
 @dataclass(frozen=True, eq=False)
 class BaseMotion:
-    """Effect of the base motion on a structure, for each of its inputs."""
+    """Static motion, inertia and damping forces of a structure per unit of each base input."""
 
     model: ModalModel
-    """Modal model of the held structure; shapes are zero at supports."""
+    """Modal model with fixed supports, where the shapes are zero."""
     carried: Floats
-    """Static motion of all degrees of freedom for a unit of each input (n, inputs)."""
+    """Static displacements of all degrees of freedom per unit of each input (n, inputs)."""
     inertia: Floats
     """M carried, (n, inputs) [kg]."""
     drag: Floats | None
-    """C carried, where dashpots feel the base's motion (n, inputs) [kg/s]."""
+    """C carried, (n, inputs) [kg/s]; None if no dashpot resists the base motion."""
     strains: bool
     """Whether relative support motion strains the structure or moves its joints."""
     rest: AtRest
-    """Structure at rest, with the model of its own stiffness."""
+    """Static state of the whole structure."""
 
     @property
     def push(self) -> Floats:
-        """Force on the modes per base acceleration (modes, inputs)."""
+        """Modal forces per unit acceleration of each input (modes, inputs)."""
         return np.asarray(-self.model.shapes.T @ self.inertia)
 
     @property
     def viscous_push(self) -> Floats | None:
-        """Force on the modes per base velocity (modes, inputs)."""
+        """Modal forces per unit velocity of each input (modes, inputs); None without ``drag``."""
         return None if self.drag is None else np.asarray(-self.model.shapes.T @ self.drag)
 
 
@@ -74,7 +74,7 @@ def base_motion(
     damping_frame: Frame | None = None,
     joints_on_base: bool = False,
 ) -> BaseMotion:
-    """Validate the base of a structure; see :meth:`microslip.Preload.base_response`."""
+    """Return the base motion; arguments as for :meth:`microslip.Preload.base_response`."""
     if damping_frame is not None and damping_frame not in get_args(Frame):
         raise InputError(
             f"damping_frame must be {quoted(get_args(Frame))}, got {show(damping_frame)}"
@@ -100,7 +100,11 @@ def _columns(name: str, value: ArrayLike, rows: int, what: str) -> Floats:
 
 
 def _joint_motion(attachments: tuple[Attachment, ...], carried: Floats) -> tuple[float, int]:
-    """Return the largest joint motion relative to the motion of its sides, and its attachment."""
+    """Return the largest |B^T carried| / (|B|^T |carried|) over joints [-], and its attachment.
+
+    This ratio is zero for a joint that the base motion does not deform, and 1 if only one of its
+    sides moves.
+    """
     worst, place = 0.0, 0
     for i, attachment in enumerate(attachments):
         columns = attachment.columns
@@ -115,7 +119,7 @@ def _joint_motion(attachments: tuple[Attachment, ...], carried: Floats) -> tuple
 def _under_the_structure(
     rest: AtRest, directions: ArrayLike, frame: Frame | None, joints_on_base: bool
 ) -> BaseMotion:
-    """Return the motion of one rigid base under all supports; displacements are relative to it."""
+    """Return the motion of one rigid base; displacements are relative to this base."""
     carried = _columns("directions", directions, rest.static_force.size, "degree of freedom")
     # A geometry bends with the motion from the base, which is what the matrices count.
     joints = tuple(a for a in rest.attachments if not isinstance(a, GeometryAttachment))
@@ -134,9 +138,9 @@ def _under_the_structure(
 
 
 def _drag_of_mass(rest: AtRest, carried: Floats, frame: Frame | None) -> Floats | None:
-    """Return the forces of mass-proportional damping whose dashpots stand on the ground.
+    """Return alpha M carried [kg/s] if C = alpha M + beta K, with dashpots fixed to the ground.
 
-    Only C = alpha M + beta K is recognised; the dashpots of any other C stand on the base.
+    Return None if the dashpots are fixed to the base, as those of any other C are taken to be.
     """
     pull = np.asarray(rest.damping @ carried).ravel()
     parts = [np.asarray(m @ carried).ravel() for m in (rest.mass, rest.stiffness)]
@@ -162,7 +166,7 @@ def _drag_of_mass(rest: AtRest, carried: Floats, frame: Frame | None) -> Floats 
 def _at_supports(
     rest: AtRest, directions: ArrayLike, supports: Sequence[int], frame: Frame | None
 ) -> BaseMotion:
-    """Return the motion of given support degrees of freedom, and of the structure between them."""
+    """Return the base motion for supports given by their degrees of freedom."""
     size = rest.static_force.size
     given = np.asarray(supports)
     if (
@@ -231,7 +235,7 @@ def _is_rigid(rest: AtRest, carried: Floats) -> bool:
 
 
 _ROWS = ("directions", "columns", "coordinates", "rest")
-"""Fields of attachments with a row for each degree of freedom."""
+"""Arrays of attachments whose first axis is the degree of freedom."""
 
 
 def _restrict_to_free_dofs(attachment: Attachment, free: NDArray[Any]) -> Attachment:
@@ -257,9 +261,9 @@ ControlOf = Literal["base", "response"]
 class BaseResponse(ForcedResponse):
     """Periodic motions on a moving base, the result of ``structure.base_response(...)``.
 
-    Followed as a :class:`ForcedResponse` is (Krack and Gross 2019,
-    DOI 10.1007/978-3-030-14023-6). ``displacement`` counts from the base: from the
-    static answer to the supports.
+    Computed along a path of frequencies like a :class:`ForcedResponse` (Krack and Gross 2019,
+    DOI 10.1007/978-3-030-14023-6). ``displacement`` is relative to the static response to the
+    base motion, which for one rigid base is the motion of the base.
     """
 
     base_acceleration: NDArray[np.complex128]
@@ -270,9 +274,9 @@ class BaseResponse(ForcedResponse):
 
     @property
     def absolute_displacement(self) -> NDArray[np.complex128]:
-        """Absolute amplitudes of each harmonic (points, n, harmonics) [m].
+        """Complex amplitudes relative to the ground (points, n, harmonics) [m].
 
-        Made anew each time, as ``displacement``.
+        Computed at each access, like ``displacement``.
         """
         absolute = self.displacement
         absolute[:, :, self.harmonics.index(1)] += self._base_motion @ self._carried.T
@@ -280,7 +284,7 @@ class BaseResponse(ForcedResponse):
 
     @property
     def _base_motion(self) -> NDArray[np.complex128]:
-        """Displacement of each input (points, inputs) [m]."""
+        """Complex displacement amplitude of each input along the path (points, inputs) [m]."""
         return np.asarray(-self.base_acceleration / (2.0 * np.pi * self.frequency[:, None]) ** 2)
 
     def _from_ground(self, at: ArrayLike) -> NDArray[np.complex128]:
@@ -299,7 +303,7 @@ class BaseResponse(ForcedResponse):
         raise InputError("a motion of the base has no force; use transmissibility(at)")
 
     def transmissibility(self, at: ArrayLike) -> NDArray[np.complex128]:
-        """Return the absolute fundamental motion at a sensor over that of the base.
+        """Return the absolute motion at a sensor over the base motion, both fundamental harmonics.
 
         Parameters
         ----------
@@ -309,7 +313,7 @@ class BaseResponse(ForcedResponse):
         Returns
         -------
         ndarray
-            Complex ratios [-], one per point, relative to the first moving input.
+            Complex ratios [-], shape (points,); relative to the first input that moves.
         """
         moving = int(np.argmax(np.abs(self.base_acceleration).max(axis=0) > 0.0))
         return np.asarray(self._from_ground(at) / self._base_motion[:, moving])
@@ -332,49 +336,52 @@ def base_response(
     harmonics: Sequence[int] | None = None,
     samples: int = 64,
 ) -> BaseResponse:
-    """Compute periodic motions on a shaker table, or on several supports, along frequencies.
+    """Compute periodic motions on a shaker table or on moving supports, along frequencies.
 
     Parameters
     ----------
     directions : array_like
-        Base motion R of each degree of freedom per unit input, shape (n,), or
-        (n, inputs); with ``supports`` the motion of each support, (supports,) or
+        Displacement R of each degree of freedom per unit displacement of each input [-], shape
+        (n,) or (n, inputs). With ``supports``: displacement of each support, (supports,) or
         (supports, inputs).
     acceleration : complex or array_like
-        Amplitude of the base's acceleration a [m/s^2], Re(a exp(i omega t)), one an input.
+        Amplitude a of the acceleration Re(a exp(i omega t)) of each input [m/s^2], (inputs,).
     frequencies : array_like
-        Frequencies [Hz], one-dimensional, rising or falling.
+        Frequencies [Hz], one-dimensional, in increasing or decreasing order.
     control : {"base", "response"}, optional
-        Quantity controlled in the sweep: the base's acceleration, or the motion of a sensor
-        as seen from the ground, by a level of the base that follows. Such a response does not
-        fold over; ``stable`` is that of the motion at a fixed level.
+        Quantity held constant along the frequencies: the acceleration of the base, or the absolute
+        motion at a sensor, for which the level of the base is adjusted. A response under response
+        control does not fold over; ``stable`` refers to the motion at a fixed base level.
     at : array_like, optional
-        Direction (n,) of the controlled sensor.
+        Direction of the controlled sensor, shape (n,).
     level : float, optional
-        Target amplitude of the sensor [m, m/s or m/s^2].
+        Target amplitude at the sensor [m, m/s or m/s^2].
     quantity : {"acceleration", "velocity", "displacement"}, optional
         Quantity of the sensor that is controlled.
     supports : sequence of int, optional
-        Degrees of freedom of these matrices that are moved. Without them the matrices are of a
-        structure that is held by its base, all in one piece, and motions count from it.
+        Indices of the degrees of freedom that are moved. By default the matrices describe a
+        structure fixed to one rigid base, and displacements are relative to this base.
     damping_frame : {"base", "ground"}, optional
-        Frame of the dashpots that resist rigid motion, as a part of C proportional to M does.
+        Frame to which dashpots are fixed that resist rigid motion, such as those of a part of C
+        proportional to M; required if C has such a part.
     joints_on_base : bool, optional
-        Whether joints that ``directions`` would move hold the structure to the base.
+        Whether joints connect the structure to the base. If not, ``directions`` that deform a
+        joint raise an InputError.
     harmonics, samples : optional
         As for :meth:`modes`.
 
     Returns
     -------
     BaseResponse
-        Motions relative and absolute, the base's acceleration and the force that moves it,
+        Relative and absolute motions, acceleration of the base, force that moves the base, and
         transmissibilities.
 
     Notes
     -----
-    Of a rigid base M y'' + C y' + K y + joints = -M R a. Where supports move against another
-    the motion counts from the static answer of the structure with sticking joints, and each
-    joint is carried along by it. At the peak of a mode |shape^T M R| a = 2 zeta omega^2 q.
+    For one rigid base the relative displacement y obeys
+    M y'' + C y' + K y + joint forces = -M R a. If supports move relative to each other, y is
+    relative to the static response with sticking joints, which also moves the joints. At the peak
+    of a mode with modal amplitude q, |shape^T M R| a = 2 zeta omega^2 q.
     """
     base = base_motion(rest, directions, supports, damping_frame, joints_on_base)
     if control not in get_args(ControlOf):

@@ -34,7 +34,7 @@ _NESTED = ("samples", "surface", "geometry")
 
 
 class Surface(NamedTuple):
-    """Surface of the bodies, and its motion with each degree of freedom."""
+    """Outer surface of the bodies, and its displacement per unit of each degree of freedom."""
 
     points: NDArray[np.float32]
     facets: NDArray[np.int32]
@@ -46,11 +46,12 @@ class Surface(NamedTuple):
 class ReducedJoint(LockedArrays):
     """Bolted structure without its contact: mass, stiffness, patches and bolts.
 
-    :meth:`LapJoint.reduce` and :meth:`MeshedJoint.reduce` make it. Its degrees of freedom are, for
-    patch p, the mean relative displacement of its two faces along (3p), across (3p + 1) and apart
-    (3p + 2); then one elongation a bolt; then modes with immovable patches. Rigid motion is no part
-    of it. The law of the surface, its friction, the tension of the bolts and the form of the faces
-    come afterwards: one reduced model serves them all.
+    Created by :meth:`LapJoint.reduce` and :meth:`MeshedJoint.reduce`. The degrees of freedom are,
+    for each patch p from 0, the mean displacement of the upper face relative to the lower face
+    along (3p), across (3p + 1) and opening (3p + 2); then the elongation of each bolt; then the
+    coordinates of modes with immovable patches and bolts. Rigid-body motion is excluded. The law
+    of the surface, its friction, the tension of the bolts and the form of the faces are given
+    afterwards, so that one reduction serves all their values.
 
     After Craig and Bampton (1968), DOI 10.2514/3.4741.
     """
@@ -62,19 +63,19 @@ class ReducedJoint(LockedArrays):
     patch_areas: Floats
     """Areas of the patches [m^2]."""
     patch_gaps: Floats
-    """Form: gaps of the unloaded patches, the smallest one zero [m]."""
+    """Mean gap of each patch without load [m], the form of the faces; the smallest is zero."""
     patch_boxes: Floats
-    """x from, x to, y from, y to of each patch, along and across its contact [m]."""
+    """Bounds x from, x to, y from, y to of each patch [m], x along and y across its contact."""
     patch_contacts: NDArray[np.int64]
     """Number [-] of the contact that each patch belongs to."""
     bolt_stiffness: Floats
-    """Stiffness that relieves the axial stress of each bolt [N/m]."""
+    """Axial stiffness of the shank of each bolt: force per elongation [N/m]."""
     bolt_tension: Floats
     """Tension of each bolt after tightening [N]."""
     sensor_names: tuple[str, ...]
     """Names of the sensors."""
     sensor_rows: Floats
-    """Displacement of each sensor [-] by the degrees of freedom, (sensors, degrees of freedom)."""
+    """Displacement at each sensor per degree of freedom [-], (sensors, degrees of freedom)."""
     samples: Samples
     """Sample points of the patches."""
     surface: Surface
@@ -84,8 +85,8 @@ class ReducedJoint(LockedArrays):
     left_out: float
     """Fraction of the faces without an opposite face [-]."""
     base_inertia: Floats = field(default_factory=lambda: np.zeros((0, 3)))
-    """Inertia [kg] of the degrees of freedom, and of all as one piece in the last three rows, for a
-    ground that moves along x, y, z; none of a structure that floats."""
+    """Mass coupling [kg] of the degrees of freedom with unit ground motions along x, y, z; the last
+    three rows are the mass matrix of the rigid motion. Empty for a structure without ground."""
     sensor_base: Floats = field(default_factory=lambda: np.zeros((0, 3)))
     """Motion of each sensor per unit motion of the ground [-], (sensors, 3)."""
     geometry: GeometryAttachment | None = None
@@ -103,7 +104,7 @@ class ReducedJoint(LockedArrays):
 
     @cached_property
     def directions(self) -> Floats:
-        """Motions of the patches (degrees of freedom, patches, 3): along, across, opening."""
+        """Directions of the patches for :meth:`Structure.attach`, (size, patches, 3)."""
         result = np.zeros((self.size, self.patches, 3))
         index = np.arange(3 * self.patches)
         result[index, index // 3, index % 3] = 1.0
@@ -117,7 +118,7 @@ class ReducedJoint(LockedArrays):
 
     @property
     def layout(self) -> Floats:
-        """Contact [-] and box [m] of each patch, one row each, valid as ``patches`` again."""
+        """Contact [-] and bounds [m] of each patch, (patches, 5); valid as argument ``patches``."""
         return np.column_stack([self.patch_contacts, self.patch_boxes])
 
     @property
@@ -126,19 +127,20 @@ class ReducedJoint(LockedArrays):
         return slice(start, start + len(self.bolt_stiffness))
 
     def sensor(self, name: str, base: bool = False) -> Floats:
-        """Return the displacement at a sensor [m] as a vector over the degrees of freedom.
+        """Return the direction b of a sensor: its displacement is b^T x [m].
 
         Parameters
         ----------
         name : str
             One of :attr:`sensor_names`.
         base : bool
-            Whether the motion of the ground is among them, see :meth:`on_base`.
+            Whether x includes the three displacements of the ground, see :meth:`on_base`.
 
         Returns
         -------
         ndarray
-            Row that multiplies displacements; it is also the unit force at the sensor.
+            Vector b [-], one entry for each degree of freedom. A force F at the sensor in its
+            direction acts on the degrees of freedom as F b.
         """
         if name not in self.sensor_names:
             there = quoted(self.sensor_names) if self.sensor_names else "no sensor"
@@ -153,13 +155,12 @@ class ReducedJoint(LockedArrays):
         Parameters
         ----------
         form : callable or array_like
-            Gap between the faces where nothing presses: a function of x and y (arrays, along and
-            across the lap from its middle [m]) that gives gaps [m]; a table with the columns x, y
-            and gap [m], NaN where unknown, for example from two scans of the faces; or
-            one gap [m] for each patch, of the shape (patches,).
+            Gap between the unloaded faces: a function of arrays x and y [m], along and across as
+            in :attr:`patch_centres`, that returns gaps [m]; a table with the columns x, y and gap
+            [m], NaN where unknown, for example from scans of both faces; or one gap [m] for each
+            patch, of the shape (patches,).
         factor : float
-            Factor on all gaps, such as 0 for flat faces or -1 for the reversed
-            form.
+            Factor on all gaps [-], such as 0 for flat faces or -1 for the reversed form.
 
         Returns
         -------
@@ -168,7 +169,7 @@ class ReducedJoint(LockedArrays):
 
         Notes
         -----
-        A patch has the mean gap over its sample points.
+        The gap of a patch is the mean over its sample points.
         """
         factor = number("factor", factor)
         table = None if callable(form) else floats("form", form, missing=True)
@@ -202,7 +203,7 @@ class ReducedJoint(LockedArrays):
         Returns
         -------
         ReducedJoint
-            A new one.
+            New joint with these tensions.
         """
         bolts = len(self.bolt_stiffness)
         return replace(self, bolt_tension=each_bolt("tension", tension, bolts, "N"))
@@ -210,7 +211,7 @@ class ReducedJoint(LockedArrays):
     def field(
         self, surface: NormalLaw, friction_coefficient: ArrayLike, surface_area: float | None = None
     ) -> JointField:
-        """Return the patches as nodes of a field with their gaps [m] (one-dimensional)."""
+        """Return the field whose nodes are the patches, with their gaps [m], shape (patches,)."""
         return JointField(
             surface, friction_coefficient, areas=self.patch_areas, gaps=self.patch_gaps,
             surface_area=surface_area,
@@ -243,19 +244,20 @@ class ReducedJoint(LockedArrays):
         Parameters
         ----------
         sensors : iterable of str
-            Sensors whose displacements are the coordinates, at most six.
+            Names of sensors. Their displacements, or the sums of them by ``weights``, are the
+            coordinates z of :meth:`Structure.with_geometry`, at most six.
         cases : (array_like, array_like)
-            Static cases: displacements of these [m] and the forces that hold them there [N], each
-            of the shape (cases, sensors), all else free; see :meth:`Structure.with_geometry`. They
-            count from the tightened state.
+            Static cases: coordinates z relative to the tightened state [m] and the forces that
+            hold them [N], each of the shape (cases, coordinates), with all other displacements
+            free.
         weights : array_like, optional
-            Coordinates that are sums over sensors: what each counts in each, of the shape
-            (sensors, coordinates).
+            Weight of each sensor in each coordinate [-], of the shape (sensors, coordinates). By
+            default each sensor is a coordinate.
 
         Returns
         -------
         ReducedJoint
-            A new one; it is not saved with the geometry.
+            New joint, which :meth:`save` refuses because it has a geometry.
         """
         rows = np.array([self.sensor(name) for name in sensors])
         if weights is not None:
@@ -282,13 +284,13 @@ class ReducedJoint(LockedArrays):
         friction_coefficient : array_like
             As for :meth:`structure`, one number or of shape (patches,).
         damping_ratio : float
-            Base damping of each mode [-], of dashpots that move with the ground.
+            Damping ratio of each mode without the joints [-]; its dashpots move with the ground.
 
         Returns
         -------
         Preload
-            With ``base_response``, ``random_response`` and ``shock``, to be given
-            ``**joint.base("z")``.
+            Static state. Its methods ``base_response``, ``random_response`` and ``shock`` need
+            the arguments ``**joint.base("z")``.
         """
         self.base("z")
         state = self.tightened(surface, friction_coefficient)
@@ -317,12 +319,12 @@ class ReducedJoint(LockedArrays):
         Parameters
         ----------
         direction : {"x", "y", "z"}
-            Along which axis of the mesh.
+            Axis of the mesh along which the ground moves.
 
         Returns
         -------
         dict
-            ``supports`` and ``directions``.
+            Keyword arguments ``supports`` and ``directions``.
         """
         if not len(self.base_inertia):
             raise InputError("the structure has no base: give its mesh a ground")
@@ -332,7 +334,7 @@ class ReducedJoint(LockedArrays):
         return {"supports": list(range(self.size, self.size + 3)), "directions": way}
 
     def static_force(self, surface: NormalLaw) -> Floats:
-        """Return the bolt forces on the tightened joint [N], without their elastic forces.
+        """Return the bolt forces on the tightened joint [N], excluding elastic forces of the bolts.
 
         Parameters
         ----------
@@ -342,18 +344,24 @@ class ReducedJoint(LockedArrays):
         Returns
         -------
         ndarray
-            One force a degree of freedom: with them :meth:`Structure.preload` comes to the
-            tensions of the bolts. While bolts are tightened they pull without an axial stiffness,
-            which is put back in the state so found.
+            Forces for :meth:`Structure.preload`, one for each degree of freedom. They are zero
+            except for the elongations e of the bolts, where they are k_b e - F, with the bolt
+            stiffness k_b, the tension F, and e in the tightened state. In the resulting
+            equilibrium each bolt has its tension F.
+
+        Notes
+        -----
+        The tightened state is found first with each bolt replaced by the force F alone, without
+        its axial stiffness k_b.
         """
         state, pull = self._pulled(surface, surface)
         surface._check_rest(state.pressures * self.field(surface, 1.0).surface_area)
         return pull
 
     def _pulled(self, surface: NormalLaw, law: NormalLaw) -> tuple[Preload, Floats]:
-        """Return the state under bolt tensions without bolt stiffness, and the bolt forces [N].
+        """Return the state under bolt tensions without bolt stiffness, and :meth:`static_force`.
 
-        The contact law ``law`` is that of the surface, or its first loading.
+        The normal law of the contact, ``law``, is ``surface`` or its law of first loading.
         """
         pull = np.zeros(self.size)
         pull[self._bolts] = -self.bolt_tension
@@ -375,10 +383,11 @@ class ReducedJoint(LockedArrays):
 
         Notes
         -----
-        On a face that yields the pressures are those of first loading, and each patch was tightened
-        by its own: its stiffness is proportional to it, and all patches begin to slide at nearly
-        the same displacement. A drawn face needs no tightening pressure for that; a measured one
-        must have been solved up to the largest.
+        If the surface yields, pressures follow its curve of first loading, and each patch is taken
+        to be tightened by its own pressure. The tangential stiffness of a patch is then
+        proportional to that pressure, and all patches begin to slide at nearly the same
+        displacement. The tightening pressure of a face from a drawing is adjusted to the largest
+        pressure; a measured face must have been solved up to the largest pressure.
         """
         for _ in range(_TIGHTENINGS):
             loosely, force = self._pulled(surface, surface._first)
@@ -403,7 +412,7 @@ class ReducedJoint(LockedArrays):
         Parameters
         ----------
         displacement, static_force : array_like
-            Displacements and forces of the state [m], [N], of shape (degrees of freedom,).
+            Static displacements [m] and applied forces [N], both of shape (degrees of freedom,).
 
         Returns
         -------
@@ -415,7 +424,7 @@ class ReducedJoint(LockedArrays):
         return self.bolt_stiffness * moved - pushed
 
     def scaled(self, stiffness: float = 1.0, mass: float = 1.0) -> ReducedJoint:
-        """Return the joint of a material that is stiffer or heavier by factors.
+        """Return the joint with stiffness and mass multiplied by factors.
 
         Parameters
         ----------
@@ -427,7 +436,8 @@ class ReducedJoint(LockedArrays):
         Returns
         -------
         ReducedJoint
-            Exactly what its mesh reduces to (Craig and Bampton 1968, DOI 10.2514/3.4741).
+            New joint, equal to a reduction of the mesh with the scaled materials (Craig and
+            Bampton 1968, DOI 10.2514/3.4741).
         """
         stiffness = positive("stiffness", stiffness, "", 1.1)
         mass = positive("mass", mass, "", 1.1)
@@ -476,12 +486,12 @@ class ReducedJoint(LockedArrays):
         path : str or path
             The file.
         limit : int, optional
-            Numbers that it may hold.
+            Largest permitted count of numbers in the file.
 
         Returns
         -------
         ReducedJoint
-            The same numbers.
+            Joint with the saved arrays.
         """
         file = Path(path)
         with reading(file, "a reduced joint", limit):

@@ -1,4 +1,4 @@
-"""A structure by its mass and stiffness, with its joints."""
+"""Structure given by its mass and stiffness matrices, with attached joints."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ _Result = TypeVar("_Result")
 def _of_rest(
     method: Callable[Concatenate[Preload, _P], _Result],
 ) -> Callable[Concatenate[Structure, _P], _Result]:
-    """Return a method of :class:`Structure` that calls that of its state without static forces."""
+    """Wrap a method of :class:`Preload` as one of :class:`Structure`, without static forces."""
 
     @wraps(method)
     def of_structure(structure: Structure, /, *args: _P.args, **options: _P.kwargs) -> _Result:
@@ -84,20 +84,22 @@ class Structure:
     Parameters
     ----------
     mass : array_like or sparse matrix
-        Mass matrix M [kg], n x n, symmetric and positive definite.
+        Mass matrix M [kg] of n degrees of freedom, shape (n, n), symmetric and positive definite.
     stiffness : array_like or sparse matrix
-        Stiffness matrix K [N/m] of the structure *without its joints*, symmetric, with no negative
-        eigenvalue. Motions that K leaves free must be restrained by joints, or be rigid.
+        Stiffness matrix K [N/m], shape (n, n), of the structure *without its joints*, symmetric,
+        without negative eigenvalues. Motions that K does not resist must be restrained by joints,
+        or be rigid-body motions.
     damping : array_like or sparse matrix, optional
-        Damping matrix C [N s/m] of all but the joints; none without it.
+        Damping matrix C [N s/m], shape (n, n), of everything but the joints; zero by default.
 
     Notes
     -----
-    The joints join by M x'' + C x' + K x + sum of B^T T[B x] = f. Frequencies and damping at an
-    amplitude are those of the nonlinear modes of :meth:`modes`; base damping (of the material, of
-    strings and air) is no result but an input: C, or the ``damping_ratio`` of :meth:`modes`.
-    The modes are those of Krack (2015), DOI 10.1016/j.compstruc.2015.03.008. Nothing is changed by
-    a method; each returns a new object.
+    With joint directions B and joint forces T the equation of motion is
+    M x'' + C x' + K x + sum of B T[B^T x] = f. :meth:`modes` computes the nonlinear modes, whose
+    frequency and damping depend on the amplitude (Krack 2015, DOI
+    10.1016/j.compstruc.2015.03.008). Damping other than that of the joints (material, suspension,
+    air) is an input: C, or the ``damping_ratio`` of :meth:`modes`. Methods return new objects and
+    leave the structure unchanged.
     """
 
     mass: Any
@@ -130,20 +132,22 @@ class Structure:
         path : str or path
             An ``.npz`` or ``.mat`` file with the matrices, or a folder of Matrix Market
             files (``mass.mtx``, ``stiffness.mtx`` and optionally ``damping.mtx``). With the
-            extra ``nastran``, a ``.pch`` of DMIG cards, an ``.op2`` or ``.op4`` of matrices. An
-            ``.mtx`` of Abaqus: that of a substructure (``*SUBSTRUCTURE MATRIX OUTPUT, OUTPUT
-            FILE=USER DEFINED``), or one of a job (``job_STIF2.mtx``), beside which the others are
-            found. Rows are in the order of node and degree of freedom.
+            extra ``nastran``, a ``.pch`` file of DMIG cards or an ``.op2`` or ``.op4`` file of
+            matrices. An ``.mtx`` file of Abaqus: the matrices of a substructure (``*SUBSTRUCTURE
+            MATRIX OUTPUT, OUTPUT FILE=USER DEFINED``), or one matrix of a job
+            (``job_STIF2.mtx``), whose other matrices are read from the same folder. Rows are
+            sorted by node, then by degree of freedom.
         limit : int, optional
-            Numbers that a file may hold.
+            Largest permitted count of numbers in a file.
         **names : str, optional
-            Their names in the file, such as ``mass="M"``; without them ``mass``, ``stiffness`` and
-            ``damping``, or M, K and C, or Nastran's MAAX, MAA, MXX or MGG and the like with K, B.
+            Names of the matrices in the file, such as ``mass="M"``. By default ``mass``,
+            ``stiffness`` and ``damping``, or M, K and C, or Nastran's MAAX, MAA, MXX or MGG for
+            the mass, and the corresponding names with K (stiffness) and B (damping).
 
         Returns
         -------
         Structure
-            Without joints: these are attached in Python.
+            Structure without joints; add them with :meth:`attach`.
         """
         return cls(*load_matrices(path, names, limit))
 
@@ -167,18 +171,18 @@ class Structure:
         Parameters
         ----------
         joint : BackboneLaw or JointField
-            A law given by its backbone, not rigid at rest; or a field of nodes, with its areas,
+            Backbone law with a finite stiffness at rest, or a field of contact nodes with areas,
             gaps (or loads) and friction.
         directions : array_like
-            For a law b, of shape (n,) or (n, joints): the joint's displacement is b^T x, and it
-            answers with the force -b T. For a field B, of shape (n, nodes, 3): two tangential
-            motions, then the opening, positive where the faces part; in a plane (n, nodes, 2), one
-            tangential motion and the opening.
+            For a law: b of shape (n,) or (n, joints). The displacement of a joint is b^T x, and
+            its force T acts on the structure as -b T. For a field: B of shape (n, nodes, 3), for
+            each node two tangential displacements and the opening, positive where the faces
+            separate; in a plane (n, nodes, 2), one tangential displacement and the opening.
 
         Returns
         -------
         Structure
-            A new one; this one is unchanged.
+            New structure; the original is unchanged.
         """
         attachment: Attachment
         if isinstance(joint, JointField):
@@ -219,69 +223,72 @@ class Structure:
         force: Callable[[Floats], ArrayLike] | None = None,
         reach: ArrayLike | None = None,
     ) -> Structure:
-        """Return the structure with geometric stiffness, for thin and curved panels.
+        """Return the structure with a nonlinear geometric stiffness, for thin and curved panels.
 
         Parameters
         ----------
         coordinates : array_like
-            P, of shape (n,) or (n, p): the coordinates are z = P^T x, six at most.
+            P of shape (n,) or (n, p), p at most six. The geometric forces depend on the
+            coordinates z = P^T x.
         cubic, quartic : array_like, optional
-            V3 of shape (p, p, p) and V4 of shape (p, p, p, p), symmetric in all indices, of the
-            potential V = V3 z z z + V4 z z z z [J]: the forces are 3 V3 z z + 4 V4 z z z.
+            Tensors V3 of shape (p, p, p) and V4 of shape (p, p, p, p), symmetric in all indices, of
+            the potential energy V = V3 z z z + V4 z z z z [J], contracted over all indices. The
+            forces are 3 V3 z z + 4 V4 z z z.
         cases : pair of array_like, optional
-            Coordinates z and forces of static solutions, both of shape (cases, p), the linear part
-            of the forces included. One potential is fitted to them; its second order is dropped,
-            since the stiffness matrix includes it.
+            Coordinates z and total forces of static solutions, both of shape (cases, p). A
+            potential of second to fourth order is fitted to them; the second order is then
+            dropped, since the stiffness matrix includes it.
         force : callable, optional
-            The forces (p,) for coordinates (p,), linear part included or not; evaluated up to
-            ``reach``.
+            Function that returns the forces, shape (p,), at coordinates of shape (p,), with or
+            without their linear part. It is evaluated up to ``reach``.
         reach : array_like, optional
-            Largest size of each coordinate, (p,) or one number; of ``cases`` their largest. Motions
-            beyond it are refused.
+            Largest magnitude of each coordinate, shape (p,) or one number; larger motions raise an
+            InputError. By default the largest magnitudes in ``cases``, and no limit for tensors.
 
         Returns
         -------
         Structure
-            Structure whose motions use harmonics up to 5 by default. Its potential
-            comes as a row of springs, which lose nothing: they stand last in ``loss``.
+            New structure, whose periodic motions use harmonics 0 to 5 by default. The potential is
+            represented by conservative springs, which follow the joints in ``loss`` with zeros.
 
         Notes
         -----
-        Condense the rest of the structure for each case: impose z and leave the others free.
-        On reduced models of thin structures: Mignolet et al. (2013),
-        DOI 10.1016/j.jsv.2012.10.017.
+        For each static case prescribe z and leave all other displacements free. On reduced models
+        of thin structures see Mignolet et al. (2013), DOI 10.1016/j.jsv.2012.10.017.
         """
         columns = direction_matrix("coordinates", coordinates, self.size)
         return self.with_attachment(geometry(columns, cubic, quartic, cases, force, reach))
 
     @cached_property
     def verdicts(self) -> tuple[Verdict, ...]:
-        """Verdicts on the model of a structure with joints: units, rigid motion."""
+        """Verdicts on the units (by the first frequency) and on joints that rigid motion moves."""
         return judge(self.mass, self.stiffness, self.attachments)
 
     # -- statics ----------------------------------------------------------------------------------
 
     @single_threaded
     def preload(self, static_force: ArrayLike | None = None) -> Preload:
-        """Compute the state of rest under static forces, including bolt forces.
+        """Compute the static equilibrium under given forces, including bolt forces.
 
         Parameters
         ----------
         static_force : array_like, optional
-            Forces [N], shape (n,), one for each degree of freedom; none without it. A field that
-            was given loads or separations is at rest with them: the forces come on top of what
-            holds them.
+            Forces [N], shape (n,), one for each degree of freedom; zero by default. A field that
+            was created with loads or separations is in equilibrium without these forces, which
+            act in addition to those that already press its faces together.
 
         Returns
         -------
         Preload
-            Displacement, normal loads, pressures, gaps; and the methods of this class about it.
+            Static displacements, normal loads, pressures and gaps. Its methods, such as ``modes``
+            and ``integrate``, compute motions about this state.
 
         Notes
         -----
-        Without friction in fields the state is the minimum of a convex energy, for normal loads
-        fall with the separation: Newton's method with a line search cannot but find it. Friction
-        of a field counts from there. A law counts from where the structure is undeformed.
+        Fields are frictionless in this computation. Since normal loads decrease with separation,
+        the equilibrium is then the minimum of a convex energy, which Newton's method with a line
+        search finds. Friction of a field starts from this state; a backbone law acts from the
+        undeformed structure on.
         """
         force = np.zeros(self.size)
         if static_force is not None:
@@ -296,7 +303,7 @@ class Structure:
         return state
 
     def _preload(self, force: Floats) -> Preload:
-        """Return the state of rest; faces may bear more than their tightening pressure."""
+        """Return the static state without checking that loads stay in the range of the surface."""
         state = static_state(self.stiffness, self.mass, self.attachments, force)
         if state.equilibrium_error > 1e-6:
             raise InputError(
@@ -317,7 +324,7 @@ class Structure:
         )  # fmt: skip
 
     def _check_rest(self, state: Preload) -> None:
-        """Refuse loads at rest beyond the law of a surface."""
+        """Raise an InputError if static loads exceed the range of the normal law of a surface."""
         for attachment in self.attachments:
             if isinstance(attachment, FieldAttachment):
                 field = attachment.field
@@ -326,7 +333,7 @@ class Structure:
 
     @cached_property
     def _undeformed(self) -> Preload:
-        """State of rest without static forces."""
+        """Static state without applied forces; an error for fields with gaps, which have none."""
         if any(attachment.has_gaps for attachment in self.attachments):
             raise InputError(
                 "a field with gaps has no loads before a static solution: write "
@@ -377,7 +384,7 @@ GROUNDED = Rule(
 
 
 def judge(mass: Any, stiffness: Any, attachments: tuple[Attachment, ...]) -> tuple[Verdict, ...]:
-    """Return the verdicts on a structure without its joints."""
+    """Return verdicts on the first frequency without joints and on joints in rigid motion."""
     count = None if mass.shape[0] <= LARGEST_DENSE else _MOST_RIGID + 1
     squares, shapes = linear_modes(stiffness, mass, count)
     rigid = rigid_count(squares, stiffness, mass)

@@ -1,7 +1,7 @@
-"""Steps of a motion in time, in the modes of sticking joints.
+"""Time integration in the modal coordinates of the structure with sticking joints.
 
-By the generalised-alpha method, or with an exact linear part for joints that follow laws and never
-open.
+By the generalised-alpha method (Chung and Hulbert 1993, DOI 10.1115/1.2900803), or with exact
+integration of the linear part if all joints are backbone laws, which never open.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _LAST_CHANGE = 1e-12  # of the largest joint motion so far, for the last step of
 
 
 class Coefficients(NamedTuple):
-    """Coefficients of the method, from the spectral radius at high frequencies."""
+    """Coefficients alpha_m, alpha_f, beta and gamma of the generalised-alpha method."""
 
     mass: float
     force: float
@@ -30,16 +30,17 @@ class Coefficients(NamedTuple):
 
     @classmethod
     def of(cls, radius: float) -> Coefficients:
-        """Return second-order coefficients: radius 1 is free of loss, 0 damps fast motion most."""
+        """Return the coefficients for a spectral radius at high frequency: 1 adds no damping."""
         mass, force = (2.0 * radius - 1.0) / (radius + 1.0), radius / (radius + 1.0)
         return cls(mass, force, 0.25 * (1.0 - mass + force) ** 2, 0.5 - mass + force)
 
 
 class TimeSteps:
-    """Integrator of modal coordinates; joints commit at each step.
+    """Integrator of the modal coordinates and of the states of the joints.
 
-    In the modes of the sticking joints the linear part is solved once and for all; each step
-    iterates on the joints' motions alone.
+    The linear equations, with joints as springs of their stiffness at rest, are factorised once.
+    Each step solves for the joint motions alone by Newton's method and then commits the joint
+    states. The equations are normalised to unit modal mass.
     """
 
     def __init__(self, model: ModalModel, joints: ModalJoints, step: float, radius: float) -> None:
@@ -73,7 +74,7 @@ class TimeSteps:
 
     @property
     def lost(self) -> Floats:
-        """Energies dissipated by the joints since the static state [J], all groups in a row."""
+        """Energy dissipated by each joint of all groups since the static state (joints,) [J]."""
         return self._lost() - self._before
 
     def _solve(self, right: Floats) -> Floats:
@@ -82,12 +83,16 @@ class TimeSteps:
         return np.asarray(self._inverse @ right)
 
     def try_joints(self, motion: Floats) -> tuple[Floats, Floats]:
-        """Return forces beyond sticking and their tangents (coordinates, coordinates)."""
+        """Return joint forces minus those of sticking joints, and their tangents, at a motion.
+
+        ``motion`` [m] and forces [N] have the shape (coordinates,), tangents [N/m]
+        (coordinates, coordinates). The committed states of the joints do not change.
+        """
         force, slopes = self._joints.answers(motion, [state.try_ for state in self._states])
         return force - self._joints.stuck * motion, self._joints.tangent_matrix(slopes)
 
     def commit(self, motion: Floats, short: Floats) -> None:
-        """Make the last trial of the joints their state."""
+        """Accept the last trial as joint states; store its motion and forces beyond sticking."""
         for state in self._states:
             state.commit()
         self.motion, self.short = motion, short
@@ -96,7 +101,7 @@ class TimeSteps:
     def _find(
         self, aim: Floats, motion: Floats, correction: Callable[[Floats, Floats, Floats], Floats]
     ) -> bool:
-        """Commit the joint motion at which Newton's method converges; return whether it does."""
+        """Solve for the joint motion by Newton's method and commit it; return False if it fails."""
         size = max(self._largest, float(np.abs(aim).max(initial=0.0)), 1e-300)
         moved = np.inf
         for _ in range(_ITERATIONS):
@@ -113,7 +118,7 @@ class TimeSteps:
         return False
 
     def place(self, q: Floats) -> None:
-        """Set the joints to a static motion, along a straight path from rest."""
+        """Load the joints straight from rest to the modal displacements ``q``, and commit."""
         motion = self._directions.T @ q
         self.commit(motion, self.try_joints(motion)[0])
 
@@ -121,7 +126,7 @@ class TimeSteps:
         """Store the initial velocities (used by the methods that need them)."""
 
     def acceleration(self, q: Floats, v: Floats, force: Floats, short: Floats) -> Floats:
-        """Return the accelerations from the equation of motion, at one time or a row of times."""
+        """Return modal accelerations from the equation of motion, (modes,) or (times, modes)."""
         return np.asarray(
             force - v @ self.damping.T - self.squares * q - short @ self._directions.T
         )
@@ -155,7 +160,7 @@ class TimeSteps:
 
 
 def are_exact(model: ModalModel, joints: ModalJoints) -> bool:
-    """Return whether exact integration applies: laws along directions and modal damping only."""
+    """Return whether exact integration applies: only backbone laws, and diagonal modal damping."""
     damping = np.zeros((1, 1)) if model.damping is None else np.asarray(model.damping)
     coupling = np.abs(damping - np.diag(np.diag(damping))).max(initial=0.0)
     laws = all(isinstance(group, LawGroup) for group in joints.groups)
@@ -163,11 +168,12 @@ def are_exact(model: ModalModel, joints: ModalJoints) -> bool:
 
 
 class ExactSteps(TimeSteps):
-    """Exact integration of the modes under forces that are cubic in time over a step.
+    """Exact integration of each mode under modal forces that are cubic in time over a step.
 
-    What joints give less than sticking ones, and its rate, is matched at both ends (Hermite's
-    cubic), as :meth:`microslip.Oscillator.ring_down` does; a turning point inside a step costs the
-    third order. After Hochbruck and Ostermann (2010), DOI 10.1017/S0962492910000048.
+    The (Hermite) cubic has, at both ends of the step, the values and rates of the joint forces
+    minus those of sticking joints, as in :meth:`microslip.Oscillator.ring_down`. A turning point
+    inside a step lowers the order. After Hochbruck and Ostermann (2010),
+    DOI 10.1017/S0962492910000048.
     """
 
     def __init__(self, model: ModalModel, joints: ModalJoints, step: float, force: Floats) -> None:
@@ -202,7 +208,7 @@ class ExactSteps(TimeSteps):
         self._rate = np.zeros(joints.stuck.size)  # of the joints' forces, times the step
 
     def begin(self, v: Floats) -> None:
-        """Store the rates of the joint forces at the start."""
+        """Store the initial rates of the joint forces beyond sticking, at modal velocities v."""
         self._rate = self._step * (self.try_joints(self.motion)[1] @ (self._directions.T @ v))
 
     def advance(

@@ -1,4 +1,4 @@
-"""Elastic pairs, heights of asperities and normal load laws N(d), one class a law."""
+"""Elastic pairs, summit heights, and normal load laws N(d), one class for each law."""
 
 from microslip._core.packages import names_of_stub as _names
 

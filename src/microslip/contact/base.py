@@ -1,4 +1,4 @@
-"""The normal load law: the only part that depends on the surface."""
+"""Base class of normal load laws N(d), the only part of the model that depends on the surface."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ FEWEST_POINTS = 100
 
 
 def plasticity_index(pair: MaterialPair, spread: float, radius: float) -> dict[str, float | None]:
-    """Return the plasticity index (E*/H) sqrt(sigma/rho) of Greenwood and Williamson by name.
+    """Return {name: plasticity index (E*/H) sqrt(sigma/rho)}, Greenwood and Williamson (1966).
 
-    Empty for summits of equal height; None without a hardness.
+    The dictionary is empty for summits of equal height; the value is None without a hardness.
     """
     if not spread > 0.0:
         return {}
@@ -51,10 +51,11 @@ def plasticity_index(pair: MaterialPair, spread: float, radius: float) -> dict[s
 def sparse_contacts(
     surface: Any, area: float, spread: float, radius: float, separation: float | None
 ) -> dict[str, float | None]:
-    """Return the values that show whether contacts are small, far apart and many.
+    """Return values of the validity rules on small, distant and numerous contacts.
 
     `surface` must have a summit count, a contact count and a contact area; `area` is the apparent
-    area [m^2]. A separation of None means that nothing touches.
+    area [m^2], ``spread`` the standard deviation of the summit heights [m] and ``radius`` their
+    radius [m]. A separation of None means that nothing touches.
     """
     real, count = 0.0, 0.0
     if separation is not None:
@@ -101,24 +102,24 @@ class NormalLaw(Parametric, ABC):
 
     @abstractmethod
     def _derivative(self, separation: Floats, order: int) -> Floats:
-        """Derivative of the load of order 0 (the load) to 2; -1 is its integral to infinity."""
+        """Derivative of N of order 0 (N itself) to 2; -1: integral of N from d to infinity."""
 
     def _assumptions(self, separation: float | None) -> dict[str, float | None]:
-        """Values of the validity rules at a separation, by name; None where unknown.
+        """Quantities of the validity rules at a separation [m], by rule name; None where unknown.
 
         A separation of None means that nothing touches.
         """
         return {}
 
     def _slip_measure(self) -> tuple[float, str] | None:
-        """Indentation [m] over which contacts start to slip, and its name.
+        """Indentation [m] that sets the displacement at which contacts start to slip, and its name.
 
-        None if only the stiffness determines it.
+        None if this displacement follows from the stiffness only.
         """
         return None
 
     def _standardised(self, separation: float) -> float | None:
-        """Separation over the spread of the heights [-]; None without a spread."""
+        """Separation over the standard deviation of the heights [-]; None without heights."""
         return None
 
     def _derivative_at(self, separation: float, order: int) -> float:
@@ -127,21 +128,21 @@ class NormalLaw(Parametric, ABC):
     @property
     @abstractmethod
     def _span(self) -> tuple[float, float]:
-        """Separations [m] at which many and hardly any summits are in contact."""
+        """Separations [m] at which many (first) and hardly any (second) summits touch."""
 
     @property
     def _edge(self) -> float:
-        """Separation [m] from which on the law is smooth wherever it carries a load."""
+        """Separation [m] above which the law is smooth wherever its load is not zero."""
         return -math.inf
 
     @property
     def _breaks(self) -> Floats:
-        """Separations [m], rising, at which the law is not smooth, without the edge."""
+        """Separations [m], increasing, at which the law is not smooth, without :attr:`_edge`."""
         return np.zeros(0)
 
     @property
     def _small_kinks(self) -> Floats:
-        """Numerous separations [m] at which the law has small kinks."""
+        """Separations [m] of small kinks of the law, for laws with many of them."""
         return np.zeros(0)
 
     @property
@@ -151,7 +152,7 @@ class NormalLaw(Parametric, ABC):
 
     @cached_property
     def _deepest(self) -> float:
-        """Separation [m] at which summits are indented by their radius, the limit of the law."""
+        """Smallest valid separation [m], at which summits are indented by their radius."""
         radius = getattr(self, "radius", getattr(self, "radii", None))
         return -LARGEST if radius is None else self._span[0] - float(np.max(radius))
 
@@ -162,28 +163,28 @@ class NormalLaw(Parametric, ABC):
 
     @property
     def _kinks(self) -> Floats:
-        """Separations [m], rising, at which N'' is not smooth, except those of given summits."""
+        """Separations [m], increasing, of jumps of N'' or N', except those of given summits."""
         edge = [self._edge] if math.isfinite(self._edge) else []
         return np.union1d(self._breaks, edge)
 
     @property
     def _spheres(self) -> Spheres | None:
-        """Summits of a law that is a sum over given summits."""
+        """Summits, if the law is a sum over given summits; otherwise None."""
         return None
 
     @property
     def _spline(self) -> Spline | None:
-        """Spline of a law that is a spline."""
+        """Spline of the loads, if the law is a spline; otherwise None."""
         return None
 
     @property
     def stiffness_ratio(self) -> float:
-        """Normal over tangential stiffness of the contacts [-]; E*/4G* for round ones."""
+        """Normal over tangential stiffness of the contacts [-]; E*/4G* for round contacts."""
         return self.pair.stiffness_ratio
 
     @property
     def _lay(self) -> Floats | None:
-        """Tangential stiffness in the plane over that in the direction of motion, (2, 2).
+        """Tangential stiffness tensor over its value in the direction of motion [-], (2, 2).
 
         The first axis is the direction of motion. None for an isotropic surface.
         """
@@ -199,19 +200,19 @@ class NormalLaw(Parametric, ABC):
         )
 
     def _check_rest(self, loads: Floats) -> None:
-        """Raise an InputError for loads at rest [N] outside the law."""
+        """Raise an InputError if loads of the joint at rest [N] are too large for the law."""
 
     def _tightened_by(self, shares: Floats) -> tuple[Floats, Floats] | None:
-        """Return lengths [-] and offsets [m] for places tightened to fractions of the load.
+        """Return lengths [-] and offsets [m] of areas tightened to fractions of the load.
 
-        At separation d, such a place carries its fraction of the load of this law at
-        (d - offset)/length. None for a law that does not yield.
+        At separation d, an area tightened to a fraction of the tightening load carries this
+        fraction of N((d - offset)/length), N being this law. None for a law that does not yield.
         """
         return None
 
     @property
     def _first(self) -> NormalLaw:
-        """Law of first loading; this law if it does not yield."""
+        """Law of first loading, before any unloading; this law if it does not yield."""
         return self
 
     def _under(self, load: float) -> NormalLaw:
@@ -220,11 +221,11 @@ class NormalLaw(Parametric, ABC):
 
     @property
     def _scales(self) -> dict[str, tuple[float, float, float]] | None:
-        """Values of the parameters p with N = C F(d/L), d ln C/d ln p and d ln L/d ln p."""
+        """Parameters p of N = C F(d/L) by name: p, d ln C/d ln p and d ln L/d ln p [-]."""
         return None
 
     def _patch(self, area: float, tightening: float) -> NormalLaw:
-        """Return the surface with another area [m^2], tightened to a fraction of its pressure."""
+        """Return the surface of an area [m^2], tightened to a fraction of its pressure."""
         if not any(item.name == "area" for item in dataclasses.fields(self)):  # type: ignore[arg-type]
             raise InputError(
                 "`surface` must have an apparent area over which a pressure is spread, as a "
@@ -235,7 +236,7 @@ class NormalLaw(Parametric, ABC):
     # -- the law itself ---------------------------------------------------------------------
 
     def load(self, separation: ArrayLike) -> Any:
-        """Normal load N(d) (19.8).
+        """Compute the normal load N(d) (19.8).
 
         Parameters
         ----------
@@ -254,7 +255,7 @@ class NormalLaw(Parametric, ABC):
         return plain(-self._derivative(self._separations(separation), 1), separation)
 
     def separation(self, load: ArrayLike) -> Any:
-        """Separation d at which the interface carries a load: the inverse of :meth:`load`.
+        """Compute the separation d at which the interface carries a load; inverse of :meth:`load`.
 
         Parameters
         ----------
@@ -264,7 +265,7 @@ class NormalLaw(Parametric, ABC):
         Returns
         -------
         float or ndarray
-            Separations [m], shape of ``load``, to rounding.
+            Separations [m], shape of ``load``, accurate to rounding.
         """
         loads = floats("load", load, "N")
         lightest, heaviest = float(loads.min()), float(loads.max())
@@ -322,37 +323,37 @@ class NormalLaw(Parametric, ABC):
         return quadrature.Pieces(self, kinks) if kinks.size else None
 
     def _drop(self, d: Floats | float, u: Floats) -> Floats:
-        """N(d) - N(d + u) for steps u >= 0, without cancellation."""
+        """Decrease of load N(d) - N(d + u) [N] for increments u >= 0 [m], without cancellation."""
         if self._spheres is not None:
             return self._spheres.sum(DROP, d, u)
         return quadrature.drop(self, d, u, self._by_pieces)
 
     def _fall(self, d: Floats | float, u: Floats) -> Floats:
-        """-N'(d + u) for steps u >= 0."""
+        """Normal stiffness -N'(d + u) [N/m] for increments u >= 0 [m] of the separation."""
         if self._spheres is not None:
             return self._spheres.sum(FALL, d, u)
         return -self._derivative(d + u, 1)
 
     def _excess(self, d: Floats | float, u: Floats) -> Floats:
-        """Half the integral of v (u - v) N''(d + v) over 0 <= v <= u, without cancellation."""
+        """Half the integral of v (u - v) N''(d + v) over 0 <= v <= u [N m], not cancelling."""
         if self._spheres is not None:
             return self._spheres.sum(EXCESS, d, u)
         return quadrature.excess(self, d, u, self._by_pieces)
 
     def _excess_slope(self, d: Floats | float, u: Floats) -> Floats:
-        """Half the integral of v N''(d + v) over 0 <= v <= u, without cancellation."""
+        """Half the integral of v N''(d + v) over 0 <= v <= u [N], without cancellation."""
         if self._spheres is not None:
             return self._spheres.sum(EXCESS_SLOPE, d, u)
         return quadrature.excess_slope(self, d, u, self._by_pieces)
 
     def _corners(self, d: float) -> tuple[Floats, Floats]:
-        """Steps from d at which N' jumps, and the jumps [N/m]."""
+        """Increments of the separation from d [m] at which N' jumps, and the jumps [N/m]."""
         return np.zeros(0), np.zeros(0)
 
     def _table_reach(self, d: float) -> float | None:
-        """Step from d beyond which the load is zero in double precision.
+        """Increment of the separation from d [m] beyond which the load is zero in double precision.
 
-        None if the law is not smooth up to there, or decays too slowly for a table.
+        None if the law is not smooth over this increment, or decays too slowly for a table.
         """
         if self._spheres is not None or d < self._edge:
             return None
@@ -373,9 +374,9 @@ class NormalLaw(Parametric, ABC):
         return np.minimum(d, LARGEST)  # where nothing has touched for long
 
     def _solve(self, loads: Floats) -> Floats:
-        """Solve N(d) = load by Newton's method on log N, kept in brackets.
+        """Solve N(d) = load for d [m] by Newton's method on ln N, with a bracket for each load.
 
-        log N is concave for all laws except unusual tables, for which the brackets ensure
+        ln N is concave for all laws except unusual tables, for which the brackets ensure
         convergence.
         """
         low, high = self._span
@@ -429,7 +430,7 @@ class NormalLaw(Parametric, ABC):
         return d
 
     def _check_fine(self, d: Floats, loads: Floats) -> None:
-        """Raise an InputError for loads too light for separations in double precision."""
+        """Raise an InputError for loads so light that rounding of the separation changes them."""
         off = np.abs(self._derivative(d, 0) - loads) > 1e-9 * loads
         if off.any():
             raise InputError(
@@ -447,6 +448,6 @@ _REACHES = 1.25 ** np.arange(-4.0, 48.0)
 
 
 def aluminium() -> MaterialPair:
-    """Return the pair of the chapter's samples, Al 2017 on itself."""
+    """Return the pair of the samples of chapter 19: aluminium 2017 on aluminium 2017."""
     metal = Material(young_modulus=69e9, poisson_ratio=0.33)
     return MaterialPair(metal, metal)

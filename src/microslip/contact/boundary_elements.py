@@ -1,14 +1,15 @@
-"""Rough faces pressed together, point by point: an elastic half space on a grid, with a hardness.
+"""Contact of rough faces by boundary elements: an elastic half-space on a grid, with a hardness.
 
-Dimensionless: lengths in pixels along x, pressures in units of E*. The two bodies are replaced by
-the gap of both faces, pressed on a half space of the composite modulus. The kernel of the normal
-displacement at wavenumber q is 2/|q|, and zero for the mean, so that a separation is the distance
-of the mean planes (Johnson 1985, DOI 10.1017/CBO9781139171731; Stanley and Kato 1997, DOI
-10.1115/1.2833523). Waves are cosines: the face is mirrored at its edges, without steps there, and
-one real transform of the face suffices.
+Lengths are in pixels along x, pressures in units of E*. The two bodies are replaced by a rigid face
+with the heights z of the gap, pressed on a half-space of modulus E*. The normal displacement is
+2/|q| times the pressure for a wave of wavenumber q, and zero for the mean pressure, so that a
+separation is the distance of the mean planes (Johnson 1985, DOI 10.1017/CBO9781139171731; Stanley
+and Kato 1997, DOI 10.1115/1.2833523). The waves are cosines: the face is mirrored at its edges,
+which avoids steps there and needs only one real transform.
 
-At a separation d the pressures minimise 1/2 P.KP - P.(z - d) with 0 <= P <= H/E* (Almqvist et al.
-2007, DOI 10.1016/j.triboint.2005.11.008, on the hardness as the bound).
+At a separation d the pressures P minimise 1/2 P.KP - P.(z - d) with 0 <= P <= H/E*, where K P is
+the displacement and H the hardness (Almqvist et al. 2007, DOI 10.1016/j.triboint.2005.11.008, for
+the bound).
 """
 
 from __future__ import annotations
@@ -30,18 +31,18 @@ _STEPS = 3000  # of conjugate gradients for one set
 
 
 class HalfSpace:
-    """Surface of an elastic half space on a grid.
+    """Surface of an elastic half-space on a grid of points.
 
     Parameters
     ----------
     shape : tuple of int
         Rows (along y) and columns (along x).
     aspect : float
-        Pixel along y over the pixel along x.
+        Distance of points along y over that along x [-].
     mirrored : bool
-        Whether the face is mirrored at its edges; else it is periodic.
+        Whether the face is continued by its mirror images; otherwise it is periodic.
     workers : int
-        Threads of a transform.
+        Number of threads of a Fourier or cosine transform.
     """
 
     def __init__(
@@ -67,7 +68,7 @@ class HalfSpace:
         self.convolutions = 0
 
     def displacement(self, pressure: Floats) -> Floats:
-        """Return the normal displacement under pressures, without its mean."""
+        """Return the normal displacement under pressures, shape (rows, columns), with zero mean."""
         from scipy import fft
 
         self.convolutions += 1
@@ -80,9 +81,9 @@ class HalfSpace:
     def sheared(self, tractions: Floats, stiffness_ratio: float) -> Floats:
         """Return tangential displacements under tangential tractions, (2, rows, columns).
 
-        The kernel of Cerruti is 2/|q| (a I - (a - 1) n n^T), n the direction of the wave, a = 2
-        lambda - 1 and lambda the stiffness ratio of a round contact; a = 1/(1 - nu) for equal
-        bodies. The grid is periodic: a mirror would rotate components that cross the axes.
+        Kernel of Cerruti for a wave of wavenumber q in direction n: 2/|q| (a I - (a - 1) n n^T), a
+        = 2 lambda - 1, with the ratio lambda of normal to tangential stiffness of a round contact.
+        The grid must be periodic: mirror images would reverse tractions normal to a mirror.
         """
         self.convolutions += 1
         across = 2.0 * stiffness_ratio - 1.0
@@ -113,30 +114,36 @@ def press(
     hardness: float = np.inf,
     tolerance: float,
 ) -> Floats:
-    """Return the pressures at a separation.
+    """Compute the contact pressures at a separation of the mean planes.
 
-    They are zero, the hardness, or in between where the faces touch.
+    Where the faces touch, a pressure lies between zero and the hardness; elsewhere it is zero.
 
     Parameters
     ----------
     space : HalfSpace
-        The grid.
+        Half-space with the grid of the heights.
     heights : ndarray
-        Heights z of the gap, summits upwards.
+        Heights z of the gap [pixels along x], summits upwards, shape (rows, columns).
     separation : float
-        Distance of the plane of zero height from the other face.
+        Distance d of the plane z = 0 from the other face [pixels along x].
     start : ndarray, optional
-        Initial guess, such as the pressures at another separation.
+        Initial guess of the pressures, such as those at another separation.
     hardness : float
-        Bound of the pressure.
+        Upper bound of the pressures [E*].
     tolerance : float
-        Largest residual: gap at points with pressure, overlap at points without.
+        Largest residual [pixels along x]: gap at points with pressure, overlap at points without.
+
+    Returns
+    -------
+    ndarray
+        Pressures [E*], shape (rows, columns).
 
     Notes
     -----
-    A primal-dual active set method (Hintermueller, Ito and Kunisch 2002,
-    DOI 10.1137/S1052623401383558): the pressures on the guessed set of free points are found by
-    conjugate gradients, points with a wrong sign change sides, and so on, for four to twelve sets.
+    A primal-dual active set method (Hintermueller, Ito and Kunisch 2002, DOI
+    10.1137/S1052623401383558). Points with a pressure between the bounds are free. Their pressures
+    are found by conjugate gradients; then points that violate a condition change sets, and so on,
+    for four to twelve sets.
     """
     target = heights - separation
     pressure = np.zeros_like(heights) if start is None else np.clip(start, 0.0, hardness)
@@ -175,7 +182,7 @@ def press(
 def _relax(
     space: HalfSpace, free: Mask, pressure: Floats, residual: Floats, goal: float
 ) -> tuple[Floats, Floats]:
-    """Reduce the residual on the free points by conjugate gradients, without bounds."""
+    """Reduce the residual of the free points by conjugate gradients, ignoring the bounds."""
     here = residual * free
     direction, square = here, float(np.vdot(here, here))
     for _ in range(_STEPS):
@@ -197,10 +204,10 @@ def _relax(
 def closing(
     space: HalfSpace, contact: Mask, start: Floats | None = None, tolerance: float = 1e-5
 ) -> Floats:
-    """Growth s of the pressures as the faces approach: K_FF s = 1 on the points in contact.
+    """Return the growth s = -dP/dd of the pressures as the faces approach: K s = 1 on the contact.
 
-    Its mean is -dp/dd exactly, since changes of the contact are of second order. The relative error
-    of the mean is the square of the tolerance.
+    The mean of s is -dp/dd of the mean pressure p: changes of the contact have a second-order
+    effect. The relative error of the mean is the square of the tolerance.
     """
     touching = contact.astype(float)
     first = np.zeros(contact.shape) if start is None else start * touching
@@ -210,9 +217,10 @@ def closing(
 def sliding(
     space: HalfSpace, contact: Mask, stiffness_ratio: float, tolerance: float = 1e-3
 ) -> Floats:
-    """Mean tractions as all contacts move along x and y over those of closing, (2, 2).
+    """Return the ratio of tangential to normal stiffness of the contact [-], a (2, 2) tensor.
 
-    One over e.(tensor)e is the ratio of normal and tangential stiffness for a motion along e.
+    Tangential stiffness: mean tractions as all points in contact move by one unit along x or y. For
+    a unit vector e, 1/(e . tensor . e) is normal over tangential stiffness along e.
     """
     touching = contact.astype(float)
     normal = float(closing(space, contact, tolerance=tolerance).mean())
@@ -233,7 +241,7 @@ def sliding(
 
 
 def _solve(operator: Any, right: Floats, start: Floats, tolerance: float) -> Floats:
-    """Solve by conjugate gradients to a residual relative to the right-hand side."""
+    """Solve by conjugate gradients to a residual of ``tolerance`` relative to ``right``."""
     solution = start
     here = right - operator(solution) if solution.any() else right.copy()
     direction, square = here, float(np.vdot(here, here))

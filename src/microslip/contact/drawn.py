@@ -1,4 +1,4 @@
-"""The normal load law of a machined face that is known by its drawing."""
+"""Normal load law of a machined face that is specified by a drawing."""
 
 from __future__ import annotations
 
@@ -38,53 +38,54 @@ _STEP = 0.02  # of logarithms, for slopes
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
 class DrawnFace(FaceLaw):
-    """A rough face by the rms height and slope of its drawing, tightened once to a pressure.
+    """A rough face given by the rms height and slope of a drawing, tightened once to a pressure.
 
-    The law is that of Gaussian faces solved by boundary elements that yield, from a table of three
-    dimensionless groups. Use it where there is no scan; :class:`microslip.MeasuredContact` solves a
-    scan point by point.
+    The law is interpolated from a table of Gaussian faces that were solved by boundary elements
+    with yielding; the table depends on three dimensionless groups (see Notes). Use it if there is
+    no scan; :class:`microslip.MeasuredContact` solves a scan point by point.
 
     Parameters
     ----------
     pair : MaterialPair
         The two materials; the hardness of the softer one bounds the pressure.
     rms : float
-        Root mean square height Rq of the gap [m]: of two faces the root of the sum of their
+        Root mean square height Rq of the gap [m]: for two rough faces the root of the sum of their
         squares, see :meth:`from_finish`.
     slope : float
-        Root mean square slope Rdq of profiles of the gap [-]; under a lay that of profiles across
-        it. It depends on the short-wave cut-off lambda_s of the profile, which must be stated.
+        Root mean square slope Rdq of profiles of the gap [-]; across the lay, if there is one. It
+        depends on the short-wave cut-off lambda_s, which must be stated.
     area : float
         Apparent area [m^2].
     tightening_pressure : float
-        Largest mean pressure that the face has borne [Pa].
+        Largest mean pressure that the face has carried [Pa].
     plateau : float, optional
-        Rms height Rpq of the plateau [m] of a honed face (ISO 21920-2), whose valleys bear nothing:
-        it takes the place of ``rms``, and the slope falls with it.
+        Rms height Rpq of the plateau [m] of a honed face (ISO 21920-2), whose valleys carry no
+        load. The law uses it instead of ``rms``, and the slope times ``plateau/rms``.
     breadth : float, optional
-        Rq <q>/h' [-], from 0.6 to 0.95, with the mean wavenumber <q> of the spectrum and the rms
-        gradient h'; 0.84 unless it is known.
+        Breadth Rq <q>/h' of the spectrum [-], from 0.6 to 0.95, with the mean wavenumber <q> and
+        the rms gradient h'; by default 0.84.
     lay : float, optional
-        Slope of profiles along the lay over that across it, in (0, 1]: 1 of an isotropic face. It
-        decides the ratio of normal and tangential stiffness by direction.
+        Slope of profiles along the lay over that across it, in (0, 1]; 1 for an isotropic face. It
+        determines how the ratio of normal to tangential stiffness depends on direction.
     direction : float, optional
-        Direction of the motion [rad] from across the lay; None is the mean of all directions.
+        Direction of the motion [rad] from the normal to the lay; None: mean of all directions.
     spreads : mapping, optional
         Standard deviations of the logarithms of "rms", "slope", "hardness" and
-        "tightening_pressure" [-], where these are ranges. Bands draw them.
+        "tightening_pressure" [-], of uncertain inputs; see :meth:`drawn`.
     stiffness_factor, shape_factor : float
-        Factors on the stiffness and on what small cycles lose [-]: for bands, and for a measured
-        stiffness.
+        Factors on the stiffness and on the dissipation of small cycles [-], for sampling and for a
+        measured stiffness.
 
     Notes
     -----
-    With h = H/(E* h') and A = p/H the stiffness k_n Rq/p and the shape of the unloading are those
-    of the table. The contact is elastic below the tightening load, so that friction follows from
-    the law as from any other (Ciavarella 1998, J. Appl. Mech. 65, 998). Yielding is a bound on the
-    pressure (Almqvist et al. 2007, DOI 10.1016/j.triboint.2005.11.008).
+    With the groups h = H/(E* h'), A = p/H and the breadth, where H is the hardness and p the
+    tightening pressure, the stiffness k_n Rq/p and the shape of the unloading curve are taken from
+    the table. The contact is elastic below the tightening load, so that friction follows from the
+    law as for any other surface (Ciavarella 1998, J. Appl. Mech. 65, 998). Yielding is an upper
+    bound on the pressure (Almqvist et al. 2007, DOI 10.1016/j.triboint.2005.11.008).
 
-    Under a lay k_n/k_t = a - (a - 1) c, with a = 2 lambda - 1 of the pair and c the slope in the
-    direction of motion over the sum of the slopes along and across.
+    With a lay, k_n/k_t = a - (a - 1) c, with a = 2 lambda - 1, the stiffness ratio lambda of the
+    pair, and c the slope in the direction of motion over the sum of the two slopes.
     """
 
     key = "face"
@@ -211,20 +212,20 @@ class DrawnFace(FaceLaw):
         tightening_pressure: float,
         **options: Any,
     ) -> DrawnFace:
-        """Return the law of a face against a smooth one, or of two faces, by their drawings.
+        """Return the law of a rough face on a smooth one, or of two rough faces.
 
         Parameters
         ----------
         pair : MaterialPair
             The two materials.
         *finishes : Finish
-            Roughness of one or both faces, added as roots of sums of squares.
+            Roughness of one or both faces, combined as roots of sums of squares.
         area : float
             Apparent area [m^2].
         tightening_pressure : float
             Largest mean pressure on the face so far [Pa].
         **options
-            Further arguments of the class; given spreads replace those of the finishes.
+            Further arguments of the class; given ``spreads`` replace those of the finishes.
 
         Raises
         ------
@@ -245,7 +246,7 @@ class DrawnFace(FaceLaw):
         return cls(pair, rms.middle, slope.middle, area, tightening_pressure, **options)
 
     def along(self, direction: float | None) -> DrawnFace:
-        """Return the face for motion in a direction [rad] from across the lay; None is the mean."""
+        """Return the face moved in a direction [rad] from the normal to the lay; None: the mean."""
         return self._changed(direction=direction)
 
     def _changed(self, **changes: Any) -> DrawnFace:
@@ -266,7 +267,7 @@ class DrawnFace(FaceLaw):
         return self._changed(tightening_pressure=load / self.area)
 
     def _length_factors(self, shares: Floats) -> Floats:
-        """Length p/k of each place, which hardly depends on its pressure."""
+        """p/k_n of areas tightened to fractions of the pressure, over that of the face [-]."""
         h, pi, breadth = self._groups
         found = table.continued(np.full(shares.size, h), pi * shares, breadth)
         return np.asarray(float(self._numbers.stiffness[0]) / found.stiffness)
@@ -281,18 +282,18 @@ class DrawnFace(FaceLaw):
 
     @property
     def gradient(self) -> float:
-        """Rms gradient h' of the bearing part of the gap [-]."""
+        """Rms gradient h' [-] of the part of the gap that carries load."""
         along = 1.0 if self.lay is None else self.lay
         return self.slope * math.hypot(1.0, along) * self._rms / self.rms
 
     @property
     def _rms(self) -> float:
-        """Rms height of the bearing part [m]."""
+        """Rms height [m] of the part of the gap that carries load."""
         return self.rms if self.plateau is None else self.plateau
 
     @property
     def _wave(self) -> float:
-        """Wavelength of the mean wavenumber [m]."""
+        """Wavelength [m] of the mean wavenumber of the spectrum."""
         return 2.0 * math.pi * self._rms / (self._groups[2] * self.gradient)
 
     @property
@@ -301,7 +302,7 @@ class DrawnFace(FaceLaw):
 
     @cached_property
     def _groups(self) -> tuple[float, float, float]:
-        """Groups h, pi and breadth of the table, within its ranges."""
+        """Groups h = H/(E* h'), pi = p/(E* h') and breadth, see :mod:`.face_table`."""
         stiff = self.pair.composite_modulus * self.gradient
         h = min(self.hardness / stiff, table.HARDNESS[1])
         breadth = table.BREADTH[1] if self.breadth is None else self.breadth
@@ -314,7 +315,7 @@ class DrawnFace(FaceLaw):
 
     @property
     def _stiffness(self) -> float:
-        """Stiffness k_n Rq/p at tightening [-]."""
+        """Dimensionless unloading stiffness k_n Rq/p at the tightening pressure [-]."""
         return float(self._numbers.stiffness[0]) * self.stiffness_factor
 
     @cached_property
@@ -323,15 +324,15 @@ class DrawnFace(FaceLaw):
 
     @cached_property
     def slip_length(self) -> float:
-        """Length p/k_n of the tightened face [m].
+        """Pressure over normal stiffness per area, p/k_n [m], at the tightening pressure.
 
-        Times the slip per indentation it is the displacement at which the joint starts to slide.
+        Times mu k_n/k_t it is mu p/k_t, the displacement at slip of a linear joint.
         """
         return self._rms / self._stiffness
 
     @cached_property
     def first_loading(self) -> FirstLoading:
-        """First loading from 0.1 % of the tightening pressure up to it."""
+        """First-loading curve from 0.1 % of the tightening pressure to that pressure."""
         h, pi, breadth = self._groups
         p = np.geomspace(1e-3, 1.0, _LOADINGS)
         found = table.continued(np.full(p.size, h), pi * p, breadth)
@@ -341,7 +342,7 @@ class DrawnFace(FaceLaw):
 
     @property
     def _slopes(self) -> tuple[float, float]:
-        """Fractions of the slope across and along the lay."""
+        """Slopes of profiles across and along the lay over the sum of both [-]."""
         along = 1.0 if self.lay is None else self.lay
         return 1.0 / (1.0 + along), along / (1.0 + along)
 
@@ -351,7 +352,7 @@ class DrawnFace(FaceLaw):
         return lock(np.diag([1.0 / (a - (a - 1.0) * c) for c in self._slopes]))
 
     def contact_area(self, separation: ArrayLike) -> Any:
-        """Real contact area [m^2], for separations [m] of any shape, at the shortest waves."""
+        """Real contact area [m^2] at separations [m] of any shape, with the shortest waves."""
         loads = np.asarray(self.load(separation), dtype=float) / self._heaviest
         at = np.log(table.SHARES[::-1])
         shares = self._numbers.contacts[0, ::-1]
@@ -379,7 +380,7 @@ class DrawnFace(FaceLaw):
 
     @cached_property
     def sensitivities(self) -> dict[str, float]:
-        """Slopes d ln k_n/d ln(input) [-]: rms, slope, hardness, young_modulus, pressure."""
+        """Derivatives d ln k_n/d ln x [-], by the name of the input x."""
         h, pi, breadth = self._groups
         up, down = math.exp(_STEP), math.exp(-_STEP)
         n = np.array([h * up, h * down, h, h])
@@ -397,7 +398,7 @@ class DrawnFace(FaceLaw):
 
     @cached_property
     def errors(self) -> FaceErrors:
-        """Errors of ln k_n by the table, the realisation and the inputs."""
+        """Standard deviations of ln k_n [-] due to table, limited area and inputs."""
         slopes = self.sensitivities
         parts = [slopes[name] * spread for name, spread in self.spreads.items()]
         if self.breadth is None:
@@ -411,7 +412,7 @@ class DrawnFace(FaceLaw):
         return FaceErrors(STIFFNESS_ERROR, realisation, math.hypot(*parts))
 
     def drawn(self, random: np.random.Generator) -> DrawnFace:
-        """Draw a face from the spreads of the inputs and the errors of the table.
+        """Draw a random face from the spreads of the inputs and the errors of the table.
 
         Parameters
         ----------
@@ -421,8 +422,8 @@ class DrawnFace(FaceLaw):
         Returns
         -------
         DrawnFace
-            A face without spreads. Inputs are log-normal and independent, clipped to the range of
-            the table.
+            A face without spreads. The inputs are drawn from independent log-normal distributions
+            and clipped to the range of the table.
         """
         scale = {
             name: math.exp(self.spreads.get(name, 0.0) * random.standard_normal())
@@ -479,7 +480,7 @@ class DrawnFace(FaceLaw):
     @classmethod
     @made_once
     def examples(cls) -> tuple[NormalLaw, ...]:
-        """A ground face of aluminium, and a face with a lay moved across it."""
+        """Return a ground aluminium face, and a face with a lay and motion across it."""
         metal = aluminium().with_hardness(1.2e9)
         return (
             cls(metal, 4e-7, 0.1, 1e-4, 3e7),

@@ -1,7 +1,8 @@
-"""Load curves of laws without a profile: one separation at a time, and losses by slip.
+"""Load curves of laws without a profile at single separations, and energies lost by slip on them.
 
-While the front runs by dq over D, with s behind it, mu kappa (1 - s D) [N(d) - N(q) +
-N'(q) (q - d)] dq is lost: twice half the integral of v N''(d + v), of which every part is positive.
+As the slip front at q advances by dq over a row of density D and leaves slip of sign s behind, with
+the interface at d, mu kappa (1 - s D) [N(d) - N(q) + N'(q) (q - d)] dq is lost. The bracket is the
+integral of v N''(d + v) over 0 <= v <= q - d, which has no negative term.
 """
 
 from __future__ import annotations
@@ -27,17 +28,17 @@ _FEW_SUMMITS = 24  # for which plain Python is quicker than arrays
 
 
 class ScalarCurve(Protocol):
-    """Load curve evaluated at single separations."""
+    """Load curve N of a law for single separations, relative to an origin [m]."""
 
     def drop(self, base: float, width: float) -> float:
-        """Return N(b) - N(b + w)."""
+        """Return N(base) - N(base + width) [N] for separations in metres."""
 
     def load(self, separation: float) -> tuple[float, float]:
-        """Return N and -N'."""
+        """Return the load N [N] and the stiffness -N' [N/m] at a separation [m]."""
 
 
 def scalar_curve(law: NormalLaw, origin: float) -> ScalarCurve:
-    """Return the load curve of a law; separations count from ``origin``."""
+    """Return the load curve of a law for separations relative to ``origin`` [m]."""
     if law._spline is not None:
         return TableCurve(law._spline, origin)
     spheres = law._spheres
@@ -55,14 +56,14 @@ class LawCurve:
         self._loads_at: dict[float, tuple[float, float]] = {}
 
     def drop(self, base: float, width: float) -> float:
-        """Return N(b) - N(b + w)."""
+        """Return N(base) - N(base + width) [N]."""
         here, fall = self.load(base)
         if width * fall > _SMALL_DROP * here:  # the difference loses no digit that counts
             return here - self.load(base + width)[0]
         return float(self._law._drop(base + self._origin, np.array([width]))[0])
 
     def load(self, separation: float) -> tuple[float, float]:
-        """Return N and -N'; recent values are cached, since solvers repeat separations."""
+        """Return N [N] and -N' [N/m]; recent values are cached, as solvers repeat them."""
         pair = self._loads_at.get(separation)
         if pair is None:
             there = separation + self._origin
@@ -81,7 +82,7 @@ class SpheresCurve:
         self._spheres = list(zip(heights, spheres.constants.tolist(), strict=True))
 
     def drop(self, base: float, width: float) -> float:
-        """Return N(b) - N(b + w), as DROP in spheres.py."""
+        """Return N(base) - N(base + width) [N]; formula as :data:`.spheres.DROP`."""
         total = 0.0
         for height, constant in self._spheres:
             s = height - base
@@ -93,7 +94,7 @@ class SpheresCurve:
         return total
 
     def load(self, separation: float) -> tuple[float, float]:
-        """Return N and -N'."""
+        """Return N [N] and -N' [N/m] at a separation [m]."""
         load = fall = 0.0
         for height, constant in self._spheres:
             s = height - separation
@@ -113,7 +114,7 @@ class ManySpheresCurve:
         self._depths = -self._heights
 
     def drop(self, base: float, width: float) -> float:
-        """Return N(b) - N(b + w)."""
+        """Return N(base) - N(base + width) [N]."""
         count = int(np.searchsorted(self._depths, -base, side="left"))
         s = self._heights[:count] - base
         beyond = np.maximum(s - width, 0.0)
@@ -123,7 +124,7 @@ class ManySpheresCurve:
         return float(terms @ self._constants[:count])
 
     def load(self, separation: float) -> tuple[float, float]:
-        """Return N and -N'."""
+        """Return N [N] and -N' [N/m] at a separation [m]."""
         count = int(np.searchsorted(self._depths, -separation, side="left"))
         s = self._heights[:count] - separation
         roots = np.sqrt(s) * self._constants[:count]
@@ -131,7 +132,7 @@ class ManySpheresCurve:
 
 
 class TableCurve:
-    """Load curve of a table in plain Python: parabolas between its knots."""
+    """Load curve of a table in plain Python: one parabola between neighbouring knots."""
 
     def __init__(self, spline: Spline, origin: float) -> None:
         self._knots: list[float] = (spline.knots - origin).tolist()
@@ -146,7 +147,7 @@ class TableCurve:
         self._tail = spline.decay_length if spline.has_tail else 0.0
 
     def drop(self, base: float, width: float) -> float:
-        """Return N(b) - N(b + w)."""
+        """Return N(base) - N(base + width) [N]."""
         knots, last = self._knots, self._last
         if base >= knots[-1]:
             if not self._tail:
@@ -165,7 +166,7 @@ class TableCurve:
         return total - (self._loads[-1] * math.expm1(-h / self._tail) if self._tail else 0.0)
 
     def load(self, separation: float) -> tuple[float, float]:
-        """Return N and -N'."""
+        """Return N [N] and -N' [N/m] at a separation [m]."""
         past = separation - self._knots[-1]
         if past >= 0.0:
             if not self._tail:
@@ -196,7 +197,7 @@ _CLOSE_SHARE = 0.05  # of the indentation: nearer than that, differences of powe
 
 
 class SlipLosses:
-    """Energy dissipated by slip on a law; separations count from ``origin``."""
+    """Energy dissipated by slip on a law, for separations relative to ``origin`` [m]."""
 
     def __init__(self, law: NormalLaw, origin: float) -> None:
         self._law, self._origin = law, origin
@@ -211,12 +212,12 @@ class SlipLosses:
             self._spheres = Spheres(spheres.heights - origin, spheres.constants)
 
     def of(self, runs: Floats, samples: int) -> Floats:
-        """Return the energy dissipated in each step of a record over mu kappa.
+        """Return the energy dissipated in each sample of a record, divided by mu kappa.
 
-        Each column of `runs` is a run of the slip front over a row of a diagram, in order of time:
-        in step ``sample`` the front runs ``ahead`` over a row of ``density`` and leaves ``sign``
-        behind. Meanwhile the separation changes from ``first`` to ``last``, and the distance of the
-        front from the separation from ``gap`` to ``until``.
+        A column of `runs` is one advance of the slip front over a row of the slip diagram, in order
+        of time: sample number, distance of the advance [m], distance of the front from the
+        separation before and after [m], density of the row [-], sign of the slip left behind,
+        separations before and after [m].
         """
         total = np.zeros(samples)
         for begin in range(0, runs.shape[1], _RUNS):
@@ -252,10 +253,9 @@ class SlipLosses:
         return result
 
     def _marks_from(self, low: float) -> Floats:
-        """Return the marks of the law and, where it decays smoothly, one per decay length.
+        """Return the kinks of the law and, where it is smooth, points one decay length apart.
 
-        A long step may lift the interface off, and one rule over many decay lengths would miss the
-        load.
+        A single rule over many decay lengths would miss the load as the faces separate.
         """
         if low >= self._low:
             return self._marks
@@ -279,7 +279,7 @@ class SlipLosses:
         return self._marks
 
     def _rules(self, front: Floats) -> list[tuple[Rule, NDArray[np.bool_]]]:
-        """Return the quadrature rule of each piece; a table is a parabola between knots."""
+        """Return quadrature rules and masks of their pieces; tables are parabolas."""
         spline = self._law._spline
         if spline is None:
             return [(_ROOTS, np.ones(front.size, dtype=bool))]
@@ -293,7 +293,7 @@ class SlipLosses:
 def _pieces(
     marks: Floats, start: Floats, end: Floats, first: Floats, last: Floats
 ) -> tuple[Integers, Floats, Floats]:
-    """Divide runs where the front or the separation passes a mark: run, begin and share of each."""
+    """Divide runs where front or separation passes a mark; return run, start and width [-]."""
     runs, cuts = [np.arange(start.size)] * 2, [np.zeros(start.size), np.ones(start.size)]
     for begin, stop in ((start, end), (first, last)):
         low = np.searchsorted(marks, np.minimum(begin, stop), side="right")
@@ -318,9 +318,10 @@ def _summit_means(
 ) -> Floats:
     """Return the mean over each run of half the integral of v N''(d + v) over 0 <= v <= q - d.
 
-    The distance q - d of the front from the separation changes linearly from ``gap`` to ``until``,
-    both not negative, while d changes from ``first`` to ``last``. Each summit is integrated from
-    first contact to parting, so that its roots lie at the ends of the interval.
+    The distance q - d of the slip front from the separation changes linearly from ``gap`` to
+    ``until`` [m], both not negative, while d changes from ``first`` to ``last`` [m]. Each summit is
+    integrated from first contact to separation, so that the roots of its integrand lie at the ends
+    of the interval.
     """
     result = np.zeros(gap.size)
     closest = np.minimum(first, last)
@@ -339,7 +340,7 @@ def _summit_means(
 
 
 def _summits(y: Floats, gap: Floats, until: Floats, first: Floats, last: Floats) -> Floats:
-    """Return the means for each run and each summit of height y, over its load constant."""
+    """Return the means of :func:`_summit_means` for a load constant of one, (runs, summits)."""
     deep, low = y - first, y - last
     before = deep - gap  # what the front leaves of the indentation; it falls
     after = np.minimum(low - until, before)
@@ -380,9 +381,10 @@ def _mean_cube(a: Floats, b: Floats) -> Floats:
 def _partly_slipped(
     a0: Floats, a1: Floats, b0: Floats, b1: Floats, g0: Floats, g1: Floats
 ) -> Floats:
-    """Return the mean of (A - B)^2 (2 A + B) along a run.
+    """Return the mean of (A - B)^2 (2 A + B) over a run, for A^2 and B^2 that change linearly.
 
-    A^2 - B^2 changes from g0 to g1.
+    A^2 changes from ``a0`` to ``a1``, B^2 from ``b0`` to ``b1``, and A^2 - B^2 from ``g0`` to
+    ``g1``.
     """
     result = np.zeros(a0.size)
     at = np.arange(a0.size)
@@ -411,7 +413,7 @@ def _partly_slipped(
 
 
 def _closed(a0: Floats, a1: Floats, b0: Floats, b1: Floats) -> Floats:
-    """Return the mean in closed form, for ends that differ enough."""
+    """Return the mean of :func:`_partly_slipped` in closed form, for different ends."""
     p, r = np.sqrt(b0), np.sqrt(b1)
     total = p + r
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -424,7 +426,7 @@ def _closed(a0: Floats, a1: Floats, b0: Floats, b1: Floats) -> Floats:
 
 
 def _rule(b0: Floats, b1: Floats, g0: Floats, g1: Floats) -> Floats:
-    """Return the mean by quadrature, where nothing changes by more than a factor of about two."""
+    """Return the mean of :func:`_partly_slipped` by quadrature, for ends within a factor of two."""
     u = _SUMMIT_NODES[:, None]
     b, g = b0 + (b1 - b0) * u, g0 + (g1 - g0) * u
     first, second = np.sqrt(b + g), np.sqrt(b)

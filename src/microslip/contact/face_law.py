@@ -1,4 +1,4 @@
-"""Normal laws of whole faces: tightened once to a pressure, elastic below it."""
+"""Normal laws of entire faces: tightened once to a pressure, and elastic below it."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ _BEYOND = 1e6  # times the heaviest load, to which steps of static solutions go
 
 
 class FirstLoading(NamedTuple):
-    """First loading of a face up to its tightening, lightest pressure first.
+    """First-loading curve of a face up to its tightening pressure, from light to heavy.
 
-    A load-deflection test measures the slope of this curve; ultrasound measures the stiffness of
-    unloading.
+    A load-deflection test measures the slope of this curve; ultrasound measures the larger
+    stiffness of unloading.
     """
 
     pressure: Floats
@@ -40,7 +40,7 @@ class FirstLoading(NamedTuple):
 
 
 class FaceErrors(NamedTuple):
-    """Standard deviations of the logarithm of the normal stiffness [-]."""
+    """Standard deviations of the logarithm of the normal stiffness [-], by cause."""
 
     table: float
     """Error of the table against boundary elements."""
@@ -51,12 +51,12 @@ class FaceErrors(NamedTuple):
 
     @property
     def total(self) -> float:
-        """Root of the sum of squares."""
+        """Root of the sum of squares of the three errors [-]."""
         return math.hypot(*self)
 
 
 class FaceLaw(TabulatedNormalLaw):
-    """Table of a face that was tightened, up to the tightening load."""
+    """Table of the loads of a face that was tightened, valid up to the tightening load."""
 
     area: float
     direction: float | None
@@ -64,9 +64,11 @@ class FaceLaw(TabulatedNormalLaw):
     def _set_curve(
         self, pair: MaterialPair, separation: Floats, share: Floats, heaviest: float, rate: float
     ) -> None:
-        """Set the table from relative loads, starting at 1, and -d ln N/dd at them.
+        """Set the table of the law.
 
-        The table continues beyond the heaviest load for trial steps of static solutions.
+        ``share`` are the loads over ``heaviest`` [N] at ``separation`` [m], decreasing from 1, and
+        ``rate`` is -d ln N/dd [1/m] at the heaviest load. The table is extrapolated beyond this
+        load for trial steps of static solutions.
         """
         beyond = np.log(_BEYOND) * (np.arange(_SAMPLES, 0, -1) / _SAMPLES) ** 2
         steepest = max(rate, (share[0] - share[1]) / (separation[1] - separation[0]))
@@ -79,7 +81,7 @@ class FaceLaw(TabulatedNormalLaw):
     @property
     @abstractmethod
     def first_loading(self) -> FirstLoading:
-        """First loading up to the tightening: pressures, separations, stiffnesses."""
+        """First-loading curve up to tightening: pressures, separations, stiffnesses."""
 
     @property
     @abstractmethod
@@ -89,12 +91,10 @@ class FaceLaw(TabulatedNormalLaw):
     @property
     @abstractmethod
     def _tangential(self) -> Floats:
-        """Tangential over normal stiffness in the plane [-], (2, 2)."""
+        """Ratio of tangential to normal stiffness [-], a (2, 2) tensor in the plane."""
 
     def slip_per_indentation(self, direction: float | None = None) -> float:
-        """Return kappa/mu, the slip of a contact over its indentation at mu = 1 [-].
-
-        It equals the ratio of normal and tangential stiffness.
+        """Return k_n/k_t [-], equal to kappa/mu: the slip of a contact per indentation for mu = 1.
 
         Parameters
         ----------
@@ -109,7 +109,7 @@ class FaceLaw(TabulatedNormalLaw):
 
     @property
     def validity(self) -> tuple[Verdict, ...]:
-        """Verdicts on the assumptions at the tightening load."""
+        """Verdicts on the assumptions of the law at the tightening load."""
         return verdicts(self, self.closest)
 
     @cached_property
@@ -130,7 +130,7 @@ class FaceLaw(TabulatedNormalLaw):
         return TabulatedNormalLaw(self.pair, d, loads, tail="exponential")
 
     def _length_factors(self, shares: Floats) -> Floats | None:
-        """Length p/k of places tightened to fractions of the load, relative to the law."""
+        """Length p/k_n of areas tightened to fractions of the load, over that of this law [-]."""
         return None
 
     def _tightened_by(self, shares: Floats) -> tuple[Floats, Floats] | None:
@@ -150,7 +150,7 @@ class FaceLaw(TabulatedNormalLaw):
 
     @property
     def stiffness_ratio(self) -> float:
-        """Normal over tangential stiffness in the direction of motion [-]."""
+        """Ratio of normal to tangential stiffness in the direction of motion [-]."""
         return self.slip_per_indentation(self.direction)
 
     @property
@@ -168,7 +168,7 @@ class FaceLaw(TabulatedNormalLaw):
 
     @property
     def closest(self) -> float:
-        """Separation of the mean planes under the tightening load [m]."""
+        """Separation of the mean planes [m] under the tightening load."""
         return float(np.asarray(self.separations)[_SAMPLES])
 
     @property

@@ -1,7 +1,8 @@
 """Loads of a measured face against its separation: tightened once, then unloaded.
 
-The face is solved in one or several pieces on the mean plane of the whole, at equal separations;
-pressures are averaged over the pieces. Dimensionless, as :mod:`.boundary_elements`.
+The face is solved in one or several pieces, all with heights above the mean plane of the whole face
+and at equal separations; pressures are averaged over the pieces. Units as in
+:mod:`.boundary_elements`.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ NEAR_REST = (0.985, 0.95, 0.87, 0.72)
 
 @dataclass(frozen=True, eq=False)
 class FaceSolution(ByValue, LockedArrays):
-    """Solution of a face, heaviest load first; pressures over E*, lengths in pixels along x."""
+    """Solution of a face, heaviest load first; pressures in E*, lengths in pixels along x."""
 
     separation: Floats
     """Separations, increasing."""
@@ -62,7 +63,7 @@ class FaceSolution(ByValue, LockedArrays):
 
 
 class _Piece:
-    """Piece of the face, with its pressures at the last requested separation."""
+    """Piece of the face, with its pressures at the most recently solved separation."""
 
     def __init__(self, heights: Floats, aspect: float, workers: int) -> None:
         self.heights = heights
@@ -74,7 +75,7 @@ class _Piece:
         self.separation = math.inf
 
     def press(self, separation: float, hardness: float, tolerance: float) -> tuple[float, float]:
-        """Return the mean pressure at a separation, and its growth as the faces approach."""
+        """Return the mean pressure p at a separation, and -dp/dd as the faces approach."""
         start = self.pressure
         if start is not None and self.growth is not None:
             start = start + (self.separation - separation) * self.growth
@@ -87,14 +88,14 @@ class _Piece:
         return float(self.pressure.mean()), float(self.growth.mean())
 
     def yielded(self, hardness: float) -> None:
-        """Shift the heights of the points at the hardness, so that they just touch."""
+        """Shift the points at the hardness so that they just touch under these pressures."""
         assert self.pressure is not None
         gap = self.space.displacement(self.pressure) - self.heights + self.separation
         hard = self.pressure >= hardness
         self.heights = self.heights + np.where(hard, np.minimum(gap, 0.0), 0.0)
 
     def relieved(self) -> float:
-        """Growth of the mean pressure after the points at the hardness have yielded."""
+        """Return -dp/dd of the mean pressure after the points at the hardness have yielded."""
         assert self.pressure is not None
         return float(closing(self.space, self.pressure > 0.0, self.growth).mean())
 
@@ -125,7 +126,7 @@ class _Face:
         return values[:, 0], values[:, 1]
 
     def tighten(self, pressure: float, hardness: float, floor: float) -> float:
-        """Return the separation at a mean pressure, by Newton's method on its logarithm."""
+        """Return the separation at a mean pressure, at least ``floor``, by Newton's method."""
         d = max(float(np.median([p.heights.max() for p in self.pieces])) - 0.2 * self.rms, floor)
         d += 0.1 * self.rms if d <= floor else 0.0
         low, high = floor, math.inf  # of the separation
@@ -156,7 +157,7 @@ class _Face:
         )
 
     def first_loading(self, d: float, hardness: float, loads: int, ratio: float) -> Floats:
-        """Return lighter pressures, and the slopes of the face yielded under each.
+        """Return lighter tightening pressures, and -dp/dd of the face on unloading from each.
 
         The state of the pieces is restored.
         """
@@ -190,24 +191,24 @@ def solve_face(
     workers: int = 1,
     progress: Progress | None = None,
 ) -> FaceSolution:
-    """Tighten a face to a mean pressure, let it yield, and unload it through geometric loads.
+    """Tighten a face to a mean pressure, flatten yielded points, and unload it in steps.
 
     Parameters
     ----------
     pieces : list of ndarray
-        Heights of the pieces about the mean plane of the whole [pixels].
+        Heights of the pieces above the mean plane of the whole face [pixels along x].
     pressure, hardness : float
-        Mean pressure of tightening, and the largest pressure at a point [E*].
+        Mean tightening pressure, and largest pressure at a point [E*].
     stiffness_ratio : float
         Normal over tangential stiffness of a round contact, lambda [-].
     aspect : float
-        Pixel along y over that along x.
+        Distance of points along y over that along x [-].
     loads : int
-        Number of loads; up to four more lie between the heaviest two.
+        Number of loads in geometric progression; up to four more lie between the heaviest two.
     lightest : float
-        Lightest over heaviest load.
+        Lightest over heaviest load [-].
     workers : int
-        Threads of a transform.
+        Number of threads of a transform.
     progress : callable, optional
         Called with the numbers of finished and of all solutions (approximate).
     """
@@ -263,9 +264,9 @@ def solve_face(
 
 
 def _first_loading(path: list[tuple[float, float]]) -> Floats:
-    """Return pressures and separations of the path of tightening, rising to its end.
+    """Return the pressures and separations of tightening, pressures increasing, shape (2, points).
 
-    Steps back from heavier pressures, and steps of less than a tenth, are omitted.
+    Points beyond the final pressure, and points within 10 % of the next pressure, are omitted.
     """
     last, kept = path[-1], [path[-1]]
     for p, d in sorted(path[:-1], reverse=True):
@@ -275,7 +276,7 @@ def _first_loading(path: list[tuple[float, float]]) -> Floats:
 
 
 def _sliding(face: _Face, stiffness_ratio: float, aspect: float, workers: int) -> Floats:
-    """Return tangential over normal stiffness on the points in contact of all pieces."""
+    """Return tangential over normal stiffness [-] of the contacts of all pieces, shape (2, 2)."""
     total, weight = np.zeros((2, 2)), 0.0
     for piece, share in zip(face.pieces, face.weights, strict=True):
         assert piece.pressure is not None

@@ -1,15 +1,16 @@
-"""Dimensionless law of Gaussian faces that yield when they are tightened: a fitted table.
+"""Dimensionless law of Gaussian faces that yield when they are tightened: fits of a table.
 
-Three groups describe a face under a tightening pressure p, with R and h' the rms height and the
-rms gradient of the gap, H the hardness and <q> the mean wavenumber of the spectrum:
+Three groups describe a face under a tightening pressure p, with R and h' the rms height and the rms
+gradient of the gap, H the hardness and <q> the mean wavenumber of the spectrum:
 
 - hardness h = H/(E* h'),
 - tightening A = p/H, or pressure pi = p/(E* h') = A h,
 - breadth R <q>/h', between 0.6 and 0.95.
 
-`tools/make_face_table.py` solves the faces and stores their means, the nodes. The fits are linear
-least squares in powers of t = -ln(1 + 1/h^2)/2 and v = ln hypot(A, 2 pi), which are finite for an
-elastic face (h infinite: t = 0, A = 0), and of ln(breadth).
+`tools/make_face_table.py` solves random faces for a grid of these groups and stores the mean
+results of each grid point, called nodes. The fits are linear least squares in powers of t = -ln(1 +
+1/h^2)/2 and v = ln hypot(A, 2 pi), which are finite for an elastic face (h infinite: t = 0, A = 0),
+and of ln(breadth).
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ _FINE = np.concatenate([1.0 - np.geomspace(2e-3, 0.28, 48), np.geomspace(0.715, 
 
 
 class NodeValues(NamedTuple):
-    """Fitted values of faces at their tightening, arrays over the faces."""
+    """Fitted properties of faces at their tightening pressure; one array entry per face."""
 
     stiffness: Floats
     """Unloading stiffness k R/p [-]."""
@@ -55,7 +56,7 @@ class NodeValues(NamedTuple):
 
 
 class Shape(NamedTuple):
-    """Unloading of one face from its tightening."""
+    """Unloading curve of one face from its tightening pressure, relative to that state."""
 
     share: Floats
     """Load over the tightening load, decreasing from 1."""
@@ -66,7 +67,7 @@ class Shape(NamedTuple):
 
 
 def groups(hardness: ArrayLike, pressure: ArrayLike) -> tuple[Floats, Floats]:
-    """Return the variables t and v of the polynomial fit from the groups h and pi."""
+    """Return the fit variables t and v from the groups h and pi; see the module docstring."""
     h = np.asarray(hardness, dtype=float)
     pi = np.asarray(pressure, dtype=float)
     return -0.5 * np.log1p(h**-2.0), np.log(np.hypot(pi / h, 2.0 * pi))
@@ -77,9 +78,10 @@ _POWERS = tuple((i, j) for i in range(_DEGREE + 1) for j in range(_DEGREE + 1 - 
 
 
 def _terms(degree: int, by_v: int, by_breadth: int) -> tuple[list[int], list[int]]:
-    """Return the indices of the powers t^i v^j of a fit, and of those multiplied by ln(breadth).
+    """Return the exponents (i, j) of the terms t^i v^j, and of those multiplied by ln(breadth).
 
-    The first are limited in total degree and in the degree of v, the second in total degree.
+    The first set is limited in total degree and in the degree of v, the second in total degree
+    only.
     """
     plain = [n for n, (i, j) in enumerate(_POWERS) if i + j <= degree and j <= by_v]
     return plain, [n for n, (i, j) in enumerate(_POWERS) if i + j <= by_breadth]
@@ -117,14 +119,15 @@ def _basis(powers: Floats, breadth: Floats, terms: tuple[list[int], list[int]]) 
 
 
 def fit(nodes: dict[str, NDArray[Any]]) -> dict[str, Floats]:
-    """Fit the nodes of solved faces; :func:`values` evaluates the result.
+    """Fit polynomials to the nodes of solved faces; :func:`values` evaluates them.
 
     Parameters
     ----------
     nodes : dict of ndarray
         ``hardness``, ``pressure``, ``breadth``, ``weight`` and, for each node, ``stiffness``,
         ``loading``, ``contact`` (logarithms), ``separation``, ``bends`` and ``contacts``. Arrays
-        with the prefix ``pixel_`` are differences between the limit of a fine pixel and the nodes.
+        with the prefix ``pixel_`` are corrections from the pixel of the nodes to an infinitely fine
+        pixel.
     """
     weight = np.asarray(nodes["weight"], dtype=float)
     powers, rising = _powers(*groups(nodes["hardness"], nodes["pressure"]))
@@ -168,12 +171,12 @@ def _least_squares(rows: Floats, right: Floats) -> Floats:
 
 @lru_cache(maxsize=1)
 def coefficients() -> dict[str, Floats]:
-    """Return the fitted coefficients of the package's table."""
+    """Return the fitted coefficients stored in the package, by property."""
     return {name: lock(stored()[f"fitted_{name}"]) for name in _TERMS}
 
 
 def stored() -> dict[str, NDArray[Any]]:
-    """Return all arrays of the package's table: version, nodes and coefficients."""
+    """Return all arrays stored in the package: version, nodes and coefficients."""
     from importlib.resources import files
 
     path = files("microslip.contact").joinpath("face_table.npz")
@@ -182,12 +185,12 @@ def stored() -> dict[str, NDArray[Any]]:
 
 
 def values(hardness: ArrayLike, pressure: ArrayLike, breadth: ArrayLike = BREADTH[1]) -> NodeValues:
-    """Return the law of faces at their tightening.
+    """Return the properties of faces at their tightening pressure.
 
     Parameters
     ----------
     hardness, pressure, breadth : array_like
-        Groups h, pi and breadth, scalars or one-dimensional.
+        Dimensionless groups h, pi and breadth [-], scalars or one-dimensional.
     """
     c = coefficients()
     t, v, b = np.broadcast_arrays(*groups(hardness, pressure), breadth)
@@ -209,7 +212,7 @@ def values(hardness: ArrayLike, pressure: ArrayLike, breadth: ArrayLike = BREADT
 
 @lru_cache(maxsize=1)
 def _interpolation() -> Floats:
-    """Return the matrix of a natural cubic spline in ln(share), from shares to fine loads."""
+    """Return the matrix of a natural cubic spline in ln(load), from SHARES to finer loads."""
     from scipy.interpolate import CubicSpline
 
     x = np.log(SHARES[::-1])
@@ -218,14 +221,14 @@ def _interpolation() -> Floats:
 
 
 def shape(bends: Floats, factor: float = 1.0) -> Shape:
-    """Return the unloading of one face from its bends, as a convex curve.
+    """Return the convex unloading curve of one face from its bends.
 
     Parameters
     ----------
     bends : ndarray
-        Bends as in :class:`NodeValues`, shape (shares,).
+        Bends as in :class:`NodeValues`, at the loads SHARES, one-dimensional.
     factor : float
-        Factor on the bends near rest; its effect vanishes towards zero load.
+        Factor on the bends near the tightening load; its effect vanishes towards zero load.
     """
     y = np.exp(_interpolation() @ np.log(bends))
     y = factor * y / (1.0 + (factor - 1.0) * y * (1.0 - _FINE))
@@ -240,10 +243,10 @@ def shape(bends: Floats, factor: float = 1.0) -> Shape:
 
 
 def continued(h: Floats, pi: Floats, breadth: float) -> NodeValues:
-    """Return values of the table, extrapolated beyond its ranges.
+    """Return values of the table, extrapolated beyond its ranges of h and pi.
 
-    For smaller hardness the stiffness is proportional to 1/h; for smaller pressure the shape and
-    the slip length are those at the smallest pressure of the table.
+    Below the smallest hardness the stiffness is proportional to 1/h. Below the smallest pressure
+    the shape of unloading and the length p/k are those at the smallest pressure of the table.
     """
     inside = np.maximum(h, HARDNESS[0])
     wanted = pi * inside / h  # the pressure with this tightening at the hardness inside

@@ -29,7 +29,8 @@ def face_plot(law: Any, other_laws: Mapping[str, NormalLaw] | None = None) -> Pl
     law : MeasuredContact
         The face.
     other_laws : mapping, optional
-        Other laws by name, drawn from the separation of the heaviest load.
+        Other laws by name, plotted against the opening from their separation under the same
+        heaviest load.
     """
     solution, numbers = law.solution, law.numbers
     stiff = law.pair.composite_modulus
@@ -68,7 +69,7 @@ def face_plot(law: Any, other_laws: Mapping[str, NormalLaw] | None = None) -> Pl
 
 
 def load_panel(law: Any, other_laws: Mapping[str, NormalLaw]) -> tuple[Panel, Sequence[Entry]]:
-    """Plot pressures over the separation from the heaviest load on, with the band of the pieces."""
+    """Plot pressure against opening from the heaviest load, with the range over the pieces."""
     top = law.numbers.pressure * law.area
     loads = np.geomspace(1.0, _RANGE, _POINTS) * top * (1.0 - 1e-9)
     pressures = loads / law.area
@@ -104,7 +105,7 @@ def load_panel(law: Any, other_laws: Mapping[str, NormalLaw]) -> tuple[Panel, Se
 
 
 def _opened(law: NormalLaw, loads: Floats) -> Floats | None:
-    """Return the opening of the faces under loads from the first one; None beyond."""
+    """Return the increase of separation [m] from the first load to each; None outside."""
     try:
         d = np.asarray(law.separation(loads), dtype=float)
     except InputError:

@@ -1,4 +1,4 @@
-"""Rms height and slope of a machined face from its drawing, with their spreads."""
+"""Rms height and slope of a machined face from its drawing, with their uncertainty."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ GAUSSIAN_RQ = math.sqrt(0.5 * math.pi)
 
 
 class Estimate(NamedTuple):
-    """Positive number with a log-normal spread."""
+    """Positive quantity with a log-normal distribution."""
 
     middle: float
     spread: float
@@ -31,17 +31,17 @@ class Estimate(NamedTuple):
 
     @classmethod
     def of_range(cls, low: float, high: float) -> Estimate:
-        """Return the estimate with the given 90 % interval."""
+        """Return the estimate whose 5 % and 95 % quantiles are the given ends."""
         return cls(math.sqrt(low * high), math.log(high / low) / (2.0 * 1.6449))
 
     def times(self, middle: float, low: float, high: float) -> Estimate:
-        """Return the product with an independent factor between two limits."""
+        """Return the product with an independent factor of given median and 90 % interval."""
         return Estimate(self.middle * middle, math.hypot(self.spread, self.of_range(low, high)[1]))
 
 
 @dataclass(frozen=True)
 class Process:
-    """Roughness average Ra [m] that a process commonly leaves, and the source."""
+    """Range of the roughness average Ra [m] that a process usually gives, and its source."""
 
     low: float
     high: float
@@ -69,13 +69,13 @@ _ALIASES = {"edm": "eroded", "spark-eroded": "eroded", "sandblasted": "blasted"}
 
 @dataclass(frozen=True)
 class Finish:
-    """Roughness of one machined face as on a drawing.
+    """Roughness of one machined face as specified on a drawing.
 
     Parameters
     ----------
     ra, rq, rz : float, optional
-        Roughness average, root mean square or mean peak-to-valley height of a profile [m], one of
-        them (ISO 21920-2); required without a process.
+        Roughness average, root mean square or mean peak-to-valley height of a profile [m] (ISO
+        21920-2). Give at most one of them; without a process, exactly one.
     rdq : float, optional
         Root mean square slope of profiles Rdq [-].
     rsm : float, optional
@@ -85,15 +85,16 @@ class Finish:
 
     Notes
     -----
-    Rq is 1.25 Ra for Gaussian heights, 1.11 Ra (sine) to 1.5 Ra (plateaus with scratches). From Rz
-    it follows by the expected range of a Gaussian profile over a sampling length (1/8 to 1/3.5 of
-    Rz). A process alone determines Rq within a factor of two to four.
+    From Ra, Rq is 1.25 Ra (Gaussian heights), with a range from 1.11 Ra (sine) to 1.5 Ra (plateaus
+    with scratches). From Rz, Rq is Rz over the expected range of a unit Gaussian profile in a
+    sampling length, with a range from 1/8 to 1/3.5 of Rz. A process alone determines Rq within a
+    factor of two to four.
 
     From RSm, Rdq is 2 pi Rq/RSm (Rice), times 0.7 to 1.5, since RSm does not count small elements.
-    Without both it follows correlations reviewed by Lambert and Fletcher (1997), DOI
-    10.2514/2.6221: mean slopes 0.076 Rq^0.52 and 0.124 Rq^0.743 (Rq in um), from the smaller over
-    1.5 to 1.5 times the larger. Ranges are 90 % intervals. The slope is the largest uncertainty of
-    a joint from a drawing; measure it.
+    Without Rdq and RSm, Rdq follows from two correlations reviewed by Lambert and Fletcher (1997),
+    DOI 10.2514/2.6221, for the mean slope: 0.076 Rq^0.52 and 0.124 Rq^0.743 (Rq in um). Its range
+    is from the smaller divided by 1.5 to the larger times 1.5. All ranges are 90 % intervals. The
+    slope is the largest uncertainty of a joint from a drawing; measure it.
     """
 
     ra: float | None = None
@@ -146,10 +147,10 @@ class Finish:
 
     @property
     def _range_over_rms(self) -> float:
-        """Expected range of a Gaussian profile over a sampling length, over its rms.
+        """Expected range of a Gaussian profile in a sampling length, divided by its rms [-].
 
-        The extremes of n waves lie at sqrt(2 ln n) + 0.577/sqrt(2 ln n) on either side; without RSm
-        n is ten, the usual choice of sampling lengths.
+        The extremes of n waves lie at sqrt(2 ln n) + 0.577/sqrt(2 ln n) times the rms on either
+        side of the mean. Without RSm, a sampling length is assumed to contain ten waves.
         """
         assert self.rz is not None
         sampling = sampling_length(0.2 * self.rz)
@@ -172,7 +173,7 @@ class Finish:
 
 
 def combined(first: Estimate, second: Estimate) -> Estimate:
-    """Return the root of the sum of squares of two independent estimates."""
+    """Return the estimate of sqrt(x^2 + y^2) for two independent estimates x and y."""
     total = math.hypot(first.middle, second.middle)
     parts = [(item.middle / total) ** 2 * item.spread for item in (first, second)]
     return Estimate(total, math.hypot(*parts))
@@ -189,7 +190,7 @@ _SAMPLING = (
 
 
 def sampling_length(ra: float) -> float:
-    """Return the sampling length [m] of ISO 4288 for Ra [m]."""
+    """Return the sampling length [m] that ISO 4288 prescribes for a roughness average Ra [m]."""
     return next((length for most, length in _SAMPLING if ra <= most), _SAMPLING[-1][1])
 
 

@@ -1,4 +1,4 @@
-"""Laws with individual summits: a sphere on a flat, and a population of summits."""
+"""Laws of individually given summits: a sphere on a flat, and a population of summits."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _HARDNESS_RATIO = 2.84  # fully plastic pressure over yield stress (Jackson and 
 
 @dataclass(frozen=True)
 class SphereOnFlat(NormalLaw):
-    """Hertz's sphere, its summit at height zero: N = (4/3) E* sqrt(rho) (-d)^(3/2) (19.1)-(19.3).
+    """Hertz's sphere with its summit at zero: N = (4/3) E* sqrt(rho) (-d)^(3/2) (19.1)-(19.3).
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class SphereOnFlat(NormalLaw):
     )
 
     def _assumptions(self, separation: float | None) -> dict[str, float | None]:
-        """Yield check of Jackson and Green (2005), DOI 10.1115/1.1866166: p0 over C S_y."""
+        """Ratio p0/(C S_y) of Jackson and Green (2005), DOI 10.1115/1.1866166; 1 at yield."""
         hardness = self.pair.hardness
         if hardness is None:
             return {YIELD: None}
@@ -60,7 +60,7 @@ class SphereOnFlat(NormalLaw):
         return {YIELD: self.hertz_pressure(separation) / at_yield}
 
     def hertz_pressure(self, separation: float) -> float:
-        """Largest pressure p0 = (2 E*/pi) sqrt(s/rho) [Pa] at a separation -s [m] (19.2)."""
+        """Largest pressure p0 = (2 E*/pi) sqrt(s/rho) [Pa] at a separation d = -s [m] (19.2)."""
         depth = max(-number("separation", separation, "m", -1e-6), 0.0)
         return 2.0 / math.pi * self.pair.composite_modulus * math.sqrt(depth / self.radius)
 
@@ -83,11 +83,11 @@ class SphereOnFlat(NormalLaw):
         return np.asarray(-(np.cbrt(loads / self._constant) ** 2))
 
     def contact_probability(self, separation: ArrayLike) -> Any:
-        """Return 1 in contact, else 0, for separations [m] of any shape."""
+        """Return 1 for d < 0 (contact), else 0, for separations d [m] of any shape."""
         return self.contact_count(separation)
 
     def contact_count(self, separation: ArrayLike) -> Any:
-        """Return 1 in contact, else 0, for separations [m] of any shape."""
+        """Return 1 for d < 0 (contact), else 0, for separations d [m] of any shape."""
         return plain(np.where(self._separations(separation) < 0.0, 1.0, 0.0))
 
     def contact_area(self, separation: ArrayLike) -> Any:
@@ -97,7 +97,7 @@ class SphereOnFlat(NormalLaw):
 
     @classmethod
     def examples(cls) -> tuple[NormalLaw, ...]:
-        """A ball of 5 mm."""
+        """Return a ball of radius 5 mm."""
         return (cls(aluminium(), radius=5e-3),)
 
 
@@ -114,10 +114,10 @@ class AsperityPopulation(Locked, NormalLaw):
     radii : array_like
         Summit radii rho_i [m]: one for each height, or one number for all.
     copies : float, optional
-        Number of copies of each summit [-], above zero: for the summits of a scan, the apparent
-        area over the scanned area.
+        Number of copies of each summit [-], above zero; for the summits of a scan, the ratio of
+        apparent to scanned area.
     area : float, optional
-        Apparent area [m^2]; used by verdicts only.
+        Apparent area [m^2]; used by the validity verdicts only.
 
     Notes
     -----
@@ -183,7 +183,7 @@ class AsperityPopulation(Locked, NormalLaw):
         return self._spheres.derivative(separation, order)
 
     def contact_probability(self, separation: ArrayLike) -> Any:
-        """Share of the summits in contact (19.5), for separations [m] of any shape."""
+        """Fraction of the summits in contact (19.5), for separations [m] of any shape."""
         return plain(self._counts(separation) / np.asarray(self.heights).size)
 
     def contact_count(self, separation: ArrayLike) -> Any:
@@ -191,7 +191,7 @@ class AsperityPopulation(Locked, NormalLaw):
         return plain(self.copies * self._counts(separation))
 
     def contact_area(self, separation: ArrayLike) -> Any:
-        """Real contact area [m^2], pi rho_i (y_i - d) for each contact (19.2), any shape."""
+        """Real contact area [m^2] (19.2): sum of pi rho_i (y_i - d), for d [m] of any shape."""
         d = self._separations(separation)
         heights, radii = np.asarray(self.heights), np.asarray(self.radii)
         areas = [float(np.maximum(heights - v, 0.0) @ radii) for v in d.reshape(-1)]
@@ -203,6 +203,6 @@ class AsperityPopulation(Locked, NormalLaw):
 
     @classmethod
     def examples(cls) -> tuple[NormalLaw, ...]:
-        """Five unlike summits."""
+        """Return a population of five summits of different heights and radii."""
         heights = [0.0, 2e-7, -3e-7, 5e-7, 1e-7]
         return (cls(aluminium(), heights=heights, radii=[1e-3, 2e-3, 5e-4, 1e-3, 4e-3]),)

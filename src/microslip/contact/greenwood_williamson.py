@@ -35,7 +35,7 @@ class GreenwoodWilliamson(NormalLaw):
     pair : MaterialPair
         The two materials.
     heights : HeightDistribution, frozen scipy.stats distribution or array_like
-        Summit heights y [m]; an array stands for equal atoms of probability.
+        Distribution of the summit heights y [m]; the values of an array are equally probable.
     radius : float
         Summit radius rho [m].
     density : float
@@ -85,7 +85,7 @@ class GreenwoodWilliamson(NormalLaw):
 
     @cached_property
     def _spheres(self) -> Spheres | None:
-        """Summits, if the heights were given one by one."""
+        """Summits, if the heights are given individually; otherwise None."""
         if not isinstance(self.heights, Discrete):
             return None
         values = np.asarray(self.heights.values)
@@ -165,7 +165,7 @@ class GreenwoodWilliamson(NormalLaw):
 
     @classmethod
     def examples(cls) -> tuple[NormalLaw, ...]:
-        """Gaussian, exponential and given heights; the first is this project's worked example."""
+        """Return surfaces with Gaussian, exponential and given heights."""
         gaussian = cls(aluminium(), Gaussian(std=5e-7), radius=1e-3, density=1e8, area=2e-4)
         exponential = cls(aluminium(), Exponential(scale=8e-7), radius=1e-4, density=2e9, area=5e-4)
         summits = cls(

@@ -1,9 +1,10 @@
-"""Sums of a normal law at many pairs of separations and steps.
+"""Drops, stiffnesses and energies of a normal law for many pairs of separation and increment.
 
-The sums are those of :class:`NormalLaw`: the drop N(d) - N(d + u), the fall -N'(d + u), the excess
-(half the integral of v (u - v) N''(d + v) over 0 <= v <= u) and its derivative by u. An interface
-evaluates them at one d; here every step has its own. A smooth law becomes one profile; for other
-laws, rows of equal separations become tables if that is faster.
+For a separation d and an increment u of it, the functions of :class:`NormalLaw` are the drop N(d) -
+N(d + u), the fall -N'(d + u), the excess (half the integral of v (u - v) N''(d + v) over 0 <= v <=
+u) and the derivative of the excess with respect to u. An interface evaluates them at one d for many
+u; here each u has its own d. A smooth law is replaced by one profile; for other laws, increments
+with equal d are interpolated in a table if that is faster.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ _ALL_TOUCH = 0.345  # N N'' / N'^2, which is 1 for an exponential and 1/3 where 
 
 
 def _by_rows(law: NormalLaw, points: int, rows: int) -> bool:
-    """Return whether rows of equal separations are faster than pairs, from estimated costs."""
+    """Return whether tables for equal separations are estimated to be faster than single pairs."""
     if law._spheres is not None:
         count = law._spheres.heights.size
         build = 4e-5 + (5e-6 * count if count > 24 else 0.0)
@@ -52,7 +53,7 @@ def _by_rows(law: NormalLaw, points: int, rows: int) -> bool:
 
 
 def pairs_of(law: NormalLaw) -> Callable[[NormalLaw, Kind, Floats, Floats], Floats] | None:
-    """Return the function for sums over pairs; None for a law with its own sums."""
+    """Return the function that evaluates arrays of pairs; None for a law with its own methods."""
     if law._spline is not None:
         return _spline_pairs
     general = all(
@@ -63,7 +64,7 @@ def pairs_of(law: NormalLaw) -> Callable[[NormalLaw, Kind, Floats, Floats], Floa
 
 
 def sum_over_pairs(law: NormalLaw, kind: Kind, d: Floats, u: Floats) -> Floats:
-    """Return a sum with a separation for each step."""
+    """Return one of the four functions of the module docstring at pairs (d, u), one-dimensional."""
     return (pairs_of(law) or _own_pairs)(law, kind, d, u)
 
 
@@ -113,10 +114,10 @@ def _spline_pairs(law: NormalLaw, kind: Kind, d: Floats, u: Floats) -> Floats:
 
 
 class Pointwise:
-    """Sums of a law at pairs of separations and steps, one-dimensional arrays of equal size.
+    """Drops, stiffnesses and energies of a law at arrays of pairs (d, u), one-dimensional.
 
-    If the law is smooth and decays fast, its load curve becomes a profile once, and a difference
-    takes tens of nanoseconds. Other laws, and points outside the profile, are summed pair by pair.
+    If the law is smooth and decays fast, a profile replaces its load curve, and a value takes tens
+    of nanoseconds. Other laws, and separations outside the profile, are evaluated pair by pair.
     """
 
     def __init__(self, law: NormalLaw) -> None:
@@ -124,7 +125,7 @@ class Pointwise:
 
     @cached_property
     def _profile(self) -> tuple[Profile, tuple[Floats, Floats]] | None:
-        """Load curve; P'' of its panels, and the integrals of N beyond their middles."""
+        """Profile of N, N'' of its panels, and integrals of N beyond their midpoints; or None."""
         law = self.law
         if law._spheres is not None or law._breaks[1:].size or pairs_of(law) is not _own_pairs:
             return None
@@ -150,7 +151,7 @@ class Pointwise:
         return profile, (lock(np.ascontiguousarray(bends)), lock(law._derivative(middles, -1)))
 
     def separations(self, load: Floats) -> Floats:
-        """Return the separations of loads."""
+        """Return the separations [m] of loads [N]."""
         if self._profile is None:
             return np.asarray(self.law.separation(load))
         profile, _ = self._profile
@@ -164,7 +165,7 @@ class Pointwise:
         return result
 
     def load_and_fall(self, d: Floats) -> tuple[Floats, Floats]:
-        """Return N(d) and -N'(d)."""
+        """Return the load N(d) [N] and the stiffness -N'(d) [N/m]."""
         if self._profile is None:
             return self.law._derivative(d, 0), -self.law._derivative(d, 1)
         profile, _ = self._profile
@@ -177,7 +178,7 @@ class Pointwise:
         return value, fall
 
     def sum(self, kind: Kind, d: Floats, u: Floats) -> Floats:
-        """Return a sum of :class:`NormalLaw` at separations d and steps u >= 0."""
+        """Return the function ``kind`` at separations d [m] and increments u >= 0 [m]."""
         if self._profile is None or kind not in ("drop", "excess"):
             return self._exact(kind, d, u)
         profile, extra = self._profile
@@ -218,7 +219,7 @@ def _cached(law: NormalLaw) -> Pointwise:
 
 
 def pointwise_of(law: NormalLaw) -> Pointwise:
-    """Return the sums of a law at pairs; its profile is computed once."""
+    """Return the :class:`Pointwise` of a law, cached with its profile."""
     try:
         return _cached(law)
     except TypeError:  # one without a hash

@@ -1,4 +1,4 @@
-"""Compliance of the solid behind an apparent contact, by half-spaces."""
+"""Compliance of the two bodies behind an apparent contact, modelled as half-spaces."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from microslip.contact.materials import MaterialPair
 def solid_stiffness(
     pair: MaterialPair, area: float, hole: float = 0.0, aspect: float | None = None
 ) -> tuple[float, float]:
-    """Return normal and tangential stiffness of the two bodies behind a contact [N/m].
+    """Return the normal and tangential stiffness of two half-spaces behind a contact [N/m].
 
     Parameters
     ----------
@@ -25,17 +25,17 @@ def solid_stiffness(
 
     Notes
     -----
-    A round contact whose faces stay plane: 2 E* a, and 8 G* a of tangential motion (Johnson,
-    *Contact Mechanics*, 1985, sections 3.4 and 7.2), with a the outer radius. An annulus by the
-    series of Collins (1963, DOI 10.1017/S0013091500010749), 1 - 4 e^3/(3 pi^2) - 8 e^5/(15 pi^2)
-    in e.
+    A round contact of radius a whose face stays plane has the normal stiffness 2 E* a and the
+    tangential stiffness 8 G* a (Johnson, *Contact Mechanics*, 1985, sections 3.4 and 7.2). For an
+    annulus of outer radius a and radius ratio e, both are multiplied by the series 1 - 4 e^3/(3
+    pi^2) - 8 e^5/(15 pi^2) of Collins (1963, DOI 10.1017/S0013091500010749).
 
-    A rectangle of sides a >= b and diagonal d under an even pressure gives way by
-    J/(pi E* a^2 b^2) per force on average, J = 2 a^2 b ln((b + d)/a) + 2 a b^2 ln((a + d)/b)
-    + 2/3 (a^3 + b^3 - d^3) (Love's solution, Johnson 1985, section 3.3, integrated once more).
-    Faces that stay plane are stiffer by 1.09 (a/b)^-0.014: boundary elements up to 20:1 agree
-    within 0.7 %. The tangential stiffness is the mean of both directions; at 4:1 that along the
-    longer side is 5 % smaller.
+    A rectangle of sides a >= b and diagonal d under uniform pressure has a mean normal displacement
+    per force of J/(pi E* a^2 b^2), with J = 2 a^2 b ln((b + d)/a) + 2 a b^2 ln((a + d)/b) + 2/3
+    (a^3 + b^3 - d^3) (Love's solution, Johnson 1985, section 3.3, integrated once more). A face
+    that stays plane is stiffer by the factor 1.09 (a/b)^-0.014; boundary elements up to 20:1 agree
+    within 0.7 %. The tangential stiffness is the mean of both directions; at 4:1 the stiffness
+    along the longer side is 5 % smaller.
     """
     if aspect is not None:
         a, b = math.sqrt(area * aspect), math.sqrt(area / aspect)

@@ -1,4 +1,4 @@
-"""The load curve N(d) of a surface for the hysteresis of one joint or of many nodes."""
+"""The load curve N(d) of a surface, for the hysteresis of one joint or of many nodes."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ def check_surface(surface: Any) -> None:
 
 
 class LoadCurve:
-    """Load curve N(d) of a surface and its differences; *steps* count from an origin.
+    """Load curve N of a surface, as a function of the step: the separation less the origin [m].
 
-    A smooth surface becomes a profile, as deep as needed; other surfaces are evaluated directly. A
-    ``shared`` curve extends to vanishing load, since its nodes lie anywhere on it, and may be a
-    profile even if the heights have many small kinks.
+    A smooth surface is replaced by a profile of the requested steps; others are evaluated directly.
+    A ``shared`` curve extends to vanishing load, since its nodes may have any separation, and may
+    be a profile even if the heights have many small kinks.
     """
 
     def __init__(
@@ -66,15 +66,15 @@ class LoadCurve:
 
     @cached_property
     def _length(self) -> float:
-        """Decay length at the origin [m]."""
+        """Decay length -N/N' at the origin [m]."""
         return self.load_at_origin / -self.surface._derivative_at(self.origin, 1)
 
     # -- as a profile -----------------------------------------------------------------------------
 
     def profile(self, low: float, high: float) -> Profile | None:
-        """Return N from `low` to `high` and beyond as a profile, or None if it cannot be one.
+        """Return a profile of N that covers the steps `low` to `high`, or None if there is none.
 
-        ``high`` may lie further out where the load is negligible.
+        The profile may end before ``high`` if the load is negligible there.
         """
         if self.shared:
             low = min(low, 0.0)
@@ -82,7 +82,7 @@ class LoadCurve:
         return self._covering(low, high)
 
     def arguments(self, low: float, high: float) -> tuple[Any, ...]:
-        """Return the curve from `low` to `high` as arguments of kernels."""
+        """Return the curve over the steps `low` to `high` as arguments of the compiled kernels."""
         profile = self.profile(low, high)
         return kernels.curve_arguments(self) if profile is None else profile.arguments
 
@@ -104,7 +104,7 @@ class LoadCurve:
         return sampled
 
     def _make_profile(self, low: float, high: float) -> tuple[Profile | None, bool]:
-        """Return a profile, and whether it ends where the load is negligible."""
+        """Return a profile or None, and whether the load at its end is negligible."""
         law, origin, length = self.surface, self.origin, self._length
         edge, breaks = law._edge - origin, law._breaks
         if low < edge or (breaks.size and breaks[-1] > low + origin):
@@ -123,7 +123,7 @@ class LoadCurve:
         return Profile.sample(self.derivative, begin, end, end + reach, edge), faint
 
     def _kinked_profile(self, low: float) -> Profile | None:
-        """Return the profile of heights with a tabulated density of many points."""
+        """Return a profile for heights with a long table of their density, or None."""
         edge, top = self.surface._edge - self.origin, self.surface._top - self.origin
         if not self.surface._small_kinks.size or low < edge or not math.isfinite(top):
             return None
@@ -135,10 +135,10 @@ class LoadCurve:
         return self._kinked[depth]
 
     def smooth_parts(self, low: float, high: float) -> Profile | Pieces:
-        """Return N from `low` to `high` and beyond, divided where it is not smooth.
+        """Return N over at least the steps `low` to `high`, divided where it is not smooth.
 
-        The profile if it has no kinks; otherwise pieces between the kinks of N'', on which N and
-        -N' of the surface are evaluated.
+        This is the profile if it has no kinks; otherwise pieces between the kinks of N'', on which
+        N and -N' of the surface are evaluated.
         """
         profile = (
             self._covering(min(low, 0.0), _FAR * self._length)
@@ -174,31 +174,31 @@ class LoadCurve:
         return pieces
 
     def derivative(self, step: Floats, order: int) -> Floats:
-        """Derivative of N at steps, from the surface."""
+        """Derivative of N of an order at steps [m], computed from the surface."""
         return self.surface._derivative(step + self.origin, order)
 
     def derivative_at(self, step: float, order: int) -> float:
-        """N [N] at one step, or its derivative [N/m]."""
+        """N [N] (order 0) or its derivative [N/m^order] at one step [m]."""
         return self.surface._derivative_at(step + self.origin, order)
 
     # -- N and its differences --------------------------------------------------------------------
 
     @cached_property
     def scalar(self) -> ScalarCurve:
-        """Load curve evaluated at single separations, for laws without a compiled profile."""
+        """Load curve for single separations, used for laws without a compiled profile."""
         return scalar_curve(self.surface, self.origin)
 
     @cached_property
     def slip_losses(self) -> SlipLosses:
-        """Energy dissipated by slip, for laws without a compiled profile."""
+        """Energies dissipated by slip, used for laws without a compiled profile."""
         return SlipLosses(self.surface, self.origin)
 
     def fall(self, step: Floats) -> Floats:
-        """-N' [N/m] at steps."""
+        """Normal stiffness -N' [N/m] at steps [m]."""
         return self.load(step)[1] if self.shared else -self.derivative(step, 1)
 
     def load(self, step: Floats) -> tuple[Floats, Floats]:
-        """N [N] and -N' [N/m] at steps."""
+        """Load N [N] and normal stiffness -N' [N/m] at steps [m]."""
         profile = self.profile(float(step.min()), 0.0) if self.shared else None
         if profile is None:
             if step.size == 1:  # a trial
@@ -210,7 +210,7 @@ class LoadCurve:
         return value, fall
 
     def drop(self, base: Floats, width: Floats) -> Floats:
-        """N(b) - N(b + w) [N] for steps b and widths w."""
+        """Decrease of load N(base) - N(base + width) [N] for steps and widths [m]."""
         profile = self.profile(float(base.min()), 0.0) if self.shared and base.size else None
         if profile is not None:
             result = np.empty(base.size)
@@ -222,7 +222,7 @@ class LoadCurve:
         return sum_over_pairs(self.surface, "drop", base + self.origin, width)
 
     def excess(self, kind: Literal["excess", "excess_slope"], step: Floats, u: Floats) -> Floats:
-        """Half the integral of v (u - v) N''(d + v), or of v N''(d + v), over 0 <= v <= u."""
+        """Half the integral of v (u - v) N''(step + v), 0 <= v <= u [N m], or d/du of it [N]."""
         shared = self.shared and kind == "excess_slope"
         profile = self.profile(float(step.min()), 0.0) if shared else None
         if profile is None:
@@ -232,7 +232,7 @@ class LoadCurve:
         return 0.5 * result
 
     def parting(self) -> float:
-        """Step at which the last contact ends."""
+        """Step [m] at which the last contact ends, or the load becomes negligible."""
         top = self.surface._top
         if math.isfinite(top):
             return top - self.origin
@@ -248,11 +248,11 @@ class LoadCurve:
     # -- steps of loads and separations -----------------------------------------------------------
 
     def steps_at(self, separation: ArrayLike) -> Floats:
-        """Validate separations [m] and return their steps."""
+        """Validate separations [m] and return them relative to the origin."""
         return np.asarray(self.surface._separations(separation)) - self.origin
 
     def step_of(self, load: float) -> float:
-        """Step of one load [N]."""
+        """Return the step [m] at which the surface carries a load [N]."""
         if load == self.load_at_origin:
             return 0.0
         profile = self._profile
@@ -261,9 +261,9 @@ class LoadCurve:
         return float(self.steps_of(np.array([load]), numbered=False)[0])
 
     def steps_of(self, load: Floats, numbered: bool = True) -> Floats:
-        """Return the steps of loads >= 0 [N]; for zero load, the step at which contact ends.
+        """Return the steps [m] of loads >= 0 [N]; for zero load, the step at which contact ends.
 
-        Error messages name the sample if ``numbered``.
+        With ``numbered``, error messages contain the index of the sample.
         """
         at_rest = load == self.load_at_origin
         steps = np.zeros_like(load)
@@ -312,7 +312,7 @@ class LoadCurve:
     def _first_refused(
         self, load: Floats, selection: NDArray[np.bool_], error: InputError
     ) -> tuple[int, str]:
-        """Return the first sample whose load the law refuses, and the message."""
+        """Return the index of the first sample with an invalid load, and the error message."""
         samples = np.flatnonzero(selection)
 
         def refusal(loads: Floats) -> str | None:
@@ -343,7 +343,7 @@ class LoadCurve:
 
 
 def shared_curve(surface: NormalLaw, nearest: float) -> LoadCurve:
-    """Return the curve of a surface near ``nearest``, shared by all fields on the surface.
+    """Return a curve with an origin near the separation ``nearest`` [m], shared by all fields.
 
     The origin is one of a discrete set, so that results do not depend on the order of requests.
     """
@@ -356,7 +356,7 @@ def shared_curve(surface: NormalLaw, nearest: float) -> LoadCurve:
 
 
 class _Identity:
-    """Surface compared by identity: own classes may be equal to others, or have no hash."""
+    """Key that compares surfaces by identity, since user-defined ones may lack a hash."""
 
     def __init__(self, surface: NormalLaw) -> None:
         self.surface = surface

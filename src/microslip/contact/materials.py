@@ -28,8 +28,8 @@ class Material:
     poisson_ratio : float
         Poisson's ratio [-], in (-1, 0.5].
     hardness : float, optional
-        Indentation hardness H [Pa], at which faces yield; for summits, for the plasticity index
-        among the verdicts.
+        Indentation hardness H [Pa]: the pressure at which solved faces yield. For laws with summits
+        it is used for the plasticity index in the verdicts only.
 
     Warns
     -----
@@ -60,7 +60,7 @@ class Material:
         self._ask_back()
 
     def _ask_back(self) -> None:
-        """Warn of a modulus that is probably in another unit, unless it is that of a soft gel."""
+        """Warn of a Young's modulus that is probably in another unit; soft gels are excepted."""
         modulus = self.young_modulus
         if 1.5 <= modulus <= 1200.0:
             unit, factor = "GPa", 1e9
@@ -80,7 +80,7 @@ class Material:
 
     @classmethod
     def rigid(cls) -> Material:
-        """Return a rigid body: infinite modulus."""
+        """Return a rigid body, with infinite Young's modulus."""
         body = object.__new__(cls)
         assign(body, young_modulus=math.inf, poisson_ratio=0.0, hardness=None)
         return body
@@ -131,7 +131,7 @@ class Metal:
     hardness : float or None
         Indentation hardness H [Pa] of the temper; None if the documents state none.
     sources : mapping of str to str
-        Document and year of each value, by parameter name.
+        Source document and year of each value, by parameter name.
     aliases : tuple of str
         Other names, such as "s355", "EN AW-6082" and numbers of standards.
 
@@ -170,7 +170,7 @@ class Metal:
 def metals() -> Mapping[str, Metal]:
     """Return the table of engineering metals by name, with document and year of each value.
 
-    For own values make a :class:`Material`, or give the key in the study.
+    For other values create a :class:`Material`, or give the key in the study.
     """
     import tomllib
     from importlib.resources import files
@@ -211,7 +211,7 @@ def _plain(name: str) -> str:
 
 
 def _near(name: str, table: Mapping[str, Metal]) -> str:
-    """Return the names of the table close to an unknown one, or all names."""
+    """Return the names in the table that resemble an unknown name; without any, all names."""
     from difflib import get_close_matches
 
     # A part of a name, such as "4340" or "iron", may be too short to be close to the whole.
@@ -229,7 +229,7 @@ class MaterialPair:
     Parameters
     ----------
     first, second : Material
-        The two materials; at most one of them rigid.
+        The two materials; at most one of them is rigid.
     """
 
     first: Material
@@ -247,21 +247,21 @@ class MaterialPair:
 
     @property
     def composite_modulus(self) -> float:
-        """E* [Pa]: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 (19.4)."""
+        """Composite modulus E* [Pa]: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 (19.4)."""
         return 1.0 / sum(
             (1.0 - m.poisson_ratio**2) / m.young_modulus for m in (self.first, self.second)
         )
 
     @property
     def composite_shear_modulus(self) -> float:
-        """G* [Pa]: 1/G* = (2 - nu1)/G1 + (2 - nu2)/G2 (19.11)."""
+        """Composite shear modulus G* [Pa]: 1/G* = (2 - nu1)/G1 + (2 - nu2)/G2 (19.11)."""
         return 1.0 / sum(
             (2.0 - m.poisson_ratio) / m.shear_modulus for m in (self.first, self.second)
         )
 
     @property
     def stiffness_ratio(self) -> float:
-        """Normal over tangential stiffness of a contact, E*/4G* [-].
+        """Ratio E*/4G* of normal to tangential stiffness of a round contact [-].
 
         Mindlin (1949), DOI 10.1115/1.4009973.
         """
@@ -269,10 +269,11 @@ class MaterialPair:
 
     @property
     def dundurs_beta(self) -> float:
-        """Second constant of Dundurs [-]: zero for equal bodies, at most 0.5 in size.
+        """Second constant of Dundurs, beta [-]: zero for equal bodies, magnitude at most 0.5.
 
-        Half of the difference of (1 - 2 nu)/G of the bodies over the sum of their (1 - nu)/G
-        (Dundurs 1969, DOI 10.1115/1.3564739). It couples normal and tangential contact.
+        Half the difference of (1 - 2 nu)/G of the two bodies over the sum of their (1 - nu)/G
+        (Dundurs 1969, DOI 10.1115/1.3564739). It describes the coupling of normal and tangential
+        contact.
         """
         bodies = [(m.poisson_ratio, m.shear_modulus) for m in (self.first, self.second)]
         (first, second), total = (
@@ -288,7 +289,7 @@ class MaterialPair:
         return min(hardnesses) if hardnesses else None
 
     def with_hardness(self, hardness: float) -> MaterialPair:
-        """Return the pair with another hardness [Pa] of the deformable bodies."""
+        """Return the pair with the hardness [Pa] of its deformable bodies replaced."""
         first, second = (
             body if body.is_rigid else replace(body, hardness=hardness)
             for body in (self.first, self.second)

@@ -1,4 +1,4 @@
-"""The normal load law of a measured face, by boundary elements and yielding."""
+"""Normal load law of a measured face, solved by boundary elements with yielding."""
 
 from __future__ import annotations
 
@@ -52,8 +52,8 @@ class MeasuredContact(FaceLaw):
     Parameters
     ----------
     heights : Scan or array_like
-        Gap of both faces, summits upwards: a scan, or heights [m] without missing points, rows
-        along y. The least-squares plane is removed.
+        Heights of the gap between both faces, summits upwards: a scan, or heights [m] without
+        missing points, rows along y. The least-squares plane is removed.
     pair : MaterialPair
         The two materials.
     hardness : float, optional
@@ -63,41 +63,43 @@ class MeasuredContact(FaceLaw):
         Mean pressure [Pa] to which the face has been tightened. Without it the face is elastic up
         to 0.05 E* h', and the hardness is used by verdicts only.
     pixel : float or pair of float, optional
-        Distance of neighbours [m] along x and y, for heights that are not a scan.
+        Distance of neighbouring points [m] along x and y, for heights that are not a scan.
     area : float, optional
         Apparent area [m^2] of the joint; by default that of the scan.
     piece : int or None
-        Approximate number of points along a side of a piece; None solves the face in one piece.
+        Approximate number of points along a side of the pieces into which the face is divided; None
+        solves the face in one piece.
     direction : float, optional
         Direction of the motion from x of the scan [rad]; None is the mean over all directions. In a
-        field of two directions it is that of the first displacement.
+        field with two tangential directions it is the direction of the first displacement.
     loads : int
         Number of solved loads, in geometric progression; up to four more lie between the heaviest
         two, for the damping of small cycles.
     lightest : float
         Lightest over heaviest load [-].
     coarser : bool
-        Whether to solve also with every second point, and without the shortest waves that carry
-        half of the squared slope, and report the changes.
+        Whether to solve also with every second point, and without the shortest waves that
+        contribute half of the mean square slope, and report the changes of the stiffness.
     workers : int
-        Threads of a transform.
+        Number of threads of a Fourier transform.
     progress : callable, optional
         Called with the numbers of finished and of all solutions (approximate).
     cache : str or path, optional
-        Folder of solutions, which are reused if the inputs are equal.
+        Folder in which solutions are stored and reused if the inputs are equal.
 
     Notes
     -----
-    Boundary elements at given separations of the mean planes; the slope N' follows exactly at each
-    load. Points that bear the hardness at tightening are flattened permanently, and the law is the
-    elastic one of the flattened face (Almqvist et al. 2007, DOI 10.1016/j.triboint.2005.11.008), up
-    to the tightening load. Between the loads ln N is a cubic Hermite spline, made convex where
-    necessary; below the lightest load N is an exponential. The law includes the compliance of the
-    half-space for waves up to the size of the face; a body model with such waves must not add it
-    again.
+    The face is solved by boundary elements at given separations of the mean planes; the slope N' is
+    exact at each solved separation. Points that carry the hardness at tightening are flattened
+    permanently, and the law is that of the elastic flattened face (Almqvist et al. 2007, DOI
+    10.1016/j.triboint.2005.11.008), up to the tightening load. Between the loads ln N is a cubic
+    Hermite spline, made convex where necessary; below the lightest load N is an exponential. The
+    law includes the compliance of the half-space for waves up to the size of the face; a body model
+    with such waves must not add it again.
 
-    Contacts slip as in the theory of Cattaneo. The ratio of normal and tangential stiffness is
-    solved on the points in contact (kernel of Cerruti) and depends on the direction under a lay.
+    Contacts slip as in the theory of Cattaneo and Mindlin. The ratio of normal and tangential
+    stiffness is solved on the points in contact (kernel of Cerruti) and depends on the direction
+    under a lay.
     """
 
     key = "measured"
@@ -190,13 +192,14 @@ class MeasuredContact(FaceLaw):
     # -- the same face in another way -------------------------------------------------------------
 
     def along(self, direction: float | None) -> MeasuredContact:
-        """Return the face for motion in a direction [rad] from x of the scan; None is the mean."""
+        """Return the face moved in a direction [rad] from x of the scan; None is the mean."""
         return self._changed(direction=direction)
 
     def of_pieces(self, pieces: ArrayLike) -> MeasuredContact:
-        """Return the law of pieces by number [-] from 0, one-dimensional, possibly repeated.
+        """Return the law averaged over the pieces with these indices [-], one-dimensional.
 
-        Resampled pieces show how well the scan represents the joint.
+        Indices start at 0 and may be repeated, so that bootstrap samples of the pieces show how
+        well the scan represents the joint.
         """
         old, columns = self.solution, np.asarray(pieces)
         p, s = old.pressure[:, columns], old.slope[:, columns]
@@ -236,11 +239,12 @@ class MeasuredContact(FaceLaw):
         return self._made_of(solution, numbers, self.pair, area, self.direction)
 
     def _length_factors(self, shares: Floats) -> Floats | None:
-        """Length p/K of each place, from the unloading of lighter tightenings.
+        """Length p/k_n of areas tightened to fractions of the load, over that of the face [-].
 
-        Compared with a law for each tightening, at 3 to 50 MPa instead of 100 MPa, the force is
-        within 9 % and the energy of a cycle at mu N/k_t 0.8 to 1.35 times; with a single
-        tightening, 2 to 20.
+        It is interpolated between the unloading stiffnesses from lighter tightening loads. Compared
+        with a law solved for each tightening, at 3 to 50 MPa instead of 100 MPa, the force deviates
+        by up to 9 %, and the energy of a cycle of amplitude mu N/k_t is 0.8 to 1.35 times as large.
+        Without the factors it is 2 to 20 times as large.
         """
         if self.solution.lighter_tightenings.size < 4:  # an elastic face
             return None
@@ -255,7 +259,7 @@ class MeasuredContact(FaceLaw):
 
     @classmethod
     def load_file(cls, path: str | os.PathLike[str]) -> MeasuredContact:
-        """Load a law that :meth:`save` has written; :meth:`load` is the normal load."""
+        """Load a law from a file written by :meth:`save`; :meth:`load` is the normal load."""
         return cls._made_of(*read_law(path))
 
     def plot(self, ax: Any = None) -> Any:
@@ -264,7 +268,7 @@ class MeasuredContact(FaceLaw):
         Parameters
         ----------
         ax : sequence of matplotlib.axes.Axes, optional
-            Three axes; without them a new figure.
+            Three axes; by default a new figure is created.
 
         Returns
         -------
@@ -294,7 +298,7 @@ class MeasuredContact(FaceLaw):
 
     @property
     def first_loading(self) -> FirstLoading:
-        """First loading up to the tightening, by secants between the solved separations."""
+        """First-loading curve up to tightening; slopes by differences of the solved loads."""
         pressure, separation = self.solution.loading
         p = pressure * self.pair.composite_modulus
         d = separation * self.numbers.pixel[0]
@@ -305,7 +309,7 @@ class MeasuredContact(FaceLaw):
         return separation / self.numbers.rms
 
     def contact_area(self, separation: ArrayLike) -> Any:
-        """Real contact area [m^2] by points in contact, for separations [m] of any shape."""
+        """Real contact area [m^2], counted in grid points, at separations [m] of any shape."""
         loads = np.asarray(self.load(separation), dtype=float)
         p = np.log(self.solution.pressure.mean(axis=1))[::-1]
         share = np.log(self.solution.contact)[::-1]
@@ -351,7 +355,7 @@ class MeasuredContact(FaceLaw):
     @classmethod
     @made_once
     def examples(cls) -> tuple[NormalLaw, ...]:
-        """A small rough face of aluminium that has yielded, in pieces, moved across its lay."""
+        """Return a small rough aluminium face that has yielded, moved across its lay."""
         how: dict[str, Any] = {"pixel": 2e-6, "area": 1e-4, "piece": 32, "direction": math.pi / 2}
         return (cls(_waves(), aluminium(), 1.2e9, 5e7, **how),)
 
@@ -371,7 +375,7 @@ def _hardness(hardness: float | None, pair: MaterialPair, pressure: float | None
 
 
 def _table(solution: FaceSolution) -> tuple[Floats, Floats]:
-    """Return separations and mean pressures between the solutions: cubics of ln p, made convex."""
+    """Return separations and mean pressures interpolated by cubics of ln p, made convex."""
     from scipy.interpolate import CubicHermiteSpline
 
     d = solution.separation
@@ -400,7 +404,7 @@ def _table(solution: FaceSolution) -> tuple[Floats, Floats]:
 
 
 def _waves() -> Floats:
-    """Return heights of 64 x 64 points with a lay along y, like a milled face [m]."""
+    """Return the heights [m] of a face with a lay along y, like a milled one, shape (64, 64)."""
     from scipy import fft
 
     n = 64

@@ -1,4 +1,4 @@
-"""Input, numbers and files of a measured face."""
+"""Inputs, reported numbers and files of a measured face."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _remembered: OrderedDict[str, FaceSolution] = OrderedDict()
 
 
 class Face(NamedTuple):
-    """Heights of a face about its mean plane, and the pixel."""
+    """Heights of a face above its mean plane [m], and the distances of its points [m]."""
 
     heights: Floats
     pixel: tuple[float, float]
@@ -51,7 +51,7 @@ class Face(NamedTuple):
 
     @property
     def slope(self) -> float:
-        """Rms gradient h' between neighbours [-]."""
+        """Rms gradient h' from differences between neighbouring points [-]."""
         squares = (
             float(np.mean(np.diff(self.heights, axis=axis) ** 2)) / step**2
             for axis, step in ((1, self.pixel[0]), (0, self.pixel[1]))
@@ -60,16 +60,17 @@ class Face(NamedTuple):
 
     @property
     def coarser(self) -> Face:
-        """Face with every second point."""
+        """Face with only every second point along x and y."""
         dx, dy = self.pixel
         heights = self.heights[::2, ::2]
         return Face(lock(heights - heights.mean()), (2.0 * dx, 2.0 * dy), self.name)
 
     @property
     def smoother(self) -> tuple[Face, float]:
-        """Face without the short waves that carry half of the squared slope, and the cut-off [m].
+        """Face without the shortest waves, and the wavelength below which they are removed [m].
 
-        Waves are cosines, as in the solution.
+        The removed waves contribute half of the mean square slope. Waves are cosines, as in the
+        solution by boundary elements.
         """
         from scipy import fft
 
@@ -86,7 +87,7 @@ class Face(NamedTuple):
         return Face(lock(heights), self.pixel, self.name), 2.0 * math.pi / edge
 
     def pieces(self, points: int | None) -> list[Floats]:
-        """Divide the face into equal parts of about `points` a side, on one mean plane."""
+        """Divide the face into equal parts of about `points` points a side, heights as they are."""
         parts = [1 if points is None else max(round(n / points), 1) for n in self.heights.shape]
         rows, columns = (n // k for n, k in zip(self.heights.shape, parts, strict=True))
         return [
@@ -99,7 +100,7 @@ class Face(NamedTuple):
 def face_of(heights: Any, pixel: Any) -> Face:
     """Return the face of a scan, or of heights on a grid, without its least-squares plane.
 
-    Any object with `heights` and `pixel` is a scan.
+    Any object with attributes `heights` and `pixel` is accepted as a scan.
     """
     name = "heights"
     if hasattr(heights, "heights") and hasattr(heights, "pixel"):
@@ -145,7 +146,7 @@ def _levelled(z: Floats) -> Floats:
 
 
 def check_pressure(pressure: float | None, hardness: float, modulus: float, face: Face) -> float:
-    """Validate the tightening pressure [Pa]; by default the largest of an elastic face."""
+    """Return the validated tightening pressure [Pa]; by default the largest of an elastic face."""
     if pressure is None:
         return _USUAL * modulus * face.slope
     pressure = positive("tightening_pressure", pressure, "Pa", 1e8)
@@ -200,7 +201,7 @@ class ContactNumbers:
 
 
 class Task(NamedTuple):
-    """Inputs of a solution."""
+    """Inputs that determine the solution of a face."""
 
     face: Face
     pressure: float  # over E*
@@ -212,13 +213,13 @@ class Task(NamedTuple):
 
     @property
     def key(self) -> str:
-        """Digest of the inputs, the name of the solution."""
+        """Hash of the inputs, used as the name of the solution."""
         z = np.ascontiguousarray(self.face.heights)
         words = repr((z.shape, self.face.pixel, *self[1:], NEAR_REST, "lighter tightenings"))
         return sha256(z.tobytes() + words.encode()).hexdigest()[:32]
 
     def solved(self, workers: int, progress: Progress | None) -> FaceSolution:
-        """Return the solution; the most recent ones are kept."""
+        """Return the solution; the most recent solutions are cached."""
         key = self.key
         known = _remembered.get(key)
         if known is not None:
@@ -241,16 +242,16 @@ class Task(NamedTuple):
 
 
 def remember(key: str, solution: FaceSolution) -> None:
-    """Cache a solution by name, and remove the oldest one."""
+    """Add a solution to the cache under its key, and remove the oldest ones."""
     _remembered[key] = solution
     while len(_remembered) > _REMEMBERED:
         _remembered.popitem(last=False)
 
 
 def stiffness_scatter(solution: FaceSolution) -> float | None:
-    """Standard deviation of ln K of the pieces at equal pressure, half the heaviest.
+    """Return the standard deviation of ln(-dp/dd) between the pieces [-]; None for one piece.
 
-    Each piece is evaluated where it bears this pressure itself.
+    All pieces are compared at the same pressure of their own, half the heaviest mean pressure.
     """
     count = solution.pressure.shape[1]
     if count < 2:
@@ -269,7 +270,7 @@ def stiffness_scatter(solution: FaceSolution) -> float | None:
 
 
 def ratio_of(tensor: Floats, direction: float | None) -> float:
-    """Return normal over tangential stiffness along a direction [rad]; None is the mean."""
+    """Return normal over tangential stiffness in a direction [rad]; None is the mean."""
     if direction is None:
         return 2.0 / float(np.trace(tensor))
     e = np.array([math.cos(direction), math.sin(direction)])
@@ -287,7 +288,7 @@ _ARRAYS = {"separation": 1, "pressure": 2, "slope": 2, "contact": 1, "sliding": 
 def contact_numbers(
     task: Task, solution: FaceSolution, pressure: float, bound: float
 ) -> ContactNumbers:
-    """Return the numbers of a contact [SI] from the solution of its face."""
+    """Return the reported numbers of a contact in SI units, from the solution of its face."""
     face = task.face
     pieces = face.pieces(task.piece)
     spread = float(np.var([piece.mean() for piece in pieces])) / face.rms**2
@@ -315,7 +316,7 @@ def contact_numbers(
 
 
 def progress_halves(progress: Progress | None) -> tuple[Progress | None, Progress | None]:
-    """Return progress callbacks of the first and the second half of the work."""
+    """Return one progress callback for the first half of the work and one for the second."""
     if progress is None:
         return None, None
     return (
@@ -327,10 +328,10 @@ def progress_halves(progress: Progress | None) -> tuple[Progress | None, Progres
 def resolution_changes(
     task: Task, solution: FaceSolution, workers: int, progress: Progress | None
 ) -> dict[str, Any]:
-    """Return changes of the stiffness with half the points and with smoothed heights.
+    """Return the factors on the stiffness from using half the points, and smoothed heights.
 
-    Each is relative to the stiffness of all points, or None if the changed face cannot bear the
-    pressure; ``cutoff`` is the shortest wave of the smoothed face [m].
+    A factor is None if the changed face cannot carry the pressure; ``cutoff`` is the shortest
+    wavelength of the smoothed face [m].
     """
     smooth, cutoff = task.face.smoother
     half = None if task.piece is None else max(task.piece // 2, 8)
@@ -352,7 +353,7 @@ def resolution_changes(
 
 
 def write_law(law: Any, path: str | os.PathLike[str], overwrite: bool) -> None:
-    """Write a MeasuredContact."""
+    """Write a MeasuredContact to a file."""
     bodies = [
         None if body.is_rigid else [body.young_modulus, body.poisson_ratio, body.hardness]
         for body in (law.pair.first, law.pair.second)
@@ -369,7 +370,7 @@ def write_law(law: Any, path: str | os.PathLike[str], overwrite: bool) -> None:
 def read_law(
     path: str | os.PathLike[str],
 ) -> tuple[FaceSolution, ContactNumbers, MaterialPair, float, float | None]:
-    """Read solution, numbers, pair, area and direction from a file."""
+    """Read the solution, numbers, pair, area and direction of a law from a file."""
     solution, about = _read(Path(path))
     try:
         bodies = [Material.rigid() if body is None else Material(*body) for body in about["bodies"]]
@@ -389,7 +390,7 @@ def read_law(
 def cached(
     task: Task, folder: str | os.PathLike[str], workers: int, progress: Progress | None
 ) -> FaceSolution:
-    """Return the solution of a task from a folder, or solve it and store it there.
+    """Return the solution of a task from a folder, or solve the task and store it there.
 
     A damaged file is replaced, with a warning.
     """

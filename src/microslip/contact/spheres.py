@@ -1,4 +1,4 @@
-"""Sums over given summits, each a sphere: N = sum of k (y - d)^(3/2) over those with y > d."""
+"""Loads of given spherical summits: N(d) = sum of k (y - d)^(3/2) over the summits with y > d."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ DERIVATIVES = {-1: 0.4, 0: 1.0, 1: -1.5, 2: 0.75}
 
 
 def blocks(rows: int, columns: int, size: int = _BLOCK) -> list[slice]:
-    """Return slices of the rows of a matrix with at most ``size`` elements, or one row, each."""
+    """Return slices of rows, each with at most ``size`` matrix elements or a single row."""
     step = max(1, size // max(1, columns))
     return [slice(i, i + step) for i in range(0, rows, step)]
 
 
 class Kind(NamedTuple):
-    """A sum over the contacts of k s^power share(x), with x = v/s."""
+    """A sum over the contacts of k s^power share(v/s), for a step v of the separation."""
 
     power: float
     order: int
@@ -58,11 +58,12 @@ EXCESS_SLOPE = Kind(1.5, 2, lambda x, q, p: 0.25 * p * p * (2.0 + q), lambda v, 
 class Contacts:
     """Contacts of given summits at one separation, with indentations s and load constants k.
 
-    Few contacts are summed directly. For many, only summits whose slip limit is near v are summed
-    directly; fully slipped summits are running sums, and the remaining sum, smooth in v, is a
-    polynomial on each panel of v. Polynomials are gathered from coarse to fine panels (as in a fast
-    multipole method): n contacts cost O(n log n) once and O(1) per value. Panels extend to a few
-    medians of s; summits beyond have their own panels.
+    Sums are functions of a step v of the separation; a summit slips fully at v = s. Few contacts
+    are summed directly. For many, only summits with s near v are summed directly; fully slipped
+    summits are cumulative sums, and the remaining sum, smooth in v, is a polynomial on each panel
+    of v. Polynomials are gathered from coarse to fine panels (as in a fast multipole method): n
+    contacts cost O(n log n) once and O(1) per value. Panels extend to eight times the median of s;
+    summits with larger s have their own panels.
     """
 
     def __init__(self, indentations: Floats, constants: Floats) -> None:
@@ -88,7 +89,7 @@ class Contacts:
         self._inside = inside
 
     def sum(self, kind: Kind, v: Floats) -> Floats:
-        """Return the sum at steps ``v`` >= 0, one-dimensional."""
+        """Return the sum of a kind at steps ``v`` >= 0 [m], one-dimensional."""
         result = np.empty(v.size)
         if not self._panels:
             everyone = np.arange(self._s.size)
@@ -132,7 +133,8 @@ class Contacts:
     def _far(self, kind: Kind) -> Table:
         """Tabulate the contribution of distant summits on panels of v, divided by v**order.
 
-        Summits whose slip limit lies in the nearest panels are summed directly instead.
+        Summits that slip fully in the panel of v or one of the next two are summed directly
+        instead.
         """
         points = 0.5 * (1.0 + NODES)
         halves = [_resample(side) for side in (0, 1)]
@@ -182,7 +184,7 @@ def _terms(kind: Kind, v: Any, s: Floats, k: Floats) -> Floats:
 
 
 def _power(s: Floats, power: float) -> Floats:
-    """Return indentations to the power of 1/2, 3/2 or 5/2."""
+    """Return indentations s raised to the power 1/2, 3/2 or 5/2."""
     result = np.sqrt(s)
     for _ in range(int(power)):
         result = s * result
@@ -191,14 +193,14 @@ def _power(s: Floats, power: float) -> Floats:
 
 @lru_cache(maxsize=2)
 def _resample(side: int) -> Floats:
-    """Return the matrix from values at the nodes of a panel to those of its left or right half."""
+    """Return the matrix from values at the nodes of a panel to values at the nodes of one half."""
     inner = 0.5 * NODES + (side - 0.5)
     series = np.polynomial.chebyshev.chebvander(inner, NODES.size - 1)
     return np.ascontiguousarray(TO_SERIES @ series.T)
 
 
 class Spheres:
-    """Hertzian spheres at heights [m], of load constants k = (4/3) E* sqrt(radius) (19.3)."""
+    """Hertzian spheres: summit heights [m] and constants k = (4/3) E* sqrt(radius) (19.3)."""
 
     def __init__(self, heights: Floats, constants: Floats) -> None:
         order = np.argsort(heights)[::-1]
@@ -210,7 +212,7 @@ class Spheres:
         return {"heights": self.heights, "constants": self.constants, "_contacts": {}}
 
     def derivative(self, separation: Floats, order: int) -> Floats:
-        """Return the derivative of the load, order -1 (integral to infinity) to 2, any shape."""
+        """Return the derivative of N of order 0 to 2; -1: integral to infinity; any shape."""
         flat = separation.reshape(-1)
         result = np.zeros(flat.size)
         for part in blocks(flat.size, self.count(float(flat.min())), CACHED):
@@ -225,9 +227,10 @@ class Spheres:
         return result.reshape(separation.shape)
 
     def sum(self, kind: Kind, d: Floats | float, v: Floats) -> Floats:
-        """Return a sum over the contacts at separation ``d`` for steps ``v`` from it.
+        """Return the sum of a kind over the contacts at separation ``d`` [m], for steps ``v`` [m].
 
-        With a separation for each step, each summit is evaluated for each step.
+        If ``d`` is an array with one separation for each step, every summit is evaluated for every
+        step.
         """
         if isinstance(d, np.ndarray):
             result = np.zeros(v.size)
@@ -247,5 +250,5 @@ class Spheres:
         return contacts.sum(kind, v)
 
     def count(self, separation: float) -> int:
-        """Return the number of summits above a separation."""
+        """Return the number of summits higher than a separation [m]."""
         return int(np.searchsorted(-self.heights, -separation, side="left"))

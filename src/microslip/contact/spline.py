@@ -1,4 +1,4 @@
-"""Convex splines through tables of loads, and their sums over pairs of separations and steps."""
+"""Convex splines through tables of loads, and their differences and integrals."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _TERMS = 2**13  # of pairs and pieces at once
 
 
 class Spline(NamedTuple):
-    """Convex quadratic spline, continued after its last knot by an exponential or zero."""
+    """Convex quadratic spline, extrapolated beyond its last knot by an exponential or by zero."""
 
     knots: Floats
     slopes: Floats  # at each knot, on its right; at the last one on its left
@@ -27,15 +27,15 @@ class Spline(NamedTuple):
 
     @property
     def decay_length(self) -> float:
-        """Decay length [m] of the exponential past the last knot."""
+        """Decay length [m] of the exponential beyond the last knot."""
         return float(self.loads[-1] / -self.slopes[-1])
 
 
 def convex_spline(d: Floats, n: Floats, has_tail: bool) -> Spline:
-    """Return Schumaker's spline through convex data.
+    """Return Schumaker's quadratic spline through convex loads ``n`` [N] at separations ``d`` [m].
 
-    A slope at a node between the secants of its neighbours keeps the data convex. Within an
-    interval one parabola, or two that meet where the slope is that of the secant.
+    Slopes at nodes lie between the adjacent secants, so that the spline is convex. An interval has
+    one parabola, or two that meet where the slope is that of the secant.
     """
     steps = np.diff(d)
     secants = np.maximum.accumulate(np.diff(n) / steps)  # rising, up to rounding
@@ -92,7 +92,7 @@ def decayed(x: Floats, power: int, other_power: int) -> Floats:
 
 
 def over_pairs(spline: Spline, kind: str, d: Floats, u: Floats) -> Floats:
-    """Return the drop, excess or its slope at pairs, as sums of positive terms over pieces."""
+    """Return drop, excess or its slope at pairs (d, u), as sums of positive terms."""
     if kind == "drop":
         return _drops(spline, d, u)
     last = float(spline.knots[-1])
@@ -146,7 +146,7 @@ def _drops(spline: Spline, d: Floats, u: Floats) -> Floats:
 
 
 def _past_piece(spline: Spline, i: Integers, d: Floats, u: Floats) -> Floats:
-    """Return drops from d to d + u beyond piece i, which contains d."""
+    """Return the decrease of load from the end of piece i to d + u; piece i contains d."""
     knots, slopes, curvatures, loads, _, ends, has_tail = spline
     last = knots.size - 1
     j = np.maximum(np.searchsorted(knots, d + u, side="right") - 1, i + 1)

@@ -1,4 +1,4 @@
-"""A normal load law given as a table."""
+"""Normal load law given as a table."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from microslip.contact.spline import Spline, convex_spline, decayed
 
 
 class _Run(NamedTuple):
-    """Part of the spline from a separation d on; pieces begin at steps from d."""
+    """Spline from a separation d on; its pieces start at increments from d."""
 
     starts: Floats
     slopes: Floats  # N' at each start, on its right
@@ -33,24 +33,25 @@ class _Run(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class TabulatedNormalLaw(Locked, NormalLaw):
-    """Measured or computed loads at given separations, interpolated monotone and convex.
+    """Table of loads at given separations, interpolated by a decreasing, convex function.
 
     Parameters
     ----------
     pair : MaterialPair
         The two materials; only their stiffness ratio enters.
     separation : array_like
-        Separations d [m], rising, at least three.
+        Separations d [m], increasing, at least three, one-dimensional.
     load : array_like
-        Loads N [N] at the separations, falling and convex; the last one is zero without a tail.
+        Loads N [N] at the separations, decreasing and convex; the last one must be zero without a
+        tail.
     tail : {None, "exponential"}, optional
         Extrapolation beyond the last separation: N and N' are continued by an exponential.
 
     Notes
     -----
-    A quadratic spline with at most one additional knot per interval (Schumaker 1983,
-    DOI 10.1137/0720057) keeps data monotone and convex; a negative N'' would be a negative density
-    of sliders. Separations below the first one raise an InputError.
+    A quadratic spline with at most one additional knot per interval (Schumaker 1983, DOI
+    10.1137/0720057) keeps data monotone and convex; a negative N'' would be a negative density of
+    sliders. Separations below the first one raise an InputError.
     """
 
     key = "table"
@@ -248,7 +249,7 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         return result
 
     def _locate(self, d: float, u: Floats) -> tuple[_Run, Integers, Floats]:
-        """Return the run from d, the piece of each step, and the distance of the step within it."""
+        """Return the run from d, the piece of each increment u, and the distance into the piece."""
         run = self._run(d)
         k = np.searchsorted(run.starts, u, side="right") - 1
         return run, k, u - run.starts[k]
@@ -266,7 +267,7 @@ class TabulatedNormalLaw(Locked, NormalLaw):
 
     @classmethod
     def examples(cls) -> tuple[NormalLaw, ...]:
-        """A parabola that ends at zero, and a coarse exponential with a tail."""
+        """Return a parabola that ends at zero, and a coarse exponential with a tail."""
         d = np.linspace(0.0, 1e-6, 11)
         return (
             cls(aluminium(), d, 1e3 * (1.0 - d / 1e-6) ** 2),

@@ -1,4 +1,4 @@
-"""Validity of the model: the rules for interfaces, and a verdict for each."""
+"""Rules for the validity of the model of an interface, and the resulting verdicts."""
 
 from __future__ import annotations
 
@@ -161,7 +161,7 @@ RULES: tuple[Rule, ...] = (
 
 
 class _Joint(Protocol):
-    """Subject of the rules: a surface under a load."""
+    """Protocol of the judged object: a surface under a load."""
 
     @property
     def surface(self) -> NormalLaw: ...
@@ -179,7 +179,7 @@ def validity(joint: _Joint, **known: float | None) -> tuple[Verdict, ...]:
 def verdicts(
     surface: NormalLaw, separation: float | None, known: Mapping[str, float | None] | None = None
 ) -> tuple[Verdict, ...]:
-    """Return the verdicts on a surface at a separation; None means that nothing touches."""
+    """Return the verdicts on a surface at a separation [m]; None means that nothing touches."""
     values = surface._assumptions(separation)
     values |= {name: value for name, value in (known or {}).items() if name in values}
     beta = abs(surface.pair.dundurs_beta)

@@ -35,7 +35,7 @@ HEIGHTS: tuple[type[HeightDistribution], ...] = (
 
 
 def as_heights(value: Any) -> HeightDistribution:
-    """Return a height distribution from a distribution, a frozen scipy.stats one, or an array."""
+    """Return a height distribution from one, from a frozen scipy.stats one, or from an array."""
     if isinstance(value, HeightDistribution):
         return value
     if hasattr(value, "sf"):

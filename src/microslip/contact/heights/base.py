@@ -1,4 +1,4 @@
-"""Interface of a height distribution to the laws that use it."""
+"""Base class of the height distributions."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ TWICE_ORDERS: Mapping[float, int] = MappingProxyType({k / 2: k for k in range(-1
 
 
 class HeightDistribution(Parametric, ABC):
-    """Distribution of summit heights y; the zero of the heights is arbitrary and never shifted.
+    """Distribution of summit heights y [m]; heights are used as given, without removing their mean.
 
-    A subclass gives ``_moment``, ``_density``, ``spread`` and ``span``; if its density ends
-    abruptly, also ``edge``.
+    A subclass defines ``_moment``, ``_density``, ``spread`` and ``span``; also ``edge`` if its
+    density ends with a jump.
     """
 
     edge: float = -math.inf
@@ -48,19 +48,19 @@ class HeightDistribution(Parametric, ABC):
 
     @property
     def _breaks(self) -> Floats:
-        """Heights [m], rising, at which the moments are not smooth, including the edge."""
+        """Heights [m], increasing, at which the moments are not smooth, including the edge."""
         return np.zeros(0)
 
     @property
     @abstractmethod
     def spread(self) -> float:
-        """Standard deviation of the heights [m], or a substitute if it is infinite."""
+        """Standard deviation of the heights [m]; another measure of width if it is infinite."""
 
     _spread_name: ClassVar[str] = "spread of the heights"
     """Name of the spread if it is not the standard deviation; empty otherwise."""
 
     def _standardised(self, height: float) -> float | None:
-        """Height over the spread, from the mean; None if not customary."""
+        """Height above the mean over :attr:`spread` [-]; None if that is not usual."""
         return None
 
     @property
@@ -70,7 +70,7 @@ class HeightDistribution(Parametric, ABC):
 
     @abstractmethod
     def _moment(self, twice_order: int, threshold: Floats) -> Floats:
-        """Partial moment of the order ``twice_order/2`` at thresholds of any shape."""
+        """Partial moment of order ``twice_order/2`` at thresholds [m] of any shape."""
 
     def _moment_at(self, twice_order: int, threshold: float) -> float:
         return float(self._moment(twice_order, np.array([threshold]))[0])
@@ -80,14 +80,15 @@ class HeightDistribution(Parametric, ABC):
         """Probability density [1/m]."""
 
     def _below(self, height: Floats) -> Floats:
-        """Probability that a summit is not higher."""
+        """Probability that a summit height is at most ``height`` [m]."""
         return np.asarray(1.0 - self._moment(0, height))
 
     def partial_moment(self, order: float, threshold: ArrayLike) -> Any:
-        """Partial moment: the mean of (y - threshold)^order over the heights above ``threshold``.
+        """Partial moment: the integral of (y - threshold)^order pdf(y) over y > threshold.
 
         Divided by std^order it is F_n of Greenwood and Williamson (1966), DOI
-        10.1098/rspa.1966.0242; orders 0, 1 and 3/2 give (19.5), (19.7) and (19.8).
+        10.1098/rspa.1966.0242, with n the order. Orders 0, 1 and 3/2 occur in (19.5), (19.7) and
+        (19.8) of chapter 19.
 
         Parameters
         ----------
@@ -109,20 +110,20 @@ class HeightDistribution(Parametric, ABC):
         return plain(self._moment(TWICE_ORDERS[order], sized("threshold", threshold)))
 
     def probability_above(self, height: ArrayLike) -> Any:
-        """Probability of a summit above ``height`` [m] (19.5), any shape; errors as :meth:`cdf`."""
+        """Probability of a height above ``height`` [m] (19.5), any shape; raises as :meth:`cdf`."""
         return plain(np.clip(self._moment(0, sized("height", height)), 0.0, 1.0))
 
     def cdf(self, height: ArrayLike) -> Any:
-        """Probability that a summit is not higher than ``height`` [m], any shape.
+        """Probability that a summit height is at most ``height`` [m], any shape.
 
-        For Gaussian heights it is (19.26), corrected: (1 + erf((y - m)/(sigma sqrt(2))))/2.
+        For Gaussian heights it is the corrected (19.26): (1 + erf((y - m)/(sigma sqrt(2))))/2.
         """
         return plain(np.clip(self._below(sized("height", height)), 0.0, 1.0))
 
     def pdf(self, height: ArrayLike) -> Any:
-        """Probability density [1/m] at ``height`` [m], any shape; Gaussian heights: (19.25).
+        """Probability density [1/m] at ``height`` [m], any shape; (19.25) for Gaussian heights.
 
-        Errors as :meth:`cdf`; heights given one by one have none.
+        Raises as :meth:`cdf`, and for individually given heights, which have no density.
         """
         return plain(self._density(sized("height", height)))
 

@@ -29,8 +29,9 @@ class Gaussian(HeightDistribution):
 
     Notes
     -----
-    The moments F_n(h) = Gamma(n+1)/sqrt(2 pi) exp(-h^2/4) D_{-n-1}(h) (DLMF 12.5.1) are Chebyshev
-    fits with relative errors of 4e-15 for every h until they underflow near 38.
+    With h = (threshold - m)/sigma, the moments F_n(h) = Gamma(n+1)/sqrt(2 pi) exp(-h^2/4)
+    D_{-n-1}(h) (DLMF 12.5.1) are evaluated by Chebyshev fits with relative errors of 4e-15 up to h
+    = 38, where they underflow.
     """
 
     std: float = field(metadata=parameter("sigma", "m", "standard deviation", above=0.0))
@@ -70,7 +71,7 @@ class Gaussian(HeightDistribution):
 
     @classmethod
     def examples(cls) -> tuple[HeightDistribution, ...]:
-        """Centred and shifted distributions."""
+        """Return a distribution of zero mean, and one of another mean."""
         return cls(std=5e-7), cls(std=2e-6, mean=1e-6)
 
 
@@ -86,8 +87,9 @@ class Exponential(HeightDistribution):
     Notes
     -----
     With h = threshold/scale, F_n(h) = Gamma(n+1) exp(-h) for h >= 0. For h < 0 every summit is
-    above the threshold, and F_n = exp(x) Gamma(n+1, x), x = -h (DLMF 8.8.2): from sqrt(pi)
-    erfcx(sqrt(x)) or 1 upwards by g(a+1) = a g(a) + x^a, which adds positive terms only.
+    above the threshold, and F_n = exp(x) Gamma(n+1, x), x = -h (DLMF 8.8.2): It is computed from
+    g(1/2) = sqrt(pi) erfcx(sqrt(x)) or g(1) = 1 by the recurrence g(a+1) = a g(a) + x^a of g(a) =
+    exp(x) Gamma(a, x), whose terms are all positive.
     """
 
     scale: float = field(
@@ -129,12 +131,12 @@ class Exponential(HeightDistribution):
 
     @classmethod
     def examples(cls) -> tuple[HeightDistribution, ...]:
-        """Return one distribution; those of other scales are similar."""
+        """Return one distribution; a change of scale only scales the heights."""
         return (cls(scale=8e-7),)
 
 
 def _incomplete(a: float, x: Floats) -> Floats:
-    """exp(x) Gamma(a, x) for a = 1/2, 1, 3/2 ... and x > 0."""
+    """Return exp(x) Gamma(a, x) for a = 1/2, 1, 3/2 ... and x > 0; Gamma is the incomplete one."""
     if a % 1.0:
         from scipy.special import erfcx  # here, since only heavy loads need SciPy
 
@@ -149,7 +151,7 @@ def _incomplete(a: float, x: Floats) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Discrete(Locked, HeightDistribution):
-    """Measured heights as equal atoms of probability: (19.5)-(19.8) as sums.
+    """Individually given heights of equal probability: (19.5)-(19.8) become sums.
 
     Parameters
     ----------
@@ -201,5 +203,5 @@ class Discrete(Locked, HeightDistribution):
 
     @classmethod
     def examples(cls) -> tuple[HeightDistribution, ...]:
-        """Five heights."""
+        """Return a distribution of five heights."""
         return (cls([0.0, 2e-7, -3e-7, 5e-7, 1e-7]),)

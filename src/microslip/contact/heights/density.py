@@ -1,4 +1,4 @@
-"""Partial moments of any density of summit heights, tabulated once."""
+"""Partial moments of summit heights with an arbitrary density, tabulated once."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ _LEVELS = ((60.0, 6), (4.0, 11), (0.125, 20))
 
 @dataclass(frozen=True)
 class Pieces:
-    """Function as Chebyshev series on panels, ordered downwards from its upper end."""
+    """Piecewise polynomial: Chebyshev series on panels between ``edges``, in increasing order."""
 
     edges: Floats
     coefficients: Floats  # (terms, panels)
 
     def __call__(self, t: Floats) -> Floats:
-        """Return the values at places of any shape."""
+        """Return the values at arguments ``t`` of any shape."""
         panel = np.clip(np.searchsorted(self.edges, t, side="right") - 1, 0, self.edges.size - 2)
         low, high = self.edges[panel], self.edges[panel + 1]
         s = ((t - low) - (high - t)) / (high - low)
@@ -54,7 +54,7 @@ class Pieces:
         return np.asarray(s * b1 - b2 + self.coefficients[0][panel])
 
     def tail(self, factor: float) -> Pieces:
-        """Return ``factor`` times the integral from t to the upper end."""
+        """Return ``factor`` times the integral from t to the last edge, as a function of t."""
         half = 0.5 * np.diff(self.edges)
         inner = cheb.chebint(self.coefficients, axis=0) * half
         total = inner.sum(axis=0)  # at s = 1
@@ -66,7 +66,7 @@ class Pieces:
 
 
 def _lagrange(nodes: Floats, x: Floats) -> Floats:
-    """Return the Lagrange polynomials of ``nodes`` (columns) at ``x`` (rows)."""
+    """Return the Lagrange polynomials of ``nodes`` at ``x``, shape (x, nodes)."""
     masks = ~np.eye(nodes.size, dtype=bool)
     columns = [
         np.prod((x[:, None] - nodes[o]) / (n - nodes[o]), axis=1)
@@ -76,7 +76,7 @@ def _lagrange(nodes: Floats, x: Floats) -> Floats:
 
 
 def _resolve(function: Callable[[Floats], Floats], edges: Floats, limit: int = _PANELS) -> Pieces:
-    """Return a piecewise polynomial of a function, with panels between and within ``edges``."""
+    """Approximate a function by polynomials on panels, halved between ``edges`` as needed."""
     pending = np.column_stack((edges[:-1], edges[1:]))
     panels: list[tuple[float, float, Floats]] = []
     before = np.full(len(pending), np.inf)
@@ -110,7 +110,7 @@ def _resolve(function: Callable[[Floats], Floats], edges: Floats, limit: int = _
 
 
 def _pairs(start: NDArray[np.intp], end: NDArray[np.intp]) -> tuple[Any, Any]:
-    """Return pairs of panels and places from ``start`` to before ``end`` of each panel."""
+    """Return pairs (panel, index) for the indices ``start`` to ``end - 1`` of each panel."""
     count = np.maximum(end - start, 0)
     panel = np.repeat(np.arange(count.size), count)
     return panel, np.arange(panel.size) + np.repeat(start - (np.cumsum(count) - count), count)
@@ -119,19 +119,19 @@ def _pairs(start: NDArray[np.intp], end: NDArray[np.intp]) -> tuple[Any, Any]:
 class DensityHeights(HeightDistribution):
     """Heights with a density that is smooth between given edges.
 
-    A subclass gives ``_pdf``, ``_edges``, ``spread`` and ``span``. The moments are tabulated once:
-    order -1/2 by quadrature in the root of the distance, higher orders by integration of its
-    piecewise Chebyshev series.
+    A subclass defines ``_pdf``, ``_edges``, ``spread`` and ``span``. The moments are tabulated
+    once: that of order -1/2 by quadrature over the square root of the distance from the threshold,
+    those of higher orders by integration of its piecewise Chebyshev series.
     """
 
     @property
     @abstractmethod
     def _edges(self) -> Floats:
-        """Ends of the first panels [m], rising; the density is smooth between them."""
+        """Ends of the initial panels [m], increasing; the density is smooth between them."""
 
     @abstractmethod
     def _pdf(self, y: Floats) -> Floats:
-        """Density [1/m] at heights of any shape, zero outside the range."""
+        """Density [1/m] at heights [m] of any shape, zero outside the range of the heights."""
 
     def _probabilities(self, edges: Floats) -> Floats:
         width = np.diff(edges)[:, None]
@@ -143,10 +143,10 @@ class DensityHeights(HeightDistribution):
 
     @cached_property
     def _charges(self) -> tuple[tuple[float, Floats, Floats], ...]:
-        """Nodes and weights of the panels for thresholds at several multiples of their widths.
+        """Nodes and probabilities that replace the density of a panel for distant thresholds.
 
-        From far away a panel is represented by fewer charges, which integrate polynomials of lower
-        degree exactly; the kernel is such a polynomial there, to 1e-14.
+        One set for each distance over the panel width: farther away the integrand is a polynomial
+        of lower degree, to 1e-14, and fewer nodes suffice.
         """
         edges = self._density_pieces.edges
         fine = self._probabilities(edges)
@@ -160,7 +160,7 @@ class DensityHeights(HeightDistribution):
         return tuple(levels)
 
     def _root_moment(self, t: Floats) -> Floats:
-        """Return the moment of order -1/2 within the span: 2 pdf(t + z^2) dz."""
+        """Return the moment of order -1/2 within the span, the integral of 2 pdf(t + z^2) dz."""
         edges = self._density_pieces.edges
         width = np.diff(edges)
         order = np.argsort(t, axis=None)
@@ -193,7 +193,7 @@ class DensityHeights(HeightDistribution):
 
     @cached_property
     def _tables(self) -> dict[int, Pieces]:
-        """Moments by twice their order, integrated from order -1/2 and from the density."""
+        """Moments against threshold by twice their order, integrated from order 0 or -1/2."""
         # Where the density jumps it has a root, which takes ever smaller panels.
         edges = self._density_pieces.edges
         root = _resolve(self._root_moment, edges, _PANELS + 2 * edges.size)
@@ -206,9 +206,10 @@ class DensityHeights(HeightDistribution):
         return tables
 
     def _cloud(self, octave: int) -> tuple[Floats, Floats]:
-        """Return nodes and probabilities for thresholds 2**-octave of the range below the end.
+        """Return nodes and probabilities for thresholds below all heights.
 
-        They are refined towards that end so that the integrand is resolved for all such thresholds.
+        The threshold is about 2**-octave of the range below the lowest height, towards which the
+        nodes are refined.
         """
         cloud = self._clouds.get(octave)
         if cloud is None:
@@ -225,7 +226,7 @@ class DensityHeights(HeightDistribution):
 
     @cached_property
     def _breaks(self) -> Floats:
-        """Panels of the moment of order -1/2, ever smaller towards the lower end."""
+        """Edges of the table of order -1/2, and points that accumulate below it."""
         edges = self._tables[-1].edges
         below = edges[0] - self.spread * 2.0 ** np.arange(12.0, -48.0, -1.0)
         distinct = np.append(np.diff(edges) > _MIN_WIDTH * self.spread, True)

@@ -25,9 +25,9 @@ _BLOCK = 1 << 16  # pieces times thresholds a pass
 def piece_moment(
     twice: int, low: Floats, high: Floats, width: Floats, left: Floats, right: Floats
 ) -> Floats:
-    """Return the integral of s^(twice/2) times a linear density from ``low`` to ``high``.
+    """Return the integral of s^(twice/2) p(s) over low <= s <= high, p linear from left to right.
 
-    The width is separate, since the difference of distant limits loses digits.
+    ``width`` is high - low, which would lose digits for distant limits.
     """
     nodes, weights = gauss_legendre((twice + 5) // 2)
     first = np.sqrt(low)
@@ -67,9 +67,9 @@ def _pairs(count: int) -> list[tuple[float, float]]:
 
 
 def panels_of(knots: Floats, left: Floats, right: Floats, limit: int) -> Panels | None:
-    """Divide the pieces until none is more than twice as wide as the next; add empty ones below.
+    """Divide the pieces until each is at most twice as wide as the next; add empty panels below.
 
-    None if there would be more than ``limit`` panels.
+    Return None if there would be more than ``limit`` panels.
     """
     while knots.size - 1 <= limit:
         width = np.diff(knots)
@@ -104,7 +104,7 @@ def direct(
     first: NDArray[np.intp],
     last: int | None = None,
 ) -> Floats:
-    """Return the moment above each threshold of the pieces from ``first`` to before ``last``."""
+    """Return the moment above each threshold [m] due to the pieces ``first`` to ``last - 1``."""
     knots, left, right = panels
     stop = left.size if last is None else last
     result = np.zeros(threshold.size)
@@ -129,7 +129,7 @@ def direct(
 
 
 def far_series(panels: Panels) -> dict[int, Floats]:
-    """Return Chebyshev series, by twice the order, of the moments of all pieces beyond the next."""
+    """Return Chebyshev series, by twice the order, of the moments beyond the next panel."""
     knots = panels[0]
     half = 0.5 * np.diff(knots)
     series = _beyond(panels, -1, knots[:-1, None] + half[:, None] * (1.0 + _NODES)) @ _TO_SERIES
@@ -144,9 +144,9 @@ def far_series(panels: Panels) -> dict[int, Floats]:
 
 
 def _beyond(panels: Panels, twice: int, places: Floats) -> Floats:
-    """Return moments above places in each panel (rows) of the pieces beyond the next one.
+    """Return moments at ``places`` in each panel (rows) of the pieces above the next panel.
 
-    Pieces at least half the width of a block of panels away are one series for the block.
+    Pieces farther from a block of panels than half its width are one series for the block.
     """
     knots = panels[0]
     count = knots.size - 1

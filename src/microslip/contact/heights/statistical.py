@@ -23,13 +23,13 @@ _LOW_TAILS = (1e-20, 1e-14)  # and for the lower: what lies below carries no sha
 
 @dataclass(frozen=True, eq=False)
 class Statistical(DensityHeights):
-    """Summit heights by a frozen continuous distribution of scipy.stats [m]: (19.5)-(19.8).
+    """Summit heights [m] with a frozen continuous distribution of scipy.stats: (19.5)-(19.8).
 
     Parameters
     ----------
     distribution : frozen scipy.stats distribution
-        For example ``scipy.stats.weibull_min(2.2, scale=1e-6)``: ``pdf``, ``sf``, ``isf``,
-        ``ppf``, ``std`` and ``support`` are used.
+        For example ``scipy.stats.weibull_min(2.2, scale=1e-6)``: ``pdf``, ``sf``, ``isf``, ``ppf``,
+        ``std`` and ``support`` are used.
 
     Notes
     -----
@@ -90,7 +90,7 @@ class Statistical(DensityHeights):
             ) from None
 
     def _tail_index(self) -> float:
-        """Exponent b of P(y > Y) ~ Y^-b at the largest resolved Y."""
+        """Exponent b of the tail P(y > Y) ~ Y^-b, at the largest resolved height Y."""
         d = self.distribution
         with np.errstate(all="ignore"):
             for first, second in ((1e-150, 1e-300), (1e-40, 1e-80), (1e-15, 1e-30), (1e-5, 1e-10)):
@@ -115,7 +115,7 @@ class Statistical(DensityHeights):
 
     @cached_property
     def spread(self) -> float:
-        """Standard deviation of the heights [m]; the quartile distance if it is infinite."""
+        """Standard deviation of the heights [m]; the interquartile range if it is infinite."""
         if all(map(math.isfinite, self.distribution.support())) and not self._singular:
             # A distribution that knows its moments only as integrals takes long over them.
             edges = self._density_pieces.edges
@@ -144,7 +144,7 @@ class Statistical(DensityHeights):
         return float(self.distribution.support()[1])
 
     def _upper_end(self) -> float:
-        """Height beyond which probability and load are negligible."""
+        """Height [m] above which probability and load are negligible."""
         d, largest, end = self.distribution, 0.0, -math.inf
         for p in (0.5, 1e-3, 1e-6, 1e-10, 1e-14, 1e-20, 1e-30, *_HIGH_TAILS):
             y = float(d.isf(p))
@@ -165,7 +165,7 @@ class Statistical(DensityHeights):
 
     @cached_property
     def _edges(self) -> Floats:
-        """Edges of the first panels: quantiles, so that no narrow peak is missed."""
+        """Edges of the initial panels [m]: quantiles, so that no narrow peak is missed."""
         d = self.distribution
         low, high = self.span
         inner = np.asarray(d.ppf([0.001, 0.1, 0.3, 0.5, 0.7, 0.9, 0.999]), dtype=float)
@@ -189,9 +189,9 @@ class Statistical(DensityHeights):
         return np.where(np.isfinite(values), values, 0.0)
 
     def _probabilities(self, edges: Floats) -> Floats:
-        """Probabilities of the nodes of each panel.
+        """Probabilities of the nodes of each panel, shape (panels, nodes).
 
-        Near a singular end of the density each panel gets its exact probability.
+        Near an end with infinite density the sum over a panel is its exact probability.
         """
         weights = super()._probabilities(edges)
         if not self._singular:
@@ -230,7 +230,7 @@ class Statistical(DensityHeights):
 
     @classmethod
     def examples(cls) -> tuple[HeightDistribution, ...]:
-        """Unbounded, bounded below and bounded on both sides."""
+        """Return distributions without bounds, with a lower bound, and with two bounds."""
         from scipy import stats
 
         return (

@@ -1,4 +1,4 @@
-"""Summit heights by a table of their density."""
+"""Summit heights with a tabulated density."""
 
 from __future__ import annotations
 
@@ -42,25 +42,25 @@ class TabulatedHeights(Locked, HeightDistribution):
     Parameters
     ----------
     height : array_like
-        Heights [m], not falling, at least two different ones. A repeated height is a jump of the
-        density.
+        Heights [m] in non-decreasing order, at least two different ones. The density jumps at a
+        repeated height.
     density : array_like
-        Density [1/m] at the heights, not below zero, of any scale: it is divided by its integral,
-        :attr:`integral`.
+        Density at the heights, not below zero, in any unit: it is normalised by its integral,
+        :attr:`integral`, to [1/m].
 
     Notes
     -----
-    In the root of the distance from the threshold, (y - t)^n times a linear density is a
-    polynomial, which Gauss-Legendre quadrature with 2 to 5 nodes integrates exactly, with positive
-    terms only. For orders 0, 1 and 2 the pieces above the threshold are polynomials of it, whose
-    coefficients are summed once. For half-integer orders they are Chebyshev series on each
-    piece, with errors of 1e-13, so that the time of a value grows with the logarithm of the length
-    of the table.
+    As a function of the square root of y - t, with the threshold t, (y - t)^n times a linear
+    density is a polynomial, which Gauss-Legendre quadrature with 2 to 5 nodes integrates exactly,
+    with positive terms only. For orders 0, 1 and 2 the pieces above the threshold are polynomials
+    of it, whose coefficients are summed once. For half-integer orders the moments are Chebyshev
+    series on each piece, with errors of 1e-13, so that the time of a value grows with the logarithm
+    of the length of the table.
 
     For the series, a piece more than twice as wide as the next is divided into panels, one for each
-    factor of two. The number of panels determines the time of the first value and is limited:
-    thousands of heights at equal steps, but only hundreds with steps that alternate by many powers
-    of ten.
+    factor of two. The number of panels determines the time of the first evaluation and is limited,
+    to thousands of heights with equal spacing, but hundreds if the spacing alternates by many
+    powers of ten.
     """
 
     key = "table"
@@ -161,7 +161,7 @@ class TabulatedHeights(Locked, HeightDistribution):
 
     @cached_property
     def _pieces(self) -> tuple[Floats, Floats, Floats]:
-        """Knots, and the density at the left and right end of each piece."""
+        """Knots [m], and the density [1/m] at the left and right end of each piece."""
         first, last = self._support
         knots = np.asarray(self.height)[first : last + 1]
         density = np.asarray(self.density)[first : last + 1]
@@ -170,7 +170,7 @@ class TabulatedHeights(Locked, HeightDistribution):
 
     @cached_property
     def _suffix(self) -> tuple[Floats, Floats, Floats]:
-        """Moments of order 0, 1 and 2 above every knot of the panels."""
+        """Moments of order 0, 1 and 2 at each knot of the panels, of all heights above it."""
         knots, left, right = self._panels
         width = np.diff(knots)
         zero = 0.5 * width * (left + right)
@@ -183,7 +183,7 @@ class TabulatedHeights(Locked, HeightDistribution):
 
     @cached_property
     def _far(self) -> dict[int, Floats]:
-        """Series, by twice the order, of the pieces beyond the next in each panel."""
+        """Chebyshev series of :func:`.far_series`, by twice the order of the moment."""
         return far_series(self._panels)
 
     # -- what a distribution offers ------------------------------------------------------------
@@ -224,7 +224,7 @@ class TabulatedHeights(Locked, HeightDistribution):
 
     @cached_property
     def _breaks(self) -> Floats:
-        """Knots, and graded points below them, unless they are small kinks."""
+        """Knots [m], and points below that accumulate at them, unless they are small kinks."""
         knots = self._pieces[0]
         if knots.size > _FEW_KNOTS:
             return np.zeros(0)
@@ -235,7 +235,7 @@ class TabulatedHeights(Locked, HeightDistribution):
 
     @cached_property
     def _small_kinks(self) -> Floats:
-        """Knots of a long table, and graded points below them."""
+        """Knots [m] of a long table, and points below that accumulate at them."""
         knots, left, right = self._pieces
         if knots.size <= _FEW_KNOTS:
             return np.zeros(0)
@@ -317,7 +317,7 @@ class TabulatedHeights(Locked, HeightDistribution):
         return knots.tolist(), left.tolist(), right.tolist()
 
     def _moment_above(self, twice: int, knot: NDArray[np.intp], distance: Floats) -> Floats:
-        """Return the moment of order 0, 1 or 2 above a knot, for a threshold below it."""
+        """Return the moment of order 0, 1 or 2 above a knot, for a threshold below it [m]."""
         f0, f1, f2 = (f[knot] for f in self._suffix)
         if twice == 0:
             return f0
@@ -347,7 +347,7 @@ class TabulatedHeights(Locked, HeightDistribution):
 
     @classmethod
     def examples(cls) -> tuple[HeightDistribution, ...]:
-        """A ramp with one piece and a jump at its top, and a roof of three uneven pieces."""
+        """Return a ramp of one piece that ends with a jump, and a roof of three unequal pieces."""
         return (
             cls([-4e-7, 8e-7], [0.0, 2.0]),
             cls([-1e-6, 1e-6], [3.0, 1.0]),
@@ -356,5 +356,5 @@ class TabulatedHeights(Locked, HeightDistribution):
 
 
 def _above(terms: Floats) -> Floats:
-    """Return cumulative sums from each term to the last, and zero after it."""
+    """Return the cumulative sums from each term to the last, followed by zero."""
     return np.append(np.cumsum(terms[::-1])[::-1], 0.0)

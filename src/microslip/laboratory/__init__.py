@@ -1,4 +1,4 @@
-"""Records of rigs and the loops in them."""
+"""Records of test rigs, and the hysteresis loops in them."""
 
 from microslip._core.packages import names_of_stub as _names
 

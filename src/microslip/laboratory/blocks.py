@@ -1,9 +1,9 @@
 """Blocks of a record between gaps in its time, with their cycles and cycle numbers.
 
-Rigs log every hundredth cycle, or pause. No cycle extends across a gap, and the frequency is that
-within the blocks. The dissipated energy is then not the sum over the logged cycles: cycle numbers
-come from the rig's counter, or from time and frequency where the phase is continuous across the
-gaps; otherwise cumulative energies are unknown.
+Rigs log, for example, every hundredth cycle, or pause. No cycle extends across a gap, and the
+frequency is computed within the blocks. The dissipated energy is then not the sum over the logged
+cycles: cycle numbers come from the rig's counter, or from time and frequency if the phase is
+continuous across the gaps; otherwise cumulative energies are unknown.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class Block(NamedTuple):
 
     @property
     def samples(self) -> slice:
-        """Position of the block in the record."""
+        """Slice of the record that the block occupies."""
         return slice(self.first, self.stop)
 
     @property
@@ -74,14 +74,14 @@ class Block(NamedTuple):
 
 
 class Blocks(NamedTuple):
-    """Blocks of a record that have whole cycles, all cut at the same phase."""
+    """Blocks of a record with at least one whole cycle each; all cycles begin at the same phase."""
 
     having_cycles: tuple[Block, ...]
     notes: tuple[str, ...]
 
     @property
     def flipped(self) -> bool:
-        """Whether peaks are lowest places and troughs highest ones."""
+        """Whether "peaks" are displacement minima and "troughs" maxima, as in :class:`Cuts`."""
         return self.having_cycles[0].cycles.flipped
 
 
@@ -92,7 +92,7 @@ def _motion(record: Record) -> Motion:
 
 @once_a_record
 def gaps_of(record: Record) -> NDArray[np.intp]:
-    """Return the samples after which the time, or the cycle counter, of a record has a gap."""
+    """Return the indices of samples after which the time or the cycle counter of a record jumps."""
     is_jump = np.zeros(len(record) - 1, dtype=bool)
     if record.cycle_number is not None:
         is_jump = np.diff(record.cycle_number) > _JUMP
@@ -135,7 +135,7 @@ def stops_of(record: Record) -> NDArray[np.intp]:
 
 @once_a_record
 def blocks_of(record: Record) -> Blocks:
-    """Cut a record into blocks of cycles; stretches of much smaller cycles are blocks, too."""
+    """Cut a record at gaps and standstills; parts with much smaller cycles are separate blocks."""
     x, force = record.displacement, record.force
     gaps, stops = gaps_of(record), stops_of(record)
     # The way to a stop and that from it belong to no whole cycle.
@@ -260,7 +260,7 @@ _ENDS = 5
 
 
 class Count(NamedTuple):
-    """Cycle numbers over the life of the contact."""
+    """Number of each cycle, counted from the first cycle of the contact or of the record."""
 
     numbers: Floats | None
     """Numbers from 1; None if unknown."""
@@ -289,7 +289,7 @@ class Count(NamedTuple):
 
 
 def count_of(record: Record, blocks: Sequence[Block]) -> Count:
-    """Number the whole cycles of a record."""
+    """Number the whole cycles of a record, by its cycle counter or by time."""
     sizes = [block.cycle_count for block in blocks]
     if record.cycle_number is not None:
         return _by_counter(record.cycle_number, blocks)
@@ -318,7 +318,10 @@ def _by_counter(counter: Floats, blocks: Sequence[Block]) -> Count:
 
 
 def _by_time(starts: Sequence[Floats], frequency: float | None) -> Count:
-    """Number cycles by the rate of the preceding blocks, if the phase of each next block agrees."""
+    """Number cycles across gaps, at the frequency of the preceding blocks.
+
+    The numbers are unknown if the phase at the start of a block does not agree with that frequency.
+    """
     edges = starts[0]
     places = np.arange(float(edges.size))
     parts, chance = [places[:-1]], 1.0
@@ -363,7 +366,7 @@ def _by_time(starts: Sequence[Floats], frequency: float | None) -> Count:
 
 
 class Dissipated(NamedTuple):
-    """Energy up to each cycle."""
+    """Cumulative dissipated energy at each logged cycle, with bounds of its error."""
 
     energy: Floats
     """Cumulative energy up to and including each cycle [J]."""
@@ -372,15 +375,15 @@ class Dissipated(NamedTuple):
 
     @property
     def error(self) -> float:
-        """Error of the energy of the last cycle [J]."""
+        """Bound of the error of the cumulative energy at the last cycle [J]."""
         return float(self.errors[-1])
 
 
 def dissipated(numbers: Floats, energies: Floats) -> Dissipated:
-    """Return the energy [J] up to each logged cycle, unlogged cycles included.
+    """Return the cumulative energy [J] at each logged cycle, unlogged cycles included.
 
-    Unlogged energies are interpolated half linearly over cycles, half over their logarithm; any
-    course that is monotonic from one block to the next stays within the error.
+    Energies of unlogged cycles are the mean of two interpolations: linear in the cycle number, and
+    linear in its logarithm. The error bounds hold for energies that are monotonic across the gap.
     """
     energy_of_each = np.nan_to_num(energies)
     total, errors = np.cumsum(energy_of_each), np.zeros(energies.size)
@@ -400,7 +403,7 @@ def dissipated(numbers: Floats, energies: Floats) -> Dissipated:
 
 
 def _block_end(numbers: Floats, energies: Floats, gap: int, way: int) -> float:
-    """Return the mean energy [J] of a few cycles before (-1) or after (1) a gap."""
+    """Return the mean energy per cycle [J] of a few cycles before (-1) or after (1) a gap."""
     rows = range(gap, min(gap + _ENDS, numbers.size)) if way > 0 else range(gap - 1, -1, -1)
     values: list[float] = []
     for row in rows:

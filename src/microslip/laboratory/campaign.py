@@ -1,4 +1,4 @@
-"""Measured records together: evolution, fretting map and wear.
+"""Evaluation of several measured records together: evolution, fretting map and wear.
 
 Worn volume is proportional to dissipated energy, after Fouvry, Liskiewicz, Kapsa, Hannel and Sauger
 (2003, DOI 10.1016/S0043-1648(03)00117-0).
@@ -43,7 +43,7 @@ def _accumulated(measured: Measurement) -> Dissipated:
 
 
 class Point(NamedTuple):
-    """A record in the fretting map."""
+    """Record as a point of the fretting map."""
 
     record: str
     amplitude: float
@@ -56,19 +56,20 @@ class Point(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Campaign(Locked):
-    """Measured records of one or several runs.
+    """Measured records of one or several test runs.
 
     Parameters
     ----------
     measurements : sequence of Measurement
-        In the order in which they were recorded, at least one.
+        Evaluated records in the order in which they were recorded, at least one.
     runs : sequence of str, optional
-        Label of the run, the rig or the laboratory of each record. Without it, and without a column
-        "specimen", each record is of a contact of its own.
+        Label of the run, the rig or the laboratory of each record. Records with the same label are
+        of one contact. Without it, and without a column "specimen", each record is of a separate
+        contact.
     worn_volumes : sequence of float or None, optional
-        Worn volume [m^3] that goes with each record; None where none was measured.
+        Worn volume [m^3] measured after each record; None if it was not measured.
     columns : mapping of str to sequence, optional
-        Other data of each record, as of a manifest: "specimen", "stage" and others.
+        Other data of each record, as in a manifest: "specimen", "stage" and others.
 
     Notes
     -----
@@ -98,20 +99,20 @@ class Campaign(Locked):
 
     @property
     def contacts(self) -> tuple[str, ...]:
-        """Label of the contact of each record: of its specimen, else its run, else its own."""
+        """Label of each record's contact: the specimen, else the run, else the record number."""
         if "specimen" in self.columns:
             return tuple(map(text_of, self.columns["specimen"]))
         return tuple(self.runs or map(str, range(len(self.measurements))))
 
     def energies(self) -> Floats:
-        """Energy [J] dissipated in all cycles of each record, those not logged included.
+        """Return the energy [J] dissipated in all cycles of each record, unlogged cycles included.
 
-        Not a number where these are not known.
+        NaN if the number of unlogged cycles is not known.
         """
         return np.array([_accumulated(measured).energy[-1] for measured in self.measurements])
 
     def uncounted(self) -> dict[str, str]:
-        """Records whose energy is not known, and why."""
+        """Return the names of records whose contact energy is unknown, with the reason."""
         reasons = {}
         energies, _ = self.worn_by()
         for measured, energy in zip(self.measurements, energies, strict=True):
@@ -132,9 +133,10 @@ class Campaign(Locked):
         return reasons
 
     def cumulative(self) -> list[Floats]:
-        """Energy [J] dissipated up to each cycle of each record, on from the last of its contact.
+        """Return the cumulative energy [J] at each cycle, for each record.
 
-        Records without the label of a run or a specimen are specimens of their own.
+        The energy of earlier records of the same contact is included. Without labels of runs or
+        specimens each record is a separate contact.
         """
         return [up_to.energy for up_to in self._cumulated()]
 
@@ -153,7 +155,7 @@ class Campaign(Locked):
         return by_contact
 
     def _counted_twice(self) -> set[str]:
-        """Return the names of records whose contact has the same cycle number twice."""
+        """Return the names of records of a contact in which a cycle number occurs twice."""
         names: set[str] = set()
         for members in self._by_contact().values():
             counts = [self.measurements[i].count for i in members]
@@ -167,10 +169,10 @@ class Campaign(Locked):
         return names
 
     def contradictions(self) -> list[str]:
-        """Notes on records of one contact and load that cannot both be right.
+        """Return notes on records of one contact and load that contradict each other.
 
-        A contact that slides as a whole at one force cannot carry more of it in another record at
-        the same load.
+        A contact in gross slip at a force cannot carry a larger force without gross slip in another
+        record at the same load.
         """
         notes = []
         for members in self._by_load().values():
@@ -194,7 +196,7 @@ class Campaign(Locked):
         return notes
 
     def _by_load(self) -> dict[tuple[str, int], list[Measurement]]:
-        """Group records by contact and load; without specimens and runs all are of one contact."""
+        """Group records by contact and load; unlabelled records are taken as one contact."""
         is_named = "specimen" in self.columns or self.runs is not None
         by_load: dict[tuple[str, int], list[Measurement]] = {}
         for measured, label in zip(self.measurements, self.contacts, strict=True):
@@ -231,9 +233,9 @@ class Campaign(Locked):
         return found
 
     def worn_by(self) -> tuple[Floats, Floats]:
-        """Energy [J] that each record's contact has dissipated since it was new, and its error.
+        """Return the energy [J] dissipated by each record's contact since new, and its error.
 
-        Not a number where it is not known.
+        NaN if the energy is not known.
         """
         of_each = [_accumulated(measured) for measured in self.measurements]
         chosen = []
@@ -258,7 +260,7 @@ class Campaign(Locked):
         return energies, errors
 
     def fretting_map(self) -> list[Point]:
-        """Amplitude, load and regime of each record that has a normal load."""
+        """Return amplitude, load and regime of each record that has a normal load."""
         points = []
         for measured in self.measurements:
             load = measured.mean.get("normal_load")
@@ -276,7 +278,7 @@ class Campaign(Locked):
         return points
 
     def wear(self, confidence: float = 0.95) -> Wear | None:
-        """Energy wear coefficient of the worn records whose energy is known; None without any."""
+        """Fit the energy wear coefficient [m^3/J] to records with wear; None without any."""
         volumes = self.worn_volumes or [None] * len(self.measurements)
         energies, errors = self.worn_by()
         rows = [
@@ -294,7 +296,7 @@ class Campaign(Locked):
 
 
 class Wear(NamedTuple):
-    """The energy wear coefficient: worn volume in proportion to dissipated energy."""
+    """Energy wear coefficient [m^3/J]: worn volume per dissipated energy."""
 
     coefficient: Estimate
     """Slope of a straight line through zero [m^3/J]."""
@@ -310,10 +312,10 @@ class Wear(NamedTuple):
 def with_unlogged_cycles(
     names: tuple[str, ...], work: Floats, errors: Floats, volume: Floats, confidence: float
 ) -> Wear:
-    """Fit :func:`proportional` and widen its interval by the error of cycles not logged.
+    """Fit :func:`proportional` and widen its interval by the error of unlogged cycles.
 
-    The errors [J] are bounds that all records of a contact share, so they are added to the ends of
-    the interval and not squared.
+    The errors [J] are bounds that all records of a contact share, so the change of the coefficient
+    is added to each end of the interval, not in quadrature.
     """
     wear = proportional(names, work, volume, confidence)
     if not errors.any():
@@ -328,7 +330,7 @@ def with_unlogged_cycles(
 
 
 def proportional(names: tuple[str, ...], work: Floats, volume: Floats, confidence: float) -> Wear:
-    """Fit a straight line through zero by least squares."""
+    """Fit worn volume [m^3] as proportional to dissipated energy [J], by least squares."""
     if not np.all(work > 0.0):
         raise InputError(
             "an energy wear coefficient needs records that dissipate energy, got "

@@ -1,4 +1,4 @@
-"""Conditioning of a record before it is evaluated, and the lag of its force."""
+"""Corrections of a record before its evaluation, and the lag of force behind displacement."""
 
 from __future__ import annotations
 
@@ -26,25 +26,25 @@ def condition(
     delay: float = 0.0,
     drift: bool = False,
 ) -> Record:
-    """Return a conditioned copy of a record, with notes on the changes.
+    """Return a corrected copy of a record, with notes on the changes.
 
     Parameters
     ----------
     record : Record
-        Record to condition.
+        Record to correct.
     delay : float, optional
-        Time [s] by which the force lags behind the displacement, as a note of `measure` gives it.
+        Time [s] by which the force lags behind the displacement, as stated by a note of `measure`.
     drift : bool
-        Whether the straight trend of the middles of the cycles is taken off both channels.
+        Whether to subtract the linear trend of the cycle means from both channels.
 
     Returns
     -------
     Record
-        With steps of even time, one-dimensional, in SI units.
+        Channels at even time steps, one-dimensional, in SI units.
 
     Notes
     -----
-    A record with uneven time steps is interpolated linearly onto even ones first.
+    A record with uneven time steps is first interpolated linearly to even ones.
     """
     if not isinstance(record, Record):
         raise InputError(f"`record` must be a Record, got {show(record)}")
@@ -125,7 +125,7 @@ _DEGREE = 10
 
 
 class Lag(NamedTuple):
-    """Lag of the force [samples], positive where it is late."""
+    """Lag of the force behind the displacement [samples]; negative if the force leads."""
 
     value: float
     half: float
@@ -138,7 +138,7 @@ class Lag(NamedTuple):
 
 
 class _Reversals(NamedTuple):
-    """Samples around the reversals, one row per cycle: half of peak minus trough."""
+    """Force and displacement around reversals (cycles, samples): half of peak minus trough."""
 
     force: Floats
     way: Floats
@@ -148,11 +148,11 @@ class _Reversals(NamedTuple):
     """Number of samples within a quarter of the force range after a reversal."""
 
     def shift(self, rows: slice, shapes: int = 0, near: float | None = None) -> float:
-        """Lag [samples] in the mean of some of the cycles."""
+        """Return the lag of the force [samples] in the mean of the selected cycles."""
         return self._fit(rows, shapes, near)[0]
 
     def misfit_left(self) -> float:
-        """Ratio of the misfits of the mean cycle without and with the lag, less noise [-]."""
+        """Return the sum of squares with the lag over that without it, less noise [-]."""
         _, best, at_zero = self._fit(slice(None), 0, None)
         noise = noise_of(self.force.ravel()) ** 2 / self.force.shape[0] * (2 * self.half + 1)
         return float(max(best - noise, 0.0) / max(at_zero - noise, 1e-300))
@@ -192,7 +192,7 @@ def _reversals(x: Floats, force: Floats, cuts: Cuts, most: int) -> _Reversals:
 def lag_of(
     x: Floats, force: Floats, cuts: Cuts, confidence: float, groups: int = 10, most: int = 0
 ) -> Lag:
-    """Estimate the lag in a block of cycles, or in the first ``most`` of them."""
+    """Estimate the lag of the force in a block of cycles, or in its first ``most`` cycles."""
     reversals = _reversals(x, force, cuts, most)
     size = reversals.force.shape[0]
     middle = reversals.shift(slice(None))
@@ -225,9 +225,9 @@ def _shift(
     powers: tuple[tuple[float, ...], tuple[float, ...]],
     near: float | None = None,
 ) -> tuple[float, float, float]:
-    """Fit the shift of the force, with own factors of the powers on both sides of the reversal.
+    """Fit the lag of the force around a reversal, with powers of the displacement on each side.
 
-    Return the shift [samples] and the sums of squares with and without it [N^2].
+    Return the lag [samples] and the sums of squares with and without it [N^2].
     """
     force = forces.mean(axis=0)[reach - half : reach + half + 1]
     # Free of noise: as the way stands on the axis, noise there would look like a kink.

@@ -1,4 +1,4 @@
-"""Start, reversals and end of the cycles of a record."""
+"""Sample indices at which the cycles of a record start, reverse and end."""
 
 from __future__ import annotations
 
@@ -26,8 +26,9 @@ _SLACK = 0.01  # of a cycle: as much may be missing at an end of the record
 class Cuts(NamedTuple):
     """Sample indices of the cycles of a record; each cycle ends where the next one begins.
 
-    Cycles run from peak to peak, trough to trough or crossing to crossing, whichever gives most of
-    them. If ``flipped``, both channels have to be negated, which leaves a loop unchanged.
+    Cycles run between successive peaks, troughs, up-crossings or down-crossings of the
+    displacement, whichever gives the most cycles. If ``flipped``, "peaks" are minima: displacement
+    and force must be negated, which leaves a loop unchanged.
     """
 
     cuts: Places
@@ -55,7 +56,7 @@ def noise_of(values: Floats) -> float:
     """Estimate the standard deviation of white noise on a smooth signal from its differences.
 
     A difference of order k has comb(2 k, k) times the variance of the noise. The smallest estimate
-    of several orders counts, since the signal itself adds to each; the median ignores kinks.
+    of orders 3 to 7 is used, since the signal adds to each; medians are insensitive to kinks.
     """
     piece = values[: 1 << 17]
     if piece.size < 16:
@@ -67,7 +68,7 @@ def noise_of(values: Floats) -> float:
 
 
 class Motion(NamedTuple):
-    """Features of the motion by which the cycles of a record are found."""
+    """Properties of the displacement from which the cycles of a record are found."""
 
     middle: float
     """Middle of the displacement [m]."""
@@ -138,11 +139,11 @@ def one_loop(x: Floats, force: Floats) -> tuple[int, bool, bool]:
 
 
 def candidates(displacement: Floats, motion: Motion) -> tuple[Cuts | None, ...]:
-    """Cut cycles at peaks, troughs, up-crossings and down-crossings; None where there are none.
+    """Cut cycles at peaks, troughs, up-crossings and down-crossings; None if there are none.
 
     A half cycle counts if it crosses a band around the middle of the displacement, so that noise
-    and plateaus make none. Turning points lie midway between two crossings if the displacement is
-    extreme there within its noise, otherwise at the extreme sample.
+    and plateaus are not counted. A turning point is midway between two crossings if the
+    displacement is extreme there within its noise, otherwise at the extreme sample.
     """
     x, period, window = displacement - motion.middle, motion.period, motion.window
     crossings, upwards = _crossings(x, BAND * motion.amplitude)
@@ -171,7 +172,7 @@ def candidates(displacement: Floats, motion: Motion) -> tuple[Cuts | None, ...]:
 
 
 def split(displacement: Floats, force: Floats) -> Cuts:
-    """Cut a record without gaps so that most cycles are whole."""
+    """Cut a record without gaps so that the number of whole cycles is largest."""
     motion = motion_of(displacement, force)
     splits = [cycles for cycles in candidates(displacement, motion) if cycles is not None]
     if not splits:
@@ -198,7 +199,7 @@ def _times(count: int) -> str:
 
 
 def _crossings(x: Floats, band: float) -> tuple[Floats, NDArray[np.bool_]]:
-    """Return the full crossings of zero [samples], and whether they go upwards."""
+    """Return the zero crossings [samples] between values beyond a band, and which go upwards."""
     outside = np.flatnonzero(np.abs(x) > band)
     if outside.size == 0:
         return np.zeros(0), np.zeros(0, dtype=bool)
@@ -219,7 +220,7 @@ def _crossings(x: Floats, band: float) -> tuple[Floats, NDArray[np.bool_]]:
 
 
 def window_of(noise: float, period: float) -> int:
-    """Return the half-width [samples] at which bias (angle^4) and noise of a parabola are equal."""
+    """Return the half-width [samples] at which a parabola's bias (angle^4) equals its noise."""
     angle: float = (420.0 * noise / math.sqrt(period / math.pi)) ** (2.0 / 9.0)
     return math.floor(min(angle, WIDEST) * period / (2.0 * math.pi))
 
@@ -250,7 +251,7 @@ def _turns(
 def _extended(
     places: Floats, period: float, x: Floats, value: float, near: float, slack: float
 ) -> Floats:
-    """Add places one period before the first and after the last one if the record fits there."""
+    """Add a cut one period before the first and after the last if the record has value there."""
     for step in (-period, period):
         if places.size == 0:
             break
@@ -269,7 +270,7 @@ def _extended(
 def _extended_turns(
     turns: Places, is_kind: NDArray[np.bool_], period: float, x: Floats, near: float, slack: float
 ) -> Floats:
-    """Add turning points of one kind at the ends of the record."""
+    """Add peaks, or troughs, at the ends of the record if a period fits there."""
     places = turns[is_kind].astype(float)
     if places.size == 0:
         turn = float(turns[0])

@@ -1,4 +1,4 @@
-"""Columns of each cycle of a record: amplitudes, energy, sliding, stiffness, closure, forces."""
+"""Quantities of each cycle of a record: amplitudes, energy, sliding, stiffness, closure, forces."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ LABELS: Mapping[str, str] = MappingProxyType({n: row[2] for n, row in _COLUMNS.i
 
 
 def gain_error(name: str, gain_errors: Mapping[str, float]) -> float:
-    """Return the relative standard deviation of a column due to sensor gains [-]."""
+    """Return the relative standard deviation [-] of a column due to errors of sensor gains."""
     return math.hypot(*(gain_errors.get(sensor, 0.0) for sensor in _COLUMNS[name][1]))
 
 
@@ -66,7 +66,8 @@ def block_columns(
 ) -> dict[str, Floats]:
     """Evaluate the cycles of a block: the columns of :data:`UNITS` and ``force_rms`` [N].
 
-    The rig deflects by ``compliance`` [m/N]; ``time`` [s] of the samples gives frequencies.
+    ``compliance`` [m/N] is that of the rig, whose deflection is subtracted from the displacement
+    ``moved`` [m]. Frequencies are given if the ``time`` [s] of the samples is.
     """
     x = moved - compliance * force if compliance else moved
     cuts, first, last = cycles.cuts, cycles.cuts[:-1], cycles.cuts[1:]
@@ -133,7 +134,7 @@ def block_columns(
 
 
 def columns_of(record: Record, compliance: float) -> dict[str, Floats]:
-    """Evaluate the cycles of all blocks of a record; ``compliance`` [m/N] is that of the rig."""
+    """Evaluate the cycles of all blocks of a record; ``compliance`` [m/N] is the rig's."""
     blocks, load = blocks_of(record), record.normal_load
     sign = -1.0 if blocks.flipped else 1.0
     x, force, parts = sign * record.displacement, sign * record.force, []
@@ -159,7 +160,7 @@ def _ratio(numerator: Floats, denominator: Floats) -> Floats:
 
 
 def _sliding_distance(x: Floats, force: Floats, cycles: Cuts) -> Floats:
-    """Return half the width [m] of each loop at its mean force; arrays begin at the first cut."""
+    """Return half the width [m] of each loop at its mean force; ``x[0]`` is at the first cut."""
     first = cycles.cuts[:-1] - cycles.cuts[0]
     turn = np.sort(np.concatenate((cycles.peaks, cycles.troughs))) - cycles.cuts[0]
     changes = np.flatnonzero((force[1:] >= 0.0) != (force[:-1] >= 0.0))
@@ -195,7 +196,7 @@ STIFFNESSES = ("chord_stiffness", "stiffness_left", "stiffness_right")
 
 
 class Way(NamedTuple):
-    """Branches after one kind of reversal: a value for each cycle, NaN if unknown."""
+    """Chord compliance of the branches after one kind of reversal, per cycle; NaN if unknown."""
 
     compliance: Floats
     """Compliance of the chord [m/N]."""
@@ -213,12 +214,12 @@ def way_of(
     span: Floats,
     compliance: float,
 ) -> Way:
-    """Fit chords of branches from reversals to ``end`` [samples]; displacement and force both rise.
+    """Fit the start of each branch from a reversal to sample ``end``, with force increasing.
 
     Noise of the force in the abscissa of the fit, or in the choice of samples, would bias the
-    stiffness upwards. So a window ends where the mean over the cycles has reached a fraction of its
-    range, and each cycle is smoothed by the shapes of the mean cycle and a parabola in time. Then
-    the deflection of the rig is subtracted, ``compliance`` [m/N].
+    stiffness upwards. So the window ends at the sample where the mean branch reaches a fraction of
+    its force range ``span`` [N], and each cycle is projected onto the shapes of the mean branch and
+    a parabola in time. Then the deflection of the rig is subtracted, ``compliance`` [m/N].
     """
     nothing = np.full(span.size, np.nan)
     begin = np.ceil(start.place + 0.25).astype(np.int64)
@@ -247,7 +248,7 @@ def way_of(
 
 
 class _Fit(NamedTuple):
-    """A branch fitted over its first samples; values of each cycle, not a number where unknown."""
+    """Fit of the first ``window`` samples of a branch, with a value per cycle; NaN if unknown."""
 
     window: int
     chord: Floats
@@ -304,10 +305,11 @@ def _fit(
 
 
 def _widest_that_agrees(fits: Sequence[_Fit]) -> Way:
-    """Return the chords of the widest window whose mean differs from no narrower one's.
+    """Return the fit of the widest window whose mean chord agrees with that of narrower ones.
 
-    Differences count beyond 2.5 standard errors and half the doubt of the wider window; what the
-    next narrower window differs by, and twice its standard error, are added to the doubt.
+    Means agree within 2.5 standard errors of their difference, or half the ``doubt`` of the wider
+    window. The difference from the next narrower window, and twice its standard error, are added to
+    the ``doubt`` in quadrature.
     """
     for at, wide in enumerate(fits):
         changes = [_mean_and_error(wide.chord - narrow.chord) for narrow in fits[at + 1 :]]
@@ -322,7 +324,7 @@ def _widest_that_agrees(fits: Sequence[_Fit]) -> Way:
 
 
 def _mean_and_error(values: Floats) -> tuple[float, float]:
-    """Return the mean and its standard error; not a number where there is none."""
+    """Return the mean of the finite values and its standard error; NaN without any."""
     fine = values[np.isfinite(values)]
     if fine.size < 3:
         return (float(fine.mean()) if fine.size else math.nan), 0.0
@@ -353,7 +355,7 @@ def _window(share: Floats, part: float) -> int:
 def stiffness_columns(
     x: Floats, force: Floats, cycles: Cuts, branches: Branches, compliance: float
 ) -> dict[str, Floats]:
-    """Return chords after the highest ("right") and lowest displacement, mean, linear range."""
+    """Return stiffness [N/m] after maxima ("right"), minima and their mean; linear range [m]."""
     peaks, troughs = branches.peaks, branches.troughs
     span = peaks.force - troughs.force
     after_highest = Reversals(peaks.place, -peaks.x, -peaks.force)
@@ -378,7 +380,7 @@ def stiffness_columns(
 
 
 def _inverse(compliance: Floats) -> Floats:
-    """Invert compliances; negative ones by noise are kept, so that means are unbiased."""
+    """Return stiffnesses; negative compliances due to noise are kept to avoid a bias of means."""
     nothing = np.full_like(compliance, np.nan)
     return np.divide(1.0, compliance, out=nothing, where=compliance != 0.0)
 
@@ -387,7 +389,7 @@ _SENSORS = ("force", "displacement", "normal_load")
 
 
 def checked_gains(errors: Mapping[str, float] | None) -> dict[str, float]:
-    """Validate the relative standard deviations [-] of the gains, by what their sensors measure."""
+    """Validate the relative standard deviations [-] of sensor gains, by measured quantity."""
     if errors is not None and not isinstance(errors, Mapping):
         raise InputError(
             f"`gain_errors` must be a mapping such as {{'force': 0.01}}, got {show(errors)}"

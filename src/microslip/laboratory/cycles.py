@@ -1,4 +1,4 @@
-"""Cycles of a record, cut and judged once for `measure`, for a fit and for campaigns.
+"""Cycles of a record and disturbances found in them, for measurements, fits and campaigns.
 
 Detects spikes, open cycles, stepped amplitudes, unsettled friction, drift, delay, clipping and
 varying loads.
@@ -84,7 +84,7 @@ class Drift(NamedTuple):
     """Change relative to the range of the channel [-]."""
 
     def note(self, remedy: str) -> str:
-        """Format the note."""
+        """Format the drift and a ``remedy`` as a sentence for the user."""
         total = engineering(self.total, UNITS[self.channel])
         return (
             f"the {self.channel} drifts by {total} over the evaluated cycles, "
@@ -107,7 +107,7 @@ class Plateau(NamedTuple):
     """Whether the channel has no noise where it moves."""
 
     def note(self) -> str:
-        """Format the note."""
+        """Describe the plateau and its likely cause in a sentence for the user."""
         words = f"{self.share:.1%} of the {self.channel} is exactly {self.extreme:g}: "
         if self.step is not None:
             step = engineering(self.step, UNITS[self.channel])
@@ -127,7 +127,7 @@ class Plateau(NamedTuple):
 
 
 class Delay(NamedTuple):
-    """Delay of the force channel."""
+    """Delay of the force relative to the displacement, positive if the force is late."""
 
     samples: float
     seconds: float | None
@@ -136,7 +136,7 @@ class Delay(NamedTuple):
     """Approximate relative error of the energy per cycle [-]."""
 
     def note(self) -> str:
-        """Format the note."""
+        """Describe size, effect and removal of the delay in a sentence for the user."""
         size = f"{significant(abs(self.samples), 2)} samples"
         remedy = "`sample_rate` converts it to a time"
         if self.seconds is not None:
@@ -152,7 +152,7 @@ class Delay(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Cycles:
-    """Cycles of a record with the findings about them."""
+    """Cycles of a record with their quantities, spikes and other disturbances."""
 
     record: Record
     """Record with spikes replaced by straight lines."""
@@ -168,7 +168,7 @@ class Cycles:
 
     @cached_property
     def count(self) -> Count:
-        """Numbers of the cycles in the life of the contact."""
+        """Cycle numbers, counted from the first cycle of the contact or of the record."""
         return count_of(self.record, self.blocks.having_cycles)
 
     @property
@@ -179,17 +179,17 @@ class Cycles:
 
     @property
     def largest_block(self) -> Block:
-        """Block with most cycles."""
+        """Block with the most cycles."""
         return max(self.blocks.having_cycles, key=lambda block: block.cycle_count)
 
     @cached_property
     def settled(self) -> Settled:
-        """Settled cycles."""
+        """Cycles without a trend of amplitude, force or energy, over which means are taken."""
         noise = max(block.cycles.noise for block in self.blocks.having_cycles)
         return settled(self.columns, self.counted, noise)
 
     def selected(self, cycles: slice | None) -> Settled:
-        """Return the settled cycles, or the requested ones with their verdict."""
+        """Return the settled cycles, or the requested ones and whether they are settled."""
         if cycles is None:
             return self.settled
         if not isinstance(cycles, slice):
@@ -204,7 +204,7 @@ class Cycles:
         return requested(self.columns, is_asked & self.counted)
 
     def near(self, is_wanted: NDArray[np.bool_], place: NDArray[np.int64]) -> Settled:
-        """Return the cycles that overlap with cycles of another numbering, ``place`` by sample."""
+        """Return the cycles whose middle is in a wanted cycle; ``place`` is the cycle by sample."""
         first, last = (self.columns["start"] + edge * self.columns["period"] for edge in (0.0, 1.0))
         middle = np.rint(0.5 * (first + last)).astype(int)
         number = place[np.clip(middle, 0, place.size - 1)]
@@ -212,7 +212,7 @@ class Cycles:
         return requested(self.columns, selection & self.counted)
 
     def samples(self, selection: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return the mask of the samples of some cycles, with a margin."""
+        """Return the mask of the samples of the selected cycles and of a margin around each."""
         inside = np.zeros(len(self.record), dtype=bool)
         starts, periods = (self.columns[name][selection] for name in ("start", "period"))
         for start, period in zip(starts.astype(int), periods.astype(int), strict=True):
@@ -221,7 +221,7 @@ class Cycles:
         return inside
 
     def notes(self, counting: Settled) -> list[str]:
-        """Return the notes on a record evaluated over the given cycles."""
+        """Return the notes for the user on a record that is evaluated over the given cycles."""
         return [
             *self.blocks.notes,
             *self._left_out(),
@@ -253,7 +253,7 @@ class Cycles:
 
     @property
     def excess_loss(self) -> list[str]:
-        """Notes on loops larger than the rectangle around their reversals."""
+        """Notes on loops with a larger area than the rectangle around their reversal points."""
         return excess_loss_notes(self.columns["loss_factor"])
 
     @cached_property
@@ -287,7 +287,7 @@ class Cycles:
 
     @property
     def step_errors(self) -> dict[str, float]:
-        """Relative standard deviations of the amplitudes due to converter steps, by channel [-]."""
+        """Relative standard deviation of each channel's amplitude due to converter steps [-]."""
         size = {"displacement": "amplitude", "force": "force_amplitude"}
         return {
             p.channel: p.step * _STEP_ERROR / abs(float(np.median(self.columns[size[p.channel]])))
@@ -296,7 +296,7 @@ class Cycles:
         }
 
     def load_notes(self, selection: NDArray[np.bool_]) -> list[str]:
-        """Return notes on a normal load that differs between the evaluated cycles."""
+        """Return notes on a normal load whose mean differs between the selected cycles."""
         if not isinstance(self.record.normal_load, np.ndarray):
             return []
         loads = self.columns["normal_load"][selection]
@@ -310,9 +310,9 @@ class Cycles:
 
     @cached_property
     def delay(self) -> Delay | None:
-        """Lag of the force that changes the energy by over 2 %; None without one.
+        """Delay of the force if it changes the energy by over 2 %; None otherwise.
 
-        A clipped force has none, since its reversals are cut off as if it were late.
+        None also for a clipped force, since cut-off reversals look like a delay.
         """
         block, record = self.largest_block, self.record
         x, force = record.displacement[block.samples], record.force[block.samples]
@@ -345,7 +345,7 @@ class Cycles:
         return Delay(lag.value, None if rate is None else lag.value / rate, share)
 
     def shape(self, selection: NDArray[np.bool_], lag: float = 0.0) -> Shape | None:
-        """Return the mean branch of some cycles with the force shifted by ``lag`` [samples]."""
+        """Return the mean branch of the selected cycles, after removal of a lag [samples]."""
         force = self.record.force
         if lag:
             place = np.arange(force.size)
@@ -354,7 +354,7 @@ class Cycles:
         return shape_of(self.record.displacement, force, self.columns, rows)
 
     def _is_better(self, lag: float) -> bool:
-        """Return whether the removal of a lag makes the branches concave."""
+        """Return whether removal of a lag [samples] makes the branches concave."""
         before, after = (self.shape(self.settled.selection, by) for by in (0.0, lag))
         if before is None or after is None or lost_motion_of(before) is not None:
             return False
@@ -363,7 +363,7 @@ class Cycles:
         return depth < max(fine, 0.5 * hollow_of(before)[0]) and depth < 2.0 * fine
 
     def drifts(self, selection: NDArray[np.bool_]) -> tuple[Drift, ...]:
-        """Return the significant drifts over some of the cycles."""
+        """Return the significant drifts of displacement and force over the selected cycles."""
         rows = np.flatnonzero(selection)
         drifts = []
         for channel, size in (("displacement", "amplitude"), ("force", "force_amplitude")):
@@ -379,7 +379,7 @@ class Cycles:
 
 @once_a_record
 def cycles_of(record: Record) -> Cycles:
-    """Cut and judge the cycles of a record, once per record."""
+    """Find and evaluate the cycles of a record; the result is cached with the record."""
     spikes = spikes_of(record)
     record = without_spikes(record, spikes)
     # Split where the transducer turns: behind a compliant rig the contact stands still for long.
@@ -429,10 +429,10 @@ def _refuse_noise(columns: Mapping[str, Floats]) -> None:
 def check_direction(
     name: str, energy: float, error: float, x: Floats, force: Floats, delay: str = ""
 ) -> None:
-    """Refuse loops with a significantly negative energy [J], and name the cause.
+    """Raise InputError, with the likely cause, if loops have a significantly negative energy [J].
 
-    A delay inverts thin loops, too, but keeps force and displacement correlated. Such loops are
-    refused if ``delay``, the remedy for the message, is given.
+    A delay makes the energy of thin loops negative, too, but force and displacement stay
+    correlated. Such loops are an error only if ``delay``, the remedy for the message, is given.
     """
     away, against = x - x.mean(), force - force.mean()
     size = float(np.linalg.norm(away) * np.linalg.norm(against))
@@ -472,7 +472,7 @@ def _plateau_at(channel: str, values: Floats, extreme: float) -> Plateau | None:
 
 
 def step_of(values: Floats) -> float | None:
-    """Return the converter step on which all values lie; None if there is none."""
+    """Return the step of which all differences of values are multiples; None if there is none."""
     first = values[: 1 << 15]
     steps = np.unique(first)
     gaps = np.diff(steps)

@@ -1,7 +1,7 @@
 """Means and trends over the cycles of a record, with their confidence intervals.
 
-Cycles are correlated, since friction wanders. Intervals use the effective number of independent
-cycles, from the autocorrelation of the cycles and of means of blocks of them.
+Values of successive cycles are correlated, since friction drifts slowly. Intervals use the
+effective number of independent cycles, from the autocorrelation of cycles and of block means.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Estimate(NamedTuple):
 
 @lru_cache
 def quantile(confidence: float, freedom: int) -> float:
-    """Return the half width of Student's interval in standard errors [-]."""
+    """Return the two-sided quantile of Student's t: half-width over standard error [-]."""
     from scipy.special import stdtrit
 
     return -float(stdtrit(freedom, 0.5 * (1.0 - confidence)))
@@ -66,12 +66,12 @@ class Dependence(NamedTuple):
 
 
 def dependence_of(values: Floats, fitted_count: int = 1) -> Dependence:
-    """Estimate the variance of the mean of a series relative to independent values.
+    """Estimate the variance of the mean of a series, relative to independent values.
 
-    Integrates the autocorrelation of a first-order process, fitted to the values and to means of
-    blocks of 4, 16, ... of them, since noise may hide it; the largest result counts. The estimate
-    is corrected for its bias (Marriott and Pope 1954, DOI 10.1093/biomet/41.3-4.390);
-    ``fitted_count`` coefficients were fitted.
+    The autocorrelation of a first-order process is fitted to the values and to means of blocks of
+    4, 16, ... values, since noise may hide it; the largest variance is returned. The estimate is
+    corrected for its bias (Marriott and Pope 1954, DOI 10.1093/biomet/41.3-4.390). ``fitted_count``
+    is the number of coefficients already fitted to the values.
     """
     size = values.size
     largest = Dependence(1.0, size - fitted_count)
@@ -103,7 +103,7 @@ def dependence_of(values: Floats, fitted_count: int = 1) -> Dependence:
 
 
 def chance_below(values: Floats, limit: float = 0.0) -> float:
-    """Return the probability that the mean of a series is not above a limit."""
+    """Return the probability [-] that the true mean of a series is at most a limit."""
     away = values - limit
     if away.size == 0:
         return 0.5
@@ -118,7 +118,7 @@ def chance_below(values: Floats, limit: float = 0.0) -> float:
 
 
 def mean_of(values: Floats, confidence: float, moving: bool = False) -> Estimate:
-    """Average finite values with Student's interval; if ``moving``, the interval is their range."""
+    """Average finite values, with Student's interval or, if ``moving``, with their range."""
     fine = values[np.isfinite(values)]
     if fine.size == 0:
         return Estimate(math.nan, math.nan, math.nan, math.nan, 0)
@@ -142,7 +142,7 @@ def mean_of(values: Floats, confidence: float, moving: bool = False) -> Estimate
 
 
 def _rising(values: Floats) -> Floats:
-    """Fit a non-decreasing series by least squares (pool adjacent violators)."""
+    """Return the non-decreasing series closest in least squares (pool adjacent violators)."""
     pools: list[tuple[float, int]] = []
     for value in values.tolist():
         mean, size = value, 1
@@ -165,7 +165,7 @@ def _of_mean(values: Floats, confidence: float, fitted_count: int) -> tuple[floa
 
 
 def with_gain(estimate: Estimate, relative: float, confidence: float) -> Estimate:
-    """Add a relative gain error, common to all values, to the interval of a mean."""
+    """Add a relative gain error that all values share to the interval of a mean."""
     if relative == 0.0 or not math.isfinite(estimate.value):
         return estimate
     error = relative * abs(estimate.value)
@@ -181,7 +181,7 @@ def with_gain(estimate: Estimate, relative: float, confidence: float) -> Estimat
 
 
 def mean_of_inverses(values: Floats, confidence: float, moving: bool = False) -> Estimate:
-    """Return the inverse of the mean inverse; NaN if that may not be positive."""
+    """Return the harmonic mean with its interval; NaN if the interval reaches zero."""
     of = mean_of(1.0 / values[values != 0.0], confidence, moving)
     if not of.value > 0.0 or of.low <= 0.0:
         return Estimate(math.nan, math.nan, math.nan, math.nan, of.number)

@@ -90,7 +90,7 @@ _BLOCKS = 1500  # across the width of a figure; longer records show the range of
 
 
 def _envelope(time: Any, values: Any) -> tuple[Any, Any]:
-    """Return the extremes of each block of a long record, in their order in time."""
+    """Reduce a long record to the minimum and maximum of each block, in temporal order."""
     size = -(-len(values) // _BLOCKS)
     if size <= 2:
         return time, values
@@ -102,7 +102,7 @@ def _envelope(time: Any, values: Any) -> tuple[Any, Any]:
 
 
 def record_figure(record: Any) -> Plot:
-    """Draw displacement, force and normal load against time or samples."""
+    """Draw displacement, force and normal load against time, or sample number without a time."""
     time, label, t_unit = np.arange(len(record), dtype=np.float64), "Sample", 1.0
     if record.time is not None or record.sample_rate is not None:
         time = record.time if record.time is not None else time / record.sample_rate
@@ -136,7 +136,7 @@ _REGIMES: dict[str, tuple[Marker, str]] = {
 
 
 def evolution(campaign: Any) -> Plot:
-    """Draw friction, stiffness and energy over cycles and cumulative energy."""
+    """Draw friction, stiffness and energy of each cycle, and cumulative energy, against cycles."""
     measurements = campaign.measurements
     drawn_rows = evenly(len(measurements), MOST_COLORS)
     totals = campaign.cumulative()
@@ -198,7 +198,7 @@ def evolution(campaign: Any) -> Plot:
 
 
 def fretting_map(campaign: Any) -> Plot:
-    """Draw regimes over amplitude and load."""
+    """Draw the slip regime of each record over displacement amplitude and normal load."""
     points = campaign.fretting_map()
     unit, letter = length_prefix(max(point.amplitude for point in points))
     scale, load_letter = prefix(max(point.normal_load for point in points))
@@ -228,7 +228,7 @@ def fretting_map(campaign: Any) -> Plot:
 
 
 def worn(wear: Any) -> Plot:
-    """Draw worn volume over dissipated energy with the line of the wear coefficient."""
+    """Draw worn volume against dissipated energy, with the fitted energy wear coefficient."""
     unit, letter = prefix(float(wear.energy.max()))
     panel = Panel(
         Axis(f"Dissipated energy [{letter}J]", low=0.0, unit=unit),

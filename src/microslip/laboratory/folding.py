@@ -1,4 +1,4 @@
-"""Settled cycles of a record folded onto one cycle of phase: mean and scatter."""
+"""Settled cycles of a record folded onto one cycle: mean loop, and scatter of the cycles."""
 
 from __future__ import annotations
 
@@ -51,11 +51,11 @@ CLIPPED = "found from a record with signs of clipping"
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Folded(Locked):
-    """Settled cycles of a record folded onto one cycle of phase.
+    """Settled cycles of a record, averaged by phase within the cycle.
 
-    The displacement is a Fourier series of the significant harmonics, plus the corners of a drive
-    such as a triangle; the force is averaged in bins of phase. The noise of both is estimated from
-    the scatter between the cycles, after removal of a linear drift.
+    The displacement is a Fourier series of the significant harmonics, plus corners for drives such
+    as triangles; the force is averaged in bins of phase. The noise of both is estimated from the
+    scatter between the cycles, after removal of a linear drift.
     """
 
     name: str
@@ -117,11 +117,11 @@ class Folded(Locked):
     """
 
     def basis(self, phase: Floats, order: int = 0) -> Floats:
-        """Evaluate the terms of the displacement, or their derivative, at phases [rad]."""
+        """Evaluate the terms of the displacement, or derivatives (phases, coefficients)."""
         return basis(phase, self.harmonics, self.corners, order)
 
     def displacement(self, phase: Floats, order: int = 0) -> Floats:
-        """Evaluate the displacement [m], or its derivative, at phases [rad]."""
+        """Evaluate the displacement [m], or its phase derivative of an order, at phases [rad]."""
         return self.basis(phase, order) @ self.coefficients
 
     @property
@@ -132,18 +132,18 @@ class Folded(Locked):
 
     @property
     def way(self) -> Floats:
-        """Displacement increment of each bin [m]: its product with the force is an energy."""
+        """Displacement increment over each bin [m], which times the force is the work."""
         width = 0.5 * (np.roll(self.phase, -1) - np.roll(self.phase, 1)) % math.pi
         return self.displacement(self.phase, 1) * width
 
     @property
     def loop(self) -> Loop:
-        """Closed mean loop."""
+        """Closed mean loop: displacement and force at the phases of the bins."""
         x, force = self.displacement(self.phase), self.force
         return Loop(np.append(x, x[0]), np.append(force, force[0]))
 
     def part(self, rows: NDArray[np.bool_]) -> Folded:
-        """Select some of the cycles; displacement and noise remain those of all."""
+        """Return the average of some of the cycles, with the displacement and noise of all."""
         count = self.cycle_count[rows].sum(axis=0)
         full = count > 0.0
         force = self.cycle_force[rows].sum(axis=0)[full] / count[full]
@@ -173,24 +173,24 @@ class Folded(Locked):
 def fold(
     record: Record, cycles: slice | None = None, bins: int = _MOST_BINS, *, running_in: int = 1
 ) -> Folded:
-    """Fold a record onto one cycle of phase, without the cycles that have spikes.
+    """Fold a record onto one cycle of phase; cycles with spikes are left out.
 
     Parameters
     ----------
     record : Record
-        Displacement, force and, where there is one, normal load.
+        Displacement, force and, if measured, normal load.
     cycles : slice, optional
-        Whole cycles to take, the first being 0; without it all but those of the running-in and
-        those whose ends differ by over a quarter of the range of force.
+        Range of whole cycles, counted from 0. By default all except those of the running-in and
+        open cycles, whose end forces differ by over a quarter of the force range.
     bins : int, optional
-        Bins of the phase for the force, at least 16; fewer where a cycle has fewer samples.
+        Number of phase bins for the force, at least 16; fewer if a cycle has fewer samples.
     running_in : int, optional
         Number of initial cycles left out.
 
     Returns
     -------
     Folded
-        Displacement as Fourier series, force in bins, noise of both.
+        Displacement as Fourier series, mean force in bins, and the noise of both.
     """
     if not isinstance(record, Record):
         raise InputError(
@@ -392,7 +392,7 @@ def _mean_load(
 
 
 def load_basis(phase: Floats, terms: int) -> Floats:
-    """Return cosine and sine of the first harmonics at phases [rad] (phases, terms)."""
+    """Return cosine and sine of harmonics 1, 2, ... at phases [rad], shape (phases, terms)."""
     angles = np.outer(phase, np.arange(1, terms // 2 + 1))
     return np.stack((np.cos(angles), np.sin(angles)), axis=2).reshape(phase.size, terms)
 
@@ -437,7 +437,7 @@ def stated_noise(stated: Any) -> tuple[float, float]:
 
 
 def averaged(record: Record, noise: tuple[float, float], bins: int = _MOST_BINS) -> Folded:
-    """Return a single, averaged cycle; its last sample may repeat the first one."""
+    """Fold a record of one averaged cycle; ``noise`` is that of force [N] and displacement [m]."""
     load = record.normal_load
     size, is_one, _ = one_loop(record.displacement, record.force)
     x, force = record.displacement[:size], record.force[:size]

@@ -1,7 +1,7 @@
-"""Rig properties in the shape of the mean loop: clearance, lost motion, parallel springs.
+"""Rig properties from the shape of the mean loop: clearance, lost motion, parallel springs.
 
-At a constant load the force of a contact with memory rises after each reversal along a concave
-branch (Masing), whatever its law. Where a branch is not concave, something else acts.
+At a constant load the force of a contact that obeys Masing's rules rises after each reversal along
+a concave branch. A branch that is not concave has another cause.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ force range, and smallest ratio of the slope after the reversal."""
 
 
 class Shape(NamedTuple):
-    """Mean branch after a reversal, over both directions of motion."""
+    """Mean branch from one reversal to the next, averaged over both directions of motion."""
 
     place: Floats
     """Displacement from the reversal over its range [-]."""
@@ -54,7 +54,7 @@ class Shape(NamedTuple):
 def shape_of(
     x: Floats, force: Floats, columns: Mapping[str, Floats], rows: NDArray[np.intp]
 ) -> Shape | None:
-    """Average the branches of some cycles; None with too few samples."""
+    """Average the branches of the cycles ``rows``; None if there are too few samples."""
     branches: list[list[tuple[Floats, Floats]]] = [[], []]
     size = float(np.median(columns["force_amplitude"][rows]))
     for row in rows[np.linspace(0, rows.size - 1, min(64, rows.size)).astype(int)]:
@@ -131,7 +131,7 @@ class ParallelSpring(NamedTuple):
 
 
 def parallel_spring(shape: Shape) -> ParallelSpring | None:
-    """Return a spring in parallel if the last half of the branch is straight and rises."""
+    """Return a spring in parallel with the contact if the second half of the branch is straight."""
     slope = np.polynomial.polynomial.polyfit
     p, f = shape.place, shape.force
     third, last = (
@@ -151,7 +151,7 @@ def parallel_spring(shape: Shape) -> ParallelSpring | None:
 def without_spring(
     columns: Mapping[str, Floats], shape: Shape, spring: ParallelSpring
 ) -> dict[str, Floats]:
-    """Return the columns that determine regimes, without a spring in parallel."""
+    """Return the columns that determine regimes, after subtraction of a parallel spring."""
     rest = 1.0 - spring.force
     force = shape.force - spring.force * (2.0 * shape.place - 1.0)
     crossing = float(np.interp(0.0, np.maximum.accumulate(force), shape.place))
@@ -172,7 +172,7 @@ def _part(p: Floats, low: float, high: float) -> NDArray[np.bool_]:
 
 
 def clearance_of(shape: Shape) -> float | None:
-    """Return the width [m] of a dead zone at zero force; None without one."""
+    """Return the width [m] of a clearance, where the force stays near zero; None without one."""
     p, f = shape.place, shape.force
     inside = np.flatnonzero(np.abs(f) < _BAND)
     before, after = np.flatnonzero(f <= -_BAND), np.flatnonzero(f >= _BAND)
@@ -189,7 +189,7 @@ def clearance_of(shape: Shape) -> float | None:
 
 
 def lost_motion_of(shape: Shape) -> float | None:
-    """Return the displacement [m] after a reversal without change of force; None if zero."""
+    """Return the displacement [m] after a reversal without change of force; None without one."""
     slopes = np.diff(shape.force) / np.diff(shape.place)
     is_flat = np.abs(slopes) < _FLAT * slopes.max()
     steep = int(np.argmax(~is_flat[1:])) + 1
@@ -199,7 +199,7 @@ def lost_motion_of(shape: Shape) -> float | None:
 
 
 def shape_notes(shape: Shape | None, is_rippled: bool) -> list[str]:
-    """Return notes on the shape; ambiguous causes are listed, not named."""
+    """Return notes on the shape of the branch; if the cause is ambiguous, all causes are listed."""
     if shape is None:
         return []
     notes: list[str] = []

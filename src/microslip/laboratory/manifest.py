@@ -1,4 +1,4 @@
-"""Manifest of a campaign: specimen, load, stage and other columns of each file."""
+"""Manifest of a campaign: a table with specimen, load, stage and other data of each file."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ Cell = str | float | None
 
 @dataclass(frozen=True)
 class Manifest:
-    """Files of a campaign with their metadata."""
+    """Files of a campaign with the data of each file."""
 
     paths: tuple[str, ...]
     """Files of the records; relative paths are relative to the manifest."""
@@ -75,13 +75,13 @@ class Manifest:
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Manifest:
-        """Read a CSV or an Excel workbook with a row for each file.
+        """Read a manifest from CSV or an Excel workbook with one row for each file.
 
         Parameters
         ----------
         path : str or path
-            Its first row that has a column "file" names the columns, with units in brackets; cells
-            may have units of their own, "500 N".
+            The manifest. The first row that contains the cell "file" has the column names, with
+            units in brackets; values may also have their own unit, such as "500 N".
 
         Returns
         -------
@@ -143,7 +143,7 @@ class Manifest:
         return cls(paths, columns, units)
 
     def texts(self, name: str) -> tuple[str, ...]:
-        """Return a column as labels; empty if there is none."""
+        """Return a column as labels; an empty tuple if the column does not exist."""
         values = self.columns.get(name, ())
         return tuple(text_of(value) for value in values)
 
@@ -152,7 +152,7 @@ class Manifest:
         return None if values is None else values[row]
 
     def loaded(self, record: Record, row: int) -> Record:
-        """Add the load of the row to a record without one."""
+        """Add the normal load [N] of a manifest row to a record without a load."""
         load = self._cell("normal_load", row)
         if load is None or record.normal_load is not None:
             return record
@@ -168,7 +168,7 @@ class Manifest:
         }
 
     def counted(self, measured: Measurement, row: int) -> Measurement:
-        """Add the cycle numbers of a row to a measurement, and notes on differences."""
+        """Add the cycle numbers of a manifest row to a measurement, with notes on differences."""
         notes = list(measured.notes)
         cycle = self._cell("cycle", row)
         count = measured.count
@@ -188,7 +188,7 @@ class Manifest:
 
 
 def text_of(value: Cell) -> str:
-    """Format a cell as a label."""
+    """Format the value of a manifest cell as a label."""
     if value is None:
         return "–"
     return f"{value:.12g}" if isinstance(value, float) else value

@@ -1,4 +1,4 @@
-"""Phase of each sample, mean cycle of a channel through bins of phase, and residuals."""
+"""Phase of each sample in its cycle, mean cycle of a channel in phase bins, and residuals."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _TWO_STEPS, _LEAST_BINS = 0.25 + 1e-9, 0.05
 
 
 class Level(NamedTuple):
-    """Channel relative to its mean cycle."""
+    """Mean cycle of a channel, and deviations of its samples."""
 
     mean: Floats
     """Mean of each bin."""
@@ -32,11 +32,11 @@ class Level(NamedTuple):
 
 
 class MeanCycle:
-    """Mean cycle as a curve through bins of phase.
+    """Mean cycle of a channel as a smooth curve through phase bins.
 
-    If all samples of a bin have the same phase, the curve is the mean of the bin with the slope of
-    its neighbours, otherwise a cubic fitted to the bin and its neighbours. Samples are processed in
-    pieces to limit memory.
+    If all samples of a bin have the same phase, the curve is the mean of the bin with a slope from
+    the neighbouring bins, otherwise a cubic fitted to the bin and its neighbours. Samples are
+    processed in pieces to limit memory.
     """
 
     def __init__(self, phase: Floats, column: NDArray[np.int64], size: int, alike: bool) -> None:
@@ -55,7 +55,7 @@ class MeanCycle:
             self.freedom = sum(float(self._noise_share(at).sum()) for at in stretches(phase.size))
 
     def _offsets(self, piece: slice) -> Floats:
-        """Return phases relative to the middle of the bin, for cubics in bin widths."""
+        """Return the phases of samples relative to the mean phase of their bin [bin widths]."""
         away: Floats = self._phase[piece] - self.middle[self.column[piece]]
         return away / self._unit
 
@@ -83,7 +83,7 @@ class MeanCycle:
         return sums
 
     def _curve(self, factors: Floats, piece: slice) -> Floats:
-        """Evaluate the polynomials of the bins, lowest power first, at the samples."""
+        """Evaluate the polynomial of each sample's bin at the sample, lowest power first."""
         column, about = self.column[piece], self._offsets(piece)
         curve: Floats = factors[-1][column]
         for row in factors[-2::-1]:
@@ -101,11 +101,11 @@ class MeanCycle:
             self._levers[i : i + 4] += self._inverse[:, i].T
 
     def _noise_share(self, piece: slice) -> Floats:
-        """Return the share of the noise variance of each sample that remains in its residual."""
+        """Return the variance of each sample's residual over that of the noise [-]."""
         return 1.0 - self._curve(self._levers, piece)
 
     def of(self, values: NDArray[np.float64] | NDArray[np.int64]) -> Level:
-        """Fit the mean cycle of a channel [any unit]."""
+        """Fit the mean cycle to the samples of a channel, in any unit."""
         moments = self._moments(values, 0 if self._alike else 3)
         mean = moments[0] / self.total
         if self._alike:
@@ -121,7 +121,7 @@ class MeanCycle:
         return Level(mean, mean - np.bincount(self.column, residual) / self.total, residual)
 
     def noise(self, residual: Floats, fitted_count: int = 0) -> float:
-        """Estimate the white noise; ``fitted_count`` more coefficients were fitted."""
+        """Estimate the standard deviation of noise; ``fitted_count`` more terms were fitted."""
         freedom = max(self.freedom - fitted_count, 1.0)
         total_noise = math.sqrt(float(np.dot(residual, residual)) / freedom)
         if self._alike:
@@ -141,7 +141,7 @@ class MeanCycle:
         return min(total_noise, math.sqrt(square / near_freedom / _WITHIN))
 
     def _scaled(self, residual: Floats) -> Floats:
-        """Return residuals over the root of their noise share, where that is not small."""
+        """Return absolute residuals over the root of their noise share, unless that is small."""
         scaled, end = np.empty(residual.size), 0
         for piece in stretches(residual.size):
             share, piece_residual = self._noise_share(piece), residual[piece]
@@ -153,7 +153,7 @@ class MeanCycle:
 
 
 def _slopes(middle: Floats, mean: Floats) -> Floats:
-    """Return the slope of the mean cycle per radian by central differences."""
+    """Return the slope of the mean cycle at each bin, per radian, by central differences."""
     turn = 2.0 * math.pi
     places = np.concatenate(([middle[-1] - turn], middle, [middle[0] + turn]))
     values = np.concatenate(([mean[-1]], mean, [mean[0]]))
@@ -161,10 +161,11 @@ def _slopes(middle: Floats, mean: Floats) -> Floats:
 
 
 def errors_of_steps(values: Floats, step: float, column: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Return the errors of bin means due to converter steps [half steps] (rows); none if dithered.
+    """Return possible errors of the bin means due to converter steps [half steps] (errors, bins).
 
-    If the samples of a bin lie on one or two steps, their scatter does not determine the value in
-    between: bins on one step share a constant error and a linear one.
+    If the samples of a bin lie on one or two steps, the mean does not determine the value in
+    between: adjacent bins on one step share a constant error and a linear one. Empty if noise
+    spreads the samples over more steps.
     """
     number = np.rint((values - values[0]) / step)
     total = np.bincount(column)
@@ -185,7 +186,7 @@ def errors_of_steps(values: Floats, step: float, column: NDArray[np.int64]) -> N
 
 
 class Slope(NamedTuple):
-    """Linear trend over the cycles."""
+    """Linear trend of a channel over the cycles."""
 
     slope: float
     """Change of the channel per cycle."""
@@ -194,7 +195,7 @@ class Slope(NamedTuple):
 
 
 def drift_of(values: Floats, cycle: NDArray[np.int64], curve: MeanCycle) -> Slope:
-    """Fit the drift of a channel; its error includes the scatter of the cycles."""
+    """Fit the drift per cycle of a channel; its error includes the scatter between cycles."""
     progress = curve.of(cycle).residual
     square = float(progress @ progress)
     if square == 0.0:
@@ -209,7 +210,7 @@ def drift_of(values: Floats, cycle: NDArray[np.int64], curve: MeanCycle) -> Slop
 
 
 def slowness(residual: Floats, number: NDArray[np.int64], noise: float, fitted_count: int) -> float:
-    """Return the variance of cycle means over that of white noise; 1 if not significantly more."""
+    """Return the variance of cycle means over that of white noise [-]; 1 if not significant."""
     from scipy.special import chdtrc
 
     count = np.bincount(number).astype(float)
@@ -222,7 +223,7 @@ def slowness(residual: Floats, number: NDArray[np.int64], noise: float, fitted_c
 
 
 def error_of_mean(values: Floats, number: NDArray[np.int64], curve: MeanCycle) -> float:
-    """Return the standard error of a mean from white noise or the scatter of the cycles."""
+    """Return the standard error of a channel's mean from noise and the scatter of cycles."""
     residual = curve.of(values).residual
     noise = curve.noise(residual)
     count = np.bincount(number).astype(float)
@@ -281,7 +282,7 @@ def turns_of(time: Floats, x: Floats, cycles: Cuts) -> tuple[Floats, float]:
 
 
 def _bent_turns(time: Floats, x: Floats, mean: float, cycles: Cuts) -> Floats:
-    """Return the cycles since the first cut for a varying frequency, by a spline."""
+    """Return the phase of each sample [cycles since the first cut] at a varying frequency."""
     from scipy.interpolate import CubicSpline
 
     cuts = cycles.cuts
@@ -313,7 +314,7 @@ def _fundamentals(
 
 
 def _from_first_cut(turn: Floats, cycles: Cuts) -> Floats:
-    """Count cycles from the first cut, a peak or, if ``flipped``, a trough."""
+    """Shift phases [cycles] to be zero at the first cut: a peak or, if ``flipped``, a trough."""
     if cycles.flipped:
         turn -= 0.5
     turn -= math.ceil(float(turn[cycles.cuts[0]]) - 0.02)
@@ -321,7 +322,7 @@ def _from_first_cut(turn: Floats, cycles: Cuts) -> Floats:
 
 
 class Turns(NamedTuple):
-    """Phase of each sample of a record, in cycles since the first cut."""
+    """Phase of each sample of a record [cycles since the first cut]."""
 
     turns: Floats
     """Cycles, continued over gaps; NaN outside the blocks."""
@@ -341,12 +342,12 @@ class Turns(NamedTuple):
 
     @property
     def cycle_count(self) -> int:
-        """Whole cycles of all blocks."""
+        """Number of whole cycles in all blocks."""
         return sum(count for _, _, count in self.ends)
 
 
 def all_turns(time: Floats, x: Floats, blocks: Blocks) -> Turns:
-    """Return the phases of a record, with cycles counted across the gaps."""
+    """Return the phases of a record, with the logged cycles of all blocks numbered in sequence."""
     parts = [
         turns_of(time[block.samples], x[block.samples], block.cycles)
         for block in blocks.having_cycles
@@ -389,7 +390,7 @@ def _at_rate(time: Floats, x: Floats, cycles: Cuts, rate: float) -> Floats:
 def _by_least_squares(
     time: Floats, x: Floats, origin: tuple[float, float], rate: float, offset: float, cycles: int
 ) -> tuple[float, float]:
-    """Fit rate and phase of the fundamental together with some harmonics; time may be uneven."""
+    """Fit frequency [Hz] and phase [cycles] of the fundamental, together with some harmonics."""
     harmonic_count = max(1, min(_HARMONICS, int(0.25 * x.size / cycles)))
     size, (first, mean) = float(np.ptp(x)), origin
     whole_mean = float(time.mean()) - first
@@ -433,7 +434,7 @@ def _least_squares(normal: Floats, right: Floats) -> Floats:
 
 
 class Places(NamedTuple):
-    """Number of bins of phase of a record."""
+    """Number of phase bins of a record."""
 
     number: int
     alike: bool
@@ -441,7 +442,7 @@ class Places(NamedTuple):
 
 
 def places_of(phase: Floats, a_cycle: float) -> Places:
-    """Count the distinct phases of the samples; ``a_cycle`` is the number of samples per cycle."""
+    """Return the number of distinct phases of samples, or of bins if phases do not repeat."""
     first_phases = phase[: min(phase.size, _LOOKED_AT)]
     for cycles in range(1, _MOST_CYCLES + 1):
         sample_count = round(cycles * a_cycle)
@@ -453,5 +454,5 @@ def places_of(phase: Floats, a_cycle: float) -> Places:
 
 
 def stretches(size: int) -> Iterator[slice]:
-    """Iterate over the pieces in which a long record is processed."""
+    """Yield slices that divide a long record into pieces, to limit memory."""
     return (slice(at, min(at + _PIECE, size)) for at in range(0, size, _PIECE))

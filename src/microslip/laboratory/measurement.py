@@ -1,4 +1,4 @@
-"""Evaluation of the cycles of a record: energy, damping, friction, stiffness, regime."""
+"""Evaluation of the cycles of a record: energy, damping, friction, stiffness, slip regime."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ _MOST = {
 
 
 class AmplitudeLevel(NamedTuple):
-    """Cycles of a record at one of its amplitudes, with their means."""
+    """Settled cycles of a record at one of several amplitudes, with their means."""
 
     cycles: NDArray[np.intp]
     """Indices of the cycles, from 0."""
@@ -87,7 +87,7 @@ class Measurement(Plottable):
     cycles : mapping of str to ndarray
         Columns with a value for each cycle, one-dimensional, in SI units: ``start`` (sample) and
         ``period`` [samples], ``frequency`` [Hz], ``amplitude`` [m] and ``force_amplitude`` [N]
-        (half ranges), ``displacement_offset`` [m] and ``force_offset`` [N] (their middles),
+        (half ranges), ``displacement_offset`` [m] and ``force_offset`` [N] (mid-ranges),
         ``normal_load`` [N], ``dissipated_energy`` [J], ``energy_ratio`` A, ``loss_factor``,
         ``damping_ratio``, ``sliding_distance`` [m], ``sliding_ratio`` D, ``fouvry_ratio`` B,
         ``friction_peak``, ``friction_energy``, ``chord_stiffness`` [N/m] and ``closure_error`` [-].
@@ -96,39 +96,39 @@ class Measurement(Plottable):
     thresholds : Thresholds
         Thresholds of the regimes.
     mean : mapping of str to Estimate
-        Means of the columns with their confidence intervals (Student), over the cycles that close
-        to a quarter of their force, have no spike and are settled: of one amplitude (to 1 % or the
-        noise), without a trend of force and energy by over 2 %. Where none are, the intervals are
-        the range of the cycles.
+        Means of the columns with their confidence intervals (Student), over the cycles that are
+        closed (end forces differ by at most a quarter of the force range), have no spike and are
+        settled: of one amplitude (to 1 % or the noise), without a trend of force and energy by over
+        2 %. If no cycles are settled, the intervals are the range of the cycles.
     confidence : float
         Level of the intervals [-].
     frequency : float or None
-        Measured frequency [Hz]; None where the record has no time.
+        Measured frequency [Hz]; None for a record without time.
     third_harmonic, load_ripple : float or None
         Third harmonic of the displacement over its fundamental [-]; half the range of the normal
-        load within the cycle over its mean [-], None where it was not recorded.
+        load within the mean cycle over its mean [-], None if the load was not recorded.
     rig_stiffness : float or None
-        Stiffness [N/m] whose deflection was taken off the displacement.
+        Stiffness of the rig [N/m] whose deflection was subtracted from the displacement.
     loop : tuple of ndarray
-        Displacement [m] and force [N] of the mean cycle, one-dimensional, for pictures.
+        Displacement [m] and force [N] of the mean cycle, one-dimensional, for figures.
     notes : tuple of str
         Notes on the record.
     probability : mapping of str to float
         Probability of each regime for the mean of the cycles [-].
     is_settled : bool
-        Whether the cycles of the means are alike; else their intervals are the range of the cycles.
+        Whether the averaged cycles are settled; if not, intervals are the range of the cycles.
     levels : tuple of AmplitudeLevel
-        Where the amplitude steps, the settled cycles at each amplitude and their means; else empty.
+        Settled cycles and means at each amplitude of a record with stepped amplitudes; else empty.
     count : Count
-        ``numbers`` of the cycles in the life of the contact, None where gaps hide them, and the
-        ``source`` of these.
+        ``numbers`` of the cycles since the contact was new, None if gaps make them unknown, and
+        the ``source`` of the numbers.
     gain_errors : mapping of str to float
         Relative standard deviations [-] of the gains of the sensors, included in ``mean``.
 
     Notes
     -----
-    Loops are read as in Fig. 19.7 and (19.29)-(19.30); D and B are those of Fouvry, Kapsa and
-    Vincent (1995, DOI 10.1016/0043-1648(94)06582-9).
+    Loops are evaluated as in Fig. 19.7 and (19.29)-(19.30) of chapter 19; D and B are those of
+    Fouvry, Kapsa and Vincent (1995, DOI 10.1016/0043-1648(94)06582-9).
     """
 
     name: str
@@ -160,16 +160,16 @@ class Measurement(Plottable):
 
     @property
     def regime(self) -> str:
-        """Regime of most cycles; of two equally frequent ones the likelier."""
+        """Regime of most cycles; of two equally frequent regimes the more probable one."""
         return max(
             REGIMES, key=lambda name: (self.regimes.count(name), self.probability.get(name, 0.0))
         )
 
     @property
     def possible_regimes(self) -> dict[str, float]:
-        """Likeliest regimes and their probabilities, up to the confidence level in sum.
+        """Most probable regimes with their probabilities, which sum to at least ``confidence``.
 
-        With stepped amplitudes only the regime of most cycles.
+        For stepped amplitudes only the regime of most cycles.
         """
         if self.levels or not self.probability:
             return {self.regime: 1.0}
@@ -180,19 +180,19 @@ class Measurement(Plottable):
         return possible
 
     def dissipated(self) -> Dissipated | None:
-        """Energy [J] up to each cycle, unlogged cycles included; None if unknown."""
+        """Cumulative energy [J] at each cycle, unlogged cycles included; None if unknown."""
         energies = self.cycles["dissipated_energy"]
         if self.count is None:
             return dissipated(np.arange(1.0, energies.size + 1.0, dtype=np.float64), energies)
         return None if self.count.numbers is None else dissipated(self.count.numbers, energies)
 
     def drift(self, column: str) -> Estimate:
-        """Change of a column from one cycle to the next: its trend by least squares.
+        """Return the change of a column per cycle, fitted by least squares.
 
         Parameters
         ----------
         column : str
-            Such as "displacement_offset" [m] or "dissipated_energy" [J].
+            Name of the column, such as "displacement_offset" [m] or "dissipated_energy" [J].
 
         Returns
         -------
@@ -210,7 +210,7 @@ class Measurement(Plottable):
         return trend(numbers[fine], y[fine], self.confidence)
 
     def table(self) -> str:
-        """Format the means: quantity, mean, confidence interval and unit."""
+        """Return the table of means as text: quantity, mean, confidence interval and unit."""
         lines = [f"{self.name}: {plural(len(self), 'cycle')}, {self.regime}"]
         for name, mean in self.mean.items():
             interval = f"[{mean.low:.6g}, {mean.high:.6g}]" if mean.number > 1 else "-"
@@ -218,7 +218,7 @@ class Measurement(Plottable):
         return "\n".join(lines)
 
     def summary(self) -> dict[str, Any]:
-        """Return the contents of summary.json: plain values without the columns, None for NaN."""
+        """Return the contents of summary.json: results without the columns; NaN becomes None."""
         levels = [
             {
                 "first_cycle": int(level.cycles[0]) + 1,
@@ -270,22 +270,22 @@ def measure(
     Parameters
     ----------
     record : Record
-        Displacement, force and, where there is one, normal load.
+        Displacement, force and, if measured, normal load.
     model : BackboneLaw, optional
-        Law whose thresholds separate the regimes; without it those of one sphere.
+        Law whose thresholds separate the regimes; by default that of one sphere.
     rig_stiffness : float, optional
-        Stiffness of the rig in series [N/m], above zero: its deflection T/k is taken off the
-        displacement. Energy, force, sliding distance and B do not depend on it.
+        Stiffness k of the rig in series [N/m], above zero: its deflection T/k is subtracted from
+        the displacement. Energy, force, sliding distance and B do not depend on it.
     confidence : float, optional
         Level of the confidence intervals [-], between 0 and 1.
     cycles : slice, optional
-        Cycles that the means are of, the first being 0; without it the settled ones.
+        Range of cycles to average, counted from 0; by default the settled ones.
     delay : float, optional
-        Time [s] by which the force lags behind the displacement, which is taken off.
+        Time [s] by which the force lags behind the displacement; the lag is removed.
     gain_errors : mapping, optional
-        Relative standard deviations [-] of the gains of the sensors, as their calibration has them,
-        by "force", "displacement" and "normal_load": errors that all cycles share, which the
-        intervals then know.
+        Relative standard deviations [-] of the gains of the sensors, from their calibration, by
+        "force", "displacement" and "normal_load". These errors are common to all cycles and are
+        included in the intervals.
 
     Returns
     -------
@@ -298,18 +298,19 @@ def measure(
     over the displacement by cubics in time. The remaining error due to the sample spacing is
     estimated from every other sample and widens the intervals of the means. Spikes, up to three
     consecutive samples, are replaced by straight lines, and their cycles left out of the means.
-    Cycles are cut at gaps of the time, and the frequency is that within the blocks. An open cycle
-    is closed by its chord; ``closure_error`` is the difference of the forces at its ends over their
-    range. The chord stiffness is that of the first 5 % of the force range after a reversal; its
-    interval includes the difference between three shapes of the branch. Stiffnesses are averaged as
-    compliances. ``friction_peak`` is the force amplitude over the mean load P, ``friction_energy``
-    is E_d/4 P delta_g, with delta_g half the width of the loop at its mean force.
+    Cycles are cut at gaps of the time, and the frequency is computed within the blocks between
+    gaps. An open cycle is closed by its chord; ``closure_error`` is the difference of the forces at
+    its ends over their range. The chord stiffness is that of the first 5 % of the force range after
+    a reversal; its interval includes the difference between three shapes of the branch. Stiffnesses
+    are averaged as compliances. With the mean normal load P of a cycle and the half width delta_g
+    of the loop at its mean force, ``friction_peak`` is the force amplitude over P, and
+    ``friction_energy`` is E_d/(4 P delta_g).
 
-    The regime is "stick" up to the energy ratio A at which the backbone of the model is 1 % below
-    its initial tangent, and "gross slip" from the B = E_d/4 T_m delta_g at which the model reaches
-    its limit, or 99 % of an asymptotic limit (one sphere: 0.7695). Settled cycles have the regime
-    of their mean, with a probability from their scatter. D and B are those of Fouvry, Kapsa and
-    Vincent (1995, DOI 10.1016/0043-1648(94)06582-9).
+    With the force amplitude T_m, B = E_d/(4 T_m delta_g). The regime is "stick" up to the energy
+    ratio A at which the backbone of the model is 1 % below its initial tangent, and "gross slip"
+    from the B at which the model reaches its limit, or 99 % of an asymptotic limit (one sphere:
+    0.7695). Settled cycles have the regime of their mean, with a probability from their scatter. D
+    and B are those of Fouvry, Kapsa and Vincent (1995, DOI 10.1016/0043-1648(94)06582-9).
     """
     if not isinstance(record, Record):
         raise InputError(
@@ -435,7 +436,7 @@ def _with_units(means: Mapping[str, Estimate]) -> dict[str, Any]:
 
 
 def _turned_to_its_peak(record: Record) -> Record:
-    """Rotate a single averaged loop so that it begins at its maximum; return others unchanged."""
+    """Return a single averaged loop rotated to begin at its maximum; other records unchanged."""
     x, force = record.displacement, record.force
     if x.size > MOST_OF_LOOP or not all(one_loop(x, force)[1:]):
         return record

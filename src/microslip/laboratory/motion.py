@@ -1,4 +1,4 @@
-"""Displacement of a mean cycle: harmonics, and corners of drives such as triangles."""
+"""Displacement of a mean cycle: harmonics, and corners for drives such as triangles."""
 
 from __future__ import annotations
 
@@ -25,11 +25,12 @@ _MOST_CORNERS, _SHARP, _MOVES = 12, 0.25, 8
 
 
 class Motion(NamedTuple):
-    """Periodic motion as a sum of terms that are linear in the coefficients.
+    """Periodic displacement as a sum of terms that are linear in the coefficients.
 
-    Coefficients [m] are the mean, cosine and sine of each harmonic, and for each corner at a phase
-    its height c and a shift: c K + shift K', with K(t) = ((t - pi)^2/2 - pi^2/6)/(2 pi), the sum of
-    cos(nt)/(pi n^2), whose slope falls by 1 at t = 0.
+    Coefficients [m] are the mean, cosine and sine of each harmonic, and two for each corner at
+    phase p: c K(t - p) + d K'(t - p), with K(t) = ((t - pi)^2/2 - pi^2/6)/(2 pi), the sum of
+    cos(nt)/(pi n^2) over n >= 1. The slope of K decreases by 1 at t = 0; d moves the corner by
+    -d/c.
     """
 
     harmonics: NDArray[np.int64]
@@ -45,7 +46,7 @@ class Motion(NamedTuple):
 def basis(
     phase: Floats, harmonics: NDArray[np.int64], corners: Floats, order: int = 0
 ) -> NDArray[np.float64]:
-    """Evaluate the terms of a motion (columns), or their derivative, at phases [rad]."""
+    """Evaluate the terms of a motion, or derivatives, at phases [rad] (phases, coefficients)."""
     n = harmonics.astype(float)
     angle = np.outer(phase, n) + 0.5 * math.pi * order
     factor = n**order
@@ -56,7 +57,7 @@ def basis(
 
 
 def corner_terms(phase: Floats, corners: Floats, order: int = 0) -> NDArray[np.float64]:
-    """Evaluate K and K' of each corner, or derivatives, at phases [rad]; a jump counts half."""
+    """Evaluate K and K' of each corner, or derivatives, at phases [rad]; at a jump the mean."""
     turn = np.mod(phase[:, None] - corners, 2.0 * math.pi)
     away = np.where(turn > 0.0, turn - math.pi, 0.0) / (2.0 * math.pi)
     steps = [math.pi * away**2 - math.pi / 12.0, away, np.full(turn.shape, 0.5 / math.pi)]
@@ -69,7 +70,7 @@ def corner_terms(phase: Floats, corners: Floats, order: int = 0) -> NDArray[np.f
 def later(
     coefficients: Floats, harmonics: NDArray[np.int64], corners: Floats, lag: float
 ) -> tuple[Floats, Floats]:
-    """Shift a motion by a phase [rad]; return coefficients and corners."""
+    """Delay a motion by a phase [rad]; return its coefficients and the phases of its corners."""
     angle, end = lag * harmonics.astype(float), 1 + 2 * harmonics.size
     a, b = coefficients[1:end:2], coefficients[2:end:2]
     turned = coefficients.copy()
@@ -79,7 +80,7 @@ def later(
 
 
 def phase_derivative(coefficients: Floats, harmonics: NDArray[np.int64]) -> Floats:
-    """Return the coefficients of the derivative by the phase, without the slopes of jumps."""
+    """Return the coefficients of the derivative by phase; that of K' is left out."""
     n, end = harmonics.astype(float), 1 + 2 * harmonics.size
     moved = np.zeros_like(coefficients)
     moved[1:end:2] = n * coefficients[2:end:2]
@@ -92,7 +93,7 @@ def phase_derivative(coefficients: Floats, harmonics: NDArray[np.int64]) -> Floa
 
 
 def motion_of(phase: Floats, x: Floats, places: int) -> Motion:
-    """Fit a motion to samples with ``places`` distinct phases."""
+    """Fit a motion to displacements ``x`` [m] at phases [rad], of which ``places`` are distinct."""
     samples = _Samples(phase, x)
     most_told = max(1, math.floor(0.4 * places))
     smooth = _fitted(samples, min(MOST_HARMONICS, most_told), np.zeros(0))
@@ -110,7 +111,7 @@ def motion_of(phase: Floats, x: Floats, places: int) -> Motion:
 
 
 def _price(motion: Motion, count: int) -> float:
-    """Return the Bayesian information criterion."""
+    """Return the Bayesian information criterion of a motion fitted to ``count`` samples."""
     return 2.0 * count * math.log(motion.noise) + motion.coefficients.size * math.log(count)
 
 
@@ -127,19 +128,19 @@ class _Samples:
         self.place, self.mean = self.sums(phase) / self.weight, self.sums(x) / self.weight
 
     def sums(self, values: Floats) -> Floats:
-        """Sum values over the occupied bins."""
+        """Return the sum of the values in each occupied phase bin."""
         sums = np.bincount(self.column, values, minlength=_FINE)[self.full]
         return np.asarray(sums, dtype=np.float64)
 
     def solved(self, design: Any) -> tuple[Floats, Floats]:
-        """Solve the least-squares problem; return coefficients and normal matrix."""
+        """Return the least-squares coefficients of a design matrix, and its normal matrix."""
         normal = design.T @ (self.weight[:, None] * design)
         return np.linalg.solve(normal, design.T @ (self.weight * self.mean)), normal
 
     def residual(
         self, coefficients: Floats, harmonics: NDArray[np.int64], corners: Floats
     ) -> Floats:
-        """Subtract the motion from the samples, with harmonics linearised in each bin."""
+        """Subtract a motion from the samples; harmonics are linearised within each bin."""
         end, smooth = 1 + 2 * harmonics.size, np.zeros(0)
         value, slope, middle = np.zeros((3, _FINE))
         for row, order in ((value, 0), (slope, 1)):
@@ -157,7 +158,10 @@ class _Samples:
 def _fitted(
     samples: _Samples, count: int, corners: Floats, given: NDArray[np.int64] | None = None
 ) -> Motion:
-    """Fit significant harmonics in addition to the given ones and to corners near given phases."""
+    """Fit the mean, the significant harmonics up to order ``count``, and corners.
+
+    ``corners`` are initial phases [rad]; ``given`` harmonics are fitted even if not significant.
+    """
     x = samples.x
     all_of, smooth = np.arange(1, count + 1, dtype=np.int64), np.zeros(0)
     design = basis(samples.place, all_of, smooth)
@@ -198,7 +202,7 @@ def _fitted(
 
 
 def _corners_of(motion: Motion) -> Floats:
-    """Return the phases [rad] of largest curvature."""
+    """Return the phases [rad] of the largest curvatures of a motion; none if there are too many."""
     n = motion.harmonics.astype(float)
     taper = np.cos(0.5 * math.pi * n / (n[-1] + 1.0)) ** 2
     grid = np.linspace(0.0, 2.0 * math.pi, _FINE, endpoint=False)

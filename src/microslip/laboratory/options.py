@@ -1,4 +1,4 @@
-"""Options of records, declared once: for reading and for measuring."""
+"""Options of commands on records, declared once for reading and measuring."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ _MOST_LONE, _LONGEST_LONE = 0.01, 3
 
 @dataclass(frozen=True)
 class Statements:
-    """Arguments of the user on a file; None where not given."""
+    """Arguments of the user on how to read a file; None if not given."""
 
     columns: Mapping[str, Any]
     sample_rate: float | None
@@ -57,7 +57,7 @@ class Statements:
 
 
 class ChannelNote(Remark):
-    """Remark on the source of a channel."""
+    """Note on the column from which a channel of a record was read."""
 
     heading: str
     """Name of the column in the file."""
@@ -66,7 +66,7 @@ class ChannelNote(Remark):
     _how: str
 
     def __new__(cls, role: str, heading: str, words: str, is_turned: bool = False) -> Self:
-        """Make ``'role: column "heading" words'``."""
+        """Format the note as ``'role: column "heading" words'``."""
         self = super().__new__(cls, role, f'column "{heading}" {words}')
         self.heading, self.is_turned, self._how = heading, is_turned, words
         return self
@@ -76,7 +76,7 @@ class ChannelNote(Remark):
 
 
 def read(path: Path, statements: Statements) -> dict[str, Any]:
-    """Read the fields of a record by name."""
+    """Read a file; return the arguments of :class:`Record` by name."""
     table = read_table(path, "a record", statements.format)
     columns = understood(table.columns)
     loads = statements.columns["normal_load"]
@@ -251,7 +251,7 @@ def _arrays(
 
 
 def _is_lone(bad: Any) -> bool:
-    """Return whether missing numbers are few and isolated."""
+    """Return whether the missing numbers of a mask are few and isolated."""
     lengths = np.diff(runs_of(bad), axis=1)
     return not bad[0] and int(lengths.max()) <= _LONGEST_LONE and float(bad.mean()) <= _MOST_LONE
 
@@ -325,7 +325,7 @@ def _add_stated(
     statements: Statements,
     notes: list[str],
 ) -> None:
-    """Add values for the whole record from the file, unless given by the user or columns."""
+    """Add the sample rate, frequency and load stated by the file, unless given otherwise."""
     if parts["sample_rate"] is not None:
         if "time" in by_part:
             raise InputError("`time` and `sample_rate` are redundant; write one of them")

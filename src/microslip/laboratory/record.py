@@ -1,4 +1,4 @@
-"""Record of a rig in SI units, with the source of each number."""
+"""Record of a test rig in SI units, with the source of each channel."""
 
 from __future__ import annotations
 
@@ -39,10 +39,11 @@ UNITS = {
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Record(Locked, Plottable):
-    """Displacement and force of a contact, sample by sample, as a rig measured them.
+    """Displacement and force of a contact at each sample, as measured on a test rig.
 
-    T is positive where it pulls in the direction of positive displacement, so that loops of (19.29)
-    run clockwise and cost energy; the normal load is positive in compression.
+    The force T is positive if it acts in the direction of positive displacement, so that the loops
+    of (19.29) in chapter 19 run clockwise and dissipate energy; the normal load is positive in
+    compression.
 
     Parameters
     ----------
@@ -51,11 +52,11 @@ class Record(Locked, Plottable):
     force : array_like
         Tangential force [N], one for each displacement.
     normal_load : array_like or float, optional
-        Normal load [N]: one for each sample, compression positive, or one for all, above zero.
+        Normal load [N], positive in compression: one for each sample, or a number above zero.
     time : array_like, optional
-        Time [s] of each sample, always increasing.
+        Time [s] of each sample, strictly increasing.
     sample_rate : float, optional
-        Samples a second [Hz], in place of `time`.
+        Sampling rate [Hz], as an alternative to `time`.
     frequency : float, optional
         Frequency [Hz] of the excitation.
     commanded : array_like, optional
@@ -64,9 +65,9 @@ class Record(Locked, Plottable):
         Cycle counter of the rig [-], one for each sample, never decreasing. It identifies the
         cycles if only some were logged.
     name : str
-        Name of the record in messages and pictures.
+        Name of the record in messages and figures.
     notes : tuple of str
-        Source: file, columns, units, signs, zeros.
+        Notes on the source: file, columns, units, signs, zeros.
     """
 
     displacement: NDArray[np.float64]
@@ -178,48 +179,49 @@ class Record(Locked, Plottable):
         name: str | None = None,
         limit: int = POINTS,
     ) -> Record:
-        """Read a record from text (CSV, TSV, TXT), MATLAB's MAT, TDMS, HDF5 or NumPy's.
+        """Read a record from text (CSV, TSV, TXT), Excel, MATLAB, TDMS, HDF5 or NumPy files.
 
-        Columns and units that are not given are detected by names and units if unambiguous, and
-        are an error otherwise. `notes` lists the sources. The file is not changed.
+        Columns and units that are not given are detected from their names and units; ambiguous ones
+        raise an error. `notes` lists the sources. The file is not changed.
 
         Parameters
         ----------
         path : str or path
-            The file.
+            File to read.
         displacement, force, commanded : str, optional
-            Names of the columns, with or without their unit, or "#2" for the second one;
+            Names of the columns, with or without their unit, or "#2" for the second column;
             ``commanded=False`` for none.
         cycle_number : str or False, optional
-            Column of the rig's counter of cycles; False for none.
+            Column of the rig's cycle counter; False for none.
         normal_load : str or float, optional
-            Name of the column, or one load [N] for all samples, as number or text ("500 N"); False
+            Name of the column, or a load [N] for all samples, as number or text ("500 N"); False
             for none.
         time : str or False, optional
             Name of the column; False for none.
         sample_rate : float, optional
-            Samples a second [Hz], in place of a column of time.
+            Sampling rate [Hz], as an alternative to a column of time.
         frequency : float, optional
             Frequency [Hz] of the excitation.
         units : mapping, optional
-            Units of columns by what they are, such as ``{"force": "mN"}``. They go before those of
-            the file.
+            Units of columns by quantity, such as ``{"force": "mN"}``. They take precedence over
+            those in the file.
         calibration : mapping, optional
-            Factors of sensors, such as ``{"force": "12.5 N/V"}``; a plain number is [m], [N] or [s]
-            per number in the file.
+            Factors of sensors by quantity, such as ``{"force": "12.5 N/V"}``; a plain number is
+            [m], [N] or [s] per unit of the numbers in the file.
         sign : int or mapping, optional
-            -1 turns the sign of the force; a mapping, such as ``{"displacement": -1}``, of others.
+            -1 reverses the sign of the force; a mapping, such as ``{"displacement": -1}``, that of
+            other quantities.
         zero : mapping, optional
-            Zero before the sign is applied: a value as number [m], [N], [s] or text
-            ("0.3 N"), or "mean", "middle" (of lowest and highest) or "first".
+            Value to subtract by quantity, before the sign is applied: a number [m], [N] or [s],
+            text ("0.3 N"), or "mean", "middle" (of minimum and maximum) or "first".
         rows : slice, optional
-            Rows to take, the first being 0.
+            Rows to read, counted from 0.
         format : str, optional
             "text", "mat", "tdms", "hdf5", "npy" or "npz"; by default detected from the first bytes.
         name : str, optional
-            Name of the record; without it the file's name.
+            Name of the record; by default the name of the file.
         limit : int
-            Numbers that its columns may hold; it is refused before they are read.
+            Largest number of values in the file's columns, checked before they are read.
 
         Returns
         -------
@@ -250,14 +252,14 @@ class Record(Locked, Plottable):
             return cls(**parts, name=path.stem if name is None else name)
 
     def to_csv(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
-        """Write the record as CSV in SI units; :meth:`read` gives the same numbers, bit for bit.
+        """Write the record as CSV in SI units; :meth:`read` returns exactly the same numbers.
 
         Parameters
         ----------
         path : str or path
-            The file to be.
+            File to write.
         overwrite : bool
-            Whether a file that is there may be replaced.
+            Whether an existing file may be replaced.
         """
         target = checked_path(path)
         columns = {
@@ -285,7 +287,7 @@ class Record(Locked, Plottable):
 
 
 def once_a_record(function: Callable[[Record], Answer]) -> Callable[[Record], Answer]:
-    """Cache the result of a function of a record as long as the record exists."""
+    """Cache the result of a function of a record for as long as the record exists."""
     answers: WeakKeyDictionary[Record, Answer] = WeakKeyDictionary()
 
     @functools.wraps(function)
@@ -298,7 +300,7 @@ def once_a_record(function: Callable[[Record], Answer]) -> Callable[[Record], An
 
 
 def _locked_series(key: str, raw_values: Any) -> Floats:
-    """Validate a series and return it as a read-only array."""
+    """Validate a one-dimensional array of numbers and return it as a read-only copy."""
     values = checked(key, raw_values, UNITS[key].strip("-")).reshape(-1)
     # Readers hand over arrays that are locked already; a long record is not copied again.
     if (
@@ -344,5 +346,5 @@ def path_text(path: str | os.PathLike[str]) -> str:
 
 
 def line_text(text: str) -> str:
-    """Return text on one line without unprintable characters."""
+    """Return text on one line, without unprintable characters."""
     return "".join(c if c.isprintable() else " " if c.isspace() else "?" for c in text)

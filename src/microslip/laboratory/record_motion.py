@@ -23,7 +23,7 @@ out of phase, of a sine seen by a sensor that is not linear."""
 
 
 def frequency_of(record: Record, blocks: Blocks) -> float | None:
-    """Return the frequency [Hz] of the cycles within the blocks, without the time between them."""
+    """Return the frequency [Hz] of the cycles, without the time in gaps; None without a time."""
     cuts = [block.first + block.cycles.cuts for block in blocks.having_cycles]
     cycle_count = sum(block.cycle_count for block in blocks.having_cycles)
     if record.time is not None:
@@ -34,7 +34,7 @@ def frequency_of(record: Record, blocks: Blocks) -> float | None:
 
 
 def _angles(cycles: Cuts, sample_limit: int = 1 << 18) -> tuple[slice, Floats]:
-    """Return the first whole cycles as a slice, and the phase of their samples [cycles]."""
+    """Return the slice of the first whole cycles, and the phase of its samples [cycles]."""
     count = max(
         1, int(np.searchsorted(cycles.cuts, cycles.cuts[0] + sample_limit, side="right")) - 1
     )
@@ -44,7 +44,7 @@ def _angles(cycles: Cuts, sample_limit: int = 1 << 18) -> tuple[slice, Floats]:
 
 
 class Distortion(NamedTuple):
-    """Third harmonic of the displacement."""
+    """Third harmonic of the displacement, relative to the fundamental."""
 
     third: float
     """Third harmonic relative to the fundamental [-]."""
@@ -53,7 +53,7 @@ class Distortion(NamedTuple):
     makes it of a sine whose characteristic is a cubic."""
 
     def note(self) -> str:
-        """Format the note."""
+        """Describe the third harmonic and its possible causes in a sentence for the user."""
         return (
             f"the displacement has a third harmonic of {100.0 * self.third:.1f} %, in phase with "
             f"it and alone: {UNDECIDED} (the drive, or a displacement sensor that is not linear, "
@@ -63,7 +63,7 @@ class Distortion(NamedTuple):
 
 
 def distortion_of(record: Record, block: Block) -> Distortion:
-    """Evaluate the third harmonic of the displacement, and whether it may be of the sensor."""
+    """Return the third harmonic of the displacement, and whether a sensor may have caused it."""
     piece, share = _angles(block.cycles)
 
     def harmonics(values: Floats) -> NDArray[np.complex128]:
@@ -101,7 +101,10 @@ def mean_loop_of(
     rows: NDArray[np.intp],
     samples: int = 256,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the closed mean loop [m], [N] of up to a hundred cycles, spread over the record."""
+    """Return displacement [m] and force [N] of the closed mean loop of the cycles ``rows``.
+
+    At most a hundred cycles, evenly distributed over the rows, are averaged.
+    """
     places = rows[np.linspace(0, rows.size - 1, min(100, rows.size)).astype(int)]
     grid = np.linspace(0.0, 1.0, samples + 1)
     total = np.zeros((2, grid.size))

@@ -1,4 +1,4 @@
-"""Stick, partial slip or gross slip, by the thresholds of a law."""
+"""Slip regime of measured cycles (stick, partial or gross slip), by the thresholds of a law."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ RESOLVED = 1e-3
 
 
 class Thresholds(NamedTuple):
-    """Thresholds between the regimes."""
+    """Thresholds between stick, partial slip and gross slip, on energy ratios of the loop."""
 
     stick: float
     """Largest energy ratio A of stick."""
@@ -38,7 +38,7 @@ slip limit."""
 
 
 def thresholds(model: BackboneLaw | None = None) -> Thresholds:
-    """Return the thresholds of a law."""
+    """Return the thresholds between the regimes for a law, by default those of one sphere."""
     if model is None:
         return _OF_SPHERE
     bent, onset, word = _ends_of(model)
@@ -52,7 +52,10 @@ def thresholds(model: BackboneLaw | None = None) -> Thresholds:
 
 
 def _ends_of(model: BackboneLaw) -> tuple[float, float, str]:
-    """Return the displacements [m] at the end of stick and at gross slip, and its criterion."""
+    """Return the displacements [m] at the end of stick and at gross slip.
+
+    The third item describes how gross slip was defined.
+    """
     if not isinstance(model, BackboneLaw):
         raise InputError(f"`model` must be a backbone law, such as an Interface, got {show(model)}")
     first = model.tangential_stiffness
@@ -74,7 +77,7 @@ def _ends_of(model: BackboneLaw) -> tuple[float, float, str]:
 
 
 def _first(holds: Callable[[float], bool], low: float, high: float, steps: int = 100) -> float:
-    """Find by bisection the smallest value from which a condition holds."""
+    """Return by bisection the smallest value in [low, high] from which a condition holds."""
     for _ in range(steps):
         middle = 0.5 * (low + high)
         low, high = (low, middle) if holds(middle) else (middle, high)
@@ -82,7 +85,7 @@ def _first(holds: Callable[[float], bool], low: float, high: float, steps: int =
 
 
 class RecordRegimes(NamedTuple):
-    """Regimes of a record."""
+    """Slip regime of each cycle of a record, and probability of each regime for the mean cycle."""
 
     of_each: tuple[str, ...]
     """Regime of each cycle; settled cycles have that of their mean."""
@@ -96,7 +99,7 @@ def regimes_of(
     is_counted: NDArray[np.bool_],
     is_moving: bool,
 ) -> RecordRegimes:
-    """Return the regime of each cycle and the probabilities for the mean of the counted ones."""
+    """Return the slip regime of each cycle, and the probabilities of the mean cycle's regime."""
     energy, force = columns["dissipated_energy"], columns["force_amplitude"]
     below = _chance_below(energy, 4.0 * columns["amplitude"] * force, limits.stick, is_counted)
     short = _chance_below(
@@ -123,6 +126,6 @@ def regimes_of(
 def _chance_below(
     above: Floats, under: Floats, limit: float, is_counted: NDArray[np.bool_]
 ) -> float:
-    """Return the probability that the ratio of two means is not above a limit."""
+    """Return the probability [-] that mean ``above`` over mean ``under`` is at most a limit."""
     fine = is_counted & np.isfinite(above) & np.isfinite(under)
     return chance_below(above[fine] - limit * under[fine])

@@ -1,8 +1,8 @@
 """Reversal points of cycles between samples, and the energy of loops through them.
 
-A polygon through the samples cuts the corners of a loop: of a sine sampled n times a cycle it
-encloses (2 pi/n)^2/6 less. So the reversal points are estimated between the samples, and on each
-branch from one to the next the force is integrated over the displacement along cubics in time.
+A polygon through the samples cuts the corners of a loop: with n samples per cycle of a sine its
+area is too small by the fraction (2 pi/n)^2/6. So the reversal points are estimated between the
+samples, and between them the force is integrated over the displacement by cubics in time.
 """
 
 from __future__ import annotations
@@ -44,7 +44,10 @@ class Reversals(NamedTuple):
 def reversals_of(
     x: Floats, force: Floats, places: NDArray[np.int64], cycles: Cuts, noise: float
 ) -> Reversals:
-    """Estimate reversals near some samples from the maxima of ``x`` [m] with known noise [m]."""
+    """Estimate the maxima of ``x`` [m] near the samples ``places``, and the force there.
+
+    ``noise`` [m] is the standard deviation of x.
+    """
     half = max(3 if cycles.period >= 40.0 else 2, cycles.window)
     t = np.arange(-half, half + 1.0)
     rows = _reflected(x, places, half)
@@ -93,9 +96,9 @@ def _reflected(x: Floats, places: NDArray[np.int64], half: int) -> Floats:
 
 
 def _smooth_turns(rows: Floats, t: Floats, noise: float) -> tuple[Floats, Floats, Floats, float]:
-    """Fit quartics to rows of samples; return position and height of the maxima, and the quartics.
+    """Fit a quartic to each row of samples; return position and height of its maximum.
 
-    The last value is the typical standard error of a position [samples].
+    Then follow the values of the quartics, and the typical standard error of a position [samples].
     """
     powers = t[:, None] ** np.arange(5)
     inverse = np.linalg.pinv(powers)
@@ -127,7 +130,7 @@ class _Corner(NamedTuple):
 
 
 def _corners(rows: Floats, t: Floats) -> _Corner:
-    """Fit straight lines on both sides of the split with the smallest sum of squares."""
+    """Fit two straight lines to each row of samples, split where the sum of squares is smallest."""
     splits = np.arange(2, t.size - 1)
     powers = np.array([np.ones_like(t), t, t * t])
     sums = np.cumsum(powers, axis=1)
@@ -161,7 +164,7 @@ def _corners(rows: Floats, t: Floats) -> _Corner:
 
 
 class Branches(NamedTuple):
-    """Reversals of the cycles of a block, cycle edges and energies."""
+    """Reversals, start times and energies of the cycles of a block."""
 
     peaks: Reversals
     troughs: Reversals
@@ -172,7 +175,7 @@ class Branches(NamedTuple):
 
 
 def branches_of(x: Floats, force: Floats, cycles: Cuts) -> Branches:
-    """Find the reversals of cycles and integrate the force over the displacement between them."""
+    """Find the reversals of cycles and the energy of each cycle by integration between them."""
     noise = noise_of(x)
     cuts = cycles.cuts
     is_peak_cut = bool(np.array_equal(cuts[:-1], cycles.peaks))
@@ -217,7 +220,7 @@ def branches_of(x: Floats, force: Floats, cycles: Cuts) -> Branches:
 
 
 def _work(time: Floats, x: Floats, force: Floats, reversal: NDArray[np.intp]) -> Floats:
-    """Integrate the work [J] from each node to the next by cubics between reversals."""
+    """Return the work [J] between successive nodes, by cubics in time between reversals."""
     number = time.size - 1
     edges = np.unique(np.concatenate(([0], reversal, [number])))
     work = np.empty(number)

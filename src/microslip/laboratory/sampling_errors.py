@@ -1,4 +1,4 @@
-"""Errors of the columns of cycles due to the spacing of the samples."""
+"""Errors of the quantities of cycles due to the spacing of the samples."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ _ENCLOSED = (
 def sampling_errors(
     record: Record, block: Block, columns: Mapping[str, Floats], compliance: float
 ) -> dict[str, float]:
-    """Estimate relative half-widths of the errors of the means due to the sample spacing [-].
+    """Estimate the half-widths of errors of means due to sample spacing, relative to the means.
 
     The columns of a block are evaluated again from its even and from its odd samples. Errors of
-    stiffnesses include the difference between shapes of the branch.
+    stiffnesses include the difference between the results of three shapes of the branch.
     """
     names = [name for name in columns if name not in _NO_LENGTH]
     period = block.cycles.period
@@ -92,7 +92,7 @@ def _halved(cycles: Cuts, parity: int, size: int) -> Cuts:
 
 
 def _relative(whole: Floats, half: Floats, is_stiffness: bool) -> float:
-    """Return the relative change of a mean from all samples to half of them [-]."""
+    """Return the relative change of a mean if only every other sample is used [-]."""
     with np.errstate(divide="ignore", invalid="ignore"):
         if is_stiffness:
             whole, half = 1.0 / whole, 1.0 / half

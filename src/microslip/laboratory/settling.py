@@ -1,7 +1,7 @@
 """Settled cycles of a record, over which means are taken.
 
-A mean over stepped amplitudes or running-in describes no cycle, and its interval narrows with the
-number of cycles all the same. So means are taken over a stretch without trends.
+A mean over stepped amplitudes or running-in does not describe any cycle, but its confidence
+interval narrows with the number of cycles. So means are taken over cycles without trends.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class Level(NamedTuple):
 
 
 class Settled(NamedTuple):
-    """Cycles without trends."""
+    """Selection of cycles without trends, with notes on cycles left out."""
 
     selection: NDArray[np.bool_]
     """Mask of the cycles of the means."""
@@ -72,7 +72,7 @@ class Settled(NamedTuple):
 
 
 def excess_loss_notes(loss_factor: NDArray[np.float64]) -> list[str]:
-    """Return notes on loops larger than the rectangle around their reversals."""
+    """Return notes on loops with a larger area than the rectangle around their reversal points."""
     large = loss_factor > _MOST_LOSS
     if not large.any():
         return []
@@ -84,18 +84,19 @@ def excess_loss_notes(loss_factor: NDArray[np.float64]) -> list[str]:
 
 
 def named_cycles(is_named: NDArray[np.bool_]) -> str:
-    """Format cycles, such as "2 cycles (3, 8)"."""
+    """Format the number of selected cycles and their numbers, such as "2 cycles (3, 8)"."""
     places = np.flatnonzero(is_named) + 1
     numbers = ", ".join(map(str, places[:5])) + (", ..." if places.size > 5 else "")
     return f"{plural(places.size, 'cycle')} ({numbers})"
 
 
 def settled(columns: Mapping[str, Floats], sound: NDArray[np.bool_], noise: float = 0.0) -> Settled:
-    """Find the settled cycles among the sound ones; ``noise`` [m] is that of the amplitudes.
+    """Find the settled cycles among the ``sound`` ones: closed and without spikes.
 
     If there are several amplitudes, each is a level, and the longest one is selected; single cycles
     of other amplitudes, such as a run-up, are left out. At one amplitude the end of the record is
-    selected over which force and energy change by at most 0.3 %, otherwise 2 %.
+    selected over which force and energy change by at most 0.3 %, otherwise 2 %. ``noise`` [m] is
+    the standard error of an amplitude.
     """
     places = np.flatnonzero(sound)
     notes: list[str] = []
@@ -126,7 +127,7 @@ def settled(columns: Mapping[str, Floats], sound: NDArray[np.bool_], noise: floa
 
 
 def requested(columns: Mapping[str, Floats], selection: NDArray[np.bool_]) -> Settled:
-    """Select the requested cycles and apply the same rule to them."""
+    """Select the requested cycles, and decide whether they are settled."""
     places = np.flatnonzero(selection)
     if _moving(columns, places, ALIKE):
         return Settled(selection, True, (_moving_note(columns, places, _MOVING[:2]),))
@@ -139,7 +140,7 @@ def _level(columns: Mapping[str, Floats], places: NDArray[np.intp]) -> Level:
 
 
 def settled_from(columns: Mapping[str, Floats], places: NDArray[np.intp]) -> int | None:
-    """Return the index from which on the cycles are settled; None if they never are."""
+    """Return the index in ``places`` of the first settled cycle; None if cycles never settle."""
     late = _settled_end(columns, places, MORE_ALIKE)
     late = _settled_end(columns, places, ALIKE) if late is None else late
     # If the end itself wanders, the change before it may be chance.
@@ -154,7 +155,7 @@ def _wanders(values: Floats) -> bool:
 
 
 def _one_amplitude(values: Floats, noise: float) -> list[NDArray[np.intp]]:
-    """Group the positions of like amplitudes [m]; no group if all amplitudes ramp."""
+    """Group cycles of like amplitude [m]; return no group if all amplitudes ramp."""
     usual = float(np.median(np.abs(values)))
     logs = np.log(np.maximum(np.abs(values), 1e-9 * max(usual, 1e-300)))
     jitter = 0.0
@@ -204,7 +205,7 @@ def _one_amplitude(values: Floats, noise: float) -> list[NDArray[np.intp]]:
 
 
 def _is_level(levels: Floats, begin: int, end: int, widest: float) -> bool:
-    """Return whether a stretch has no trend: a ramp has stretches within the limit, too."""
+    """Return whether successive cycles have one amplitude without a trend."""
     if end - begin < FEWEST:
         # Too few cycles for a trend: the amplitude must jump before and after them.
         inside = float(levels[begin:end].mean())
@@ -237,14 +238,14 @@ def _longest(values: Floats, widest: float) -> tuple[int, int]:
 
 
 def is_certain(line: Estimate) -> bool:
-    """Return whether a trend is no accident: over five standard errors, or 99.9 % where few."""
+    """Return whether a trend is significant: over five standard errors, and at 99.9 %."""
     if line.number < 4:
         return False
     return abs(line.value) > max(CERTAIN, quantile(0.999, line.number - 2)) * line.standard_error
 
 
 def _moves(values: Floats, smallest: float) -> bool:
-    """Return whether a linear trend exceeds ``smallest`` significantly."""
+    """Return whether values change significantly, and by more than ``smallest``, by a trend."""
     slope, error = _slope(values)
     certain = CERTAIN
     if values.size < HALVED:
@@ -260,7 +261,7 @@ def _slope(values: Floats) -> tuple[float, float]:
 def _moving(
     columns: Mapping[str, Floats], places: NDArray[np.intp], alike: float
 ) -> dict[str, tuple[float, float]]:
-    """Return the significant trends over some cycles: slope per cycle and its error."""
+    """Return the columns with a significant trend: slope per cycle and its standard error."""
     if places.size < JUDGED:
         return {}
     around = 4.0 * abs(
@@ -281,7 +282,7 @@ def _moving(
 def _settled_end(
     columns: Mapping[str, Floats], places: NDArray[np.intp], alike: float
 ) -> int | None:
-    """Return the index from which on force and energy are settled; None if they never are."""
+    """Return the index in ``places`` from which force and energy have no trend; None if never."""
     rates = {name: abs(slope) for name, (slope, _) in _moving(columns, places, alike).items()}
     if not rates:
         return 0
@@ -317,7 +318,7 @@ _WORDS = {
 
 
 def _span(columns: Mapping[str, Floats], places: NDArray[np.intp], names: tuple[str, ...]) -> str:
-    """Format a drift by means of the first and last tenth: "force amplitude 300 N to 500 N"."""
+    """Format means over the first and last tenth of cycles: "force amplitude 300 N to 500 N"."""
     tenth = max(1, places.size // 10)
     texts = []
     for name in names:

@@ -1,4 +1,4 @@
-"""Spikes of a sensor or its cable."""
+"""Spikes in the channels of a record, caused by a sensor or its cable."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _COARSE = 40.0
 
 
 class Spike(NamedTuple):
-    """Sample, or a few consecutive ones, far from the neighbours."""
+    """Sample, or up to three consecutive ones, far from the neighbouring samples."""
 
     channel: str
     """"displacement", "force" or "normal_load"."""
@@ -55,10 +55,11 @@ class Spike(NamedTuple):
 def spikes_of(record: Record) -> tuple[Spike, ...]:
     """Find the spikes in a record.
 
-    A spike is up to three consecutive samples whose distance from the median of the eight samples
-    before and after exceeds five times half the range, both of those samples (without lowest and
-    highest) and of the record (5th to 95th percentile); for a normal load also five times its
-    median. Growing amplitudes and noise make none. The limits are this project's.
+    A spike is up to three consecutive samples that differ from the median of the eight samples
+    before and after by more than five times half of two ranges: that of the eight samples (without
+    lowest and highest) and that of the record (5th to 95th percentile); for a normal load also by
+    five times its median. Growing amplitudes and noise are not spikes. The limits are this
+    project's.
     """
     spikes: list[Spike] = []
     for channel in ("displacement", "force", "normal_load"):
@@ -69,7 +70,7 @@ def spikes_of(record: Record) -> tuple[Spike, ...]:
 
 
 def without_spikes(record: Record, spikes: Sequence[Spike]) -> Record:
-    """Replace the spikes of a record by straight lines."""
+    """Replace the spikes of a record by linear interpolation."""
     if not spikes:
         return record
     changed: dict[str, Any] = {}
@@ -113,9 +114,9 @@ def _spikes_in(channel: str, values: NDArray[np.float64]) -> list[Spike]:
 
 
 def _peaks_in(channel: str, values: NDArray[np.float64], span: float) -> list[Spike]:
-    """Find spikes within the range of the channel: samples beyond all neighbours.
+    """Find samples beyond all neighbours, though within the range of the channel.
 
-    Peaks in many cycles belong to the loop, such as its corners where they are sampled coarsely.
+    Peaks that occur in many cycles belong to the loop, such as coarsely sampled corners.
     """
     if channel == "normal_load" or values.size < 64:
         return []

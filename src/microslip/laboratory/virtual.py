@@ -1,4 +1,4 @@
-"""Virtual tribometer: the rig of section 2.1 of the chapter."""
+"""Virtual tribometer: the test rig of section 2.1 of chapter 19."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType(
 
 
 class InSeries(BackboneLaw):
-    """Joint in series with a spring: the displacement is that of the far end of the spring.
+    """Joint in series with a spring; the displacement is that of the far end of the spring.
 
     A series connection of laws that obey Masing's rules obeys them too, so this is a backbone law.
     """
@@ -49,11 +49,15 @@ class InSeries(BackboneLaw):
 
     @property
     def force_limit(self) -> float:
-        """Force of gross slip [N], that of the joint."""
+        """Force at gross slip [N], equal to that of the joint."""
         return self.joint.force_limit
 
     def contact_displacement(self, x: Floats) -> Floats:
-        """Displacement of the joint u + T0(u)/k = x, for x >= 0 [m], one-dimensional."""
+        """Return the displacement u of the joint [m], from u + T0(u)/k = x.
+
+        T0 is the backbone of the joint, k the stiffness of the spring [N/m], and x >= 0 [m] the
+        displacement of the far end, one-dimensional.
+        """
         k, first = self.stiffness, self.joint.tangential_stiffness
         # u + T0(u)/k is concave: from below Newton's method climbs to the answer, never past it.
         u = np.maximum(x / (1.0 + first / k), x - self.joint.force_limit / k)
@@ -82,32 +86,33 @@ class InSeries(BackboneLaw):
 
 @dataclass(frozen=True, eq=False)
 class VirtualTribometer:
-    """Tribometer of section 2.1 with a joint under test, with its imperfections.
+    """Tribometer of section 2.1 of chapter 19 with a joint under test, with its imperfections.
 
-    The displacement is commanded and read at the transducer, so the compliance of the rig is in
-    series with the joint: k_rig (x - delta) = T(delta). The rig is ideal by default.
+    The displacement is commanded and measured at the transducer, so the compliance of the rig is
+    in series with the joint: k_rig (x - delta) = T(delta), with the displacements x at the
+    transducer and delta of the joint. The rig is ideal by default.
 
     Parameters
     ----------
     joint : BackboneLaw
         Joint under test, at its own normal load.
     rig_stiffness : float, optional
-        Stiffness of the rig [N/m], above zero; without it, or infinite, the rig is rigid.
+        Stiffness of the rig [N/m], above zero; if omitted or infinite, the rig is rigid.
     noise : float or mapping, optional
-        White Gaussian noise. One number [-] is the standard deviation of each channel as a share of
-        its amplitude (of the load: of its mean). A mapping of "displacement" [m], "force" [N] and
+        White Gaussian noise. A number [-] is the standard deviation of each channel relative to
+        its amplitude (of the load: to its mean). A mapping of "displacement" [m], "force" [N] and
         "normal_load" [N] gives the standard deviations themselves.
     load_ripple : float, optional
-        Largest deviation of the normal load as a share of its mean [-], 0 <= ripple < 1; 0.02 on
-        the rig of the chapter. It is proportional to the tangential force that there would be
-        without it. A law without a surface takes none.
+        Largest deviation of the normal load relative to its mean [-], 0 <= ripple < 1; 0.02 on
+        the rig of the chapter. The deviation is proportional to the tangential force at constant
+        load. Only for laws with a surface, whose normal load is known.
     ripple_phase : float, optional
         Angle by which the ripple leads that force [rad].
     third_harmonic : float, optional
         Third harmonic of the displacement over its fundamental [-], 0 <= ratio < 1; 0.05 on the
         rig of the chapter. It flattens the peaks.
     sample_rate : float, optional
-        Samples a second [Hz]; without it 512 samples a cycle.
+        Sampling rate [Hz]; by default 512 samples per cycle.
     seed : int, optional
         Seed of the noise: the same seed gives the same record.
     limits : mapping, optional
@@ -116,16 +121,16 @@ class VirtualTribometer:
 
     Notes
     -----
-    The rig of section 2.1 of the chapter (DOI 10.1007/978-3-319-56818-8_19). The joint turns where
-    the motion does, which is seldom at a sample: a lower sample rate only leaves samples out.
+    The rig of section 2.1 of chapter 19 (DOI 10.1007/978-3-319-56818-8_19). Turning points of the
+    motion are computed even if they lie between samples: a lower sampling rate only omits samples.
 
-    At a constant load the response is exact at every sample, the compliance included. Under a load
-    that ripples the load is exact, too; the joint goes from turn to turn of motion and load along
-    straight lines of separation and displacement, at least 1024 a cycle. In step with the force,
-    ``ripple_phase`` of zero, that is exact as well, as long as the separation moves less than the
-    displacement over kappa. Otherwise slip begins or ends within a line, and the error falls with
-    the square of their number. Ripples of up to 0.3 on surfaces and spheres, up to 30 um: less than
-    1e-3 of the force on a rigid rig, less than 1e-4 behind one of 2e8 N/m.
+    At a constant load the response is exact at every sample, the compliance included. With a load
+    ripple the load is exact, too; between turning points of motion and load the joint follows
+    straight lines of separation and displacement, at least 1024 per cycle. With a ``ripple_phase``
+    of zero this is exact if the separation changes by less than the displacement over kappa.
+    Otherwise slip begins or ends within a line, and the error decreases with the square of the
+    number of lines. For ripples of up to 0.3 on surfaces and spheres, at up to 30 um, it is less
+    than 1e-3 of the force on a rigid rig, less than 1e-4 with a rig of 2e8 N/m.
     """
 
     joint: BackboneLaw
@@ -186,31 +191,31 @@ class VirtualTribometer:
 
     @cached_property
     def series(self) -> BackboneLaw:
-        """Joint with the rig in series at the mean load."""
+        """Joint and rig in series at the mean normal load."""
         if self.rig_stiffness is None:
             return self.joint
         return InSeries(self.joint, self.rig_stiffness)
 
     def record(self, *, amplitude: float, frequency: float = 1.0, cycles: int = 10) -> Record:
-        """Record some cycles.
+        """Simulate a record of some cycles.
 
-        The joint starts from rest. A quarter of a cycle loads it to the first peak; from there on
-        there are ``cycles`` cycles, peak to peak.
+        The joint starts from rest. A quarter of a cycle loads it to the first peak; then follow
+        ``cycles`` cycles from peak to peak.
 
         Parameters
         ----------
         amplitude : float
-            Half the range of the displacement [m] at the transducer, its harmonic included.
+            Half the range of the displacement [m] at the transducer, third harmonic included.
         frequency : float, optional
-            Cycles a second [Hz].
+            Frequency of the cycles [Hz].
         cycles : int, optional
             Number of cycles, at least 1.
 
         Returns
         -------
         Record
-            Displacement [m] at the transducer, force [N] and, where the joint has one, normal load
-            [N], with their noise; ``commanded`` is the displacement without.
+            Displacement [m] at the transducer, force [N] and, if the joint has one, normal load
+            [N], each with noise; ``commanded`` is the displacement without noise.
         """
         from microslip.laboratory.record import Record
 
@@ -254,7 +259,7 @@ class VirtualTribometer:
         )
 
     def _history(self, size: int, step: float) -> tuple[Floats, NDArray[np.bool_]]:
-        """Return the angles of the history with turning points, and the mask of the samples."""
+        """Return the phase angles of samples and turning points, and the mask of samples."""
         last, share = (size - 1.0) * step, self.third_harmonic
         between, parts = turning_angles(0.0, last, share), 1
         if self.load_ripple > 0.0:
@@ -268,7 +273,7 @@ class VirtualTribometer:
         return path_of_angles(size, step, max(1, parts), between)
 
     def _respond(self, x: Floats, amplitude: float, angle: Floats) -> tuple[Floats, Floats | None]:
-        """Return force [N] and normal load [N], if any, along a history from rest."""
+        """Return force [N] and normal load [N], or None, for displacements ``x`` [m] from rest."""
         if self._load is None or self.load_ripple == 0.0:
             load = None if self._load is None else np.full(x.size, self._load)
             return np.asarray(self.series.force(x)), load
@@ -377,7 +382,7 @@ _NEAR = 1e-9
 
 
 def motion_over_amplitude(angle: Floats, share: float) -> Floats:
-    """Return displacement over amplitude: a sine with third harmonic, at rest up to angle 0."""
+    """Return displacement over amplitude: a sine with third harmonic; zero up to angle 0."""
     top = 1.0 - share
     if share > 1.0 / 9.0:  # the peak is then beside the middle of the half cycle
         sine = math.sqrt((1.0 + 3.0 * share) / (12.0 * share))
@@ -387,7 +392,10 @@ def motion_over_amplitude(angle: Floats, share: float) -> Floats:
 
 
 def turning_angles(first: float, last: float, share: float) -> Floats:
-    """Return the angles of zero velocity, cos t (1 - 9 s + 12 s cos^2 t)."""
+    """Return the angles t of zero velocity, the roots of cos t (1 - 9 s + 12 s cos^2 t).
+
+    The third harmonic over the fundamental is s = ``share``.
+    """
     first, quarter = max(first, 0.0), 0.5 * math.pi
     if last <= first:
         return np.zeros(0)
@@ -403,7 +411,10 @@ def turning_angles(first: float, last: float, share: float) -> Floats:
 def path_of_angles(
     size: int, step: float, parts: int, between: Floats
 ) -> tuple[Floats, NDArray[np.bool_]]:
-    """Refine the sampled angles of a history; return angles and mask of the samples."""
+    """Divide each sampling step into ``parts`` and insert the angles ``between``.
+
+    Return all angles and the mask of the samples among them.
+    """
     angle: Floats = np.arange(float(size))
     angle *= step
     sampled = np.ones(size, dtype=bool)

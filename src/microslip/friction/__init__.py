@@ -1,4 +1,4 @@
-"""Friction laws, each defined by its backbone; joints, fields, their states, loops and sweeps."""
+"""Friction laws of joints and fields of contact nodes, with their memory, loops and sweeps."""
 
 from microslip._core.packages import names_of_stub as _names
 

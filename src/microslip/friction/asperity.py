@@ -49,14 +49,15 @@ class Asperity(Interface):
 
     Notes
     -----
-    As a law it is the :class:`Interface` of a :class:`SphereOnFlat`: (19.10) and (19.12)-(19.24),
-    corrected and for any record. With q = sqrt(1 - delta_m/delta_L) a cycle dissipates
-    E_d = (4/5) mu N delta_L (1 - q)^3 (1 + 3 q + q^2), free of cancellation, and beyond the slip
-    limit 4 mu N (delta_m - delta_L) more.
+    Its law is that of the :class:`Interface` of a :class:`SphereOnFlat`: (19.10) and
+    (19.12)-(19.24), with the misprints of chapter 19 corrected and extended to any record. A cycle
+    of amplitude delta_m up to the slip limit delta_L dissipates E_d = (4/5) mu N delta_L (1 - q)^3
+    (1 + 3 q + q^2) with q = sqrt(1 - delta_m/delta_L). For a larger amplitude add 4 mu N (delta_m -
+    delta_L) to the value at q = 0.
 
-    The fields are those of Cattaneo (1938) and Mindlin (1949, DOI 10.1115/1.4009973). They neglect
-    the slip across the force, and the coupling of normal and tangential motion for dissimilar
-    bodies.
+    The tractions and surface displacements are those of Cattaneo (1938) and Mindlin (1949, DOI
+    10.1115/1.4009973). They neglect slip perpendicular to the force, and the coupling of normal and
+    tangential motion for dissimilar bodies.
     """
 
     surface: SphereOnFlat
@@ -132,12 +133,12 @@ class Asperity(Interface):
 
     @cached_property
     def _pressure_factor(self) -> float:
-        """Hertz pressure over sqrt(a^2 - r^2) [Pa/m]."""
+        """Factor 2 E*/(pi rho) [Pa/m] of the Hertz pressure p(r) = factor * sqrt(a^2 - r^2)."""
         return 2.0 * self.pair.composite_modulus / (math.pi * self.radius)
 
     @cached_property
     def peak_pressure(self) -> float:
-        """Pressure at the centre 3 N/(2 pi a^2) [Pa]."""
+        """Hertz pressure 3 N/(2 pi a^2) [Pa] at the centre of the contact."""
         return self._pressure_factor * self.contact_radius
 
     def pressure(self, radius: ArrayLike) -> Any:
@@ -158,11 +159,12 @@ class Asperity(Interface):
         return plain(self._pressure_factor * np.sqrt(np.maximum(a - r, 0.0) * (a + r)))
 
     def normal_displacement(self, radius: ArrayLike, body: Body | None = None) -> Any:
-        """Compute the normal surface displacement [m], inside and outside the contact.
+        """Compute the normal surface displacement [m] at distances from the centre of the contact.
 
-        Distances [m] are as :meth:`pressure` has them. ``body`` is "first" or "second"; the
-        displacement is into the body, relative to its distant points. By default it is the sum of
-        both bodies, which in the contact is s - r^2/2 rho. Another body raises InputError.
+        ``radius`` holds the distances r [m], not negative, of any shape, inside or outside the
+        contact. ``body`` is "first" or "second"; the displacement is into that body, relative to
+        its distant points. By default it is the sum of both, inside the contact s - r^2/(2 rho)
+        with indentation s and radius rho of the sphere. Other names raise InputError.
 
         Notes
         -----
@@ -186,8 +188,9 @@ class Asperity(Interface):
     ) -> Any:
         """Compute the radius c [m] of the stick circle on first loading (19.9).
 
-        For displacements [m] from rest, or forces T [N] up to the force limit, of any shape; signs
-        are ignored. c = a (1 - T/mu N)^(1/3), and 0 from the slip limit on.
+        Displacements [m] are from rest; forces T [N] must not exceed the force limit. Either has
+        any shape, which is that of the result; signs are ignored. c = a (1 - T/mu N)^(1/3), and 0
+        at and beyond the slip limit.
         """
         name, values = _one_of(displacement, force)
         if name == "displacement":
@@ -210,7 +213,7 @@ class Asperity(Interface):
         Returns
         -------
         float or ndarray
-            Radii [m] from (c'/a)^3 = 1 - |T_max - T|/2 mu N.
+            Radii c' [m] that satisfy (c'/a)^3 = 1 - |T_max - T|/(2 mu N).
         """
         peak, current = floats("peak_force", peak_force, "N"), floats("force", force, "N")
         try:
@@ -249,8 +252,8 @@ class Asperity(Interface):
     ) -> AsperityFields:
         """Compute zones, tractions and surface displacements at the end of a record from rest.
 
-        The record is one-dimensional, displacements [m] or forces [N] below the force limit.
-        Turning points are sufficient; a single number is first loading.
+        The record is one-dimensional: displacements [m], or forces [N] below the force limit. The
+        turning points and the last sample are sufficient; a single number is first loading.
         """
         name, values = _one_of(displacement, force)
         x = record(name, values, "N" if name == "force" else "m").reshape(-1)
@@ -278,7 +281,7 @@ class Asperity(Interface):
 
     @classmethod
     def examples(cls) -> tuple[Asperity, ...]:
-        """Return a ball of 5 mm, and a summit of 1 mm against a stiffer body."""
+        """Return a ball of 5 mm radius, and a summit of 1 mm radius against a stiffer body."""
         metal = aluminium()
         unlike = MaterialPair(metal.first, Material(young_modulus=210e9, poisson_ratio=0.3))
         return cls(metal, 5e-3, 0.55, normal_load=10.0), cls(unlike, 1e-3, 0.2, indentation=3e-7)

@@ -1,4 +1,4 @@
-"""Base class of friction laws: a law is defined by its backbone, everything else follows."""
+"""Base class of friction laws: all results follow from the first loading curve of the law."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
     """Friction law that obeys Masing's rules, fully defined by its first loading curve T0.
 
     A subclass defines :meth:`_backbone`, :meth:`_slope` and :attr:`force_limit`. All other methods
-    have defaults, which a subclass overrides where it has a closed form. ``T`` is the force needed
-    to hold a positive displacement.
+    have defaults, which a subclass overrides if it has a closed form. The force T is positive if it
+    acts in the direction of a positive displacement from rest.
     """
 
     # Conversions to other models by name; `friction.conversions` registers them.
@@ -50,7 +50,7 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
 
     @abstractmethod
     def _slope(self, u: Floats) -> Floats:
-        """T0' [N/m] for displacements u >= 0 [m], one-dimensional."""
+        """Slope T0' [N/m] of the backbone at displacements u >= 0 [m], one-dimensional."""
 
     # -- defaults that a subclass may override ------------------------------------------------
 
@@ -63,7 +63,7 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
     def _pieces(self) -> Pieces | None:
         """Backbone cut at its kinks, used for harmonics of a law without a table.
 
-        None if the law is rigid at rest or its force limit is too far out to be tabulated.
+        None if the law is rigid at rest or reaches its limit too far from rest to be tabulated.
         """
         stiffness = self.tangential_stiffness
         if not (math.isfinite(stiffness) and stiffness > 0.0):
@@ -89,7 +89,7 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         return float(self._backbone(place)[0]), float(self._slope(place)[0])
 
     def _inverse(self, force: Floats) -> Floats:
-        """Return u >= 0 [m] at which T0(u) = force, for 0 <= force < limit, one-dimensional."""
+        """Return displacements u >= 0 [m] with T0(u) = ``force`` [N], one-dimensional."""
         low = force / self.tangential_stiffness
         # T0 is concave and lies below its first tangent, so `low` is a lower bound of u.
         high = np.maximum(low, self.force_limit / self.tangential_stiffness)
@@ -105,9 +105,9 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         return invert(self._backbone_and_slope, force, low, high)
 
     def _energy(self, amplitude: Floats) -> Floats:
-        """Energy of a closed cycle [J] for amplitudes >= 0 [m], one-dimensional.
+        """Energy of a closed cycle [J] for amplitudes a >= 0 [m], one-dimensional.
 
-        The default integrates dE_d/da = 4 (T0 - a T0') adaptively, since a law may have kinks.
+        The default integrates dE_d/da = 4 (T0 - a T0') adaptively, since T0 may have kinks.
         """
 
         # Stop at the rounding error of T0 - a T0': small amplitudes would be bisected for ever.
@@ -121,11 +121,11 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         return 4.0 * np.maximum(value - amplitude * slope, 0.0)
 
     def _parameter_derivatives(self, u: Floats) -> Floats | None:
-        """Derivatives of T0 for u >= 0 [m], shape (parameters, u.size), or None if not known."""
+        """Derivatives of T0 at u >= 0 [m], shape (parameters, u.size), or None if not known."""
         return None
 
     def _derivative_backbones(self) -> Mapping[str, DerivativeBackbone]:
-        """Derivatives dT0/dp by parameter name, empty if a law has no exact derivatives."""
+        """Functions dT0/dp by name of the parameter p, empty if a law has no exact derivatives."""
         if self._parameter_derivatives(np.zeros(1)) is None:
             return {}
         names = [item.name for item in parameters_of(type(self))]
@@ -151,7 +151,7 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         return {name: derivative_of(i) for i, name in enumerate(names)}
 
     def _slider_density(self, u: Floats) -> Floats:
-        """Density of sliders -T0'' [N/m^2]. The default takes central differences of the slope."""
+        """Density of sliders -T0'' [N/m^2], by default from central differences of T0'."""
         scale = self.force_limit / self.tangential_stiffness
         step = 1e-5 * np.maximum(u, scale)
         low = np.maximum(u - step, 0.0)
@@ -189,7 +189,7 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         return plain(self._slope(np.abs(x).reshape(-1)).reshape(x.shape), displacement)
 
     def backbone_displacement(self, force: ArrayLike) -> Any:
-        """Inverse of the backbone: displacement [m] at given forces [N] of any shape."""
+        """Invert the backbone: return the displacements [m] at given forces [N] of any shape."""
         f = self._below_limit("force", floats("force", force, "N"))
         displacement = np.copysign(self._inverse(np.abs(f).reshape(-1)).reshape(f.shape), f)
         return plain(displacement, force)
@@ -199,7 +199,7 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
     def start(
         self, arrays: Mapping[str, ArrayLike] | None = None, *, depth: int | None = None
     ) -> State:
-        """Return a state at rest, to be advanced step by step or in chunks of a record.
+        """Return a state at rest, which advances by single steps or by chunks of a record.
 
         Parameters
         ----------
@@ -207,18 +207,13 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
             Output of :meth:`microslip.State.to_arrays` [m, N, J], shapes as described there, or the
             same arrays read by ``numpy.load``. The state continues from it, with its depth.
         depth : int, optional
-            Largest number of memory rows kept [-], at least four, for an interface. Older rows are
-            merged, and ``error_bound`` bounds the resulting error. Unlimited by default.
+            Largest number of rows of the memory diagram [-], at least four; only for an interface.
+            Further rows are merged; ``error_bound`` bounds the error. Unlimited by default.
         """
         return State(self, depth) if arrays is None else State.from_arrays(self, arrays)
 
     def force(self, displacement: ArrayLike) -> Any:
         """Compute the force along any displacement record, from rest, with exact memory.
-
-        First loading (19.19), unloading (19.20), (19.23) and reloading (19.21), with sliding
-        (19.15)-(19.17), in their corrected form. Minor loops, wiping-out and the return to the
-        first loading curve follow Masing's and Madelung's rules. The cost is O(1) per sample,
-        independent of the number of asperities.
 
         Parameters
         ----------
@@ -229,6 +224,14 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         -------
         ndarray or float
             Forces [N], one for each sample.
+
+        Notes
+        -----
+        Chapter 19 (DOI 10.1007/978-3-319-56818-8_19) gives the branches: first loading (19.19),
+        unloading (19.20), (19.23) and reloading (19.21), with sliding (19.15)-(19.17). Its
+        misprints are corrected here. Inner loops, their closure and the return to the first loading
+        curve, which the chapter omits, follow the rules of Masing and Madelung. The cost is O(1)
+        per sample, independent of the number of asperities.
         """
         x = record("displacement", displacement, "m")
         # A state would also accumulate the dissipated energy, which costs 50 % more time.
@@ -236,17 +239,17 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         return plain(result.reshape(x.shape), displacement)
 
     def displacement(self, force: ArrayLike) -> Any:
-        """Displacement [m] along any force record [N], from rest: the inverse of :meth:`force`.
+        """Compute displacements [m] along any force record [N]: inverse of :meth:`force`.
 
-        The record is one-dimensional as for :meth:`force`; its absolute values must stay below the
-        force limit, otherwise InputError is raised.
+        The record is one-dimensional, in time order, and begins at rest. InputError is raised
+        unless the magnitudes of all forces are below the force limit.
         """
         f = self._below_limit("force", record("force", force, "N"))
         result = Memory().respond(f.reshape(-1), self._inverse, None)
         return plain(result.reshape(f.shape), force)
 
     def periodic(self, displacement_cycle: ArrayLike, rest: Rest = 0.0) -> PeriodicResponse:
-        """Compute the settled cycle of a periodic displacement, reached after one pass from rest.
+        """Compute the settled cycle of a periodic displacement, reached after one period from rest.
 
         Parameters
         ----------
@@ -254,13 +257,14 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
             One period of displacements [m], one-dimensional, its first sample not repeated.
         rest : float or "mean", optional
             Displacement [m] at which the joint was free of force before the cycle, or "mean" for
-            the mean of the cycle. The settled mean force depends on it. The default 0 agrees with
-            :meth:`force` and with most codes.
+            the mean of the cycle. The mean force of the settled cycle depends on it. The default 0
+            agrees with :meth:`force` and with most codes.
 
         Returns
         -------
         PeriodicResponse
-            ``force`` [N], ``stiffness`` [N/m], ``parent`` and ``root``, with method ``derivative``.
+            ``force`` [N] and ``stiffness`` [N/m] of each sample, the branches as ``parent`` and
+            ``root``, and the method ``derivative``.
         """
         return settled_cycle(self, displacement_cycle, rest)
 
@@ -272,7 +276,7 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         *,
         rtol: float = 1e-10,
     ) -> HarmonicForce:
-        """Compute Fourier coefficients of the settled force and their Jacobian (harmonic balance).
+        """Compute Fourier coefficients of the force in the settled cycle, with their Jacobian.
 
         Parameters
         ----------
@@ -284,8 +288,8 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         rest : float or "mean", optional
             As for :meth:`periodic`.
         rtol : float, optional
-            Error of the coefficients relative to the largest force [-]. The error of the Jacobian
-            relative to the stiffness is a hundred times larger.
+            Tolerance of the coefficients relative to the largest force of the cycle [-]. That of
+            the Jacobian, relative to the largest stiffness, is a hundred times larger.
 
         Returns
         -------
@@ -295,10 +299,11 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
 
         Notes
         -----
-        The cycle is not sampled: its smooth pieces are integrated one by one, cut at turning
-        points, at closures of inner loops and at the kinks of the law. If the largest and the
-        smallest displacement have equal magnitude, the derivative with respect to the mean is that
-        of the positive one. A constant displacement has the tangents of small cycles.
+        For the harmonic balance method. The cycle is not sampled: it is cut at turning points, at
+        closures of inner loops and at the kinks of the law, and each smooth piece is integrated. If
+        the largest and the smallest displacement have equal magnitude, the first loading curve is
+        taken to end at the largest, which determines the derivative with respect to the mean. For a
+        constant displacement the Jacobian is the limit for cycles of vanishing amplitude.
         """
         return harmonic_force(self, coefficients, harmonics, rest, rtol)
 
@@ -320,28 +325,29 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
             ``harmonics`` [N]; ``dissipated_energy`` [J], ``secant_stiffness`` [N/m],
             ``loss_factor`` or ``damping_ratio`` [-] of a closed cycle.
         at : array_like
-            Displacements or amplitudes [m] of any shape, or histories, cycles or coefficients [m]
-            along the last axis.
+            For ``force``, ``periodic`` and ``harmonics``: displacement histories, cycles or Fourier
+            coefficients [m] along the last axis. Else displacements or amplitudes [m], any shape.
         names : sequence of str, optional
-            Parameters, all by default. An :class:`microslip.Interface` has friction_coefficient
-            and normal_load, and with a Greenwood-Williamson surface std (a scale of all heights),
-            radius, density, area, young_modulus and poisson_ratio. If the two materials differ,
-            the last two are those of the first body, and other_young_modulus and
-            other_poisson_ratio those of the second.
+            Parameters, all by default. An :class:`microslip.Interface` has friction_coefficient and
+            normal_load, and with a Greenwood-Williamson surface std (a scale of all heights),
+            radius, density, area, young_modulus and poisson_ratio. If the two materials differ, the
+            last two are of the first body, other_young_modulus and other_poisson_ratio of the
+            second.
         harmonics, rest
             See :meth:`harmonics`.
 
         Returns
         -------
         dict of str to float or ndarray
-            Derivatives per unit of each parameter, shape of ``at``. The load of an interface is
-            held constant, so its separation changes with the surface parameters.
+            Derivative with respect to each parameter, shape of ``at``, in the unit of the quantity
+            over the unit of the parameter. The load of an interface is constant, so its separation
+            changes with the surface parameters.
 
         Notes
         -----
-        Every response is linear in the backbone, along branches that depend on the displacement
-        alone (Masing's rules; Jaeger 1998, DOI 10.1115/1.2833765). Its derivative is the response
-        of a law with backbone dT0/dp.
+        The branches of a response depend on the displacement alone (Masing's rules; Jaeger 1998,
+        DOI 10.1115/1.2833765), and the force on each is linear in the backbone T0. Its derivative
+        by a parameter p is therefore the force of a law with the backbone dT0/dp.
         """
         return derivatives_by_parameters(self, quantity, at, names, harmonics, rest)
 
@@ -351,10 +357,9 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         return np.unique(self.sliders().yield_displacements)
 
     def sliders(self) -> Sliders:
-        """Return the law as a parallel Iwan model (Iwan 1966, DOI 10.1115/1.3625199).
+        """Return the sliders of the equivalent Iwan model (Iwan 1966, DOI 10.1115/1.3625199).
 
-        It has a density of sliders -T0'' [N/m^2] over the yield displacement [m], discrete sliders,
-        or both.
+        They are a density -T0'' [N/m^2] over the yield displacement [m], discrete [N/m], or both.
         """
         nothing = lock(np.zeros(0))
         return Sliders(nothing, nothing, self._slider_density)
@@ -375,20 +380,20 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         cells : int
             Number of cells [-], 1 to 10 million. A law with fewer sliders gives fewer cells.
         smallest_amplitude, largest_amplitude : float, optional
-            Range of amplitudes [m] over which the relative error is balanced. If only one end is
-            given, the other defaults to 0.01 or 10 times the displacement force_limit /
-            tangential_stiffness. With 50 cells over three decades the energy error is at most
-            1.5 %, falling with the inverse square of the number of cells. The attribute ``fit`` of
-            the result holds the errors over the range.
+            Range of amplitudes [m] over which the relative error is made uniform. If only one end
+            is given, the other defaults to 0.01 or 10 times the displacement force_limit /
+            tangential_stiffness. With 50 cells over three decades the error of the energy is at
+            most 1.5 %; it decreases with the inverse square of the number of cells. The attribute
+            ``fit`` of the result holds the errors over the range.
 
         Returns
         -------
         Iwan
-            Cells with exact stiffness at rest and force limit. Their backbone is the polygon of
-            tangents at ``cells`` displacements. It is nowhere below the law, and its error falls
-            with the square of the number of cells. Cycles too small for the first cell to yield
-            dissipate nothing. Without a range the force error is uniform over displacement, so the
-            first cell yields late.
+            Cells whose stiffness at rest and force limit equal those of the law. Their backbone is
+            the polygon formed by the tangents of T0 at ``cells`` displacements: it is nowhere below
+            T0, and its error decreases with the inverse square of the number of cells. Cycles too
+            small for the first cell to yield dissipate nothing. Without a range the force error is
+            uniform over displacement, so small cycles dissipate nothing.
         """
         model: CellModel = self._conversions["iwan"](
             self, cells, smallest_amplitude, largest_amplitude
@@ -400,11 +405,11 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
     ) -> SegalmanFit:
         """Fit the four-parameter model of Segalman (2005, DOI 10.1115/1.1989354) to the law.
 
-        Force limit and stiffness at rest are those of the law. chi and beta minimise the squared
-        difference of the logarithms of the dissipated energies at 61 amplitudes [m], spaced
-        logarithmically over the range. The range defaults to 0.01 to 10 times the displacement
-        force_limit / tangential_stiffness. The result holds the model as ``law`` and its
-        ``misfit``.
+        The force limit and the stiffness at rest are those of the law. The parameters chi and beta
+        minimise the squared difference of the logarithms of the dissipated energies at 61
+        amplitudes [m], spaced logarithmically over the range. The range defaults to 0.01 to 10
+        times the displacement force_limit / tangential_stiffness. The result holds the model as
+        ``law`` and the rms difference of the logarithms as ``misfit``.
         """
         fit: SegalmanFit = self._conversions["segalman"](
             self, smallest_amplitude, largest_amplitude

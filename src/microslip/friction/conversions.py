@@ -1,7 +1,8 @@
-"""Conversion of a law to another model: `to_iwan` and `to_segalman` of every law.
+"""Conversion of any law to an Iwan or a Segalman model: `to_iwan` and `to_segalman`.
 
-The models are laws themselves, so the conversions are defined above the base class. Importing this
-module registers them with :class:`~microslip.friction.base.BackboneLaw`.
+Both models are themselves laws, so this module imports them and the base class, which cannot import
+it in turn. Importing this module registers the conversions with
+:class:`~microslip.friction.base.BackboneLaw`.
 """
 
 from __future__ import annotations
@@ -28,12 +29,12 @@ _ROUNDING = 8.0 * float(np.finfo(float).eps)  # smaller fractions of stiffness o
 
 
 def discretise(law: BackboneLaw, count: int) -> Iwan:
-    """Return at most ``count`` cells whose backbone is the polygon of the law's tangents.
+    """Return at most ``count`` Iwan cells whose backbone is a polygon of tangents to T0 of the law.
 
-    One cell replaces all sliders that yield between two knots. Its stiffness is the decrease of
-    T0', its force limit the increase of T0 - u T0'. Force and slope are exact at every knot, as are
-    the stiffness at rest and the force limit. Between knots h apart the polygon is above the law by
-    up to h^2 |T0''|/8.
+    The tangents touch T0 at knots. One cell replaces all sliders that yield between two knots: its
+    stiffness is the decrease of T0' between them, its force limit the increase of T0 - u T0'. Force
+    and slope are exact at every knot, as are the stiffness at rest and the force limit. Between
+    knots at a distance h the polygon is above T0 by up to h^2 |T0''|/8.
     """
     sliders = law.sliders()
     places = sliders.yield_displacements
@@ -52,14 +53,14 @@ def discretise(law: BackboneLaw, count: int) -> Iwan:
 
 
 def discretise_in_range(law: BackboneLaw, count: int, smallest: float, largest: float) -> Iwan:
-    """Return at most ``count`` cells with uniform relative error over a range of amplitudes.
+    """Return at most ``count`` Iwan cells with uniform relative error over a range of amplitudes.
 
-    Knots are geometric up to the largest amplitude, so each cycle of the range has the same number
-    of yielding cells relative to its size, and denser where the slider density is high, as at the
-    slip limit of a sphere. Between knots h apart the polygon is above the law by up to h^2
-    |T0''|/8, and the energy E of a cycle of amplitude a is wrong by 4 a times that; knots therefore
-    divide the integral of sqrt(a |T0''|/E) evenly. The first knots are below the smallest
-    amplitude, since sliders that yield there contribute too.
+    The knots, displacements at which tangents touch T0 (see :func:`discretise`), are in geometric
+    progression up to the largest amplitude, and denser where the slider density is high, as at the
+    slip limit of a sphere. Between knots at a distance h the polygon is above T0 by up to h^2
+    |T0''|/8, and the energy E of a cycle of amplitude a is in error by 4 a times that; the denser
+    knots therefore divide the integral of sqrt(a |T0''|/E) evenly. The first knots are below
+    ``smallest`` [m], since sliders that yield below it contribute too.
     """
     sliders = law.sliders()
     places = sliders.yield_displacements
@@ -83,7 +84,7 @@ def discretise_in_range(law: BackboneLaw, count: int, smallest: float, largest: 
 
 
 def _amplitudes(cells: Iwan, smallest: float, largest: float) -> Floats:
-    """Return amplitudes of a range, with several between any two yield displacements."""
+    """Return amplitudes [m] of a range, with several between any two yield displacements."""
     yields = cells.sliders().yield_displacements
     corners = yields[(yields > smallest) & (yields < largest)]
     corners = np.concatenate(([smallest], corners, [largest]))
@@ -110,7 +111,7 @@ def _errors(law: BackboneLaw, cells: Iwan, a: Floats) -> IwanFit:
 
 
 def _range_knots(law: BackboneLaw, rungs: int, smallest: float, largest: float) -> Floats:
-    """Return knots for a range of amplitudes, up to the largest or to nearly full slip."""
+    """Return knots [m] for a range of amplitudes, up to the largest one or to nearly full slip."""
     height = math.log(largest / smallest) / rungs
     low, top = smallest, largest
     for _ in range(60):  # later sliders carry less than the discretisation error
@@ -134,12 +135,12 @@ def _range_knots(law: BackboneLaw, rungs: int, smallest: float, largest: float) 
 
 
 def _knots(law: BackboneLaw, count: int) -> Floats:
-    """Return knots from 0 that divide the integral of sqrt(-T0'') evenly.
+    """Return ``count`` knots [m], the first at 0, that divide the integral of sqrt(-T0'') evenly.
 
-    The error of the polygon is then uniform, and of second order in 1/count even for an infinite or
-    unbounded slider density. The density itself is not evaluated: on a panel narrow enough for a
-    constant density the integral is sqrt(width * decrease of T0'), which vanishes with the width
-    at a discrete slider.
+    The error of the polygon of tangents is then uniform, and of second order in 1/count even if the
+    slider density is infinite at a point or extends to infinity. The density itself is not
+    evaluated: on a panel so narrow that the density is constant, the integral is sqrt(width *
+    decrease of T0'), which vanishes with the width at a discrete slider.
     """
     # An irregular factor, so that no edge of a panel coincides with a corner of the law.
     edge = 1.0123456789 * law.force_limit / law.tangential_stiffness
@@ -160,10 +161,10 @@ def _knots(law: BackboneLaw, count: int) -> Floats:
 def _refined_panels(
     law: BackboneLaw, places: Floats, mass: Callable[[Floats, Floats, Floats], Floats], count: int
 ) -> tuple[Floats, Floats]:
-    """Refine panels until none exceeds a fraction of the mass of a cell.
+    """Bisect panels of displacement until none exceeds a fraction of the mass of a cell.
 
-    Return the edges and the cumulative mass. ``mass`` is called with the lower ends, upper ends and
-    decreases of T0' of the panels.
+    Return their edges [m] and the cumulative mass. The function ``mass`` computes the mass from
+    lower ends, upper ends and decreases of T0' of the panels.
     """
     slopes = law._slope(places)
     while True:
@@ -188,7 +189,7 @@ def to_iwan(
     smallest_amplitude: float | None,
     largest_amplitude: float | None,
 ) -> CellModel:
-    """Convert to cells; see :meth:`BackboneLaw.to_iwan`."""
+    """Convert a law to Iwan cells; see :meth:`BackboneLaw.to_iwan`."""
     count = whole_number("cells", cells, 1, MOST_CELLS)
     check_not_rigid(law, "Iwan's cells")
     if smallest_amplitude is None and largest_amplitude is None:
@@ -200,7 +201,7 @@ def to_iwan(
 def to_segalman(
     law: BackboneLaw, smallest_amplitude: float | None, largest_amplitude: float | None
 ) -> SegalmanFit:
-    """Fit the four-parameter model; see :meth:`BackboneLaw.to_segalman`."""
+    """Fit Segalman's four-parameter model to a law; see :meth:`BackboneLaw.to_segalman`."""
     from microslip.friction.segalman import fit_segalman
 
     check_not_rigid(law, "the four parameters")
@@ -209,7 +210,7 @@ def to_segalman(
 
 
 def check_not_rigid(law: BackboneLaw, model: str) -> None:
-    """Raise InputError for a law that is rigid at rest, which has no parallel springs."""
+    """Raise InputError for a law that is rigid at rest; ``model`` names the conversion."""
     if math.isinf(law.tangential_stiffness):
         raise InputError(
             f"{model} need a finite stiffness at rest, got {type(law).__name__} friction, "

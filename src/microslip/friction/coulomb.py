@@ -26,13 +26,12 @@ class Coulomb(BackboneLaw):
     Notes
     -----
     The cell of Iwan (1966, DOI 10.1115/1.3625199) without its spring. The backbone is 0 at
-    displacement 0 and the limit anywhere else: from rest the force is 0 until the first motion,
-    then it has the magnitude of the limit and the sign of the last motion. A cycle dissipates
-    4 mu N a, and eta = 4/pi at every amplitude.
+    displacement 0 and equals the force limit F at any other: the force is 0 until the first motion
+    from rest, then it has the magnitude F and the sign of the last motion. A cycle of amplitude a
+    dissipates 4 F a, and the loss factor is 4/pi at every amplitude.
 
-    The stiffness is infinite at rest and zero after the first motion, also in trials. A force does
-    not determine a displacement, so the inverse, force records and force amplitudes raise
-    InputError.
+    The stiffness is infinite at rest and zero after the first motion, also in trial steps. A force
+    does not determine a displacement, so methods that need one raise InputError.
     """
 
     force_limit: float = field(metadata=parameter("F", "N", "force at which it slips", above=0.0))
@@ -62,5 +61,5 @@ class Coulomb(BackboneLaw):
 
     @classmethod
     def examples(cls) -> tuple[Coulomb, ...]:
-        """Return one law."""
+        """Return one Coulomb law."""
         return (cls(force_limit=1100.0),)

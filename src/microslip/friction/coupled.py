@@ -1,4 +1,4 @@
-"""Interface under a varying normal load: a single node on its load curve."""
+"""Interface under a varying normal load, computed as one contact node on its load curve."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class CoupledResponse(Locked):
     def energy_per_cycle(self, samples_per_cycle: int) -> Floats:
         """Compute the energy dissipated [J] in each cycle of a periodic history.
 
-        Cycles of ``samples_per_cycle`` samples are counted back from the last sample; an incomplete
+        Cycles of ``samples_per_cycle`` samples end at the last sample of the history; an incomplete
         first cycle is ignored. Once the history has settled, each value is the area of its loop.
         """
         count, first = self._cycles(samples_per_cycle)
@@ -77,9 +77,9 @@ class CoupledResponse(Locked):
     def ratcheting(self, samples_per_cycle: int) -> Floats:
         """Compute the net displacement [m] in each cycle of a periodic history.
 
-        Under force control a varying load moves a joint, because contacts slip while the load is
-        low. The joint has settled if the values vanish within rounding; otherwise it ratchets,
-        which is physical close to gross slip. Cycles and errors as for :meth:`energy_per_cycle`.
+        Under force control a varying load displaces a joint, because contacts slip while the load
+        is low. If the values vanish within rounding the joint has settled; otherwise it ratchets,
+        as real joints do close to gross slip. Cycles and errors as for :meth:`energy_per_cycle`.
         """
         count, first = self._cycles(samples_per_cycle)
         return np.diff(self.displacement[first::count])
@@ -100,7 +100,7 @@ class CoupledResponse(Locked):
 
 
 class CoupledLaw(BackboneLaw):
-    """Base class of laws with a load curve, whose normal load may vary: :class:`Interface`."""
+    """Base class of :class:`Interface`: laws with a load curve N(d), whose normal load may vary."""
 
     # Fields of the interface.
     surface: NormalLaw
@@ -115,7 +115,7 @@ class CoupledLaw(BackboneLaw):
 
     @cached_property
     def _friction(self) -> float:
-        """Coefficient of friction with which the limit equals mu N exactly [-].
+        """Coefficient of friction with which the limit equals mu N exactly, despite rounding [-].
 
         Close to the highest summit, the separation has too few digits to represent the given load.
         """
@@ -146,9 +146,9 @@ class CoupledLaw(BackboneLaw):
         """Compute the force for a record of displacement and normal load.
 
         Exact within the theory of Cattaneo and Mindlin. The record starts from rest, at
-        displacement 0 under the ``normal_load`` of the joint. The path between samples is straight
-        in (separation, displacement), so a curved path needs enough samples. Contact may be lost
-        and found again.
+        displacement 0 under the ``normal_load`` of the joint. Between samples separation and
+        displacement change in proportion, so a curved path of (separation, displacement) needs
+        enough samples. Contact may be lost and regained.
 
         Parameters
         ----------
@@ -166,12 +166,13 @@ class CoupledLaw(BackboneLaw):
 
         Notes
         -----
-        The superposition of Jaeger (1998), DOI 10.1115/1.2833765, and Ciavarella (1998) along the
-        history: the method of memory diagrams (DOI 10.3389/fmech.2020.00030). Normal and
-        tangential load are coupled only through the contact area. Dissimilar pairs and the shear
-        across the direction of motion are approximate, as in the theory of Cattaneo and Mindlin.
-        The cost is amortised O(1) per sample. For unbounded heights a load below about 1e-30 of the
-        largest load of the history is treated as zero, with force 0.
+        The superposition of Jaeger (1998), DOI 10.1115/1.2833765, and Ciavarella (1998) is applied
+        along the history by the method of memory diagrams (DOI 10.3389/fmech.2020.00030). Normal
+        and tangential load are coupled only through the contact area. Results are approximate for
+        dissimilar materials, and tractions across the direction of motion are neglected, as in the
+        theory of Cattaneo and Mindlin. The cost is amortised O(1) per sample. For unbounded heights
+        a load below about 1e-30 of the largest load of the history is treated as zero, without
+        force.
         """
         x = record("displacement", displacement, "m").reshape(-1)
         force = self._forces_along(x, self._steps_along(x.size, normal_load, separation))
@@ -186,13 +187,13 @@ class CoupledLaw(BackboneLaw):
     ) -> Any:
         """Compute the displacement for a record of force and normal load.
 
-        Inverse of :meth:`coupled_force`. A varying load moves a joint under a constant force,
-        because contacts slip while the load is low. Below mu N a periodic history settles in its
-        first cycle. In gross slip a joint may ratchet, which is physical and reported by
+        Inverse of :meth:`coupled_force`. A varying load displaces a joint under a constant force,
+        because contacts slip while the load is low. A periodic history settles in its first cycle
+        unless the joint reaches gross slip; then it may ratchet, as real joints do, see
         :meth:`microslip.friction.CoupledResponse.ratcheting`.
 
         Forces [N] must be below mu N at each sample, otherwise InputError is raised. Displacements
-        are in [m]. Parameters, shapes and errors are otherwise as :meth:`coupled_force` has them.
+        are in [m]. Loads, shapes and errors are as for :meth:`coupled_force`.
         """
         x = self._respond_to_force(force, normal_load, separation).displacement
         return float(x[0]) if np.ndim(force) == 0 else x.copy()
@@ -208,7 +209,7 @@ class CoupledLaw(BackboneLaw):
         """Compute forces or displacements, loads, separations and dissipation of a record.
 
         Either displacements [m] or forces [N] must be given. Parameters, shapes and errors are as
-        :meth:`coupled_force` and :meth:`coupled_displacement` have them.
+        for :meth:`coupled_force` and :meth:`coupled_displacement`.
         """
         check_one_of("displacement [m] or force=... [N]", displacement, force)
         if force is not None:
@@ -285,20 +286,20 @@ class CoupledLaw(BackboneLaw):
         displacement_cycle, rest
             See :meth:`BackboneLaw.periodic`. The load at rest is that of the joint.
         normal_load, separation : array_like, optional
-            Normal loads [N] or separations [m] of the cycle, as for :meth:`coupled_force`. The
-            load is constant by default. At most one of them may be given.
+            Normal loads [N] or separations [m] of the cycle, as for :meth:`coupled_force`. The load
+            is constant by default. At most one of them may be given.
 
         Returns
         -------
         PeriodicResponse or CoupledCycle
             PeriodicResponse with ``force`` [N], ``stiffness`` [N/m], ``parent`` and ``root`` for a
             constant load, otherwise CoupledCycle, which also has loads and separations. Both have
-            a method ``derivative``.
+            ``derivative``.
 
         Notes
         -----
-        The path between samples is straight in separation and displacement. For a curved path the
-        error is of second order in the sample spacing.
+        Between samples separation and displacement change in proportion. If the true path is
+        curved, the error is of second order in the sample spacing.
         """
         if normal_load is None and separation is None:
             return super().periodic(displacement_cycle, rest)
@@ -339,17 +340,15 @@ class CoupledLaw(BackboneLaw):
         separation: ArrayLike | None = None,
         samples: int | None = None,
     ) -> HarmonicForce | CoupledHarmonics:
-        """Compute Fourier coefficients of the settled forces and their Jacobian (harmonic balance).
+        """Compute Fourier coefficients of force and load in the settled cycle, with their Jacobian.
 
         Parameters
         ----------
         coefficients, harmonics, rest, rtol
-            See :meth:`BackboneLaw.harmonics`. The tolerance applies to a constant load and to
-            given separations; a given normal load is sampled.
+            See :meth:`BackboneLaw.harmonics`. A given normal load is sampled, without ``rtol``.
         normal_load, separation : array_like, optional
-            Coefficients of the normal load [N] or the separation [m] in the same order. The load
-            is constant by default. At most one of them may be given. Without harmonic 0 their mean
-            is 0.
+            Coefficients of the normal load [N] or the separation [m] in the same order. The load is
+            constant by default. At most one of them may be given. Without harmonic 0 the mean is 0.
         samples : int, optional
             Number of equidistant samples of the period [-]: 256 by default for a ``normal_load``.
             By default a varying separation is not sampled.
@@ -358,16 +357,17 @@ class CoupledLaw(BackboneLaw):
         -------
         HarmonicForce or CoupledHarmonics
             HarmonicForce with ``force`` [N] and ``jacobian`` [N/m] for a constant load, otherwise
-            CoupledHarmonics with ``force`` and ``normal_load`` [N] and ``jacobian`` of shape
-            (2, 2, n, n).
+            CoupledHarmonics with ``force`` and ``normal_load`` [N] and ``jacobian`` of shape (2, 2,
+            coefficients, coefficients).
 
         Notes
         -----
         For a given ``separation`` the cycle is cut at turning points and where the separation or
-        the slip front meets a summit, a knot of a table or the end of the heights, and integrated
-        piece by piece. For a given ``normal_load`` the path between samples is straight. The error
-        falls with the square of the number of samples: some 4e-5 of the force limit with 256. The
-        Jacobian is exact for the sampled cycle.
+        the slip front passes a summit, a knot of a table or the highest height, and integrated
+        piece by piece. For a given ``normal_load`` the cycle is sampled, with separation and
+        displacement in proportion between samples. The error decreases with the inverse square of
+        the number of samples: some 4e-5 of the force limit with 256. The Jacobian is exact for
+        these samples.
         """
         if normal_load is None and separation is None:
             return super().harmonics(coefficients, harmonics, rest, rtol=rtol)
@@ -384,10 +384,10 @@ class CoupledLaw(BackboneLaw):
     ) -> FirstLoading:
         """Compute force, load and tangents after one straight step from rest.
 
-        Displacements [m], and either normal loads [N] above zero or separations [m], at the end of
-        the step, of any shapes that broadcast. The step starts at the load of the joint. Returns
-        the same as :func:`microslip.friction.first_loading`, which takes the separations before the
-        step as well.
+        The step begins under the load of the joint. Displacements [m], and either normal loads [N]
+        above zero or separations [m], are those at its end, of any shapes that broadcast. The
+        result is that of :func:`microslip.friction.first_loading`, which also accepts other
+        separations before the step.
         """
         check_one_of("normal_load [N] or separation=... [m]", normal_load, separation)
         if separation is None:

@@ -1,4 +1,4 @@
-"""Settled cycle of an interface under a varying load: a field of one node."""
+"""Settled cycle of an interface under a varying load, computed as a field of one node."""
 
 from __future__ import annotations
 
@@ -49,13 +49,13 @@ class CoupledCycle(Locked):
         separation: ArrayLike | None = None,
         normal_load: ArrayLike | None = None,
     ) -> Floats:
-        """Compute derivatives of the forces along directions of displacement and separation.
+        """Compute derivatives of the forces of the cycle with respect to parameters of its inputs.
 
-        Directions are derivatives of the displacement [m], and of the separation [m] or the normal
-        load [N], with respect to each parameter, shape (samples, parameters) or (samples,). The
-        result has the same shape [N]. The derivative of the normal load is ``-normal_stiffness``
-        times that of the separation. InputError is raised if the load changes at a sample without
-        contact.
+        Arguments are the derivatives of the displacement [m], and of the separation [m] or the
+        normal load [N], with respect to each parameter, shape (samples, parameters) or (samples,).
+        The result has the same shape [N]. Inputs not given do not depend on the parameters.
+        InputError is raised if the load changes at a sample without contact. The derivative of the
+        normal load itself is ``-normal_stiffness`` times that of the separation.
         """
         if separation is not None and normal_load is not None:
             raise InputError("`separation` or `normal_load` must be given, not both")
@@ -90,7 +90,7 @@ class CoupledCycle(Locked):
 
 
 def _rise(by_load: Floats, stiffness: Floats) -> Floats:
-    """Convert derivatives of the load, with samples on the second axis, to the separation."""
+    """Convert derivatives of the load to those of the separation, (nodes, samples, parameters)."""
     unloaded = stiffness == 0.0
     wrong = np.any((by_load != 0.0) & unloaded[:, None], axis=(0, 2))
     if wrong.any():
@@ -107,7 +107,7 @@ def coupled_cycle(
     normal_load: Any,
     separation: Any,
 ) -> CoupledCycle:
-    """Compute the settled cycle; see :meth:`microslip.Interface.periodic`."""
+    """Compute the settled cycle of one node; see :meth:`microslip.Interface.periodic`."""
     x, curve = record("displacement_cycle", displacement_cycle, "m").reshape(-1), nodes.curve
     steps = steps_along(curve, x.size, normal_load, separation)
     cycles = NodeCycles(nodes, x[None], steps[None], rest_of(rest, x))
@@ -119,7 +119,7 @@ def coupled_cycle(
 
 
 class NodeRests(SettledField):
-    """Single joint as a field of one node, with its separation at rest [m]."""
+    """Field of the single node of a joint, with its separation at rest [m]."""
 
     def __init__(self, nodes: Nodes, separations: Floats) -> None:
         self._nodes, self.separations = nodes, separations
@@ -141,8 +141,8 @@ class CoupledHarmonics(NamedTuple):
     normal_load: Floats
     """Coefficients of the normal load [N]."""
     jacobian: Floats
-    """Jacobian of (force, load) with respect to (displacement, separation or load as given), shape
-    (2, 2, n, n): the last two axes are coefficients."""
+    """Derivatives of the coefficients of (force, load) with respect to those of (displacement,
+    separation or load, whichever was given), shape (2, 2, coefficients, coefficients)."""
 
 
 def coupled_harmonics(
@@ -155,7 +155,7 @@ def coupled_harmonics(
     samples: int | None,
     rtol: float,
 ) -> CoupledHarmonics:
-    """Compute harmonics; see :meth:`microslip.Interface.harmonics`."""
+    """Compute Fourier coefficients of one node; see :meth:`microslip.Interface.harmonics`."""
     if normal_load is not None and separation is not None:
         raise InputError("`normal_load` or `separation` must be given, not both")
     basis = Basis(harmonics)

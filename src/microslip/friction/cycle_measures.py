@@ -16,7 +16,7 @@ from microslip.friction.loops import Loop, checked_cycle, halves_of
 
 
 class CycleMeasures(ABC):
-    """Measures of closed cycles, computed from backbone, inverse and energies of a law."""
+    """Measures of closed cycles of a law, computed from its backbone and energies."""
 
     if TYPE_CHECKING:  # a law implements these as fields or as properties
 
@@ -30,14 +30,14 @@ class CycleMeasures(ABC):
 
     @property
     def _slip_scale(self) -> tuple[float, str]:
-        """Displacement scale of the transition from sticking to sliding [m] and its definition."""
+        """Displacement scale [m] between sticking and sliding, and its definition in words."""
         if math.isinf(self.tangential_stiffness):  # no transition: any length is valid
             return 1e-6, "1 um, since the law is rigid at rest"
         return self.force_limit / self.tangential_stiffness, "force_limit / tangential_stiffness"
 
     @abstractmethod
     def _backbone(self, u: Floats) -> Floats:
-        """Return T0 [N] for displacements u >= 0 [m], one-dimensional."""
+        """Return the first loading curve T0 [N] at displacements u >= 0 [m], one-dimensional."""
 
     @abstractmethod
     def _backbone_at(self, u: float) -> tuple[float, float]:
@@ -45,19 +45,19 @@ class CycleMeasures(ABC):
 
     @abstractmethod
     def _inverse(self, force: Floats) -> Floats:
-        """Return u >= 0 [m] at which T0(u) = force, for 0 <= force < limit, one-dimensional."""
+        """Return displacements u >= 0 [m] with T0(u) = ``force`` [N], one-dimensional."""
 
     @abstractmethod
     def _energy(self, amplitude: Floats) -> Floats:
-        """Return the energy of a closed cycle [J] for amplitudes >= 0 [m], one-dimensional."""
+        """Return the energy of a closed cycle [J] of amplitudes >= 0 [m], one-dimensional."""
 
     @abstractmethod
     def _energy_slope(self, amplitude: Floats) -> Floats:
-        """Return the derivative of :meth:`_energy` [N]."""
+        """Return the derivative of :meth:`_energy` by the amplitude [N], one-dimensional."""
 
     @property
     def _small_amplitude_exponent(self) -> float:
-        """Limit of the dissipation exponent for amplitude 0, NaN if there is none."""
+        """Limit of d ln E_d/d ln a for amplitude a towards 0 [-], NaN if there is none."""
         return math.nan
 
     def _below_limit(self, name: str, force: Floats) -> Floats:
@@ -95,7 +95,7 @@ class CycleMeasures(ABC):
     def dissipated_energy(
         self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
     ) -> Any:
-        """Compute the energy of a closed cycle between -amplitude and +amplitude (19.29).
+        """Compute the energy dissipated in a cycle between -amplitude and +amplitude (19.29).
 
         Parameters
         ----------
@@ -116,7 +116,8 @@ class CycleMeasures(ABC):
     ) -> Any:
         """Compute the energy ratio A = E_d/(4 delta_m T_m) [-]: 1 for rigid-plastic friction.
 
-        Parameters, shapes and errors as :meth:`dissipated_energy`.
+        E_d is the energy per cycle, delta_m the displacement amplitude and T_m the force amplitude.
+        Parameters, shapes and errors are as for :meth:`dissipated_energy`.
         """
 
         def ratio(a: Floats) -> Floats:
@@ -128,12 +129,13 @@ class CycleMeasures(ABC):
     def loss_factor(
         self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
     ) -> Any:
-        """Compute the loss factor eta = E_d/(2 pi U) = E_d/(pi delta_m T_m) = (4/pi) A [-].
+        """Compute the loss factor eta = E_d/(2 pi U) = E_d/(pi delta_m T_m) [-].
 
-        Equation (19.30) calls this quantity the damping ratio xi; the equivalent viscous damping
-        ratio is half of it. It is a property of the interface, not of a mode of a structure, for
-        which zeta = sum of E_d / (4 pi U). Parameters, shapes and errors as
-        :meth:`dissipated_energy`.
+        E_d is the energy per cycle, delta_m the displacement amplitude, T_m the force amplitude and
+        U = delta_m T_m/2. Equation (19.30) calls this quantity the damping ratio xi; the equivalent
+        viscous damping ratio is half of it. It is a property of the interface. A mode of a
+        structure has the damping ratio (sum of E_d)/(4 pi U) instead, with the energy U of the
+        whole structure. Parameters, shapes and errors are as for :meth:`dissipated_energy`.
         """
         ratio = self.energy_ratio(amplitude, force_amplitude=force_amplitude)
         return 4.0 / math.pi * ratio
@@ -141,19 +143,20 @@ class CycleMeasures(ABC):
     def damping_ratio(
         self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
     ) -> Any:
-        """Compute the equivalent viscous damping ratio zeta = eta/2 = (2/pi) A [-].
+        """Compute the equivalent viscous damping ratio zeta = eta/2 [-] of the interface.
 
-        Half of the quantity that (19.30) calls damping ratio. Parameters, shapes and errors as
-        :meth:`dissipated_energy`.
+        It is half of :meth:`loss_factor`, which (19.30) calls damping ratio. Parameters, shapes and
+        errors are as for :meth:`dissipated_energy`.
         """
         return 0.5 * self.loss_factor(amplitude, force_amplitude=force_amplitude)
 
     def secant_stiffness(
         self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
     ) -> Any:
-        """Compute T0(delta_m)/delta_m [N/m]; the stiffness at rest for amplitude 0.
+        """Compute the secant stiffness T0(delta_m)/delta_m [N/m] at displacement amplitude delta_m.
 
-        Parameters, shapes and errors as :meth:`dissipated_energy`.
+        The stiffness at rest for amplitude 0. Parameters and errors as for
+        :meth:`dissipated_energy`.
         """
 
         def secant(a: Floats) -> Floats:
@@ -167,12 +170,11 @@ class CycleMeasures(ABC):
     def dissipation_exponent(
         self, amplitude: ArrayLike | None = None, *, force_amplitude: ArrayLike | None = None
     ) -> Any:
-        """Compute d ln E_d / d ln delta_m [-]: 3 for small microslip, 1 in gross slip.
+        """Compute the exponent d ln E_d / d ln delta_m [-]: 3 for small microslip, 1 in gross slip.
 
-        If the energy underflows, return the limit for amplitude 0, NaN for a law without
-        dissipation there. For a force amplitude, the exponent of the displacement amplitude is
-        returned, at the corresponding displacement. Parameters, shapes and errors as
-        :meth:`dissipated_energy`.
+        If the energy underflows, the result is the limit for amplitude 0, or NaN for a law that is
+        elastic at small amplitudes. Given force amplitudes are converted to displacement amplitudes
+        delta_m first. Parameters, shapes and errors are as for :meth:`dissipated_energy`.
         """
 
         def exponent(a: Floats) -> Floats:
@@ -196,7 +198,7 @@ class CycleMeasures(ABC):
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
-            Axes to draw on, by default a new figure. Laws drawn on the same axes share units.
+            Axes to draw on, by default new ones. Laws drawn on the same axes share units.
         quantity : str, optional
             "backbone", "backbone_stiffness", "secant_stiffness", "dissipated_energy",
             "loss_factor", "damping_ratio" or "dissipation_exponent".
@@ -226,7 +228,8 @@ class CycleMeasures(ABC):
     def loop(self, amplitude: float, samples: int = 512) -> Loop:
         """Compute the closed loop between +amplitude and -amplitude.
 
-        Unloading is (19.13), with sliding (19.16); reloading is (19.14), with sliding (19.17).
+        Unloading follows (19.13), with sliding (19.16), and reloading (19.14), with sliding
+        (19.17), with the misprints of chapter 19 corrected.
 
         Parameters
         ----------

@@ -18,7 +18,7 @@ Rest: TypeAlias = float | Literal["mean"]
 
 
 class Backbone(Protocol):
-    """Interface of a law for settled cycles, for displacements u >= 0 [m]."""
+    """Interface that settled cycles need of a law: T0 and T0' at displacements u >= 0 [m]."""
 
     def _backbone(self, u: Floats) -> Floats: ...
 
@@ -33,7 +33,7 @@ class _Cycle(NamedTuple):
 
 
 class PeriodicResponse(_Cycle):
-    """Settled cycle of a periodic displacement, (19.20)-(19.24) for a closed cycle.
+    """Settled cycle of a periodic displacement, with the branches (19.20)-(19.24).
 
     Unpacks as ``force, stiffness, parent, root``. The arrays have one entry per sample.
 
@@ -46,10 +46,10 @@ class PeriodicResponse(_Cycle):
     ``root``
         Index of the sample farthest from the rest displacement; it is on the first loading curve.
 
-    For any parameter p of the displacement c, such as a Fourier coefficient, let D = dT/dp and
-    c' = dc/dp. Then D[root] = stiffness[root] c'[root], and in cyclic order from the root
-    D[t] = D[parent[t]] + stiffness[t] (c'[t] - c'[parent[t]]); see :meth:`derivative`. If the rest
-    displacement is the mean, the mean of c' is subtracted from c' first.
+    For any parameter p of the displacements x, such as a Fourier coefficient, the derivatives D =
+    dT/dp of the forces follow from x' = dx/dp: D[root] = stiffness[root] x'[root], then for samples
+    t in cyclic order from the root D[t] = D[parent[t]] + stiffness[t] (x'[t] - x'[parent[t]]); see
+    :meth:`derivative`. If the rest displacement is the mean, x' is taken relative to its mean.
     """
 
     _rest_is_mean = False
@@ -97,7 +97,7 @@ class PeriodicResponse(_Cycle):
 
 
 def rows_of(name: str, value: ArrayLike, samples: int) -> Floats:
-    """Check an array of shape (samples,) or (samples, n) and convert it to floats."""
+    """Check an array of shape (samples,) or (samples, parameters) and convert it to floats."""
     rows = floats(name, value)
     if rows.ndim not in (1, 2) or rows.shape[0] != samples:
         raise InputError(
@@ -107,9 +107,9 @@ def rows_of(name: str, value: ArrayLike, samples: int) -> Floats:
 
 
 def rest_of(rest: Any, cycle: Floats, nodes: Nodes | None = None) -> tuple[Any, bool]:
-    """Return the rest displacement [m] (one per node if ``nodes`` is given).
+    """Return the displacement [m] free of force, and True if it is the mean of the cycle.
 
-    The second value is True if it is the mean of the cycle.
+    With ``nodes`` the displacement is one per node; samples are on the last axis of ``cycle``.
     """
     if isinstance(rest, str):
         if rest != "mean":
@@ -123,7 +123,7 @@ def rest_of(rest: Any, cycle: Floats, nodes: Nodes | None = None) -> tuple[Any, 
 def settled_cycle(
     law: Backbone, displacement_cycle: ArrayLike, rest: Rest = 0.0
 ) -> PeriodicResponse:
-    """Compute the settled cycle; see :meth:`microslip.BackboneLaw.periodic`."""
+    """Compute the settled cycle of a law; see :meth:`microslip.BackboneLaw.periodic`."""
     x = record("displacement_cycle", displacement_cycle, "m").reshape(-1)
     begin, is_mean = rest_of(rest, x)
     x = x - begin

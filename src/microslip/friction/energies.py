@@ -1,12 +1,13 @@
 """Energy balance of a record: stored and dissipated energy.
 
-Let E(a) be the energy of a closed cycle of amplitude a. First loading to u dissipates E(u)/4 and
-stores u T0(u)/2 - E(u)/8. A branch that ends 2h away from its reversal dissipates E(h)/2, because
-a slider with yield displacement y (Iwan 1966, DOI 10.1115/1.3625199) slips 4 (a - y) in a cycle,
-u - y on first loading and 2 (h - y) on a branch. The stored energy changes on the branch by the
-work of the force at its reversal plus 2h T0(h). Both sums accumulate down the branch tree of the
-record. A loop closes where the parent reversal of a sample differs from that of the sample before;
-the closed loop has dissipated E of half its width.
+Let E(a) be the energy that a closed cycle of amplitude a dissipates. First loading to a
+displacement u dissipates E(u)/4 and stores u T0(u)/2 - E(u)/8. A branch that ends at a distance 2h
+from its reversal dissipates E(h)/2, because a slider with yield displacement y (Iwan 1966, DOI
+10.1115/1.3625199) slips by 4 (a - y) in a cycle, u - y on first loading and 2 (h - y) on a branch.
+The stored energy changes on the branch by the work of the force at its reversal plus 2h T0(h).
+
+Both energies of a sample are sums along its chain of open reversals. A loop closes where this chain
+becomes shorter; the closed loop has dissipated E of half its width.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from microslip.friction.memory import Memory
 
 
 class LawWithEnergy(Protocol):
-    """Interface of a law for the energies of its records, for displacements u >= 0 [m]."""
+    """Interface of a law for energies along records: T0 and E(a) at displacements >= 0 [m]."""
 
     def _backbone(self, u: Floats) -> Floats: ...
 
@@ -32,7 +33,7 @@ class LawWithEnergy(Protocol):
 def energies_along(
     joint: LawWithEnergy, displacement: Floats, force: Floats
 ) -> tuple[Floats, Floats]:
-    """Return the stored and the dissipated energy [J] along a record from rest."""
+    """Return stored and dissipated energy [J] at each sample of a record [m, N] from rest."""
     half, sign, parent = Memory().tree(displacement)
     energy, backbone = joint._energy(half), joint._backbone(half)
     above = np.maximum(parent, 0)
@@ -46,9 +47,9 @@ def energies_along(
 
 
 def dissipated_along(joint: LawWithEnergy, displacement: Floats, record: Floats) -> Floats:
-    """Return the energy dissipated [J] along a record from rest.
+    """Return the energy dissipated up to each sample [J] of a displacement record [m] from rest.
 
-    Reversals are detected in ``record`` and distances measured in ``displacement`` [m].
+    Reversals are found in ``record``, the displacements or forces that were prescribed.
     """
     _, sign, parent = Memory().tree(record)
     first = parent < 0
@@ -60,7 +61,7 @@ def dissipated_along(joint: LawWithEnergy, displacement: Floats, record: Floats)
 def _dissipated(energy: Floats, sign: Floats, parent: Integers) -> Floats:
     """Return the energy dissipated up to each sample [J].
 
-    ``energy`` is that of a closed cycle with the half-width of the branch at each sample [J].
+    ``energy`` is E of half the distance from the reversal, or of the distance from rest [J].
     """
     first = parent < 0
     branch = np.where(first, 0.25, 0.5) * energy

@@ -1,4 +1,4 @@
-"""Fields of many joints: the nodes of a contact between two meshes."""
+"""Field of many joints, each a node of the contact between two meshes."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ _UNITS = {
 class JointField(ByValue, SettledField, Locked):
     """Field of joints, called nodes, on one surface, each with its area, load and friction.
 
-    A normal load law depends on the pressure alone, so all nodes share one load curve: at the same
-    separation a node of area A_i carries A_i/A times the load of a surface of area A.
+    At the same separation a node of area A_i carries A_i/A times the load of the surface of area A,
+    so all nodes share the load curve of the surface.
 
     Parameters
     ----------
@@ -59,25 +59,26 @@ class JointField(ByValue, SettledField, Locked):
     loads : array_like, optional
         Normal loads at rest [N], not negative. A node without load is open and may close later.
     pressures : array_like, optional
-        Pressures at rest [Pa], given instead.
+        Pressures at rest [Pa], given instead of the loads.
     separations : array_like, optional
-        Separations at rest [m], given instead.
+        Separations at rest [m], given instead of the loads.
     gaps : array_like, optional
-        Separations [m] at the start of a static solution that finds those at rest, given instead.
+        Separations [m] before the joint is loaded, given instead, from which a static solution
+        finds the separations at rest.
     surface_area : float, optional
         Apparent area [m^2] of the surface, by default its attribute ``area``.
 
     Notes
     -----
-    Each node follows :class:`microslip.Interface`, independent of the other nodes. The elastic half
-    space below the summits is not part of a node: a finite-element model already has this
-    compliance.
+    Each node follows the law of :class:`microslip.Interface`, independent of the other nodes. The
+    elastic deformation of the bodies beneath the summits is not included, since a finite-element
+    model of the bodies contains it.
 
-    On a face that yields (:class:`microslip.DrawnFace`, :class:`microslip.MeasuredContact`) each
-    node with a load or pressure was tightened by its own: the most pressed node to the tightening
-    pressure of the surface, the other nodes in proportion to their pressures. The normal stiffness
-    is then proportional to the pressure, and all nodes begin to slide at nearly the same
-    displacement. Each node has the law of the surface with factors on the load and the separation.
+    On a face that yields (:class:`microslip.DrawnFace`, :class:`microslip.MeasuredContact`) a node
+    that is given by its load or pressure has yielded under its own tightening pressure: that of the
+    surface for the node with the highest pressure, less in proportion for others. The normal
+    stiffness is then nearly proportional to the pressure, and all nodes slide at nearly the same
+    displacement. Their laws are that of the surface with factors on load and separation.
     """
 
     surface: NormalLaw
@@ -90,7 +91,7 @@ class JointField(ByValue, SettledField, Locked):
     normal_loads: Floats
     """Normal loads at rest [N]."""
     gaps: Floats | None
-    """Separations at the start of a static solution [m], None if the state at rest was given."""
+    """Separations [m] before the joint is loaded, None if the state at rest was given."""
     surface_area: float
 
     def __init__(
@@ -206,7 +207,7 @@ class JointField(ByValue, SettledField, Locked):
         assign(self, _nodes=nodes)
 
     def _separation_of(self, shares: Floats, node: int) -> float:
-        """Return the separation of a node under ``shares`` [N] on the area of the surface."""
+        """Return the separation [m] under the load ``shares[node]`` [N]; errors name the node."""
         try:
             separation: float = self.surface.separation(float(shares[node]))
         except InputError as error:
@@ -234,9 +235,9 @@ class JointField(ByValue, SettledField, Locked):
         return scale if self._own is None else scale * self._own.shares
 
     def _tightened_at(self, separations: Floats, loads: Floats) -> JointField:
-        """Return the field with each node tightened by its load at separations [m].
+        """Return the field in which each node has yielded under its own load ``loads`` [N].
 
-        On a surface without yielding, return this field.
+        Nodes carry their loads at ``separations`` [m]. Without yielding, return this field.
         """
         curve = self._nodes.curve
         own = OwnTightening.at_rest(self.surface, curve, separations, loads / self._scale)
@@ -260,9 +261,9 @@ class JointField(ByValue, SettledField, Locked):
     def at(
         self, *, separations: ArrayLike | None = None, loads: ArrayLike | None = None
     ) -> JointField:
-        """Return the field in another state of rest, with the gaps of this field.
+        """Return the field at rest under other separations [m] or other normal loads [N].
 
-        Given by separations [m] or normal loads [N], shape (nodes,) or a number.
+        Either has the shape (nodes,) or is a number. The ``gaps`` of the field do not change.
         """
         check_one_of("separations [m] or loads [N]", separations, loads)
         field, curve = object.__new__(JointField), self._nodes.curve
@@ -278,13 +279,13 @@ class JointField(ByValue, SettledField, Locked):
         return field
 
     def along(self, directions: ArrayLike) -> JointField:
-        """Return the field with each node moving along its own line in the plane.
+        """Return the field with a direction of motion in the tangential plane for each node.
 
         Parameters
         ----------
         directions : array_like
-            Directions of motion [-], shape (nodes, 2), not necessarily normalised: components along
-            and across the direction of the surface. They matter only for a surface with a lay, see
+            Direction vectors [-], shape (nodes, 2), of any length: components along and across the
+            ``direction`` of the surface. They have an effect only for a surface with a lay, see
             :class:`microslip.MeasuredContact`.
         """
         lines = floats("directions", directions)
@@ -312,9 +313,9 @@ class JointField(ByValue, SettledField, Locked):
     # -- without memory -------------------------------------------------------------------------
 
     def load(self, separations: ArrayLike) -> tuple[Floats, Floats]:
-        """Compute normal loads N [N] and slopes dN/dd [N/m] at separations [m].
+        """Compute normal loads N [N] and slopes dN/dd [N/m] at separations d [m].
 
-        Separations are a number or one-dimensional, one per node. Slopes are not positive.
+        Separations are a number or one-dimensional, one per node. Slopes are zero or negative.
         """
         nodes = self._nodes
         load, fall = nodes.curve.load(nodes.steps_at("separations", separations))
@@ -323,9 +324,9 @@ class JointField(ByValue, SettledField, Locked):
     def first_loading(self, displacement: ArrayLike, separation: ArrayLike) -> FieldResponse:
         """Compute forces and tangents at the end of a straight path from rest, in closed form.
 
-        Tangential displacements [m] and separations [m] are numbers or one-dimensional, one per
-        node. The result has ``force`` [N], ``load`` [N] and ``tangent`` [N/m] of shape (nodes, 2,
-        2), after :func:`microslip.first_loading` (Jaeger 1998, DOI 10.1115/1.2833765).
+        Tangential displacements [m] and separations [m] are those at the end of the path, numbers
+        or one-dimensional, one per node. The result has ``force`` [N], ``load`` [N] and ``tangent``
+        [N/m] of shape (nodes, 2, 2), as in :func:`microslip.first_loading` (DOI 10.1115/1.2833765).
         """
         nodes = self._nodes
         place = beyond(nodes.per_node("displacement", displacement, "m"), nodes.slips)
@@ -338,11 +339,11 @@ class JointField(ByValue, SettledField, Locked):
         return FieldResponse(nodes.weights * value, nodes.scales * load, tangent)
 
     def dissipated_energy(self, amplitude: ArrayLike) -> Floats:
-        """Compute the energy [J] of a closed cycle about rest, at the separations of rest.
+        """Compute the energy [J] of a closed cycle of each node at its separation at rest.
 
-        Amplitudes [m] are not negative: a number, shape (nodes,), or (cycles, nodes) for many
-        cycles at once. Energies have shape (nodes,) or (cycles, nodes), as
-        :meth:`microslip.Interface.dissipated_energy`.
+        Displacement amplitudes [m] are not negative: a number, shape (nodes,), or (cycles, nodes)
+        for many cycles at once. Energies have the shape (nodes,) or (cycles, nodes). The formula is
+        that of :meth:`microslip.Interface.dissipated_energy`.
         """
         a = sized("amplitude", amplitude)
         several = a.ndim == 2
@@ -369,12 +370,13 @@ class JointField(ByValue, SettledField, Locked):
         return energy if several else energy[0]
 
     def rigid(self) -> BackboneLaw:
-        """Return the law of all nodes moving together, each at its own separation.
+        """Return the law of the whole field if all nodes have the same displacement.
 
         Returns
         -------
         BackboneLaw
-            Equal to :class:`microslip.Parallel` of all nodes, at the cost of a single joint.
+            Sum of the laws of all nodes, each at its separation at rest, as in
+            :class:`microslip.Parallel` but at the cost of a single joint.
         """
         if not np.any(self.normal_loads > 0.0):
             raise InputError("the field must have a node with a normal load above zero, got none")
@@ -403,8 +405,8 @@ class JointField(ByValue, SettledField, Locked):
         energies : bool, optional
             Accumulate the energy dissipated by each node.
         depth : int, optional
-            Largest number of memory rows per node [-], at least four. Older rows are merged, and
-            ``error_bound`` bounds the resulting error. Unlimited by default.
+            Largest number of rows of the memory diagram of a node [-], at least four. Further rows
+            are merged; ``error_bound`` bounds the resulting error. Unlimited by default.
         """
         if arrays is not None:
             return FieldState._from_arrays(self._nodes, arrays)
@@ -421,16 +423,17 @@ class JointField(ByValue, SettledField, Locked):
         Parameters
         ----------
         sliders : int, optional
-            Number of sliders over the separations [-], 2 to 100 000, common to all nodes.
+            Number of sliders [-], 2 to 100 000, common to all nodes, each at a separation beyond
+            which it is out of contact.
         nearest : float, optional
-            Smallest separation [m] that any node reaches, by default one decay length of the load
-            below the smallest separation at rest.
+            Smallest separation [m] that any node may reach, by default below the smallest
+            separation at rest by one decay length N/|N'| of the load.
 
         Returns
         -------
         IsotropicField
-            Has ``start``, ``periodic`` and ``harmonics``; ``load_error`` and ``resolution`` are its
-            errors.
+            Field with the methods ``start``, ``periodic`` and ``harmonics``. Its attributes
+            ``load_error`` and ``resolution`` measure the error of the finite number of sliders.
         """
         return two_directions(self, sliders, nearest)
 

@@ -1,4 +1,4 @@
-"""Law of the nodes of a field that move together."""
+"""Law of a field whose nodes all have the same displacement."""
 
 from __future__ import annotations
 
@@ -22,8 +22,9 @@ _NODES, _WEIGHTS = gauss_legendre(8)  # exact for u^2 times a polynomial of degr
 class FieldBackbone(Locked, BackboneLaw):
     """Backbone of a field whose nodes share the displacement, returned by ``JointField.rigid``.
 
-    T0(delta) = sum of mu_i [N_i(d_i) - N_i(d_i + delta/kappa_i)], each node at its separation at
-    rest (Jaeger 1998, DOI 10.1115/1.2833765, summed).
+    T0(delta) is the sum of mu_i [N_i(d_i) - N_i(d_i + delta/kappa_i)] over the nodes i (Jaeger
+    1998, DOI 10.1115/1.2833765), with the coefficient of friction mu_i, the load N_i, the
+    separation d_i at rest and the slip per indentation kappa_i of each node.
     """
 
     _curve: LoadCurve
@@ -69,7 +70,7 @@ class FieldBackbone(Locked, BackboneLaw):
 
     @cached_property
     def _energy_tables(self) -> tuple[Table, Floats] | None:
-        """Table of the derivative of the energy, and the energy at the start of each panel."""
+        """Table of dE_d/da [N] over amplitude a, and E_d [J] at the start of each panel."""
         if self._table is None:
             return None
         table = Table.sample(
@@ -106,7 +107,7 @@ class FieldBackbone(Locked, BackboneLaw):
         return np.array([weights @ surface._derivative(places + v / self._slips, 2) for v in u])
 
     def sliders(self) -> Sliders:
-        """Return the sliders of all nodes [m, N/m, N/m^2]; discrete ones only where N' jumps."""
+        """Return the sliders of all nodes [m, N/m, N/m^2]; discrete where a slope N' jumps."""
         places, stiffnesses = [np.zeros(0)], [np.zeros(0)]
         nodes = zip(self._steps, self._slips, self._weights, strict=True)
         for step, slip, weight in nodes if self._table is None else ():
@@ -125,6 +126,6 @@ class FieldBackbone(Locked, BackboneLaw):
 
 
 def _between(table: Table, low: Floats, high: Floats) -> Floats:
-    """Integrate a table within panels; all terms have the same sign."""
+    """Integrate a table from ``low`` to ``high`` within one panel; terms have the same sign."""
     places = low[:, None] + (high - low)[:, None] * _NODES
     return np.asarray((high - low) * (table.value(places) @ _WEIGHTS))

@@ -1,4 +1,4 @@
-"""Settled cycles of all nodes of a field, with their derivatives."""
+"""Settled cycles of all nodes of a field under periodic displacements and separations."""
 
 from __future__ import annotations
 
@@ -30,14 +30,15 @@ _EMPTY = np.zeros(0)
 
 
 class NodeCycles:
-    """Cycles of nodes given by displacements [m] and steps of the separation [m] from rest.
+    """Settled cycles of nodes under periodic displacements [m] and separations.
 
-    Shapes are (nodes, samples); ``steps`` is None at constant separations. ``rest`` is the result
-    of :func:`rest_of`; a mean rest displacement changes with the displacements.
+    Displacements and ``steps`` have shape (nodes, samples). Steps are separations relative to those
+    at rest, or None if constant. Places are displacements from ``rest``, the result of
+    :func:`rest_of`, divided by kappa.
 
-    Each node moves from rest in a straight line to the sample with the largest step + |place|, its
-    root, which wipes out all memory. If the root is within the region that this path pressed down
-    sticking, a second pass settles the cycle.
+    Each node goes from rest in a straight line to the sample with the largest step + |place|, its
+    root, where slip wipes out all memory; the cycle from the root is settled. If new contact that
+    formed on the line still sticks at the root, the cycle is computed twice.
     """
 
     def __init__(
@@ -53,7 +54,7 @@ class NodeCycles:
         self._reach = nodes.reach(steps)
 
     def forces(self) -> tuple[Floats, Floats, Floats]:
-        """Return tangential forces [N], normal loads [N] and tangent stiffnesses [N/m]."""
+        """Return forces [N], normal loads [N] and tangent stiffnesses [N/m], (nodes, samples)."""
         nodes, shape = self.nodes, self.places.shape
         force, load, stiffness = (np.empty(shape) for _ in range(3))
         kernels.compiled.field_cycle(
@@ -70,8 +71,8 @@ class NodeCycles:
     ) -> tuple[Floats, Floats]:
         """Return derivatives of forces and loads [N per unit], shape (nodes, samples, directions).
 
-        The arguments are derivatives of displacements and separations along each direction, shape
-        (nodes or 1, samples, directions). Separations are constant by default.
+        Arguments are derivatives of displacements and separations [m per unit] by each parameter
+        (direction), shape (nodes or 1, samples, directions). Separations are constant by default.
         """
         nodes, samples = self.places.shape
         count = by_displacement.shape[2]
@@ -91,9 +92,9 @@ class NodeCycles:
     ) -> tuple[Floats, Floats, Floats, Floats]:
         """Return Fourier coefficients of forces and loads [N], and the derivatives of both.
 
-        ``analysis``, shape (samples, coefficients), transforms samples to coefficients. Derivatives
-        have shape (nodes, coefficients, directions): directions of the displacements first, then
-        those of the separations. Loads depend on the separations alone.
+        ``analysis``, shape (samples, coefficients), transforms samples to coefficients. Directions
+        are as in :meth:`slopes`. Derivatives have shape (nodes, coefficients, directions): for
+        forces the directions of displacements, then of separations; for loads the latter only.
         """
         size, count = self.nodes.size, analysis.shape[1]
         directions = by_displacement.shape[2] + by_separation.shape[2]
@@ -128,7 +129,7 @@ class NodeCycles:
 
 
 def from_root(places: Floats, steps: Floats | None) -> Integers:
-    """Return the samples of two passes of each cycle from its root; the second is settled."""
+    """Return sample indices of two periods of each cycle from its root; the second is settled."""
     samples = places.shape[1]
     root = np.argmax(np.abs(places) if steps is None else steps + np.abs(places), axis=1)
     return np.asarray((root[:, None] + np.arange(2 * samples)) % samples)
@@ -138,7 +139,7 @@ def from_root(places: Floats, steps: Floats | None) -> Integers:
 class FieldCycle(Locked):
     """Settled cycles of the nodes of a field, the result of :meth:`microslip.JointField.periodic`.
 
-    After Jaeger (1998), DOI 10.1115/1.2833765, along the cycle (DOI 10.3389/fmech.2020.00030).
+    After Jaeger (1998), DOI 10.1115/1.2833765, by memory diagrams (DOI 10.3389/fmech.2020.00030).
     """
 
     force: Floats
@@ -152,11 +153,11 @@ class FieldCycle(Locked):
     def derivative(
         self, displacements: ArrayLike, separations: ArrayLike | None = None
     ) -> tuple[Floats, Floats]:
-        """Compute derivatives of forces and loads [N per unit] along directions.
+        """Compute derivatives of forces and loads [N per unit] by parameters of the motion.
 
-        Directions are derivatives of displacements and separations [m per unit], shape (samples,
-        directions) if equal for all nodes, or (nodes, samples, directions). Both results have the
-        shape (nodes, samples, directions). Separations are constant by default.
+        Arguments are derivatives of displacements and separations [m per unit] by each parameter
+        (direction), shape (samples, directions) if equal for all nodes, or (nodes, samples,
+        directions). Both results have the latter shape. Separations are constant by default.
         """
         by_place, by_step = self._directions("displacements", displacements), None
         if separations is not None:
@@ -186,7 +187,7 @@ class FieldCycle(Locked):
 
 
 class FieldOfNodes(Protocol):
-    """Interface of a field for its settled cycles."""
+    """Interface that :class:`SettledField` needs of a field."""
 
     @property
     def separations(self) -> Floats:
@@ -219,11 +220,10 @@ class SettledField:
             One period of displacements [m], its first sample not repeated, shape (nodes, samples),
             or (samples,) if equal for all nodes.
         separations : array_like, optional
-            Separations [m] at the same samples, constant by default. Contact may be lost and found
-            again.
+            Separations [m] at the same samples, constant by default. Contact may be lost.
         rest : array_like or "mean", optional
-            Displacements [m] at which the nodes were free of force, a number or one per node, or
-            "mean" for the mean of each cycle. The settled mean force depends on it.
+            Displacements [m] at which the nodes were free of force before the cycle, a number or
+            one per node, or "mean" for the mean of each cycle. The mean force depends on it.
 
         Returns
         -------
@@ -232,10 +232,10 @@ class SettledField:
 
         Notes
         -----
-        Each node moves from rest in a straight line of (separation, displacement) to the sample
-        with the largest separation + |displacement|/kappa. This wipes out all other memory, so the
-        cycle from there is settled. If that path made new contact in sticking, one more cycle
-        follows. The result does not depend on the first sample.
+        Each node goes from rest in a straight line of (separation, displacement) to the sample with
+        the largest separation + |displacement|/kappa, where slip wipes out all memory of earlier
+        motion: the cycle from there is settled. If new contact that formed on the line still sticks
+        at that sample, the cycle is computed twice. The result does not depend on the first sample.
         """
         nodes = self._nodes
         x, steps = _per_sample(nodes, "displacements", displacements), None
@@ -261,38 +261,38 @@ class SettledField:
         samples: int | None = None,
         rtol: float = 1e-10,
     ) -> FieldHarmonics:
-        """Compute Fourier coefficients of the settled forces and Jacobians (harmonic balance).
+        """Compute Fourier coefficients of the forces in the settled cycles, with their Jacobians.
 
         Parameters
         ----------
         coefficients : array_like
             Coefficients of the displacements [m], shape (nodes, coefficients), or (coefficients,)
-            if equal for all nodes, in the order of ``harmonics``: [mean,] cos 1, sin 1, cos 3,
-            sin 3 for (0, 1, 3).
+            if equal for all nodes, in the order of ``harmonics``: [mean,] cos 1, sin 1, cos 3, sin
+            3 for (0, 1, 3).
         harmonics : sequence of int, optional
             Orders of the harmonics, increasing; 0 is the mean.
         separations : array_like, optional
-            Coefficients of the separations [m], same shape; constant separations by default. The
-            mean is the mean separation, not its change.
+            Coefficients of the separations [m], same shape; constant separations by default.
+            Coefficient 0 is the mean separation itself, not its difference from that at rest.
         rest : array_like or "mean", optional
             As for :meth:`periodic`.
         samples : int, optional
             Number of equidistant samples of the period [-]. By default the cycle is not sampled: it
-            is cut at turning points and where the separation or the slip front meets a summit, a
-            knot of a table or the end of the heights, and integrated piece by piece.
+            is cut at turning points and where the separation or the slip front passes a summit, a
+            knot of a table or the highest height, and integrated piece by piece.
         rtol : float, optional
-            Error of the coefficients relative to the largest force [-], if not sampled. The error
-            of the Jacobian relative to the largest stiffness is a hundred times larger.
+            Tolerance of the coefficients relative to the largest force [-], if not sampled. That of
+            the Jacobian relative to the largest stiffness is a hundred times larger.
 
         Returns
         -------
         FieldHarmonics
             ``force`` and, with ``separations``, ``load`` [N], shape (nodes, coefficients), and
-            ``jacobian``: derivatives [N/m] of force coefficients (rows) by displacement
-            coefficients (columns), shape (nodes, coefficients, coefficients). With ``separations``
-            its shape is (nodes, 2, 2, coefficients, coefficients): derivatives of (force, load)
-            with respect to (displacement, separation). Unpacks as ``force, jacobian`` or
-            ``force, load, jacobian``.
+            ``jacobian``: derivatives [N/m] of force coefficients (rows) with respect to
+            displacement coefficients (columns), shape (nodes, coefficients, coefficients). With
+            ``separations`` its shape is (nodes, 2, 2, coefficients, coefficients): derivatives of
+            (force, load) with respect to (displacement, separation). Unpacks as ``force, jacobian``
+            or ``force, load, jacobian``.
 
         Raises
         ------
@@ -302,8 +302,9 @@ class SettledField:
 
         Notes
         -----
-        Samples miss the turning points by up to half a step, which is an error of second order:
-        with 64 samples and a third harmonic some 3e-3 of the force limit, and 8 % of the Jacobian.
+        For the harmonic balance method. With ``samples``, a turning point is up to half a sampling
+        interval from the nearest sample, which gives an error of second order: with 64 samples and
+        a third harmonic some 3e-3 of the force limit, and 8 % of the Jacobian.
         """
         nodes, basis = self._nodes, Basis(harmonics)
         if samples is None and separations is None:
@@ -346,7 +347,7 @@ class SettledField:
 
 
 def _per_sample(nodes: Nodes, name: str, value: ArrayLike) -> Floats:
-    """Check cycles of shape (samples,) or (nodes, samples) and broadcast them to all nodes."""
+    """Check cycles of shape (samples,) or (nodes, samples) and give one to each node."""
     array = floats(name, value, "m")
     if array.ndim not in (1, 2) or (array.ndim == 2 and array.shape[0] != nodes.size):
         raise InputError(
@@ -359,7 +360,7 @@ def _per_sample(nodes: Nodes, name: str, value: ArrayLike) -> Floats:
 def _sampled(
     nodes: Nodes, x: Floats, steps: Floats, rest: tuple[Any, bool], waves: Floats, analysis: Floats
 ) -> FieldHarmonics:
-    """Return the harmonics of sampled cycles with varying separations."""
+    """Return Fourier coefficients from sampled cycles with varying separations."""
     cycles = NodeCycles(nodes, x, steps, rest)
     force, load, by_force, by_load = cycles.spectra(waves[None], waves[None], analysis)
     size = analysis.shape[1]
@@ -378,7 +379,7 @@ def varying_harmonics(
     basis: Basis,
     rtol: float,
 ) -> FieldHarmonics:
-    """Return the harmonics for varying separations without samples; NaN for nodes at rest."""
+    """Return coefficients for varying separations, without samples; NaN for nodes at rest."""
     if not basis.in_kernel:
         raise InputError(
             f"`harmonics` must not be above {MOST_ORDERS} without samples, got "
@@ -423,7 +424,7 @@ def varying_harmonics(
 def held_harmonics(
     nodes: Nodes, coefficients: ArrayLike, basis: Basis, rest: ArrayLike | str, rtol: float
 ) -> FieldHarmonics:
-    """Return the harmonics at constant separations, without samples."""
+    """Return Fourier coefficients at constant separations, integrated without samples."""
     rows = coefficients_of("coefficients", coefficients, basis, nodes.size).copy()
     means = rows[:, :1] if basis.has_mean else np.zeros((nodes.size, 1))
     begin, is_mean = rest_of(rest, means, nodes)

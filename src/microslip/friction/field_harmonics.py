@@ -1,4 +1,4 @@
-"""Fourier coefficients of the settled forces of many nodes."""
+"""Result of harmonic balance for many nodes: Fourier coefficients and Jacobians."""
 
 from __future__ import annotations
 
@@ -25,13 +25,11 @@ class FieldHarmonics(tuple[Floats, ...]):
     load: Floats | None
     """Coefficients of the normal loads [N], (nodes, coefficients); None at constant separations."""
     jacobian: Floats
-    """Derivatives [N/m] of force coefficients with respect to displacement coefficients; for the
-    shape see the method."""
+    """Derivatives [N/m] of force coefficients with respect to displacement coefficients; the
+    method that returns this result describes the shape."""
     residual: Floats
-    """Estimated distance of the force of each node from the limit cycle [N], shape (nodes,).
-
-    0 for one direction, for which the cycle is exact.
-    """
+    """Estimated distance of the force of each node from the limit cycle [N], shape (nodes,). It
+    is 0 for motion in one direction, for which the limit cycle is exact."""
     converged: Bools
     """True for each node whose residual is within the tolerance, shape (nodes,)."""
 
@@ -43,7 +41,7 @@ class FieldHarmonics(tuple[Floats, ...]):
         residual: Floats | None = None,
         converged: Bools | None = None,
     ) -> Self:
-        """Create the result; without a residual all nodes have converged."""
+        """Create the result; if ``residual`` is None, it is 0 and all nodes have converged."""
         parts = (force, jacobian) if load is None else (force, load, jacobian)
         found = super().__new__(cls, parts)
         found.force, found.load, found.jacobian = force, load, jacobian

@@ -1,13 +1,16 @@
-"""Fields of one asperity: zones, tractions and surface displacements.
+"""Fields of one asperity: stick and slip zones, tractions and surface displacements.
 
 The solutions of Boussinesq and Cerruti (Johnson, Contact Mechanics, 1985, sections 3.2 and 3.6)
-need two integrals of a layer q(r): its potential and its deviator at distance r from the centre,
+need two integrals over the contact area of an axisymmetric traction q, at a point at distance r
+from the centre,
 
-    phi(r)            = integral of q / distance dA,
+    phi(r)              = integral of q / distance dA,
     psi(r) cos(2 angle) = integral of q (x^2 - y^2) / distance^3 dA,
 
-where x and y are the components of the distance. psi is the mean of phi over the disc of radius r
-minus phi at its edge. For a Hertz layer with the Hertz layer of the stick circle removed,
+called potential and deviator. Here "distance", with the components x and y, is that between the
+point and the element dA, and "angle" is the direction from the centre to the point. psi(r) is the
+mean of phi over the disc of radius r minus phi(r). For a Hertz pressure on the contact circle of
+radius a minus that on the stick circle of radius c,
 
     q(r) = k [sqrt(a^2 - r^2) - sqrt(c^2 - r^2)]   (0 for the root of a negative number),
 
@@ -15,7 +18,7 @@ both are integrals of one positive function g(t) = min(a^2 - t^2, a^2 - c^2), t 
 
     phi = pi k integral of g(r sin p) dp,   psi = pi k integral of g(r sin p) cos(2p) dp
 
-over 0 <= p <= pi/2. Both are free of cancellation far from the contact and for c close to a.
+over 0 <= p <= pi/2. No digits cancel far from the contact or for c close to a.
 """
 
 from __future__ import annotations
@@ -45,8 +48,8 @@ class Zone(NamedTuple):
     """Circle or ring of the contact with a common slip history (19.9), (19.18)."""
 
     kind: Literal["stick", "stuck", "slip"]
-    """``stick``: has not slipped since rest; ``stuck``: has, but not since the last reversal;
-    ``slip``: slips now."""
+    """``stick``: has not slipped since rest; ``stuck``: has slipped, but not since the last
+    reversal; ``slip``: slips now."""
     inner: float
     """Inner radius [m]."""
     outer: float
@@ -80,11 +83,12 @@ class AsperityFields(Locked):
 
     Notes
     -----
-    Each remembered move since rest contributes one Cattaneo term: the difference of two Hertz
-    tractions mu p, of the contact and of the circle of radius c that did not slip in this move. The
-    first term counts once, later terms twice, with alternating signs (Mindlin and Deresiewicz,
-    J. Appl. Mech. 20, 327, 1953). The force (19.13)-(19.24) and all fields are therefore short sums
-    for any record.
+    The memory of a record is its open reversals. First loading up to the first of them, and each
+    branch from one to the next, contribute one Cattaneo term: mu times the Hertz pressure of the
+    contact minus mu times that of the circle of radius c that did not slip on the branch. The term
+    of first loading has the factor 1, later terms have the factor 2, with alternating signs
+    (Mindlin and Deresiewicz, J. Appl. Mech. 20, 327, 1953). The force (19.13)-(19.24) and all
+    fields are sums of these terms for any record.
     """
 
     asperity: _SphereContact
@@ -94,15 +98,19 @@ class AsperityFields(Locked):
     force: float
     """Tangential force at the end of the record [N]."""
     _distances: NDArray[np.float64]
-    """Distance of each move from its reversal, halved for all but the first [m]."""
+    """Length of first loading, then half the length of each branch from one open reversal to the
+    next [m]."""
     _factors: NDArray[np.float64]
-    """Factor of each term: 1 or -1 for the first, then 2 and -2 alternating."""
+    """Factor of each Cattaneo term: 1 or -1 for first loading, then 2 and -2 alternating."""
 
     # -- zones ----------------------------------------------------------------------------------
 
     @cached_property
     def _removed(self) -> list[float]:
-        """Radius term a^2 - c^2 of each move [m^2], decreasing: later slip is shallower."""
+        """Difference a^2 - c^2 [m^2] for each Cattaneo term, decreasing from term to term.
+
+        a is the contact radius, c the radius of the circle that did not slip on that branch.
+        """
         share = np.minimum(self._distances / self.asperity.slip_limit, 1.0)
         removed: list[float] = (share * self.asperity.contact_radius**2).tolist()
         return removed
@@ -114,7 +122,8 @@ class AsperityFields(Locked):
     def stick_radius(self) -> float:
         """Radius c [m] of the circle that currently sticks (19.9); 0 in gross slip.
 
-        On first loading (c/a)^3 = 1 - |T|/mu N; after a reversal at T_r, 1 - |T - T_r|/2 mu N.
+        On first loading (c/a)^3 = 1 - |T|/(mu N); on a branch from a reversal at force T_r it is 1
+        - |T - T_r|/(2 mu N).
         """
         return self._radius(-1)
 
@@ -127,8 +136,8 @@ class AsperityFields(Locked):
     def reversed_slip_radius(self) -> float:
         """Inner radius c' [m] of the slip after the first reversal (19.18).
 
-        (c'/a)^3 = 1 - |T - T_r|/2 mu N with T at the end of this move. The contact radius if there
-        was no reversal.
+        (c'/a)^3 = 1 - |T - T_r|/(2 mu N), with the force T_r at the first open reversal and T at
+        the second, or at the end of the record if there is no second. Without reversals it is a.
         """
         return self._radius(1) if self._factors.size > 1 else self.asperity.contact_radius
 
@@ -148,7 +157,7 @@ class AsperityFields(Locked):
     # -- tractions ------------------------------------------------------------------------------
 
     def traction(self, radius: ArrayLike) -> Any:
-        """Compute the tangential traction q(r) along the force, at most mu p (Figs. 19.2, 19.3).
+        """Compute the tangential traction q(r) along the force, at most mu p(r) (Figs. 19.2, 19.3).
 
         Parameters
         ----------
@@ -176,7 +185,7 @@ class AsperityFields(Locked):
     # -- displacements --------------------------------------------------------------------------
 
     def _terms(self, r: Floats) -> Iterator[tuple[float, Floats, Floats]]:
-        """Yield factor, potential and deviator of each term, for one-dimensional distances."""
+        """Yield factor, potential and deviator of each Cattaneo term at distances r [m]."""
         joint = self.asperity
         grade = joint._pressure_factor * joint.friction_coefficient
         for factor, removed in zip(self._factors.tolist(), self._removed, strict=True):
@@ -192,8 +201,8 @@ class AsperityFields(Locked):
         x, y : array_like
             Coordinates [m] from the centre, x along the force; shapes that broadcast.
         body : {"first", "second"}, optional
-            Body whose displacement is computed, positive along the force on it. By default the sum
-            of both bodies, which is the displacement of the asperity in the unslipped circle.
+            Body whose displacement is computed, positive along the force on that body. By default
+            the sum of both bodies, equal to ``displacement`` in the unslipped circle.
 
         Returns
         -------
@@ -202,10 +211,10 @@ class AsperityFields(Locked):
 
         Notes
         -----
-        Cerruti's solution, summed over the terms of the traction. Within one Hertz layer it agrees
-        with Johnson, Contact Mechanics (1985, DOI 10.1017/CBO9781139171731), section 3.6. The sum
-        of u_y is slip across the force, neglected by Cattaneo and Mindlin: on first loading at most
-        nu/(4 - 2 nu) of u_x in the contact.
+        Cerruti's solution, summed over the Cattaneo terms of the traction. For a single Hertz
+        traction it agrees with Johnson, Contact Mechanics (1985, DOI 10.1017/CBO9781139171731),
+        section 3.6. The displacement u_y of both bodies is slip across the force, which Cattaneo
+        and Mindlin neglect: on first loading it is at most nu/(4 - 2 nu) of u_x in the contact.
         """
         px, py = floats("x", x, "m"), floats("y", y, "m")
         try:
@@ -226,16 +235,17 @@ class AsperityFields(Locked):
         return plain(ux), plain(uy)
 
     def slip(self, radius: ArrayLike) -> Any:
-        """Compute the slip [m] since rest along the force, averaged over the angle.
+        """Compute the slip [m] since rest along the force, at distances from the centre.
 
-        The displacement minus the surface displacements of both bodies: 0 in the unslipped circle,
-        and outside the contact the relative displacement of facing points. Distances [m] are as
-        :meth:`traction` has them.
+        It is the displacement of the asperity minus the surface displacements of both bodies,
+        averaged over the angle around the centre: 0 in the circle that has not slipped. Outside the
+        contact it is the relative displacement of facing points. ``radius`` is the distance from
+        the centre [m], not negative, of any shape, which is that of the result.
 
         Notes
         -----
-        On first loading the integral of mu p times the slip is the dissipated energy, a quarter of
-        that of the cycle (19.29).
+        On first loading the integral of mu p times the slip over the contact is the dissipated
+        energy, a quarter of that of the cycle (19.29).
         """
         r = distances("radius", radius)
         share, _ = shares(self.asperity.pair, None)
@@ -271,7 +281,7 @@ def bodies(pair: MaterialPair, body: Body | None) -> tuple[Material, ...]:
 
 
 def shares(pair: MaterialPair, body: Body | None) -> tuple[float, float]:
-    """Return the factors of potential and deviator of a traction [1/Pa], summed over bodies."""
+    """Return the factors [1/Pa] of potential and deviator in the displacement of the bodies."""
     materials = bodies(pair, body)
     along = sum((2.0 - m.poisson_ratio) / m.shear_modulus for m in materials)
     across = sum(m.poisson_ratio / m.shear_modulus for m in materials)
@@ -279,7 +289,10 @@ def shares(pair: MaterialPair, body: Body | None) -> tuple[float, float]:
 
 
 def potentials(k: float, outer: float, removed: float, r: Floats) -> tuple[Floats, Floats]:
-    """Return potential and deviator of the Hertz layer minus that of the stick circle."""
+    """Return potential and deviator (see the module) of one Cattaneo term at distances r [m].
+
+    ``k`` is the factor [Pa/m] of the Hertz pressure, ``outer`` is a, and ``removed`` is a^2 - c^2.
+    """
     inner = math.sqrt(max(outer * outer - removed, 0.0))
     far = np.maximum(r, np.finfo(float).tiny)  # the sine is 1 at the centre
     sine, edge = np.minimum(inner / far, 1.0), np.minimum(outer / far, 1.0)

@@ -1,12 +1,13 @@
 """Fourier coefficients of the settled force for a displacement with few harmonics.
 
-Between turning points, closures of inner loops and kinks of the law the settled force is smooth.
-Gauss-Legendre quadrature then gives its coefficients to rounding error with a few dozen nodes,
-where equidistant samples would miss the turning points. With D = dT/dp and c = dx/dp, on the branch
-that began at reversal r, D = D_r + k (c - c_r), with k the stiffness of the branch.
+The displacement x(t) is smooth, so the settled force is smooth between turning points, closures of
+inner loops and kinks of the law. Gauss-Legendre quadrature of each piece gives the coefficients to
+rounding error with a few dozen nodes, whereas equidistant samples would miss the turning points.
+The derivatives D = dT/dp and x' = dx/dp with respect to a coefficient p satisfy D = D_r + k (x' -
+x'_r) on the branch that began at reversal r, with the tangent stiffness k.
 
-Laws with a table, and fields, are integrated in the kernel (`_harmonics.h`). The code here is for
-laws without a table, cut at their kinks.
+Laws with a table, and fields, are integrated in the kernel (`_harmonics.h`). The code in this
+module is for laws without a table, cut at their kinks.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ MOST_ORDERS = 200  # highest harmonic in the kernel, whose work grows with the s
 
 
 class KinkedBackbone(Backbone, Protocol):
-    """Interface of a law whose backbone is smooth between known kinks."""
+    """Interface of a law whose backbone T0 is smooth between known displacements, its kinks."""
 
     @property
     def tangential_stiffness(self) -> float:
@@ -55,7 +56,7 @@ class KinkedBackbone(Backbone, Protocol):
 class HarmonicForce(NamedTuple):
     """Fourier coefficients of the settled force on a joint, with their Jacobian.
 
-    For the closed cycle of (19.20)-(19.24); see :meth:`microslip.BackboneLaw.harmonics`.
+    The force follows the branches (19.20)-(19.24); see :meth:`microslip.BackboneLaw.harmonics`.
     """
 
     force: Floats
@@ -65,10 +66,10 @@ class HarmonicForce(NamedTuple):
 
 
 class Basis:
-    """Basis functions [1,] cos, sin, cos, sin ... of given harmonics."""
+    """Basis functions [1,] cos(n t), sin(n t) of given harmonics n, in increasing order."""
 
     def __new__(cls, harmonics: Any) -> Basis:
-        """Return the basis of given harmonics, cached by harmonics."""
+        """Return the basis of given harmonics; equal harmonics share one object."""
         if isinstance(harmonics, tuple) and all(type(n) is int for n in harmonics):
             return _basis(harmonics)
         return _basis(tuple(rising_orders("harmonics", harmonics)))
@@ -86,7 +87,7 @@ class Basis:
         self.size = self._n.size + self.has_mean
 
     def values(self, t: Floats, derivative: int = 0) -> Floats:
-        """Evaluate the functions or their derivatives at times t, shape (t.size, size)."""
+        """Evaluate the functions or their derivatives at times t [rad], shape (t.size, size)."""
         angle = t[:, None] * self._n
         even, odd = np.cos(angle[:, ::2]), np.sin(angle[:, ::2])
         waves = np.empty((t.size, self._n.size))
@@ -103,14 +104,14 @@ class Basis:
 
     @property
     def factors(self) -> Floats:
-        """Factors that turn integrals of function times force over a period into coefficients."""
+        """Factors that convert integrals over a period, function times force, to coefficients."""
         result = np.full(self.size, 1.0 / math.pi)
         if self.has_mean:
             result[0] = 0.5 / math.pi
         return result
 
     def sampled(self, samples: Any) -> tuple[Floats, Floats]:
-        """Return the functions at equidistant samples and the matrix of the inverse transform."""
+        """Return matrices (samples, size) from coefficients to samples, and from samples back."""
         fewest = 2 * self.orders[-1] + 1
         if not is_whole(samples) or not fewest <= samples <= _MOST_SAMPLES:
             raise InputError(
@@ -129,8 +130,9 @@ class Basis:
     ) -> tuple[Floats, Floats]:
         """Integrate coefficients of forces and their Jacobians with a compiled kernel.
 
-        ``rows`` are displacement coefficients (rows, size), ``begin`` the rest displacements [m],
-        one or one per row. ``line`` holds the arguments of the law.
+        ``rows`` are displacement coefficients [m], shape (joints, size), ``begin`` the
+        displacements at rest [m], one or one per joint. ``line`` holds the kernel's arguments for
+        the law.
         """
         dense, columns = self.dense(rows)
         dense[:, 0] -= begin
@@ -142,7 +144,7 @@ class Basis:
         return force[:, columns], jacobian[:, columns][:, :, columns]
 
     def dense(self, rows: Floats) -> tuple[Floats, list[int]]:
-        """Return the rows with all harmonics up to the highest, and the given columns."""
+        """Return rows with zeros for missing harmonics up to the highest, and given columns."""
         if self.is_dense:
             return np.array(rows, dtype=float, order="C"), self.columns
         dense = np.zeros((len(rows), 2 * self.orders[-1] + 1))
@@ -176,7 +178,7 @@ def _sampled(orders: tuple[int, ...], samples: int) -> tuple[Floats, Floats]:
 def coefficients_of(
     name: str, coefficients: ArrayLike, basis: Basis, nodes: int | None = None, unit: str = "m"
 ) -> Floats:
-    """Check coefficients, shape (size,), or (nodes, size) if ``nodes`` is given."""
+    """Check coefficients of shape (size,), or also (nodes, size) if ``nodes`` is given."""
     values = floats(name, coefficients, unit)
     if nodes is not None:
         if values.shape not in ((basis.size,), (nodes, basis.size)):
@@ -202,9 +204,9 @@ def harmonic_force(
     rtol: float,
     least: float = 0.0,
 ) -> HarmonicForce:
-    """Compute harmonics; see :meth:`microslip.BackboneLaw.harmonics`.
+    """Compute Fourier coefficients of a law; see :meth:`microslip.BackboneLaw.harmonics`.
 
-    Errors are relative to a force of at least ``least`` [N].
+    Tolerances are relative to the largest force of the cycle, but at least to ``least`` [N].
     """
     basis = Basis(harmonics)
     c = coefficients_of("coefficients", coefficients, basis).copy()
@@ -246,7 +248,7 @@ def checked_tolerance(rtol: float) -> float:
 
 
 class _Motion:
-    """Displacement relative to the rest displacement, with its turning points."""
+    """Displacement x(t) relative to the rest displacement, with the times of its turning points."""
 
     def __init__(self, basis: Basis, c: Floats, begin: float, moves: Floats) -> None:
         self.basis, self.c, self.begin, self.moves = basis, c, begin, moves
@@ -257,11 +259,11 @@ class _Motion:
         return value if derivative else value - self.begin
 
     def directions(self, t: Floats, derivative: int = 0) -> Floats:
-        """Return derivatives of the displacement with respect to the coefficients."""
+        """Return derivatives of x(t) by each coefficient, shape (t.size, size)."""
         return self.basis.values(t, derivative) * self.moves
 
     def _turning_points(self) -> Floats:
-        """Return the times of the turning points, from the largest displacement on."""
+        """Return the times of the turning points [rad] in cyclic order from the largest |x| on."""
         waves = self.c[int(self.basis.has_mean) :]
         top = self.basis.orders[-1]
         if not np.any(waves):
@@ -309,7 +311,7 @@ class _Motion:
 
 
 def solve(function: Any, slope: Any, low: Floats, high: Floats) -> Floats:
-    """Find roots of a function that changes sign between low and high, elementwise."""
+    """Find roots between ``low`` and ``high``, elementwise, by Newton steps and bisection."""
     low, high = low.copy(), high.copy()
     rising = function(high) > function(low)
     t = 0.5 * (low + high)
@@ -333,7 +335,7 @@ def solve(function: Any, slope: Any, low: Floats, high: Floats) -> Floats:
 
 
 def _at_rest(law: KinkedBackbone, motion: _Motion) -> HarmonicForce:
-    """Return the harmonics of a constant displacement: the limit of small cycles."""
+    """Return force and Jacobian at a constant displacement: the limit of small cycles."""
     basis = motion.basis
     x = float(motion.at(np.zeros(1))[0])
     force, jacobian = np.zeros(basis.size), np.zeros((basis.size, basis.size))
@@ -346,7 +348,7 @@ def _at_rest(law: KinkedBackbone, motion: _Motion) -> HarmonicForce:
 
 
 class _Piece(NamedTuple):
-    """Monotone piece of one branch: end displacements, reversal, and half-cycle index."""
+    """Monotone piece of a branch: end displacements, its reversal, last turning point."""
 
     begin: float
     end: float
@@ -355,7 +357,7 @@ class _Piece(NamedTuple):
 
 
 class _Cycle:
-    """Branches of a settled cycle, from the largest displacement on."""
+    """Branches of a settled cycle of a law, from the largest displacement on."""
 
     def __init__(self, law: KinkedBackbone, motion: _Motion) -> None:
         self.law, self.motion = law, motion
@@ -366,7 +368,7 @@ class _Cycle:
         self.pieces = self._branches()
 
     def _branches(self) -> list[_Piece]:
-        """Return the pieces, and store the force at each turning point and its derivative."""
+        """Return the monotone pieces; store force and derivative at each turning point."""
         law, x, count = self.law, self.x, self.x.size
         half, stack = np.array([abs(x[0])]), [0]
         self.force = np.empty(count)
@@ -397,7 +399,7 @@ class _Cycle:
         return pieces
 
     def _cut(self) -> tuple[Floats, Floats, Any]:
-        """Return the start and end times of all pieces, cut at kinks, and their reversals."""
+        """Return start and end times of all pieces, cut at kinks, and (parent, way) of each."""
         kinks = self.law._kinks
         begin, end, parent, way = (np.array(v) for v in zip(*self.pieces, strict=True))
         sign = self.sign[way]
@@ -470,7 +472,7 @@ class _Cycle:
         return HarmonicForce(factors * total, factors[:, None] * slopes)
 
     def _integrals(self, begin: Floats, end: Floats, of: Any) -> tuple[Floats, Floats]:
-        """Return integrals of the functions times force, and times its derivative, by piece."""
+        """Return integrals over pieces of functions times force, and times its derivative."""
         parent, way = of[:, 0], of[:, 1]
         width = end - begin
         t = begin[:, None] + width[:, None] * _SHARES
@@ -491,7 +493,7 @@ class _Cycle:
         )
 
     def _jumps(self) -> Floats:
-        """Return the terms of moving turning points for a law whose force jumps there."""
+        """Return the part of the Jacobian due to force jumps at turning points in motion."""
         size = self.motion.basis.size
         if math.isfinite(self.law.tangential_stiffness):
             return np.zeros((size, size))

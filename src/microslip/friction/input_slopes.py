@@ -1,4 +1,4 @@
-"""Sensitivities d ln(output)/d ln(input) of an interface."""
+"""Sensitivities d ln(output)/d ln(input) of stiffness and loss factor of an interface."""
 
 from __future__ import annotations
 
@@ -24,11 +24,12 @@ _ELASTIC = 1e15
 
 
 def input_slopes(joint: Interface, amplitude: float) -> dict[str, dict[str, float]]:
-    """Return d ln(output)/d ln(input) [-] of stiffness and loss factor at an amplitude [m].
+    """Return d ln(output)/d ln(input) [-] by output and input, for an amplitude [m].
 
-    Central differences over four per cent, sorted by magnitude. A tabulated surface has only
-    friction and load as inputs. Modulus, hardness and heights of a measured face are those of the
-    Gaussian face with its Rq, slope and stiffness.
+    Outputs are the tangential stiffness at rest and the loss factor. Central differences over 2 %
+    up and down; inputs are sorted by decreasing magnitude. A tabulated surface has only friction
+    and load as inputs. Slopes with respect to modulus, hardness and heights of a measured face are
+    those of the Gaussian face with its rms height, rms slope and stiffness.
     """
     slopes_of: dict[str, dict[str, float]] = {"tangential_stiffness": {}, "loss_factor": {}}
     for name, scaled in _inputs(joint).items():
@@ -49,7 +50,7 @@ def input_slopes(joint: Interface, amplitude: float) -> dict[str, dict[str, floa
 
 
 def _inputs(joint: Interface) -> dict[str, Callable[[float], Interface]]:
-    """Return functions of a factor by input name: the joint with that input multiplied."""
+    """Return functions by input name; each multiplies that input of the joint by a factor."""
     surface, mu, load = joint.surface, joint.friction_coefficient, joint.normal_load
 
     def on(law: NormalLaw) -> Interface:
@@ -92,7 +93,7 @@ def _inputs(joint: Interface) -> dict[str, Callable[[float], Interface]]:
 
 @lru_cache(maxsize=32)
 def _scaled(surface: Any, name: str, factor: float) -> NormalLaw:
-    """Return a surface with one parameter multiplied; cached, since a study has many loads."""
+    """Return a surface with one parameter multiplied; cached, since many loads share it."""
     if name == "pair":
         changes: dict[str, Any] = {"pair": _scaled_moduli(surface.pair, factor)}
     elif name == "heights":
@@ -106,10 +107,10 @@ def _scaled(surface: Any, name: str, factor: float) -> NormalLaw:
 
 
 def _equivalent_gaussian_face(joint: Interface, name: str, factor: float) -> DrawnFace:
-    """Return the Gaussian face equivalent to a measured one, with one input multiplied.
+    """Return a Gaussian face equivalent to a measured one, with the input ``name`` multiplied.
 
-    It has the rms height, slope and tightening of the measured face, and is scaled to its
-    stiffness, which avoids a second solution of the scan.
+    It has the rms height, rms slope and tightening pressure of the measured face, and a factor that
+    makes its stiffness equal. A second solution of the scan is thus avoided.
     """
     surface: Any = joint.surface
     numbers, pair = surface.numbers, surface.pair

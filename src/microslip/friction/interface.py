@@ -54,12 +54,12 @@ class Interface(CoupledLaw):
 
     Notes
     -----
-    All summits have the same displacement. The slip limit of each is kappa times its indentation,
-    kappa = mu E*/4G* (19.12). Summed over any population, the backbone (19.15) is the difference of
-    two normal loads, T0(delta) = mu [N(d) - N(d + delta/kappa)] (Jaeger 1998,
-    DOI 10.1115/1.2833765; Ciavarella 1998, J. Appl. Mech. 65, 998), odd in delta. Every history
-    follows by Masing's rule: (19.13)-(19.14), (19.16)-(19.17) and (19.19)-(19.24), corrected and
-    for any record.
+    All summits have the same displacement. The slip limit of each summit is kappa times its
+    indentation, with kappa = mu E*/(4 G*) (19.12). Summed over any population, the backbone (19.15)
+    is the difference of two normal loads, T0(delta) = mu [N(d) - N(d + delta/kappa)] (Jaeger 1998,
+    DOI 10.1115/1.2833765; Ciavarella 1998, J. Appl. Mech. 65, 998), odd in delta. The force along
+    any history follows by Masing's rule: (19.13)-(19.14), (19.16)-(19.17) and (19.19)-(19.24), with
+    the misprints of chapter 19 corrected and extended to any record.
     """
 
     surface: NormalLaw
@@ -106,7 +106,7 @@ class Interface(CoupledLaw):
         assign(self, friction_coefficient=friction, normal_load=load, separation=separation)
 
     def at(self, *, normal_load: float | None = None, separation: float | None = None) -> Interface:
-        """Return the joint at another normal load [N] or separation [m]."""
+        """Return the same joint at another normal load [N] or separation [m]."""
         return Interface(
             self.surface,
             self.friction_coefficient,
@@ -134,12 +134,12 @@ class Interface(CoupledLaw):
 
     @cached_property
     def contact_count(self) -> float | None:
-        """Number of summits in contact (19.6), None if the surface does not know it."""
+        """Number of summits in contact (19.6), None for a surface without summits."""
         return self._surface_value("contact_count")
 
     @cached_property
     def contact_area(self) -> float | None:
-        """Real contact area [m^2] (19.7), None if the surface does not know it."""
+        """Real contact area [m^2] (19.7), None for a surface that does not define it."""
         return self._surface_value("contact_area")
 
     def _surface_value(self, name: str) -> float | None:
@@ -153,14 +153,14 @@ class Interface(CoupledLaw):
     def slip_scale(self) -> float:
         """Displacement scale of the transition from sticking to sliding [m].
 
-        The slip per indentation times the spread of the heights if the surface has one, otherwise
-        the force limit over the stiffness at rest.
+        The slip per indentation times the spread of the heights. For a surface without a spread it
+        is the force limit over the stiffness at rest.
         """
         return self._slip_scale[0]
 
     @property
     def _slip_scale(self) -> tuple[float, str]:
-        """Slip scale [m] and its definition."""
+        """Slip scale [m] and its definition in words."""
         measure = self.surface._slip_measure()
         if measure is None:
             return super()._slip_scale
@@ -173,15 +173,15 @@ class Interface(CoupledLaw):
 
     @property
     def validity(self) -> tuple[Verdict, ...]:
-        """Verdicts on the assumptions of the model."""
+        """Verdicts on whether the assumptions of the model hold for this joint."""
         return validity(self)
 
     def stick_area(self, displacement: ArrayLike) -> Any:
         """Compute the contact area [m^2] that still sticks on first loading.
 
-        The sum of the stick circles c^2 = rho (s - delta/kappa) of (19.9). On a branch after a
-        reversal, take half the distance from the reversal as the displacement; at zero force this
-        gives (19.18).
+        The sum of the areas pi c^2 of the stick circles, c^2 = rho (s - delta/kappa), of (19.9).
+        For the area that has not slipped since a reversal, use half the distance from the reversal
+        as ``displacement``; at zero force this gives (19.18).
 
         Parameters
         ----------
@@ -201,7 +201,7 @@ class Interface(CoupledLaw):
     # -- backbone ---------------------------------------------------------------------------------
 
     def _steps(self, u: Floats) -> Floats:
-        """Convert displacements to steps of the separation [m], limited to avoid overflow."""
+        """Convert displacements u to increases u/kappa of separation [m], without overflow."""
         return np.minimum(u, 1e200) / self.slip_per_indentation
 
     def _exact_backbone(self, u: Floats) -> Floats:
@@ -216,7 +216,7 @@ class Interface(CoupledLaw):
 
     @cached_property
     def _full_slip(self) -> float | None:
-        """Smallest displacement of full slip in double precision [m], None if not bounded."""
+        """Smallest displacement of full slip in double precision [m], None if unlimited."""
         reach = self.surface._table_reach(self.separation)
         return None if reach is None else reach * self.slip_per_indentation
 

@@ -1,4 +1,4 @@
-"""Parallel Iwan model: any number of Jenkins cells side by side."""
+"""Parallel Iwan model: any number of Jenkins cells with a common displacement."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from microslip.friction.sliders import Sliders
 
 
 class _Cells(NamedTuple):
-    """Cells sorted by yield displacement, with cumulative stiffness and force."""
+    """Cells sorted by yield displacement, with cumulative sums of stiffness and force."""
 
     yields: Floats
     stiffnesses: Floats
@@ -29,10 +29,11 @@ class _Cells(NamedTuple):
 
 
 class IwanFit(NamedTuple):
-    """Errors of an Iwan model (1966, DOI 10.1115/1.3625199) of a law over a range of amplitudes."""
+    """Errors of the Iwan model (DOI 10.1115/1.3625199) of a law over a range of amplitudes."""
 
     backbone_error: float
-    """Largest relative error of the backbone [-]; the backbone is nowhere below the law."""
+    """Largest relative error of the backbone [-]; the backbone of the model is nowhere below
+    that of the law."""
     energy_error: float
     """Largest relative error of the dissipated energy [-]."""
     error_at_smallest: float
@@ -57,8 +58,8 @@ class Iwan(Locked, CellModel):
     Notes
     -----
     T0(u) = sum of min(k_i u, f_i) (Iwan 1966, DOI 10.1115/1.3625199), a polygon with a corner at
-    every yield displacement y_i = f_i/k_i, and E_d(a) = 4 sum of f_i (a - y_i) over the yielded
-    cells. Cells are sorted once, so a value costs O(log n). No sum has terms of opposite sign.
+    every yield displacement y_i = f_i/k_i, and E_d(a) = 4 sum of f_i (a - y_i) over the cells with
+    y_i < a. Cells are sorted once, so a value costs O(log cells). All sums have terms of one sign.
     """
 
     stiffnesses: ArrayLike = field(
@@ -144,7 +145,7 @@ class Iwan(Locked, CellModel):
 
     @classmethod
     def examples(cls) -> tuple[Iwan, ...]:
-        """Return one cell, a few cells of which two yield together, and a thousand cells."""
+        """Return models of one cell, of five cells, and of a thousand cells."""
         unlike = cls([4e8, 1e7, 2e8, 5e7, 1e8], [10.0, 20.0, 30.0, 40.0, 15.0])
         shares = (np.arange(1000.0) + 0.5) / 1000.0
         dense = cls(np.full(1000, 1e6), 0.8 * shares)
@@ -152,7 +153,7 @@ class Iwan(Locked, CellModel):
 
 
 def _running_sum(x: Floats) -> Floats:
-    """Return cumulative sums by pairwise addition: the rounding error grows with log n, not n."""
+    """Return cumulative sums by pairwise addition: the error grows with log(size) only."""
     if x.size < 8:
         return np.cumsum(x)
     pairs = _running_sum(x[:-1:2] + x[1::2])

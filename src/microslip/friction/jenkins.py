@@ -26,8 +26,8 @@ class Jenkins(BackboneLaw):
 
     Notes
     -----
-    One cell of Iwan (1966, DOI 10.1115/1.3625199). With the yield displacement y = limit/stiffness
-    a cycle dissipates 4 limit (a - y) for amplitudes a > y, and nothing below.
+    One cell of Iwan (1966, DOI 10.1115/1.3625199). With force limit F, stiffness k and yield
+    displacement y = F/k, a cycle of amplitude a dissipates 4 F (a - y) for a > y, else nothing.
     """
 
     stiffness: float = field(metadata=parameter("k", "N/m", "stiffness of the spring", above=0.0))
@@ -69,5 +69,5 @@ class Jenkins(BackboneLaw):
 
     @classmethod
     def examples(cls) -> tuple[Jenkins, ...]:
-        """Return a stiff cell and a soft one."""
+        """Return a stiff cell and a compliant cell."""
         return cls(stiffness=5e7, force_limit=100.0), cls(stiffness=1e3, force_limit=2e-3)

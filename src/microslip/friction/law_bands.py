@@ -31,8 +31,8 @@ class LawBand(Locked):
     amplitude : array_like
         Displacement amplitudes [m], increasing, at least two.
     ends : mapping
-        Arrays of shape (2, n) for "force" [N], "dissipated_energy" [J] and "damping_ratio" [-]:
-        lower and upper end at each amplitude.
+        Arrays of shape (2, amplitudes) for "force" [N], "dissipated_energy" [J] and "damping_ratio"
+        [-]: lower and upper end of the interval at each amplitude.
     confidence : float
         Confidence level of each single interval [-], between 0 and 1.
     """
@@ -66,8 +66,8 @@ class LawBand(Locked):
     def of(self, law: BackboneLaw, amplitude: ArrayLike) -> dict[str, Floats]:
         """Interpolate the intervals to other amplitudes; NaN outside the range of the band.
 
-        The distances of both ends from the value of the law are interpolated, so the interval
-        always contains the value of the law.
+        The distances of both ends from the value of the law are interpolated over the logarithm of
+        the amplitude, so the interval always contains the value of the law.
 
         Parameters
         ----------
@@ -79,7 +79,7 @@ class LawBand(Locked):
         Returns
         -------
         dict of ndarray
-            Array of shape (2, n) for each quantity, in its unit.
+            Array of shape (2, amplitudes) for each quantity, in its unit.
         """
         at = np.asarray(amplitude, dtype=float)
         known, wanted = (_values(law, a) for a in (self.amplitude, at))
@@ -98,13 +98,13 @@ class LawBand(Locked):
 
     @property
     def content(self) -> dict[str, Any]:
-        """Content of the band in a law file, as lists and numbers."""
+        """Entries of the band in a law file, as lists and numbers."""
         ends = {name: values.tolist() for name, values in self.ends.items()}
         return {"confidence": self.confidence, "amplitude": self.amplitude.tolist(), **ends}
 
     @classmethod
     def of_content(cls, content: Any) -> LawBand:
-        """Return the band with the given content of a law file."""
+        """Create a band from its entries in a law file."""
         wanted = {"confidence", "amplitude", *BANDED}
         if not isinstance(content, dict) or set(content) != wanted:
             raise InputError(f"band must have {', '.join(sorted(wanted))}, got {show(content)}")

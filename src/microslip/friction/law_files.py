@@ -29,7 +29,7 @@ def _by_name() -> dict[str, type[BackboneLaw]]:
 
 
 def law_content(law: BackboneLaw, band: LawBand | None = None) -> dict[str, Any]:
-    """Return the content of a law file; InputError if the law needs more than its parameters."""
+    """Return the content of a law file; InputError unless all parameters are numbers."""
     kinds = _by_name()
     if kinds.get(key_of(type(law))) is not type(law):
         raise InputError(f"`law` must be one of {', '.join(kinds)}, got {show(law)}")
@@ -60,19 +60,18 @@ def save_law(
     Parameters
     ----------
     law : BackboneLaw
-        A law that is defined by its declared parameters, such as Jenkins or SegalmanIwan.
+        A law that is fully defined by numbers, such as Jenkins or SegalmanIwan.
     path : str or path
         File name ending in ``.json``. The write is atomic.
     overwrite : bool, optional
         Replace an existing file.
     band : LawBand, optional
-        Confidence intervals of the law. A study that uses the file adds them to its predictions.
+        Confidence intervals of the law, which a study with this file adds to its predictions.
 
     Raises
     ------
     InputError
-        If the law has a surface or other laws as parameters, or the name does not end in
-        ``.json``.
+        If the law has a surface or other laws as parameters, or the name does not end in ``.json``.
     """
     file, content = Path(path), law_content(law, band)
     if file.suffix.lower() != ".json":
@@ -92,13 +91,13 @@ def load_law(path: str | PathLike[str]) -> BackboneLaw:
     Returns
     -------
     BackboneLaw
-        An instance of the stored class.
+        The law, of the class named in the file.
 
     Raises
     ------
     InputError
-        If the file does not hold a law, has another version, names an unknown law, or has
-        invalid parameters.
+        If the file does not hold a law, has another version, names an unknown law, or has invalid
+        parameters.
     """
     return _law_of(*_read(path))
 

@@ -1,4 +1,4 @@
-"""List of all backbone laws."""
+"""List of all friction laws that are defined by their backbone."""
 
 from microslip.friction.asperity import Asperity
 from microslip.friction.base import BackboneLaw

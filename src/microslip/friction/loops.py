@@ -33,9 +33,9 @@ class Loop(Locked):
 
     Notes
     -----
-    Amplitudes are half ranges, so measures do not depend on the mean. The energy has the
-    discretisation error of the samples, of second order in the step. Closed forms without this
-    error are methods of the law, such as ``joint.dissipated_energy(amplitude)``.
+    Amplitudes are half the range of displacement or force, so measures do not depend on the mean.
+    The energy has an error of second order in the sample spacing. Methods of the law, such as
+    ``joint.dissipated_energy(amplitude)``, do not have this error.
     """
 
     displacement: NDArray[np.float64]
@@ -80,25 +80,25 @@ class Loop(Locked):
 
     @property
     def loss_factor(self) -> float:
-        """Loss factor eta = E_d/(pi delta_m T_m) [-], called damping ratio in (19.30)."""
+        """Loss factor E_d/(pi delta_m T_m) [-] with both amplitudes, damping ratio in (19.30)."""
         return 4.0 / math.pi * self.energy_ratio
 
     @property
     def damping_ratio(self) -> float:
-        """Equivalent viscous damping ratio zeta = eta/2 [-]."""
+        """Equivalent viscous damping ratio [-], half the loss factor."""
         return 0.5 * self.loss_factor
 
     @property
     def secant_stiffness(self) -> float:
-        """Force amplitude over displacement amplitude [N/m]."""
+        """Secant stiffness [N/m]: force amplitude over displacement amplitude."""
         return self.force_amplitude / self.displacement_amplitude
 
     @cached_property
     def sliding_ratio(self) -> float:
-        """Width of the loop at mid force relative to the range of displacement, D [-].
+        """Sliding ratio D [-]: width of the loop at its mean force over the range of displacement.
 
-        The sliding ratio of Fouvry, Kapsa and Vincent (Wear 185, 35, 1995): 0 for an elastic loop,
-        1 for a rigid-plastic loop.
+        Mean force is the middle of the range. After Fouvry, Kapsa and Vincent (Wear 185, 35, 1995):
+        0 for an elastic loop, 1 for a rigid-plastic loop.
         """
         middle = 0.5 * (float(self.force.max()) + float(self.force.min()))
         t = np.append(self.force, self.force[0]) - middle
@@ -114,7 +114,7 @@ class Loop(Locked):
     def force_minus_secant(self) -> NDArray[np.float64]:
         """Force minus secant stiffness times displacement, about the centre of the loop [N].
 
-        Shows the width of a thin loop. Its area over displacement is that of the loop.
+        It shows the width of a thin loop, and encloses the same area over displacement.
         """
         middle = 0.5 * (float(self.displacement.max()) + float(self.displacement.min()))
         level = 0.5 * (float(self.force.max()) + float(self.force.min()))
@@ -122,7 +122,7 @@ class Loop(Locked):
 
     @cached_property
     def closure_error(self) -> float:
-        """Difference of the first and the last force relative to the range of force [-]."""
+        """Difference of the first and the last force over the range of force [-]."""
         gap, span = abs(float(self.force[-1] - self.force[0])), float(np.ptp(self.force))
         return gap / span if span > 0.0 else 0.0
 
@@ -136,16 +136,16 @@ class Loop(Locked):
     ) -> Any:
         """Draw force over displacement.
 
-        With ``minus_secant`` the secant line is subtracted, which shows the width of a thin loop.
-        Loops drawn on the same axes share their units. ``ax``, ``color`` and ``label`` as for
-        :meth:`microslip.BackboneLaw.plot`.
+        With ``minus_secant`` the secant line is subtracted, which makes the width of a thin loop
+        visible. Loops drawn on the same axes share their units. ``ax``, ``color`` and ``label`` as
+        for :meth:`microslip.BackboneLaw.plot`.
         """
         from microslip.figures import draw
 
         return draw(self._figure(minus_secant), ax, color=color, label=label)
 
     def _figure(self, minus_secant: bool = False) -> Plot:
-        """Return the figure as data."""
+        """Return the plot as data, before it is drawn."""
         from microslip.figures.kit import force_prefix, length_prefix
         from microslip.figures.plot import Axis, Panel, Plot
 
@@ -176,7 +176,7 @@ class Loop(Locked):
 
 @lru_cache(maxsize=32)
 def unit_cycle(samples: int) -> tuple[Floats, int]:
-    """Return the displacements of a cycle of amplitude 1 and the index of -1.
+    """Return a cycle of displacements with amplitude 1, and the index of its sample at -1.
 
     Samples go from +1 to -1 and back, denser at the turning points.
     """
@@ -190,13 +190,13 @@ def unit_cycle(samples: int) -> tuple[Floats, int]:
 
 @lru_cache(maxsize=32)
 def halves_of(samples: int) -> Floats:
-    """Return half the distance of each sample of the unit cycle from the last turning point."""
+    """Return half the distance of each sample of the unit cycle from its last turning point."""
     shape, turn = unit_cycle(samples)
     return lock(0.5 * np.concatenate((1.0 - shape[: turn + 1], 1.0 + shape[turn + 1 :])))
 
 
 def checked_cycle(amplitude: float, samples: int) -> tuple[float, Floats, int]:
-    """Check the amplitude [m] and return it with the unit cycle and the index of -1."""
+    """Check the amplitude [m]; return it with the unit cycle and its index of -1."""
     count = whole_number("samples", samples, 5, MOST_SAMPLES)
     a = sized("amplitude", amplitude)
     if a.ndim > 0 or a <= 0.0:

@@ -1,4 +1,4 @@
-"""Face that yields, with each node tightened by its own load."""
+"""Face that yields, with nodes that are each tightened by their own load."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ from microslip.contact.load_curve import LoadCurve
 
 
 class OwnTightening(NamedTuple):
-    """Factors on load and separation by which laws of nodes differ from that of the surface."""
+    """Factors by which the normal laws of nodes differ from that of their surface.
+
+    At step (separation - ``origins``)/``lengths`` a node has ``shares`` times the curve's load.
+    """
 
     shares: Floats
     """Factors on the load [-], equal to those on the tightening load."""
@@ -25,7 +28,7 @@ class OwnTightening(NamedTuple):
     def in_proportion(
         cls, surface: NormalLaw, curve: LoadCurve, loads: Floats
     ) -> OwnTightening | None:
-        """Tighten the most loaded node like the surface, and others in proportion to their load.
+        """Return factors that tighten the most loaded node like the surface, others in proportion.
 
         Parameters
         ----------
@@ -34,13 +37,13 @@ class OwnTightening(NamedTuple):
         curve : LoadCurve
             Load curve of the surface.
         loads : ndarray
-            Loads at rest scaled to the area of the surface [N]. A node without load keeps the law
-            of the surface.
+            Loads at rest, each scaled from the area of its node to that of the surface [N], shape
+            (nodes,). A node without load keeps the law of the surface.
 
         Returns
         -------
         OwnTightening or None
-            None if the surface does not yield or all loads are equal.
+            None if the surface does not yield or all loaded nodes have equal loads.
         """
         loaded = loads > 0.0
         largest = float(loads.max())
@@ -57,14 +60,11 @@ class OwnTightening(NamedTuple):
     def at_rest(
         cls, surface: NormalLaw, curve: LoadCurve, separations: Floats, loads: Floats
     ) -> OwnTightening | None:
-        """Tighten each node by its load at rest, at given separations.
+        """Return the factors for nodes that are each tightened by exactly their own load at rest.
 
-        Parameters
-        ----------
-        surface, curve, loads
-            As for :meth:`in_proportion`.
-        separations : ndarray
-            Separations at rest [m].
+        The factors are such that each node carries its load at its separation at rest [m], shape
+        (nodes,). Other arguments are as for :meth:`in_proportion`. The tightening load is limited
+        to the range of 1e-6 to 1 times that of the surface. None if the surface does not yield.
         """
         loaded = loads > 0.0
         shares = np.where(loaded, np.clip(loads / surface._heaviest, LIGHTEST, 1.0), 1.0)

@@ -1,4 +1,4 @@
-"""Hysteresis engines, independent of the law, for constant and varying normal load."""
+"""Memory of hysteresis, independent of the friction law, for constant and varying normal load."""
 
 from microslip._core.packages import names_of_stub as _names
 

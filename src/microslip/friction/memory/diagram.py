@@ -1,16 +1,17 @@
 """Memory diagrams: exact memory of a contact with a varying normal load.
 
-The shear of an interface is described by a function D(eta) of the separations eta >= d, piecewise
-constant with |D| <= 1. With place = displacement/kappa
+The state of shear of an interface at separation d is a function D(eta) of the separations eta >= d,
+piecewise constant with |D| <= 1. With the place, displacement/kappa [m],
 
     T/mu = integral of D(eta) (-N'(eta)) over eta >= d,    place = integral of D(eta).
 
-New contact in sticking has D = (change of place)/(decrease of d). Contact that is lost loses its D.
-If the resulting integral differs from the place, slip spreads from d outwards, D = 1 or -1, until
-it agrees. This is the superposition of Jaeger (1998), DOI 10.1115/1.2833765, and Ciavarella (1998,
-J. Appl. Mech. 65, 998) along a history, known as the method of memory diagrams (Aleshin and others
-2020, DOI 10.3389/fmech.2020.00030). D is independent of the surface, which enters once, vectorised,
-as differences of N over the rows of all diagrams, or in the kernel as a profile of N(d).
+A decrease of d adds new contact, which sticks with D = (change of place)/(decrease of d). An
+increase of d removes D below the new d. If the integral of D then differs from the place, contacts
+slip: D becomes 1 or -1 from d up to a slip front at which the integral agrees. This is the
+superposition of Jaeger (1998), DOI 10.1115/1.2833765, and Ciavarella (1998, J. Appl. Mech. 65, 998)
+along a history, known as the method of memory diagrams (Aleshin and others 2020, DOI
+10.3389/fmech.2020.00030). D is independent of the surface. N(d) enters only as differences over
+rows, intervals of constant D, or in the kernel as a profile.
 """
 
 from __future__ import annotations
@@ -38,12 +39,12 @@ applies, a flag for moves in this range, and the largest bound so far [N]."""
 
 
 def checked_depth(depth: Any) -> int | None:
-    """Check the largest number of memory rows."""
+    """Check the largest number of rows of a diagram, None for unlimited."""
     return None if depth is None else whole_number("depth", depth, 4, 1_000_000)
 
 
 def merging_profile(curve: LoadCurve, reach: float) -> Profile:
-    """Return the load profile needed to merge rows; InputError for a curve with kinks."""
+    """Return the profile of N(d) needed to merge rows; InputError for a curve with kinks."""
     profile = curve.profile(min(0.0, reach), max(0.0, reach))
     if profile is None:
         raise InputError(
@@ -54,7 +55,7 @@ def merging_profile(curve: LoadCurve, reach: float) -> Profile:
 
 
 class Step(NamedTuple):
-    """Trial step: rows that remain, the start of the last row, and its density."""
+    """Outcome of a trial step: rows that remain, and the new row from d to the slip front."""
 
     separation: float
     place: float
@@ -68,10 +69,11 @@ class Step(NamedTuple):
 
 
 class Diagram:
-    """Rows of the diagram, outermost first, with the last separation, place and value T/mu.
+    """Rows of D(eta), largest eta first, with the last separation, place and T/mu.
 
-    Separations are relative to the one at the start, which avoids cancellation at a constant load.
-    There is one row per open loop and one per step of new contact that has not slipped since.
+    A row is an interval of eta with constant D. Separations are relative to that at the start,
+    which avoids cancellation at a constant load. There is one row per open reversal and one per
+    step of new contact that has not slipped since.
     """
 
     __slots__ = ("depth", "errors", "limit", "place", "separation", "stack", "value", "values")
@@ -108,7 +110,7 @@ class Diagram:
         return min(low, self.separation), max(high, self.separation)
 
     def respond(self, separation: Floats, place: Floats, curve: LoadCurve) -> Floats:
-        """Return T/mu at the samples, one-dimensional, and update the diagram."""
+        """Return T/mu [N] along separations and places [m], one-dimensional; update the diagram."""
         arguments, result = curve.arguments(*self._reach(separation)), np.empty(separation.size)
         # A curve without a profile is evaluated once per call, which needs memory.
         step = _BLOCK if len(arguments) == 1 else separation.size
@@ -126,9 +128,9 @@ class Diagram:
     def stored(self, curve: LoadCurve) -> float:
         """Return the elastic energy of all sliders [J], see :attr:`microslip.State.stored_energy`.
 
-        A slider at eta holds g, the integral of D from the separation d to eta. Integration by
-        parts turns the integral of N'' g^2/2 into that of (-N') g D, in which g is linear on each
-        row.
+        A slider at separation eta is stretched by g, the integral of D from d to eta. The energy is
+        mu kappa times the integral of N'' g^2/2. By parts this equals the integral of (-N') g D, in
+        which g is linear on each row.
         """
         if not self.depth:
             return 0.0
@@ -151,7 +153,7 @@ class Diagram:
         return rows
 
     def hold(self, separation: Floats, value: Floats, curve: LoadCurve) -> Floats:
-        """Return the places for given T/mu, and update the diagram."""
+        """Return the places [m] at which T/mu has given values [N], and update the diagram."""
         result = np.empty(value.size)
         stack, values = self._reserve(value.size)
         profile = curve.profile(*self._reach(separation))
@@ -182,7 +184,7 @@ class Diagram:
     # -- one step at a time -------------------------------------------------------------------
 
     def probe(self, separation: float, place: float, curve: LoadCurve) -> Step:
-        """Return the result of a step without changing the diagram."""
+        """Return the outcome of a step to a separation and place without changing the diagram."""
         last = self.separation
         outcome = kernels.compiled.coupled_step(
             separation, place, self.stack, self.values, self.depth, last, self.place,
@@ -192,12 +194,12 @@ class Diagram:
 
     @property
     def slip(self) -> float:
-        """Density D of the newest row if it slipped, 1 or -1, otherwise 0."""
+        """Sign of D of the newest row if it has slipped, 1 or -1, otherwise 0."""
         density = float(self.stack[self.depth - 1, 1]) if self.depth else 0.0
         return density if abs(density) == 1.0 else 0.0
 
     def move(self, step: Step, curve: LoadCurve) -> None:
-        """Apply a probed step."""
+        """Update the diagram by the outcome of :meth:`probe`."""
         stack, values = self._reserve(1)
         depth, beyond = step.depth, 0.0
         if depth:
@@ -214,7 +216,7 @@ class Diagram:
     def restore(
         self, rows: Floats, separation: float, place: float, value: float, curve: LoadCurve
     ) -> None:
-        """Set the rows of a saved diagram and their values, (rows, 4), after checking them."""
+        """Set the diagram to saved rows, shape (rows, 4), see State.to_arrays, and check them."""
         end, density, beyond, _ = rows.T
         begin = np.append(end, separation)[1:]
         if np.any(np.abs(density) > 1.0) or np.any(begin > end) or np.any(np.diff(end) >= 0.0):
@@ -240,7 +242,7 @@ class Diagram:
     # -- slip -----------------------------------------------------------------------------------
 
     def runs(self, separation: Floats, places: Floats) -> Floats:
-        """Return the runs of the slip front in a record, one per column; see SlipLosses."""
+        """Return the advances of the slip front along a record, one per column; see SlipLosses."""
         return kernels.slip_runs(separation, places, self.stack, *self._last)
 
     def losses(self, separation: Floats, displacement: Floats, curve: LoadCurve) -> Floats:
@@ -263,8 +265,7 @@ class Diagram:
 class EnergyAccumulator:
     """Accumulator of the energy dissipated up to a diagram [J].
 
-    Steps are collected, up to a bounded number, because their losses are far cheaper to compute
-    together.
+    Up to 1024 steps are collected, since computing their losses together is far cheaper.
     """
 
     __slots__ = ("_begin", "_displacements", "_pending", "_separations", "total")
@@ -288,7 +289,7 @@ class EnergyAccumulator:
     def note(
         self, separation: Floats, displacement: Floats, diagram: Diagram, curve: LoadCurve
     ) -> None:
-        """Add steps that end at ``diagram``."""
+        """Collect the steps of a record, after which the memory is ``diagram``."""
         self._separations.append(separation)
         self._displacements.append(displacement)
         self._pending += separation.size
@@ -297,7 +298,7 @@ class EnergyAccumulator:
             self.settle(diagram, curve)
 
     def settle(self, diagram: Diagram, curve: LoadCurve) -> float:
-        """Return the energy dissipated up to ``diagram`` [J]."""
+        """Return the total energy dissipated [J] up to the state ``diagram``."""
         if self._pending:
             d, x = np.concatenate(self._separations), np.concatenate(self._displacements)
             self.total += float(self._begin.losses(d, x, curve).sum())

@@ -35,7 +35,7 @@ class FieldResponse(tuple[Floats, ...]):
     """Response of the nodes of a field to displacements and separations.
 
     Unpacks as ``force, stiffness`` for constant separations, otherwise as ``force, load, tangent``.
-    Within the theory of Cattaneo and Mindlin, after Jaeger (1998), DOI 10.1115/1.2833765.
+    After Cattaneo and Mindlin, by superposition (Jaeger 1998, DOI 10.1115/1.2833765).
     """
 
     force: Floats
@@ -64,7 +64,7 @@ _FLOAT = np.dtype(float)
 
 
 def _is_plain(values: ArrayLike, size: int) -> bool:
-    """Return True for an array that kernels take as it is, with one float per node."""
+    """Return True for a contiguous float64 array of shape (size,), which kernels accept."""
     return (
         type(values) is np.ndarray
         and values.dtype is _FLOAT
@@ -82,10 +82,10 @@ class FieldState(Resumable):
         forces, loads, tangents = state.try_(displacements, separations=d)
         state.commit()  # or state.rollback()
 
-    The method of memory diagrams (DOI 10.3389/fmech.2020.00030) for each node, exact within the
-    theory of Cattaneo and Mindlin. Memory is 144 bytes per node, 40 more during a trial, and some
-    60 for each row of a memory diagram beyond two: an open reversal, or a step of new contact
-    in sticking. A ``depth`` limits the number of rows.
+    Each node has a memory diagram (DOI 10.3389/fmech.2020.00030), exact within the theory of
+    Cattaneo and Mindlin. A row of the diagram is an open reversal, or a step of new contact that
+    has not slipped since. A state needs 144 bytes per node, 40 more during a trial, and some 60 for
+    each row beyond two per node. A ``depth`` limits the number of rows.
     """
 
     __slots__ = (
@@ -159,7 +159,7 @@ class FieldState(Resumable):
     def dissipated_energy(self) -> Floats:
         """Energies dissipated since rest [J], shape (nodes,).
 
-        InputError unless the state was started with ``energies=True``.
+        InputError is raised unless the state was started with ``energies=True``.
         """
         return accumulated(self._loss) * self._nodes.weights * self._nodes.slips
 
@@ -179,15 +179,15 @@ class FieldState(Resumable):
         displacement : array_like
             Trial displacements [m], a number or one-dimensional, one per node.
         separations : array_like, optional
-            Trial separations [m], same shapes; by default they do not change. The step from the
-            committed state is straight in separation and displacement.
+            Trial separations [m], a number or one per node; by default they do not change. The step
+            from the committed state is straight in separation and displacement.
 
         Returns
         -------
         FieldResponse
             ``force``, ``load`` [N], ``stiffness`` and ``tangent`` [N/m], shape (nodes, 2, 2),
-            consistent with the step. Unpacks as ``force, stiffness`` without separations, as
-            ``force, load, tangent`` with separations.
+            derivatives at the end of the step. Unpacks as ``force, stiffness`` without separations,
+            as ``force, load, tangent`` with separations.
         """
         self._trial = None  # after an error there is no trial to commit
         nodes = self._nodes
@@ -216,7 +216,7 @@ class FieldState(Resumable):
         return FieldResponse(force, load, tangent, stiffness)
 
     def _steps(self, separations: ArrayLike) -> tuple[Floats, tuple[float, float]]:
-        """Return the steps of trial separations [m] from rest, and the range of the curve."""
+        """Return the steps from rest of trial separations [m], and the range of the curve used."""
         nodes = self._nodes
         if _is_plain(separations, nodes.size):
             step = np.empty(nodes.size)
@@ -265,12 +265,11 @@ class FieldState(Resumable):
             ``now``: displacement [m], separation relative to rest [m] and force over mu of the
             whole surface [N], one row per node. ``rows``: rows of all memory diagrams by node,
             outermost first: node, end [m from rest], D [-], integral of D beyond the end [m], force
-            over mu of the step that created the row [N] and that step [m]. ``dissipated``:
-            energies [J], empty if not accumulated. ``depth``: the row limit and error state of each
-            node, see :meth:`microslip.State.to_arrays`, empty without a limit. ``joint``: the
-            format, 1, and force limit [N], stiffness [N/m] and kappa [-] of all nodes, which
-            identify the field. An open trial is not included. ``field.start(arrays)`` continues
-            from the arrays.
+            over mu of the step that created the row [N] and that step [m]. ``dissipated``: energies
+            [J], empty if not accumulated. ``depth``: the row limit and error state of each node,
+            see :meth:`microslip.State.to_arrays`, empty without a limit. ``joint``: the format, 1,
+            and force limit [N], stiffness [N/m] and kappa [-] of all nodes, which identify the
+            field. An open trial is not saved. ``field.start(arrays)`` continues from the arrays.
         """
         owner = np.repeat(np.arange(self._depth.size), self._depth)
         first = np.cumsum(self._depth) - self._depth
@@ -347,7 +346,7 @@ class FieldState(Resumable):
     def _repack(self, kept: Integers, rows: Integers) -> None:
         """Rebuild the pool with room for the rows of each node and 6 % spare capacity.
 
-        Only the rows that remain after the step, ``kept``, are copied.
+        Only the rows that remain after the step, ``kept`` per node, are copied.
         """
         self._room = np.maximum(rows + rows // 2 + 1, _ROWS)
         old, self._begin = self._begin, np.cumsum(self._room) - self._room
@@ -359,7 +358,7 @@ class FieldState(Resumable):
         self._depth = kept
 
     def _losses(self, place: Floats, step: Floats, code: Integers, reach: Any) -> Floats:
-        """Return the energy dissipated in the trial over mu kappa."""
+        """Return the energy that each node dissipates in the trial, over mu kappa."""
         nodes, lost = self._nodes, np.empty(place.size)
         profile = nodes.curve.profile(*reach)
         if profile is not None:

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 class Nodes:
     """Joints that share a load curve, one entry per joint in each array.
 
-    Displacements and separations are converted to the dimensionless variables of the load curve: a
-    place is a displacement over ``slips``, and a step is a separation over ``lengths``, measured
-    from the origin of the curve or from the separation at rest.
+    Displacements and separations are converted to the variables of the load curve, both in [m]: a
+    place is a displacement over ``slips``, and a step is a difference of separation over
+    ``lengths``, relative to the origin of the curve or to the separation at rest.
     """
 
     curve: LoadCurve
@@ -32,7 +32,7 @@ class Nodes:
     scales: Floats
     """Normal load of a node over that of the curve."""
     slips: Floats
-    """Displacement per place, kappa times the length."""
+    """Displacement over place [-], kappa times ``lengths``."""
     rests: Floats
     """Steps at rest relative to the origin of the curve."""
     origins: Floats | None = None
@@ -47,19 +47,19 @@ class Nodes:
 
     @cached_property
     def nearest(self) -> float:
-        """Separation [m] from which on no separation needs a check of the surface."""
+        """Separation [m] above which every separation is in the range of the surface."""
         return max(self.curve.surface._deepest, self.curve.surface._span[0])
 
     def per_node(self, name: str, value: ArrayLike, unit: str) -> Floats:
-        """Check values, a number or one per node, and convert quantities to ``unit``."""
+        """Check a number or one value per node; return shape (nodes,), converted to ``unit``."""
         return along(name, value, self.size, unit, "nodes")
 
     def steps_at(self, name: str, separations: ArrayLike) -> Floats:
-        """Check separations [m], a number or one per node, and convert them to steps."""
+        """Check separations [m], a number or one per node; return steps from the origin [m]."""
         return self.steps_of(self.per_node(name, separations, "m"))
 
     def steps_of(self, separations: Floats) -> Floats:
-        """Check separations [m], with nodes on the first axis, and convert them to steps."""
+        """Check separations [m], nodes on the first axis; return steps from the origin [m]."""
         separations = self.checked(separations)
         if self.origins is None:
             return separations - self.curve.origin
@@ -67,13 +67,16 @@ class Nodes:
         return self.per_length(separations - origins)
 
     def separations_of(self, steps: Floats) -> Floats:
-        """Convert steps from the origin, one per node, to separations [m]."""
+        """Convert steps from the origin of the curve [m], one per node, to separations [m]."""
         if self.origins is None or self.lengths is None:
             return self.curve.origin + steps
         return self.origins + self.lengths * steps
 
     def per_length(self, values: Floats) -> Floats:
-        """Divide values, with nodes on the first axis, by the lengths of the nodes."""
+        """Divide values, nodes on the first axis, by the separation factor of each node.
+
+        The factor is ``lengths``. This converts derivatives by steps to derivatives by separations.
+        """
         if self.lengths is None:
             return values
         return np.asarray(values / self.lengths.reshape(-1, *[1] * (values.ndim - 1)))
@@ -83,7 +86,7 @@ class Nodes:
         return checked_separations(self.curve.surface, separations)
 
     def reach(self, *steps: Floats | None) -> tuple[float, float]:
-        """Return the range of the curve for steps from rest, with nodes on the first axis."""
+        """Return the range of the curve [m] for steps from rest, with nodes on the first axis."""
         moved = [s + self.rests.reshape(-1, *[1] * (s.ndim - 1)) for s in steps if s is not None]
         low = min(float(s.min()) for s in [self.rests, *moved])
         # A shared curve extends to zero load.
@@ -102,7 +105,7 @@ def checked_separations(surface: NormalLaw, separations: Floats) -> Floats:
 
 
 def along(name: str, numbers: ArrayLike, size: int, unit: str, kind: str = "samples") -> Floats:
-    """Check ``size`` values, a number or one per sample or node."""
+    """Check a number or ``size`` values, one per sample or node; return shape (size,)."""
     values = floats(name, numbers, unit)
     if values.shape == (size,):
         return values
@@ -117,7 +120,7 @@ def along(name: str, numbers: ArrayLike, size: int, unit: str, kind: str = "samp
 def steps_along(
     curve: LoadCurve, size: int, normal_load: ArrayLike | None, separation: ArrayLike | None
 ) -> Floats:
-    """Return the steps of a curve [m] along a record of either loads [N] or separations [m]."""
+    """Return steps of a curve [m] along a record of either loads [N] or separations [m]."""
     if separation is not None:
         return curve.steps_at(along("separation", separation, size, "m"))
     loads = along("normal_load", normal_load, size, "N")  # type: ignore[arg-type]

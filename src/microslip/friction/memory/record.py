@@ -1,8 +1,8 @@
 """Memory of a record: open reversals and the last sample.
 
 Masing's rule with factor two, wiping-out and return to the first loading curve (Madelung's rules;
-Jaeger 1998, Ciavarella 1998 for the contact) depend on displacements alone. The law enters once,
-vectorised, evaluated at the resulting distances along its backbone.
+Jaeger 1998, Ciavarella 1998 for the contact) determine from the displacements alone on which branch
+a sample is and how far from its reversal. The backbone is then evaluated at all distances at once.
 
 In the chapter (DOI 10.1007/978-3-319-56818-8_19) the branches are first loading (19.19), unloading
 (19.20), reloading (19.21) with its offset (19.22), and unloading (19.23) with its offset (19.24).
@@ -25,13 +25,13 @@ Backbone = Callable[[Floats], Floats]
 
 
 class Tree(NamedTuple):
-    """Branches of a record: sample i has the value sign[i] B(half[i]) + value of parent[i].
+    """Branches of a record: sample i has the value sign[i] B(half[i]) + value of sample parent[i].
 
-    The branches of (19.19)-(19.21) and (19.23): half the distance from the reversal with factor 2,
-    or the distance from rest with factor 1.
+    B is the backbone. On a branch, of (19.19)-(19.21) and (19.23), ``half`` is half the distance
+    from the reversal ``parent`` and ``sign`` is 2 or -2; on first loading, the distance from rest.
 
-    ``parent`` is the index of a sample, -1 for the origin, or -2 - k for entry k of the initial
-    memory, whose last entry is the last displacement before the record.
+    ``parent`` is the index of a sample, -1 for rest, or -2 - k for entry k of the initial memory,
+    whose last entry is the last displacement before the record.
     """
 
     half: Floats
@@ -40,9 +40,9 @@ class Tree(NamedTuple):
 
 
 class Memory:
-    """Open reversals (places and values, oldest first) with the last place, value and direction.
+    """Memory of a record: displacements and values of open reversals, and the last sample.
 
-    Memory use grows with the number of open loops only.
+    Reversals are stored oldest first. The memory grows only with their number.
     """
 
     __slots__ = ("depth", "direction", "last", "stack", "value")
@@ -78,9 +78,9 @@ class Memory:
         self.stack, self.depth = stack, depth
 
     def respond(self, x: Floats, backbone: Backbone, table: Table | None) -> Floats:
-        """Return the values at samples ``x``, one-dimensional, and update the memory.
+        """Return the values at displacements ``x``, one-dimensional, and update the memory.
 
-        With a table of the backbone the kernel does this in one pass.
+        A table of the ``backbone`` lets the kernel compute them in one pass.
         """
         if table is not None:
             values, stack = np.empty(x.size), self._reserve(x.size + 1)
@@ -114,14 +114,15 @@ class Memory:
         return tree, places[:depth], codes[:depth], last, direction
 
     def tree(self, x: Floats) -> Tree:
-        """Return the branches of a record from the current state without updating the memory."""
+        """Return the branches of a record that continues the memory, which is not updated."""
         return self._branches(x)[0]
 
     def closed(self, x: Floats, first: int = 0) -> Floats:
-        """Return the amplitudes of the loops that a record closes without updating the memory.
+        """Return the amplitudes [m] of the loops that a record closes; the memory is not updated.
 
-        Negative for half a loop: first loading that reversed and passed its mirror point. Reversals
-        before number ``first`` are ignored; it must leave two open reversals or be 0.
+        They are half the widths of loops. A return to first loading past the only open reversal
+        closes half a loop; its amplitude, the distance of that reversal from rest, is negative. The
+        ``first`` oldest reversals are ignored; ``first`` must be 0 or leave at least two.
         """
         depth = self.depth - first
         places, result = (np.empty(depth + x.size + 1) for _ in range(2))
@@ -130,10 +131,10 @@ class Memory:
         return result[:count]
 
     def probe(self, x: float) -> tuple[float, float, float, tuple[int, int, int]]:
-        """Return the result of a move to ``x`` without updating the memory.
+        """Return the outcome of a move to displacement ``x``; the memory is not updated.
 
-        Distance along the backbone, its factor, the value at its start, and the arguments for
-        :meth:`move`.
+        The outcome is the distance along the backbone, its factor (1, -1, 2 or -2), the value at
+        the start of the branch, and the arguments that :meth:`move` needs.
         """
         move: tuple[int, int, int] = kernels.compiled.locate(
             x, self.stack, self.depth, self.last, self.direction
@@ -148,7 +149,7 @@ class Memory:
         return 0.5 * abs(x - place), 2.0 if direction > 0 else -2.0, start, move
 
     def move(self, x: float, value: float, move: tuple[int, int, int]) -> None:
-        """Apply a probed move to ``x``, with the new value ``value``."""
+        """Update the memory by a move to ``x`` that :meth:`probe` evaluated, with its value."""
         depth, pushed, direction = move
         if pushed:
             self.stack = self._reserve(1)

@@ -1,4 +1,4 @@
-"""Base class of all states: trials are committed explicitly, and threads take turns."""
+"""Base class of hysteresis states: trial steps are committed or discarded, in any thread."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Resumable:
 
     @synchronized
     def commit(self) -> None:
-        """Make the last trial the state; without a trial InputError is raised."""
+        """Make the last trial the new state. Without a trial, InputError is raised."""
         if self._trial is None:
             raise InputError("commit needs a trial; call try_(displacement) first")
         self._apply(self._trial)
@@ -78,7 +78,7 @@ class Resumable:
 
 
 def accumulated(losses: Floats | None) -> Floats:
-    """Return the dissipated energies; InputError if they are not accumulated."""
+    """Return dissipated energies; raise InputError if they were not accumulated."""
     if losses is None:
         raise InputError(
             "dissipated_energy is not accumulated; start the state with start(energies=True)"

@@ -33,7 +33,7 @@ def saved_array(arrays: Mapping[str, ArrayLike], key: str, *shape: int) -> Float
 
 
 def optional_array(arrays: Mapping[str, ArrayLike], key: str, *shape: int) -> Floats:
-    """Return an array that earlier versions did not save, then empty."""
+    """Return an array of a saved state, empty if an earlier version did not save it."""
     # For other types than mappings "in" may not terminate; saved_array raises the error.
     if isinstance(arrays, Mapping) and key in arrays:
         return saved_array(arrays, key, *shape)
@@ -41,12 +41,12 @@ def optional_array(arrays: Mapping[str, ArrayLike], key: str, *shape: int) -> Fl
 
 
 def joint_array(*numbers: Floats) -> Floats:
-    """Concatenate the format number and the numbers that identify a joint."""
+    """Concatenate the format number and numbers that identify a joint."""
     return np.concatenate(([FORMAT], *numbers))
 
 
 def check_joint(arrays: Mapping[str, ArrayLike], joint: Floats) -> None:
-    """Raise InputError for arrays of a later format or of another joint."""
+    """Raise InputError if arrays are of a later format or were saved from another joint."""
     saved = optional_array(arrays, "joint", -1)
     if not saved.size:
         return
@@ -60,6 +60,6 @@ def check_joint(arrays: Mapping[str, ArrayLike], joint: Floats) -> None:
 
 
 def check_consistent(computed: Floats, saved: Floats, scale: float, message: str) -> None:
-    """Raise InputError if saved numbers differ from those computed from other arrays."""
+    """Raise InputError if saved and computed numbers differ by over 1e-9 of ``scale``."""
     if computed.shape != saved.shape or not np.all(np.abs(computed - saved) <= _TOLERANCE * scale):
         raise InputError(f"`arrays` must be those of a state: its {message}")

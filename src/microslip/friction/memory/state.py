@@ -40,7 +40,7 @@ _MARKER_DISPLACEMENTS = np.array(
 
 
 class Law(Protocol):
-    """Interface of a law for a state."""
+    """Interface that :class:`State` needs of a law."""
 
     @property
     def _load_curve(self) -> LoadCurve | None: ...
@@ -118,7 +118,7 @@ class State(Resumable):
 
     @property
     def stiffness(self) -> float:
-        """Tangent stiffness [N/m] at constant load for further motion in the same direction."""
+        """Tangent stiffness [N/m] at constant load for continued motion in the last direction."""
         return self._committed().stiffness
 
     @property
@@ -170,8 +170,8 @@ class State(Resumable):
     def error_bound(self) -> float:
         """Bound of the force error [N] due to a limited depth; 0 without a limit.
 
-        At most twice the friction limit, which carries no information. Actual errors are smaller
-        by an order of magnitude or more.
+        Actual errors are smaller by an order of magnitude or more. The bound is at most twice the
+        friction limit; at that value the force is undetermined.
         """
         if self._diagram is None or self._diagram.limit is None:
             return 0.0
@@ -200,9 +200,9 @@ class State(Resumable):
         Returns
         -------
         Trial
-            Unpacks as ``force, stiffness``: the force needed to hold the displacement [N] and the
-            tangent stiffness [N/m] at this load of the branch at the end of the step. It also has
-            ``normal_load`` and the tangents with respect to displacement and separation or load.
+            Unpacks as ``force, stiffness``: the force [N] at the trial displacement and the tangent
+            stiffness [N/m] at constant load. Its attributes include ``normal_load`` and the
+            tangents with respect to displacement and separation or load.
         """
         self._trial = None  # after an error there is no trial to commit
         x = number("displacement", displacement, "m")
@@ -255,7 +255,7 @@ class State(Resumable):
         Returns
         -------
         ndarray or float
-            Forces [N], one per displacement, the same as without splitting into chunks.
+            Forces [N], one per displacement. They do not depend on the size of chunks.
         """
         x = record("displacement", displacement, "m")
         self._trial = None
@@ -290,17 +290,18 @@ class State(Resumable):
         Returns
         -------
         dict of str to ndarray
-            ``now``: displacement [m], force [N], direction of the last move (-1, 0 or 1), energy
-            dissipated [J], and, once the load has varied, 1, separation relative to that of the
-            joint [m] and force over mu [N], otherwise three zeros. ``reversals``: displacements [m]
-            and forces [N] of the open reversals, oldest first, shape (reversals, 2). ``rows``: rows
-            of the memory diagram, outermost first, shape (rows, 4): end [m from the separation of
-            the joint], D [-], integral of D beyond the end [m], integral of D (-N') from the start
-            of the row [N]. ``depth``: the row limit, error bound of merged rows over mu [N], the
-            separations [m] between which it applies, a flag for moves in this range, and the
-            largest bound so far [N]; empty without a limit. ``joint``: the format, 1, and the
-            backbone [N] at 1 nm, 100 nm, 10 um and 1 mm, which identify the joint. An open trial is
-            not included. ``joint.start(arrays)`` continues from the arrays.
+            ``now``: displacement [m], force [N], direction of the last motion (-1, 0 or 1), energy
+            dissipated [J], and then, if the load has varied, the number 1, the separation relative
+            to that of the joint [m] and the force over mu [N], otherwise three zeros.
+            ``reversals``: displacements [m] and forces [N] of the open reversals, oldest first,
+            shape (reversals, 2). ``rows``: rows of the memory diagram, outermost first, shape
+            (rows, 4): end [m from the separation of the joint], D [-], integral of D beyond the end
+            [m], integral of D (-N') from the start of the row [N]. ``depth``: the row limit, error
+            bound of merged rows over mu [N], the separations [m] between which it applies, a flag
+            for moves in this range, and the largest bound so far [N]; empty without a limit.
+            ``joint``: the format, 1, and the backbone [N] at 1 nm, 100 nm, 10 um and 1 mm, which
+            identify the joint. An open trial is not saved. ``joint.start(arrays)`` continues from
+            them.
         """
         memory, diagram = self._memory, self._diagram
         varied = (0.0, 0.0, 0.0) if diagram is None else (1.0, diagram.separation, diagram.value)
@@ -370,7 +371,7 @@ class State(Resumable):
     # -- a step -----------------------------------------------------------------------------------
 
     def _trial_of(self, x: float, step: float | None, normal_load: float | None = None) -> Any:
-        """Return a trial and the arguments to commit it; ``step`` is None at constant load."""
+        """Return a trial and what :meth:`_apply` needs; ``step`` is None at constant load."""
         if step is None:
             half, sign, start, move = self._memory.probe(x)
             value, slope = self._law._backbone_at(half)
@@ -406,7 +407,7 @@ class State(Resumable):
         return self._accumulator
 
     def _step(self, normal_load: float | None) -> float | None:
-        """Return the trial separation relative to the joint, None if the load never varied."""
+        """Return the trial separation from that of the joint, None if the load never varied."""
         if normal_load is None:
             return None if self._diagram is None else self._diagram.separation
         if normal_load < 0.0:

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 class Trial(tuple[float, float]):
     """End of a trial step, which unpacks as ``force, stiffness``.
 
-    Returned by :meth:`microslip.State.try_`. The tangents are those of the step, straight in
-    separation and displacement, at its end (Jaeger 1998, DOI 10.1115/1.2833765), as needed by
-    Newton's method.
+    Returned by :meth:`microslip.State.try_`. The step is straight in separation and displacement
+    from the committed state (Jaeger 1998, DOI 10.1115/1.2833765). The tangents are derivatives at
+    its end, as needed by Newton's method.
     """
 
     _displacement: float
@@ -50,7 +50,7 @@ class Trial(tuple[float, float]):
 
     @property
     def stiffness(self) -> float:
-        """Tangent stiffness dT/d(displacement) [N/m] at this load."""
+        """Tangent stiffness dT/d(displacement) [N/m] at constant normal load."""
         return self[1]
 
     @property
@@ -81,9 +81,10 @@ class Trial(tuple[float, float]):
 
     @property
     def tangent_by_load(self) -> Floats:
-        """Derivatives of (force, normal_load) by (displacement, normal_load), shape (2, 2).
+        """Derivatives of (force, load) by (displacement, load) [N/m, -], shape (2, 2).
 
-        Units are [N/m] and [-]. Without contact the derivative of the force by the load is 0.
+        Columns are in [N/m] for the displacement and [-] for the load. Without contact the
+        derivative of the force by the load is 0.
         """
         fall, by_separation = self._by_separation("tangent_by_load")
         return np.array([[self[1], by_separation / -fall if fall > 0.0 else 0.0], [0.0, 1.0]])

@@ -20,10 +20,10 @@ from microslip.friction.memory.saved import check_joint, joint_array, saved_arra
 
 
 class VectorResponse(FieldResponse):
-    """Response of nodes to displacements in two directions and separations.
+    """Response of nodes to displacements in two tangential directions and separations.
 
-    Unpacks as :class:`FieldResponse`. Sliders after Iwan (1966, DOI 10.1115/1.3625199), each with a
-    vector of displacement.
+    Unpacks as ``force, stiffness`` for constant separations, otherwise as ``force, load, tangent``.
+    The sliders are those of Iwan (1966, DOI 10.1115/1.3625199), each stretched by a vector.
     """
 
     force: Floats
@@ -41,7 +41,7 @@ class VectorResponse(FieldResponse):
 
 @dataclass(frozen=True, eq=False)
 class SliderBank:
-    """Sliders common to all nodes, with the factors that convert them to forces."""
+    """Sliders common to all nodes, with factors that convert their sums to forces of nodes."""
 
     tops: Floats
     """Separation, or displacement at constant load, at which each slider begins to slip [m]."""
@@ -63,17 +63,17 @@ class SliderBank:
 
     @cached_property
     def slips(self) -> Floats:
-        """Displacement per place of each node, kappa [-]."""
+        """Displacement over place of each node [-], kappa; 1 for a law at constant load."""
         return np.ones(self.size) if self.nodes is None else self.nodes.slips
 
     @cached_property
     def rests(self) -> Floats:
-        """Step of each node at rest [m]."""
+        """Step of each node at rest [m], relative to the origin of the load curve."""
         return np.zeros(self.size) if self.nodes is None else self.nodes.rests
 
     @cached_property
     def compliances(self) -> Floats | None:
-        """Principal compliances, then cosine and sine of the axis of the first."""
+        """Principal compliances of the lay, then cosine and sine of the first principal axis."""
         if self.lay is None:
             return None
         stiffnesses, axes = np.linalg.eigh(self.lay)
@@ -82,24 +82,24 @@ class SliderBank:
         return np.array([*(1.0 / stiffnesses), *axes[:, 0]])
 
     def places(self, displacements: Floats) -> Floats:
-        """Convert displacements [m], with nodes on the first axis, to places."""
+        """Convert displacements [m], nodes on the first axis, to places (see Nodes) [m]."""
         slips = self.slips.reshape(-1, *[1] * (displacements.ndim - 1))
         return (displacements if self.lay is None else displacements @ self.lay) / slips
 
     def displacements(self, places: Floats) -> Floats:
-        """Convert places to displacements [m], shape (nodes, 2)."""
+        """Convert places [m] to displacements [m], both of shape (nodes, 2)."""
         moved = places if self.lay is None else np.linalg.solve(self.lay, places.T).T
         return np.asarray(moved * self.slips[:, None])
 
     def identity(self) -> Floats:
-        """Return the numbers that identify the law of a saved state."""
+        """Return the numbers that identify the sliders in a saved state."""
         sums = np.array([self.tops.size, self.tops.sum(), self.weights.sum()])
         if self.lay is not None:
             sums = np.append(sums, self.lay)
         return joint_array(sums, self.scales, self.slips, self.rests)
 
     def loads(self, step: Floats) -> tuple[Floats, Floats]:
-        """Return normal loads [N] and derivatives [N/m] at steps, nodes on the first axis."""
+        """Return normal loads [N] and dN/dd [N/m] at steps [m], nodes on the first axis."""
         if self.nodes is None:
             return np.full(step.shape, np.nan), np.full(step.shape, np.nan)
         load, fall = self.nodes.curve.load(step.reshape(-1))
@@ -112,7 +112,7 @@ class SliderBank:
         return values if self.nodes is None else self.nodes.per_length(values)
 
     def steps_at(self, separations: Floats) -> Floats:
-        """Check separations [m], with nodes on the first axis, and convert them to steps."""
+        """Check separations [m], nodes on the first axis; return steps from the origin [m]."""
         if self.nodes is None:
             raise InputError(
                 "`separations` have no meaning for a joint at constant load; write "
@@ -139,8 +139,8 @@ class VectorState(Resumable):
         force, stiffness = state.try_([1e-7, -2e-7])
         state.commit()  # or state.rollback()
 
-    Each slider has a vector (Iwan 1966, DOI 10.1115/1.3625199, in two directions). Memory is 16
-    bytes per slider and node, twice as much during a trial.
+    Each slider of the Iwan model (1966, DOI 10.1115/1.3625199) is stretched by a vector of two
+    components. A state needs 16 bytes per slider and node, twice as much during a trial.
     """
 
     __slots__ = ("_bank", "_loss", "_place", "_single", "_step", "_value", "_vectors")
@@ -196,7 +196,7 @@ class VectorState(Resumable):
             Trial displacements [m] in both directions, shape (nodes, 2), or (2,).
         separations : array_like, optional
             Trial separations [m], a number or one per node; by default they do not change. The step
-            from the committed state is straight.
+            from the committed state is straight in displacements and separation.
 
         Returns
         -------

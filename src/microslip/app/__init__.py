@@ -1,1 +1,1 @@
-"""Workbench: the commands in a local browser."""
+"""Workbench: forms for the commands, in a browser on the user's machine."""

@@ -46,7 +46,7 @@ class Field:
 
 
 class Unread(InputError):
-    """File that cannot be previewed with these options; ``columns`` are the names that it has."""
+    """Error for a file that cannot be previewed; ``columns`` are the names of its columns."""
 
     def __init__(self, text: str, columns: Sequence[str] = ()) -> None:
         super().__init__(text)
@@ -59,7 +59,7 @@ Forms = Mapping[str, Sequence[Field]]
 
 @dataclass
 class Upload:
-    """Uploaded file under a safe name."""
+    """Uploaded file, stored under a safe name."""
 
     id: str
     name: str
@@ -77,7 +77,7 @@ class Upload:
 
 @dataclass
 class Run:
-    """Command with its state and folder."""
+    """Run of a command: its arguments, state, output and folder."""
 
     id: str
     kind: str
@@ -91,18 +91,18 @@ class Run:
 
     @property
     def command(self) -> str:
-        """Command line that gives the same result in the folder of its files."""
+        """Command line that gives the same result if it is run in the folder of the files."""
         return shlex.join(["microslip", *self.arguments])
 
     def files(self) -> dict[str, Path]:
-        """Return the files of the result by name."""
+        """Return the paths of the result files by name."""
         folder = self.folder / RESULT
         if self.state != "done" or not folder.is_dir():
             return {}
         return {path.name: path for path in sorted(folder.iterdir()) if path.is_file()}
 
     def study(self) -> str | None:
-        """Return the study written by the run, from an identification or a scan."""
+        """Return the text of the study that an identification or a scan wrote; None without one."""
         files = self.files()
         for name in ("joint.toml", "study.toml"):
             if name in files:
@@ -129,7 +129,7 @@ def safe_name(name: str) -> str:
 
 
 class Workspace:
-    """Uploads and runs in a private folder."""
+    """Uploads and runs of the workbench, in a private temporary folder."""
 
     def __init__(self, folder: Path, forms: Forms) -> None:
         self.folder, self.forms = folder, forms
@@ -139,7 +139,7 @@ class Workspace:
         self._tasks: set[asyncio.Task[None]] = set()
 
     def place(self, name: str) -> Upload:
-        """Create the path of a new upload."""
+        """Register a new upload and create its folder; the file is written later."""
         number = token_hex(8)
         folder = self.folder / number
         folder.mkdir(mode=0o700)
@@ -218,7 +218,7 @@ class Workspace:
         return arguments, files
 
     def in_fields(self, kind: str, text: str) -> str:
-        """Replace the options in a message of a command by the labels of the form."""
+        """Replace names of options in the message of a command by labels of the form fields."""
         labels = {f"--{field.name}": field.label for field in self.forms[kind]}
         return re.sub(
             r"--[a-z][a-z-]*[a-z]",
@@ -288,7 +288,7 @@ class Workspace:
                 run.message = self.in_fields(run.kind, text.removeprefix("error: "))[:2000]
 
     async def cancel(self, run: Run) -> None:
-        """Stop a run; partial results are removed."""
+        """Stop a run and remove its partial results."""
         if run.state not in ("waiting", "running"):
             return
         run.state = "cancelled"
@@ -313,7 +313,7 @@ class Workspace:
 
 
 def check_study(path: Path) -> str:
-    """Return the text of a study, or raise an InputError if it refers to files on this machine."""
+    """Return the text of a study; raise an InputError if the study names files on this machine."""
     try:
         tables: list[Any] = [tables_of(text := read_text(path))]
     except ValueError as error:
@@ -361,7 +361,7 @@ def manifest_names(manifest: Upload, uploads: Sequence[Upload]) -> dict[str, str
 
 
 def _filled(argument: str, names: dict[str, str]) -> str:
-    """Replace the reference to an upload in an argument by the name of its copy."""
+    """Replace a reference to an upload in an argument by the name of its copy in the run."""
     head, mark, number = argument.partition("\0")
     return f"{head}{names[number]}" if mark else argument
 
@@ -385,7 +385,7 @@ def _text(name: str, value: Any) -> str:
 
 
 async def preview(arguments: list[str], folder: Path, request: Any) -> dict[str, Any]:
-    """Preview a file in a separate process, within two minutes."""
+    """Return the preview of a file, computed in a separate process in at most two minutes."""
     process = await asyncio.create_subprocess_exec(
         sys.executable, "-P", "-m", "microslip.cli.workbench", *arguments, cwd=folder,
         stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE,

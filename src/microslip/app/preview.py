@@ -1,4 +1,4 @@
-"""File previews for the workbench: numbers and pictures of a scan or a record."""
+"""Previews of files for the workbench: data and figures of a scan or a record."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _PAUSE = 10.0
 
 
 def scan_view(scan: Scan, level: Any) -> dict[str, Any]:
-    """Return a levelled height map and its spectrum."""
+    """Return the preview of a scan: levelled height map and spectrum."""
     from microslip.figures.kit import coarse, coloured
     from microslip.figures.svg import png_bytes
     from microslip.surfaces.figures import SHARE
@@ -50,7 +50,7 @@ def scan_view(scan: Scan, level: Any) -> dict[str, Any]:
 
 
 def save_scan(scan: Scan, part: Any, save: str) -> dict[str, Any]:
-    """Save the selected rectangle, [left, right, bottom, top] in m, as an array."""
+    """Save the rectangle ``part`` of a scan, [left, right, bottom, top] in m, as an array file."""
     dx, dy = scan.pixel
     left, right, bottom, top = (float(x) for x in part)
     columns = slice(max(round(left / dx), 0), round(right / dx) + 1)
@@ -65,7 +65,10 @@ def save_scan(scan: Scan, part: Any, save: str) -> dict[str, Any]:
 
 
 def record_view(record: Record, say: Any = str) -> dict[str, Any]:
-    """Return displacement and force over time, the loop, and the cycles or why there are none."""
+    """Return the preview of a record: displacement and force over time, loop and cycles.
+
+    If no cycles are found, the reason is given.
+    """
     from microslip.laboratory import measure
 
     time, has_time = _times(record)
@@ -90,7 +93,7 @@ def record_view(record: Record, say: Any = str) -> dict[str, Any]:
 
 
 def save_record(record: Record, part: Any, save: str) -> dict[str, Any]:
-    """Save the samples between two times as a separate record."""
+    """Save the samples between the two times ``part`` as a separate record."""
     time, _ = _times(record)
     first, last = np.searchsorted(time, sorted(float(x) for x in part))
     keep = slice(int(first), int(last) + 1)
@@ -118,7 +121,10 @@ def _times(record: Record) -> tuple[Any, bool]:
 
 
 def _envelope(time: Any, values: Any) -> list[list[float | None]]:
-    """Return a record reduced to the extremes of each interval; None at a pause."""
+    """Reduce a record to the minimum and maximum of each interval, for drawing.
+
+    A pause in the time becomes None.
+    """
     steps = np.diff(time)
     pauses = np.flatnonzero(steps > _PAUSE * np.median(steps)) + 1 if steps.size else steps
     x: list[float | None] = []

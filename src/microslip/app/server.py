@@ -1,4 +1,4 @@
-"""Server of the workbench: routes and start-up."""
+"""Web server of the workbench: routes and start-up."""
 
 from __future__ import annotations
 
@@ -42,14 +42,14 @@ POLICY = (
 
 
 class Guard:
-    """Middleware that rejects requests from other pages before reading them."""
+    """Middleware that rejects requests without the token of the session before it reads them."""
 
     def __init__(self, app: App, token: str, port: int) -> None:
         self._app, self._token = app, token
         self._hosts = {f"127.0.0.1:{port}", f"localhost:{port}"}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Forward or reject a request."""
+        """Pass a request to the application, or reject it."""
         if scope["type"] == "lifespan":
             await self._app(scope, receive, send)
             return
@@ -103,7 +103,7 @@ class Guard:
 
 
 def _limited(receive: Receive, limit: int) -> Receive:
-    """Limit the body that is read, regardless of the declared length."""
+    """Limit the size of the request body that is read, whatever its header declares."""
     remaining = limit
 
     async def read() -> MutableMapping[str, Any]:
@@ -158,7 +158,7 @@ _PICTURE = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
 
 def build(workspace: Workspace, token: str, port: int) -> App:
-    """Build the application behind its guard."""
+    """Build the web application with its guard."""
     with needed_for("the workbench needs", "app"):
         from starlette.applications import Starlette
         from starlette.requests import ClientDisconnect, Request
@@ -313,7 +313,7 @@ def _archive(run: Run) -> bytes:
 
 
 def remove_abandoned(temporary: Path) -> None:
-    """Remove the folders of workbenches whose process no longer exists."""
+    """Remove temporary folders of workbenches whose process has ended."""
     if os.name != "posix":  # os.kill(pid, 0) ends the process on Windows
         return
     for folder in temporary.glob(f"{_PREFIX}*-*"):

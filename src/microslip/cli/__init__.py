@@ -1,6 +1,6 @@
-"""Command line: parse options, call the library, print results.
+"""Command line: parses options, calls the library and prints results.
 
-NumPy loads with the first computation.
+NumPy is imported at the first computation, so that help is printed fast.
 """
 
 from __future__ import annotations

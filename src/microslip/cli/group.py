@@ -1,4 +1,4 @@
-"""Base class of the commands: exit codes, one-line errors, failing output."""
+"""Base class of the commands: exit codes, one-line errors, errors of standard output."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ EXIT_OK, EXIT_INTERNAL, EXIT_USER, EXIT_INTERRUPTED = 0, 1, 2, 130
 
 
 class Group(click.Group):
-    """Command group with one-line errors and the documented exit codes."""
+    """Group of commands with one-line error messages and the documented exit codes."""
 
     def main(
         self,
@@ -37,7 +37,7 @@ class Group(click.Group):
         standalone_mode: bool = True,
         **extra: Any,
     ) -> Any:
-        """Run a command, and exit."""
+        """Run a command and exit with its exit code."""
         if not standalone_mode:
             return super().main(args, prog_name, complete_var, False, **extra)
         try:
@@ -71,24 +71,24 @@ class Group(click.Group):
         parent: click.Context | None = None,
         **extra: Any,
     ) -> click.Context:
-        """Create the click context; --help and --version print here, and printing may fail."""
+        """Create the click context; handle errors of output, since --help prints here."""
         words = [_FORMER.get(word, word) for word in args]
         with _printing():
             return super().make_context(info_name, words, parent, **extra)
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Call the command; printing may fail."""
+        """Run the command; handle errors of standard output."""
         with _printing():
             return super().invoke(ctx)
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Return the command names in the order of the help."""
+        """Return the names of the commands in the order in which the help lists them."""
         return list(self.commands)
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find the command, with an error message for an unknown name."""
+        """Return the command of a name; an unknown name is an error with a suggestion."""
         if args and not args[0].startswith("-") and self.get_command(ctx, args[0]) is None:
             near = get_close_matches(args[0], self.list_commands(ctx), n=1)
             hint = f'; did you mean "{near[0]}"?' if near else ""
@@ -98,10 +98,10 @@ class Group(click.Group):
 
 
 class OneOf(_Choice):
-    """Choice of words; an error for another word suggests a similar one."""
+    """Option type for one of several words; an error suggests a similar word."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Return the word, or raise an error that lists the words."""
+        """Return the word if it is allowed, otherwise raise an error that lists the words."""
         if value not in self.choices:
             near = get_close_matches(value, self.choices, n=1)
             hint = f'; did you mean "{near[0]}"?' if near else ""
@@ -139,7 +139,7 @@ def echo_json(values: Any) -> None:
 
 
 def fail(message: str, code: int) -> NoReturn:
-    """Print an error in one line, and exit."""
+    """Print an error message on one line and exit with ``code``."""
     with suppress(OSError):
         click.echo(f"error: {shorten(' '.join(message.split()), _LONGEST)}", err=True)
     sys.exit(code)
@@ -147,7 +147,10 @@ def fail(message: str, code: int) -> NoReturn:
 
 @contextmanager
 def _printing() -> Iterator[None]:
-    """Turn a failing standard output into one line, and a closed pipe into a silent exit."""
+    """Return a context in which a failing standard output exits with one line.
+
+    A closed pipe exits without a message.
+    """
     try:
         yield
         if sys.stdout is not None:

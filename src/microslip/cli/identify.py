@@ -130,7 +130,10 @@ def identify(
 def _second_step(
     found: Any, study: Path | None, known: dict[str, tuple[float, float]]
 ) -> tuple[Any, str, str]:
-    """Return the identified interface or None, the title of the study, and why it is None."""
+    """Fit the interface of a study to an identification.
+
+    Return the interface or None, the title of the study, and the reason for None.
+    """
     from microslip._core.errors import InputError
 
     if study is None:

@@ -1,4 +1,4 @@
-"""Lists, pages and completion: metals, schema, figures, browser pages, shells."""
+"""Commands that list metals, schema and figures, open pages, or complete words in shells."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def completion(context: click.Context, shell: str) -> None:
 def complete_study(
     context: click.Context, parameter: click.Parameter, begun: str
 ) -> list[CompletionItem]:
-    """Complete study files, or any file if no study matches."""
+    """Return the study files that complete a word, or any files if no study matches."""
     folder, slash, start = begun.rpartition("/")
     try:
         names = sorted(
@@ -75,7 +75,7 @@ def complete_study(
 def complete_key(
     context: click.Context, parameter: click.Parameter, begun: str
 ) -> list[CompletionItem]:
-    """Complete keys of the study given on the command line."""
+    """Return the keys of the study on the command line that complete a word."""
     if "=" in begun:
         return []
     # While an option lacks its value, click has no parameters: use the words of the line.
@@ -98,7 +98,7 @@ def _keys(table: dict[str, Any], path: str = "") -> list[str]:
 def complete_metal(
     context: click.Context, parameter: click.Parameter, begun: str
 ) -> list[CompletionItem]:
-    """Complete metal names."""
+    """Return the names of metals that complete a word."""
     from microslip.contact.materials import metals
 
     return [

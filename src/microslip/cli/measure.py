@@ -144,7 +144,7 @@ def _joints(study: Path) -> list[Interface]:
 
 
 def _joint_at_load_of(record: Record, joints: list[Interface]) -> Interface | None:
-    """Return the study's joint at the load of a record; without one, at its own load."""
+    """Return the study's joint at the normal load of a record, or at its own if unknown."""
     from microslip._core.errors import InputError
 
     if not joints:

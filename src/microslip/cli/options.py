@@ -1,4 +1,4 @@
-"""Command options from declarations; messages, output, progress, interruption."""
+"""Options of commands, from declarations; also messages, output, progress and interruption."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ ANY_PATH = click.Path(path_type=Path, readable=False)
 
 
 class _Value(_ParamType):
-    """Parameter type that reads a value with its unit."""
+    """Option type for a number with a unit, converted to SI units."""
 
     def __init__(self, option: Option) -> None:
         self.option = option
@@ -57,7 +57,7 @@ class _Value(_ParamType):
 
 
 class CommandOption(click.Option):
-    """Command option with its declaration."""
+    """Option of a click command, with the declaration that it was made from."""
 
     def __init__(self, *args: Any, option: Option, **extra: Any) -> None:
         super().__init__(*args, **extra)
@@ -65,26 +65,26 @@ class CommandOption(click.Option):
 
 
 def option(flag: str, value: str, text: str, name: str = "", **settings: Any) -> Decorator:
-    """Declare an option of one command: flag, metavar, help."""
+    """Declare an option of one command by its flag, placeholder for the value, and help text."""
     names = [flag, name] if name else [flag]
     return click.option(*names, metavar=value, help=text, **settings)
 
 
 def switch(flag: str, text: str, name: str = "") -> Decorator:
-    """Declare an option without a value."""
+    """Declare an option of one command that takes no value."""
     return click.option(*[flag, name] if name else [flag], is_flag=True, help=text)
 
 
 def output_option(
     text: str, value: str = "DIR", name: str = "folder", **settings: Any
 ) -> Decorator:
-    """Declare the option for the output path."""
+    """Declare the option for the path of the output."""
     names = ("-o", "--output", name)
     return click.option(*names, type=ANY_PATH, metavar=value, help=text, **settings)
 
 
 def quantity(flag: str, text: str, kind: Kind, example: str, sign: Sign = "positive") -> float:
-    """Return a value with unit in SI units, or raise an error that names the option."""
+    """Parse a value with its unit and return it in SI units; an error names the option."""
     try:
         return to_si(text, kind, example, sign)
     except QuantityError as error:
@@ -92,7 +92,7 @@ def quantity(flag: str, text: str, kind: Kind, example: str, sign: Sign = "posit
 
 
 def ends_in(flag: str, text: str, form: str) -> tuple[str, str]:
-    """Return the ends of LOW..HIGH, or raise an error that names the option."""
+    """Split a text LOW..HIGH into its two ends; an error names the option."""
     ends = split_range(text)
     if ends is None:
         raise click.UsageError(f'{flag}: wanted {form}, got "{text}"')
@@ -103,7 +103,7 @@ JSON = switch("--json", "Print the summary as JSON, no tables.", "as_json")
 
 
 def offers(*options: Option, **changes: Any) -> Decorator:
-    """Add declared options to a command, in order."""
+    """Return a decorator that adds declared options to a command, in this order."""
 
     def give(command: Command) -> Command:
         for option in reversed(options):
@@ -120,7 +120,7 @@ def offers(*options: Option, **changes: Any) -> Decorator:
 
 
 def flag(option: Option) -> str:
-    """Return the name of an option on the command line, without dashes."""
+    """Return the name of an option as on the command line, without the two dashes."""
     return option.flag or option.name.replace("_", "-")
 
 
@@ -154,10 +154,10 @@ _SLICE = re.compile(r"slice\((\w+), (\w+)\)")
 
 
 def in_options(text: str, command: click.Command | None = None) -> str:
-    """Rewrite Python arguments between backticks in a message as options of a command.
+    """Replace Python arguments in backticks in a message by the options of a command.
 
-    Other arguments, and values that are neither a number nor text, stay in Python form. The command
-    defaults to the running one.
+    For example, rig_stiffness=2e8 becomes --rig-stiffness 2e8. Arguments whose value is neither a
+    number nor text stay in Python form. By default the command is the one that runs.
     """
     context = click.get_current_context(silent=True)
     command = command or (context.command if context else None)
@@ -188,7 +188,7 @@ FORMATS = (switch("--png", "Also write PNG."), switch("--pdf", "Also write PDF."
 
 
 class Output(NamedTuple):
-    """Output options of a command."""
+    """Values of the options for output of a command."""
 
     folder: Path | None
     overwrite: bool
@@ -198,7 +198,11 @@ class Output(NamedTuple):
 
     @contextmanager
     def staged(self, kind: str, noun: str) -> Iterator[Path | None]:
-        """Provide the output folder while it is written, or None; entered before computing."""
+        """Return a context that gives a temporary folder, the later output folder.
+
+        It gives None without an output folder. Enter it before computing, so that errors come
+        early.
+        """
         if self.folder is None:
             yield None
             return
@@ -208,7 +212,7 @@ class Output(NamedTuple):
             yield stage
 
     def show(self, document: Document, *, full: bool = False, hint: str = "") -> None:
-        """Print a result as JSON, or as tables with the location of the files."""
+        """Print a result as JSON, or as tables followed by the location of the files."""
         if self.as_json:
             echo_json(document.data)
             return
@@ -222,9 +226,10 @@ class Output(NamedTuple):
 
 
 def writes(folder: str, earlier: str = "result", *between: Decorator) -> Decorator:
-    """Add the output options to a command, as one argument `output`.
+    """Return a decorator that adds the output options to a command, as one argument `output`.
 
-    ``folder`` is the help of the folder option; ``between`` are options placed before ``--json``.
+    ``folder`` is the help text of the folder option; ``between`` are options placed before
+    ``--json``.
     """
 
     def decorate(command: Command) -> Command:
@@ -257,9 +262,9 @@ _begin = time.monotonic()
 
 @contextmanager
 def stoppable() -> Iterator[None]:
-    """Make SIGTERM and SIGHUP raise SystemExit, so that temporary folders are removed.
+    """Return a context in which SIGTERM and SIGHUP raise SystemExit.
 
-    Errors about wrong input name the options of the running command.
+    So temporary folders are removed. Errors of input name the options of the running command.
     """
     # Messages of Matplotlib about fonts and caches are irrelevant here, and without windows an
     # unavailable MPLBACKEND must not fail.

@@ -1,4 +1,4 @@
-"""Shared options: reading of records, and values with units for a fit."""
+"""Options shared by commands on records: reading of records, and values with units."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _KNOWN = {
 
 
 def known_of(texts: tuple[str, ...]) -> dict[str, tuple[float, float]]:
-    """Parse --known options, each NAME=VALUE±DEVIATION."""
+    """Parse --known options, each NAME=VALUE±DEVIATION, to (value, standard deviation) by name."""
     measured = {}
     for name, text in pairs("known", texts).items():
         value, deviation = with_deviation(text)
@@ -64,7 +64,7 @@ def _quantity(name: str, text: str) -> float:
 
 
 def parse_noise(text: str | None) -> tuple[float, float] | None:
-    """Parse the standard deviations of force [N] and displacement [m]."""
+    """Parse the standard deviations of force [N] and displacement [m]; None without a text."""
     if text is None:
         return None
     force, comma, length = text.partition(",")
@@ -77,7 +77,7 @@ def parse_noise(text: str | None) -> tuple[float, float] | None:
 
 
 def rig_stiffness_of(text: str | None) -> tuple[float, float] | None:
-    """Parse the rig stiffness [N/m] and its standard deviation; None without an option."""
+    """Parse the rig stiffness [N/m] and its standard deviation; None without a text."""
     if text is None:
         return None
     value, deviation = with_deviation(text.strip())
@@ -98,7 +98,7 @@ MANIFEST_OPTION = option(
 
 
 class Reading(NamedTuple):
-    """Options for reading records."""
+    """Values of the options for reading records."""
 
     displacement: str | None
     force: str | None
@@ -113,7 +113,7 @@ class Reading(NamedTuple):
     rows: str | None
 
     def read(self, path: str, index: int = 0, manifest: Manifest | None = None) -> Record:
-        """Read one file, with the columns and the load given in its manifest row."""
+        """Read a record, with the columns and the load of its row in the manifest, if any."""
         from microslip.laboratory import Record
 
         loads = self.normal_load
@@ -145,7 +145,10 @@ _WITHOUT: dict[str, Any] = {
 
 
 def reads(*names: str, many_loads: bool = False) -> Decorator:
-    """Add reading options to a command, all or some by name, as one argument `reading`."""
+    """Return a decorator that adds reading options to a command, as one argument `reading`.
+
+    Without ``names`` all options are added.
+    """
     several = "; one for all records, or one for each" if many_loads else ""
     load = options.NORMAL_LOAD.but(help=f"{options.NORMAL_LOAD.help[:-1]}{several}.")
     given = names or Reading._fields
@@ -185,7 +188,10 @@ SUFFIXES = (
 
 
 def records_in(names: Sequence[str]) -> tuple[list[str], tuple[str, ...]]:
-    """Expand folders to their records; return the paths, and folder names if there are several."""
+    """Return the paths of records, with folders replaced by the records in them.
+
+    The second item is the folder name of each record if there are several folders, else empty.
+    """
     paths: list[str] = []
     labels: list[str] = []
     folders = []
@@ -208,7 +214,7 @@ def records_in(names: Sequence[str]) -> tuple[list[str], tuple[str, ...]]:
 
 
 class Listed(NamedTuple):
-    """Files of a command and the information on each."""
+    """Files given to a command, with the data of each file."""
 
     paths: list[str]
     runs: tuple[str, ...]
@@ -218,7 +224,7 @@ class Listed(NamedTuple):
     manifest: Manifest | None
 
     def columns(self, rows: Sequence[int]) -> dict[str, list[Any]]:
-        """Return the manifest columns with further information on the given files."""
+        """Return manifest columns of further data, such as "specimen", for the given files."""
         if self.manifest is None:
             return {}
         elsewhere = ("normal_load", "amplitude", "worn_volume", "run", "rig")
@@ -250,7 +256,7 @@ def list_records(names: Sequence[str], manifest: Path | None) -> Listed:
 def each_of(
     option: str, texts: tuple[str, ...], count: int, noun: str = "one", remedy: str = ""
 ) -> tuple[str, ...]:
-    """Validate an option given once per record; may be empty."""
+    """Validate that an option is given once for each record, or not at all."""
     if texts and len(texts) != count:
         records = plural(count, "record")
         raise click.UsageError(
@@ -260,7 +266,7 @@ def each_of(
 
 
 def slice_of(option: str, text: str | None) -> slice | None:
-    """Parse FIRST..LAST, counted from 1 and inclusive; either end may be omitted."""
+    """Parse a range FIRST..LAST, counted from 1, both ends included; either may be omitted."""
     if text is None:
         return None
     first, dots, last = (part.strip() for part in text.partition(".."))
@@ -280,7 +286,7 @@ CYCLES = option(
 
 
 def pairs(option: str, texts: tuple[str, ...]) -> dict[str, str]:
-    """Parse a repeatable option WHAT=VALUE."""
+    """Parse a repeatable option WHAT=VALUE into a mapping."""
     values = {}
     for text in texts:
         key, equals, value = text.partition("=")
@@ -302,7 +308,7 @@ def stiffness(text: str) -> float:
 
 
 def calibration_of(texts: tuple[str, ...]) -> tuple[tuple[str, ...], dict[str, float]]:
-    """Return the factors of --calibration, and the relative errors given with them."""
+    """Return the factors of --calibration without errors, and the relative errors by quantity."""
     factors, errors = [], {}
     for role, text in pairs("calibration", texts).items():
         value, deviation = with_deviation(text)
@@ -321,7 +327,10 @@ def calibration_of(texts: tuple[str, ...]) -> tuple[tuple[str, ...], dict[str, f
 
 
 def with_deviation(text: str) -> tuple[str, str | None]:
-    """Split a value and its deviation, if any; a unit given once applies to both."""
+    """Split a text VALUE±DEVIATION; the deviation is None if there is none.
+
+    A unit given once applies to both.
+    """
     value, sign, deviation = (
         part.strip() for part in text.replace("+/-", "±").replace("+-", "±").partition("±")
     )

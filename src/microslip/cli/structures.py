@@ -1,4 +1,4 @@
-"""Tests of modes of a bolted structure: measurement, and identification of its joint."""
+"""Measurement of modal tests of a bolted structure, and identification of its joint."""
 
 from __future__ import annotations
 
@@ -58,7 +58,10 @@ def band_of(text: str | None) -> tuple[float, float] | None:
 
 
 def bands_of(records: Sequence[str], text: str | None) -> list[tuple[float, float] | None]:
-    """Return the band of each test; if some tests are ring-downs, it applies to these only."""
+    """Return the frequency band of each test; None for a test to which it does not apply.
+
+    If some tests are ring-downs, the band applies to these only.
+    """
     from microslip.structures.modal_test import modal_kind
 
     band = band_of(text)
@@ -88,7 +91,7 @@ def measure_modes(records: Sequence[str], output: Output, band: str | None) -> N
 def identify_structure(
     study: Path, records: Sequence[str], output: Output, band: str | None
 ) -> None:
-    """Predict the structure with parameters fitted to its tests."""
+    """Fit parameters of a study to modal tests of its structure, and predict the structure."""
     from microslip.report import Study
 
     table = tables_of(read_text(study))["structure"]

@@ -1,4 +1,4 @@
-"""Commands for one study and for many."""
+"""Commands on studies: predict, demo, check, new and batch."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def _writes_into(default: str, *options: Decorator) -> Decorator:
 
 def _with_figures(load: Callable[[tuple[str, ...]], Study], overrides: tuple[str, ...],
                   kinds: tuple[str, ...]) -> Study:  # fmt: skip
-    """Return a study that also writes its figures in the given formats."""
+    """Load a study and add figure formats to its output."""
     study = load(overrides)
     formats = study.output.formats
     requested = [kind for kind in kinds if kind != "svg" and kind not in formats]
@@ -101,7 +101,7 @@ def demo(beam: bool, output: Output) -> None:
 
 
 def predict_into(read: Callable[[], Study], folder: Path, output: Output, workers: int = 1) -> None:
-    """Run a study, print its tables, and write its folder."""
+    """Run a study, print its tables and write the output folder."""
     from microslip.report.folder import staged
 
     unprinted: OSError | None = None

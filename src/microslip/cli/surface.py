@@ -1,4 +1,4 @@
-"""The command ``surface``: evaluate a scan, and report the resulting joint."""
+"""The command ``surface``: evaluate a scan and compute the joint of that surface."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _TWICE = {"unit": "coordinates and heights", "pixel": "x and y", "crop": "x and 
 
 
 class _EachOptionOnce(click.Command):
-    """Command that rejects repeated options instead of using the last one."""
+    """Command that rejects a repeated option, where click would use the last value."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Parse the arguments; reject an option given more often than allowed."""

@@ -61,7 +61,7 @@ def scan(path: str, level: str | None, valid: tuple[float, float] | None, **opti
 
 
 def _part() -> dict[str, Any] | None:
-    """Return the requested part and its output file, from standard input."""
+    """Return the part to save and its output path, from standard input; None without."""
     text = sys.stdin.read()
     request: dict[str, Any] | None = json.loads(text) if text.strip() else None
     return request
@@ -84,7 +84,7 @@ def main() -> None:
 
 
 def _columns() -> list[str]:
-    """Return the names of the columns of a record; none if the file cannot be read."""
+    """Return the column names of the previewed record; an empty list if it cannot be read."""
     from microslip.readers.files import POINTS, reading
     from microslip.readers.table_files import read_table
     from microslip.readers.tables import understood
@@ -101,7 +101,7 @@ def _columns() -> list[str]:
 
 
 def _message(error: InputError) -> str:
-    """Return the message of an error with the options of the requested command."""
+    """Return the message of an error, with Python arguments replaced by options of the command."""
     command = look.commands[sys.argv[1]]
     return in_options(error.text, command)
 

@@ -1,1 +1,1 @@
-"""Readers of tables, arrays and instrument files: columns, units and limits."""
+"""Readers of files with tables, arrays and instrument data: columns, units and size limits."""

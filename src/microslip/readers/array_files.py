@@ -1,4 +1,4 @@
-"""Arrays in NumPy files, read without unpickling, and in JSON: columns, structs or a list of rows.
+"""Arrays in NumPy files, read without unpickling, and in JSON: columns, mappings or lists of rows.
 
 A child process parses JSON, because a few characters can expand to large data.
 """
@@ -23,7 +23,7 @@ from microslip.readers.files import Unusable, decoded, refuse_beyond
 
 
 def read_npy(path: Path) -> Arrays:
-    """Return the single array of a file, to be loaded on demand."""
+    """Return the array of an .npy file; its numbers are loaded on demand."""
     with path.open("rb") as file:
         shape, kind = _header(file)
         available = path.stat().st_size - file.tell()
@@ -34,7 +34,7 @@ def read_npy(path: Path) -> Arrays:
 
 
 def read_npz(path: Path) -> Arrays:
-    """Return the arrays of an archive by name, to be loaded on demand."""
+    """Return the arrays of an .npz archive by name; their numbers are loaded on demand."""
     tree: dict[str, Any] = {}
     for entry in _entries(path):
         tree |= _leaves(*entry, path)
@@ -42,7 +42,7 @@ def read_npz(path: Path) -> Arrays:
 
 
 def archived(path: Path) -> dict[str, np.ndarray]:
-    """Load all arrays of an archive, without unpickling."""
+    """Load all arrays of an .npz archive, without unpickling."""
     refuse_beyond(sum(_size(shape, kind) for _, shape, kind, _ in _entries(path)) // 8)
     with decoded("npz file"), path.open("rb") as file, np.load(file, allow_pickle=False) as content:
         return {name: _text_checked(np.asarray(content[name])) for name in content.files}
@@ -58,7 +58,7 @@ def _text_checked(array: np.ndarray) -> np.ndarray:
 
 
 def _entries(path: Path) -> list[tuple[str, tuple[int, ...], np.dtype[Any], int]]:
-    """Return name, shape, type and available bytes of each array of an archive."""
+    """Return name, shape, type and stored bytes of each array of an .npz archive."""
     entries = []
     with decoded("npz file"), zipfile.ZipFile(path) as archive:
         for entry in archive.infolist():
@@ -120,7 +120,7 @@ _MAX_BYTES = 1_000_000_000
 
 
 def read_json(path: Path) -> Arrays:
-    """Return all lists of numbers of a file by name; null becomes NaN."""
+    """Return all lists of numbers of a JSON file by name; null becomes NaN."""
     if (size := path.stat().st_size) > _MAX_BYTES:
         raise ValueError(
             f"wanted JSON of at most {_MAX_BYTES // 1_000_000} MB, got {size // 1_000_000} MB; "
@@ -133,7 +133,7 @@ def read_json(path: Path) -> Arrays:
 
 
 def json_tree(path: Path) -> dict[str, Any]:
-    """Parse JSON to nested mappings of numbers, texts and arrays."""
+    """Parse a JSON file into nested mappings of numbers, texts and arrays."""
     content = path.read_bytes()
     refuse_beyond(content.count(b","))
     tree = json.loads(content.decode("utf-8-sig"))

@@ -1,4 +1,4 @@
-"""Named arrays in a tree of structs or groups, as in MAT, HDF5 and NumPy files."""
+"""Arrays of a file by name, in a tree of structs or groups, as in MAT, HDF5 and NumPy files."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _LABELS = ("label", "name")
 
 
 class Leaf(NamedTuple):
-    """Array of numbers in the tree, loaded on demand."""
+    """Array of a file: its shape, and a function that loads the numbers."""
 
     shape: tuple[int, ...]
     get: Callable[[], Any]
@@ -47,7 +47,7 @@ class Arrays(NamedTuple):
 
 
 class _Slot(NamedTuple):
-    """Column of a leaf; ``place`` is None for a vector."""
+    """Column of an array; ``place`` is its index in a matrix, None for a vector."""
 
     column: RawColumn
     leaf: Leaf
@@ -55,7 +55,7 @@ class _Slot(NamedTuple):
 
 
 def arrays_in(node: Any) -> Any:
-    """Convert content read by a child process: keep numbers and texts, make arrays leaves."""
+    """Convert the content from a child process: arrays become leaves, numbers and texts stay."""
     if isinstance(node, dict):
         return {str(key): arrays_in(item) for key, item in node.items()}
     if isinstance(node, list):
@@ -68,7 +68,7 @@ def arrays_in(node: Any) -> Any:
 
 
 def leaves(arrays: Arrays) -> dict[str, Leaf]:
-    """Return every array by its full name."""
+    """Return all arrays of a file by full name: the joined names on the path to each."""
     by_name: dict[str, Leaf] = {}
 
     def walk(name: str, node: Any) -> None:
@@ -86,7 +86,7 @@ def leaves(arrays: Arrays) -> dict[str, Leaf]:
 
 
 def single_array(arrays: Mapping[str, Leaf], channel: str | int | None, kind: str) -> str:
-    """Return the name of the requested array, or of the only one that can hold heights."""
+    """Return the name of the requested array, or of the only one that can be a height map."""
     listed = ", ".join(
         f'"{shorten(name, 40)}" ({" x ".join(map(str, leaf.shape)) or "one number"})'
         for name, leaf in list(arrays.items())[:12]
@@ -118,10 +118,10 @@ def values_of(name: str, leaf: Leaf) -> Any:
 
 
 def array_table(arrays: Arrays) -> RawTable:
-    """Return the columns of a tree: vectors by name, columns of matrices as "name#1", "name#2".
+    """Return the columns of a file: vectors by name, columns of matrices as "name#1", "name#2".
 
-    A text `unit` next to numbers is their unit; a text `name` or `label` next to a single vector is
-    its name.
+    A text called `unit` in the same group as numbers is their unit; a text called `name` or `label`
+    in the same group as a single vector is its name.
     """
     slots: list[_Slot] = []
     rates: list[Stated] = []
@@ -156,12 +156,12 @@ def array_table(arrays: Arrays) -> RawTable:
 
 
 def is_number(value: Any) -> bool:
-    """Return whether a value is a real number."""
+    """Return whether a value is a real number; False for a Boolean."""
     return isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
 
 
 def rate_by(name: str, value: Any) -> Stated | None:
-    """Return the sample rate [Hz] stated by a number of this name, or None."""
+    """Return the sampling rate [Hz] if the name is that of a rate or time step, else None."""
     plain = re.sub(r"[\W_]", "", name.rpartition("/")[2].rpartition(".")[2]).casefold()
     if not is_number(value) or not 0.0 < float(value) < math.inf:
         return None

@@ -1,9 +1,9 @@
-"""Files that other libraries parse, read in a child process.
+"""Files read in a child process, because other libraries parse them.
 
 Damaged files can make such parsers write to invalid memory or exhaust it. The child loads the
 library once and forks for each file, with bounded memory and time, and returns plain numbers in an
-archive. A crash of a fork becomes a one-line error. Where processes cannot be forked, each file has
-its own child.
+archive. A crash of a fork becomes a one-line error. If processes cannot be forked, a new child is
+started for each file.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ def _cause(status: int | None, seconds: float) -> str:
 
 
 class _Server:
-    """Child process, started at the first request."""
+    """Child process that serves all requests, started at the first one."""
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
@@ -110,7 +110,7 @@ class _Server:
         self._lock = threading.Lock()
 
     def run(self, request: Mapping[str, Any]) -> int | None:
-        """Return the exit status of the fork that handled a request; None if the child ended."""
+        """Return the exit status of the fork that handled a request; None if the child died."""
         with self._lock:
             process = self._started_process()
             assert process.stdin is not None
@@ -191,7 +191,7 @@ def _joined(node: Any, archive: Mapping[str, Any]) -> Any:
 
 
 def _split(value: Any, arrays: dict[str, Any]) -> Any:
-    """Convert a result to JSON data, and collect its arrays under the names used in it."""
+    """Convert a result to JSON data; its arrays are stored in ``arrays`` and replaced by names."""
     name = f"a{len(arrays)}"
     if isinstance(value, dict):
         return {"items": {str(key): _split(item, arrays) for key, item in value.items()}}
@@ -242,7 +242,7 @@ def _read_request(request: Mapping[str, Any]) -> None:
 
 
 def _bounded(request: Mapping[str, Any]) -> None:
-    """Limit memory and CPU time of this process, where the system supports it."""
+    """Limit memory and CPU time of the current process, if the system supports it."""
     try:
         import resource
     except ImportError:  # Windows: only the parent limits the time
@@ -265,7 +265,7 @@ def _bounded(request: Mapping[str, Any]) -> None:
 
 
 def serve_child() -> None:
-    """Handle requests of the parent, one line each, each in a fork, until input ends."""
+    """Handle requests of the parent, one per line of standard input, each in a fork."""
     lines = os.fdopen(os.dup(1), "w")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # libraries must not print into the replies
     for line in sys.stdin:

@@ -37,7 +37,7 @@ class TextLine(NamedTuple):
 
 
 class Layout(NamedTuple):
-    """Layout of the rows of a text file."""
+    """Layout of the rows of a text file: separator, decimal sign, columns and headings."""
 
     separator: str | None
     """Cell separator; None for any number of spaces."""
@@ -89,7 +89,7 @@ def with_nan(text: str, separator: str) -> str:
 
 
 def find_layout(lines: Sequence[TextLine]) -> Layout | None:
-    """Find the layout that gives the most numbers in consistent rows; None without any rows.
+    """Find the layout that gives the most numbers in consistent rows; None without such rows.
 
     Numeric columns raise the score and text columns lower it, which distinguishes separators from
     decimal signs: "1,5;2,5" is two numbers, or one number and one text if separated by commas.
@@ -123,7 +123,10 @@ def find_layout(lines: Sequence[TextLine]) -> Layout | None:
 def _best_run(
     lines: Sequence[TextLine], cells: Sequence[list[str]], decimal: str
 ) -> tuple[int, int, list[bool | None]] | None:
-    """Return start, end and cell kinds (number, text, empty) of the best consistent run of rows."""
+    """Return first line, end and column kinds of the best run of consistent rows.
+
+    A kind is True for a column of numbers, False for text and None for empty cells.
+    """
     number = NUMBER[decimal].fullmatch
     best: tuple[int, int, list[bool | None]] | None = None
     start, mask, empty = 0, list[bool | None](), 0
@@ -161,7 +164,10 @@ def _first_row(
     mask: Sequence[bool | None],
     number: Callable[[str], object],
 ) -> int:
-    """Return the first row of numbers; a malformed row near the start is reported, not skipped."""
+    """Return the index of the first row of numbers above or at ``start``.
+
+    A malformed row near the start is included, so that it is reported and not skipped as a heading.
+    """
     lead = mask.index(True)
     first = start
     for i in reversed(range(start)):
@@ -185,7 +191,7 @@ def _kinds(row: Sequence[str], number: Callable[[str], object]) -> list[bool | N
 
 
 def _weight(start: int, end: int, mask: Sequence[bool | None]) -> float:
-    """Score a run of rows; lines of settings can be consistent, too."""
+    """Score a run of rows by its numbers, since lines of settings can be consistent, too."""
     numbers, texts = mask.count(True), mask.count(False)
     # A single column is unlikely: "1,5" is one number only if no other reading fits.
     columns = numbers if numbers > 1 else 0.1
@@ -246,7 +252,10 @@ def _heading_cells(
     mask: Sequence[bool | None],
     size: int | None = None,
 ) -> tuple[TextLine, list[str]] | None:
-    """Return the cells of a line of names or units. Of ``size`` names the last may be empty."""
+    """Return the cells of a line of names or units; None if the line is not a heading.
+
+    If ``size`` names are known to exist, the last cells of units may be empty.
+    """
     text = line.text.strip().lstrip(_MARKS) if line.text[:1] in "#%!/*" else line.text
     fewest = _used_width(mask)
     for cells in _splits(text, separator):
@@ -264,7 +273,7 @@ def _heading_cells(
 
 
 def _is_number(cell: str) -> bool:
-    """Return whether a cell is a number, ignoring text in brackets after it."""
+    """Return whether a heading is a number, apart from text in brackets after it."""
     name = re.split(r"\s*[\[(]", cell, maxsplit=1)[0]
     return bool(_POINT.fullmatch(name) or _COMMA.fullmatch(name))
 

@@ -1,7 +1,7 @@
-"""File kinds, error messages for files, and the limit on their size.
+"""Detection of file kinds, error messages for files, and the limit on file size.
 
-A few bytes of a foreign file can declare more data than fits in memory. Readers therefore check the
-declared size against one limit (:func:`limited`) before they allocate memory.
+A few bytes of a file from others can declare more data than fits in memory. Readers therefore check
+the declared size against one limit (:func:`limited`) before they allocate memory.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def file_kind(head: bytes, suffix: str) -> str | None:
 
 
 def foreign_kind(head: bytes) -> str:
-    """Describe a file of an unsupported format."""
+    """Describe the kind of a file of an unsupported format, for a message."""
     return next(
         (name for magic, name in _UNSUPPORTED if head.startswith(magic)), "another binary file"
     )
@@ -80,7 +80,7 @@ def foreign_kind(head: bytes) -> str:
 
 @contextmanager
 def usable(path: Path, noun: str) -> Iterator[None]:
-    """Turn errors of the operating system into a ValueError that does not name the file."""
+    """Convert errors of the operating system to a ValueError that does not name the file."""
     if "\0" in os.fspath(path):
         raise ValueError("cannot be read: a file name cannot contain a null character")
     try:
@@ -95,9 +95,9 @@ def usable(path: Path, noun: str) -> Iterator[None]:
 
 
 def refuse_special(path: Path, noun: str = "a file") -> None:
-    """Raise a ValueError for anything but a regular file or folder, such as a named pipe.
+    """Raise a ValueError unless the path is a regular file or a folder.
 
-    Reading a pipe without a writer would never end.
+    Reading a named pipe that no process writes to would never end.
     """
     mode = path.stat().st_mode
     kinds = {"a named pipe": stat.S_ISFIFO, "a socket": stat.S_ISSOCK, "a device": stat.S_ISCHR}
@@ -108,7 +108,10 @@ def refuse_special(path: Path, noun: str = "a file") -> None:
 
 @contextmanager
 def reading(path: Path, noun: str, limit: object = POINTS, called: str = "") -> Iterator[None]:
-    """Read a file of at most ``limit`` numbers; errors become an InputError that names the file."""
+    """Return a context for reading a file of at most ``limit`` numbers.
+
+    Errors in the context become an InputError that names the file, or ``called`` if given.
+    """
     name = called or shorten(path.name or str(path), 200)
     try:
         with usable(path, noun), limited(limit):
@@ -142,7 +145,7 @@ class Unusable(ValueError):
 
 @contextmanager
 def decoded(kind: str, quiet: bool = True) -> Iterator[None]:
-    """Turn any error of a parsing library into an Unusable error that names the kind of file."""
+    """Convert any error of a parsing library to an Unusable error that names the kind of file."""
     try:
         with warnings.catch_warnings():  # libraries warn about damaged content
             if quiet:
@@ -163,7 +166,7 @@ def first_line(error: BaseException, path: Path | None = None) -> str:
 
 @contextmanager
 def limited(points: object) -> Iterator[None]:
-    """Limit files read in this context to at most ``points`` numbers."""
+    """Return a context in which each file read may have at most ``points`` numbers."""
     if not isinstance(points, numbers.Integral) or isinstance(points, bool) or points < 1:
         raise InputError(f"`limit` must be a number of points above zero, got {quote(points)}")
     token = _limit.set(int(points))
@@ -174,12 +177,12 @@ def limited(points: object) -> Iterator[None]:
 
 
 def allowed_points() -> int:
-    """Return the largest number of points that a file may contain."""
+    """Return the largest number of points that a file may contain in this context."""
     return _limit.get()
 
 
 def refuse_beyond(*shape: int) -> None:
-    """Raise an InputError if an array is larger than the limit allows."""
+    """Raise an InputError if an array of this shape has more numbers than the limit."""
     if (count := math.prod(shape)) > _limit.get():
         size = f"{' x '.join(map(str, shape))} = " if len(shape) > 1 else ""
         raise InputError(

@@ -24,12 +24,12 @@ _TEXT: Final = 1 << 16  # largest size of a text attribute [bytes]
 
 
 def read_hdf5(path: Path) -> Arrays:
-    """Return data sets by path, such as "run1/force"; units come from the attribute "units"."""
+    """Return data sets by path, such as "run1/force", with units from the attribute "units"."""
     return Arrays("HDF5 file", stored(path, "HDF5 file", hdf5_tree), "/")
 
 
 def stored(path: Path, kind: str, reader: Callable[[Path], Any]) -> Any:
-    """Return the content of a file read in a child process; numbers are loaded on demand."""
+    """Return the arrays that a child process finds in a file; numbers are loaded on demand."""
 
     def leaf(shape: list[int], where: str, field: str | None, unit: Any, rate: Any) -> Leaf:
         turned = reader is not hdf5_tree  # MATLAB stores columns first
@@ -54,7 +54,7 @@ def stored(path: Path, kind: str, reader: Callable[[Path], Any]) -> Any:
 
 
 def hdf5_tree(path: Path) -> Any:
-    """Return groups as mappings and data sets by path."""
+    """Return the groups of a file as nested mappings, and descriptions of its data sets."""
     with opened(path) as file:
         return _node(file, set())
 
@@ -69,12 +69,15 @@ def opened(path: Path) -> Iterator[Any]:
 
 
 def leaf_of(item: Any, field: str | None = None, unit: Any = None, rate: Any = None) -> Any:
-    """Return path and shape of a data set."""
+    """Describe a data set for the parent process: shape, path, field, unit and sampling rate."""
     return {_LEAF: [list(item.shape), item.name, field, unit, rate]}
 
 
 def members(group: Any, skip: str = "\0") -> Iterator[tuple[str, Any]]:
-    """Yield the members of a group; reject links to other files and skip dangling links."""
+    """Yield name and object of each member of a group; skip dangling links.
+
+    Links to other files are an error.
+    """
     import h5py
 
     home = h5py.h5o.get_info(group.id).fileno

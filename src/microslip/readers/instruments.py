@@ -1,4 +1,4 @@
-"""Files of profilometers and microscopes, and points arranged on the grid of the measurement.
+"""Height maps from files of profilometers and microscopes, and from points with coordinates.
 
 Instrument files are read by SurfaceTopography, DOI 10.1088/2051-672X/ac860a.
 """
@@ -38,7 +38,10 @@ _NEIGHBOURS = 0.02  # neighbours per point along the axes: a rotated grid has no
 
 
 def on_grid(coordinates: list[Floats], heights: Floats) -> tuple[Floats, tuple[float, ...]]:
-    """Arrange heights as an array, NaN where the grid has no point, and return its steps."""
+    """Arrange the heights of points on a regular grid; return the array and the steps in x, y.
+
+    Grid points without a height become NaN.
+    """
     places, counts, steps = [], [], []
     for name, values in zip("xy", coordinates, strict=False):
         place, count, step = _axis(name, values)
@@ -73,10 +76,10 @@ def on_grid(coordinates: list[Floats], heights: Floats) -> tuple[Floats, tuple[f
 
 
 def evenly_spaced(x: Floats, heights: Floats) -> tuple[Floats, tuple[float, ...], tuple[str, ...]]:
-    """Return the heights of a profile at even steps, the step, and notes.
+    """Return the heights of a profile at equidistant x, the step in x, and notes.
 
-    Places rounded to few digits, as Dektak writes them, get their mean step. Uneven places are
-    interpolated linearly at their mean step.
+    If x is rounded to few digits, as in Dektak files, the mean step is used. Heights at uneven x
+    are interpolated linearly to equidistant x.
     """
     steps = np.diff(x)
     if x.size < 4 or not np.all(np.isfinite(x)) or not (np.all(steps >= 0.0) or np.all(steps <= 0)):
@@ -154,7 +157,7 @@ _NANOSCOPE = b"\\*File list"
 
 
 class Heights(NamedTuple):
-    """Height channel of an instrument file."""
+    """Height channel of an instrument file, with the steps and unit of the grid."""
 
     kind: str
     """Kind of the file and its reader, for the notes."""
@@ -167,7 +170,7 @@ class Heights(NamedTuple):
 
 
 def read_channel(path: Path, format_name: Any, channel: Any) -> Heights:
-    """Return the requested height channel, with the given or the first suitable format."""
+    """Return the requested height channel, read in the given or the first suitable format."""
     for name, value, kinds in (("format", format_name, str), ("channel", channel, (str, int))):
         if value is not None and not isinstance(value, kinds):
             raise InputError(f"`{name}` must be text, got {quote(value)}")
@@ -278,7 +281,7 @@ def _check_size(path: Path) -> None:
 
 
 def _check_sums(path: Path) -> list[str]:
-    """Verify the checksums of an x3p file (ISO 25178-72); reject wrong point data."""
+    """Verify the checksums of an x3p file (ISO 25178-72); raise an error for damaged points."""
     import hashlib
 
     if not zipfile.is_zipfile(path):
@@ -344,7 +347,7 @@ def _open(path: Path, format_name: Any) -> tuple[Any, str]:
 
 
 def suffix_of(path: Path, head: bytes) -> str:
-    """Return the suffix of a file for the choice of its reader; 001 for any file of a Nanoscope."""
+    """Return the suffix of a file by which its reader is chosen; 001 for all Nanoscope files."""
     suffix = path.suffix.lower().lstrip(".")
     return "001" if head.startswith(_NANOSCOPE) or re.fullmatch(r"\d{3}", suffix) else suffix
 

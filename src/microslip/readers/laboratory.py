@@ -25,7 +25,7 @@ from microslip.readers.text import whole_text
 
 
 def tdms_table(path: Path) -> RawTable:
-    """Return channels such as "Log/Force", with the unit and sample rate stored by LabVIEW."""
+    """Return the channels of a TDMS file, such as "Log/Force", with unit and sampling rate."""
     nptdms = library("nptdms", "TDMS", "npTDMS", "tdms")
     # Its log messages about damaged files duplicate its exceptions.
     import_module("nptdms.log").log_manager.set_level(logging.CRITICAL)
@@ -60,7 +60,7 @@ def _of_channel(channel: Any) -> RawColumn | None:
 
 
 def parquet_table(path: Path) -> RawTable:
-    """Return the numeric columns of a data frame, with units from the field metadata."""
+    """Return the numeric columns of a Parquet file, with units from the field metadata."""
     parquet = library("pyarrow.parquet", "Parquet", "pyarrow", "parquet")
     with decoded("Parquet file"):
         file = parquet.ParquetFile(path)
@@ -94,7 +94,7 @@ def _unit(field: Any) -> str | None:
 
 
 def uff_table(path: Path) -> RawTable:
-    """Return the time functions (data sets 58) with names, units and sample rate."""
+    """Return the time functions (data sets 58) of a UFF file: names, units, sampling rate."""
     pyuff = library("pyuff", "UFF", "pyuff", "uff")
     with decoded("UFF file"), warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -122,7 +122,7 @@ def _of_set(part: dict[str, Any]) -> RawColumn:
 
 
 def library(module: str, kind: str, name: str, extra: str) -> Any:
-    """Import the module that reads a kind of file, or raise an error that explains installation."""
+    """Import the module that reads a kind of file; otherwise state how to install it."""
     try:
         return import_module(module)
     except ImportError:
@@ -156,7 +156,7 @@ def read_rows(path: Path, kind: str | None) -> Rows:
 
 
 def excel_table(path: Path) -> RawTable:
-    """Return the numeric columns of a workbook, prefixed by the sheet if several have some."""
+    """Return the numeric columns of a workbook; names have the sheet if several have columns."""
     parts = [
         (title, layout, rows)
         for title, rows in _sheets(path).items()

@@ -21,7 +21,8 @@ _LARGE_ARRAY = "the shape of a large array"
 def variables(path: Path, names: list[str] | None = None) -> dict[str, Any]:
     """Return variables of a MAT-file up to version 7 by name, structs as nested mappings.
 
-    Without `names`, large arrays are replaced by their shape as a tuple.
+    Without `names` all variables are returned, but large arrays are replaced by their shape
+    (tuple).
     """
     content = parsed("MAT-file", path, read_mat, libraries=["scipy.io"], names=names)
     return {
@@ -33,7 +34,7 @@ def variables(path: Path, names: list[str] | None = None) -> dict[str, Any]:
 
 
 def whole_variables(path: Path) -> dict[str, Any]:
-    """Return all variables, including large arrays."""
+    """Return all variables of a MAT-file up to version 7, including large arrays."""
     content = variables(path)
     large = [name for name, value in content.items() if isinstance(value, tuple)]
     return content | (variables(path, large) if large else {})
@@ -48,7 +49,7 @@ def market_matrix(path: Path) -> Any:
 
 
 def read_mat(path: Path, names: list[str] | None) -> dict[str, Any]:
-    """Read variables with SciPy."""
+    """Read variables of a MAT-file with SciPy, in the child process."""
     from scipy.io import loadmat, whosmat
 
     points, file = allowed_points(), str(path)
@@ -72,7 +73,7 @@ def read_mat(path: Path, names: list[str] | None) -> dict[str, Any]:
 
 
 def read_market(path: Path) -> Any:
-    """Read a matrix with SciPy, unless it declares more than the limit."""
+    """Read a Matrix Market file with SciPy, unless it declares more numbers than the limit."""
     from scipy.io import mminfo, mmread
 
     rows, columns, entries = mminfo(str(path))[:3]
@@ -89,7 +90,7 @@ _ADVICE = 'save vectors, or for a table T the struct S = table2struct(T, "ToScal
 
 
 def read_matlab(path: Path) -> Arrays:
-    """Return variables, and struct fields as "data.force"; large arrays are loaded on demand."""
+    """Return the variables of a MAT-file; struct fields have names such as "data.force"."""
     with path.open("rb") as file:
         new = file.read(19) == b"MATLAB 7.3 MAT-file"
     if not new:
@@ -108,7 +109,7 @@ def _in_file(path: Path, name: str, value: Any) -> Any:
 
 
 def read_new(path: Path) -> Any:
-    """Read variables of version 7.3."""
+    """Read variables of a MAT-file of version 7.3 (HDF5), in the child process."""
     with opened(path) as file:
         return {name: _hdf_node(file, item) for name, item in members(file, skip="#")}
 

@@ -1,4 +1,7 @@
-"""Roles of the columns of a record, from names and units, and conversion of their numbers to SI."""
+"""Assignment of columns to the quantities of a record, and conversion of their numbers to SI.
+
+The role of a column, such as "force" or "time", follows from its name and unit.
+"""
 
 from __future__ import annotations
 
@@ -109,9 +112,9 @@ _WITH_UNIT = {
 
 
 def guess(columns: Sequence[Named], role: str, by_part: Mapping[str, Named]) -> tuple[Named, str]:
-    """Return the column of a role, by name or else by unit, and how it was found.
+    """Return the column of a role by its name, else by its unit, and the reason in words.
 
-    Raises LookupError if there is none.
+    Raises LookupError if no column has the role, InputError if several could have it.
     """
     free = [c for c in columns if c not in by_part.values()]
     by_name = [c for c in free if role_of(c) == role]
@@ -132,7 +135,7 @@ def guess(columns: Sequence[Named], role: str, by_part: Mapping[str, Named]) -> 
 
 
 def is_of_loop(column: Named) -> bool:
-    """Return whether a column belongs to a friction test rather than a ring-down."""
+    """Return whether a column indicates a friction test, such as a force, not a ring-down."""
     if role_of(column) in ("force", "normal_load", "commanded", CYCLE_NUMBER):
         return True
     return is_coefficient(column) or fits(column.unit, FORCE)
@@ -146,7 +149,7 @@ def is_coefficient(column: Named) -> bool:
 
 
 def role_of(column: Named) -> str | None:
-    """Return the role of a column by its name, unless its unit contradicts it."""
+    """Return the role of a column by its name; None if its unit contradicts the name."""
     role = _by_words(column.short) or _by_symbol(column)
     if role == CYCLE_NUMBER:
         return role if column.unit is None or not is_unit(column.unit) else None
@@ -159,7 +162,7 @@ def role_of(column: Named) -> str | None:
 
 
 def is_raw(unit: str) -> bool:
-    """Return whether a unit belongs to an uncalibrated signal."""
+    """Return whether a unit is that of an uncalibrated signal, such as volts or counts."""
     return any(fits(unit, kind) for kind in _RAW)
 
 
@@ -205,7 +208,7 @@ _FACTOR = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)\
 
 
 class Scale(NamedTuple):
-    """Conversion from the numbers of a file to SI."""
+    """Factor from the numbers of a column to SI units."""
 
     factor: Decimal
     words: str
@@ -213,7 +216,7 @@ class Scale(NamedTuple):
 
 
 def scale_of(column: Named, role: str, unit: object, calibration: object) -> Scale:
-    """Return the conversion of a column to SI units."""
+    """Return the factor of a column to SI units, from its unit or the calibration."""
     kind = ROLE_KINDS[role]
     name = f'{role}: column "{shorten(column.heading, 40)}": '
     if unit is not None and (not isinstance(unit, str) or not unit.strip()):
@@ -288,7 +291,7 @@ def _calibrated(column: Named, role: str, unit: str | None, calibration: object)
 
 
 def zero_of(zero: object, role: str, values: Floats) -> tuple[float, str]:
-    """Return the zero of a column in SI units, and its description for the notes."""
+    """Return the value to subtract from a column [SI units], and its description for the notes."""
     kind = ROLE_KINDS[role]
     if zero is None:
         return 0.0, ""
@@ -320,7 +323,7 @@ def sign_of(sign: object, role: str) -> int:
 
 
 def by_role(name: str, option: object, example: str) -> Mapping[str, Any]:
-    """Validate a mapping from quantities of a record to values."""
+    """Validate an option that maps quantities of a record, such as "force", to values."""
     if option is None:
         return {}
     if not isinstance(option, Mapping):

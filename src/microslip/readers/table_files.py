@@ -26,12 +26,12 @@ READERS: Mapping[str, Callable[[Path], RawTable]] = {
 
 
 def read_table(path: Path, noun: str, file_format: object = None) -> RawTable:
-    """Read the table in a file, with the given format or the one detected from its content.
+    """Read the table in a file, in the given format or the one detected from its content.
 
     Parameters
     ----------
     path : Path
-        The file.
+        File to read.
     noun : str
         Expected content, for messages, such as ``"a record"``.
     file_format : str, optional

@@ -1,4 +1,4 @@
-"""Columns of a file before loading: names, units and selection, and scaling of loaded numbers."""
+"""Columns of a file: names and units, selection by name, and scaling of loaded numbers."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _CAPITALS = {"NM": "nm", "UM": "um", "MM": "mm", "KN": "kN", "S": "s", "MS": "ms
 
 
 def name_and_unit(heading: str) -> tuple[str, str | None]:
-    """Split a heading such as "Force [N]", "Force (N)", "Force, N" or "Force / N"."""
+    """Split a heading into name and unit: "Force [N]", "Force (N)", "Force, N" or "Force / N"."""
     heading = heading.strip()
     for form in _FORMS:
         match = form.fullmatch(heading)
@@ -92,7 +92,7 @@ class RawColumn(NamedTuple):
 
 
 class Stated(NamedTuple):
-    """Number stated by the file for all columns."""
+    """Number that the file states for all columns, such as a sampling rate."""
 
     value: float
     """Value in SI units."""
@@ -102,7 +102,7 @@ class Stated(NamedTuple):
 
 @dataclass(frozen=True)
 class RawTable:
-    """Columns of one file."""
+    """Columns of one file, with a function that loads their numbers."""
 
     kind: str  # kind and layout of the file, for the notes
     columns: tuple[RawColumn, ...]  # in file order
@@ -115,7 +115,7 @@ class RawTable:
 
 
 def refuse_long(columns: Iterable[RawColumn]) -> None:
-    """Raise an InputError if columns have more samples than allowed."""
+    """Raise an InputError if columns have more samples than the limit of numbers."""
     refuse_beyond(sum(column.size or 0 for column in columns))
 
 
@@ -133,7 +133,7 @@ class Named(NamedTuple):
 
 
 def understood(columns: Sequence[RawColumn]) -> list[Named]:
-    """Separate names and units of columns."""
+    """Return the columns with name and unit separated."""
     return [_named(place, column) for place, column in enumerate(columns)]
 
 
@@ -151,7 +151,7 @@ def _named(place: int, column: RawColumn) -> Named:
 
 
 def fits(unit: str | None, kind: Kind) -> bool:
-    """Return whether a unit is of a kind."""
+    """Return whether a unit can be converted to the unit of a kind, such as length."""
     if unit is None:
         return False
     try:
@@ -162,7 +162,10 @@ def fits(unit: str | None, kind: Kind) -> bool:
 
 
 def find(columns: Sequence[Named], text: object, role: str = "") -> Named:
-    """Find a column by name, with or without unit, by the end of a path, or by number as "#2"."""
+    """Find a column by name with or without unit, by the last part of a path, or as "#2".
+
+    Raises InputError if no column, or more than one, has the name.
+    """
     before = f"`{role}`: " if role else ""
     if not isinstance(text, str) or not text.strip():
         raise InputError(
@@ -192,7 +195,7 @@ def find(columns: Sequence[Named], text: object, role: str = "") -> Named:
 
 
 def listed(columns: Sequence[Named]) -> str:
-    """List all columns, for a message."""
+    """Format the headings of all columns as text for a message."""
     if all(c.heading.startswith("#") for c in columns):
         return f"the columns have no names; they are {headings(columns[:20])}"
     suffix = f" and {len(columns) - 20} more" if len(columns) > 20 else ""
@@ -200,18 +203,18 @@ def listed(columns: Sequence[Named]) -> str:
 
 
 def headings(columns: Sequence[Named]) -> str:
-    """List headings, for a message."""
+    """Format headings as a quoted list for a message."""
     return quoted((c.heading for c in columns), "and")
 
 
 def unique_name(column: Named, columns: Sequence[Named]) -> str:
-    """Return a spelling of a column that is unique in the file."""
+    """Return the heading of a column, or its number if other columns have the same heading."""
     alike = [c for c in columns if c.heading == column.heading]
     return f"#{column.place + 1}" if len(alike) > 1 else shorten(column.heading, 40)
 
 
 def scale(values: Floats, factor: Decimal) -> None:
-    """Multiply in place, with a single rounding if the factor is a power of ten."""
+    """Multiply numbers in place by a factor, with one rounding error if it is a power of ten."""
     if factor == 1:
         return
     _, digits, exponent = factor.normalize().as_tuple()

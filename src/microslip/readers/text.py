@@ -45,7 +45,7 @@ _REMARK = re.compile(r"\s(?:#|%|//).*")  # after the numbers of a row
 
 
 class TextFile(NamedTuple):
-    """Text file with a known layout."""
+    """Text file with its encoding, layout and decimal sign; numbers are loaded on demand."""
 
     path: Path
     encoding: str
@@ -60,7 +60,7 @@ class TextFile(NamedTuple):
 
     @property
     def columns(self) -> tuple[RawColumn, ...]:
-        """Columns with the names and units above the rows."""
+        """Columns with the names and units in the lines above the numbers."""
         units = self.layout.units + (None,) * len(self.layout.names)
         return tuple(map(RawColumn, self.layout.names, units))
 
@@ -71,7 +71,7 @@ class TextFile(NamedTuple):
 
     @property
     def kind(self) -> str:
-        """Description of the file and its layout."""
+        """Description of the file and its layout for the notes."""
         layout = self.layout
         parts = [
             f"text ({_CALLED[self.encoding]})",
@@ -88,14 +88,14 @@ class TextFile(NamedTuple):
         return ", ".join([*parts, f"rows from line {layout.first + 1} on"])
 
     def load(self, places: Sequence[int]) -> list[Floats]:
-        """Load the columns at these indices, NaN for missing numbers."""
+        """Load the columns at these indices as separate arrays; missing numbers become NaN."""
         refuse_beyond(self.most_rows, len(set(places)))
         sorted_places = sorted(set(places))
         values = self.matrix(sorted_places)
         return [np.ascontiguousarray(values[:, sorted_places.index(place)]) for place in places]
 
     def matrix(self, places: list[int] | None = None) -> Floats:
-        """Load rows of numbers of these columns, in file order; all columns by default."""
+        """Load columns as one matrix (rows of the file, columns); all columns by default."""
         places = list(range(len(self.layout.names))) if places is None else places
         values = np.empty((self.most_rows, len(places)))
         count = 0
@@ -108,7 +108,7 @@ class TextFile(NamedTuple):
         return values[:count]
 
     def cells(self, place: int) -> Iterator[tuple[int, str]]:
-        """Yield the text of one column with line numbers, for numbers that must stay exact."""
+        """Yield line number and text of each cell in a column, for numbers that must stay exact."""
         for block in self._blocks():
             for index, row in _cells(self, block):
                 if row is not None:
@@ -128,7 +128,7 @@ class TextFile(NamedTuple):
         return InputError(f'line {line}, column "{name}": wanted a number, got {quote(cell)}{hint}')
 
     def line_of(self, row: int) -> int:
-        """Return the line number, from 1, of the row of this index."""
+        """Return the line number in the file, counted from 1, of row number ``row``, from 0."""
         rows = (line for block in self._blocks() for line in _rows(self, block))
         return next(islice(rows, row, None))[0] + 1
 
@@ -152,7 +152,11 @@ class _Block(NamedTuple):
 
 
 def open_text(path: Path, limit: int | None = None) -> TextFile:
-    """Detect the layout of a text file."""
+    """Detect encoding, decimal sign and layout (separator, names, units) of a text file.
+
+    Numbers are not loaded. A file of more than ``limit`` bytes (by default 4 GB), or without rows
+    of numbers, raises ValueError.
+    """
     limit = _MAX_BYTES if limit is None else limit
     size = path.stat().st_size
     if size > limit:
@@ -176,7 +180,7 @@ def open_text(path: Path, limit: int | None = None) -> TextFile:
 
 
 def text_table(path: Path) -> RawTable:
-    """Return the columns of a text file and the settings stated above them."""
+    """Return the columns of a text file, and the settings that it states above them."""
     file = open_text(path)._replace(may_end_short=True)
     stated = {
         match[1]: Stated(float(match[2]), f"line {line.above + 1}")
@@ -192,7 +196,8 @@ def text_table(path: Path) -> RawTable:
 def _of_labview(file: TextFile, stated: dict[str, Stated]) -> tuple[RawColumn, ...]:
     """Return the columns of a LabVIEW .lvm file, with units and time step from its header.
 
-    The header cells are aligned with the columns; without an X column the step is the time step.
+    The cells of the header are in the columns that they describe. Without a time column "X", the
+    time step gives the sampling rate.
     """
     header = {line.text.split("\t", 1)[0].strip(): line for line in file.above}
 
@@ -218,7 +223,7 @@ def _of_labview(file: TextFile, stated: dict[str, Stated]) -> tuple[RawColumn, .
 
 
 def whole_text(path: Path) -> str:
-    """Read a short text of any supported encoding."""
+    """Read a text of at most 32 MB, in any supported encoding."""
     with path.open("rb") as file:
         content = file.read(_SHORT_TEXT + 1)
     if len(content) > _SHORT_TEXT:
@@ -281,7 +286,7 @@ def _count(path: Path, encoding: str, layout: Layout) -> Counter[str]:
 
 
 def _as_numbers(file: TextFile, block: _Block, places: list[int]) -> Floats | None:
-    """Parse a block with NumPy; return None if it needs a cell-by-cell parse."""
+    """Parse a block of lines with NumPy; return None if each cell must be parsed separately."""
     separator, text = file.layout.separator, block.text
     if '"' in text:
         # Quotation marks around cells without separators are redundant.
@@ -337,7 +342,7 @@ def _cell_by_cell(file: TextFile, block: _Block, places: list[int]) -> Floats:
 
 
 def _cells(file: TextFile, block: _Block) -> Iterator[tuple[int, list[str] | None]]:
-    """Yield line index and cells of each row; None for the cells of an empty row."""
+    """Yield line index and cells of each row of a block; None for the cells of an empty row."""
     layout = file.layout
     width = len(layout.names)
     short: ValueError | None = None
@@ -374,7 +379,7 @@ def _is_cut(file: TextFile, cells: Sequence[str]) -> bool:
 
 
 def _rows(file: TextFile, block: _Block) -> Iterator[tuple[int, str]]:
-    """Yield indices and text of the rows, without remarks after their numbers."""
+    """Yield line index and text of each row of a block, without remarks after its numbers."""
     remarks = file.layout.separator is None and any(sign in block.text for sign in "#%/")
     for index, text in enumerate(block.text.split("\n"), start=block.first):
         if text.strip() and not is_comment(text):

@@ -1,4 +1,4 @@
-"""Page of the explorer: script with the tables and limits of the package."""
+"""HTML page of the explorer: script, with tables and limits computed by the package."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _NODES = 20
 def _input(
     key: str, group: str, declared: Number, start: float, ends: tuple[float, float]
 ) -> dict[str, Any]:
-    """Return an input field for a declared number; ``ends`` of the slider are in SI units."""
+    """Describe the input field of a declared number; its slider has ``ends`` in SI units."""
     scale, unit = declared.written_unit(start)
     low = declared.least if math.isfinite(declared.least) else declared.above
     return {
@@ -73,7 +73,7 @@ INPUTS = tuple(_inputs())
 
 
 def law_script() -> str:
-    """Return the joint in closed form as JavaScript, with the tables of the kernel."""
+    """Return JavaScript that computes the joint in closed form, with the tables of the kernel."""
     nodes, weights = gauss_legendre(_NODES)
     rules = {
         rule.name: {"watch": rule.watch, "outside": rule.outside, "meaning": rule.meaning}
@@ -97,7 +97,7 @@ def law_script() -> str:
 
 
 def page() -> str:
-    """Return the complete, self-contained HTML page."""
+    """Return the HTML page, which needs no other files."""
     table = {
         metal.name: {
             "description": metal.description,
@@ -124,7 +124,7 @@ def _script(name: str) -> str:
 
 
 def _constants(values: Mapping[str, object]) -> str:
-    """Return constants as JavaScript that cannot close its script element."""
+    """Return JavaScript constants, escaped so that no text ends the script element."""
     lines = []
     for name, value in values.items():
         text = json.dumps(value, ensure_ascii=False, separators=(",", ":")).replace("</", "<\\/")

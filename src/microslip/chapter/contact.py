@@ -37,7 +37,7 @@ from microslip.friction import Asperity, AsperityFields, Zone
 
 
 def summit() -> Asperity:
-    """Return a summit of the chapter's milled aluminium under a typical share of the load."""
+    """Return a summit of the milled aluminium of chapter 19 under a typical share of the load."""
     aluminium = Material(young_modulus=69e9, poisson_ratio=0.33)
     pair = MaterialPair(aluminium, aluminium)
     return Asperity(pair, radius=1e-3, friction_coefficient=0.55, normal_load=0.25)
@@ -58,7 +58,7 @@ def contact_note(addition: str = "") -> str:
 
 
 def path(*corners: float, samples: int = 80) -> Floats:
-    """Return a displacement history through the corners, with cosine-spaced samples."""
+    """Return displacements [m] from corner to corner, with cosine-spaced samples in between."""
     rise = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, samples))
     pieces = [low + (high - low) * rise for low, high in pairwise(corners)]
     return np.concatenate([pieces[0], *(piece[1:] for piece in pieces[1:])])
@@ -68,7 +68,7 @@ def path(*corners: float, samples: int = 80) -> Floats:
 
 
 def section(joint: Asperity, *states: AsperityFields) -> Floats:
-    """Return positions along a diameter, refined at the edge, including the zone boundaries."""
+    """Return positions [m] along a contact diameter, refined at the edge and zone boundaries."""
     a = joint.contact_radius
     half = np.concatenate((a * np.sin(np.linspace(0.0, np.pi / 2.0, 250)), [1.12 * a]))
     edges = [zone.outer for fields in states for zone in fields.zones]
@@ -77,7 +77,7 @@ def section(joint: Asperity, *states: AsperityFields) -> Floats:
 
 
 def _look(zone: Zone) -> dict[str, Any]:
-    """Return the fill of a zone; reversed slip is grey with the opposite hatch."""
+    """Return the fill style of a zone; reversed slip is grey with the opposite hatch."""
     if zone.kind == "stick":
         return {"facecolor": STICK}
     if zone.kind == "stuck":
@@ -88,7 +88,7 @@ def _look(zone: Zone) -> dict[str, Any]:
 
 
 def shade(axes: Axes, fields: AsperityFields) -> None:
-    """Draw the zones behind a section."""
+    """Fill the stick and slip zones of a contact in the background of a diagram."""
     for zone in fields.zones:
         for low, high in ((zone.inner, zone.outer), (-zone.outer, -zone.inner)):
             axes.axvspan(low / MICRO, high / MICRO, linewidth=0.0, zorder=0, **_look(zone))

@@ -126,7 +126,10 @@ def _many_summits(plate: Plate) -> Drawing:
 
 
 def _even_cells(joint: Interface, count: int) -> Iwan:
-    """Return an Iwan model of equal stiffness and limit with evenly spaced yield displacements."""
+    """Return an Iwan model with the stiffness and force limit of a joint.
+
+    The yield displacements of its ``count`` cells are evenly spaced.
+    """
     share = joint.tangential_stiffness / count
     yields = (np.arange(count) + 0.5) / count * 2.0 * joint.force_limit / joint.tangential_stiffness
     return Iwan(np.full(count, share), share * yields)
@@ -298,9 +301,9 @@ def _last_cycle_energy(response: CoupledResponse) -> float:
 
 
 def cycles(joint: Interface, amplitude: float, ripple: float, phase: float) -> CoupledResponse:
-    """Return two cycles of displacement and normal load; the load leads by ``phase`` [degrees].
+    """Return two cycles of displacement [m] and load [N]; the load leads by ``phase`` [degrees].
 
-    The largest load and displacement lie in the first cycle, so that the second has settled.
+    The maxima of both lie in the first cycle, so that the second is periodic.
     """
     turn = 2.0 * math.pi * np.arange(1, 2 * LOOP_SAMPLES + 1) / LOOP_SAMPLES
     load = joint.normal_load * (1.0 + ripple * np.sin(turn + math.radians(phase)))

@@ -69,7 +69,7 @@ def _loop_axes(axes: Axes, joint: Asperity, reach: float, levels: bool = True) -
 def _branches(
     axes: Axes, record: Floats, force: Floats, *pieces: tuple[int, int, dict[str, Any], str]
 ) -> None:
-    """Draw parts of a history between corners with equal numbers of samples."""
+    """Draw parts of a history from corner to corner, with equal numbers of samples between."""
     size = (record.size - 1) // max(stop for _, stop, *_ in pieces)
     for start, stop, look, label in pieces:
         part = slice(size * start, size * stop + 1)
@@ -146,7 +146,7 @@ def _johnson(plate: Plate) -> Drawing:
 def _draw_path(
     axes: Axes, joint: Asperity, corners: list[float], letters: Mapping[str, tuple[float, float]]
 ) -> tuple[Floats, Floats]:
-    """Draw a displacement history over time; letters are given by time and offset sign."""
+    """Draw a displacement history; ``letters`` maps a letter to its time and side (+1 or -1)."""
     record = path(*(corner * joint.slip_limit for corner in corners))
     time = np.linspace(0.0, len(corners) - 1.0, record.size)
     axes.plot(time, record / MICRO, color=BLUE)

@@ -53,7 +53,7 @@ _LOOK: list[Any] = ["default", STYLE, {"hatch.linewidth": 0.5, "svg.fonttype": "
 
 
 class Drawing(NamedTuple):
-    """Figure and the numbers plotted in it."""
+    """Figure and the numbers that are plotted in it."""
 
     figure: Figure
     """The figure, with a canvas."""
@@ -99,7 +99,7 @@ class Plate:
         return f"microslip figures --only {self.number}"
 
     def page(self, height: float) -> tuple[Figure, SubFigure]:
-        """Return a page of a height [in] with its assumptions, and the area to draw on."""
+        """Return a page of a height [in] with the assumptions as text, and the area for axes."""
         figure = Figure(figsize=(float(rcParams["figure.figsize"][0]), height))
         FigureCanvasAgg(figure)
         # Non-breaking spaces keep numbers with their names and units.
@@ -143,7 +143,7 @@ class Plate:
 
 
 def _fix_layout(figure: Figure) -> None:
-    """Compute and round the layout once, so that SVG and PNG share it."""
+    """Compute the layout of a figure once and round it, so that its SVG and PNG agree."""
     engine = figure.get_layout_engine()
     if engine is not None:
         engine.execute(figure)
@@ -171,7 +171,7 @@ def subscripts(text: str) -> str:
 
 
 def mark(axes: Axes, text: str, x: float, y: float, dx: float, dy: float) -> None:
-    """Draw a point with a letter at an offset [pt]."""
+    """Draw a point at data coordinates x and y, and its letter at an offset dx, dy [pt] from it."""
     axes.plot([x], [y], "o", color=INK, markersize=4.5, zorder=5, clip_on=False)
     axes.annotate(
         text,
@@ -187,7 +187,7 @@ def mark(axes: Axes, text: str, x: float, y: float, dx: float, dy: float) -> Non
 
 
 class _Powers(Formatter):
-    """Tick labels of a logarithmic axis in one style per axis.
+    """Tick labels of a logarithmic axis: plain decimals or powers of ten, alike on one axis.
 
     Plain text, because Matplotlib's mathtext would take most of the time of a figure.
     """
@@ -207,13 +207,13 @@ def log_scale(axes: Axes, direction: Literal["x", "y"]) -> None:
 
 
 def cross(axes: Axes) -> None:
-    """Draw lines through zero."""
+    """Draw the horizontal and the vertical line through the origin."""
     axes.axhline(0.0, color=GREY, linewidth=0.6, zorder=1)
     axes.axvline(0.0, color=GREY, linewidth=0.6, zorder=1)
 
 
 def words(axes: Axes, text: str, x: float, y: float, **look: Any) -> None:
-    """Draw text on a white background."""
+    """Draw text on a white background at data coordinates x and y."""
     ground = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none"}
     options: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 8.5, "bbox": ground}
     axes.text(x, y, text, **(options | look))
@@ -226,7 +226,7 @@ def arrow(
     double: bool = False,
     linewidth: float = 1.1,
 ) -> None:
-    """Draw an arrow, with two heads for a dimension."""
+    """Draw an arrow from start to end, or with two heads to mark a dimension."""
     look = {
         "arrowstyle": "<|-|>" if double else "-|>",
         "color": INK,

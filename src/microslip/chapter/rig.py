@@ -47,7 +47,7 @@ NOISY = "#e6e6e6"
 
 
 def virtual_rig(joint: Interface, seed: int = 0) -> VirtualTribometer:
-    """Return the chapter's tribometer around a joint, with its assumed imperfections."""
+    """Return the chapter's tribometer as a simulation, with assumed errors, around a joint."""
     return VirtualTribometer(
         joint,
         rig_stiffness=RIG,
@@ -107,7 +107,7 @@ def _normalised(plate: Plate) -> Drawing:
 
 @lru_cache(maxsize=1)
 def identified() -> Identification:
-    """Identify the worked example from one synthetic record and the rig stiffness."""
+    """Identify the worked example from one synthetic record and the stiffness of the rig."""
     rig = virtual_rig(worked_example(), seed=19)
     record = rig.record(amplitude=OVERLAY, frequency=_FREQUENCY, cycles=CYCLES)
     return identify(record, law="interface", rig_stiffness=(RIG, RIG_ERROR * RIG))

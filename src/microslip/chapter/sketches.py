@@ -1,4 +1,4 @@
-"""Sketches of the chapter, 19.1, 19.4, 19.8 and 19.9, without scale and data."""
+"""Sketches of chapter 19 without scale and data: figures 19.1, 19.4, 19.8 and 19.9."""
 
 from __future__ import annotations
 

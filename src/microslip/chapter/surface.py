@@ -37,7 +37,7 @@ STEP, LENGTH = 1e-6, 8e-3
 
 
 def worked_example(normal_load: float = 2000.0) -> Interface:
-    """Return the chapter's milled Al 2017 joint, completed by the worked example of the project."""
+    """Return the chapter's Al 2017 joint; missing values are those of the worked example."""
     aluminium = Material(young_modulus=69e9, poisson_ratio=0.33)
     surface = GreenwoodWilliamson(
         MaterialPair(aluminium, aluminium), Gaussian(SPREAD), radius=1e-3, density=1e8, area=2e-4

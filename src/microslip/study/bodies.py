@@ -44,7 +44,7 @@ _PLACES = Uncertain(PLACE)
 
 
 class BoltsPart(TightenedBolts):
-    """Identical bolts through the lap: positions from its middle, diameters, tension or torque."""
+    """Identical bolts through the lap: positions from the middle of the lap, diameters, tension."""
 
     positions: tuple[float, ...] | None = optional_key(
         ListOf(_PLACES, '["-30 mm", "0 mm", "30 mm"]', (1, 200), single=True),
@@ -78,7 +78,7 @@ class BoltsPart(TightenedBolts):
     )
 
     def check(self, place: Place) -> None:
-        """Set the dimensions of a size, and check the positions."""
+        """Set the dimensions that follow from the bolt size, and check the positions."""
         if self.size is not None:
             given = {name: getattr(self, name) for name in SIZED}
             self.__dict__.update(by_size(self.size, self.thread_friction, **given))
@@ -98,7 +98,7 @@ class BoltsPart(TightenedBolts):
 
 
 def check_slack(slack: Sequence[int], count: int) -> None:
-    """Refuse numbers of slack bolts that do not exist."""
+    """Raise an error for slack bolts with numbers that do not exist."""
     try:
         slack_bolts(slack, count)
     except InputError as error:
@@ -106,7 +106,7 @@ def check_slack(slack: Sequence[int], count: int) -> None:
 
 
 def check_places(along: Sequence[float] | None, across: Sequence[float] | None) -> None:
-    """Refuse positions across the lap that do not match those along it."""
+    """Raise an error unless there are as many positions across the lap as along it."""
     if across is not None and len(across) != len(along or ()):
         raise KeyedError(
             ".across",
@@ -123,7 +123,7 @@ def _names(example: str, distinct: bool = True) -> ListOf:
 
 
 class MeshPart(Part):
-    """A mesh instead of a drawing: hexahedra or tetrahedra with named bodies, faces and bolts."""
+    """Mesh of a structure, instead of its dimensions, with named bodies, faces and bolts."""
 
     file: str = key(
         text("the name of a mesh", "beam.msh"),

@@ -1,4 +1,4 @@
-"""Surface and joints of a study, and sampling of its uncertain values."""
+"""Construction of the surface and joints of a study, and samples of its uncertain values."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from microslip.study.uncertain import changed, linked_keys, spreads_of, with_val
 
 
 def build_surface(study: StudyDescription, progress: Progress | None = None) -> NormalLaw:
-    """Return the normal law of a study. Solving a face point by point takes seconds or more."""
+    """Return the normal law of a study; solving a scan point by point takes seconds or more."""
     if study._law is not None:
         return study._law
     materials = {}
@@ -56,10 +56,10 @@ def build_surface(study: StudyDescription, progress: Progress | None = None) -> 
 
 
 def _largest_pressure(study: StudyDescription, surface: MeasuredFace) -> float:
-    """Return an upper bound of the mean pressure on the face [Pa].
+    """Return an upper bound of the mean pressure on the face [Pa], used for its tightening.
 
-    Under bolts it is their tension over the ring of washer and hole, rounded up to a power of 1.25
-    so that samples with other tensions use the same solution.
+    For bolts it is their tension over the area between hole and washer rim, rounded up to a power
+    of 1.25 so that samples with other tensions use the same solution.
     """
     if study.structure is not None:
         part = study.structure
@@ -77,7 +77,7 @@ def _largest_pressure(study: StudyDescription, surface: MeasuredFace) -> float:
 
 
 def build_joints(study: StudyDescription, progress: Progress | None = None) -> list[Interface]:
-    """Return the joints of a study, one per normal load, or its friction law."""
+    """Return the joints of a study, one per normal load; for a friction law only this law."""
     if not isinstance(study.joint, Joint):
         return [cast(Interface, study.joint.build())]
     surface = build_surface(study, progress)
@@ -98,9 +98,9 @@ def build_joints(study: StudyDescription, progress: Progress | None = None) -> l
 
 
 def build_as_made(study: StudyDescription) -> tuple[Interface, list[str]]:
-    """Build the joint at its first load, with uniform pressure, which a fit can scale.
+    """Return the joint at its first load with uniform pressure, which a fit can scale.
 
-    Also return the keys that are ignored.
+    Also return the keys of the study that are ignored.
     """
     if getattr(study.joint, "pressure", None) is None:
         return build_joints(study)[0], []
@@ -112,7 +112,7 @@ def build_as_made(study: StudyDescription) -> tuple[Interface, list[str]]:
 
 @contextmanager
 def naming_key(study: StudyDescription, key: str, names: Iterable[str] = ()) -> Iterator[None]:
-    """Convert an InputError to a StudyError that names the key of the study."""
+    """Convert an InputError raised inside the context to a StudyError that names a key."""
     try:
         yield
     except InputError as error:
@@ -131,14 +131,17 @@ _REPLICATES = 4096  # bootstrap replicates of the pieces of a scan
 
 @dataclass(frozen=True)
 class Input:
-    """An uncertain number: its key and its description."""
+    """Uncertain number: its key, and its distribution in words."""
 
     key: str
     written: str
 
 
 class Design:
-    """Map from normal scores, one column per input, to a study without uncertain numbers."""
+    """Map from standard normal scores of the uncertain inputs to a study with fixed numbers.
+
+    Each input has one column of scores.
+    """
 
     def __init__(self, study: StudyDescription) -> None:
         study = with_model_spreads(study)
@@ -170,11 +173,11 @@ class Design:
 
     @property
     def changed_keys(self) -> set[str]:
-        """Keys whose values the samples change, including multiples of uncertain numbers."""
+        """Keys whose values differ between samples, including multiples of uncertain numbers."""
         return {*self.spreads, *linked_keys(self.study)}
 
     def _drawn_pieces(self) -> NDArray[np.intp] | None:
-        """Return bootstrap samples of the pieces of a solved face, sorted by stiffness."""
+        """Return bootstrap samples of the indices of pieces, sorted by stiffness; None without."""
         if not isinstance(self.study.surface, MeasuredFace):
             return None
         law = build_surface(at_central_values(self.study))
@@ -188,25 +191,25 @@ class Design:
         return np.asarray(rows[order])
 
     def scores(self, points: Floats) -> Floats:
-        """Return correlated normal scores of points in the unit cube."""
+        """Return correlated normal scores for points in the unit cube, shape (points, inputs)."""
         from scipy.special import ndtri
 
         scores = ndtri(np.clip(points, 2.0**-33, 1.0 - 2.0**-33))
         return np.asarray(scores @ np.linalg.cholesky(self.correlation).T)
 
     def values(self, shares: Floats) -> dict[str, float]:
-        """Return the quantiles of the uncertain numbers by key."""
+        """Return the uncertain numbers by key, at cumulative probabilities ``shares``."""
         return {
             key: float(spread.quantiles(shares[i : i + 1])[0])
             for i, (key, spread) in enumerate(self.spreads.items())
         }
 
     def near(self) -> tuple[Floats, Floats]:
-        """Return score offsets for finite differences, and factors that scale the differences.
+        """Return offsets of the scores for finite differences, and factors on the differences.
 
-        A difference of results between plus and minus the offset, times the factor, is the change
-        by one standard deviation of the input. Discrete values use their quartiles, or their ends
-        if the quartiles are equal. Both arrays have shape (inputs,).
+        The change of a result per standard deviation of an input is the difference of results
+        between plus and minus the offset, times the factor. Discrete inputs use their quartiles, or
+        their extremes if the quartiles are equal. Both arrays have shape (inputs,).
         """
         from scipy.special import ndtr
 
@@ -222,7 +225,7 @@ class Design:
         return reach, ratios
 
     def at(self, scores: Floats) -> StudyDescription:
-        """Return the study at a row of normal scores."""
+        """Return the study for one row of normal scores, shape (inputs,)."""
         from scipy.special import ndtr
 
         shares = ndtr(scores)
@@ -251,7 +254,7 @@ class Design:
         return study
 
     def _identified(self, study: StudyDescription, scores: Floats) -> tuple[float, float]:
-        """Return factors on standard deviation and density, and set the drawn friction."""
+        """Return factors on height deviation and density; set friction and slip scale."""
         moved = dict(zip(self._names, self._root @ scores, strict=True))
         value = dict(zip(self._names, self._fitted, strict=True))
         friction, slip = (
@@ -271,7 +274,7 @@ class Design:
         return std, density
 
     def points(self, samples: int | None = None, count: int = GROUPS) -> Floats:
-        """Return points in the unit cube, shape (groups, points, inputs)."""
+        """Return low-discrepancy points in the unit cube, shape (groups, points, inputs)."""
         size = 2 ** max(3, math.ceil(math.log2((samples or self.part.samples) / count)))
         groups = []
         for group in range(count):
@@ -287,7 +290,7 @@ class Design:
 
 
 def with_model_spreads(part: Any) -> Any:
-    """Return a table with the known errors of its laws as uncertain factors."""
+    """Return a study or table in which known errors of its laws are uncertain factors."""
     spreads = getattr(part, "model_spreads", None)
     part = changed(part, lambda value, key: with_model_spreads(value))
     return part.copy(**spreads) if spreads else part
@@ -301,7 +304,7 @@ def is_uncertain(study: StudyDescription) -> bool:
 
 
 def check_draws(study: StudyDescription) -> None:
-    """Refuse uncertain inputs with samples that are invalid, before anything is computed."""
+    """Raise an error for samples of the uncertain inputs that are invalid, before the run."""
     if study.structure is not None or not is_uncertain(study):
         return
     design = Design(study)

@@ -22,7 +22,7 @@ MAX_SAMPLES = 10_000_000
 
 
 def mean_load(study: StudyTables) -> float:
-    """Return the normal load [N] at the mean pressure of a bolted lap, if no load is given."""
+    """Return the load [N] that gives a bolted lap its mean pressure, if no load is given."""
     area = getattr(study.surface, "area", None)
     if study.structure is None or area is None:
         raise KeyedError(
@@ -33,7 +33,7 @@ def mean_load(study: StudyTables) -> float:
 
 
 def check_consistency(study: StudyTables) -> None:
-    """Refuse the first inconsistency between tables."""
+    """Raise an error for the first inconsistency between the tables of a study."""
     of_joint = (_of_bodies, _of_loads, _of_pressure, _of_structure)
     rules = of_joint if isinstance(study.joint, Joint) else (_of_law,)
     for rule in (*rules, _of_uncertainty, _of_forces, _of_amount, _of_files):
@@ -83,7 +83,7 @@ def _of_bodies(study: StudyTables) -> None:
 
 
 def _of_loads(study: StudyTables) -> None:
-    """Refuse loads above the first load of a table."""
+    """Reject normal loads above the largest load of a tabulated law."""
     surface, loads = study.surface, study.joint.normal_load
     if not isinstance(surface, TableSurface):
         return
@@ -99,7 +99,7 @@ def _of_loads(study: StudyTables) -> None:
 
 
 def _of_pressure(study: StudyTables) -> None:
-    """Refuse a pressure distribution on a surface without an area, or on a larger area."""
+    """Reject a pressure distribution if the surface has no area, or a smaller one."""
     if study.joint.pressure is None:
         return
     key = "joint.pressure"
@@ -120,7 +120,7 @@ def _of_pressure(study: StudyTables) -> None:
 
 
 def _of_structure(study: StudyTables) -> None:
-    """Refuse bodies that do not bend, and a surface without an area."""
+    """Reject rigid bodies in a structure, and surfaces without an area."""
     part = study.structure
     if part is None:
         return
@@ -143,14 +143,14 @@ def _of_structure(study: StudyTables) -> None:
 
 
 def _of_law(study: StudyTables) -> None:
-    """Refuse a surface or a structure in addition to the file of a friction law."""
+    """Reject a surface or a structure next to a friction law read from a file."""
     for name in ("structure", "surface"):
         if getattr(study, name) is not None:
             raise KeyedError(name, f"wanted no [{name}] with joint.law_file; remove one of them")
 
 
 def _of_uncertainty(study: StudyTables) -> None:
-    """Refuse missing uncertain inputs, and inputs that are drawn twice."""
+    """Reject an uncertainty table without uncertain inputs, and inputs that are drawn twice."""
     part = study.uncertainty
     if part is None:
         return
@@ -175,7 +175,7 @@ def _of_uncertainty(study: StudyTables) -> None:
 
 
 def _of_forces(study: StudyTables) -> None:
-    """Refuse forces that reach the friction limit at the smallest load."""
+    """Reject force amplitudes that reach the friction limit at the smallest normal load."""
     excitation, joint, history = study.excitation, study.joint, study.excitation.history
     if isinstance(joint, Joint):
         load = min(joint.normal_load)
@@ -243,7 +243,7 @@ _PRESSURE = UsualRange(1e1, 5e9, "Pa", "joints")
 
 
 def unit_warnings(study: Any) -> list[str]:
-    """Return warnings of likely unit errors and of parameters that were not identified."""
+    """Return warnings of values in a probably wrong unit, and of unidentified parameters."""
     unknown = [
         f"{key}: the loops from which the study was identified do not determine this number. "
         "Measure it, then delete the key from not_identified."

@@ -41,7 +41,7 @@ class StudyDescription(StudyTables):
         folder: Path | None = None,
         changes: Sequence[Override] = (),
     ) -> None:
-        """Validate tables as in a file, and set the attributes of this empty study."""
+        """Validate tables as read from a file, and set the attributes of this empty study."""
         reading = ReadState(folder, tables)
         place = Place("", reading)
         read = place.attempt(lambda: self.read(tables, place))
@@ -55,25 +55,25 @@ class StudyDescription(StudyTables):
         self._notes = (*(change.note for change in changes), *reading.notes)
 
     def check(self, place: Place) -> None:
-        """Set the default load, and refuse combinations of tables that are invalid."""
+        """Set the default load, and reject invalid combinations of tables."""
         self.settle()
         if isinstance(self.joint, Joint) and not self.joint.normal_load:
             self.__dict__["joint"] = self.joint.copy(normal_load=(mean_load(self),))
         check_consistency(self)
 
     def settle(self) -> None:
-        """Pass the materials of the plates to the bolts that clamp them."""
+        """Copy the materials of the plates to the bolts that clamp them."""
         set_clamped_materials(self)
 
     @property
     def bolted(self) -> StructurePart:
-        """Structure of a study that has one."""
+        """Structure of a study; only valid if the study has one."""
         assert self.structure is not None
         return self.structure
 
     @property
     def asks_for_joint(self) -> bool:
-        """Whether to compute cycles of the joint in addition to its structure."""
+        """Whether a study with a structure also requests cycles of the joint alone."""
         joint = self._tables.get("joint", {})
         return self.structure is None or "normal_load" in joint or "excitation" in self._tables
 
@@ -106,7 +106,7 @@ class StudyDescription(StudyTables):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Sources of the values, such as tables, files and overrides."""
+        """Sources of the values of the study, such as tables, files and overrides."""
         return self._notes
 
     @classmethod
@@ -183,7 +183,7 @@ class StudyDescription(StudyTables):
 
 
 def _blamed(key: str, changes: Sequence[Override]) -> str:
-    """Return the override that set a key, as text in parentheses; empty if none did."""
+    """Return the override that set a key, in parentheses; empty if no override did."""
     path = f"{key.split(', item')[0]}."
     for change in reversed(changes):
         if path.startswith(f"{change.blamed}.") or f"{change.blamed}.".startswith(path):

@@ -64,11 +64,11 @@ class _Drawing(Part):
 
 
 class SecondFace(_Drawing):
-    """Roughness of the other face, which is smooth by default."""
+    """Roughness of the opposite face; without this table it is smooth."""
 
 
 class DrawnSurface(_Drawing, SurfaceTable):
-    """A face specified by a drawing, with contacts that yield."""
+    """Surface specified by a drawing, with contacts that yield."""
 
     law: str = tag("face", "A face specified by a drawing, with contacts that yield.")
     materials: tuple[str, str] = MATERIALS
@@ -119,7 +119,7 @@ class DrawnSurface(_Drawing, SurfaceTable):
     )  # fmt: skip
 
     def check(self, place: Place) -> None:
-        """Refuse a table with neither a scan nor a drawing."""
+        """Record an error for a table with neither a scan nor roughness values."""
         if not any(getattr(self, name) is not None for name in ("ra", "rq", "rz", "process")):
             raise KeyedError(
                 ".scan", 'missing; write scan = "face.csv", or rq = "0.8 um" (or ra, rz, process)'
@@ -128,7 +128,7 @@ class DrawnSurface(_Drawing, SurfaceTable):
 
     @cached_property
     def _estimates(self) -> dict[str, Estimate]:
-        """Return rms height and slope of the gap with their scatter."""
+        """Return rms height [m] and rms slope [-] of the gap, with their uncertainties."""
         finishes = [face.finish for face in (self, self.second) if face is not None]
         if len(finishes) == 1:
             return {name: getattr(finishes[0], name) for name in ("rms", "slope")}
@@ -136,7 +136,7 @@ class DrawnSurface(_Drawing, SurfaceTable):
 
     @property
     def model_spreads(self) -> dict[str, Spread]:
-        """Errors of the law and of the drawing as uncertain factors, by key."""
+        """Uncertain factors, by key, for the errors of the law and of roughness from a drawing."""
         errors = {"stiffness_factor": STIFFNESS_ERROR, "shape_factor": SHAPE_ERROR}
         errors |= {f"{name}_factor": found.spread for name, found in self._estimates.items()}
         return {
@@ -146,7 +146,7 @@ class DrawnSurface(_Drawing, SurfaceTable):
         }
 
     def build(self, pair: MaterialPair) -> NormalLaw:
-        """Return the law of both faces together."""
+        """Return the law of the gap between both faces."""
         names = ("plateau", "breadth", "lay", "direction", "stiffness_factor", "shape_factor")
         values: dict[str, Any] = {name: getattr(self, name) for name in names}
         rms, slope = (self._estimates[name].middle for name in ("rms", "slope"))

@@ -137,7 +137,7 @@ class CsvColumn(Part):
 def column_values(
     declared: Number, place: Place, file_name: str, column_name: str, unit: str | None = None
 ) -> SiValues:
-    """Return the values of a column of a file in SI units, and add a note of the source."""
+    """Return a column of a file in SI units; a note of its source is added to the study."""
     reading, name = place.reading, shorten(file_name, 100)
     here = reading.path(file_name)
     kind = declared.kind if isinstance(declared.kind, Kind) else None
@@ -159,7 +159,7 @@ def column_values(
 
 
 class Numbers(ListOf):
-    """A list of declared numbers, given in the study or as a column of a file."""
+    """Reader of a list of declared numbers, given in the study or as a column of a file."""
 
     def __init__(self, item: Number, example: str = "", *, single: bool = False) -> None:
         super().__init__(item, example or f"[{item.written}]", (1, MAX_VALUES), single=single)
@@ -176,7 +176,7 @@ class Numbers(ListOf):
         return super().read(raw_value, place)
 
     def schema(self) -> JsonSchema:
-        """Return the schema of a list or a column."""
+        """Return the JSON Schema of a list or a column."""
         several = super().schema()
         return {"anyOf": [*several.get("anyOf", [several]), CsvColumn.schema()]}
 
@@ -221,7 +221,7 @@ def _values(file: TextFile, place: int, factor: Decimal, declared: Number) -> li
 def _si(
     file: TextFile, line: int, place: int, cell: str, factor: Decimal, power: str | None
 ) -> float:
-    """Convert a cell with a unit of the given factor to an SI float."""
+    """Convert a cell to an SI float; ``factor`` is the SI value of its unit."""
     number = with_hyphen(cell)
     if file.decimal == "," and "." not in cell:
         number = number.replace(",", ".")
@@ -242,7 +242,7 @@ def _si(
 
 
 class Described(Part):
-    """Table of a study made from a class of the library."""
+    """Table of a study whose keys are the parameters of a class of the library."""
 
     describes: ClassVar[type]
     """Class of the library."""
@@ -253,14 +253,14 @@ class Described(Part):
 
 
 class DescribedAlone(Described):
-    """Table of a class built from its parameters alone, such as heights or a friction law."""
+    """Table of a class that needs no other tables, such as heights or a friction law."""
 
     def build(self) -> Any:
         """Return an instance of the class."""
         return self.describes(**self.values())
 
     def check(self, place: Place) -> None:
-        """Refuse values that the class refuses."""
+        """Record an error for values that the class rejects."""
         self.build()
 
 
@@ -279,12 +279,12 @@ def can_be_described(kind: type) -> bool:
 
 
 def key_for(declared: Number, **changes: Any) -> Any:
-    """Return the key for a number that a class declares; it may be uncertain, or a list."""
+    """Return a table key for a number declared by a class; it may be uncertain, or a list."""
     return key(Numbers(declared) if declared.many else Uncertain(declared), **changes)
 
 
 def optional(kind: type, name: str, **changes: Any) -> Any:
-    """Return the optional key for a number that a class declares."""
+    """Return an optional table key for a number declared by a class."""
     return key_for(parameter_of(kind, name), default=None, **changes)
 
 
@@ -295,7 +295,7 @@ def table_of(
     base: type[Described] = DescribedAlone,
     extra_keys: Mapping[str, Any] = MappingProxyType({}),
 ) -> type[Any]:
-    """Create the table class of a study from a class of the library."""
+    """Return a table class whose keys are the parameters of a class of the library."""
     meaning = (kind.__doc__ or kind.__name__).split("\n")[0]
     keys = {tag_name: tag(key_of(kind), meaning), **extra_keys}
     keys |= {declared.name: key_for(declared) for declared in parameters_of(kind)}

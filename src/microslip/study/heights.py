@@ -63,7 +63,7 @@ class GivenHeights(Part):
 
     @classmethod
     def prepare(cls, raw: dict[str, Any], place: Place) -> dict[str, Any]:
-        """Insert the values of a file."""
+        """Replace a file name in the raw table by the values of the file."""
         if not raw.keys() & {"file", "column", "unit"}:
             return raw
         if "values" in raw:
@@ -105,7 +105,7 @@ class ScipyHeights(Part):
         return distribution(**self.parameters, loc=self.location, scale=self.scale)
 
     def check(self, place: Place) -> None:
-        """Refuse unknown distributions, and distributions without a finite load."""
+        """Record an error for unknown distributions, or those that give infinite loads."""
         from scipy import stats
 
         name, parameters = self.distribution, self.parameters
@@ -181,7 +181,7 @@ HEIGHTS_TABLES: dict[str, type[Any]] = {
 
 
 class _AnyHeights(SubTable):
-    """Table of heights of any kind; the error for a SciPy name as kind suggests kind = "scipy"."""
+    """Table of heights, selected by ``kind``; SciPy names as kind give a helpful error."""
 
     def read(self, raw_value: object, place: Place) -> Any:
         try:

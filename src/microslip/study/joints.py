@@ -36,7 +36,7 @@ class Joint(Part):
     law = key_of(Interface)
 
     def check(self, place: Place) -> None:
-        """Refuse a normal load in addition to bolts with a known tension."""
+        """Record an error for a normal load next to bolts of known tension."""
         if self.pressure is not None and self.pressure.load is not None:
             if self.normal_load:
                 raise KeyedError(
@@ -47,14 +47,14 @@ class Joint(Part):
             self.settle()
 
     def settle(self) -> None:
-        """Set the normal load to the clamp force of the bolts, if it is known."""
+        """Set the normal load to the clamp force of the bolts, if that is known."""
         load = None if self.pressure is None else self.pressure.load
         if load is not None:
             self.__dict__["normal_load"] = (load,)
 
     @property
     def loads(self) -> tuple[float, ...]:
-        """Normal loads [N], one joint per load."""
+        """Normal loads [N]; each gives one joint."""
         return self.normal_load
 
     def build(self, surface: NormalLaw, normal_load: float) -> Interface | PressedJoint:
@@ -67,7 +67,7 @@ class Joint(Part):
 
 
 class LawJoint(Part):
-    """A friction law from a file, without a surface or a normal load."""
+    """Joint given by the file of a friction law, without a surface or a normal load."""
 
     law_file: str = key(
         text("the name of a law file", "law.json"),
@@ -80,7 +80,7 @@ class LawJoint(Part):
     """Confidence intervals of an identified law; None for other laws."""
 
     def check(self, place: Place) -> None:
-        """Read the law."""
+        """Read the law from its file."""
         reading = place.reading
         try:
             law, band = load_law_and_band(reading.path(self.law_file))
@@ -96,7 +96,7 @@ class LawJoint(Part):
 
     @property
     def loads(self) -> tuple[float, ...]:
-        """Empty: a law has no normal load."""
+        """Empty tuple: a friction law has no normal load."""
         return ()
 
     def build(self) -> BackboneLaw:

@@ -24,7 +24,7 @@ def json_schema() -> JsonSchema:
 
 
 def schema_tree() -> JsonSchema:
-    """Return the JSON Schema without references."""
+    """Return the JSON Schema of a study file with every part written out, without references."""
     schema = StudyTables.schema()
     material = schema["properties"]["material"]
     # Values of a metal of the table are optional.
@@ -59,7 +59,7 @@ def _folded(schema: JsonSchema) -> JsonSchema:
 
 
 def _parts(schema: JsonSchema, change: Callable[[JsonSchema], JsonSchema]) -> JsonSchema:
-    """Return a copy of a schema with its direct subschemas changed."""
+    """Return a copy of a schema with ``change`` applied to its direct subschemas."""
     changed = dict(schema)
     for key in ("items", "additionalProperties"):
         if isinstance(changed.get(key), dict):

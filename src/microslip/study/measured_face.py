@@ -66,7 +66,7 @@ NO_CUTOFF = "none: limited by the pixel"
 
 
 class _Channel(Reader):
-    """Reader of the name or number of a channel of an instrument file."""
+    """Reader of a channel of an instrument file, given by name or number."""
 
     help, example, default = options.CHANNEL.help, options.CHANNEL.example_text, None
 
@@ -80,12 +80,12 @@ class _Channel(Reader):
 
 
 def _single(values: Any) -> Any:
-    """Return the item of a list of one, else the values unchanged."""
+    """Return the item of a list of length one; otherwise the argument unchanged."""
     return values[0] if values and len(values) == 1 else values
 
 
 class MeasuredFace(SurfaceTable):
-    """A scan solved point by point, with interacting contacts that yield."""
+    """Surface measured by a scan and solved point by point, with contacts that yield."""
 
     cutoff: float | None = key_of(options.CUTOFF.but(default=None))
     long_cutoff: float | None = key_of(options.LONG_CUTOFF)
@@ -123,7 +123,7 @@ class MeasuredFace(SurfaceTable):
     _patch: float | None = None  # side of the patches of a structure [m]
 
     def check(self, place: Place) -> None:
-        """Read the scan, and refuse a profile."""
+        """Read the scan; record an error if it is a profile."""
         self._read(place)
         if self.read_scan.is_profile:
             raise KeyedError(
@@ -160,12 +160,12 @@ class MeasuredFace(SurfaceTable):
 
     @property
     def conditioned(self) -> Scan:
-        """Scan without form and long waves, before the short-wave cut-off."""
+        """Scan without form and long waves, but not yet filtered by the short-wave cut-off."""
         return self.read_scan.condition(**named(self, "level", "long_cutoff", "filter"))
 
     @cached_property
     def face(self) -> Any:
-        """Scan after all filters, as it is solved."""
+        """Scan after all filters, in the state in which it is solved."""
         scan = self.conditioned
         if self._form_off:
             scan = scan.condition(long_cutoff=self._patch)
@@ -173,14 +173,14 @@ class MeasuredFace(SurfaceTable):
 
     @property
     def _form_off(self) -> bool:
-        """Whether waves longer than a patch of the structure are removed, as form of its mesh."""
+        """Whether waves longer than a patch are removed: they are form of the structure."""
         patch = self._patch
         return patch is not None and self.long_cutoff is None and patch < max(self.read_scan.size)
 
     def build(
         self, pair: MaterialPair, pressure: float, progress: Progress | None = None
     ) -> NormalLaw:
-        """Return the normal law of the face; the same face is solved once.
+        """Return the normal law of the face; solutions are cached.
 
         Parameters
         ----------
@@ -238,7 +238,7 @@ class MeasuredFace(SurfaceTable):
         return [f"{start}: {contact_words(numbers)}.", *self._tightened_by(numbers), *self._split()]
 
     def _tightened_by(self, numbers: ContactNumbers) -> list[str]:
-        """Name the source of a tightening pressure that the study does not give."""
+        """Describe the source of the tightening pressure if the study does not give it."""
         if numbers.hardness is None and self.hardness is None:
             return [
                 "surface: the materials have no hardness, so the face stays elastic; write "
@@ -253,7 +253,7 @@ class MeasuredFace(SurfaceTable):
         return [f"surface.tightening_pressure: absent, {pressure} is used: {source}."]
 
     def _split(self) -> list[str]:
-        """Describe which waves are part of the law, and which are form of the structure."""
+        """Describe which waves belong to the law and which to the form of the structure."""
         patch = self._patch
         if patch is None:
             return []

@@ -14,7 +14,7 @@ _KEYS = ("young_modulus", "poisson_ratio", "hardness")
 
 
 def with_metals(tables: dict[str, Any], reading: ReadState) -> dict[str, Any]:
-    """Add the named metals to the materials of a study, and complete its entries."""
+    """Return the tables of a study with the metals that it names, completed from the table."""
     entries = tables.get("material", {})
     if not isinstance(entries, dict):
         return tables  # the error is reported when the table is read
@@ -43,7 +43,7 @@ def with_metals(tables: dict[str, Any], reading: ReadState) -> dict[str, Any]:
 
 
 def _completed(entry: dict[str, Any], metal: Metal, notes: list[str], name: str) -> dict[str, Any]:
-    """Return an entry completed from the table of metals; added values keep all digits."""
+    """Return a material with missing values taken from a metal, with all digits."""
     entry, additions = dict(entry), []
     for key in _KEYS:
         value = getattr(metal, key)
@@ -61,7 +61,7 @@ def _completed(entry: dict[str, Any], metal: Metal, notes: list[str], name: str)
 
 
 def check_described(key: str, names: Iterable[str], materials: Iterable[str]) -> None:
-    """Refuse materials that neither the study nor the table of metals defines."""
+    """Record an error for materials defined neither in the study nor in the table of metals."""
     for item, name in enumerate(names, start=1):
         if name not in materials:
             raise KeyedError(f"{key}, item {item}", _unknown(name, materials))

@@ -51,7 +51,7 @@ class Key:
 
     @property
     def declared(self) -> Number | None:
-        """Declaration of the value, or of each item of a list; None for a table."""
+        """Declaration of the value, or of the items of a list; None if the key is a table."""
         reader = self.reader
         while isinstance(reader, (ListOf, NamedValues)):
             reader = reader.item
@@ -113,7 +113,10 @@ def tag(value: object, help: str, *, default: Any = REQUIRED) -> Any:
 
 
 class SubTable(Reader):
-    """A table, or one of several variants, chosen by a key or by a function of its content."""
+    """Reader of a table that may have several variants.
+
+    The variant is chosen by a key of the table or by a function of its content.
+    """
 
     def __init__(
         self,
@@ -168,7 +171,7 @@ class SubTable(Reader):
 
 
 class Part:
-    """A table of a study file: immutable, and unknown keys are errors."""
+    """Table of a study file: an immutable object; unknown keys are errors."""
 
     keys: ClassVar[dict[str, Key]] = {}
     """Declarations by name in the file."""
@@ -252,15 +255,15 @@ class Part:
 
     @classmethod
     def prepare(cls, raw: dict[str, Any], place: Place) -> dict[str, Any]:
-        """Return the raw values to read, for example after merging values from a file."""
+        """Return the raw values to be validated; subclasses may merge values from a file."""
         return raw
 
     def check(self, place: Place) -> None:
-        """Refuse combinations of keys that are invalid. Called after all keys were read."""
+        """Record errors for invalid combinations of keys; called after all keys were read."""
 
     @classmethod
     def tag_value(cls, tag: str) -> str:
-        """Return the value that identifies the variant."""
+        """Return the value of the key ``tag`` that identifies this variant of a table."""
         return str(cls.keys[tag].reader.value)  # type: ignore[attr-defined]
 
     # -- messages ------------------------------------------------------------------------------
@@ -325,11 +328,11 @@ class Part:
         return f"{type(self).__name__}({', '.join(values)})"
 
     def written(self, names: Iterable[str]) -> list[str]:
-        """Return those of the given keys that the file contains."""
+        """Return those of the given key names that occur in the file."""
         return [name for name in names if name in self._keys_in_file]
 
     def keep(self, **values: Any) -> None:
-        """Set attributes that are not keys: values derived while the keys were checked."""
+        """Set attributes that are not keys but were derived from keys during validation."""
         self.__dict__.update(values)
 
     def copy(self, **changes: Any) -> Self:
@@ -358,7 +361,7 @@ class Part:
 
 
 class SurfaceTable(Part):
-    """Base of the tables of surfaces, with their contributions to a result."""
+    """Base of the tables of surfaces, with the results that they contribute to a report."""
 
     @property
     def apparent_area(self) -> float | None:
@@ -371,7 +374,7 @@ class SurfaceTable(Part):
         return {}
 
     def sentences(self) -> list[str]:
-        """Return the same numbers as sentences for the report."""
+        """Return the numbers of :meth:`findings` as sentences for the report."""
         return []
 
 
@@ -418,7 +421,7 @@ def _first_line(model: type) -> str:
 
 
 def first_error(errors: Sequence[tuple[str, str]], blamed: str = "") -> str:
-    """Return the first error with its key, and the number of further errors."""
+    """Return the first error with its key, and how many more errors there are."""
     key, message = errors[0]
     extra = len(errors) - 1
     suffix = f" (and {extra} more error{'s' * (extra > 1)})" if extra else ""

@@ -1,4 +1,4 @@
-"""Keys of tightened bolts, and distributions of the contact pressure of a study."""
+"""Keys of tightened bolts, and contact pressure distributions of a study."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _LOST = "; the tension drops by f_Z divided by the resiliences of bolt and plate
 
 
 class TightenedBolts(Part):
-    """Keys shared by the bolts of a structure and bolts that press a joint."""
+    """Keys for bolts, shared by the bolts of a structure and a pressure under bolts."""
 
     torque: float | None = optional(Bolts, "torque")
     nut_factor: float | None = optional(Bolts, "nut_factor")
@@ -69,7 +69,7 @@ class TightenedBolts(Part):
 
     @property
     def model_spreads(self) -> dict[str, Spread]:
-        """Scatter of the torque that corresponds to the scatter of the tension."""
+        """Uncertain torque, by key, whose scatter gives that of the tension."""
         if self.torque is None or isinstance(self.torque, Spread):
             return {}
         low, high = tension_band(self.tightening_factor or TIGHTENING_FACTOR)
@@ -78,7 +78,7 @@ class TightenedBolts(Part):
         return {"torque": spread}
 
     def check(self, place: Place) -> None:
-        """Refuse embedding given twice or without a size; apply a given tightening factor."""
+        """Reject embedding given twice or without a bolt size; apply the tightening factor."""
         if self.embedding is not None and self.rz is not None:
             raise KeyedError(".rz", "wanted embedding or rz, got both; remove one")
         for name in ("embedding", "rz"):
@@ -93,11 +93,11 @@ class TightenedBolts(Part):
 
     @property
     def embeds(self) -> bool:
-        """Whether embedding reduces the tension."""
+        """Whether embedding of the clamped faces reduces the tension."""
         return self.embedding is not None or self.rz is not None
 
     def clamped(self, length: float) -> ClampedBolt | None:
-        """Return a bolt with its plates of a total thickness [m]; None if not known."""
+        """Return a bolt with plates of a total thickness [m]; None without size or modulus."""
         if self.size is None or self._plate_modulus is None:
             return None
         return ClampedBolt(self.size, length, self._plate_modulus)
@@ -119,7 +119,7 @@ class TightenedBolts(Part):
 
 
 def set_clamped_materials(study: Any) -> None:
-    """Pass the moduli of the clamped plates to bolts, and the materials to a structure."""
+    """Set the moduli of the clamped plates in the bolts, and the materials in a structure."""
     pressure, part = getattr(study.joint, "pressure", None), study.structure
     bodies = tuple(getattr(study.surface, "materials", ()))
     if pressure is not None and isinstance(pressure, TightenedBolts):
@@ -136,7 +136,7 @@ def set_clamped_materials(study: Any) -> None:
 
 
 def _modulus(study: Any, names: Sequence[str], thickness: Sequence[float]) -> float | None:
-    """Return the modulus of stacked plates [Pa]; None if one is unknown or all are rigid."""
+    """Return the modulus [Pa] of plates in series; None if one is unknown or all are rigid."""
     metals = [study.material.get(name) for name in names]
     moduli = [getattr(metal, "young_modulus", None) for metal in metals]
     soft = sum(t / float(e) for t, e in zip(thickness, moduli, strict=True) if e is not None)
@@ -149,7 +149,7 @@ _PRESSURES = Numbers(with_unit(PRESSURE, "20 MPa", "any"), '["20 MPa", "12 MPa",
 
 
 class PressurePart(Part):
-    """Base of the pressure distributions, scaled by the normal load."""
+    """Base of the tables of contact pressure; the normal load scales the pressures."""
 
     @property
     def load(self) -> float | None:
@@ -158,20 +158,20 @@ class PressurePart(Part):
 
     @property
     def tightening(self) -> float | None:
-        """Largest normal load applied before [N]; None if not known."""
+        """Largest normal load that was applied earlier [N]; None if unknown."""
         return self.load
 
     def spread(self, rings: int = RINGS) -> Pressure:
-        """Return the distribution."""
+        """Return the pressure distribution, axisymmetric ones divided into ``rings``."""
         raise NotImplementedError
 
     def check(self, place: Place) -> None:
-        """Refuse invalid distributions."""
+        """Record an error for an invalid distribution."""
         self.spread()
 
 
 class _Round(PressurePart):
-    """Axisymmetric distribution between two radii."""
+    """Axisymmetric pressure between an inner and an outer radius."""
 
     outer: float = key(_LENGTH, "Outer radius.", '"8 mm"')
     inner: float | None = optional_key(_LENGTH, "Radius of the hole; by default none.", '"4.5 mm"')
@@ -205,7 +205,7 @@ class AnnulusPressure(_Round):
 
 
 class RectanglePressure(PressurePart):
-    """An even pressure on a rectangle."""
+    """Uniform pressure on a rectangle."""
 
     kind: str = tag("rectangle", "Even on a rectangle, such as a specimen of a rig.")
     length: float = key(_LENGTH, "One side.", '"12 mm"')
@@ -213,12 +213,12 @@ class RectanglePressure(PressurePart):
     count: int = key(_COUNT, "Number of such contacts, equal and separate.", default=1)
 
     def spread(self, rings: int = RINGS) -> Pressure:
-        """Return the distribution."""
+        """Return the uniform pressure on the total area of all rectangles."""
         return Pressure.patches([self.count * self.length * self.width], [1.0])
 
 
 class TablePressure(PressurePart):
-    """Axisymmetric pressure from a table over the radius; only ratios of pressures matter."""
+    """Axisymmetric pressure from a table over radius; only ratios of the pressures matter."""
 
     kind: str = tag("table", "Table over the distance from the axis.")
     distance: tuple[float, ...] = key(
@@ -231,12 +231,12 @@ class TablePressure(PressurePart):
     count: int = key(_COUNT, "Number of identical, separate contacts.", default=1)
 
     def spread(self, rings: int = RINGS) -> Pressure:
-        """Return the distribution."""
+        """Return the distribution with the radii and pressures of the table."""
         return Pressure.table(self.distance, self.pressure, count=self.count)
 
 
 class PatchesPressure(PressurePart):
-    """Patches measured by a pressure film or computed by finite elements."""
+    """Areas and pressures of patches, from a pressure film or from finite elements."""
 
     kind: str = tag("patches", "Patches with areas and pressures.")
     area: tuple[float, ...] = key(
@@ -250,12 +250,12 @@ class PatchesPressure(PressurePart):
     )
 
     def spread(self, rings: int = RINGS) -> Pressure:
-        """Return the distribution."""
+        """Return the distribution with the areas and pressures of the patches."""
         return Pressure.patches(self.area, self.pressure)
 
 
 class BoltPressure(TightenedBolts, PressurePart):
-    """Pressure of bolts between two plates: a cone of 30 degrees from head and nut."""
+    """Pressure between two plates under bolts: a cone of 30 degrees from head and nut."""
 
     kind: str = tag("bolt", "Cone under the heads of bolts through two plates.")
     size: str = key(one_of(*BOLTS), "Size of the bolts, which defines head and hole.", '"M8"')
@@ -292,7 +292,7 @@ class BoltPressure(TightenedBolts, PressurePart):
     )
 
     def check(self, place: Place) -> None:
-        """Refuse a preload together with a torque, and keys that need one of them."""
+        """Reject a preload next to a torque, and keys that need one of them."""
         self.spread()
         super().check(place)
         if self.preload is not None and self.torque is not None:
@@ -338,12 +338,12 @@ class BoltPressure(TightenedBolts, PressurePart):
 
     @property
     def tightening(self) -> float | None:
-        """Clamp force of all bolts right after tightening [N], or None."""
+        """Clamp force of all bolts right after tightening [N]; None if unknown."""
         forces = self.bolt_forces
         return None if forces is None else self.count * forces.assembly
 
     def spread(self, rings: int = RINGS) -> Pressure:
-        """Return the distribution."""
+        """Return the distribution of the pressure cone between the plates."""
         sizes = named(self, "count", "hole", "head", "angle", "edge")
         return Pressure.bolt(self.size, self.plates, rings=rings, **sizes)
 

@@ -1,4 +1,4 @@
-"""Readers of single values of a study, which collect errors with their key."""
+"""Readers of single values of a study; errors are collected together with their key."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _MOST_NAMES = 1000  # of a table with user-defined names
 
 
 class KeyedError(ValueError):
-    """Error of a given key, found by a check over several keys.
+    """Error that a check over several keys attributes to one key.
 
     A key that starts with a point is relative to the table that is being read.
     """
@@ -31,7 +31,7 @@ class KeyedError(ValueError):
 
 @dataclass
 class ReadState:
-    """State of reading one study: source, notes and errors."""
+    """State while a study is read: its source, and the notes and errors collected so far."""
 
     folder: Path | None = None
     tables: Mapping[str, Any] = field(default_factory=dict)
@@ -43,14 +43,14 @@ class ReadState:
         return (self.folder or Path()) / name
 
     def message(self, error: str, name: str) -> str:
-        """Return the error of a file, naming the folder that was searched."""
+        """Return the error message for a file, with the folder that was searched."""
         if self.folder is None or Path(name).is_absolute():
             return error
         return error.replace("no such file", "no such file in the folder of the study")
 
 
 class Place(NamedTuple):
-    """Location in the study: the key that is being read."""
+    """Location in the study: the table and key that are being read."""
 
     key: str
     reading: ReadState
@@ -89,7 +89,7 @@ class Place(NamedTuple):
 
 
 class Reader:
-    """Reader of the value of a key, with its description for editors."""
+    """Reader and validator of the value of a key, with a JSON Schema for editors."""
 
     help: str = ""
     example: str = ""  # as TOML
@@ -109,7 +109,7 @@ class Reader:
 
 
 class DeclaredValue(Reader):
-    """Reader of a declared value."""
+    """Reader of a value declared by its type, unit and limits."""
 
     def __init__(self, declared: Number) -> None:
         self.declared = declared
@@ -121,7 +121,7 @@ class DeclaredValue(Reader):
         return self.declared.read(raw_value)
 
     def schema(self) -> JsonSchema:
-        """Return the schema of the declaration."""
+        """Return the JSON Schema of the declaration."""
         return self.declared.schema()
 
 
@@ -143,7 +143,7 @@ class Constant(Reader):
 
 
 class _Several(Reader):
-    """Reader of several values of one kind."""
+    """Base of the readers of several values that share one reader."""
 
     item: Reader
 

@@ -110,7 +110,7 @@ def removed_value(
 
 
 def _face_by_spectrum(law: str, table: Mapping[str, Any]) -> str | None:
-    """Return keys of a face with the same height and slope as a removed law."""
+    """Return keys of a drawn face with the height and slope of a law that was removed."""
     if law not in ("rough", "persson") or "spectrum" in table:
         return None
     name = next(name for name in ("rq", "ra", "rms") if name in table)
@@ -127,13 +127,16 @@ def _face_by_spectrum(law: str, table: Mapping[str, Any]) -> str | None:
 
 
 def _rms_slope(rms: float, hurst: float, longest: float, roll_off: float, shortest: float) -> float:
-    """Return the rms slope of a self-affine face with a flat spectrum above the roll-off."""
+    """Return the rms slope [-] of a self-affine surface with a flat spectrum at long waves.
+
+    ``longest``, ``roll_off`` and ``shortest`` are wavelengths [m].
+    """
     low, middle, high = (2.0 * math.pi / size for size in (longest, roll_off, shortest))
     if not low <= middle < high:
         raise ValueError
 
     def moment(n: int) -> float:
-        """Integral of q^(n + 1) times the power spectral density."""
+        """Return the integral of q^(n + 1) times the spectral density over wavenumber q."""
         steep = math.pow(middle, -2.0 - 2.0 * hurst)
         flat = steep * (middle ** (n + 2) - low ** (n + 2)) / (n + 2)
         power = n - 2.0 * hurst

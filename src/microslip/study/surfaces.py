@@ -40,7 +40,7 @@ _ANY_PAIR = MaterialPair(Material(1e9, 0.3), Material.rigid())
 
 
 class Elastic(Part):
-    """An elastic material; faces yield at its hardness."""
+    """Elastic material: modulus, Poisson's ratio and, for yielding, hardness."""
 
     rigid: bool = tag(False, "Rigid body.", default=False)
     young_modulus: float = key_for(parameter_of(Material, "young_modulus"))
@@ -52,7 +52,7 @@ class Elastic(Part):
 
     @classmethod
     def missing(cls, name: str, item: Key, place: Place) -> str:
-        """Return the message for a missing key, with a hint at a metal of similar name."""
+        """Return the message for a missing key; it names a metal of similar name, if any."""
         called = place.key.rpartition(".")[2]
         near = nearest(called, metals())
         hint = f' (the table of metals has no "{called}"; did you mean "{near}"?)' if near else ""
@@ -63,7 +63,7 @@ class Elastic(Part):
         return Material(self.young_modulus, self.poisson_ratio, self.hardness)
 
     def check(self, place: Place) -> None:
-        """Refuse values that the class refuses."""
+        """Record an error for values that :class:`microslip.Material` rejects."""
         self.build()
 
 
@@ -83,7 +83,7 @@ class Rigid(Part):
 
 
 class ContactSurface(SurfaceTable):
-    """Base of the tables of two bodies in contact."""
+    """Base of the tables that describe the surface between two bodies in contact."""
 
     materials: tuple[str, str] = MATERIALS
 
@@ -92,12 +92,12 @@ class ContactSurface(SurfaceTable):
         raise NotImplementedError
 
     def check(self, place: Place) -> None:
-        """Refuse values that the class refuses."""
+        """Record an error for values that the normal law rejects."""
         self.build(_ANY_PAIR)
 
 
 class DescribedSurface(Described, ContactSurface):
-    """Table of a surface made from a class of the library."""
+    """Table of a surface whose keys are the parameters of a law of the library."""
 
     def build(self, pair: MaterialPair) -> NormalLaw:
         """Return the normal law of the surface."""
@@ -124,7 +124,7 @@ class PopulationSurface(ContactSurface):
     )
 
     def check(self, place: Place) -> None:
-        """Refuse a number of radii that differs from the number of heights."""
+        """Record an error if the numbers of radii and heights differ."""
         heights, radii = len(self.heights.values), len(self.radius)
         if radii not in (1, heights):
             raise KeyedError(
@@ -172,7 +172,7 @@ _HEIGHTS = key(
 
 
 def _table_of_law(kind: type) -> type[Part]:
-    """Return the table of a law: its parameters, materials and, for some laws, heights."""
+    """Return the table class of a law: its parameters, materials and, if any, heights."""
     has_heights = "heights" in {item.name for item in dataclasses.fields(kind)}
     extra_keys = {"heights": _HEIGHTS} if has_heights else {}
     return table_of(kind, "law", __name__, DescribedSurface, extra_keys)
@@ -190,7 +190,7 @@ SURFACE_TABLES: dict[str, type[Any]] = {
 
 
 class _AnySurface(SubTable):
-    """Table of a surface by its law; a face with a scan is measured, and otherwise drawn."""
+    """Table of a surface, selected by ``law``; without it a scan is measured, else drawn."""
 
     def read(self, raw_value: object, place: Place) -> Any:
         if isinstance(raw_value, Mapping) and raw_value.get("law") == "face":

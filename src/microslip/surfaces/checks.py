@@ -27,7 +27,7 @@ _ATOM = 1e-10  # [m] smaller variations are rounding
 
 
 def far_points(heights: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return a mask of points so far away that all other heights would be invisible."""
+    """Return a mask of heights so large that all other heights vanish against them by rounding."""
     none = np.zeros(heights.shape, dtype=bool)
     # 100 000 points suffice for the usual distance and take milliseconds.
     step = max(1, heights.size // 100_000)
@@ -47,10 +47,10 @@ def far_points(heights: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 def repeated(heights: NDArray[np.float64]) -> tuple[float, int, float, float] | None:
-    """Return a probable fill value, its count, and limits of the other heights; else None.
+    """Return a probable fill value, its count, and limits of the other heights; or None.
 
-    Several points of exactly one height, farther from all others than three times the range of the
-    others, are probably a fill value such as -9999.
+    A fill value, such as -9999, occurs several times exactly, and its distance from all other
+    heights exceeds three times their range.
     """
     for end, beyond in ((np.nanmin, np.greater), (np.nanmax, np.less)):
         value = float(end(heights))
@@ -71,10 +71,9 @@ def repeated(heights: NDArray[np.float64]) -> tuple[float, int, float, float] | 
 
 
 def exact_zeros(heights: NDArray[np.float64]) -> int | None:
-    """Return the number of exact zeros if far more frequent than any other height near zero.
+    """Return the number of exact zeros if it far exceeds that of any other height near zero.
 
-    In data with few digits every height is frequent, and zero is no more frequent than its
-    neighbours.
+    Otherwise return None: in data with few digits all heights near zero are equally frequent.
     """
     count = int(np.count_nonzero(heights == 0.0))
     if count < 10 or count < 1e-5 * heights.size:
@@ -89,7 +88,7 @@ def exact_zeros(heights: NDArray[np.float64]) -> int | None:
 
 
 def absurd(heights: NDArray[np.float64], pixel: tuple[float, ...]) -> list[str]:
-    """Return messages about probably wrong units."""
+    """Return messages about heights or a pixel that are probably in the wrong unit."""
     low, high = np.nanpercentile(heights[:: max(1, heights.shape[0] // 500)], (0.5, 99.5)).tolist()
     height, step = high - low, min(pixel)
     size = max(n * s for n, s in zip(heights.shape[::-1], pixel, strict=True))
@@ -113,7 +112,7 @@ def absurd(heights: NDArray[np.float64], pixel: tuple[float, ...]) -> list[str]:
 
 
 def enough(name: str, heights: NDArray[np.float64]) -> None:
-    """Raise an InputError for an area too narrow for curvatures."""
+    """Raise an InputError for an area with too few rows or columns for curvatures."""
     if heights.ndim == 2 and min(heights.shape) < 3:
         size = " x ".join(str(count) for count in heights.shape[::-1])
         raise InputError(
@@ -137,7 +136,7 @@ def objection(heights: NDArray[np.float64]) -> str:
 
 
 def pixel_of(pixel: Any, axes: int) -> tuple[float, ...]:
-    """Return the distance of neighbours [m] along each axis, from one value or one per axis."""
+    """Return the distance of neighbouring points [m] along each axis from one or more values."""
     if isinstance(pixel, (list, tuple)):
         steps = tuple(_step(distance) for distance in pixel)
     elif isinstance(pixel, np.ndarray) and pixel.ndim:
@@ -151,12 +150,12 @@ def pixel_of(pixel: Any, axes: int) -> tuple[float, ...]:
 
 
 def length_of(name: str, value: Any, example: str) -> float:
-    """Return a length [m] from a number in metres or text with a unit."""
+    """Return a length [m] from a number in metres, or from text with a unit."""
     return _quantity(name, value, LENGTH, example, 1e-5)
 
 
 def area_of(area: Any) -> float:
-    """Return an area [m^2] from a number in square metres or text such as "2 cm^2"."""
+    """Return an area [m^2] from a number in square metres, or from text such as "2 cm^2"."""
     return _quantity("area", area, AREA, "2 cm^2", 1e-4)
 
 

@@ -43,12 +43,12 @@ def condition(
     Parameters
     ----------
     level : {"plane", "quadratic", "cylinder", "lines", "mean"}, optional
-        Form to remove, fitted by least squares. "cylinder" is a plane and a parabola in the
-        direction that fits best; "lines" is a straight line for each row (along x), which removes
-        steps and drift between rows together with waves along y.
+        Form to remove, fitted by least squares. "cylinder" is a plane plus a parabola along the
+        direction with the smallest residual; "lines" is a straight line for each row (along x),
+        which removes offsets and drift between rows, but also waves along y.
     outliers : float, optional
         Points farther than this number of robust standard deviations [-] from the median of their
-        neighbours are set as missing; 6 is usual.
+        neighbours are marked as missing; 6 is usual.
     fill : {"interpolate"}, optional
         Interpolate missing points (see Notes).
     cutoff : float or str, optional
@@ -56,9 +56,10 @@ def condition(
     long_cutoff : float or str, optional
         Long-wave cut-off [m]: longer waves, including the mean, are removed.
     filter : {"gaussian", "robust", "spline"}
-        Filter of the long-wave cut-off. "robust" is a Gaussian regression of second order
-        insensitive to scratches and pits (ISO 16610-31:2016, -71:2014), "spline" a smoothing cubic
-        spline (ISO 16610-22:2015; for areas an isotropic plate). Neither has end effects.
+        Filter of the long-wave cut-off. "robust" is a Gaussian regression of second order,
+        insensitive to scratches and pits (ISO 16610-31:2016, -71:2014); "spline" a smoothing cubic
+        spline (ISO 16610-22:2015; for areas an isotropic plate). Neither of these two has end
+        effects.
     crop : float, str or pair of them, optional
         Length [m] to remove at each end, or lengths along x and y.
 
@@ -71,11 +72,11 @@ def condition(
     -----
     In terms of ISO 25178-3, ``cutoff`` is the nesting index of the S-filter, ``level`` the
     F-operation and ``long_cutoff`` the nesting index of the L-filter. The form is removed first, so
-    that a tilt does not leak through the ends of the S-filter; away from the ends both orders
-    agree. The Gaussian filters transmit half the amplitude at the cut-off (ISO 16610-61:2015; for
-    profiles ISO 16610-21:2011). At edges and gaps the weights are normalised to sum to one.
-    Filling solves the discrete Laplace equation in the gaps approximately, from coarse to fine
-    grids, in a time proportional to the number of points.
+    that a tilt does not leak through the ends of the S-filter; away from the ends the order makes
+    no difference. The Gaussian filters transmit half the amplitude at the cut-off (ISO
+    16610-61:2015; for profiles ISO 16610-21:2011). At edges and gaps the weights are normalised to
+    sum to one. Filling solves the discrete Laplace equation in the gaps approximately, from coarse
+    to fine grids, in a time proportional to the number of points.
     """
     if crop is not None:
         scan = _cropped(scan, crop)
@@ -158,7 +159,7 @@ def _cropped(scan: Map, crop: Any) -> Map:
 
 
 def band(scan: HeightMap, cutoff: Any, long_cutoff: Any) -> tuple[float | None, float | None]:
-    """Validate both cut-offs [m] for a scan."""
+    """Validate the short-wave and the long-wave cut-off [m] for a scan and return both."""
     shortest, longest = 2.0 * max(scan.pixel), min(scan.size)
     cutoffs: list[float | None] = []
     for name, value in (("cutoff", cutoff), ("long_cutoff", long_cutoff)):
@@ -188,7 +189,10 @@ def band(scan: HeightMap, cutoff: Any, long_cutoff: Any) -> tuple[float | None, 
 
 
 def remaining(scan: HeightMap, cutoff: float | None) -> float | None:
-    """Return the cut-off of the filter that takes a filtered scan to a longer cut-off."""
+    """Return the cut-off [m] of the filter that completes earlier filtering to ``cutoff`` [m].
+
+    Squares of the cut-offs of successive Gaussian filters add. None if no filter is needed.
+    """
     before = scan.cutoff
     if cutoff is None or before is None:
         return cutoff
@@ -257,7 +261,7 @@ _TOLERANCE = 1e-5  # residual over that of the initial guess
 
 
 def outliers(heights: Floats, threshold: float) -> np.ndarray:
-    """Return a mask of outliers among neighbouring points."""
+    """Return a mask of outliers, ``threshold`` robust deviations from their neighbours."""
     from scipy.ndimage import median_filter
 
     gaps = np.isnan(heights)
@@ -273,7 +277,7 @@ def outliers(heights: Floats, threshold: float) -> np.ndarray:
 
 
 def _untilted(heights: Floats) -> Floats:
-    """Return heights without tilt, which mirrored edges would distort; robust against outliers."""
+    """Return the heights less a tilt estimated robustly; mirrored edges would distort a tilt."""
     result = heights
     for axis, count in enumerate(heights.shape):
         step = max(1, heights.size // 200_000)
@@ -285,7 +289,7 @@ def _untilted(heights: Floats) -> Floats:
 
 
 def filled(heights: Floats) -> Floats:
-    """Return heights with the gaps filled smoothly.
+    """Return the heights with missing points interpolated smoothly.
 
     The discrete Laplace equation is solved in the gaps with no flux over the edges of the scan:
     each filled point is the mean of its neighbours and lies between the heights around its gap,
@@ -332,7 +336,7 @@ def _fill(values: Floats, gaps: np.ndarray) -> None:
 
 
 def _coarser(values: Floats, gaps: np.ndarray) -> tuple[Floats, np.ndarray]:
-    """Return means of the points present in each block of two by two."""
+    """Return means of the points present in blocks of 2 x 2 points, and the new gaps."""
     sums, counts = np.where(gaps, 0.0, values), np.subtract(1.0, gaps)
     for axis in (0, 1):
         starts = np.arange(0, values.shape[axis], 2)
@@ -342,7 +346,7 @@ def _coarser(values: Floats, gaps: np.ndarray) -> tuple[Floats, np.ndarray]:
 
 
 def _finer(coarse: Floats, shape: tuple[int, ...]) -> Floats:
-    """Interpolate linearly between the centres of the blocks."""
+    """Interpolate linearly from the centres of 2 x 2 blocks to the points in them."""
     result = coarse
     for axis in (0, 1):
         place = np.clip(0.5 * np.arange(shape[axis]) - 0.25, 0.0, coarse.shape[axis] - 1)
@@ -354,7 +358,7 @@ def _finer(coarse: Floats, shape: tuple[int, ...]) -> Floats:
 
 
 def _relax(values: Floats, gaps: np.ndarray) -> None:
-    """Make each missing point the mean of its neighbours, by conjugate gradients."""
+    """Solve for missing points that equal the mean of their neighbours, by conjugate gradients."""
     from scipy.sparse import coo_matrix
 
     count = int(np.count_nonzero(gaps))

@@ -97,7 +97,7 @@ def is_bow(note: str) -> bool:
 
 
 def _levelled(heights: Floats) -> tuple[Floats, Floats, float]:
-    """Return heights without plane, without quadratic form, and the std of that form [m]."""
+    """Return heights less plane, heights less quadratic form, and the rms of that form [m]."""
     plane, _ = level(heights, (1.0, 1.0), "plane")
     try:
         flat, _ = level(heights, (1.0, 1.0), "quadratic")
@@ -111,7 +111,7 @@ def _long(length: float) -> str:
 
 
 def _clipped(there: Floats) -> list[str]:
-    """Report far more points at an extreme height than next to it."""
+    """Report clipping: many points at an extreme height, and far fewer next to it."""
     words = []
     ordered = np.sort(there)
     for name, sign, run in (("tops", "highest", ordered[::-1]), ("dales", "lowest", ordered)):
@@ -129,7 +129,7 @@ def _clipped(there: Floats) -> list[str]:
 
 
 def _missing_peaks(heights: Floats, flat: Floats, std: float) -> list[str]:
-    """Report gaps on high places, from the mean height around each gap."""
+    """Report gaps that lie on high ground, from the mean height around each gap."""
     from scipy import ndimage
 
     gaps = np.isnan(heights)
@@ -196,7 +196,7 @@ def _stuck(lines: str, heights: Floats) -> list[str]:
 
 
 def _halves(differences: Floats) -> tuple[Floats, Floats]:
-    """Return medians along both halves of each line, zero where points are missing."""
+    """Return the medians of both halves of each line; 0 where a half is missing."""
     half = differences.shape[1] // 2
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # missing lines
@@ -208,11 +208,11 @@ def _halves(differences: Floats) -> tuple[Floats, Floats]:
 
 
 def _offsets(lines: str, flat: Floats, std: float) -> list[str]:
-    """Report an offset of each line, equal along both halves and white from line to line.
+    """Report random offsets of the lines, equal along both halves of each line.
 
-    Relative to the mean of both neighbours, the variance of white offsets is 3/2 and their
-    correlation with the next line -2/3; for waves of four and more lines the correlation is
-    positive.
+    The offset of a line is taken relative to the mean of both neighbours. For white offsets its
+    variance is 3/2 of theirs and its correlation with the next line -2/3; for waves of four and
+    more lines the correlation is positive.
     """
     first, second = _halves(flat[1:-1] - 0.5 * (flat[:-2] + flat[2:]))
     limit = 6.0 * _NORMAL * float(np.median(np.abs(first + second)))  # excludes scratches and steps
@@ -259,7 +259,7 @@ def _steps(lines: str, flat: Floats, std: float) -> list[str]:
 
 
 def _wave(lines: str, flat: Floats, std: float) -> list[str]:
-    """Report a wave across the lines with equal phase along them, unless it is the lay."""
+    """Report a wave across the lines, of equal phase along them, that is not the lay."""
     count = min(_PARTS, flat.shape[1] // 8)
     filled = np.where(np.isnan(flat), 0.0, flat)
     parts = np.array([part.mean(axis=1) for part in np.array_split(filled, count, axis=1)])

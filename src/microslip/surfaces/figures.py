@@ -29,7 +29,7 @@ def trace_figure(scan: Any, title: str = "") -> Plot:
 
 
 def map_figure(scan: Any) -> Plot:
-    """Return the figure of the heights, from low to high in cividis; a trace for a profile."""
+    """Return the figure of the heights in the colour map cividis; for a profile, its trace."""
     if scan.is_profile:
         return trace_figure(scan)
     low, high = np.nanquantile(scan.heights, (SHARE, 1.0 - SHARE)).tolist()
@@ -43,7 +43,7 @@ def map_figure(scan: Any) -> Plot:
 
 
 def summit_figure(summits: Any) -> Plot:
-    """Return the figure of the summits as rings on the area of the scan."""
+    """Return the figure of the summits, as rings at their positions on the scan."""
     if summits.scan.is_profile:
         return trace_figure(summits.scan)
     panel = _map_panel(summits.scan)

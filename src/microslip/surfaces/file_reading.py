@@ -59,7 +59,7 @@ def read(path: Path, options: FileOptions, limit: int = POINTS) -> ScanContent:
 
 
 def _format(name: str | None) -> str | None:
-    """Return the name of a format, from a suffix or any capitalisation."""
+    """Return the name of a format from a name or suffix, in any capitalisation."""
     if name is None:
         return None
     word = name.strip().lower().removeprefix(".")
@@ -132,7 +132,7 @@ def _line(raw: RawHeights) -> RawHeights:
 
 
 def _units(raw: RawHeights, options: FileOptions) -> tuple[tuple[float, float], list[str]]:
-    """Return metres per unit of the coordinates and of the heights, and notes."""
+    """Return metres per unit of the coordinates and metres per unit of the heights, and notes."""
     if raw.unit is not None:
         if options.unit is not None:
             raise InputError(f'the file states heights in "{shorten(raw.unit, 20)}"; omit `unit`')
@@ -186,7 +186,7 @@ def _factor(unit: Any) -> float:
 
 
 def _pixel(raw: RawHeights, options: FileOptions, factor: float) -> tuple[tuple[float, ...], str]:
-    """Return the distance of neighbours [m], and its source."""
+    """Return the distance of neighbouring points [m], and a note of its source."""
     axes = np.ndim(raw.values)
     if options.pixel is not None:
         if axes not in (1, 2):

@@ -30,7 +30,8 @@ def transmission(wavelength: Floats | float, cutoff: float) -> Floats:
     """Return the amplitude transmission of the Gaussian short-wave filter [-].
 
     2^-(cutoff/wavelength)^2, one half at the cut-off (ISO 16610-21:2011, section 4.3; ISO
-    16610-61:2015). The long-wave filter transmits one minus this.
+    16610-61:2015). The long-wave filter, which removes longer waves, transmits one minus this
+    value.
     """
     return np.asarray(np.exp2(-((cutoff / np.asarray(wavelength, dtype=float)) ** 2)))
 
@@ -65,7 +66,10 @@ def weights(cutoff: float) -> Floats:
 
 
 def smooth(heights: Floats, pixel: tuple[float, ...], cutoff: float) -> Floats:
-    """Return waves longer than the cut-off: weighted means over the points that are present."""
+    """Return the heights after the Gaussian short-wave filter.
+
+    They are weighted means over the points that are present; ``pixel`` and ``cutoff`` in metres.
+    """
     kernels = [weights(cutoff / step) for step in pixel[::-1]]
     gaps = np.isnan(heights)
     if not gaps.any():
@@ -143,11 +147,12 @@ _STEPS = 1000
 
 
 def robust_mean(heights: Floats, pixel: tuple[float, ...], cutoff: float) -> Floats:
-    """Return the robust Gaussian regression of second order, insensitive to scratches and pits.
+    """Return the mean surface by robust Gaussian regression of second order.
 
-    Local parabolas or paraboloids by weighted least squares with Tukey's biweight, iterated until
-    the median residual converges. ISO 16610-31:2016 for profiles and ISO 16610-71:2014 for areas;
-    forms of second order have no end effects.
+    Local parabolas or paraboloids are fitted by weighted least squares with Tukey's biweight, which
+    makes them insensitive to scratches and pits, until the median residual converges. ISO
+    16610-31:2016 for profiles and ISO 16610-71:2014 for areas; forms of second order have no end
+    effects.
     """
     grid = np.atleast_2d(heights)
     steps = (pixel[0], pixel[-1])
@@ -169,7 +174,10 @@ def robust_mean(heights: Floats, pixel: tuple[float, ...], cutoff: float) -> Flo
 
 
 def _around(nodes: Floats, places: Floats, powers: int) -> list[sparse.csr_array]:
-    """Return the weights of the points around each node, times powers of their distance."""
+    """Return sparse matrices of Gaussian weights times x^0, x^1, ..., shape (nodes, points).
+
+    x is the distance of a point from a node, over the cut-off.
+    """
     first = np.searchsorted(places, nodes - _REACH)
     count = np.searchsorted(places, nodes + _REACH, side="right") - first
     index = first[:, None] + np.arange(count.max())
@@ -184,7 +192,7 @@ def _around(nodes: Floats, places: Floats, powers: int) -> list[sparse.csr_array
 
 
 class _Regression:
-    """Local regressions of second order at nodes, interpolated by cubic splines."""
+    """Local regressions of second order at the nodes of a grid, interpolated by cubic splines."""
 
     def __init__(self, shape: tuple[int, ...], pixel: tuple[float, float], cutoff: float) -> None:
         self.is_profile = shape[0] == 1
@@ -224,7 +232,7 @@ class _Regression:
         return self._between(middle)
 
     def _sum(self, values: Floats, i: int, j: int) -> Floats:
-        """Return sums over points around each node, with powers i of x and j of y."""
+        """Return weighted sums of values x^i y^j around each node, x and y from the node."""
         along_x, along_y = self.sums[0][i], self.sums[1][j]
         return np.asarray((along_x @ (along_y @ values).T).T)
 
@@ -260,7 +268,7 @@ def spline_mean(heights: Floats, pixel: tuple[float, ...], cutoff: float) -> Flo
 
 
 def _spline_profile(values: Floats, weights: Floats, alpha: float) -> Floats:
-    """Solve with the upper band of weights + alpha^4 D^T D, D second differences."""
+    """Solve (W + alpha^4 D^T D) z = W values, with weights W and second differences D."""
     count = values.size
     band = np.zeros((3, count))
     second = (1.0, -2.0, 1.0)

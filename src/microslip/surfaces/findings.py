@@ -36,7 +36,7 @@ _OF_A_PROFILE = (
 
 
 def single_value(values: Any) -> Any:
-    """Return the value of an option given once, or the tuple of several values."""
+    """Return the only value of an option given once, or the tuple of several values."""
     return values[0] if isinstance(values, tuple) and len(values) == 1 else values
 
 
@@ -74,7 +74,7 @@ class Request:
         return cls(path, cutoff_given=cutoff_given, reading=reading, **options)
 
     def pair(self) -> MaterialPair | None:
-        """Return the two bodies of the joint, or None if no joint was requested."""
+        """Materials of the two bodies of the joint, or None if no joint was requested."""
         metals, load = '`materials=("steel", "steel")`', '`normal_load="500 N"`'
         if self.materials is None and self.normal_load is None:
             if self.amplitude is None:
@@ -127,7 +127,7 @@ class Findings:
         return self.scan.area
 
     def cutoff_text(self) -> str:
-        """Describe the cut-offs; never empty."""
+        """Describe the cut-offs; if there are none, state that."""
         if self.request.cutoff is not None:
             text = f"cut-off {engineering(self.request.cutoff, 'm', 4, trim=True)}"
         elif self.request.cutoff_given:
@@ -139,7 +139,7 @@ class Findings:
         return f"{text}, long-wave {engineering(self.request.long_cutoff, 'm', 4, trim=True)}"
 
     def title(self, subject: str) -> str:
-        """Return a figure title with the scan and the cut-off."""
+        """Return a figure title: the subject, the name of the scan and the cut-off."""
         return f"{subject} of {shorten(self.raw.name, 50)}, {self.cutoff_text()}"
 
 

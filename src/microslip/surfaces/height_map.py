@@ -1,4 +1,4 @@
-"""Heights on a regular grid, with cached parameters and noise."""
+"""Heights on a regular grid, with cached parameters and estimated noise."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ _BLOCK = 1 << 20  # points used for the median
 def noise_std(heights: Floats, step: int = 1) -> float:
     """Estimate the standard deviation of white noise from fourth differences [m].
 
-    Second differences along x of second differences along y vanish for a sum of cubics in x and y
-    and xy, and amplify white noise six times. The median of their absolute values is insensitive to
-    single spikes and scratches. Differences are taken over ``step`` points, which makes no
-    difference for white noise.
+    Second differences along x of second differences along y vanish for smooth heights, and amplify
+    the standard deviation of white noise six times. The median of their absolute values is
+    insensitive to single spikes and scratches. Differences are taken over ``step`` points, which
+    makes no difference for white noise.
     """
     if min(heights.shape) < 2 * step + 1:
         return 0.0
@@ -42,10 +42,11 @@ def noise_std(heights: Floats, step: int = 1) -> float:
 
 
 def rough_share(heights: Floats) -> float:
-    """Return the fraction of the estimated noise variance that is roughness.
+    """Return the fraction of the estimated noise variance that is really roughness [-].
 
-    For white noise the variance does not depend on the step: v(1) = v(2) = v(4). An increase with
-    the step is fitted by a power of the step and extrapolated to step one.
+    For white noise the estimate v does not depend on the step of the differences in points: v(1) =
+    v(2) = v(4). An increase with the step is due to roughness; it is fitted by a power of the step
+    and extrapolated to step one.
     """
     first, second, fourth = (noise_std(heights, step) ** 2 for step in (1, 2, 4))
     if not second > first > 0.0:
@@ -56,14 +57,17 @@ def rough_share(heights: Floats) -> float:
 
 
 def noise_passed(std: float, pixel: tuple[float, ...], cutoff: float | None) -> float:
-    """Return the standard deviation [m] of white noise of ``std`` [m] after the Gaussian filter."""
+    """Return the standard deviation [m] of white noise after the Gaussian short-wave filter.
+
+    ``std`` [m] is that before it; without a cut-off nothing changes.
+    """
     if cutoff is None:
         return std
     return std * math.prod(float(np.linalg.norm(weights(cutoff / step))) for step in pixel)
 
 
 def present(heights: Floats, reach: int) -> NDArray[np.bool_]:
-    """Return a mask of points whose neighbours up to ``reach`` points away are all present."""
+    """Return a mask of points with no missing point up to ``reach`` points away."""
     rows, columns = heights.shape
     result = np.zeros(heights.shape, dtype=bool)
     inner = result[reach : rows - reach, reach : columns - reach]
@@ -122,7 +126,7 @@ class HeightMap(Locked, Plottable):
             assign(self, **{key: checked})
 
     def changed(self, heights: ArrayLike, **changes: Any) -> Self:
-        """Return a copy with other heights and changed attributes."""
+        """Return a copy with other heights and, optionally, other attributes."""
         noise = changes.pop("noise_before", self._noise_before)
         unfiltered = changes.pop("unfiltered", self._unfiltered)
         about = {key: getattr(self, key) for key in ("name", "notes", "cutoff", "long_cutoff")}
@@ -147,13 +151,13 @@ class HeightMap(Locked, Plottable):
 
     @property
     def size(self) -> tuple[float, ...]:
-        """Length [m] along x and y; for a profile, along it."""
+        """Length [m] along x and y; for a profile, its length."""
         counts = self.heights.shape[::-1]
         return tuple(n * step for n, step in zip(counts, self.pixel, strict=True))
 
     @property
     def area(self) -> float:
-        """Area [m^2] represented by the points, including missing points."""
+        """Area [m^2] of the pixels of all points, including missing points."""
         if self.is_profile:
             raise InputError(f"{self.name[:60]}: a profile has no area; use a scan of an area")
         return math.prod(self.size)
@@ -164,7 +168,7 @@ class HeightMap(Locked, Plottable):
         return float(np.count_nonzero(np.isnan(self.heights)) / self.heights.size)
 
     def measurable(self) -> Self:
-        """Return the scan itself; raise InputError for constant heights or dominating spikes."""
+        """Return the scan; raise an InputError for constant heights or dominating spikes."""
         if self._objection:
             raise InputError(f"{self.name[:60]}: {self._objection}")
         return self
@@ -182,9 +186,10 @@ class HeightMap(Locked, Plottable):
         return self.measurable()._moments
 
     def noise_behind(self, cutoff: float | None) -> float:
-        """Return the standard deviation [m] of the noise after a further cut-off [m].
+        """Return the standard deviation [m] of the noise after a further short-wave cut-off [m].
 
-        White noise with the standard deviation before any filter is assumed, if that is known.
+        The noise before the first filter is assumed to be white; if it is unknown, the noise of
+        this scan.
         """
         if cutoff is not None:
             cutoff = length_of("cutoff", cutoff, "10 um")
@@ -201,7 +206,7 @@ class HeightMap(Locked, Plottable):
 
     @cached_property
     def noise(self) -> float:
-        """Standard deviation of the point-to-point noise of an area [m]: an upper bound."""
+        """Standard deviation of the white noise of an area [m], at most; includes roughness."""
         return noise_std(self.heights)
 
     @property
@@ -211,7 +216,7 @@ class HeightMap(Locked, Plottable):
 
     @cached_property
     def rough_share_of_noise(self) -> float:
-        """Fraction of the variance :attr:`noise` squared that is roughness [-]."""
+        """Fraction of the squared :attr:`noise` that is roughness [-]."""
         return rough_share(self.heights)
 
     @cached_property

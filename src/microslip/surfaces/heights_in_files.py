@@ -43,7 +43,7 @@ _BY_SLASH = re.compile(r"(.+?)\s*/\s*([^\W\d_]{1,12})")
 
 @dataclass(frozen=True)
 class FileOptions:
-    """Information on a file given by the user; None if not given."""
+    """Options of the user for reading a file; None where not given."""
 
     format: Any = None
     unit: Any = None
@@ -54,7 +54,7 @@ class FileOptions:
 
 @dataclass(frozen=True)
 class RawHeights:
-    """Heights as stored in a file."""
+    """Heights as stored in a file, before conversion of units."""
 
     kind: str
     """Kind of the file and its layout, for the notes."""
@@ -73,7 +73,7 @@ class RawHeights:
 
 
 def read_heights(path: Path, options: FileOptions) -> RawHeights:
-    """Read the heights in a file of any kind; errors do not name the file."""
+    """Read the heights from a file of any format; error messages do not contain the file name."""
     head = head_of(path)
     if not head:
         raise ValueError("wanted a scan, got an empty file")
@@ -89,7 +89,7 @@ def read_heights(path: Path, options: FileOptions) -> RawHeights:
 
 
 def _form(head: bytes, suffix: str) -> str | None:
-    """Return the format of a file; None if SurfaceTopography must read it."""
+    """Return the format of a file; None for formats that are read by SurfaceTopography."""
     form = file_kind(head, suffix)
     if form in ("npy", "npz", "mat"):
         return form
@@ -178,7 +178,7 @@ def _of_text(file: TextFile, form: str, options: FileOptions) -> RawHeights:
 
 
 def _order(called: list[str], count: int) -> tuple[list[int], tuple[str, ...]]:
-    """Return the columns of x, y and z, or x and z, by name, or by position without names."""
+    """Return the indices of the columns x, y and z, or x and z, by name or else by position."""
     axes = ["x", "y", "z"] if count > 2 else ["x", "z"][2 - count :]
     places = list(range(len(axes)))
     if sorted(called) == axes:
@@ -206,7 +206,7 @@ def _refuse_other(heading: str, unit: str | None) -> None:
 
 
 def _refuse_ragged(file: TextFile) -> None:
-    """Raise a ValueError for rows of numbers above the detected rows, which would be skipped."""
+    """Raise a ValueError if rows of numbers above the detected table would be skipped."""
     layout = file.layout
     for line in file.above:
         cells = split_line(line.text, layout.separator)
@@ -228,7 +228,7 @@ def _is_number(cell: str) -> bool:
 
 
 def _length_unit(heading: str, unit: str | None) -> tuple[str, str | None]:
-    """Return the name of a column, and its unit if that is a length."""
+    """Return the name in a column heading, and its unit if that is a length."""
     name, heading_unit = name_and_unit(heading)
     unit = unit or heading_unit
     if unit is None and (match := _BY_SLASH.fullmatch(heading.strip())):

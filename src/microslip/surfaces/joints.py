@@ -26,7 +26,7 @@ _NAMES = ("normal_stiffness", "tangential_stiffness", "loss_factor")
 
 @dataclass(frozen=True)
 class FaceJoint:
-    """Joint of a measured face at one load, and its uncertainty due to the scan."""
+    """Joint of a measured face at one load, with its uncertainty due to the scan."""
 
     joint: Interface
     law: MeasuredContact
@@ -39,15 +39,16 @@ class FaceJoint:
 
     @cached_property
     def values(self) -> dict[str, float]:
-        """Stiffnesses k_n and k_t [N/m] at rest and the loss factor [-] at the amplitude."""
+        """Stiffnesses at rest, k_n and k_t [N/m], and loss factor at the amplitude [-]."""
         return _values(self.joint, self.amplitude)
 
     @cached_property
     def intervals(self) -> dict[str, tuple[float, float]]:
-        """90 % intervals of the values; empty if the scan has a single piece.
+        """90 % intervals of :attr:`values`; empty if the scan was solved in a single piece.
 
-        The standard error of each logarithm is a jackknife estimate over the pieces; the change at
-        twice the pixel is the half-width of a rectangular distribution (GUM 4.3.7).
+        The standard error of each logarithm is a jackknife estimate over the pieces, combined with
+        the change at twice the pixel, taken as the half-width of a rectangular distribution (GUM
+        4.3.7).
         """
         from scipy.special import stdtrit
 
@@ -88,7 +89,7 @@ def solve_joint(
     direction: float | None = None,
     report: Progress,
 ) -> FaceJoint:
-    """Solve the face of a scan point by point under a load [N], and at twice the pixel.
+    """Solve a scan point by point under a load [N], and again with twice the pixel.
 
     Parameters
     ----------
@@ -158,6 +159,6 @@ def contact_words(numbers: ContactNumbers) -> str:
 
 
 def _rounded_up(value: float) -> float:
-    """Round up to four digits, so that a study with the rounded value bears the load."""
+    """Round up to four digits, so that a study with the rounded pressure carries the load."""
     scale = 10.0 ** (math.floor(math.log10(value)) - 3)
     return math.ceil(value / scale) * scale

@@ -22,7 +22,7 @@ def level(heights: Floats, pixel: tuple[float, ...], form: str) -> tuple[Floats,
 
     Legendre polynomials of coordinates from -1 to 1 keep the normal equations well conditioned; a
     second pass over the residual removes rounding errors. "lines" fits a straight line to each row,
-    as suits instruments that scan row by row.
+    for instruments that scan row by row.
     """
     if form == "lines":
         return _line_by_line(heights)
@@ -127,7 +127,7 @@ def _check(matrix: Floats, form: str, count: int) -> None:
 def _cylinder(
     matrix: Floats, right: Floats, pixel: tuple[float, ...], shape: tuple[int, ...]
 ) -> Floats:
-    """Return the coefficients of a plane and one parabola in the direction of smallest residual."""
+    """Return coefficients of a plane plus a parabola along the best-fitting direction."""
     from scipy.optimize import minimize_scalar
 
     flat, bent, mixed = matrix[:3, :3], matrix[3:, 3:], matrix[:3, 3:]

@@ -1,7 +1,7 @@
-"""Local and form faults of a scan: spikes, scratches, dust, edges, kinks, waves.
+"""Messages on local faults of a scan: spikes, scratches, dust, edges, kinks, waves.
 
-Heights [m] have their mean plane removed. Each function returns messages on what it detects,
-usually none.
+Heights [m] have their mean plane removed. Each function returns messages on the faults that it
+detects, usually none.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ def scratch_and_dust_words(flat: Floats, rms: float) -> list[str]:
 
 
 def edge_words(lines: str, flat: Floats) -> list[str]:
-    """Report an overshoot of the outermost lines, from their rise over lines six points inside."""
+    """Report outermost lines that rise above, or fall below, lines six points inside."""
     if len(flat) < 40:
         return []
     there = np.where(np.isnan(flat), 0.0, flat)
@@ -138,7 +138,7 @@ def form_words(lines: str, plane: Floats) -> list[str]:
 
 
 def interpolation_words(lines: str, heights: Floats) -> list[str]:
-    """Report interpolation of every second line, from fourth differences."""
+    """Report that every second line was interpolated, from fourth differences."""
     if len(heights) < 24:
         return []
     weights = (1.0, -4.0, 6.0, -4.0, 1.0)

@@ -2,15 +2,15 @@
 
 Slopes and curvatures are finite differences of the sampled heights, along rows and along columns:
 
-    slope      (z[i+1] - z[i]) / h                in the middle between two points
-    curvature  (z[i+1] - 2 z[i] + z[i-1]) / h^2   at a point
+    slope      (z[i+1] - z[i]) / h                in the middle between two points curvature
+    (z[i+1] - 2 z[i] + z[i-1]) / h^2   at a point
 
-Both are central differences, used wherever all their points are present. They replace the
-wavenumber q by K = (2/h) sin(q h/2), once and twice. So m0, m2 and m4 are moments of one spectrum,
-and m0 m4 >= m2^2 also holds for the measured values, except for the edges. A wave of ten pixels
-loses 3 % of its m2 and 6 % of its m4; for waves long compared with the pixel the error decreases
-with the square of the pixel. Differences over two pixels would not detect waves of two pixels and
-would halve the slopes of noise, but not its curvatures.
+Both are central differences, used wherever all their points are present. For a wave of wavenumber q
+they multiply by K and K^2 instead of q and q^2, with K = (2/h) sin(q h/2). So m0, m2 and m4 are
+moments of one spectrum, and m0 m4 >= m2^2 also holds for the measured values, except for the edges.
+A wave of ten pixels loses 3 % of its m2 and 6 % of its m4; for waves long compared with the pixel
+the error decreases with the square of the pixel. Differences over two pixels would not detect waves
+of two pixels and would halve the slopes of noise, but not its curvatures.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ _BLOCK = 1 << 18  # points per block, so that differences stay in the cache
 class Moments:
     """Spectral moments of a surface: variances of its heights, slopes and curvatures.
 
-    m2 and m4 are moments of profiles, averaged over both axes (Nayak 1971,
-    DOI 10.1115/1.3451608; McCool 1987, DOI 10.1115/1.3261349).
+    m2 and m4 are moments of profiles, averaged over both axes (Nayak 1971, DOI 10.1115/1.3451608;
+    McCool 1987, DOI 10.1115/1.3261349).
 
     Parameters
     ----------
@@ -47,9 +47,9 @@ class Moments:
     m4 : float
         Mean square curvature of a profile [1/m^2], above zero.
     m2_axes : tuple of float
-        m2 [-] along x and y; for a profile, along it.
+        m2 [-] along x and along y; a single value for a profile.
     m4_axes : tuple of float
-        m4 [1/m^2] along x and along y.
+        m4 [1/m^2] along x and along y; a single value for a profile.
     m11 : float
         Mean product of the slopes along x and along y [-].
     """
@@ -95,13 +95,13 @@ class Moments:
 
     @property
     def anisotropy(self) -> float:
-        """Rms slope across the lay over that along the lay [-]: 1 if isotropic."""
+        """Ratio of largest to smallest rms slope over all directions [-]: 1 if isotropic."""
         large, small = self.slopes
         return math.sqrt(large / small) if small > 0.0 else math.inf
 
     @property
     def lay(self) -> float:
-        """Direction of smallest slopes [rad], from x towards y, in (-pi/2, pi/2]."""
+        """Direction of the smallest slopes [rad], measured from x towards y, in (-pi/2, pi/2]."""
         if len(self.m2_axes) < 2:
             return 0.0
         a, b = self.m2_axes
@@ -111,14 +111,14 @@ class Moments:
     def mccool(self) -> SummitStatistics:
         """Return the Greenwood and Williamson parameters of McCool (1987), DOI 10.1115/1.3261349.
 
-        Exact means over the summits of an isotropic Gaussian surface with these moments (Nayak
-        1971, DOI 10.1115/1.3451608); the radius is the inverse of the mean curvature.
+        These are exact means over the summits of an isotropic Gaussian surface (Nayak 1971, DOI
+        10.1115/1.3451608); the radius is the inverse of the mean curvature.
 
         Returns
         -------
         SummitStatistics
-            Density (m4/m2)/(6 pi sqrt 3), radius (3/8) sqrt(pi/m4), mean height
-            4 sqrt(m0/(pi alpha)), std sqrt((1 - 0.8968/alpha) m0).
+            Density (m4/m2)/(6 pi sqrt 3), radius (3/8) sqrt(pi/m4), mean height 4 sqrt(m0/(pi
+            alpha)), std sqrt((1 - 0.8968/alpha) m0).
         """
         alpha = self.nayak
         variance = (1.0 - SUMMIT_SHARE / alpha) * self.m0
@@ -177,7 +177,7 @@ def moments_of(heights: Floats, pixel: tuple[float, ...]) -> Moments:
 
 
 def lost_to_pixel(heights: Floats, pixel: tuple[float, ...]) -> float:
-    """Estimate the fraction of m4 that finite differences miss because of short waves."""
+    """Estimate the fraction of m4 [-] due to waves too short for finite differences."""
     profile = heights.ndim == 1
     grid = heights[None, :] if profile else heights
     thirds, fourths = [_Mean(), _Mean()], [_Mean(), _Mean()]
@@ -197,7 +197,7 @@ def lost_to_pixel(heights: Floats, pixel: tuple[float, ...]) -> float:
 
 
 def variance(heights: Floats) -> float:
-    """Return the variance of the heights that are present [m^2]."""
+    """Return the variance [m^2] of the heights, ignoring missing points."""
     flat = heights.reshape(-1)
     count, total, square = 0, 0.0, 0.0
     parts = [flat[start : start + _BLOCK] for start in range(0, flat.size, _BLOCK)]
@@ -212,18 +212,18 @@ def variance(heights: Floats) -> float:
 
 
 def present(values: Floats) -> Floats:
-    """Return the values that are not missing; the same array if none is missing."""
+    """Return the values without missing ones; the same array if there are none."""
     missing = np.isnan(values)
     return values[~missing] if missing.any() else values
 
 
 def dot(a: Floats, b: Floats) -> float:
-    """Return the sum of products in this thread; BLAS would start other threads, which wait."""
+    """Return the sum of products in a single thread; BLAS would start others, which then idle."""
     return float(np.einsum("i,i->", a, b))
 
 
 class _Mean:
-    """Mean of squares or products over values that are present."""
+    """Accumulated mean of squares or products, ignoring missing values."""
 
     def __init__(self) -> None:
         self.total, self.count = 0.0, 0
@@ -253,7 +253,7 @@ class _Mean:
 
 
 def _blocks(grid: Floats, overlap: int = 2) -> Iterator[tuple[Floats, Floats]]:
-    """Yield blocks of rows, and the same blocks with ``overlap`` rows of the next block."""
+    """Yield blocks of rows, each also extended by the first ``overlap`` rows of the next block."""
     rows, columns = grid.shape
     height = max(1, _BLOCK // columns)
     for start in range(0, rows, height):
@@ -283,7 +283,7 @@ class Statistics:
 
 
 def statistics_of(heights: Floats) -> Statistics:
-    """Return height parameters, without levelling."""
+    """Return the height parameters of heights as they are, without levelling."""
     flat = heights.reshape(-1)
     parts = [flat[start : start + _BLOCK] for start in range(0, flat.size, _BLOCK)]
     count, total, low, high = 0, 0.0, math.inf, -math.inf

@@ -1,4 +1,4 @@
-"""Options of scans, shared by the command, studies, their schema and Python."""
+"""Declarations of the options of scans, shared by the command, the studies and Python."""
 
 from __future__ import annotations
 

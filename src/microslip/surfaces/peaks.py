@@ -117,7 +117,7 @@ def _higher(heights: Floats) -> Codes:
 def _meetings(
     flat: Floats, codes: Codes, peaks: Places, saddles: Places, columns: int
 ) -> tuple[Places, Places, Floats]:
-    """Return pairs of hills and the highest saddle between them, in descending order."""
+    """Return pairs of hills and the highest saddle between them, highest saddle first."""
     offsets = np.array([down * columns + right for down, right in _NEIGHBOURS])
     members = _MEMBERS[codes[saddles]]
     rows, parts = np.nonzero(members >= 0)
@@ -158,7 +158,7 @@ def _hills(flat: Floats, codes: Codes, peaks: Places, feet: Places, offsets: Pla
 
 
 def _distinct(places: Places, scratch: Indices) -> Places:
-    """Return each place once; overwrites the entries of ``scratch`` at the places."""
+    """Return the indices without repetitions; overwrites ``scratch`` at these indices."""
     number = np.arange(-1 - places.size, -1, dtype=scratch.dtype)
     scratch[places] = number  # for repeated places the last one stays
     last: Places = places[scratch[places] == number]
@@ -180,9 +180,10 @@ def _uphill(flat: Floats, codes: Codes, places: Places, offsets: Places) -> Plac
 
 
 def _merge(count: int, high: Places, two: Places, saddle: Floats) -> Floats:
-    """Return the saddle height at which each hill ends; -inf for hills that never do.
+    """Return the saddle height [m] at which each hill ends; -inf for hills that never end.
 
-    Hills are numbered in descending order of their peaks: of two that meet, the larger number ends.
+    Hills are numbered in descending order of their peaks: where two hills meet, the one with the
+    larger number ends.
     """
     ends = np.full(count, -np.inf)
     parent = np.arange(count)
@@ -216,7 +217,7 @@ def _merge(count: int, high: Places, two: Places, saddle: Floats) -> Floats:
 
 
 def _at_first_meeting(count: int, high: Places, two: Places) -> Places:
-    """Return the meetings, in descending order, that are the first of the lower hill."""
+    """Return the indices of meetings that are the highest meeting of their lower hill."""
     numbers = np.arange(high.size)
     firsts = np.full((2, count), high.size)
     for first, hills in zip(firsts, (high, two), strict=True):
@@ -231,7 +232,7 @@ _A_PASS = 1 << 16  # summits per pass
 
 
 class Tops(NamedTuple):
-    """Fitted summits, one row each."""
+    """Summits fitted by quadrics, one row for each."""
 
     curvatures: Floats
     """Principal curvatures [1/m], the larger first, positive for a summit, shape (n, 2)."""
@@ -248,9 +249,9 @@ def fitted(
 ) -> Tops:
     """Fit a quadric to the points around each summit by least squares.
 
-    z = z0 + gx x + gy y + (hxx x^2 + 2 hxy x y + hyy y^2)/2 over window x window points. Exact for
-    a paraboloid. With three points per side, the variance of white noise in the second derivatives
-    is already a third of that of three-point differences along an axis.
+    z = z0 + gx x + gy y + (hxx x^2 + 2 hxy x y + hyy y^2)/2 over window x window points, exact for
+    a paraboloid. With three points per side, the variance of the second derivatives due to white
+    noise is a third of that of three-point differences along an axis.
     """
     reach = window // 2
     side = np.arange(-reach, reach + 1)
@@ -276,7 +277,7 @@ def fitted(
 
 
 def equivalent_radii(curvatures: Floats) -> tuple[Floats, NDArray[np.bool_]]:
-    """Return radii 1/sqrt(k1 k2) [m], and a mask of summits curved down in every direction."""
+    """Return radii 1/sqrt(k1 k2) [m] from principal curvatures, and a mask of true maxima."""
     large, small = curvatures.T
     # Curvatures at rounding level count as flat.
     good = (large > 0.0) & (small > 1e-9 * large)

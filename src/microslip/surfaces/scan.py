@@ -46,9 +46,9 @@ class Scan(HeightMap):
     notes : tuple of str
         Source and processing steps.
     cutoff : float, optional
-        Wavelength [m] below which conditioning has removed waves; None without a filter.
+        Short-wave cut-off [m]: conditioning has removed shorter waves; None without a filter.
     long_cutoff : float, optional
-        Wavelength [m] above which conditioning has removed waves.
+        Long-wave cut-off [m]: conditioning has removed longer waves; None without a filter.
     """
 
     @classmethod

@@ -20,7 +20,10 @@ GAUSSIAN_SHARE = 0.0127
 
 
 def extreme_shares(scan: HeightMap) -> dict[str, float]:
-    """Return the fractions [-] of m0, m2 and m4 in the most extreme 0.1 % of their values."""
+    """Return the fractions [-] of m0, m2 and m4 due to the largest 0.1 % of the absolute values.
+
+    These are heights, slopes and curvatures.
+    """
     heights = scan.heights
     scan.moments()  # raises an error for heights without moments
     shares = {"m0": share_of_heights(scan)}
@@ -34,7 +37,7 @@ def extreme_shares(scan: HeightMap) -> dict[str, float]:
 
 
 def share_of_heights(scan: HeightMap) -> float:
-    """Return the fraction of the height variance in the extreme 0.1 % of the points."""
+    """Return the fraction [-] of the height variance due to the 0.1 % most extreme points."""
     return _share([np.abs(scan.heights - np.nanmean(scan.heights))])
 
 
@@ -211,12 +214,12 @@ _RULES: Mapping[str, Rule] = {
 
 
 def judged(values: Mapping[str, float | None]) -> tuple[Verdict, ...]:
-    """Return verdicts on values by rule name; None is not judged."""
+    """Return the verdicts on values given by rule name; a value of None is not judged."""
     return tuple(_RULES[name].judge(value) for name, value in values.items())
 
 
 def verdicts(scan: HeightMap) -> tuple[Verdict, ...]:
-    """Return verdicts on whether moments describe the surface, not few points, noise or lay.
+    """Return verdicts on whether outliers, noise or lay dominate the moments of a scan.
 
     Kurtosis and extreme heights are taken from the scan or from the scan before filling and
     filtering, whichever is worse. The limits are conventions.
@@ -241,7 +244,7 @@ def verdicts(scan: HeightMap) -> tuple[Verdict, ...]:
 
 
 def radius_in_pixels(radius: float, pixel: tuple[float, ...]) -> dict[str, float | None]:
-    """Return the value of the rule on the summit radius in pixels."""
+    """Return {rule name: summit radius over the mean pixel}."""
     side = 1.0
     for step in pixel:
         side *= step ** (1.0 / len(pixel))

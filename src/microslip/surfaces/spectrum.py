@@ -36,11 +36,14 @@ class AxisSpectrum(Locked):
 
     @property
     def wavelength(self) -> Floats:
-        """Wavelengths [m], falling."""
+        """Wavelengths of the density [m], in decreasing order."""
         return 2.0 * math.pi / self.wavenumber
 
     def moment(self, order: int, *, differences: bool = False) -> float:
-        """Return a spectral moment of the profiles."""
+        """Return the spectral moment m0, m2 or m4 of the profiles (``order`` 0, 2 or 4).
+
+        With ``differences`` it is that of finite differences, see :meth:`Spectrum.moments`.
+        """
         if order not in (0, 2, 4):
             raise InputError(f"`order` must be 0, 2 or 4, got {show(order)}")
         q = self.wavenumber
@@ -51,9 +54,9 @@ class AxisSpectrum(Locked):
 
 @dataclass(frozen=True, eq=False)
 class Spectrum(Locked):
-    """Power spectrum of a scan; a profile has a single axis.
+    """Power spectrum of a scan, averaged over rings of wavenumbers; a profile has one axis.
 
-    Normalised so that the integral of the density over the plane of wavenumbers is m0; for other
+    The density is normalised so that its integral over the plane of wavenumbers is m0; for other
     conventions see Jacobs, Junge and Pastewka (2017), DOI 10.1088/2051-672X/aa51f8.
     """
 
@@ -75,10 +78,11 @@ class Spectrum(Locked):
 
     @property
     def relative_error(self) -> Floats:
-        """Relative standard deviation of the density [-] for a Gaussian surface; at most one.
+        """Standard deviation of the density over its mean [-] for a Gaussian surface; at most one.
 
-        A ring averages its waves, each with a standard deviation equal to its mean. Mirrored waves
-        count once, and a Hann taper correlates neighbours: 1.94 waves along a ring count as one.
+        The density is a mean over the waves of a ring, each with a standard deviation equal to its
+        mean. Waves q and -q count once, and a Hann taper correlates neighbours: 1.94 waves along a
+        ring count as one.
         """
         alike = _HANN_ALIKE if self.window else 1.0
         independent = np.maximum(0.5 * self.waves / alike, 1.0)
@@ -86,12 +90,12 @@ class Spectrum(Locked):
 
     @property
     def wavelength(self) -> Floats:
-        """Wavelengths of the rings [m], falling."""
+        """Mean wavelengths of the rings of wavenumbers [m], in decreasing order."""
         return 2.0 * math.pi / self.wavenumber
 
     @property
     def m0(self) -> float:
-        """Integral of the spectrum [m^2]."""
+        """Integral of the radial density over the plane of wavenumbers [m^2]."""
         return float(self.power.sum())
 
     def moments(self, *, differences: bool = False) -> Moments:
@@ -99,8 +103,8 @@ class Spectrum(Locked):
 
         With ``differences`` the wavenumber is replaced by the transfer function of finite
         differences, and the moments equal those of :meth:`Scan.moments` except for taper and edges.
-        Without it every wave counts in full, including noise at the pixel. Raises InputError for a
-        surface without waves.
+        Without it the slopes and curvatures of the shortest waves, including noise, are not
+        reduced. Raises InputError for a surface without waves.
         """
         second = tuple(axis.moment(2, differences=differences) for axis in self.axes)
         fourth = tuple(axis.moment(4, differences=differences) for axis in self.axes)
@@ -111,7 +115,7 @@ class Spectrum(Locked):
 
 
 def spectrum(scan: HeightMap, *, window: Window = "hann") -> Spectrum:
-    """Compute the power spectrum of the heights, radial and by axis.
+    """Compute the power spectrum of the heights, averaged over directions and along each axis.
 
     The scan is tapered by a Hann window unless ``window`` is None. Errors as :meth:`measurable`.
     """
@@ -176,7 +180,7 @@ def _weighted_sum(tapers: list[Floats], present: Floats | None) -> float:
 
 
 def mirrored_counts(count: int) -> Floats:
-    """Return how many waves of the full transform each wave of the half transform represents."""
+    """Return the number of waves of a full transform per wave of the half transform: 1 or 2."""
     sides = np.full(count // 2 + 1, 2.0)
     if count % 2 == 0:
         sides[-1] = 1.0
@@ -192,7 +196,7 @@ def _axis(power: Floats, count: int, step: float) -> AxisSpectrum:
 
 
 def _rings(full: Floats, steps: tuple[float, float], columns: int) -> tuple[Floats, Floats, Floats]:
-    """Return mean wavenumber, power and number of waves of each ring."""
+    """Return mean wavenumber, total power and number of waves of each ring of wavenumbers."""
     rows = full.shape[0]
     qx = 2.0 * math.pi * np.fft.rfftfreq(columns, steps[0])
     qy = 2.0 * math.pi * np.fft.fftfreq(rows, steps[1])

@@ -85,17 +85,17 @@ class Summits(Locked, Plottable):
 
     @property
     def mean_height(self) -> float:
-        """Mean height above the mean of the scan [m]."""
+        """Mean height of the summits above the mean height of the scan [m]."""
         return float(self.heights.mean())
 
     @property
     def std(self) -> float:
-        """Standard deviation of the heights [m]."""
+        """Standard deviation of the summit heights [m]."""
         return float(self.heights.std())
 
     @property
     def mean_radius(self) -> float:
-        """Inverse of the mean curvature [m], the radius of McCool (1987), DOI 10.1115/1.3261349."""
+        """Inverse of the mean summit curvature [m]; McCool (1987), DOI 10.1115/1.3261349."""
         return 1.0 / float(self.curvatures.mean())
 
     @property
@@ -144,8 +144,8 @@ class Summits(Locked, Plottable):
 
         Notes
         -----
-        A population repeats each summit in proportion to the ratio of apparent to scanned area,
-        including the highest; one scan does not show higher summits.
+        A population repeats every summit by the ratio of apparent to scanned area. It has no
+        summits higher than those of the scan, although a larger area would.
         """
         area = self.scan.area if area is None else area_of(area)
         if heights == "gaussian":
@@ -164,7 +164,7 @@ class Summits(Locked, Plottable):
         return AsperityPopulation(pair, self.heights, self.radii, count / self.count, area)
 
     def validity(self, joint: Interface | None = None) -> tuple[Verdict, ...]:
-        """Return the verdicts on the assumptions about the summits, and about a joint if given."""
+        """Return the verdicts on the assumptions about the summits and, if given, about a joint."""
         if joint is not None and not isinstance(joint, Interface):
             raise InputError(f"`joint` must be an Interface, got {show(joint)}")
         pixel = math.sqrt(math.prod(self.scan.pixel))

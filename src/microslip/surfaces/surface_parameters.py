@@ -1,7 +1,7 @@
 """Spatial, hybrid and profile parameters after ISO 25178-2:2021 and ISO 21920-2:2021.
 
-Only the mean height of each line is removed: condition the scan first, a profile with its long-wave
-cut-off. Profile parameters of an area are means over its lines.
+Only the mean height of each line is removed: level and filter the scan first, a profile with its
+long-wave cut-off. Profile parameters of an area are means over its lines.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from microslip.surfaces.height_map import HeightMap
 
 
 def declared(symbol: str, unit: str, meaning: str) -> Any:
-    """Return a dataclass field with the declaration of its parameter."""
+    """Return a dataclass field that declares a parameter: its symbol, unit and meaning."""
     return field(metadata=parameter(symbol, unit, meaning))
 
 
@@ -91,10 +91,11 @@ def _autocorrelation(scan: HeightMap) -> Floats:
 
 
 def decay_lengths(correlation: Floats, pixel: tuple[float, ...]) -> tuple[float, float]:
-    """Return the smallest and largest radius [m] of the lobe at the middle, where it falls to 0.2.
+    """Return the smallest and largest radius [m] of the central lobe of an autocorrelation.
 
-    The lobe is the connected region above 0.2 that contains the middle (ISO 25178-2); its edge is
-    linear between lags. A radius is infinite if the lobe reaches half of the scan there.
+    The lobe is the connected region with a correlation above 0.2 that contains zero lag (ISO
+    25178-2); its edge is linear between lags. A radius is infinite if the lobe extends over half of
+    the scan in its direction.
     """
     from scipy.ndimage import label
 
@@ -125,9 +126,10 @@ def decay_lengths(correlation: Floats, pixel: tuple[float, ...]) -> tuple[float,
 def _plateau_rms(heights: Floats) -> float:
     """Return the rms height of a plateau with valleys [m]; NaN without valleys.
 
-    On probability paper the material ratio curve of two Gaussian processes, the lower of both at
-    each point, is two straight lines (ISO 13565-3): the slope of the upper one is the rms height of
-    the plateau. The lines are fitted by least squares, equally between 0.13 % and 99.87 %.
+    The surface is taken as the lower of two Gaussian surfaces at each point. On a normal
+    probability scale its material ratio curve is two straight lines (ISO 13565-3): the slope of the
+    upper one is the rms height of the plateau. The lines are fitted by least squares between 0.13 %
+    and 99.87 %.
     """
     from scipy.special import ndtr
 
@@ -149,7 +151,11 @@ def _plateau_rms(heights: Floats) -> float:
 
 
 def _gradients(scan: HeightMap) -> tuple[float, float]:
-    """Return Sdr from the triangles of each cell, for both diagonals, and Sdq from its gradient."""
+    """Return Sdr and Sdq from the grid cells.
+
+    Sdr is the mean for both divisions of a cell into triangles; Sdq is from the gradient of the
+    cell.
+    """
     z, (dx, dy) = scan.heights, scan.pixel
     a, b, c, d = z[:-1, :-1], z[:-1, 1:], z[1:, :-1], z[1:, 1:]
     pairs = [
@@ -268,10 +274,11 @@ def profile_parameters(
 
 
 def _spacing(line: Floats, peak: float, pit: float) -> float:
-    """Return the mean width of the profile elements in points; NaN with fewer than two.
+    """Return the mean width of the profile elements [points]; NaN with fewer than two.
 
-    An element is a hill and the next dale, or a dale and the next hill, each beyond its threshold;
-    elements are bounded by crossings of the mean line, evaluated from both ends (ISO 21920-2).
+    An element is a hill and the next dale, or a dale and the next hill, beyond the thresholds
+    ``peak`` and ``pit``; elements end at crossings of the mean line. The profile is evaluated from
+    both ends (ISO 21920-2).
     """
     widths: list[Floats] = []
     for values in (line, line[::-1]):

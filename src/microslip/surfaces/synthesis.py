@@ -100,7 +100,7 @@ def random_surface(
 
 
 class _Band:
-    """Moments of a band of waves of the grid, binned by wavenumber."""
+    """Spectral moments of the waves of a grid between two wavenumbers, binned by wavenumber."""
 
     def __init__(
         self, q: Floats, qx: Floats, qy: Floats, pixel: tuple[float, float], hurst: float
@@ -140,7 +140,7 @@ class _Band:
         self.q = radial / self.count
 
     def power(self, q: Floats, low: float, high: float) -> Floats:
-        """Return the relative power of a wave."""
+        """Return the relative power of waves of wavenumber q, zero outside ``low`` to ``high``."""
         # Ends are smoothed over half a grid step, so that sums vary smoothly with them.
         rise = np.clip((q - low) / self.edge + 0.5, 0.0, 1.0)
         rise *= np.clip((high - q) / self.edge + 0.5, 0.0, 1.0)
@@ -157,7 +157,7 @@ class _Band:
         )
 
     def solve(self, m0: float, m2: float, m4: float) -> tuple[float, float]:
-        """Return the ends of the band with the given ratios of moments.
+        """Return the wavenumbers at the ends of the band that give the ratios of the moments.
 
         For each lower end, the upper end follows from m4/m2; the lower end follows from m2/m0.
         """

@@ -71,15 +71,15 @@ _SENSOR, _REFERENCE = Node(1), Node(2)
 class FrequencyResponse(LockedArrays):
     """Response of a sensor over the harmonic force, at one force amplitude.
 
-    Made by :meth:`microslip.ForcedResponse.frequency_response`; those of a study are in
-    ``result.structure.frequency_responses``. Of a joint with friction each force has another; for a
-    harmonic balance behind it see Krack and Gross (2019), DOI 10.1007/978-3-030-14023-6.
+    Result of :meth:`microslip.ForcedResponse.frequency_response`; a study stores its responses in
+    ``result.structure.frequency_responses``. With friction the ratio depends on the force
+    amplitude. On harmonic balance see Krack and Gross (2019), DOI 10.1007/978-3-030-14023-6.
     """
 
     frequency: Floats
-    """Frequencies [Hz], rising."""
+    """Frequencies [Hz], increasing."""
     value: NDArray[np.complex128]
-    """Fundamental of the motion over the force Re(F exp(i w t))."""
+    """Complex amplitude of the fundamental harmonic over F, for the force Re(F exp(i w t))."""
     quantity: str
     """``displacement``, ``velocity`` or ``acceleration``: [m/N], [m/(N s)] or [m/(N s^2)]."""
     force: float
@@ -97,8 +97,8 @@ class FrequencyResponse(LockedArrays):
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
         """Write the response as a table or a universal file.
 
-        Frequencies of a universal file have six digits, as the format has it: the values are those
-        at the rounded frequencies, of twelve digits.
+        Universal files have six digits for frequencies and twelve for values; the values are
+        interpolated to the rounded frequencies.
 
         Parameters
         ----------
@@ -144,7 +144,7 @@ def response_columns(responses: Sequence[FrequencyResponse]) -> dict[str, tuple[
 
 
 def six_digits(frequency: Floats) -> Floats:
-    """Round frequencies to the format of universal files (E13.5), rising."""
+    """Round frequencies to the format of universal files (E13.5); sort, remove duplicates."""
     return np.unique([float(f"{f:.5e}") for f in frequency.tolist()])
 
 
@@ -205,8 +205,8 @@ def _set(response: FrequencyResponse) -> dict[str, Any]:
 class ForcedResponse(ModalAnswer, PlottableAtSensor):
     """Periodic motions along frequencies, the result of ``structure.forced_response(...)``.
 
-    By harmonic balance with arc length (Keller's continuation), as in Krack and Gross
-    (2019), DOI 10.1007/978-3-030-14023-6: where the response folds over, a frequency has several.
+    By harmonic balance and arc-length continuation, as in Krack and Gross (2019),
+    DOI 10.1007/978-3-030-14023-6. Where the response folds over, a frequency has several motions.
     """
 
     frequency: Floats
@@ -235,7 +235,7 @@ class ForcedResponse(ModalAnswer, PlottableAtSensor):
     def displacement(self) -> NDArray[np.complex128]:
         """Amplitudes x of each harmonic (points, n, harmonics), motion Re(x exp(i h w t)) [m].
 
-        Made anew each time: of a large structure it is large.
+        Computed at each access, since the array of a large structure is large.
         """
         return np.asarray(self._shapes @ self._coordinates)
 
@@ -249,7 +249,7 @@ class ForcedResponse(ModalAnswer, PlottableAtSensor):
 
     @property
     def turning_points(self) -> NDArray[np.int64]:
-        """Indices of the points at which the frequency turns back."""
+        """Indices of the points at which the frequency begins to increase or to decrease."""
         way = np.sign(np.diff(self.frequency))
         return np.asarray(1 + np.flatnonzero(way[1:] != way[:-1]))
 
@@ -273,8 +273,8 @@ class ForcedResponse(ModalAnswer, PlottableAtSensor):
     ) -> FrequencyResponse:
         """Return the fundamental at a sensor over the force, as measured by a slow sweep.
 
-        Where the response folds over, a sweep jumps: motions that it does not meet, or that do not
-        last, are left out.
+        Where the response folds over, a sweep jumps: the motions that it passes over, and unstable
+        motions, are left out.
 
         Parameters
         ----------
@@ -339,8 +339,8 @@ def forced_response(
     force : array_like
         Amplitudes F (n,) [N] of the force Re(F exp(i omega t)), complex for other phases.
     frequencies : array_like
-        Frequencies [Hz], one-dimensional, rising or falling; between them the path takes steps
-        of its own.
+        Frequencies [Hz], one-dimensional, in increasing or decreasing order; the solver adds points
+        between them.
     harmonics, samples : optional
         As for :meth:`modes`.
 
@@ -351,10 +351,10 @@ def forced_response(
 
     Notes
     -----
-    The balance of harmonics is followed by arc length, around the turning points where the
-    response folds over (Krack and Gross 2019, DOI 10.1007/978-3-030-14023-6). Damping is that
-    of the joints and of C. A curve of :meth:`modes` gives the response near one resonance in
-    closed form.
+    Harmonic balance with arc-length continuation, which passes the turning points where the
+    response folds over (Krack and Gross 2019, DOI 10.1007/978-3-030-14023-6). Damping is that of
+    the joints and of C. :meth:`ModalCurve.forced_response` gives the response near one resonance
+    in closed form.
     """
     model = rest._elastic
     push, size = complex_amplitudes("force", force), model.shapes.shape[0]
@@ -392,7 +392,7 @@ def coefficients(amplitudes: NDArray[Any], basis: HarmonicBasis) -> Floats:
 
 
 def line_of(model: ModalModel, forces: Floats, targets: Floats) -> Floats:
-    """Return a modal motion that represents the directions of joint motion."""
+    """Return an estimated modal motion (modes,), along whose joint motions field nodes slide."""
     middle = (2.0 * math.pi * float(np.median(targets))) ** 2
     gain = np.abs(model.squares - middle) + 1e-3 * middle
     column = 1 if np.any(forces[:, 1]) else 2

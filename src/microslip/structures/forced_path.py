@@ -1,6 +1,6 @@
-"""The path of periodic motions along a range of frequencies, followed around turning points.
+"""Continuation of periodic motions over a range of frequencies, around turning points.
 
-By arc length (Keller's continuation), as in Krack and Gross (2019), DOI 10.1007/978-3-030-14023-6.
+By arc length (Keller's method), as in Krack and Gross (2019), DOI 10.1007/978-3-030-14023-6.
 """
 
 from __future__ import annotations
@@ -24,19 +24,18 @@ _FINEST = 1e-6  # shortest arc step, beside the range of frequencies
 
 @dataclass(frozen=True, eq=False)
 class Excitation:
-    """Excitation of a periodic motion by powers of 1/omega: the key k belongs to omega^-k."""
+    """Excitation of a periodic motion: sums of terms times omega^-k, with k as the key."""
 
     forces: dict[int, Floats]
     """Forces on the modes, shape (modes, size)."""
     motions: dict[int, Floats]
-    """Motions of the joints besides that of the modes (coordinates, size): a base carries them
-    along."""
+    """Joint motions imposed by a moving base, besides those of the modes (coordinates, size)."""
     rigid: NDArray[np.complex128]
     """Rigid-body coordinates (motions,), times omega^2."""
 
     @staticmethod
     def at(parts: dict[int, Floats], omega: float) -> tuple[Floats | float, Floats | float]:
-        """Return the sum at a frequency, and its derivative."""
+        """Return the sum of the terms at an angular frequency, and its derivative by omega."""
         value = sum((part * omega**-k for k, part in parts.items()), 0.0)
         slope = sum((-k * part * omega ** -(k + 1) for k, part in parts.items() if k), 0.0)
         return value, slope
@@ -154,7 +153,7 @@ class _Path:
         )
 
     def solve(self, guess: _Point, tangent: Floats | None) -> _Solved | None:
-        """Solve by Newton's method across a tangent, or at a fixed frequency without one."""
+        """Solve by Newton's method normal to a tangent, or at fixed frequency if it is None."""
         modes, size = self._drive.balance.shape
         count = modes * size
         controlled = self._drive.control is not None

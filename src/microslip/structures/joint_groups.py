@@ -1,10 +1,10 @@
-"""The joints of a structure: their attachment, about a static state, and in time.
+"""Joints of a structure: as attached, linearised about a static state, and in time.
 
-An attachment is a set of joints of one kind: a law along directions, or a field of nodes. About a
-static state it becomes a group, whose joints move in one or more coordinates each: a law in one, a
-node of a field in three (along its line, across, opening). Displacements of a group are arrays
-(joints, coordinates), Fourier coefficients (joints, coordinates, coefficients), both counted from
-the static state.
+An attachment is a set of joints of one kind: a backbone law along directions, or a field of contact
+nodes. About a static state it becomes a group, whose joints have one coordinate each (law) or three
+(node of a field: along its line of motion, across it, opening). Displacements of a group have the
+shape (joints, coordinates), Fourier coefficients (joints, coordinates, coefficients); both are
+relative to the static state.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class LawAttachment:
 
     law: BackboneLaw
     columns: Floats
-    """All directions side by side, (degrees of freedom, coordinates)."""
+    """Directions of all joints as columns, (degrees of freedom, coordinates)."""
 
     has_gaps = False
     """Whether gaps separate the faces before static forces close them."""
@@ -47,11 +47,11 @@ class LawAttachment:
         return np.full(self.columns.shape[1], self.law.tangential_stiffness)
 
     def static_forces(self, motion: Floats) -> tuple[Floats, Floats]:
-        """Return forces [N] and stiffnesses [N/m] at a static motion [m], by column."""
+        """Return forces [N] and stiffnesses [N/m] at joint displacements (coordinates,) [m]."""
         return self.law.backbone(motion), self.law.backbone_stiffness(motion)
 
     def stuck(self, motion: Floats) -> Floats:
-        """Return the stiffnesses of sticking joints about a static motion [N/m], by column."""
+        """Return stiffnesses of sticking joints [N/m] at static displacements (coordinates,)."""
         return np.full(motion.size, self.law.tangential_stiffness)
 
     def group(self, motion: Floats, line: Floats) -> LawGroup:
@@ -73,7 +73,7 @@ class LawGroup:
         """Stiffness at rest (joints, coordinates) [N/m]."""
 
     def harmonic_forces(self, coefficients: Floats, basis: HarmonicBasis) -> HarmonicForces:
-        """Return the harmonics of the settled cycle of a periodic motion."""
+        """Return Fourier coefficients of the forces in the settled cycle, relative to rest."""
         count = self.static.size
         force = np.empty((count, 1, basis.size))
         jacobian = np.empty((count, 1, basis.size, 1, basis.size))
@@ -87,12 +87,12 @@ class LawGroup:
         return HarmonicForces(force, jacobian)
 
     def start(self) -> LawStates:
-        """Return the state at rest."""
+        """Return joint states that begin in the static state."""
         return LawStates(self.law, self.static, self._loaded)
 
 
 class LawStates:
-    """States of laws in time; trials take effect when they are committed."""
+    """Hysteresis states of the joints of a law; a trial takes effect when it is committed."""
 
     def __init__(self, law: BackboneLaw, static: Floats, loaded: Floats) -> None:
         self._states: list[Any] = [law.start() for _ in static]
@@ -101,13 +101,13 @@ class LawStates:
             state.advance(x)
 
     def try_(self, displacement: Floats) -> tuple[Floats, Floats]:
-        """Return forces (joints, coordinates) and tangents (joints, coordinates, coordinates)."""
+        """Return forces (joints, 1) [N] and tangents (joints, 1, 1) [N/m] at displacements."""
         places = self._static + displacement[:, 0]
         trials = np.array([s.try_(x) for s, x in zip(self._states, places, strict=True)])
         return (trials[:, 0] - self._loaded)[:, None], trials[:, 1, None, None]
 
     def commit(self) -> None:
-        """Make the last trial the state."""
+        """Accept the last trial as the state."""
         for state in self._states:
             state.commit()
 
@@ -124,14 +124,14 @@ class LawStates:
 class FieldAttachment:
     """Nodes of a field, each with two tangential directions and an opening.
 
-    Interface of :class:`LawAttachment`.
+    Same interface as :class:`LawAttachment`; the directions have the shape (n, nodes, 3).
     """
 
     field: JointField
     directions: Floats
 
     def loads(self, motion: Floats) -> Floats:
-        """Return the normal loads of the nodes [N] at a motion, by column."""
+        """Return the normal loads of the nodes [N] at joint displacements (coordinates,) [m]."""
         return self.field.load(self.separations(motion))[0]
 
     @property
@@ -141,7 +141,7 @@ class FieldAttachment:
 
     @property
     def columns(self) -> Floats:
-        """All directions side by side."""
+        """Directions of all nodes as columns, (degrees of freedom, 3 nodes)."""
         return self.directions.reshape(self.directions.shape[0], -1)
 
     @property
@@ -162,9 +162,9 @@ class FieldAttachment:
         return 0.0 if self.has_gaps else float(self.field.normal_loads.max())
 
     def static_forces(self, motion: Floats) -> tuple[Floats, Floats]:
-        """Return the normal forces; friction is absent while a structure is assembled.
+        """Return forces [N] and stiffnesses [N/m] at joint displacements, without friction.
 
-        A field with given loads is at rest under them: only changes of the loads count.
+        Normal forces of a field with given loads are relative to these loads.
         """
         loads, slopes = self.field.load(self.separations(motion))
         force, stiffness = np.zeros((2, loads.size, 3))
@@ -173,29 +173,29 @@ class FieldAttachment:
         return force.reshape(-1), stiffness.reshape(-1)
 
     def separations(self, motion: Floats) -> Floats:
-        """Return the separations of the nodes [m] at a motion, by column."""
+        """Return the separations of the nodes [m] at joint displacements (coordinates,) [m]."""
         undeformed = self.field.separations if self.field.gaps is None else self.field.gaps
         return np.asarray(undeformed + motion.reshape(-1, 3)[:, 2])
 
     def stuck(self, motion: Floats) -> Floats:
-        """Return the stiffnesses at rest of each node: along, across, and of its normal law."""
+        """Return the stiffnesses of each sticking node [N/m]: two tangential ones, and normal."""
         field = self.field.at(separations=self.separations(motion))
         return _stuck(field, np.tile(np.eye(2), (field.size, 1, 1))).reshape(-1)
 
     def group(self, motion: Floats, line: Floats) -> FieldGroup:
-        """Return the nodes, each with its own tangential direction."""
+        """Return the group of nodes; each slides along its tangential direction in ``line``."""
         field = self.field.at(separations=self.separations(motion))
         return FieldGroup(field, self.directions, line.reshape(-1, 3)[:, :2])
 
 
 class FieldGroup:
-    """Nodes that move along one tangential direction each, across it, and apart.
+    """Nodes with three coordinates each: along a tangential line, across it, and opening.
 
-    Along its line a node follows the exact coupled law of a joint whose separation varies. Across
-    it sticks: a linear spring of the node's stiffness at rest, since in a mode the motion across
-    the line of largest motion is small. A lay has a stiffness for each line; that the force under
-    it turns a little from the line is left out. Its members mean what those of :class:`LawGroup`
-    do.
+    Along its line a node follows the exact friction law with varying separation. Across the line it
+    is a linear spring of the node's stiffness at rest, since the motion across the line of largest
+    motion is small in a mode. On a surface with a lay the stiffness depends on the direction of the
+    line; the small force component across the line is neglected. Same interface as
+    :class:`LawGroup`.
     """
 
     def __init__(self, field: JointField, directions: Floats, line: Floats) -> None:
@@ -210,9 +210,10 @@ class FieldGroup:
     def by_coordinate(
         self, motion: Floats, force: Floats, load: Floats, tangent: Floats
     ) -> HarmonicForces:
-        """Return forces minus those at rest, from tangential and normal forces (nodes, size).
+        """Return forces relative to rest in three coordinates from ``force`` and ``load``.
 
-        ``motion`` is (nodes, 3, size), ``tangent`` (nodes, 2, 2, size, size).
+        These are the forces along the lines and the normal loads, both (nodes, size); ``motion`` is
+        (nodes, 3, size), and ``tangent`` (nodes, 2, 2, size, size) their Jacobian.
         """
         across, size = self._across_stiffness[:, None], force.shape[1]
         forces = np.stack([force, across * motion[:, 1], -load], axis=1)
@@ -224,7 +225,7 @@ class FieldGroup:
         return HarmonicForces(forces, jacobian)
 
     def harmonic_forces(self, coefficients: Floats, basis: HarmonicBasis) -> HarmonicForces:
-        """Return the harmonics of the settled cycle of a periodic motion."""
+        """Return Fourier coefficients of the forces in the settled cycle, relative to rest."""
         separations = coefficients[:, 2].copy()
         separations[:, 0] += self.field.separations
         cycle = self.field.harmonics(
@@ -248,7 +249,7 @@ class FieldState:
         self._state = group.field.start(energies=True)
 
     def try_(self, displacement: Floats) -> tuple[Floats, Floats]:
-        """Return forces and tangents of a trial."""
+        """Return forces (nodes, 3) and tangents (nodes, 3, 3) at trial displacements."""
         separation = self._group.field.separations + displacement[:, 2]
         answer = self._state.try_(displacement[:, 0], separations=separation)
         numbers = (displacement, answer.force, answer.load, answer.tangent[..., None])
@@ -256,12 +257,12 @@ class FieldState:
         return force[..., 0], jacobian[:, :, 0, :, 0]
 
     def commit(self) -> None:
-        """Make the last trial the state."""
+        """Accept the last trial as the state."""
         self._state.commit()
 
     @property
     def lost(self) -> Floats:
-        """Dissipated energies [J]."""
+        """Energy dissipated by each node (nodes,) [J]."""
         return np.asarray(self._state.dissipated_energy)
 
 
@@ -272,7 +273,7 @@ def _stuck(field: JointField, ways: Floats) -> Floats:
 
 
 def _unit(line: Floats) -> Floats:
-    """Return unit directions in the tangential plane; the first axis for nodes at rest."""
+    """Normalise tangential directions (nodes, 2); nodes that do not move get the first axis."""
     length = np.linalg.norm(line, axis=1)
     moves = length > 1e-9 * length.max(initial=0.0)
     safe = np.where(moves, length, 1.0)[:, None]
@@ -287,7 +288,7 @@ JointState = LawStates | FieldState | GeometryGroup
 
 
 def all_columns(attachments: Sequence[Attachment], size: int) -> Floats:
-    """Return the directions of all attachments side by side."""
+    """Return the directions of all attachments as columns (size, coordinates)."""
     return np.concatenate([np.zeros((size, 0)), *(a.columns for a in attachments)], axis=1)
 
 

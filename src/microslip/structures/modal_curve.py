@@ -23,7 +23,7 @@ class Resonance(NamedTuple):
     """Multiple of a mode's frequency close to the frequency of another mode."""
 
     amplitude: float
-    """Amplitudes of the curve at which they are closest."""
+    """Amplitude of the curve at which the two frequencies are closest."""
     multiple: int
     mode: int
     """Index of the other mode, from 0."""
@@ -33,7 +33,7 @@ class Resonance(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ModalCurve(Answer, Plottable):
-    """Nonlinear mode along amplitudes, the result of ``structure.modes(...)``.
+    """Nonlinear mode at a number of amplitudes, the result of ``structure.modes(...)``.
 
     Values at amplitudes that were not reached are NaN; ``message`` gives the reason.
     """
@@ -61,7 +61,7 @@ class ModalCurve(Answer, Plottable):
     mac: Floats
     """Modal assurance criterion of the shape and that with sticking joints [-]."""
     near: tuple[Resonance, ...]
-    """Multiples of the frequency close to another mode, the nearest of each pair."""
+    """Multiples of the frequency close to that of another mode, each at its closest amplitude."""
     linear_frequency: float
     """Frequency of the mode with sticking joints [Hz]."""
     base_damping: float
@@ -97,12 +97,12 @@ class ModalCurve(Answer, Plottable):
 
     @property
     def frequency_difference(self) -> Floats:
-        """Quasi-static over balanced frequency, minus one [-]."""
+        """Quasi-static frequency over that of harmonic balance, minus one [-]."""
         return self._difference("frequency")
 
     @property
     def damping_difference(self) -> Floats:
-        """Quasi-static over balanced damping ratio, minus one [-], both with base damping."""
+        """Quasi-static damping ratio over that of harmonic balance, minus one [-]."""
         return self._difference("damping_ratio")
 
     def _difference(self, name: str) -> Floats:
@@ -113,11 +113,11 @@ class ModalCurve(Answer, Plottable):
 
     @property
     def harmonic_error(self) -> Floats:
-        """Relative change of the joints' damping ratio by harmonics beyond the set [-].
+        """Relative change of the joints' damping ratio by harmonics that were left out [-].
 
-        By one step of Newton's method at each amplitude with those that were left out, up to two
-        above the highest, computed on first access. NaN where nothing was solved, and for curves
-        that were read, copied or computed quasi-statically. Above some percent add ``harmonics``.
+        Estimated by one Newton step at each amplitude with orders up to two above the highest;
+        computed at the first access. NaN at amplitudes without a solution, and for curves that were
+        read, copied or computed quasi-statically. If it exceeds some percent, add ``harmonics``.
         """
         return self.harmonic_changes[:, 1]
 
@@ -132,10 +132,11 @@ class ModalCurve(Answer, Plottable):
     def decay_damping_ratio(self) -> Floats:
         """Damping ratio of a free decay at these amplitudes [-].
 
-        What a cycle takes of an amplitude a is its loss over dE/da, and that is not omega^2 a: with
-        g = d ln omega/d ln a without the joints' part, it is (1 + g/2) times as much where springs
-        bend (the action omega a^2/2), and (1 - E_d'(a)/(4 omega^2 a)) times where joints slip,
-        whose tangent counts (Caughey 1960, DOI 10.1115/1.3644075). NaN of less than two amplitudes.
+        In one cycle the modal amplitude a decreases by E_d/(dE/da), with the energy E of the mode
+        and its loss E_d per cycle. A linear mode has dE/da = omega^2 a; here it is
+        omega^2 a (1 + g/2 - E_d'(a)/(4 omega^2 a)), with g = d ln omega/d ln a of the nonlinear
+        elastic part alone and the last term from the tangent stiffness of slipping joints
+        (Caughey 1960, DOI 10.1115/1.3644075). NaN for fewer than two amplitudes.
         """
         result = np.full(self.frequency.shape, np.nan)
         a, first, back = np.unique(
@@ -163,26 +164,27 @@ class ModalCurve(Answer, Plottable):
         return np.asarray(np.divide(self.loss, total, out=share, where=total > 0.0))
 
     def forced_response(self, force: ArrayLike, *, samples: int = 400) -> tuple[Floats, Floats]:
-        """Return the response near the resonance in closed form, from this curve alone.
+        """Return the forced response near the resonance, in closed form from this curve.
 
         Parameters
         ----------
         force : array_like
             Amplitudes (n,) of a harmonic force in phase everywhere [N], one per degree of freedom.
         samples : int, optional
-            Amplitudes on each side of the peak.
+            Number of amplitudes on each side of the peak.
 
         Returns
         -------
         frequency : ndarray
-            Frequencies [Hz]: up the left side of the resonance, down the right.
+            Frequencies [Hz], from below the resonance over its peak to above it.
         modal_amplitude : ndarray
-            Amplitudes there.
+            Modal amplitudes at these frequencies [m kg^(1/2)].
 
         Notes
         -----
-        At the modal amplitude a the mode answers like a linear one of frequency omega(a) and
-        damping zeta(a): (omega^2 - W^2)^2 + (2 zeta omega W)^2 = (p/a)^2 with p = |shape^H force|
+        At the modal amplitude a the mode responds like a linear one of frequency omega(a) and
+        damping zeta(a) to a force of the angular frequency W:
+        (omega^2 - W^2)^2 + (2 zeta omega W)^2 = (p/a)^2 with p = |shape^H force|
         (Szemplinska-Stupnicka 1979, DOI 10.1016/S0022-460X(79)80003-1; Schwarz et al. 2020,
         DOI 10.1007/s11071-019-05211-7). Other modes are left out.
         """
@@ -240,11 +242,10 @@ _BELOW = 1e-3  # of the smallest amplitude of a curve, below which the mode is l
 
 
 def sides(amplitude: Floats, omega: Floats, damping: Floats, push: Floats) -> tuple[Floats, Floats]:
-    """Return the squared angular frequencies of the response at given amplitudes [1/s^2].
+    """Return squared excitation frequencies below and above the resonance [rad^2/s^2].
 
-    Below and above the resonance, of (omega^2 - W^2)^2 + (2 zeta omega W)^2 = (push/a)^2; not a
-    number at amplitudes beyond the peak (Szemplinska-Stupnicka 1979, DOI
-    10.1016/S0022-460X(79)80003-1).
+    They are the solutions W^2 of (omega^2 - W^2)^2 + (2 zeta omega W)^2 = (push/a)^2 at amplitudes
+    a; NaN above the peak (Szemplinska-Stupnicka 1979, DOI 10.1016/S0022-460X(79)80003-1).
     """
     middle = omega**2 * (1.0 - 2.0 * damping**2)
     inside = (push / amplitude) ** 2 - 4.0 * damping**2 * omega**4 * (1.0 - damping**2)
@@ -256,7 +257,7 @@ class Resonant(NamedTuple):
     """Responses of several samples of a mode to one force."""
 
     peak: Floats
-    """Amplitude and frequency [Hz] of each peak, (samples, 2); beyond a curve its end."""
+    """Amplitude and frequency [Hz] of each peak (samples, 2), at most the end of the curve."""
     beyond: NDArray[np.bool_]
     """True for peaks beyond the end of the curve, with a larger amplitude than its last one."""
     amplitude: Floats
@@ -266,7 +267,7 @@ class Resonant(NamedTuple):
 def interpolate_in_amplitude(amplitude: Floats, logs: Floats) -> tuple[Floats, Floats]:
     """Interpolate log-curves onto a fine amplitude grid, shapes (samples, columns, amplitudes).
 
-    Monotone cubics of ln(amplitude); below its smallest amplitude a mode is linear.
+    Monotone cubics of ln(amplitude); constant below the smallest given amplitude.
     """
     from scipy.interpolate import PchipInterpolator
 
@@ -279,9 +280,9 @@ def interpolate_in_amplitude(amplitude: Floats, logs: Floats) -> tuple[Floats, F
 def resonant(
     amplitude: Floats, frequency: Floats, damping: Floats, push: Floats, at: Floats
 ) -> Resonant:
-    """Return responses of finely spaced curves (samples, amplitudes) at frequencies [Hz].
+    """Return forced responses of finely spaced curves (samples, amplitudes) at frequencies [Hz].
 
-    Where a frequency has several motions, the largest.
+    At a frequency with several responses the largest one is returned.
     """
     peaks = np.empty((len(amplitude), 2))
     answers = np.empty((len(amplitude), at.size))
@@ -324,7 +325,7 @@ def with_phase(
 ) -> NDArray[np.complex128]:
     """Return the complex response of one finely spaced curve at frequencies [Hz].
 
-    Not a number where they lie beyond the curve.
+    NaN where the response is larger than the last amplitude of the curve.
     """
     found = resonant(amplitude[None], frequency[None], damping[None], push[None], at)
     size, place = found.amplitude[0], np.log(amplitude)
@@ -354,12 +355,12 @@ SHIFT = Rule(
 
 
 def added_damping(shift: float) -> float:
-    """Return the damping ratio that friction adds as it lowers a frequency by ``shift`` [-]."""
+    """Return the damping ratio of microslip that lowers the frequency by a relative shift [-]."""
     return 2.0 / math.pi * 2.0 * shift / 3.0
 
 
 def judge_shift(name: str, amplitude: Floats, frequency: Floats, damping: Floats) -> Verdict:
-    """Compare the frequency shift over a backbone with the damping that it implies."""
+    """Judge by the added damping whether friction alone explains the measured frequency shift."""
     rule, order = SHIFT, np.argsort(amplitude)
     third = max(1, amplitude.size // 3)
     low, high = order[:third], order[-third:]

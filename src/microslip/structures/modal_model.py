@@ -1,4 +1,4 @@
-"""A structure in its modes with sticking joints, and the results of solvers."""
+"""Structure in the modal coordinates of sticking joints; base classes of solver results."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ _MODES_KEPT = 40  # modes of a larger structure, besides its answers to each joi
 
 @dataclass(frozen=True, eq=False)
 class ModalModel:
-    """Modal equations x = shapes q, q'' + damping q' + squares q + joint forces = 0.
+    """Modal equations x = shapes q, q'' + damping q' + squares q + joint forces = modal forces.
 
-    The joint forces are what the joints give beyond their stiffness at rest, which is in the
-    squares of the frequencies. Rigid motions, which no joint feels, are left out.
+    The joint forces are relative to those of sticking joints, whose stiffness ``squares`` includes.
+    Rigid-body motions that deform no joint are not among the modes.
     """
 
     shapes: Floats
-    """(degrees of freedom, modes), each of modal mass 1 kg."""
+    """Mode shapes (degrees of freedom, modes), each of modal mass 1 kg."""
     squares: Floats
     """Squares of the angular frequencies [rad^2/s^2]."""
     damping: Floats | None
@@ -47,7 +47,7 @@ class ModalModel:
     """Rigid motions (degrees of freedom, motions), of modal mass 1 kg, which move no joint."""
     attachments: tuple[Attachment, ...]
     motions: tuple[Floats, ...]
-    """Static motions of the attachments, by column [m]."""
+    """Static displacements of the joints of each attachment, (coordinates,) [m]."""
 
     @property
     def size(self) -> int:
@@ -71,7 +71,7 @@ class ModalJoints:
         self.directions = [
             np.tensordot(shapes, group.directions, axes=(0, 0)) for group in self.groups
         ]
-        """(modes, joints, coordinates) of each group."""
+        """Directions of each group in modal coordinates, (modes, joints, coordinates)."""
         self.flat = np.concatenate(
             [d.reshape(modes, -1) for d in self.directions] or [np.zeros((modes, 0))], axis=1
         )
@@ -85,13 +85,13 @@ class ModalJoints:
         return [slice(int(a), int(b)) for a, b in pairwise(ends)]
 
     def carried(self, motion: Floats) -> Floats:
-        """Return joint motions (coordinates, inputs) for a motion of all degrees of freedom."""
+        """Return joint motions (coordinates, inputs) for displacements (n, inputs)."""
         sides = [np.tensordot(group.directions, motion, axes=(0, 0)) for group in self.groups]
         inputs = motion.shape[1]
         return np.concatenate([np.zeros((0, inputs)), *(s.reshape(-1, inputs) for s in sides)])
 
     def split(self, values: Floats) -> list[Floats]:
-        """Split values (coordinates, ...) into (joints, coordinates, ...) per group."""
+        """Split values (all coordinates, ...) into arrays (joints, coordinates, ...), by group."""
         return [
             values[part].reshape(*group.stuck.shape, *values.shape[1:])
             for part, group in zip(self.parts, self.groups, strict=True)
@@ -100,7 +100,7 @@ class ModalJoints:
     def answers(
         self, displacement: Floats, laws: Sequence[Callable[[Floats], tuple[Floats, Floats]]]
     ) -> tuple[Floats, list[Floats]]:
-        """Return forces and tangents of each group at its own displacements."""
+        """Return joint forces (coordinates,) and a list of tangents, by one law for each group."""
         force = np.zeros(self.stuck.size)
         slopes = []
         for part, law, u in zip(self.parts, laws, self.split(displacement), strict=True):
@@ -110,7 +110,7 @@ class ModalJoints:
         return force, slopes
 
     def by_tangents(self, left: Floats, slopes: list[Floats]) -> Floats:
-        """Multiply a matrix (..., coordinates) by the block-diagonal tangent matrix."""
+        """Multiply a matrix (rows, coordinates) by the block-diagonal :meth:`tangent_matrix`."""
         result: Floats = -left * self.stuck
         for part, slope in zip(self.parts, slopes, strict=True):
             joints, width = slope.shape[:2]
@@ -119,7 +119,7 @@ class ModalJoints:
         return result
 
     def tangent_matrix(self, slopes: list[Floats]) -> Floats:
-        """Return the tangent of the forces beyond sticking (coordinates, coordinates)."""
+        """Return the tangents minus those of sticking joints (coordinates, coordinates)."""
         result = np.zeros((self.stuck.size, self.stuck.size))
         for part, slope in zip(self.parts, slopes, strict=True):
             joints, width = slope.shape[:2]
@@ -137,7 +137,7 @@ def modal_model(
     attachments: tuple[Attachment, ...],
     motions: Sequence[Floats],
 ) -> ModalModel:
-    """Return the modes about a static state: all, or those that matter in a large structure."""
+    """Return the modal model about a static state, reduced above 1200 degrees of freedom."""
     stuck_matrix = stuck_stiffness(stiffness, attachments, motions)
     if mass.shape[0] <= LARGEST_WHOLE:
         squares, shapes = linear_modes(stuck_matrix, mass)
@@ -170,9 +170,10 @@ def stuck_stiffness(
 
 
 def _reduced(stiffness: Any, mass: Any, columns: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return the lowest modes and the static responses to each joint's force (mode acceleration).
+    """Return squared frequencies, modes and rigid-body motions of a reduced model.
 
-    Their span holds the static deflection under any joint forces exactly.
+    Its basis is the lowest modes and the static response to each joint force (mode acceleration);
+    static deflections under joint forces are exact.
     """
     from scipy.linalg import eigh
 
@@ -218,7 +219,7 @@ class Answer(LockedArrays):
         return "solved" if self.message.startswith("solved") else "stopped"
 
     def _sizes(self, columns: Floats) -> Floats:
-        """Return the largest displacements along columns (n, k), (..., k) [m]."""
+        """Return magnitudes of the motion along the directions (n, k), shape (..., k) [m]."""
         raise NotImplementedError
 
 

@@ -1,4 +1,4 @@
-"""A nonlinear mode from amplitude to amplitude: Newton's method on harmonic balance."""
+"""Nonlinear modes by harmonic balance, continued from amplitude to amplitude."""
 
 from __future__ import annotations
 
@@ -62,8 +62,8 @@ class ModeEquations:
     def solve(self, guess: ModePoint, amplitude: float) -> Solution:
         """Solve by Newton's method with a line search on the scaled residual.
 
-        While steps shrink the residual tenfold their factors are used again, since a residual
-        costs a third of a factorisation; the tolerance of the solution does not change.
+        The factorised Jacobian is reused while steps reduce the residual tenfold, since a residual
+        costs a third of a factorisation. The tolerance of the solution does not depend on it.
         """
         point, converged, iterations = guess, False, 0
         current = self._residual(point, amplitude)
@@ -128,7 +128,7 @@ class ModeEquations:
     def _newton_step(
         self, point: ModePoint, current: ModeResidual, factors: Elimination | None = None
     ) -> tuple[ModePoint | None, Elimination | None]:
-        """Return a Newton step and its factors; given factors are used if there are any."""
+        """Return a Newton step and its factorised system; reuse ``factors`` if given."""
         modes, size = self.balance.shape
         change = None
         if factors is None:
@@ -165,10 +165,10 @@ _FINEST = 0.01  # shortest step in the logarithm of the amplitude
 def follow(
     equations: ModeEquations, amplitudes: Floats
 ) -> tuple[list[Solution | None], int, int, float]:
-    """Return solutions (None without one), iterations, steps, and the largest amplitude reached.
+    """Return a solution or None for each amplitude, iterations, steps, and the last amplitude.
 
-    The predictor goes on straight in the logarithm of the amplitude: what grows in proportion to
-    it, as all does for sticking joints, is predicted exactly.
+    The predictor extrapolates coefficients over amplitude linearly in ln(amplitude), which is exact
+    for sticking joints.
     """
     lowest = float(amplitudes.min())
     first, iterations, steps = _first_solution(equations, lowest)
@@ -205,7 +205,7 @@ def _first_solution(equations: ModeEquations, target: float) -> tuple[Solution |
 
 
 def _same_mode(point: ModePoint, guess: ModePoint) -> bool:
-    """Return whether a solution is near its guess: Newton's method may find another motion."""
+    """Return whether shape and frequency are near those of the guess: else it is another mode."""
     a, b = point.coefficients[:, 1:3].ravel(), guess.coefficients[:, 1:3].ravel()
     likeness = abs(float(a @ b)) / float(np.linalg.norm(a) * np.linalg.norm(b))
     return likeness > 0.8 and 0.7 < point.omega / guess.omega < 1.4
@@ -244,13 +244,13 @@ class _Row(NamedTuple):
     omega: float
     damping: float
     shape: np.ndarray
-    """Mode shape in modal coordinates, of any length."""
+    """Complex mode shape in modal coordinates (modes,), with any norm."""
     loss: Floats
 
 
 @dataclass(frozen=True, eq=False)
 class ModeSolver:
-    """Mode with its amplitudes and the added damping."""
+    """Solver for one mode at given amplitudes, by harmonic balance or quasi-statically."""
 
     model: ModalModel
     index: int
@@ -300,7 +300,7 @@ class ModeSolver:
         )  # fmt: skip
 
     def _resonances(self, frequency: Floats) -> tuple[Resonance, ...]:
-        """Return multiples of the frequency near other modes with sticking joints."""
+        """Return multiples of the frequency [Hz] within 2 % of another mode (joints sticking)."""
         stuck = np.sqrt(self.model.squares) / (2.0 * math.pi)
         found: list[Resonance] = []
         if not np.isfinite(frequency).any():
@@ -402,24 +402,24 @@ def modes(
     Parameters
     ----------
     index : int
-        Which elastic mode, 0 the lowest of the structure whose joints stick.
+        Index of the elastic mode, from 0, in order of the frequencies with sticking joints.
     amplitudes : array_like
-        One-dimensional, above zero, of the fundamental harmonic: modal ones a = sqrt(x1^H M x1)
-        [m kg^(1/2)], or the amplitude at a sensor.
+        Amplitudes of the fundamental harmonic x1, above zero, one-dimensional: modal amplitudes
+        a = sqrt(x1^H M x1) [m kg^(1/2)], or amplitudes at the sensor ``at``.
     harmonics : sequence of int, optional
-        Harmonics of the motion; its mean is always among them. (0, 1, 2, 3) unless given, with
-        a geometry to 5. The second counts where faces
-        part; :attr:`ModalCurve.harmonic_error` estimates the effect of further harmonics.
+        Orders of the harmonics; 0, the mean, is always added. By default 0 to 3, or 0 to 5 with a
+        geometry. The second harmonic is needed if faces separate;
+        :attr:`ModalCurve.harmonic_error` estimates the effect of further harmonics.
     method : {"harmonic-balance", "quasi-static"}, optional
-        Reference method or fast approximation; the curve has their difference.
+        Reference method or fast approximation; the curve can compute the difference of the two.
     samples : int, optional
-        Samples of a period at which nodes of fields are looked at.
+        Samples per period for the forces of fields.
     at : array_like, optional
-        Direction (n,) of a sensor, at which the amplitudes are meant.
+        Direction of a sensor to which the amplitudes refer, shape (n,).
     quantity : {"displacement", "velocity", "acceleration"}, optional
         Quantity that the sensor measures: [m], [m/s] or [m/s^2].
     damping_ratio : float, optional
-        Base damping [-] of all but the joints, which is added; it is an input, no result.
+        Damping ratio of everything but the joints [-], added at all amplitudes.
 
     Returns
     -------
@@ -429,9 +429,9 @@ def modes(
     Notes
     -----
     The balance is that of the extended periodic motion, M x'' + C x' - 2 zeta omega M x' + K x
-    + joints = static forces (Krack 2015, DOI 10.1016/j.compstruc.2015.03.008). In a field each
-    node follows the exact coupled law along its line of motion in the mode, under a separation
-    that varies; across that line it sticks.
+    + joint forces = static forces (Krack 2015, DOI 10.1016/j.compstruc.2015.03.008). Each node of
+    a field follows the exact friction law with varying separation along its line of motion in the
+    mode with sticking joints; across that line it sticks.
     """
     index = whole_number("index", index, 0, MOST_MODES)
     if method not in get_args(Method):

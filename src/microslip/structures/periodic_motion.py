@@ -1,7 +1,7 @@
 """Periodic motions by their Fourier coefficients, and definitions of their amplitude.
 
-Coefficients stand as [mean,] cos 1, sin 1, cos 3, sin 3 and so on. An amplitude is modal, or what a
-sensor shows of the fundamental harmonic.
+Coefficients are in the order mean, cos 1, sin 1, cos 2, sin 2 and so on. Amplitudes are those of
+the fundamental harmonic: modal, or at a sensor.
 """
 
 from __future__ import annotations
@@ -147,7 +147,7 @@ def power_of(quantity: Any) -> int:
 
 
 def amplitude_measure(at: Any, quantity: Any, shapes: Floats, index: int) -> AmplitudeMeasure:
-    """Validate a sensor and return its measure, or the modal one; the sensor must see the mode."""
+    """Return the amplitude measure of a sensor, or the modal one; refuse a node of the mode."""
     power = power_of(quantity)
     if at is None:
         if quantity != "displacement":
@@ -166,7 +166,7 @@ def amplitude_measure(at: Any, quantity: Any, shapes: Floats, index: int) -> Amp
 
 
 def moving_modes(sensor: Floats, shapes: Floats) -> list[int]:
-    """Return the modes that move at a sensor."""
+    """Return the indices of modes whose shapes are not zero at a sensor."""
     readings = np.abs(shapes.T @ sensor)
     return [int(i) for i in np.flatnonzero(readings >= _NODE * readings.max())]
 
@@ -181,10 +181,10 @@ def checked_amplitudes(value: ArrayLike) -> Floats:
 
 
 def averaged_stiffness(joint: BackboneLaw, a: Floats) -> Floats:
-    """Return the first harmonic of the loop in phase with the displacement [N/m].
+    """Return the in-phase first harmonic of the force over the displacement amplitude a [N/m].
 
-    (4/pi a) times the integral of [T0(a) - T0(a sin^2(phi/2))] cos(phi) over the descending
-    branch, 0 <= phi <= pi: adaptive, since a backbone may have kinks.
+    For the backbone T0 it is 4/(pi a) times the integral of [T0(a) - T0(a sin^2(phi/2))] cos(phi)
+    over the unloading branch, 0 <= phi <= pi; adaptive, since a backbone may have kinks.
     """
     result = np.full_like(a, joint.tangential_stiffness)
     moved = np.flatnonzero(a > 0.0)

@@ -1,11 +1,12 @@
 """Quasi-static modal analysis: frequency and damping from slow cycles along a mode.
 
-The structure is loaded by the inertia of its own motion, K x + joints(x) = lambda M v, v half of
-the way from one turning point to the other; omega^2 = lambda (Festjens, Chevallier and Dion 2013,
-DOI 10.1016/j.ijmecsci.2013.06.008; Lacayo and Allen 2019, DOI 10.1016/j.ymssp.2018.08.034). Two
-static cycles are followed at each amplitude, and the losses of the second one count: where
-contacts open and close neither Masing's rule for the whole curve holds nor that of the joints under
-their loads at rest, which overestimated a bolted beam by 30 to 220 %.
+The structure is loaded statically by inertia forces, K x + joint forces(x) = lambda M v, where v is
+half the displacement from one turning point to the other and lambda = omega^2 (Festjens, Chevallier
+and Dion 2013, DOI 10.1016/j.ijmecsci.2013.06.008; Lacayo and Allen 2019,
+DOI 10.1016/j.ymssp.2018.08.034). At each amplitude two static cycles are computed, and the loss of
+the second one is used. If contacts open and close, Masing's rule holds neither for the loading
+curve of the structure nor for joints under their static loads: the latter overestimated the damping
+of a bolted beam by 30 to 220 %.
 """
 
 from __future__ import annotations
@@ -24,9 +25,9 @@ from microslip.structures.periodic_motion import AmplitudeMeasure
 _ITERATIONS = 30
 _STEP = 1e-9
 _STEPS = 6, 24
-"""Load steps from one turning point to the other; those where these fail.
+"""Number of load steps from one turning point to the other; larger number if that fails.
 
-32 move the loss of a bolted beam by 1e-5 to 1 %, the more the stronger its contacts open.
+32 steps change the loss of a bolted beam by 1e-5 to 1 %, most where its contacts open far.
 """
 _FINEST = 1e-3  # shortest step in the logarithm of the amplitude
 _SMALLEST = 1e-6  # of an amplitude: where a mode of sticking joints is to be found
@@ -48,9 +49,10 @@ def climb(
     attempt: Callable[[Track[_Found], float], _Found | None],
     finest: float,
 ) -> list[_Found | None]:
-    """Return results at rising amplitudes, each from the ones before, with smaller steps if needed.
+    """Return results in order of increasing amplitude, by continuation with adaptive steps.
 
-    ``track`` is where it begins; None from where steps in the logarithm would be too short.
+    ``track`` holds the starting solutions. Results are None beyond an amplitude at which the step
+    in ln(amplitude) would be shorter than ``finest``.
     """
     results: list[_Found | None] = [None] * amplitudes.size
     for place in np.argsort(amplitudes, kind="stable"):
@@ -101,7 +103,7 @@ class QuasiStatic:
         self._flexibility = joints.flat.T @ self._compliance
 
     def curve(self, amplitudes: Floats) -> list[QuasiStaticPoint | None]:
-        """Compute a point for each amplitude; None where the branch is lost."""
+        """Compute a point for each amplitude; None where no equilibrium was found."""
         shape = np.zeros(self.model.size)
         shape[self.index] = 1.0
         square = float(self.model.squares[self.index])
@@ -118,7 +120,7 @@ class QuasiStatic:
         return climb(amplitudes, [(smallest, begin)], attempt, _FINEST)
 
     def _cycle(self, guess: QuasiStaticPoint, amplitude: float, steps: int) -> QuasiStaticPoint:
-        """Compute a cycle: first loading, then two reversals."""
+        """Compute the first loading and two cycles; the loss is that of the second cycle."""
         states = [group.start() for group in self.joints.groups]
         laws = [state.try_ for state in states]
 
@@ -152,7 +154,7 @@ class QuasiStatic:
         return QuasiStaticPoint(amplitude, square, shape, lost[-1] - lost[-3])
 
     def _loaded(self, laws: Laws, force: Floats, largest: Floats, motion: Floats) -> Floats:
-        """Return the joint motions under modal forces; the laws hold them as trials."""
+        """Return joint motions (coordinates,) [m] under modal forces, as uncommitted trials."""
         aim = self._compliance.T @ force
         unit = float(np.abs(self._compliance.T @ largest).max(initial=0.0)) or 1.0
 
@@ -172,9 +174,10 @@ class QuasiStatic:
     def _turn(
         self, laws: Laws, x: Floats, opposite: Floats | None, square: float, amplitude: float
     ) -> tuple[Floats, float]:
-        """Return the turning point under half the inertia load, starting from the opposite one.
+        """Return the turning point (modes,) of a motion of given amplitude, and its lambda.
 
-        Or that of the whole way from rest, without one; the amplitude is given, lambda is not.
+        The motion is half the displacement from the ``opposite`` turning point, or all of that
+        from rest if ``opposite`` is None.
         """
         flat, squares, modes = self.joints.flat, self.model.squares, self.model.size
         part = 1.0 if opposite is None else 0.5

@@ -1,4 +1,4 @@
-"""The static state of a structure: the minimum of a convex energy."""
+"""Static equilibrium of a structure, the minimum of a convex energy."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class StaticState(NamedTuple):
 
 
 def closed_stiffness(stiffness: Any, attachments: tuple[Attachment, ...]) -> Any:
-    """Return the stiffness with all load-bearing joints closed, as stiff as the structure."""
+    """Return K with load-bearing joints closed by springs as stiff as its largest entry."""
     columns = all_columns(attachments, stiffness.shape[0])
     holding = np.concatenate([np.zeros(0), *(a.representative_stiffness for a in attachments)])
     active = holding > 0.0
@@ -67,7 +67,7 @@ def closed_stiffness(stiffness: Any, attachments: tuple[Attachment, ...]) -> Any
 def static_state(
     stiffness: Any, mass: Any, attachments: tuple[Attachment, ...], static_force: Floats
 ) -> StaticState:
-    """Solve by Newton's method with a line search along which the energy falls."""
+    """Return the static equilibrium, by Newton's method with a line search on the energy."""
     closed = closed_stiffness(stiffness, attachments)
     count = None if mass.shape[0] <= LARGEST_DENSE else 12
     squares, shapes = linear_modes(closed, mass, count)
@@ -156,7 +156,7 @@ def _search(
     step: Floats,
     gap: Floats,
 ) -> tuple[Floats, Floats, Floats, bool]:
-    """Move along a step to a point where the slope of the energy is small."""
+    """Return displacements along a step where the slope of the energy is small, and the forces."""
     start = float(gap @ step)  # minus the slope of the energy, above zero
     low, high, share = 0.0, math.inf, 1.0
     elastic, along = stiffness @ x, stiffness @ step
@@ -200,7 +200,7 @@ class LinearModes(NamedTuple):
     """Modes of a structure whose joints are linear springs."""
 
     frequency: Floats
-    """Frequencies [Hz], rising; rigid motions are among them."""
+    """Frequencies [Hz], increasing, including those of rigid motions."""
     shape: Floats
     """Shapes (n, modes), each of modal mass 1 kg."""
 
@@ -278,14 +278,14 @@ class AtRest:
 
     @single_threaded
     def linear_modes(self, count: int = 10, *, joints: str = "stuck") -> LinearModes:
-        """Return the modes of small motion.
+        """Return the linear modes of small motion about the static state.
 
         Parameters
         ----------
         count : int, optional
             Number of modes.
         joints : {"stuck", "open"}, optional
-            Joints as springs of their stiffness at rest, or none at all.
+            Joints as springs of their stiffness at rest, or a structure without joints.
 
         Returns
         -------
@@ -319,10 +319,7 @@ class AtRest:
 def answered(
     solve: Callable[Concatenate[AtRest, _P], _Answer],
 ) -> Callable[Concatenate[AtRest, _P], _Answer]:
-    """Refuse a motion that leaves the range of a geometric stiffness.
-
-    BLAS is limited to one thread.
-    """
+    """Decorate a solver: one thread; an error if motions leave the range of a geometry."""
 
     @single_threaded
     @wraps(solve)

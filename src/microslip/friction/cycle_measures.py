@@ -116,8 +116,8 @@ class CycleMeasures(ABC):
     ) -> Any:
         """Compute the energy ratio A = E_d/(4 delta_m T_m) [-]: 1 for rigid-plastic friction.
 
-        E_d is the energy per cycle, delta_m the displacement amplitude and T_m the force amplitude.
-        Parameters, shapes and errors are as for :meth:`dissipated_energy`.
+        delta_m and T_m are the amplitudes of displacement and force. Parameters, shapes and errors
+        as for :meth:`dissipated_energy`.
         """
 
         def ratio(a: Floats) -> Floats:

@@ -237,10 +237,10 @@ class AsperityFields(Locked):
     def slip(self, radius: ArrayLike) -> Any:
         """Compute the slip [m] since rest along the force, at distances from the centre.
 
-        It is the displacement of the asperity minus the surface displacements of both bodies,
-        averaged over the angle around the centre: 0 in the circle that has not slipped. Outside the
-        contact it is the relative displacement of facing points. ``radius`` is the distance from
-        the centre [m], not negative, of any shape, which is that of the result.
+        It is the displacement minus the surface displacements of both bodies, averaged over the
+        angle around the centre: 0 in the unslipped circle, and outside the contact the relative
+        displacement of facing points. ``radius`` [m] is not negative, of any shape, which is that
+        of the result.
 
         Notes
         -----

@@ -29,9 +29,9 @@ class Parallel(Locked, BackboneLaw):
     Notes
     -----
     All laws obey Masing's rules with the same reversals, so their sum does too: backbones,
-    stiffnesses, energies and slider densities add (Iwan 1966, DOI 10.1115/1.3625199). If one law
-    is rigid at rest, such as :class:`microslip.Coulomb`, so is the sum: forces up to the limit of
-    the rigid laws belong to displacement 0.
+    stiffnesses, energies and slider densities add (Iwan 1966, DOI 10.1115/1.3625199). If one law is
+    rigid at rest, such as :class:`microslip.Coulomb`, so is the sum: under forces up to the limit
+    of the rigid laws the displacement is 0.
     """
 
     laws: Sequence[BackboneLaw]
@@ -129,7 +129,7 @@ class Parallel(Locked, BackboneLaw):
     @classmethod
     @made_once
     def examples(cls) -> tuple[Parallel, ...]:
-        """Return a nonuniformly pressed joint and a joint with a parallel cell."""
+        """Return a nonuniformly pressed joint, and a joint in parallel with a Jenkins cell."""
         joint = Interface.examples()[0]
         uneven = [joint.at(normal_load=load) for load in (50.0, 600.0, 1350.0)]
         return cls(uneven), cls([joint, Jenkins(stiffness=2e9, force_limit=300.0)])

@@ -1,8 +1,8 @@
 """Exact derivatives of the response of a law with respect to its parameters.
 
-A force along a history, a settled cycle, its harmonics and its energy are linear in the backbone,
-and the branch of each sample depends on the displacements alone. The derivative with respect to a
-parameter p is therefore the response of a law with backbone dT0/dp.
+The force along a history, a settled cycle, its harmonics and its energy are linear in the backbone
+T0, and the branches depend on the displacements alone. The derivative of a response with respect to
+a parameter p is therefore the response of a law with backbone dT0/dp.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _QUANTITIES = (
 
 @dataclass(frozen=True)
 class DerivativeBackbone:
-    """Derivative dT0/dp of a backbone by one parameter, used like a backbone in cycles."""
+    """Derivative dT0/dp of a backbone by a parameter p, used in cycles in place of T0."""
 
     _backbone: Callable[[Floats], Floats]
     """Function dT0/dp of displacements u >= 0 [m], one-dimensional."""
@@ -68,7 +68,7 @@ def derivatives_by_parameters(
     harmonics: Any,
     rest: Rest,
 ) -> dict[str, Any]:
-    """Compute derivatives; see :meth:`microslip.BackboneLaw.parameter_derivatives`."""
+    """Compute parameter derivatives; see :meth:`microslip.BackboneLaw.parameter_derivatives`."""
     if quantity not in _QUANTITIES:
         raise InputError(
             f"`quantity` must be one of {', '.join(_QUANTITIES)}, got {show(quantity)}"
@@ -111,7 +111,7 @@ def derivatives_by_parameters(
 def _at_amplitudes(
     law: Differentiable, quantity: str, at: ArrayLike
 ) -> Callable[[DerivativeBackbone], Any]:
-    """Return a function for the derivatives of a backbone value or a measure of a cycle."""
+    """Return a function from dT0/dp to the derivative of a quantity at amplitudes."""
     x = floats("at", at, "m")
     a = np.abs(x).reshape(-1)
     if quantity == "backbone":
@@ -137,11 +137,11 @@ def _at_amplitudes(
 
 
 def of_interface(joint: Any) -> Mapping[str, DerivativeBackbone]:
-    """Derivatives of the backbone of an Interface by parameter name.
+    """Return the derivatives dT0/dp of an Interface by parameter name.
 
-    A surface of summits of one radius also has derivatives by its own parameters. With N = C F(d/L)
-    and s = u/kappa, T0 = mu N drop(s)/N and the energy is 8 mu kappa excess(s). At a given load the
-    separation changes by -(N/k_n) d ln(N/C) and s by -s d ln(kappa L).
+    Surface parameters are included if all summits have one radius. With N = C F(d/L) and s =
+    u/kappa, T0 = mu drop(s) and the energy is 8 mu kappa excess(s) (see `_core.quadrature`). At a
+    given load d changes by -(N/k_n) d ln(N/C), and s/L by -(s/L) d ln(kappa L).
     """
     surface, d = joint.surface, joint.separation
     load, fall = joint.normal_load, joint.normal_stiffness
@@ -150,7 +150,7 @@ def of_interface(joint: Any) -> Mapping[str, DerivativeBackbone]:
     def derivative(
         friction: float, pressed: float, stiff: float, slip: float, length: float
     ) -> Any:
-        """Derivative for given d ln mu, d ln N, d ln C, d ln kappa and d ln L per unit of p."""
+        """Derivative dT0/dp from d ln of mu, N, C, kappa and L with respect to p."""
         shift = -load / fall * (pressed - stiff)
         direct, reach = friction + pressed, -(slip + length)
 

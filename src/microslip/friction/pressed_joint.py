@@ -1,4 +1,4 @@
-"""Joint under a nonuniform pressure: a sum of interfaces, one for each pressure level."""
+"""Joint under a nonuniform pressure: a sum of interfaces, one for each level of pressure."""
 
 from __future__ import annotations
 
@@ -33,28 +33,28 @@ def _checked_pressure(pressure: Any) -> Pressure:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PressedJoint(Parallel):
-    """Joint under a pressure that varies over the area, while the bodies move rigidly.
+    """Joint under a pressure that varies over its area, between bodies that move rigidly.
 
-    Each area of equal pressure is an :class:`Interface` at its own separation; the joint is their
-    sum, a :class:`Parallel` law.
+    It is the sum, a :class:`Parallel` law, of one :class:`Interface` for each area of equal
+    pressure, at its own separation.
 
     Parameters
     ----------
     surface : NormalLaw
-        A surface whose apparent area contains the pressed area.
+        A surface whose apparent area is not less than the pressed area.
     friction_coefficient : float
         Coulomb's coefficient mu [-], above zero.
     pressure : Pressure
-        Distribution of the load.
+        Distribution of the load over areas.
     normal_load : float
         Total normal load [N], above zero.
 
     Notes
     -----
-    The superposition of Ciavarella and Jaeger, summed over the areas: T0 = sum mu [N_p(d_p) -
+    The superposition of Ciavarella and Jaeger, summed over the areas p: T0 = sum mu [N_p(d_p) -
     N_p(d_p + delta/kappa)] (DOI 10.1115/1.2833765). A face that yields was tightened under the same
-    distribution: the most pressed area to the tightening pressure of the surface, the other areas
-    in proportion. The elastic deformation of the bodies is not included.
+    distribution: the area of the highest pressure to the tightening pressure of the surface, other
+    areas in proportion. The elastic deformation of the bodies is not included.
     """
 
     laws: Sequence[BackboneLaw] = field(init=False, default=())
@@ -129,7 +129,7 @@ class PressedJoint(Parallel):
         return self.laws  # type: ignore[return-value]
 
     def slip_shares(self, displacement: float) -> Floats:
-        """Return the ratio T/(mu N) [-] of each area at a displacement [m], between 0 and 1."""
+        """Return T/(mu N) [-] of each area at a displacement [m] from rest: 1 in full slip."""
         u = number("displacement", displacement, "m", 1e-7)
         return np.array([float(law.backbone(u)) / law.force_limit for law in self._joints])
 
@@ -137,7 +137,7 @@ class PressedJoint(Parallel):
 
     @cached_property
     def separation(self) -> float:
-        """Separation [m] of the area with the largest pressure."""
+        """Separation [m] of the area with the highest pressure."""
         return float(self.separations[np.argmax(self.pressures)])
 
     @property
@@ -152,12 +152,12 @@ class PressedJoint(Parallel):
 
     @cached_property
     def contact_count(self) -> float | None:
-        """Number of summits in contact, None if the surface does not know it."""
+        """Number of summits in contact, None for a surface without summits."""
         return self._total("contact_count")
 
     @cached_property
     def contact_area(self) -> float | None:
-        """Real contact area [m^2], None if the surface does not know it."""
+        """Real contact area [m^2], None for a surface that does not define it."""
         return self._total("contact_area")
 
     def _total(self, name: str) -> float | None:
@@ -177,9 +177,9 @@ class PressedJoint(Parallel):
 
     @property
     def validity(self) -> tuple[Verdict, ...]:
-        """Verdicts for the area with the largest pressure.
+        """Verdicts on the assumptions of the model, for the area with the highest pressure.
 
-        The number of contacts is that of the whole joint.
+        Only the number of contacts is that of the whole joint.
         """
         worst = self._joints[int(np.argmax(self.pressures))]
         return validity(worst, contacts=self.contact_count)
@@ -194,7 +194,7 @@ class PressedJoint(Parallel):
     @classmethod
     @made_once
     def examples(cls) -> tuple[PressedJoint, ...]:
-        """Return the worked example under three patches of different pressure."""
+        """Return the worked example of the package under three patches of pressure."""
         joint = Interface.examples()[0]
         spread = Pressure.patches([2e-5, 4e-5, 6e-5], [3.0, 2.0, 0.5])
         return (cls(joint.surface, joint.friction_coefficient, spread, 2000.0),)

@@ -41,8 +41,8 @@ class BoltSize:
     """Dimensions of a metric bolt with its nut and washers [m].
 
     Heads of ISO 4014:2011, nuts of ISO 4032:2012 (style 1), washers of ISO 7089:2000 (normal
-    series), holes of ISO 273:1979 and coarse threads of ISO 261:1998; greatest values where the
-    standard has a tolerance, but for the bearing diameter.
+    series), holes of ISO 273:1979 and coarse threads of ISO 261:1998; largest values within
+    tolerance, except for the bearing diameter, the smallest.
     """
 
     diameter: float
@@ -86,9 +86,9 @@ BOLTS = MappingProxyType(
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Pressure(ByValue, Locked):
-    """Distribution of a normal load: areas and the fraction of the load on each.
+    """Distribution of a normal load: areas, and the fraction of the load on each.
 
-    Created by :meth:`cone`, :meth:`parabola`, :meth:`annulus`, :meth:`bolt`, :meth:`table` or
+    See :meth:`cone`, :meth:`parabola`, :meth:`annulus`, :meth:`bolt`, :meth:`table`,
     :meth:`patches`.
 
     Parameters
@@ -144,7 +144,7 @@ class Pressure(ByValue, Locked):
     def cone(
         cls, outer: float, inner: float = 0.0, *, count: int = 1, rings: int = RINGS
     ) -> Pressure:
-        """Return a pressure that falls linearly from the inner radius to zero at the outer radius.
+        """Return a pressure that decreases linearly from the inner radius to zero at the outer one.
 
         Parameters
         ----------
@@ -163,14 +163,13 @@ class Pressure(ByValue, Locked):
     ) -> Pressure:
         """Return a parabolic pressure with its maximum at the inner radius.
 
-        p is proportional to 1 - ((r - r_i)/(r_o - r_i))^2. Radii [m] and counts as for
-        :meth:`cone`.
+        p ~ 1 - ((r - r_i)/(r_o - r_i))^2 at radius r. Other arguments are as for :meth:`cone` [m].
         """
         return cls._ring("parabola", lambda t: 1.0 - t * t, outer, inner, count, rings)
 
     @classmethod
     def annulus(cls, outer: float, inner: float = 0.0, *, count: int = 1) -> Pressure:
-        """Return a uniform pressure on a ring or disc; radii [m] and count as for :meth:`cone`."""
+        """Return a uniform pressure on a ring or disc; arguments as for :meth:`cone` [m]."""
         outer, inner = _radii(outer, inner)
         area = (
             whole_number("count", count, 1, _MAX_COUNT)
@@ -193,12 +192,12 @@ class Pressure(ByValue, Locked):
         edge: float | None = None,
         rings: int = RINGS,
     ) -> Pressure:
-        """Return the pressure of a bolt between two plates: a cone after Rötscher.
+        """Return the pressure between two bolted plates: a cone after Rötscher.
 
         Parameters
         ----------
         size : str
-            "M3" to "M36", which determines the defaults of hole and head.
+            "M3" to "M36", which determines the default ``hole`` and ``head``.
         plates : sequence of float
             Thickness of both plates [m].
         count : int, optional
@@ -215,8 +214,8 @@ class Pressure(ByValue, Locked):
         Returns
         -------
         Pressure
-            Falling linearly from the hole to zero at the radius (head + 2 t tan(angle))/2, with t
-            the thickness of the thinner plate; truncated at the edge.
+            Decreasing linearly from the hole to zero at the radius (head + 2 t tan(angle))/2, with
+            the thickness t of the thinner plate; truncated at the edge.
 
         Notes
         -----
@@ -279,8 +278,7 @@ class Pressure(ByValue, Locked):
         distance : array_like
             Distances [m], one-dimensional, increasing, not negative, at least two.
         pressure : array_like
-            Pressures at these distances, in any unit (only ratios matter), not negative, not all
-            zero.
+            Pressures at these distances, in any unit (only ratios matter), not negative.
         count : int, optional
             Number of equal contacts.
         """
@@ -308,7 +306,7 @@ class Pressure(ByValue, Locked):
 
     @classmethod
     def patches(cls, area: ArrayLike, pressure: ArrayLike) -> Pressure:
-        """Return the pressure of a film or a finite-element model, by patches.
+        """Return a measured or computed pressure, given for patches.
 
         Parameters
         ----------
@@ -328,7 +326,7 @@ class Pressure(ByValue, Locked):
 
     @classmethod
     def _pressed(cls, areas: Floats, loads: Floats, places: Floats | None, kind: str) -> Pressure:
-        """Return the distribution without areas of negligible load."""
+        """Return the distribution of ``loads`` over areas, without areas of negligible load."""
         bears = loads > 1e-12 * loads.sum() * areas / areas.sum()
         if not bears.any():
             raise InputError("`pressure` must have a value above zero, got none")

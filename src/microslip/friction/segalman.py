@@ -26,19 +26,18 @@ class SegalmanIwan(PowerModel):
     stiffness : float
         Stiffness at rest K_T [N/m], above zero.
     chi : float
-        Exponent of the density [-], above -1: small cycles dissipate in proportion to
-        amplitude^(3 + chi). Segalman takes it between -1 and 0.
+        Exponent of the density [-], above -1: small cycles dissipate in proportion to amplitude^(3
+        + chi). Segalman takes it between -1 and 0.
     beta : float
-        Ratio of the stiffness of the last slider to that of all others [-], not negative. For 0
-        the transition to gross slip is smooth.
+        Ratio of the stiffness of the last slider to that of all others [-], not negative. For 0 the
+        transition to gross slip is smooth.
 
     Notes
     -----
-    After Segalman (2005, DOI 10.1115/1.1989354). Sliders of density R u^chi yield at displacements
-    u up to phi, where a discrete slider of stiffness S = beta K_T/(1 + beta) yields. With
-    p = 1 + chi, K = K_T/(1 + beta) and x = u/phi <= 1 the definition integrates to
-    T0 = u [K_T - K x^p/(p + 1)] and E_d = 4 K a^2 x^p p/((p + 1) (p + 2)) with x = a/phi, free of
-    cancellation.
+    After Segalman (2005, DOI 10.1115/1.1989354). Sliders of density R u^chi [N/m^2] yield at
+    displacements u up to phi, where a discrete slider of stiffness beta K_T/(1 + beta) yields too.
+    With p = 1 + chi and K = K_T/(1 + beta), integration gives T0 = u [K_T - K x^p/(p + 1)] with x =
+    u/phi <= 1, and E_d = 4 K a^2 x^p p/((p + 1) (p + 2)) with x = a/phi for amplitudes a <= phi.
     """
 
     force_limit: float = field(metadata=parameter("F_S", "N", "force of gross slip", above=0.0))
@@ -76,7 +75,7 @@ class SegalmanIwan(PowerModel):
         return self.stiffness / (1.0 + self.beta)
 
     def _powers(self, u: Floats) -> tuple[Floats, Floats]:
-        """Return (v/phi)^(1 + chi) and v [m], with v = min(u, phi)."""
+        """Return (v/phi)^(1 + chi) [-] and v [m], with v = min(u, phi)."""
         phi = self.slip_displacement
         stretched = np.minimum(u, phi)
         return (stretched / phi) ** (1.0 + self.chi), stretched
@@ -164,7 +163,7 @@ class SegalmanIwan(PowerModel):
 
     @classmethod
     def examples(cls) -> tuple[SegalmanIwan, ...]:
-        """Return a typical lap joint, a smooth law, and laws with many and few early sliders."""
+        """Return a lap joint, a smooth law, and laws with many and with few early sliders."""
         return (
             cls(force_limit=4000.0, stiffness=1.5e8, chi=-0.5, beta=0.6),
             cls(force_limit=1100.0, stiffness=5.7e9, chi=0.0, beta=0.0),
@@ -174,7 +173,7 @@ class SegalmanIwan(PowerModel):
 
 
 def fit_segalman(law: BackboneLaw, amplitudes: Floats) -> SegalmanFit:
-    """Fit the dissipated energies with the force limit and the stiffness of a law."""
+    """Fit chi and beta to the energies of a law at ``amplitudes`` [m], one-dimensional."""
     from scipy.optimize import least_squares
 
     energy = law._energy(amplitudes)

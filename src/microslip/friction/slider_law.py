@@ -1,4 +1,4 @@
-"""Discrete sliders identified from measured loops, with their range of amplitudes."""
+"""Law of discrete sliders identified from measured loops, with its range of amplitudes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from microslip.friction.sliders import Sliders
 
 @dataclass(frozen=True, eq=False)
 class SliderLaw(Locked, BackboneLaw):
-    """Parallel elastic-plastic sliders with the range of amplitudes in which they are known.
+    """Parallel elastic-plastic sliders, identified over a range of amplitudes.
 
     Parameters
     ----------
@@ -29,13 +29,13 @@ class SliderLaw(Locked, BackboneLaw):
     stiffnesses : array_like
         Stiffness of each slider [N/m], above zero, one for each yield displacement.
     smallest_amplitude, largest_amplitude : float
-        Range of amplitudes [m] in which the law is known. Below the range it is elastic; above,
-        sliders that did not slip in the range remain elastic.
+        Range of amplitudes [m] in which the law was identified. Below the range it is elastic;
+        above it, sliders that did not slip in the range remain elastic.
 
     Notes
     -----
     T0(u) is the sum of k_i min(u, y_i) (Iwan 1966, DOI 10.1115/1.3625199), a concave polygon.
-    :func:`microslip.identify` finds it from loops without assuming its shape.
+    :func:`microslip.identify` identifies it from loops without assuming its shape.
     """
 
     yield_displacements: ArrayLike = field(
@@ -111,7 +111,7 @@ class SliderLaw(Locked, BackboneLaw):
 
     @classmethod
     def examples(cls) -> tuple[SliderLaw, ...]:
-        """Return a law of three sliders and one of 61, the last slipping far outside the range."""
+        """Return a law of three sliders and one of 61, whose last slips far beyond the range."""
         few = cls([1e-7, 3e-7, 2e-6], [4e8, 1e8, 5e7], 5e-8, 1e-6)
         grid = np.geomspace(1e-8, 1e-6, 60)
         many = cls(np.append(grid, 1e-4), np.append(np.full(60, 5e6), 2e7), 1e-8, 1e-6)

@@ -1,4 +1,4 @@
-"""Sliders of a backbone law, as in parallel Iwan models."""
+"""Sliders of a backbone law, its equivalent parallel Iwan model."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from microslip._core.frozen import Locked
 
 @dataclass(frozen=True, eq=False)
 class Sliders(Locked):
-    """Parallel Iwan model of a backbone: sliders by yield displacement.
+    """Parallel Iwan model of a backbone T0: sliders by yield displacement, discrete and continuous.
 
-    After Iwan (1966), DOI 10.1115/1.3625199. T0(u) is the sum over all sliders of
-    stiffness * min(u, yield displacement).
+    T0(u) is the sum over all sliders of stiffness * min(u, yield displacement), see Iwan (1966),
+    DOI 10.1115/1.3625199.
     """
 
     yield_displacements: Floats

@@ -1,4 +1,4 @@
-"""Closed-form first loading along a straight path of separation and displacement."""
+"""First loading along a straight path of separation and displacement, in closed form."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from microslip.contact.load_curve import LoadCurve, check_surface
 
 
 class FirstLoading(NamedTuple):
-    """Forces after one straight step from rest, with their tangents.
+    """Tangential force and normal load after one straight step from rest, with tangents.
 
     After Jaeger (1998), DOI 10.1115/1.2833765; see :func:`first_loading`.
     """
@@ -43,7 +43,7 @@ def first_loading(
 ) -> FirstLoading:
     """Compute the forces after one straight step from (start, 0) to (separation, displacement).
 
-    For static and quasi-static solvers, vectorised over contacts.
+    The step is straight in separation and displacement. Many contacts are computed at once.
 
     Parameters
     ----------
@@ -57,8 +57,7 @@ def first_loading(
     separation : array_like
         Separations d at the end [m], any shape that broadcasts with the others.
     start : array_like
-        Separations d0 before the step [m], with zero displacement and force. The surfaces need
-        not be in contact.
+        Separations d0 [m] before the step, with or without contact, at zero displacement and force.
 
     Returns
     -------
@@ -67,10 +66,10 @@ def first_loading(
 
     Notes
     -----
-    For slip, T = mu [N(d) - N(d + abs(delta)/kappa)] with kappa = mu E*/4G*. If the approach w = d0
-    - d >= abs(delta)/kappa, new contact sticks as it forms and T = mu delta/(kappa w) [N(d) -
-    N(d0)] (Jaeger 1998, DOI 10.1115/1.2833765). The tangent jumps between the two cases; on their
-    boundary it is that of sticking.
+    With kappa = mu E*/(4 G*) and the approach w = d0 - d: if w >= abs(delta)/kappa, new contact
+    sticks as it forms and T = mu delta/(kappa w) [N(d) - N(d0)]. Otherwise part of the contact
+    slips, and abs(T) = mu [N(d) - N(d + abs(delta)/kappa)] (Jaeger 1998, DOI 10.1115/1.2833765).
+    The tangent jumps between the two cases; on their boundary it is that of sticking.
     """
     check_surface(surface)
     mu = positive("friction_coefficient", friction_coefficient)
@@ -86,7 +85,7 @@ def first_loading_by_slip(
     separation: ArrayLike,
     start: ArrayLike,
 ) -> FirstLoading:
-    """Compute first loading for given ``friction`` mu and ``slip`` per indentation kappa [-]."""
+    """Compute :func:`first_loading` for ``friction`` mu and ``slip`` per indentation kappa [-]."""
     x = floats("displacement", displacement, "m")
     # Convert one by one, so that an error names the argument.
     end = surface._separations(floats("separation", separation, "m"))

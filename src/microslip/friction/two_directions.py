@@ -55,12 +55,12 @@ class IsotropicJoint(Locked):
 
     Notes
     -----
-    There is no closed law in two directions: even for one sphere the force depends on the path
-    (Mindlin and Deresiewicz 1953, DOI 10.1115/1.4010702). The model assumes that every slider of
-    the law (Iwan 1966, DOI 10.1115/1.3625199) has the same limit in all directions, slips along its
-    force, and is independent of other sliders. Along a line it equals the joint up to the error in
-    ``line.fit``; the force limit is exact. One long straight step gives exactly the result of many
-    small ones, and the stiffness is that of the step.
+    No law in closed form is known for two directions: even for one sphere the force depends on the
+    path (Mindlin and Deresiewicz 1953, DOI 10.1115/1.4010702). The model assumes that every slider
+    of the law (Iwan 1966, DOI 10.1115/1.3625199) has the same limit in all directions, slips along
+    its force, and is independent of other sliders. Along a line it equals the joint up to the error
+    in ``line.fit``; the force limit is exact. A straight path gives the same result in one step as
+    in many, and stiffnesses are derivatives of the force at the end of the step.
     """
 
     joint: BackboneLaw
@@ -76,7 +76,7 @@ class IsotropicJoint(Locked):
 
     @cached_property
     def line(self) -> CellModel:
-        """Law along any line: an Iwan model, whose ``fit`` holds its errors."""
+        """Law for motion along any line: an Iwan model, whose ``fit`` holds its errors."""
         reach = self.joint.force_limit / self.joint.tangential_stiffness
         low = self.smallest_amplitude
         if low is None and self.largest_amplitude is None and math.isfinite(reach) and reach > 0.0:
@@ -117,7 +117,7 @@ class IsotropicJoint(Locked):
         return VectorState(bank, nodes is None, bool(energies))
 
     def force(self, displacement: ArrayLike) -> Floats:
-        """Compute forces [N] along a path [m] of straight steps from rest, shape (samples, 2)."""
+        """Compute forces [N] at the ends of straight steps [m] from rest, shape (samples, 2)."""
         x = _path("displacement", displacement)
         state, forces = self.start(), np.empty(x.shape)
         for i, row in enumerate(x):
@@ -126,10 +126,10 @@ class IsotropicJoint(Locked):
         return forces
 
     def circle_energy(self, amplitude: ArrayLike) -> Any:
-        """Compute the energy [J] of a settled circular motion in closed form.
+        """Compute the energy [J] dissipated per period of a settled circular motion.
 
-        For radii a [m] of any shape, the sum of 2 pi k u sqrt(a^2 - u^2) over the sliders with
-        yield displacement u < a.
+        For radii a [m] of any shape, it is the sum of 2 pi k u sqrt(a^2 - u^2) over the sliders of
+        stiffness k [N/m] and yield displacement u < a.
         """
         a = sized("amplitude", amplitude)
         if a.min() < 0.0:
@@ -148,14 +148,14 @@ class IsotropicJoint(Locked):
         displacement_cycle : array_like
             One period of displacements [m], shape (samples, 2), its first sample not repeated.
         tolerance : float, optional
-            Largest distance of the forces from the limit cycle over the force limit [-]. Sliders
-            are iterated for up to 2000 periods; ``converged`` and ``residual`` of the result show
-            if the tolerance was reached.
+            Largest distance of the forces from the limit cycle over the force limit [-]. The cycle
+            is repeated for up to 2000 periods; ``converged`` and ``residual`` of the result state
+            whether the tolerance was reached.
         start : {"farthest", "first"}, optional
-            Sample to which the joint moves from rest in a straight line before it follows the
-            cycle: the one farthest from rest, or the first one, like a state that starts at rest.
-            Sliders that hardly slip keep the force of this path, so the mean force of a cycle with
-            a mean displacement depends on it: by some 5e-4 of the force limit.
+            Sample to which the joint goes from rest in a straight line before it follows the cycle:
+            the one farthest from rest, or the first one. Sliders that hardly slip keep the force of
+            this path, so the mean force depends on it, by some 5e-4 of the force limit for a cycle
+            with a mean displacement.
 
         Returns
         -------
@@ -184,11 +184,12 @@ class IsotropicJoint(Locked):
             Coefficients of both displacements [m], shape (2, coefficients), in the order of
             ``harmonics``: [mean,] cos 1, sin 1, cos 3, sin 3 for (0, 1, 3).
         harmonics : sequence of int, optional
-            Numbers of the harmonics, rising; 0 is the mean.
+            Orders of the harmonics, increasing; 0 is the mean.
         samples : int, optional
-            Number of equidistant samples of the period [-]; the error falls with its square.
+            Number of equidistant samples of the period [-]; the error is of second order in their
+            spacing.
         tolerance : float, optional
-            As for :meth:`periodic`; the Jacobian is that of the settled cycle.
+            As for :meth:`periodic`.
         start : {"farthest", "first"}, optional
             As for :meth:`periodic`; the first sample is at time 0.
 
@@ -196,9 +197,8 @@ class IsotropicJoint(Locked):
         -------
         FieldHarmonics
             ``force`` [N], shape (2, coefficients), ``jacobian`` [N/m], shape (2, 2, coefficients,
-            coefficients), derivatives of the coefficients of force i with respect to those of
-            displacement k in the order i, k, row, column, and ``converged`` and ``residual`` [N],
-            shape (1,).
+            coefficients), derivatives of force coefficients by displacement coefficients in the
+            order force, displacement, row, column; ``converged`` and ``residual`` [N], shape (1,).
         """
         return settled_harmonics(
             self._bank, coefficients, harmonics, None, samples, tolerance, start, single=True
@@ -224,31 +224,32 @@ class IsotropicField(Locked):
 
     Notes
     -----
-    In one direction, the memory of a varying load equals that of sliders over the separations eta.
-    Each holds g = integral of D from d to eta, with |g| <= eta - d, and T = mu times the integral
-    of N''(eta) g over eta (the method of memory diagrams, DOI 10.3389/fmech.2020.00030, integrated
-    by parts). Here g is a vector that follows every step and slips along itself where it would
-    exceed the radius eta - d. The assumptions are those of :class:`microslip.IsotropicJoint`; in
-    addition a slider whose radius shrinks as contact is lost slips along its force. Along a line
-    the model equals the coupled joint, at constant separations the isotropic one, both with a
-    piecewise linear load curve.
+    In one direction, a memory diagram D (DOI 10.3389/fmech.2020.00030) at separation d is
+    equivalent to sliders at all separations eta > d. A slider is stretched by g, the integral of D
+    from d to eta, |g| <= eta - d, and T is mu times the integral of N''(eta) g over eta. Here g is
+    a vector that follows every step, and slips along itself if its length would exceed the radius
+    eta - d. The assumptions are those of :class:`microslip.IsotropicJoint`; in addition a slider
+    whose radius shrinks as contact is lost slips along its force. Along a line the model equals a
+    :class:`microslip.Interface` under varying load, at constant separations an IsotropicJoint, both
+    with a piecewise linear load curve.
 
-    For a :class:`microslip.MeasuredContact` with a ``direction``, the direction of the first
+    For a :class:`microslip.MeasuredContact` with a ``direction``, which is that of the first
     displacement, the stiffness is the tensor of the lay, and slip is along the force of the slider.
-    The end of a step is then found in eight substeps: exact along a line, with an error of 0.015 of
-    the slider force where it turns in one long step.
+    A step is then divided into eight substeps: exact along a line, with an error of 0.015 of the
+    slider force if this force turns in one long step.
     """
 
     field: FieldOfNodes
     knots: Floats
-    """Separations [m] on the law of the surface at the corners of the piecewise linear curve."""
+    """Separations [m] on the load curve of the surface at the corners of its piecewise linear
+    approximation."""
 
     @cached_property
     def load_error(self) -> float:
         """Largest relative error of the piecewise linear load curve [-].
 
-        From the nearest separation to that of the lightest node at rest. The relative error of mu N
-        at both ends of slip bounds that of the forces.
+        The range is from the smallest separation to that of the lightest node at rest. The relative
+        error of mu N at both ends of slip bounds that of the forces.
         """
         last = float(_places_at_rest(self.field)[self.field.normal_loads > 0.0].max())
         inner = self.knots[:-1][self.knots[1:] <= last]
@@ -264,9 +265,9 @@ class IsotropicField(Locked):
 
     @cached_property
     def resolution(self) -> Floats:
-        """Amplitudes [m] below which a node has no dissipation: kappa times the knot spacing.
+        """Amplitudes [m] below which nodes do not dissipate, kappa times the knot spacing.
 
-        Small cycles need more sliders: a cycle is met well from ten times that on.
+        Energies are accurate above ten times this amplitude; smaller cycles need more sliders.
         """
         places = _places_at_rest(self.field)
         at = np.clip(np.searchsorted(self.knots, places), 1, self.knots.size - 1)
@@ -311,7 +312,7 @@ class IsotropicField(Locked):
         ----------
         displacements : array_like
             One period of displacements [m], shape (nodes, samples, 2), its first sample not
-        repeated.
+            repeated.
         separations : array_like, optional
             Separations [m] at the same samples, shape (nodes, samples), constant by default.
         tolerance : float, optional
@@ -362,11 +363,11 @@ class IsotropicField(Locked):
         Returns
         -------
         FieldHarmonics
-            ``force`` [N], shape (nodes, 2, coefficients); ``load`` [N], (nodes, coefficients),
-            with ``separations``; ``jacobian`` [N/m], shape (nodes, 2, 2, coefficients,
-            coefficients), with ``separations`` (nodes, 3, 3, ...), of (T1, T2, N) with respect to
-            both displacements and the separation; ``converged`` and ``residual`` [N], shape
-            (nodes,). The result of a node that has not converged is its last period.
+            ``force`` [N], shape (nodes, 2, coefficients); ``load`` [N], (nodes, coefficients), with
+            ``separations``; ``jacobian`` [N/m], shape (nodes, 2, 2, coefficients, coefficients),
+            with ``separations`` (nodes, 3, 3, ...), of (T1, T2, N) by both displacements and the
+            separation; ``converged`` and ``residual`` [N], shape (nodes,). For a node that has not
+            converged they are those of its last period.
         """
         return settled_harmonics(
             self._bank, coefficients, harmonics, separations, samples, tolerance, start
@@ -412,10 +413,10 @@ def _smallest_separation(surface: NormalLaw) -> float:
 
 
 def _knots_of(field: FieldOfNodes, sliders: int, nearest: float) -> Floats:
-    """Return knots from the nearest separation to zero load, with uniform relative error.
+    """Return separations [m] of knots from ``nearest`` to zero load, for a uniform relative error.
 
-    A chord of width h is above N by up to h^2 N''/8. Knots that divide the integral of sqrt(N''/N)
-    evenly make this a constant fraction of N, down to a negligible load; a last chord ends at zero.
+    A chord of N(d) over a width h is above N by up to h^2 N''/8. Knots that divide the integral of
+    sqrt(N''/N) evenly make this a constant fraction of N, down to a negligible load.
     """
     curve = field._nodes.curve
     origin = curve.origin

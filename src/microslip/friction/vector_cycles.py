@@ -28,7 +28,7 @@ STARTS = ("farthest", "first")
 class VectorCycle(Locked):
     """Settled cycles in two directions, the result of the ``periodic`` methods.
 
-    Sliders after Iwan (1966, DOI 10.1115/1.3625199), each with a vector of displacement.
+    The sliders are those of Iwan (1966, DOI 10.1115/1.3625199), each stretched by a vector.
     """
 
     force: Floats
@@ -48,12 +48,16 @@ class VectorCycle(Locked):
     _start: str
 
     def derivative(self, directions: ArrayLike, separations: ArrayLike | None = None) -> Floats:
-        """Compute derivatives of the forces [N per unit] along directions common to all nodes.
+        """Compute derivatives of the forces [N per unit] by parameters of the motion.
 
-        ``directions`` are derivatives of a displacement [m per unit], shape (samples, directions).
-        They apply to the first displacement, then to the second, followed by those of
-        ``separations``. The last axis of the result has 2 directions + separations columns: shape
-        (nodes, samples, 2, columns), without the first axis for a single joint.
+        ``directions``, shape (samples, directions), are derivatives of a displacement by each
+        parameter [m per unit], common to all nodes. They are applied to the first displacement,
+        then to the second, as separate parameters. ``separations``, shape (samples, directions),
+        are derivatives of the separation by further ones.
+
+        The result has the shape (nodes, samples, 2, columns), without the first axis for a single
+        joint: force components on the third axis; on the last, the columns of the first
+        displacement, then of the second, then of the separation.
         """
         samples = self._places.shape[1]
         by = [_directions("directions", directions, samples)]
@@ -92,7 +96,7 @@ def _settle(
     by_place: Floats | None = None,
     by_step: Floats | None = None,
 ) -> _Settled:
-    """Iterate all nodes until they settle, for up to ``_PASSES`` periods."""
+    """Repeat the cycle of each node until it settles, for up to ``_PASSES`` periods."""
     nothing = np.zeros((places.shape[1], 0))
     by_place = nothing if by_place is None else by_place
     by_step = nothing if by_step is None else by_step
@@ -139,7 +143,7 @@ def settled_cycle(
     start: Any,
     single: bool = False,
 ) -> VectorCycle:
-    """Return the settled cycles for displacements [m] (nodes, samples, 2) and steps [m]."""
+    """Return the settled cycles for displacements (nodes, samples, 2) and steps from origin [m]."""
     places = bank.places(displacements)
     found = _settle(bank, places, steps, tolerance, start)
     return VectorCycle(
@@ -166,7 +170,7 @@ def settled_harmonics(
     start: Any,
     single: bool = False,
 ) -> FieldHarmonics:
-    """Return the coefficients of forces and loads [N] with their Jacobian [N/m]."""
+    """Return Fourier coefficients of forces and loads [N] with their Jacobian [N/m]."""
     basis, size = Basis(harmonics), bank.size
     functions, analysis = basis.sampled(samples)
     count, values = basis.size, floats("coefficients", coefficients, "m")

@@ -1,4 +1,4 @@
-"""Evaluation at many loads, amplitudes and coefficients of friction, as labelled arrays."""
+"""Evaluation of joints at many loads, amplitudes and coefficients of friction."""
 
 from microslip.friction.sweeps.arrays import Sweep
 from microslip.friction.sweeps.evaluation import evaluate

@@ -1,4 +1,4 @@
-"""Check of the arguments of many joints."""
+"""Validation of the arguments of :func:`microslip.evaluate`, and labelled results."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _OTHER_BODY = ("other_young_modulus", "other_poisson_ratio")
 
 
 def checked(args: Arguments) -> Arguments:
-    """Check that arguments are complete and consistent, and arrays within their ranges."""
+    """Validate all arguments, convert them to float arrays, and add their broadcast shape."""
     needs = ["friction_coefficient"]
     of_surface = ("young_modulus", "poisson_ratio", "radius", "density", "area", "std")
     if "surface" in args:
@@ -79,7 +79,7 @@ def checked(args: Arguments) -> Arguments:
 def check_names(
     quantities: Any, available: Sequence[str], example: str, of_amplitudes: Sequence[str] = ()
 ) -> None:
-    """Check that quantities are a list of available names."""
+    """Check that ``quantities`` is a list of available names; ``example`` is for the message."""
     if isinstance(quantities, str) or not isinstance(quantities, Sequence) or not quantities:
         raise InputError(
             f"`quantities` must be a list of names, got {show(quantities)}; for example "
@@ -108,7 +108,7 @@ def evaluate_labelled(
     settings: Mapping[str, Any],
     outputs: tuple[str, ...],
 ) -> dict[str, Any]:
-    """Return DataArrays or Dask arrays, lazy if the arguments are."""
+    """Evaluate DataArrays or Dask arrays; results have their type, lazy if arguments are."""
     names = tuple(arrays)
     keys = {**settings, "quantities": [name for name in outputs if not name.startswith("loop_")]}
 

@@ -33,17 +33,16 @@ class Sweep:
     Parameters
     ----------
     coords : mapping of str to Variable
-        Coordinates by name: along a dimension of that name, or a number.
+        Coordinates by name: values along the dimension of that name, or a single number.
     variables : mapping of str to Variable
-        Results by name. A Variable is a tuple of ``dims``, ``values`` and ``attributes`` (units
-        and long name).
+        Results by name. A Variable has ``dims``, ``values`` and ``attributes`` (unit, long name).
     attributes : mapping of str to str
         Description of the sweep and version of the package.
 
     Notes
     -----
-    Quantities are those of an interface: ``loss_factor`` is (19.30). Damping ratios are not those
-    of a mode of a structure, see :class:`microslip.Oscillator`.
+    Damping is that of the interface alone, ``loss_factor`` as in (19.30). For a mode of a structure
+    see :class:`microslip.Oscillator`.
     """
 
     coords: Mapping[str, Variable]
@@ -81,7 +80,7 @@ class Sweep:
         return tuple(self.sizes.values())
 
     def __getitem__(self, name: str) -> Any:
-        """Values of a variable or a coordinate, a float if it has no dimension."""
+        """Values of a result or a coordinate by name, a float if it has no dimension."""
         for group in (self.variables, self.coords):
             if isinstance(name, str) and name in group:
                 values = group[name].values
@@ -121,9 +120,9 @@ class Sweep:
     ) -> Any:
         """Draw a quantity, in its unit [SI], along one dimension.
 
-        ``along`` defaults to the longest dimension; a few evenly spaced combinations of the other
-        dimensions are drawn as lines. ``ax``, ``color`` and ``label`` (of the first line) are as
-        for :meth:`microslip.BackboneLaw.plot`.
+        ``along`` defaults to the longest dimension. Each line is one combination of values of the
+        other dimensions; at most six are drawn. ``ax``, ``color`` and ``label`` (of the first line)
+        are as for :meth:`microslip.BackboneLaw.plot`.
         """
         from microslip.figures import draw
 
@@ -172,7 +171,7 @@ _MOST_POINTS = 5000
 
 
 def sweep_figure(sweep: Any, quantity: Any, along: Any) -> Plot:
-    """Return the plot of a quantity along one dimension for a few of the other combinations."""
+    """Return the plot of a quantity along one dimension, one line per combination of others."""
     if not isinstance(quantity, str) or quantity not in sweep.variables:
         names = ", ".join(sweep.variables)
         raise InputError(f"`quantity` must be one of {names}, got {show(quantity)}")

@@ -1,4 +1,4 @@
-"""Vectorised evaluation of many joints: each point of the broadcast arguments is a joint."""
+"""Vectorised evaluation of many joints: each point of the broadcast arguments is one joint."""
 
 from __future__ import annotations
 
@@ -80,15 +80,15 @@ def evaluate(
     samples: int | None = None,
     quantities: Sequence[str] | None = None,
 ) -> Mapping[str, Any]:
-    """Evaluate many joints: arguments are numbers or arrays that broadcast.
+    """Evaluate many joints at once; arguments are numbers or arrays that broadcast.
 
     Parameters
     ----------
     young_modulus, poisson_ratio : array_like
-        Elastic constants of both bodies, or of the first [Pa], [-].
+        Elastic constants [Pa], [-] of both bodies, or of the first if others are given.
     other_young_modulus, other_poisson_ratio : array_like, optional
-        Elastic constants of the second body [Pa], [-], by default those of the first. An
-        infinite modulus is a rigid body.
+        Elastic constants of the second body [Pa], [-], by default those of the first. Infinite for
+        a rigid body.
     std : array_like
         Standard deviation of the heights [m]. Optional if ``heights`` are given.
     mean : array_like, optional
@@ -106,32 +106,31 @@ def evaluate(
     separation : array_like, optional
         Separations [m], given instead of the loads.
     amplitude : array_like, optional
-        Displacement amplitudes [m], not negative. Without amplitudes, joints at rest.
+        Displacement amplitudes [m], not negative. Without them, joints at rest.
     force_amplitude : array_like, optional
         Force amplitudes [N], below the force limit of each joint, given instead.
     samples : int, optional
         Number of samples of closed loops, at least 5. If given, loops are added to the result.
     quantities : sequence of str, optional
-        Names of the results: amplitude, force_amplitude (or backbone, the same),
-        dissipated_energy, energy_ratio, loss_factor, damping_ratio, secant_stiffness,
-        tangent_stiffness, dissipation_exponent, stick_area; normal_load, separation,
-        standardised_separation, slip_per_indentation, normal_stiffness, tangential_stiffness,
-        force_limit, contact_count, contact_area. By default all but tangent_stiffness,
-        dissipation_exponent, stick_area, contact_count and contact_area.
+        Names of the results: amplitude, force_amplitude (or backbone, the same), dissipated_energy,
+        energy_ratio, loss_factor, damping_ratio, secant_stiffness, tangent_stiffness,
+        dissipation_exponent, stick_area; normal_load, separation, standardised_separation,
+        slip_per_indentation, normal_stiffness, tangential_stiffness, force_limit, contact_count,
+        contact_area. By default all but tangent_stiffness, dissipation_exponent, stick_area,
+        contact_count and contact_area.
 
     Returns
     -------
     mapping of str to float or ndarray
         Results by name in SI units, with the broadcast shape of the arguments. loop_displacement
-        and loop_force have a last axis of samples, see :meth:`microslip.Interface.loop`. For
-        ``xarray.DataArray`` and Dask arguments the results are of the same type, and lazy if
-        the arguments are.
+        and loop_force have a last axis of samples, see :meth:`microslip.Interface.loop`. Results
+        for ``xarray.DataArray`` and Dask arguments are of that type, and lazy if those are.
 
     Notes
     -----
     Results agree with :class:`microslip.Interface` to 1e-13: (19.8), (19.15), (19.29) and (19.30),
-    with the normal law of Greenwood and Williamson (1966), DOI 10.1098/rspa.1966.0242. A Gaussian
-    joint depends on d/sigma and delta/(kappa sigma) alone, so one profile of F_3/2 is used for all.
+    with the normal law of Greenwood and Williamson (1966), DOI 10.1098/rspa.1966.0242. A joint of
+    Gaussian heights depends on d/sigma and delta/(kappa sigma) alone, so all share one load curve.
     """
     arguments = {name: value for name, value in locals().items() if value is not None}
     names = _quantity_names(arguments)
@@ -171,7 +170,7 @@ def _unit_gaussian() -> GreenwoodWilliamson:
 
 
 def _unit(heights: Any) -> GreenwoodWilliamson:
-    """Return one summit of radius 1 on unit area, of which every such surface is a multiple."""
+    """Return a surface of one summit of radius 1 on unit area; others are its multiples."""
     metal = Material(1.0, 0.0)
     surface = GreenwoodWilliamson(MaterialPair(metal, metal), heights, 1.0, 1.0, 1.0)
     # The deepest separation depends on the true radius, so it is not limited here.
@@ -180,7 +179,7 @@ def _unit(heights: Any) -> GreenwoodWilliamson:
 
 
 class Joints:
-    """Joints on surfaces of one shape, with load unit ``scale`` and length unit ``length``."""
+    """Many joints on surfaces of one shape, in units of load ``scale`` and length ``length``."""
 
     def __init__(self, args: Arguments) -> None:
         self.surface: NormalLaw
@@ -263,7 +262,7 @@ class Joints:
         return np.asarray(self.normal_stiffness / self.ratio)
 
     def joint(self, name: str) -> Floats:
-        """Return a quantity of the joints at rest."""
+        """Return a quantity of the joints at rest, in SI units, by name."""
         if name == "separation":
             return np.asarray(self.origin + self.length * self.place)
         if name in ("contact_count", "contact_area"):
@@ -291,7 +290,7 @@ def _composite(args: Arguments) -> tuple[Floats, Floats]:
 
 
 def evaluated(args: Arguments, names: tuple[str, ...]) -> Mapping[str, Any]:
-    """Return the results for checked arguments."""
+    """Return results by name for arguments returned by :func:`checked`."""
     shape = args["shape"]
     arrays = {name: value for name, value in args.items() if name in _ARRAYS}
     driven = {"amplitude", "force_amplitude"}
@@ -318,7 +317,7 @@ def evaluated(args: Arguments, names: tuple[str, ...]) -> Mapping[str, Any]:
 
 
 def _blocks(arrays: Sequence[Floats], shape: tuple[int, ...]) -> Iterator[list[Floats]]:
-    """Yield broadcast arrays in flat blocks."""
+    """Yield the broadcast arrays in flat blocks of limited size."""
     for block in np.nditer(  # type: ignore[call-overload]
         [np.broadcast_to(array, shape) for array in arrays],
         flags=["external_loop", "buffered"],
@@ -437,7 +436,7 @@ def _check_below_limit(force: Floats, limit: Floats) -> None:
 
 
 def _inverse(law: Pointwise, place: Floats, drop: Floats) -> Floats:
-    """Return the steps u with N(d) - N(d + u) equal to given drops, by Newton's method."""
+    """Return steps u at which N(d) - N(d + u) equals ``drop``, by Newton's method."""
     step = drop / law.sum("fall", place, np.zeros(place.size))
     active = np.arange(place.size)
     for _ in range(200):

@@ -1,4 +1,4 @@
-"""Quantiles from few samples of the inputs, with confidence intervals."""
+"""Quantiles of results from few samples of the inputs, with confidence intervals."""
 
 from __future__ import annotations
 
@@ -19,16 +19,17 @@ _EXPLAINED = 0.9  # fraction of the variance that cross-validation must explain
 
 
 def intervals(samples: Floats, shares: Sequence[float], draws: int | None = None) -> Floats:
-    """Return confidence intervals of quantiles of ``samples`` from order statistics.
+    """Return 90 % confidence intervals of quantiles of ``samples`` from order statistics.
 
-    ``samples`` has shape (groups, points per group, ...); the result has the low and high ends (2,
-    shares, ...) at a confidence of 90 %. Groups are independent scramblings of quasi-random points.
-    The fraction below a quantile scatters between groups, and Student's t determines the order
-    statistics that enclose the quantile; an end is infinite if there are too few samples. Groups
-    are unbiased and independent whatever the dependence within a group (L'Ecuyer and Lemieux 2002,
-    DOI 10.1007/0-306-48102-2_20). A single group is treated as independent draws with a binomial
-    count below the quantile, which is conservative for quasi-random points. ``draws`` is the number
-    of draws if each draw has several points.
+    ``samples`` has shape (groups, points per group, ...). The result, shape (2, shares, ...), holds
+    the lower and upper ends for each quantile in ``shares``. Groups are independent scramblings of
+    quasi-random points. The fraction of points below a quantile differs between groups; from its
+    standard deviation Student's t determines the order statistics that enclose the quantile. An end
+    is infinite if there are too few samples. Groups are unbiased and independent whatever the
+    dependence within a group (L'Ecuyer and Lemieux 2002, DOI 10.1007/0-306-48102-2_20). The points
+    of a single group are treated as independent, with a binomial number below the quantile, which
+    is conservative for quasi-random points. ``draws`` is the number of draws if each has several
+    points.
     """
     from scipy.special import stdtrit
 
@@ -60,8 +61,7 @@ def intervals(samples: Floats, shares: Sequence[float], draws: int | None = None
 def samples_for(count: int, error: float, target: float) -> int:
     """Return the number of samples that reduces an error to a target.
 
-    Assumes that the error halves with four times as many samples, which is conservative for
-    quasi-random points.
+    The error is assumed to halve with four times the samples (quasi-random points do better).
     """
     return math.ceil(count * max(error / target, 1.0) ** 2)
 
@@ -76,19 +76,19 @@ def quantiles(
 ) -> tuple[Floats, Floats]:
     """Return quantiles of each column of values and the half-widths of their 90 % intervals.
 
-    ``scores`` (n, inputs) are the normal scores of the inputs at which ``values`` (n, columns) are
-    known, NaN where a value is missing. ``dense`` are many more scores, in eight groups one after
-    the other, each an independent scrambling. If cross-validation explains 90 % of the variance of
-    a column, its quantiles are those of a cubic interpolation at ``dense``: for a smooth function
-    of a few inputs 32 points give them within 1 %, their order statistics within 10 %. The error
-    then combines that of the quantiles of ``dense`` with the cross-validation residuals near the
-    quantile (mean and standard error). Otherwise the quantiles are those of the points, with
-    intervals from order statistics, infinite for too few points: a column that jumps between two
-    branches would be overshot by an interpolation.
+    ``scores`` (points, inputs) are the normal scores of the inputs at which ``values`` (points,
+    columns) are known, NaN where a value is missing. ``dense`` are many more scores, in eight
+    groups one after the other, each an independent scrambling. If interpolation explains 90 % of
+    the variance of a column in cross-validation, its quantiles are those of a cubic interpolation
+    at ``dense``: for a smooth function of a few inputs 32 points give them within 1 %, but their
+    order statistics only within 10 %. The half-width then combines that of the quantiles of
+    ``dense`` with the cross-validation residuals near the quantile (mean and standard error).
+    Otherwise, for example if a column jumps between two branches, the quantiles are those of the
+    points, with intervals from order statistics, infinite for too few points.
 
-    If ``added`` is given, known at the scores and at ``dense``, values are logarithms of one term
-    of a sum, and quantiles are those of the logarithm of the sum, or of the finite columns that the
-    function ``of`` computes from both.
+    With ``added``, a second quantity known at the scores and at ``dense``, values are the
+    logarithms of one term of a sum and ``added`` is the other term: quantiles are those of the
+    logarithm of the sum, or of the finite columns that the function ``of`` computes from both.
     """
     if of is not None:
         return _column_quantiles(scores, values, dense, shares, added, of)
@@ -157,7 +157,7 @@ def _column_quantiles(
 
 
 def _residual_near(values: Floats, misses: Floats, middle: Floats) -> Floats:
-    """Return the root mean square residual of the values nearest to each quantile."""
+    """Return the rms residual of the values nearest to each quantile, (shares, columns)."""
     count = max(_FEWEST_NEAR, len(values) // _NEAR)
     order = np.argsort(abs(values[None] - middle[:, None]), axis=1)[:, :count]
     near = np.take_along_axis(np.broadcast_to(misses, (len(middle), *misses.shape)), order, axis=1)
@@ -171,10 +171,10 @@ def _interpolated(scores: Floats, values: Floats, places: Floats) -> Floats:
 
 
 def ranking(scores: Floats, logs: Floats) -> tuple[Floats, float]:
-    """Return the fraction of the variance of a logarithm due to each input.
+    """Return the fraction of the variance of a logarithm due to each input [-].
 
-    By linear regression on the normal scores (n, inputs). The second value is the fraction of the
-    variance explained by the regression. Values that are not finite are ignored.
+    The logarithm is fitted linearly on the normal scores (samples, inputs). The second value is the
+    fraction of the variance that the fit explains. Values that are not finite are ignored.
     """
     finite = np.isfinite(logs)
     matrix = np.column_stack([np.ones(int(finite.sum())), scores[finite]])

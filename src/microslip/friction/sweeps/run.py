@@ -1,4 +1,4 @@
-"""Sweep of a joint: arguments, evaluation and labels."""
+"""Sweep of one joint over loads, amplitudes and coefficients of friction."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def sweep(
         loss_factor, damping_ratio, secant_stiffness, tangent_stiffness, dissipation_exponent,
         stick_area, and, independent of amplitude, separation, normal_stiffness,
         tangential_stiffness, contact_count, contact_area, force_limit, slip_per_indentation. By
-        default the other amplitude, dissipated_energy, loss_factor, damping_ratio and
+        default the amplitude not given, dissipated_energy, loss_factor, damping_ratio,
         secant_stiffness.
     progress : callable, optional
         Called with the completed fraction, from 0 to 1.
@@ -92,8 +92,8 @@ def sweep(
 
     Notes
     -----
-    Vectorised like :func:`microslip.evaluate`, (19.15) and (19.29). Results agree with those of
-    single interfaces to 1e-13.
+    Computed by (19.15) and (19.29) at once, like :func:`microslip.evaluate`; results agree with
+    :class:`microslip.Interface` to 1e-13.
     """
     if not isinstance(joint, BackboneLaw):
         raise InputError(

@@ -71,7 +71,7 @@ class Upload:
         return self.path.stat().st_size if self.path.exists() else 0
 
     def summary(self) -> dict[str, Any]:
-        """Return the summary of the upload for the page."""
+        """Return identifier, name and size of the upload for the web page."""
         return {"id": self.id, "name": self.name, "size": self.size}
 
 
@@ -110,7 +110,7 @@ class Run:
         return None
 
     def summary(self) -> dict[str, Any]:
-        """Return the summary of the run for the page."""
+        """Return state, messages and result files of the run for the web page."""
         plain = {
             name: getattr(self, name) for name in ("id", "kind", "state", "progress", "message")
         }
@@ -332,12 +332,12 @@ def check_study(path: Path) -> str:
 
 
 def manifest_names(manifest: Upload, uploads: Sequence[Upload]) -> dict[str, str]:
-    """Return the name in the manifest of each upload, by the identifier of the upload.
+    """Map the identifier of each upload to the name of its file in a manifest.
 
     Raises
     ------
     InputError
-        If the manifest lists other files than the uploads, since a run reads uploads only.
+        If the manifest does not list exactly the uploads, since a run reads uploads only.
     """
     from microslip.laboratory.manifest import Manifest
 

@@ -216,7 +216,10 @@ _LINE_FORMAT = "lines with two node numbers, or two node numbers, an area [m^2] 
 
 
 def _nodes_of(file: str) -> Floats:
-    """Read rows of two or four numbers, separated by blanks or commas, with comments after #."""
+    """Read rows of two or four numbers from a file, separated by blanks or commas.
+
+    Text after # is a comment.
+    """
     import numpy as np
 
     from microslip._core.errors import InputError

@@ -72,7 +72,7 @@ class Comparison(Locked):
 
     @property
     def best(self) -> str:
-        """Name of the preferred law, or "undecided"."""
+        """Law preferred by both criteria and in predicting excluded cycles, or "undecided"."""
         if not self.laws:
             return "undecided"
         by_aic = list(self.laws)
@@ -134,7 +134,8 @@ def compare(
     Returns
     -------
     Comparison
-        The laws with the criteria of Akaike and Schwarz and the error at cycles held back.
+        The laws with the criteria of Akaike and Schwarz, and the error for cycles excluded from
+        the fit.
 
     Raises
     ------
@@ -182,7 +183,7 @@ def compare(
 
 
 def _parts(name: str, fits: Sequence[FreeForm]) -> list[FreeForm]:
-    """Return the free-form fits to which a law is fitted; one per load if it has no load."""
+    """Return the free-form fits for a law; one per load if the law has no normal load."""
     if name == "interface":
         return list(fits)
     return [part for fit in fits for part in (fit.separate or [fit])]

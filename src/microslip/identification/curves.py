@@ -26,7 +26,7 @@ _BELOW = 0.5
 
 @dataclass(frozen=True, eq=False)
 class AmplitudeTable:
-    """Estimates of one normal load against amplitude."""
+    """Force, energy and damping ratio at one normal load against displacement amplitude."""
 
     load: float | None
     """Normal load [N]; None without one."""
@@ -38,7 +38,7 @@ class AmplitudeTable:
     """Force [N], dissipated energy [J] and damping ratio [-], arrays over the amplitudes."""
 
     def band(self) -> LawBand:
-        """Return the intervals in the format of a law file."""
+        """Return the confidence intervals in the format of a law file."""
         ends = {name: np.array([e.low, e.high]) for name, e in self.estimates.items()}
         return LawBand(self.amplitude, ends, CONFIDENCE)
 

@@ -1,4 +1,4 @@
-"""An estimate with its confidence interval."""
+"""Estimate of a quantity with its confidence interval."""
 
 from __future__ import annotations
 

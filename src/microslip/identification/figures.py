@@ -228,7 +228,7 @@ def _amplitude_names(amplitudes: Sequence[float]) -> list[str]:
 
 
 def _spaced_marks(x: Floats, y: Floats, count: int) -> NDArray[np.int64]:
-    """Return indices evenly spaced along a curve, independent of the sampling in time."""
+    """Return indices of points evenly spaced along a curve, whatever their spacing in time."""
     steps = np.hypot(np.diff(x) / max(float(np.ptp(x)), 1e-300), np.diff(y) / float(np.ptp(y)))
     length = np.concatenate(([0.0], np.cumsum(steps)))
     return np.unique(np.searchsorted(length, np.linspace(0.0, length[-1], count)))

@@ -41,7 +41,7 @@ _FLAT = 0.02
 
 
 class _At(NamedTuple):
-    """Sliders of a fit at one normal load, and derivatives of their threshold shift."""
+    """Sliders of a fit at one normal load, and derivatives of the shift of their thresholds."""
 
     fit: FreeForm
     bands: Bands
@@ -188,7 +188,7 @@ class Identification(Locked, Plottable):
         return value, value + low - middle, value + high - middle
 
     def _force_of(self, at: _At, u: float) -> tuple[Floats, float, float]:
-        """Return force derivatives, force [N] and stiffness [N/m] at displacement u in series."""
+        """Return derivatives by coefficients, force [N] and stiffness [N/m] at u, rig included."""
         c = self._coefficients(at, lambda y: np.minimum(u, y))
         low, here, high = _sum(at, u * np.array([1.0 - _STEP, 1.0, 1.0 + _STEP]))
         if (1.0 + _STEP) * u > at.y[-2]:  # beyond it nothing is measured
@@ -196,7 +196,7 @@ class Identification(Locked, Plottable):
         return c, float(here), float(high - low) / (2.0 * _STEP * u)
 
     def _in_series(self, at: _At, a: float, compliance: float) -> float:
-        """Return the displacement [m] of joint and rig at which the joint is displaced by a."""
+        """Return the displacement [m] of joint and rig at which the joint is displaced by ``a``."""
         if not compliance:
             return a
         y = np.append(0.0, np.sort(np.maximum(at.y, 0.0)))
@@ -244,7 +244,7 @@ class Identification(Locked, Plottable):
     def _with_rig(
         self, name: str, at: _At, a: float, ends: tuple[float, float, float]
     ) -> tuple[float, float]:
-        """Return the ends of an interval, widened by the uncertainty of the rig stiffness."""
+        """Return the ends of an interval, widened by the standard error of the rig stiffness."""
         value, low, high = ends
         if self.rig_stiffness is None or not self.rig_stiffness[1]:
             return low, high

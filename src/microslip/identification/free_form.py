@@ -43,11 +43,11 @@ shifts, and the change of forces over their noise, or of the sum of squares, at 
 
 @dataclass(eq=False)
 class FreeForm:
-    """Density of sliders fitted to records: stiffnesses k_i at thresholds y_i.
+    """Density of sliders (elastic-plastic elements): stiffnesses k_i at thresholds y_i.
 
-    The thresholds are those at the reference load: the highest normal load, or the highest one
-    within a cycle if the load varies. At a lower load all are less by one length: the threshold is
-    max(y_i + s, 0), with the shift s <= 0 [m] of that load.
+    A threshold is the displacement [m] at which a slider yields, at the reference load: the highest
+    normal load, or the highest one within a cycle if the load varies. At a lower load all are less
+    by one length: the threshold is max(y_i + s, 0), with the shift s <= 0 [m] of that load.
     """
 
     rows: Sequence[Rows]
@@ -294,7 +294,7 @@ class FreeForm:
         return -float(np.interp(friction * (self.reference - load), force, u))
 
     def _fall(self, friction: float | None = None) -> float:
-        """Return the decrease of thresholds [m] from the reference to the highest mean load."""
+        """Return the decrease of all thresholds [m] from the reference to the highest mean load."""
         force, u = self.corners()
         limit = (friction or self.friction or 0.0) * (
             (self.reference or 0.0) - (self.loads[0] or 0.0)
@@ -316,7 +316,7 @@ class FreeForm:
         return np.asarray((here - top) * (self.y >= 2.0 * self._fall()))
 
     def _stiffness_at(self, u: Floats) -> Floats:
-        """Return the slope B'(u) of the backbone at the reference load [N/m]."""
+        """Return the slope of the backbone at the reference load [N/m], at displacements u [m]."""
         stuck = np.append(np.cumsum(self.k[::-1])[::-1], 0.0)
         return np.asarray(stuck[np.searchsorted(self.y, u, side="right")])
 

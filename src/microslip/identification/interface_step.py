@@ -203,7 +203,7 @@ def _open(one: Parameter) -> Parameter:
 def interface_law(
     loads: Sequence[float], heights: Any, force: float, stiffness: float
 ) -> tuple[Law, InterfaceModel]:
-    """Return the law of an interface with its unknown parameters, for known loads."""
+    """Return the law of an interface, whose parameters are unknown, and its model."""
     if not loads:
         raise InputError(
             "an interface needs the normal load of each record; write "
@@ -303,7 +303,7 @@ def _derived(
     measured: tuple[str, float, float, float] | None,
     known: Mapping[str, Any],
 ) -> list[tuple[str, str, bool, Function]]:
-    """Return names, units and functions of derived quantities."""
+    """Return name, unit and function of each quantity that follows from the parameters."""
     top = max(loads)
 
     def of(name: str) -> Function:

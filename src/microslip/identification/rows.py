@@ -34,7 +34,7 @@ class Rows:
 
     @cached_property
     def noise(self) -> float:
-        """Standard deviation of a force sample [N], at least the resolution of the thresholds."""
+        """Standard deviation of a force sample [N], at least the error of the threshold grid."""
         floor = _FLOOR * 0.5 * float(np.ptp(self.folded.force))
         return max(self.folded.force_noise, floor * math.sqrt(float(self.folded.count.mean())))
 
@@ -51,9 +51,10 @@ class Rows:
         return math.sqrt(float(np.einsum("ij,jk,ik->i", basis, folded.covariance, basis).mean()))
 
     def sums(self, rises: Floats) -> Floats:
-        """Add the increments of each node to those of the nodes where its branches start.
+        """Return the bin means (bins, columns) of quantities summed along the branches.
 
-        Input (nodes, columns); returns the means of the sums over the bins (bins, columns).
+        The value at a node is its row of ``rises`` (nodes, columns) plus the value at the node
+        where its branch starts.
         """
         cycle = self.cycle
         rises = np.ascontiguousarray(rises)
@@ -154,13 +155,13 @@ class Rows:
         return self._means(np.where(is_step, means[cycle.end], values[cycle.end]))
 
     def stiffness(self, y: Floats, k: Floats) -> Floats:
-        """Return the tangent stiffness [N/m] at each node of the cycle."""
+        """Return the tangent stiffness [N/m] of sliders (y, k) at each node of the cycle."""
         order = np.argsort(y)
         left = np.append(np.cumsum(k[order][::-1])[::-1], 0.0)
         return np.asarray(left[np.searchsorted(y[order], self.cycle.half, side="right")])
 
     def by_displacement(self, y: Floats, k: Floats) -> Floats:
-        """Return the derivatives of the force by displacement coefficients (terms, bins)."""
+        """Return the derivatives of the force by displacement coefficients [N/m] (terms, bins)."""
         cycle = self.cycle
         above = np.where(cycle.parent < 0, 0, cycle.parent)
         moves = cycle.basis - cycle.basis[:, above]

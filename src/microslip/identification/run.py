@@ -226,7 +226,7 @@ def folded_records(
     normal_load: float | Sequence[float] | None,
     noise: tuple[float, float] | None,
 ) -> list[Folded]:
-    """Return each record folded into one cycle, with unique names."""
+    """Return the records, cut into parts of one amplitude each, folded into one cycle."""
     expected = "a Record or a list of them; write Record(displacement, force) or Record.read(path)"
     listed = members(
         "records", [records] if isinstance(records, Record) else records, Record, expected

@@ -115,7 +115,7 @@ class SecondStep(Locked):
 
     @property
     def fits(self) -> bool:
-        """Whether the law explains the loops as well as the free form does."""
+        """Whether the law fits the loops as well as the free form does, within the noise."""
         return self.misfit <= self.misfit_limit
 
     def table(self) -> str:
@@ -187,7 +187,7 @@ class Statistics:
     ) -> tuple[Floats, Floats, Floats]:
         """Return forces [N] in series at nodes [m], changes of threshold shifts, and the nodes.
 
-        If the load varies within the cycle, the nodes are moved with the friction coefficient.
+        If the load varies within the cycle, the nodes depend on the friction coefficient.
         """
         fit = self.fit
         load = fit.reference
@@ -426,7 +426,7 @@ def profile(
 
 
 def verdict_of(value: float, low: float, high: float, is_log: bool) -> str:
-    """Return the verdict on an interval of a parameter."""
+    """Return the verdict on a parameter by the width of its interval, if it is bounded."""
     if not (math.isfinite(low) and math.isfinite(high)) or (is_log and low <= 0.0):
         return BOUNDED if math.isfinite(low) or math.isfinite(high) else NOT
     half = 0.5 * math.log(high / low) if is_log else 0.5 * (high - low)
@@ -462,7 +462,7 @@ def step_of(
     parameters: Mapping[str, Parameter],
     q: Floats,
 ) -> SecondStep:
-    """Return the result of a law."""
+    """Return the fitted law with its parameters, misfit and criteria."""
     fit, count = statistics.fit, len(problem.unknowns)
     misfit = max(least - statistics.least, 0.0)
     told = statistics.dimension - count

@@ -53,7 +53,7 @@ _OVER_NOISE = 10.0
 
 
 class Block(NamedTuple):
-    """Contiguous samples of a record and their whole cycles."""
+    """Samples of a record between two gaps, and the whole cycles in them."""
 
     first: int
     """The first sample, counted from 0."""

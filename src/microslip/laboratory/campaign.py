@@ -278,7 +278,7 @@ class Campaign(Locked):
         return points
 
     def wear(self, confidence: float = 0.95) -> Wear | None:
-        """Fit the energy wear coefficient [m^3/J] to records with wear; None without any."""
+        """Fit the energy wear coefficient [m^3/J] to records with a worn volume; None without."""
         volumes = self.worn_volumes or [None] * len(self.measurements)
         energies, errors = self.worn_by()
         rows = [

@@ -87,7 +87,7 @@ class Motion(NamedTuple):
 
 
 def motion_of(displacement: Floats, force: Floats, gaps: Sequence[int] = ()) -> Motion:
-    """Estimate middle, amplitude, noise and period of a record between ``gaps``."""
+    """Estimate middle, amplitude, noise and period of a displacement between ``gaps`` [samples]."""
     sampled = displacement[:: max(1, displacement.size >> 17)]
     low, high = (float(value) for value in np.percentile(sampled, (1.0, 99.0)))
     middle, amplitude = 0.5 * (low + high), 0.5 * (high - low)
@@ -124,7 +124,7 @@ or neighbours."""
 
 
 def one_loop(x: Floats, force: Floats) -> tuple[int, bool, bool]:
-    """Return the number of samples of one loop, whether it is one cycle, and whether it closes.
+    """Return the number of samples of a loop, whether it is one cycle, and whether it closes.
 
     A last sample that repeats the first one is not counted.
     """
@@ -181,7 +181,7 @@ def split(displacement: Floats, force: Floats) -> Cuts:
 
 
 def len_of(cycles: Cuts | None) -> int:
-    """Number of cycles."""
+    """Return the number of cycles; 0 for None."""
     return 0 if cycles is None else cycles.cuts.size - 1
 
 
@@ -220,7 +220,7 @@ def _crossings(x: Floats, band: float) -> tuple[Floats, NDArray[np.bool_]]:
 
 
 def window_of(noise: float, period: float) -> int:
-    """Return the half-width [samples] at which a parabola's bias (angle^4) equals its noise."""
+    """Return the half-width [samples] of a window in which a parabola's bias equals its noise."""
     angle: float = (420.0 * noise / math.sqrt(period / math.pi)) ** (2.0 / 9.0)
     return math.floor(min(angle, WIDEST) * period / (2.0 * math.pi))
 
@@ -251,7 +251,7 @@ def _turns(
 def _extended(
     places: Floats, period: float, x: Floats, value: float, near: float, slack: float
 ) -> Floats:
-    """Add a cut one period before the first and after the last if the record has value there."""
+    """Add a cut one period before the first and after the last one if x is near ``value`` there."""
     for step in (-period, period):
         if places.size == 0:
             break

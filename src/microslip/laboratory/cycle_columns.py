@@ -214,7 +214,7 @@ def way_of(
     span: Floats,
     compliance: float,
 ) -> Way:
-    """Fit the start of each branch from a reversal to sample ``end``, with force increasing.
+    """Fit the first part of each branch, between a reversal and sample ``end``; force increases.
 
     Noise of the force in the abscissa of the fit, or in the choice of samples, would bias the
     stiffness upwards. So the window ends at the sample where the mean branch reaches a fraction of

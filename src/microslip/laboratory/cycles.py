@@ -93,7 +93,7 @@ class Drift(NamedTuple):
 
 
 class Plateau(NamedTuple):
-    """Samples of a channel exactly at one of its extremes."""
+    """Plateau of a channel: successive samples exactly at its maximum or minimum."""
 
     channel: str
     extreme: float
@@ -267,7 +267,7 @@ class Cycles:
 
     @cached_property
     def coarse_steps(self) -> list[str]:
-        """Notes on channels with coarse converter steps."""
+        """Notes on channels whose converter steps are large compared with their range."""
         notes = []
         for name in ("displacement", "force"):
             values: Floats = getattr(self.record, name)

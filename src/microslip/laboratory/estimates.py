@@ -57,7 +57,7 @@ def checked_confidence(level: Any) -> float:
 
 
 class Dependence(NamedTuple):
-    """Correlation of successive values."""
+    """Effect of the correlation of successive values on the variance of their mean."""
 
     factor: float
     """Variance of their mean over that of independent values; 1 without correlation."""

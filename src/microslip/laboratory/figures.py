@@ -1,4 +1,4 @@
-"""Figures of records, of their cycles, and of campaigns; titles come from the caller."""
+"""Figures of records, of their cycles, and of campaigns; titles are given by the caller."""
 
 from __future__ import annotations
 

@@ -207,7 +207,7 @@ def _columns_by_part(
 def _arrays(
     table: RawTable, by_part: Mapping[str, Named], rows: Any
 ) -> tuple[dict[str, Floats], int, list[str]]:
-    """Load the columns; return numbers, index of the first row, and notes."""
+    """Load the requested rows of the columns; return numbers, index of the first row, notes."""
     arrays = dict(
         zip(by_part, table.load([column.place for column in by_part.values()]), strict=True)
     )

@@ -334,7 +334,7 @@ def _check_time(time: Floats, sample_rate: float | None) -> None:
 
 
 def checked_path(path: Any) -> Path:
-    """Validate the name of a file."""
+    """Validate a file name and return it as a path."""
     if not isinstance(path, (str, os.PathLike)):
         raise InputError(f"`path` must be the name of a file, got {show(path)}")
     return Path(path)

@@ -31,7 +31,7 @@ _GAUSS = np.polynomial.legendre.leggauss(3)
 
 
 class Reversals(NamedTuple):
-    """Reversal points in temporal order."""
+    """Reversal points in temporal order, interpolated between the samples."""
 
     place: Floats
     """Position between samples [samples]."""

@@ -78,7 +78,10 @@ def _size(shape: tuple[int, ...], kind: np.dtype[Any]) -> int:
 def _leaves(
     name: str, shape: tuple[int, ...], kind: np.dtype[Any], available: int, path: Path
 ) -> dict[str, Any]:
-    """Return an array of numbers, or the numeric columns of a structured array, as leaves."""
+    """Return an array of numbers by name, or the numeric columns of a structured array.
+
+    They are leaves: shapes with functions that load the numbers.
+    """
     size = _size(shape, kind)
     get = partial(_load, path, name, shape, size, available)
     if kind.kind in "iuf":

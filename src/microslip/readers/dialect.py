@@ -30,7 +30,7 @@ _BRACKETED = re.compile(r"[^][()]*(?:\[[^][]*\]|\([^()]*\))")
 
 
 class TextLine(NamedTuple):
-    """Non-empty line and the number of lines above it."""
+    """Line of text that is not empty, with the number of lines above it in the file."""
 
     above: int
     text: str

@@ -141,7 +141,7 @@ def _node(item: Any, visited: set[int]) -> Any:
 
 
 def values_at(path: Path, where: str, field: str | None) -> Any:
-    """Load a data set, or one field of a structured data set."""
+    """Load the numbers of a data set, or of one field of a structured data set."""
     with opened(path) as file:
         item = file[where]
         refuse_beyond(*item.shape)

@@ -63,7 +63,7 @@ def unbracketed(cell: str) -> str:
 
 
 def spelt(unit: str) -> str:
-    """Return a unit in its known spelling, such as "newtons" for "Newtons"."""
+    """Return a unit in its accepted spelling, such as "newtons" for "Newtons"."""
     if unit in _CAPITALS:
         return _CAPITALS[unit]
     return unit.lower() if len(unit) > 2 and not is_unit(unit) and is_unit(unit.lower()) else unit

@@ -66,7 +66,7 @@ class TextFile(NamedTuple):
 
     @property
     def most_rows(self) -> int:
-        """Number of lines from the first row on: an upper bound for the rows."""
+        """Number of lines from the first row of numbers on, an upper bound of the rows."""
         return self.counts["\n"] + 1
 
     @property

@@ -1,1 +1,1 @@
-"""Interactive page that computes a joint in the browser."""
+"""Interactive web page that computes a joint with JavaScript in the browser."""

@@ -39,7 +39,7 @@ class Materials(NamedTuple):
 
 
 class Derived(NamedTuple):
-    """A quantity that follows from the parameters."""
+    """Value of a quantity computed from the parameters, such as the force limit."""
 
     name: str
     unit: str
@@ -95,8 +95,9 @@ class InterfaceModel:
 
         Counts of summits in each interval of heights z scatter as Poisson's distribution, the same
         intervals for all ``loads``. With c summits in excess at z, h rises to keep the load, and
-        the force of first loading changes by -mu N/n(h) c [(z - h - x)^(3/2) - (z - h)^(3/2) n'(h +
-        x)/n'(h)].
+        the force of first loading changes by
+
+        -mu N/n(h) c [(z - h - x)^(3/2) - (z - h)^(3/2) n'(h + x)/n'(h)].
         """
         law = self.template.law
         if not isinstance(law, GreenwoodWilliamson):

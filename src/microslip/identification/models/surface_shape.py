@@ -180,7 +180,7 @@ _LEAST_LOAD = 1e-16  # of the load where all touch: about what h = 8 is for Gaus
 
 
 def template_of(heights: Any = None) -> Template:
-    """Return the template of a surface or height distribution, by default Gaussian heights."""
+    """Return the normalised shape of a normal law, from a surface or heights (None: Gaussian)."""
     law = heights
     if not isinstance(law, NormalLaw):
         shape = Gaussian(std=1.0) if law is None else as_heights(law)

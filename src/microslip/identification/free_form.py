@@ -21,14 +21,14 @@ _MOST_THRESHOLDS = 240
 _FINEST = 150.0
 """Smallest amplitude over the finest threshold."""
 _REFINEMENTS, _BETWEEN, _VISIBLE = 2, 3, 1.0
-"""Rounds in which thresholds are put beside those that carry stiffness, and how many."""
+"""Number of refinements, thresholds inserted per gap, and error over noise that needs them."""
 _OF_LOWER, _APART, _REGRIDS = 0.6, 0.6, 2
-"""Share of these for each lower load; least distance of two over that of the grid; and how often
-they are put where the shifts have come to."""
+"""Number of thresholds for each lower load over THRESHOLDS, smallest spacing over that of the grid,
+and number of times that thresholds are placed again after the shifts have changed."""
 NEVER = 1e3
 """Threshold of the slider that never slips, over the largest amplitude."""
 _FRICTION_STEP = 0.01
-"""Step of the difference by the friction, over it."""
+"""Relative step of differences by the friction coefficient."""
 _CORRECTIONS = 1
 """Newton steps with the effect of the stiffnesses on the path of a varying load."""
 _LEAST_FRICTION = 0.9
@@ -37,8 +37,8 @@ _LEAST_FRICTION = 0.9
 Less than 1, since the load may be above its mean where the force is largest.
 """
 _SHIFT_STEP, _SHIFT_ROUNDS, _ROUGH, _STILL = 0.02, 12, 0.5, 0.1
-"""Step of the difference by a shift, over the largest amplitude; most steps of the search of the
-shifts, and the change of forces over their noise, or of the sum of squares, at which it ends."""
+"""Step of differences by a shift, over the largest amplitude; most iterations of the shifts; change
+of forces over noise, or of the sum of squares, at which the first and last iterations end."""
 
 
 @dataclass(eq=False)
@@ -52,11 +52,11 @@ class FreeForm:
 
     rows: Sequence[Rows]
     loads: Sequence[float | None]
-    """Different normal loads [N], falling."""
+    """Distinct normal loads [N], decreasing."""
     follow: bool = True
-    """Whether loads that vary within the cycle are followed; else their means count."""
+    """Whether to follow loads that vary within the cycle; otherwise their means are used."""
     y: Floats = field(init=False)
-    """Thresholds [m], rising; the last one is never reached."""
+    """Thresholds [m], increasing; the last one is never reached."""
     shifts: Floats = field(init=False)
     """Shift of the thresholds at each load [m], zero at the first."""
 

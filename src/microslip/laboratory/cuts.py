@@ -68,7 +68,7 @@ def noise_of(values: Floats) -> float:
 
 
 class Motion(NamedTuple):
-    """Properties of the displacement from which the cycles of a record are found."""
+    """Middle, amplitude, noise and period of a displacement, from which cycles are found."""
 
     middle: float
     """Middle of the displacement [m]."""

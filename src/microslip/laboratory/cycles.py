@@ -472,7 +472,7 @@ def _plateau_at(channel: str, values: Floats, extreme: float) -> Plateau | None:
 
 
 def step_of(values: Floats) -> float | None:
-    """Return the step of which all differences of values are multiples; None if there is none."""
+    """Return the converter step, of which all differences of values are multiples, or None."""
     first = values[: 1 << 15]
     steps = np.unique(first)
     gaps = np.diff(steps)

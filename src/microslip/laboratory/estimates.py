@@ -26,7 +26,7 @@ _HIGHEST, _FARTHEST = 0.999, 2.0
 
 
 class Estimate(NamedTuple):
-    """Mean of a measured quantity, with its confidence interval."""
+    """Mean of a measured quantity over cycles, with its confidence interval."""
 
     value: float
     """Mean value."""
@@ -190,7 +190,7 @@ def mean_of_inverses(values: Floats, confidence: float, moving: bool = False) ->
 
 
 def trend(x: Floats, y: Floats, confidence: float, independent: bool = True) -> Estimate:
-    """Fit the slope of a straight line by least squares, with Student's interval.
+    """Fit a straight line y(x) by least squares; return its slope with Student's interval.
 
     Unless ``independent``, the interval includes the correlation of successive values.
     """

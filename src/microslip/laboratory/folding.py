@@ -117,11 +117,11 @@ class Folded(Locked):
     """
 
     def basis(self, phase: Floats, order: int = 0) -> Floats:
-        """Evaluate the terms of the displacement, or derivatives (phases, coefficients)."""
+        """Evaluate displacement terms, or derivatives, at phases [rad] (phases, coefficients)."""
         return basis(phase, self.harmonics, self.corners, order)
 
     def displacement(self, phase: Floats, order: int = 0) -> Floats:
-        """Evaluate the displacement [m], or its phase derivative of an order, at phases [rad]."""
+        """Evaluate the displacement [m] at phases [rad], or its phase derivative of ``order``."""
         return self.basis(phase, order) @ self.coefficients
 
     @property

@@ -151,7 +151,7 @@ def parallel_spring(shape: Shape) -> ParallelSpring | None:
 def without_spring(
     columns: Mapping[str, Floats], shape: Shape, spring: ParallelSpring
 ) -> dict[str, Floats]:
-    """Return the columns that determine regimes, after subtraction of a parallel spring."""
+    """Return the columns that determine slip regimes, less the force of a parallel spring."""
     rest = 1.0 - spring.force
     force = shape.force - spring.force * (2.0 * shape.place - 1.0)
     crossing = float(np.interp(0.0, np.maximum.accumulate(force), shape.place))

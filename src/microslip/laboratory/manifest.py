@@ -168,7 +168,7 @@ class Manifest:
         }
 
     def counted(self, measured: Measurement, row: int) -> Measurement:
-        """Add the cycle numbers of a manifest row to a measurement, with notes on differences."""
+        """Number cycles from the one in a manifest row; note a different load or amplitude."""
         notes = list(measured.notes)
         cycle = self._cell("cycle", row)
         count = measured.count

@@ -101,7 +101,7 @@ class MeanCycle:
             self._levers[i : i + 4] += self._inverse[:, i].T
 
     def _noise_share(self, piece: slice) -> Floats:
-        """Return the variance of each sample's residual over that of the noise [-]."""
+        """Return the variance of each sample's residual over that of the noise of a sample [-]."""
         return 1.0 - self._curve(self._levers, piece)
 
     def of(self, values: NDArray[np.float64] | NDArray[np.int64]) -> Level:
@@ -223,7 +223,7 @@ def slowness(residual: Floats, number: NDArray[np.int64], noise: float, fitted_c
 
 
 def error_of_mean(values: Floats, number: NDArray[np.int64], curve: MeanCycle) -> float:
-    """Return the standard error of a channel's mean from noise and the scatter of cycles."""
+    """Return the standard error of the mean of all samples, from noise and scatter of cycles."""
     residual = curve.of(values).residual
     noise = curve.noise(residual)
     count = np.bincount(number).astype(float)
@@ -314,7 +314,7 @@ def _fundamentals(
 
 
 def _from_first_cut(turn: Floats, cycles: Cuts) -> Floats:
-    """Shift phases [cycles] to be zero at the first cut: a peak or, if ``flipped``, a trough."""
+    """Shift phases [cycles] to zero at the first peak (trough if ``flipped``) of a cycle."""
     if cycles.flipped:
         turn -= 0.5
     turn -= math.ceil(float(turn[cycles.cuts[0]]) - 0.02)

@@ -217,7 +217,8 @@ class Record(Locked, Plottable):
         rows : slice, optional
             Rows to read, counted from 0.
         format : str, optional
-            "text", "mat", "tdms", "hdf5", "npy" or "npz"; by default detected from the first bytes.
+            "text", "excel", "mat", "tdms", "hdf5", "npy", "npz", "json", "parquet" or "uff"; by
+            default detected from the first bytes.
         name : str, optional
             Name of the record; by default the name of the file.
         limit : int

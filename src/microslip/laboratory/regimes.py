@@ -22,7 +22,7 @@ RESOLVED = 1e-3
 
 
 class Thresholds(NamedTuple):
-    """Thresholds between stick, partial slip and gross slip, on energy ratios of the loop."""
+    """Thresholds between stick, partial slip and gross slip, on the energy ratios A and B."""
 
     stick: float
     """Largest energy ratio A of stick."""

@@ -94,9 +94,9 @@ def settled(columns: Mapping[str, Floats], sound: NDArray[np.bool_], noise: floa
     """Find the settled cycles among the ``sound`` ones: closed and without spikes.
 
     If there are several amplitudes, each is a level, and the longest one is selected; single cycles
-    of other amplitudes, such as a run-up, are left out. At one amplitude the end of the record is
-    selected over which force and energy change by at most 0.3 %, otherwise 2 %. ``noise`` [m] is
-    the standard error of an amplitude.
+    of other amplitudes, such as a run-up, are left out. At one amplitude the selection is the end
+    of the record over which force and energy change by at most 0.3 %, or by 2 % if they never
+    change so little. ``noise`` [m] is the standard error of an amplitude.
     """
     places = np.flatnonzero(sound)
     notes: list[str] = []

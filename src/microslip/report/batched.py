@@ -95,7 +95,7 @@ def batch_document(batch: Batch) -> Document:
 
 
 def batch_columns(completed: list[Outcome]) -> dict[str, Floats]:
-    """Return the numbers of all items as columns, in the order of their first row."""
+    """Return the results of all items as columns, named in order of first occurrence."""
     rows = [row for outcome in completed for row in outcome["rows"]]
     names = dict.fromkeys(name for row in rows for name in row)
     return {
@@ -144,7 +144,7 @@ def _table(statistics: dict[str, Any]) -> Table:
 
 
 def plot(columns: dict[str, Any]) -> Plot:
-    """Plot loss factors and energies of all rows against amplitude."""
+    """Plot the loss factor and energy of all rows against amplitude."""
     panels = []
     for name, label in _PANELS.items():
         if columns[name] is not None:

@@ -1,4 +1,4 @@
-"""Formatting of numbers, tables and verdicts, for terminal and page."""
+"""Formatting of numbers, tables and verdicts, for the terminal and the HTML page."""
 
 from __future__ import annotations
 
@@ -30,29 +30,29 @@ _PRINTED = {"^2": "²", "^3": "³", "^4": "⁴", "*": " "}
 
 
 def trimmed(unit: str, digits: int = 4) -> Callable[[float], str]:
-    """Return a formatter of chosen values, without trailing zeros."""
+    """Return a function that formats values with a unit, without trailing zeros."""
     return partial(engineering, unit=unit, digits=digits, trim=True)
 
 
 def hertz(value: float) -> str:
-    """Format a frequency [Hz] without a prefix."""
+    """Format a frequency [Hz] as a number, without unit or prefix."""
     return f"{value:.5g}"
 
 
 def value(number: float | None, unit: str, digits: int = 4) -> str:
-    """Format a number with its unit, if it has one."""
+    """Format a number with its unit; with the unit "", without."""
     if number is None or not math.isfinite(number):
         return UNKNOWN
     return significant(number, digits) if unit in ("", "-") else engineering(number, unit, digits)
 
 
 def ratio(value: float | None) -> str:
-    """Format a ratio, with three decimals if it is large enough."""
+    """Format a dimensionless ratio: three decimals from 0.1 on, significant digits below."""
     return f"{value:.3f}" if value is not None and value >= 0.0995 else significant(value)
 
 
 def saturating(value: float) -> str:
-    """Format a ratio that tends to one; "1" only if it is reached."""
+    """Format a ratio that tends to one; "1" is shown only if it equals one."""
     return ">0.999" if 0.9995 <= value < 1.0 - 1e-12 else ratio(value)
 
 
@@ -64,17 +64,17 @@ def percent(share: float) -> str:
 
 
 def expected(count: float) -> str:
-    """Format an expected count: as a whole number if large."""
+    """Format an expected number of contacts, as a whole number if it is large."""
     return f"{count:.0f}" if count >= 100.0 else significant(count)
 
 
 def counted(count: float) -> str:
-    """Format a count."""
+    """Format a number of contacts or other items."""
     return f"{count:.0f}"
 
 
 def decimals(value: float) -> str:
-    """Format a number of any sign with three significant decimals."""
+    """Format a number of any sign with three significant digits."""
     return f"{value:.3f}" if abs(value) < 1000.0 else f"{value:.3g}"
 
 
@@ -91,7 +91,7 @@ def area(value: float) -> str:
 
 
 def quantity_text(value: Any, unit: str) -> str:
-    """Format a value of a study: a number with unit, several numbers, or their count and range.
+    """Format values of a study: a number with its unit, several numbers, or count and range.
 
     For example "0.5 µm" or "20 values, 500 N to 5 kN".
     """
@@ -119,7 +119,7 @@ def quantity_text(value: Any, unit: str) -> str:
 
 
 def si(value: float) -> str:
-    """Format a number with all digits and a short exponent, such as "6.9e10" or "0.0002"."""
+    """Format an SI value with all digits and a short exponent, such as "6.9e10" or "0.0002"."""
     text = f"{value:.10g}"
     if abs(value) >= 1e6 and "e" not in text:
         mantissa, _, exponent = f"{value:.9e}".partition("e")
@@ -141,7 +141,7 @@ FORMS: dict[str, Callable[[Any], str]] = {
 
 
 def column(name: str, **changes: Any) -> Column:
-    """Return the column of a quantity, with its label, unit and number format."""
+    """Return a table column for a quantity, with its label, unit and number format."""
     quantity = QUANTITIES[name]
     unit = quantity.unit.replace("-", "")
     write = trimmed(unit) if quantity.form == "chosen" else FORMS.get(quantity.form)
@@ -162,9 +162,10 @@ class TextTable(NamedTuple):
 
 
 def as_text(table: Table, limit: int | None = None, *, brief: bool = False) -> TextTable:
-    """Format a table, without columns that have no values.
+    """Format the cells of a table, omitting columns without values.
 
-    ``brief`` keeps only brief columns, and the rows selected in ``few``.
+    At most ``limit`` rows are kept; ``brief`` keeps only the brief columns and the rows listed in
+    ``few``.
     """
     row_places = (list(table.few) if brief else []) or _rows_shown(
         table, min(table.most, limit or table.most)
@@ -185,7 +186,7 @@ def as_text(table: Table, limit: int | None = None, *, brief: bool = False) -> T
 
 
 def cell(column: Column, value: Value) -> str:
-    """Format a value with a suitable unit."""
+    """Format the value of a table cell with a suitable unit prefix."""
     if value is None:
         return UNKNOWN
     if isinstance(value, Judged):
@@ -208,7 +209,10 @@ def is_text(table: Table, column: Column) -> bool:
 
 
 def _rows_shown(table: Table, limit: int) -> list[int]:
-    """Return the rows to show: equally many of each group of the first column, evenly spaced."""
+    """Return the indices of at most about ``limit`` rows.
+
+    They are evenly spaced, and equally many for each value of the first column.
+    """
     count = len(table.rows)
     if count <= limit:
         return list(range(count))
@@ -234,7 +238,7 @@ HEADLINES = {
 
 
 class Judgement(NamedTuple):
-    """Verdict on one assumption over all loads."""
+    """Worst verdict on one assumption over all loads of a result."""
 
     word: str
     """Worst verdict."""
@@ -255,7 +259,7 @@ class Judgement(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """Verdict in one sentence, for a headline."""
+        """Description of the verdict in one sentence, for a headline."""
         where = f" {self.where}" if self.where else ""
         if self.word == "not judged":
             missing = f"; {self.reason}" if self.reason else ""
@@ -264,7 +268,7 @@ class Judgement(NamedTuple):
 
 
 def judgements(block: Verdicts) -> list[Judgement]:
-    """Return verdicts grouped by quantity, the worst first."""
+    """Return one judgement for each judged quantity, the worst first."""
     places = block.places or ("",) * len(block.verdicts)
     groups: dict[str, list[tuple[Verdict, str]]] = {}
     for verdict, place in zip(block.verdicts, places, strict=True):
@@ -274,7 +278,7 @@ def judgements(block: Verdicts) -> list[Judgement]:
 
 
 def value_text(block: Verdicts, name: str, value: float) -> str:
-    """Format a judged value."""
+    """Format the value of a judged quantity, in percent if the block lists it as such."""
     return f"{significant(100.0 * value)} %" if name in block.percent else significant(value)
 
 

@@ -13,7 +13,7 @@ from microslip.figures.picture import Picture
 
 
 class Judged(NamedTuple):
-    """Cell with a verdict: its word and its text."""
+    """Table cell with a verdict: the word, such as "ok" or "watch", and its text."""
 
     word: str
     text: str
@@ -25,7 +25,7 @@ Write = Callable[[Any], str]
 
 @dataclass(frozen=True)
 class Column:
-    """Column of a table: values in SI units, shown with a suitable prefix."""
+    """Table column: values in SI units, which are shown with a suitable prefix."""
 
     key: str  # machine-readable name, such as "dissipated_energy"
     label: str  # heading on a page, such as "Energy per cycle"
@@ -39,7 +39,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of plain values; columns without values are not shown."""
+    """Table of plain values; columns without any value are not shown."""
 
     title: str  # heading; may be empty for the only table of a section
     columns: tuple[Column, ...]  # the first ``keys`` columns identify a row
@@ -55,7 +55,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Facts:
-    """Named facts about one subject: a material, a file, a rig."""
+    """Names and values of properties of one subject, such as a material, a file or a rig."""
 
     title: str
     rows: tuple[tuple[str, str], ...]
@@ -63,7 +63,7 @@ class Facts:
 
 @dataclass(frozen=True)
 class Verdicts:
-    """Verdicts on assumptions, and their conditions."""
+    """Verdicts on the assumptions of a result, with the conditions that they refer to."""
 
     verdicts: tuple[Verdict, ...]  # in reading order; verdicts of one name are merged
     places: tuple[str, ...] = ()
@@ -78,7 +78,7 @@ class Verdicts:
 
 @dataclass(frozen=True)
 class Note:
-    """Paragraph such as a caveat or a remedy; ``brief`` notes are also shown on a terminal."""
+    """Paragraph such as a warning or a remedy; ``brief`` notes are also shown on a terminal."""
 
     text: str
     small: bool = False
@@ -94,7 +94,7 @@ class Items:
 
 @dataclass(frozen=True)
 class Listing:
-    """Text of a file, verbatim."""
+    """Text of a file, shown verbatim."""
 
     text: str
     most: int = 20_000
@@ -121,7 +121,7 @@ class Section:
 
 @dataclass(frozen=True)
 class File:
-    """File of a result."""
+    """File of a result: its name and the function that writes it."""
 
     name: str  # file name in the folder
     write: Callable[[Path, Progress], object]
@@ -130,7 +130,7 @@ class File:
 
 
 class Headline(NamedTuple):
-    """Main number of a result: name, value and band, formatted."""
+    """Main number of a result: its name, formatted value, and formatted band."""
 
     name: str
     value: str
@@ -139,7 +139,7 @@ class Headline(NamedTuple):
 
 @dataclass(frozen=True)
 class Document:
-    """Complete result, for readers and for programs."""
+    """Content of a result, from which the page, terminal output and files are written."""
 
     kind: str  # ``kind`` in summary.json, such as "microslip-measurement"
     title: str
@@ -159,17 +159,17 @@ class Document:
 
     @property
     def pictures(self) -> tuple[Picture, ...]:
-        """Figures of the document."""
+        """Figures among the blocks of the document."""
         return tuple(block for block in self.blocks() if isinstance(block, Picture))
 
     @property
     def verdicts(self) -> tuple[Verdicts, ...]:
-        """Verdicts of the document."""
+        """Verdicts among the blocks of the document."""
         return tuple(block for block in self.blocks() if isinstance(block, Verdicts))
 
     @property
     def word(self) -> str:
-        """Worst verdict; "not judged" if nothing is judged, and "" without rules."""
+        """Worst verdict; "not judged" if no assumption could be judged, "" if none applies."""
         if not self.verdicts:
             return ""
         return worst(verdict for block in self.verdicts for verdict in block.verdicts)

@@ -1,4 +1,4 @@
-"""Files of a result: names, cost and writers."""
+"""Files of a result: their names, estimated cost and writers."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ TEXT, NUMBER, FIGURE = 6e-7, 9e-8, 0.02
 
 
 def header(kind: str, schema: int, title: str) -> dict[str, Any]:
-    """Return the common first entries of summary.json."""
+    """Return the first entries of a summary.json, common to all kinds of results."""
     return {
         "kind": kind,
         "schema": schema,
@@ -38,14 +38,17 @@ def header(kind: str, schema: int, title: str) -> dict[str, Any]:
 
 
 def with_file_names(document: Document, kinds: Sequence[str] = ("svg",)) -> Document:
-    """Return a document whose summary names all files, with the figures in the given formats."""
+    """Return the document with the names of all files in its summary.
+
+    ``kinds`` are the formats of the figures.
+    """
     figures = (f"{picture.name}.{kind}" for picture in document.pictures for kind in kinds)
     names = ["report.html", *(file.name for file in document.files), *figures, "summary.json"]
     return replace(document, data={**document.data, "files": names})
 
 
 def standard_files(document: Document) -> tuple[File, ...]:
-    """Return all files named in the summary of a document."""
+    """Return the files that the summary of a document names."""
     cache = PictureCache()
     by_name = {file.name: file for file in document.files}
     pictures = {picture.name: picture for picture in document.pictures}
@@ -71,12 +74,12 @@ def standard_files(document: Document) -> tuple[File, ...]:
 
 
 def text_file(name: str, text: Callable[[], str]) -> File:
-    """Return a text file."""
+    """Return a text file whose content is computed when it is written."""
     return File(name, lambda path, _: path.write_bytes(text().encode("utf-8", ESCAPED)))
 
 
 def csv_file(name: str, data: DataSet, columns: Mapping[str, str], dims: tuple[str, ...]) -> File:
-    """Return a CSV table of a data set; see :meth:`~microslip._core.dataset.DataSet.csv_lines`."""
+    """Return a CSV table of arrays; see :meth:`~microslip._core.dataset.DataSet.csv_lines`."""
     rows = data.count(dims)
     return File(
         name,
@@ -114,7 +117,10 @@ def write_document(
     kinds: Sequence[str] = ("svg",),
     progress: Progress | None = None,
 ) -> Document:
-    """Write all files of a document into an existing folder; return it with their names."""
+    """Write all files of a document into an existing folder.
+
+    Return the document with the names of the files in its summary.
+    """
     document = with_file_names(document, kinds)
     write_all(standard_files(document), folder, progress)
     return document
@@ -128,7 +134,7 @@ def save(
     overwrite: bool = False,
     progress: Progress | None = None,
 ) -> tuple[Path, ...]:
-    """Write a folder completely or not at all; see :func:`~microslip.report.folder.staged`."""
+    """Write files into a folder, all or none; see :func:`~microslip.report.folder.staged`."""
     with staged(Path(folder), overwrite, kind, noun) as stage:
         write_all(files, stage, progress)
     return tuple(Path(folder) / file.name for file in files)
@@ -146,7 +152,7 @@ def text_cell(text: str) -> str:
 
 
 def csv_text(heads: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
-    """Format a CSV table: text as given, numbers with all digits, missing values empty."""
+    """Format a CSV table: text unchanged, numbers with all digits, missing values empty."""
 
     def cell(value: Any) -> str:
         if isinstance(value, str):
@@ -157,7 +163,7 @@ def csv_text(heads: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
 
 
 def json_text(data: Mapping[str, Any]) -> str:
-    """Format plain values as JSON with all digits."""
+    """Format plain values as JSON, numbers with all digits."""
     return json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 

@@ -1,4 +1,4 @@
-"""Result folders: written completely or not at all, and replacing nothing but results.
+"""Result folders: written completely or not at all; only earlier results are replaced.
 
 A result is written to a hidden folder next to its destination. Then an older result is renamed to
 ``NAME.old``, the new one to ``NAME``, and the older one is deleted. If the program is killed
@@ -26,7 +26,7 @@ _LITTER = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})
 
 
 class _Place(NamedTuple):
-    """Destination of a result, and the files that may be replaced in it."""
+    """Destination of a result, and the files in it that may be replaced."""
 
     target: Path
     name: str
@@ -36,7 +36,7 @@ class _Place(NamedTuple):
 
     @property
     def old(self) -> Path:
-        """Path of the older result while it is replaced."""
+        """Path to which an earlier result is renamed while it is replaced."""
         return self.target.with_name(f"{self.target.name}.old")
 
 
@@ -44,7 +44,7 @@ class _Place(NamedTuple):
 def staged(
     folder: Path, overwrite: bool = False, kind: str = "microslip-result", noun: str = "result"
 ) -> Iterator[Path]:
-    """Provide a temporary folder that replaces `folder` after success."""
+    """Context of a temporary folder that replaces `folder` if no error occurs."""
     name = shorten(str(folder), 200)
     target = Path(os.path.abspath(folder))  # noqa: PTH100 - resolve() would follow the links
     place = _Place(target, name, kind, noun, overwrite)
@@ -90,7 +90,7 @@ def _move_in(stage: Path, place: _Place) -> None:
 
 
 def _discard(folder: Path, kind: str) -> None:
-    """Remove a result file by file; the folder stays if it contains other files."""
+    """Remove the files of a result; the folder remains if it contains others."""
     with suppress(OSError):
         names = {entry.name for entry in folder.iterdir()}
         known = (_files(folder, kind) or set()) | _LITTER
@@ -154,7 +154,7 @@ def _check_contents(folder: Path, place: _Place) -> None:
 
 
 def _other_entries(folder: Path) -> list[str]:
-    """Return entries that are not plain files: folders and links belong to the user."""
+    """Return entries that are not plain files, which belong to the user: folders and links."""
     return sorted(e.name for e in folder.iterdir() if e.is_symlink() or not e.is_file())
 
 

@@ -1,4 +1,4 @@
-"""A document as one self-contained HTML5 page."""
+"""Self-contained HTML5 page of a document."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _FILES = {
 
 
 def html_page(document: Document, cache: PictureCache, progress: Progress | None = None) -> str:
-    """Return the page of a document."""
+    """Return the text of the HTML page of a document."""
     style = Path(__file__).with_name("page.css").read_text(encoding="utf-8")
     title = escape(document.title)
     lead = [picture for picture in document.pictures if picture.name == document.figure]
@@ -86,7 +86,7 @@ def _number(number: Headline | None) -> str:
 
 
 def anchor(title: str) -> str:
-    """Return the anchor of a section title."""
+    """Return the anchor (fragment identifier) of a section title."""
     return re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-")
 
 

@@ -46,9 +46,9 @@ def measurement_document(
     adapt: cells.Wording = str,
     skipped: Sequence[tuple[str, str]] = (),
 ) -> Document:
-    """Return the document of one or more measured records, with ``skipped`` files and the reasons.
+    """Return the document of measured records, with ``skipped`` files and the reasons.
 
-    ``adapt`` adapts texts that name arguments.
+    ``adapt`` replaces argument names in messages, for example by command options.
     """
     campaign = measurements if isinstance(measurements, Campaign) else Campaign(tuple(measurements))
     measurements = campaign.measurements
@@ -96,7 +96,7 @@ def _joules(*ends: float, digits: int = 0) -> str:
 
 
 def _answer(measurements: Sequence[Measurement]) -> str:
-    """Return regime and energy per cycle in a sentence."""
+    """Describe the regime and the energy per cycle of the records in a sentence."""
     energies = [measured.mean["dissipated_energy"] for measured in measurements]
     if len(measurements) > 1:
         values = [energy.value for energy in energies]
@@ -134,7 +134,7 @@ def _campaign_regimes(measurements: Sequence[Measurement]) -> str:
 
 
 def _ends(measured: Measurement) -> str:
-    """Describe the energy per cycle at the smallest and largest amplitude of a stepped record."""
+    """Describe the energy per cycle at the smallest and largest amplitude of a record in steps."""
     levels = sorted(measured.levels, key=lambda level: level.mean["amplitude"].value)
     low, high = (
         f"{_joules(level.mean['dissipated_energy'].value)} at "
@@ -165,7 +165,7 @@ def _number(measurements: Sequence[Measurement]) -> Headline:
 def _sections(
     measured: Measurement, adapt: cells.Wording, is_alone: bool
 ) -> tuple[Section, Section]:
-    """Return the regimes, means and notes of a record, and the sources of its numbers."""
+    """Return the sections of a record: regimes, means, notes and sources of its numbers."""
     summary = measured.summary()
     counts = [f"{n} {name}" for name, n in summary["regimes"].items() if n]
     facts = [f"{', '.join(counts)} cycle{'s' * (len(measured) > 1)}"]
@@ -202,7 +202,7 @@ def _sections(
 
 
 def _total_text(measured: Measurement) -> str:
-    """Describe the energy of all cycles if not all were logged; empty otherwise."""
+    """Describe the energy of all cycles if only some were logged; otherwise empty."""
     up_to, count = measured.dissipated(), measured.count
     if up_to is None or not up_to.error or count is None or count.numbers is None:
         return ""

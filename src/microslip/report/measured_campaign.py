@@ -51,7 +51,7 @@ def _columns(campaign: Campaign) -> tuple[Column, ...]:
 
 
 def campaign_rows(campaign: Campaign) -> list[tuple[Any, ...]]:
-    """Return one row per record: plain SI values, None if unknown."""
+    """Return one row for each record: plain values in SI units, None if unknown."""
     rows = []
     energies = campaign.energies()
     for i, measured in enumerate(campaign.measurements):
@@ -73,7 +73,7 @@ def campaign_rows(campaign: Campaign) -> list[tuple[Any, ...]]:
 
 
 def csv_of(campaign: Campaign) -> str:
-    """Return the rows as campaign.csv with all digits, frequency, wear and ends of intervals."""
+    """Return the rows as text of campaign.csv, with frequency, wear and ends of intervals."""
     heads = [c.key if c.unit is None else f"{c.key} [{c.unit or '-'}]" for c in _columns(campaign)]
     heads += ["frequency [Hz]", "worn_volume [m^3]", "contact_energy [J]"]
     heads += [f"{name} {end} [{UNITS[name]}]" for name in _COLUMNS_SHOWN for end in ("low", "high")]
@@ -100,7 +100,7 @@ def csv_of(campaign: Campaign) -> str:
 def campaign_sections(
     campaign: Campaign, skipped: Sequence[tuple[str, str]], confidence: float
 ) -> tuple[list[Section], list[Section]]:
-    """Return the sections before and after those of the single records."""
+    """Return the sections to place before and after those of the single records."""
     table = Table("Records", _columns(campaign), tuple(campaign_rows(campaign)), noun="records")
     first = [Section("Records", (table,))]
     if skipped:
@@ -159,7 +159,7 @@ def _wear_text(wear: Wear) -> str:
 def campaign_data(
     campaign: Campaign, skipped: Sequence[tuple[str, str]], confidence: float
 ) -> dict[str, Any]:
-    """Return the campaign as plain values."""
+    """Return the numbers of a campaign as plain values in SI units."""
     wear = campaign.wear(confidence)
     keys = [column.key for column in _columns(campaign)]
     data = {

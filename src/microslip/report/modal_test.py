@@ -1,4 +1,4 @@
-"""Modal tests: frequency and damping against amplitude, as document and files."""
+"""Document and files of modal tests: frequency and damping against amplitude."""
 
 from __future__ import annotations
 

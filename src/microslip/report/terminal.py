@@ -1,4 +1,4 @@
-"""Output of a document as text and tables, on a terminal or in a pipe."""
+"""Output of a document as text and tables, to a terminal or a pipe."""
 
 from __future__ import annotations
 
@@ -55,14 +55,14 @@ _WIDE = 10_000
 
 class _Console(Console):
     def on_broken_pipe(self) -> None:
-        """Leave the broken pipe to the caller; rich would exit with 1."""
+        """Raise the error of a broken pipe to the caller; rich would exit with status 1."""
         raise  # the error that rich is handling when it calls this
 
 
 class Printer:
-    """Printer for one stream: a terminal in colour, or plain text in a pipe.
+    """Printer to one stream: in colour on a terminal, plain text in a pipe.
 
-    None, the standard output of a process without one, discards all output.
+    A stream of None, the standard output of a process without one, discards all output.
     """
 
     def __init__(self, stream: TextIO | None) -> None:
@@ -102,7 +102,7 @@ class Printer:
         self._wide.print(Text(self._fit(text)), soft_wrap=True)
 
     def words(self, head: str, words: Iterable[str], indent: int) -> None:
-        """Print words after a heading, unbroken, in as many lines as necessary."""
+        """Print a heading and words after it, which are not split at line ends."""
         line = self._fit(head).ljust(indent - 1)
         empty = True
         for word in map(self._fit, words):
@@ -114,7 +114,7 @@ class Printer:
         self._wide.print(Text(line.rstrip()), soft_wrap=True)
 
     def hanging(self, head: str, text: str, indent: int, style: str = "") -> None:
-        """Print text after a heading, folded with a hanging indent."""
+        """Print a heading and text after it, folded with a hanging indent."""
         # On a very narrow terminal the terminal itself folds the lines.
         room = self.width - indent
         block = Text(self._fit(text))
@@ -136,9 +136,9 @@ class Printer:
         keys: int = 1,
         text: Container[int] = (),
     ) -> None:
-        """Print a table; if it is too wide, as several that repeat the first ``keys`` columns.
+        """Print a table; if it is too wide, in parts that repeat the first ``keys`` columns.
 
-        Columns in ``text`` contain text.
+        ``text`` are the indices of columns that contain text.
         """
         rows = [[self._fit(cell) for cell in row] for row in rows]
         if title:
@@ -193,7 +193,7 @@ class Printer:
         return table
 
     def _excess(self, table: Grid) -> int:
-        """Return by how many columns a table exceeds the terminal."""
+        """Return the number of columns by which a table is wider than the terminal."""
         return Measurement.get(self._wide, self._wide.options, table).maximum - self.width
 
 
@@ -236,7 +236,7 @@ def show_command(text: str, command: str, stream: TextIO | None) -> None:
 
 
 def show_files(names: Sequence[str], folder: Path, stream: TextIO | None) -> None:
-    """Print the written files by purpose; each figure once, with its formats."""
+    """Print the names of the written files by purpose, each figure once with its formats."""
     out = Printer(stream)
     out.path(f"Written to {shorten(str(folder), 1000)}:")
     for head, group in file_groups(names).items():
@@ -244,7 +244,7 @@ def show_files(names: Sequence[str], folder: Path, stream: TextIO | None) -> Non
 
 
 def file_groups(names: Sequence[str]) -> dict[str, list[str]]:
-    """Group files by purpose, the most important first; figures without suffixes."""
+    """Group file names by purpose, the most important first; figures without suffixes."""
     split = [name.rpartition(".") for name in names if name.endswith((".svg", ".png", ".pdf"))]
     figures = list(dict.fromkeys(stem for stem, _, _ in split))
     kinds = ", ".join(dict.fromkeys(f".{kind}" for _, _, kind in split))
@@ -260,7 +260,7 @@ def file_groups(names: Sequence[str]) -> dict[str, list[str]]:
 
 @singledispatch
 def _print(block: Block, out: Printer, title: str, full: bool) -> None:
-    """Print nothing for blocks that only a page shows."""
+    """Print a block of a document; blocks for the page only are skipped."""
 
 
 @_print.register

@@ -48,14 +48,14 @@ _KEYS = '["surface.radius", "surface.density"]'
 
 
 class CorrelationPart(Part):
-    """Correlation of two uncertain numbers, defined between their normal scores."""
+    """Correlation coefficient of two uncertain numbers, of their normal scores."""
 
     between: tuple[str, ...] = key(ListOf(LINE, _KEYS, (1, 2)), "Keys of the two numbers.")
     value: float = key(scalar("-0.5", above=-1.0, below=1.0), "Correlation of their normal scores.")
 
 
 class UncertaintyPart(Part):
-    """Sampling of the uncertain inputs, and the quantiles reported."""
+    """Sampling of the uncertain inputs, and the quantiles that are reported."""
 
     samples: int = key(
         integer(64, _MOST_SAMPLES, "512"),
@@ -96,7 +96,7 @@ class UncertaintyPart(Part):
     """Names, values and covariance of the identified parameters."""
 
     def check(self, place: Place) -> None:
-        """Sort the quantiles, and read the identified parameters."""
+        """Sort the quantiles, and read the identified parameters, if any."""
         self.__dict__["quantiles"] = tuple(sorted(self.quantiles))
         if self.identification is None:
             return
@@ -106,7 +106,7 @@ class UncertaintyPart(Part):
             raise KeyedError(".identification", f"{self.identification}: {error}") from None
 
     def matrix(self, names: tuple[str, ...]) -> Floats:
-        """Return the correlation matrix of the normal scores of the uncertain numbers."""
+        """Return the correlation matrix of the normal scores of the named uncertain numbers."""
         matrix = np.eye(len(names))
         for index, pair in enumerate(self.correlations, start=1):
             where = f"uncertainty.correlations, item {index}"
@@ -131,7 +131,10 @@ _FITTED = ("friction_coefficient", "slip_scale", "standardised_separation")
 
 
 def read_fit(reading: ReadState, folder: str) -> tuple[tuple[str, ...], Floats, Floats]:
-    """Return names, values and covariance of an identified interface from a result folder."""
+    """Return names, values and covariance of the parameters of an identified interface.
+
+    They are read from the result folder of an identification.
+    """
     path = reading.path(folder) / "summary.json"
     if not path.exists():
         raise ValueError("no such folder of an identification (it has no summary.json)")
@@ -173,7 +176,7 @@ class CurveRange(Part):
     )
 
     def check(self, place: Place) -> None:
-        """Refuse a range that does not increase."""
+        """Record an error for a range whose end is not above its start."""
         if not self.start < self.to:
             start, end = (engineering(x, "m", trim=True) for x in (self.start, self.to))
             raise KeyedError(".to", f"wanted more than `from` ({start}), got {end}")
@@ -187,7 +190,7 @@ _TIMES = with_unit(TIME, "1 s", "any")
 
 
 class History(Part):
-    """A history of the joint from rest, displacements [m] or forces [N], in a CSV file."""
+    """History of displacements [m] or forces [N] of the joint from rest, in a CSV file."""
 
     file: str = key(FILE)
     column: str = key(COLUMN)
@@ -207,7 +210,7 @@ class History(Part):
     """Times [s], one per value; None if the file has no times."""
 
     def check(self, place: Place) -> None:
-        """Read the columns."""
+        """Read the columns of the file."""
         name = shorten(self.file, 100)
         declared = _QUANTITIES[self.quantity]
         values = column_values(declared, place, self.file, self.column, self.unit)
@@ -245,7 +248,7 @@ class ExcitationTable(Part):
     )
 
     def check(self, place: Place) -> None:
-        """Refuse displacement amplitudes together with force amplitudes."""
+        """Reject displacement amplitudes next to force amplitudes."""
         if self.amplitudes is not None and self.force_amplitudes is not None:
             raise KeyedError(
                 ".force_amplitudes",
@@ -305,7 +308,7 @@ class StudyTables(Part):
 
     @classmethod
     def prepare(cls, raw: dict[str, Any], place: Place) -> dict[str, Any]:
-        """Insert metals of the table, and resolve numbers that are multiples of others."""
+        """Insert metals of the table of metals, and resolve multiples of other numbers."""
         return with_linked_values(with_metals(raw, place.reading))
 
 

@@ -58,10 +58,10 @@ USUAL_PATCHES = (15, 2)
 
 
 class BaseDamping(Uncertain):
-    """Reader of a damping ratio: a number, a range, or the name of its source."""
+    """Reader of a base damping ratio: a number, a range, or the name of its source."""
 
     def read(self, raw_value: object, place: Place) -> Any:
-        """Return the ratio or its distribution."""
+        """Return the base damping ratio or its distribution."""
         named = {"laboratory": LABORATORY, "measured": _MEASURED}
         known = named.get(raw_value) if isinstance(raw_value, str) else None
         return super().read(raw_value, place) if known is None else known
@@ -76,8 +76,8 @@ def measured_base_damping(tests: Iterable[MeasuredPart]) -> Spread:
     """Return the range of the base damping from tests at small amplitude [-].
 
     The damping ratio at the smallest amplitude is an upper limit, since it includes the joint. The
-    lower limit is a straight line through the points up to three times the smallest amplitude,
-    extrapolated to amplitude zero: the damping ratio of microslip grows in proportion to the
+    lower limit is extrapolated to zero amplitude by a straight line through the points up to three
+    times the smallest amplitude: the damping ratio of microslip grows in proportion to the
     amplitude (Mindlin and Deresiewicz 1953, DOI 10.1115/1.4010702), or faster.
     """
     ends = []
@@ -174,7 +174,7 @@ class StructurePart(Part):
     _metals: tuple[dict[str, Material], str]  # materials of the study, name of the default one
 
     def check(self, place: Place) -> None:
-        """Check that a drawing or a mesh is complete, and refuse conflicting keys."""
+        """Reject conflicting keys, and a drawing or a mesh that is incomplete."""
         if self.mesh is None:
             _require(self, "", (*DRAWING_KEYS, "density"))
             _require(self.bolts, ".bolts", ("positions", "shank", "hole", "washer"))
@@ -225,12 +225,12 @@ class StructurePart(Part):
 
     @property
     def fitted(self) -> tuple[str, ...]:
-        """Parameters fitted to the tests."""
+        """Names of the parameters that are fitted to the tests."""
         return next((test.fit for test in self.measured if test.fit), ())
 
     @property
     def amplitudes(self) -> Floats:
-        """Amplitudes at the sensor [SI unit of the quantity]."""
+        """Amplitudes at the sensor, in the SI unit of :attr:`quantity`."""
         span = self.amplitude
         if span is None:
             return np.geomspace(1e-7 * self.extent, 5e-5 * self.extent, 10)
@@ -238,24 +238,24 @@ class StructurePart(Part):
 
     @property
     def quantity(self) -> str:
-        """Quantity of the amplitudes: displacement, velocity or acceleration."""
+        """Quantity of the sensor's amplitudes: displacement, velocity or acceleration."""
         return "displacement" if self.amplitude is None else self.amplitude.start.quantity
 
     @property
     def unit(self) -> str:
-        """SI unit of the amplitudes."""
+        """SI unit of the sensor's amplitudes."""
         return AMPLITUDES[self.quantity].unit
 
     @property
     def extent(self) -> float:
-        """Largest dimension [m]."""
+        """Largest dimension of the structure [m]."""
         if self.mesh is not None:
             return float(np.ptp(self.mesh.joint.mesh.points, axis=0).max())
         return cast(float, self.length)
 
     @property
     def _lap_length(self) -> float:
-        """Largest dimension of a contact [m]."""
+        """Largest dimension of a contact between the parts [m]."""
         if self.mesh is None:
             return float(cast(float, self.lap))
         mesh = self.mesh.joint.mesh
@@ -267,7 +267,7 @@ class StructurePart(Part):
 
     @property
     def _tensions(self) -> Floats:
-        """Nominal tension of each bolt [N]."""
+        """Nominal tension of each bolt [N], shape (bolts,)."""
         if self.mesh is None:
             return self.build().tension
         return tensions(self.bolts, len(self.mesh.bolts))
@@ -290,7 +290,7 @@ class StructurePart(Part):
 
     @property
     def tension(self) -> Floats:
-        """Tension of each bolt that is not slack [N], after embedding."""
+        """Tension of each bolt that is not slack [N], reduced by embedding."""
         loss = self.bolt_forces.loss if self.bolts.embeds else 0.0  # type: ignore[union-attr]
         return tight(self._tensions, self.bolts.slack) - loss
 
@@ -301,7 +301,7 @@ class StructurePart(Part):
 
     @property
     def sensing(self) -> tuple[tuple[float, float, float], str]:
-        """Position [m] and direction of the sensor."""
+        """Position [m] of the sensor, and the direction of its motion."""
         if self.sensor is not None:
             return self.sensor.at, self.sensor.direction
         beam = self.build()
@@ -310,7 +310,7 @@ class StructurePart(Part):
 
     @property
     def holes(self) -> list[tuple[float, float, float, int]]:
-        """Position along and across [m], diameter [m] and contact of each bolt hole."""
+        """Bolt holes: position along and across [m], diameter [m], number of the contact."""
         if self.mesh is not None:
             return self.mesh.joint.shank_sections(self.mesh.along)
         bolts = self.build().bolts
@@ -318,9 +318,9 @@ class StructurePart(Part):
 
     @property
     def washers(self) -> list[tuple[float, float, float, int]]:
-        """Position along and across [m], pressed diameter [m] and contact of each washer.
+        """Washers: position along and across [m], pressed diameter [m], number of the contact.
 
-        A mesh has no named washers; two shank diameters are assumed.
+        The diameter is taken as two shank diameters for a mesh, which has no named washers.
         """
         if self.mesh is not None:
             return [(x, y, 2.0 * d, contact) for x, y, d, contact in self.holes]
@@ -334,7 +334,7 @@ class StructurePart(Part):
         return metals[usual], cast(float, self.density)
 
     def reducer(self) -> Reducer:
-        """Return the meshed structure."""
+        """Return the mesh of the structure, ready for reduction."""
         from microslip.structures.reduction import Reducer
 
         if self.mesh is not None:
@@ -346,7 +346,7 @@ class StructurePart(Part):
 
     @property
     def reduction(self) -> dict[str, Any]:
-        """Arguments of the reduction."""
+        """Keyword arguments of the reduction of the mesh."""
         return {
             "tension": self.tension,
             "patches": self.patches or USUAL_PATCHES,
@@ -364,14 +364,14 @@ class StructurePart(Part):
 
     @property
     def gaps(self) -> Floats | None:
-        """Columns x, y and gap of the form [m]; None for flat faces."""
+        """Table of the form with the columns x, y and gap [m]; None for flat faces."""
         if self.form is None or self.form.table is None:
             return None
         return np.asarray(self.form.table * [1.0, 1.0, self.form.factor])
 
     @property
     def patch_size(self) -> float:
-        """Side of a square patch of mean area [m]."""
+        """Side [m] of a square with the mean area of a patch."""
         along, across = self.patches or USUAL_PATCHES
         return float(np.sqrt(self.face_area / (along * across)))
 
@@ -392,7 +392,7 @@ class StructurePart(Part):
         amplitudes: Floats,
         progress: Progress | None = None,
     ) -> Convergence:
-        """Return the model refined for its first mode at modal amplitudes [m kg^½]."""
+        """Return the model with patches refined for mode 1 at modal amplitudes [m kg^½]."""
         return self.build().converge(
             *self._body,
             surface,

@@ -77,7 +77,7 @@ def edited_text(text: str, values: Mapping[tuple[str, ...], Any]) -> str:
 
 
 def relocated_text(text: str, folder: Path, new_folder: Path) -> str:
-    """Return the text of a study with relative paths adapted to another folder."""
+    """Return the text of a study with relative paths rewritten for another folder."""
 
     def from_elsewhere(name: str) -> str:
         return name if Path(name).is_absolute() else relative_path(new_folder, folder / name)
@@ -89,7 +89,7 @@ def relocated_text(text: str, folder: Path, new_folder: Path) -> str:
 def _files(
     node: dict[str, Any], relocated: Callable[[str], str], above: tuple[str, ...] = ()
 ) -> Iterator[tuple[tuple[str, ...], Any]]:
-    """Yield keys with file names, and the names as seen from elsewhere; lists of tables whole."""
+    """Yield keys that contain file names, with the relocated names; lists of tables as a whole."""
     for key, value in node.items():
         if isinstance(value, dict):
             yield from _files(value, relocated, (*above, key))
@@ -151,7 +151,7 @@ def _path(text: str, key: str) -> tuple[str, ...]:
 
 
 def _value(override: str, text: str) -> Any:
-    """Return the value of an override as TOML, or as text, since shells remove quotes."""
+    """Return the value of an override; if it is not valid TOML, as text (shells remove quotes)."""
     try:
         parsed = tomllib.loads(f"value = {text}")
     except (ValueError, RecursionError):
@@ -187,7 +187,7 @@ def _set_key(data: Any, change: Override) -> None:
 
 
 def _with_comments(text: str, data: dict[str, Any], changes: Sequence[Override]) -> str:
-    """Apply overrides and keep comments; rewrite the text if tomlkit cannot edit it."""
+    """Return the text with overrides and its comments; rewritten if tomlkit cannot edit it."""
     import tomlkit
     from tomlkit.exceptions import TOMLKitError
 

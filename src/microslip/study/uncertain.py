@@ -28,9 +28,9 @@ _LOST = 1e-3
 
 
 class Spread(float):
-    """An uncertain number; its float value is the centre of the distribution.
+    """An uncertain number; as a float it is the centre of its distribution.
 
-    The distribution is uniform or log-uniform between ``low`` and ``high``; lognormal, or normal
+    The distribution is uniform or log-uniform between ``low`` and ``high``; or lognormal, or normal
     and cut off at zero, with a mean and the coefficient of variation ``cv``; or discrete with
     equally likely ``values``.
     """
@@ -69,7 +69,7 @@ class Spread(float):
         return value
 
     def following(self, key: str, factor: float) -> Spread:
-        """Return a multiple of this number, which has the given key."""
+        """Return this number times a factor, linked to this number by its key."""
         value = type(self)(factor * float(self))
         value.of, value.factor, value.unit = key, factor, self.unit
         return value
@@ -93,12 +93,12 @@ class Spread(float):
         return np.asarray(float(self) * np.exp(math.sqrt(width) * ndtri(shares) - 0.5 * width))
 
     def measure(self, value: float) -> float:
-        """Return a value, or its logarithm if the distribution is logarithmic."""
+        """Return the value, or its logarithm for a logarithmic distribution."""
         return math.log(value) if self.log or (self.cv is not None and not self.normal) else value
 
     @property
     def deviation(self) -> float:
-        """Standard deviation; of the logarithm if the distribution is logarithmic."""
+        """Standard deviation of :meth:`measure`: of the value, or of its logarithm."""
         if self.values:
             return float(np.std(self.values))
         if self.low is not None and self.high is not None:
@@ -239,7 +239,10 @@ _MEANINGS = {
 
 
 class LinkedValue(NamedTuple):
-    """Raw value of a quantity that is a multiple of another: key and value of that one, factor."""
+    """Raw value of a quantity that is a multiple of another one.
+
+    ``key`` and ``source`` are the key and the raw value of the other quantity.
+    """
 
     key: str
     source: object
@@ -247,7 +250,7 @@ class LinkedValue(NamedTuple):
 
 
 def with_linked_values(tables: dict[str, Any]) -> dict[str, Any]:
-    """Return the tables of a study with each ``{ of, factor }`` resolved."""
+    """Return the raw tables of a study with ``{ of, factor }`` replaced by linked values."""
 
     def follower(table: object) -> bool:
         return isinstance(table, dict) and "of" in table and table.keys() <= {"of", "factor"}
@@ -292,7 +295,7 @@ def spreads_of(part: object) -> Iterator[tuple[str, Spread]]:
 
 
 def linked_keys(part: object) -> set[str]:
-    """Return the keys of multiples of uncertain numbers."""
+    """Return the keys of the numbers that are multiples of uncertain numbers."""
     return {key for key, spread in _all_spreads(part, "") if spread.of is not None}
 
 
@@ -329,7 +332,7 @@ def with_values(part: Any, values: Mapping[str, float], path: str = "") -> Any:
 
 
 def changed(part: Any, change: Callable[[Any, str], Any], path: str = "") -> Any:
-    """Return a table with a function applied to all its values; itself if nothing changes."""
+    """Return a table with a function applied to all its values; the table itself if unchanged."""
     before = {name: (value, key) for name, key, value in _entries(part, path)}
     after = {name: change(value, key) for name, (value, key) in before.items()}
     changes = {name: new for name, new in after.items() if new is not before[name][0]}
@@ -341,7 +344,7 @@ def changed(part: Any, change: Callable[[Any, str], Any], path: str = "") -> Any
 
 
 def value_at(part: Any, key: str) -> float | None:
-    """Return the number at a key; None if there is none, or a list of several."""
+    """Return the number at a key; None if there is no such key, or it holds a list."""
     for name in key.split("."):
         if isinstance(part, Part):
             part = getattr(part, part.attributes[name]) if name in part.keys else None

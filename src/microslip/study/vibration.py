@@ -45,7 +45,7 @@ _PLACES = Uncertain(PLACE)
 
 
 class SensorPart(Part):
-    """Sensor to which amplitudes refer."""
+    """Sensor whose amplitudes the study gives: its position and direction."""
 
     at: tuple[float, float, float] = key(
         ListOf(_PLACES, '["0.36 m", "0 m", "0 m"]', (3, 3)),
@@ -60,13 +60,16 @@ class SensorPart(Part):
 
 
 class SensedAmplitude(float):
-    """An amplitude at the sensor in SI units, with its quantity."""
+    """Amplitude at the sensor in SI units, and its quantity."""
 
     quantity: str
 
 
 class _Sensed(DeclaredValue):
-    """Reader of an amplitude of displacement, velocity or acceleration, distinguished by unit."""
+    """Reader of an amplitude whose unit determines the quantity.
+
+    The quantity is displacement, velocity or acceleration.
+    """
 
     def read(self, raw_value: object, place: Place) -> Any:
         for name, declared in AMPLITUDES.items():
@@ -92,7 +95,7 @@ class AmplitudeRange(Part):
     points: int = key(integer(2, MOST_POINTS, "10"), "Number of amplitudes.", default=10)
 
     def check(self, place: Place) -> None:
-        """Refuse a range that does not increase, or of two quantities."""
+        """Reject a range that does not increase, or whose ends are different quantities."""
         if self.start.quantity != self.to.quantity:
             raise KeyedError(
                 ".to", f"wanted {self.start.quantity} as in `from`, got {self.to.quantity}"
@@ -146,7 +149,7 @@ class FormPart(Part):
     """Columns x, y and gap [m]; None without a file."""
 
     def check(self, place: Place) -> None:
-        """Read the columns, and refuse a form given twice."""
+        """Read the columns, and reject a form that is given twice."""
         if self.machining is not None:
             if self.flatness is not None:
                 raise KeyedError(".machining", "wanted flatness or machining, got both; remove one")
@@ -175,7 +178,7 @@ class FormPart(Part):
 
     @property
     def is_random(self) -> bool:
-        """Whether each sample draws random faces."""
+        """Whether each sample of the inputs has its own random faces."""
         return self.flatness is not None
 
     def apply(
@@ -184,7 +187,7 @@ class FormPart(Part):
         holes: list[tuple[float, float, float, int]],
         rng: np.random.Generator | None,
     ) -> ReducedJoint:
-        """Return the joint with this form.
+        """Return the joint with the gaps of this form.
 
         Without a random generator, rims have their mean width and random faces are flat.
         """
@@ -203,7 +206,7 @@ class FormPart(Part):
 
 
 class ForcePart(Part):
-    """A harmonic force on the structure, for the response near each mode."""
+    """Harmonic force on the structure, for the response near each mode."""
 
     amplitude: tuple[float, ...] = key(
         ListOf(LOAD, '["1 N", "5 N"]', (1, MOST_FORCES), single=True),
@@ -288,7 +291,7 @@ class MeasuredPart(Part):
     """Steady motion or free decay."""
 
     def check(self, place: Place) -> None:
-        """Read the test."""
+        """Read the test from its file."""
         from microslip.structures import ModalTest
 
         named = {name: getattr(self, name) for name in _COLUMNS if name in self._keys_in_file}

@@ -61,7 +61,7 @@ _RESIDUALS = (
 
 @dataclass(frozen=True)
 class Identified:
-    """Result of one run of ``identify``."""
+    """Input and result of one run of ``identify``."""
 
     found: Identification
     title: str = ""
@@ -78,7 +78,10 @@ class Identified:
 
 
 def identification_data(outcome: Identified, adapt: cells.Wording = str) -> dict[str, Any]:
-    """Return all numbers of an identification as plain values in SI units."""
+    """Return all numbers of an identification as plain values in SI units.
+
+    ``adapt`` replaces argument names in messages, for example by command options.
+    """
     found = outcome.found
     law = found.law
     title = f"{outcome.title}: identified" if outcome.title else "Identified joint"
@@ -157,7 +160,10 @@ def _step(step: Any) -> dict[str, Any]:
 
 
 def identification_document(outcome: Identified, adapt: cells.Wording = str) -> Document:
-    """Return the law with its intervals, and the second step, as a document."""
+    """Return a document of the identified law with its intervals, and of the second step.
+
+    ``adapt`` is as for :func:`identification_data`.
+    """
     data, found = identification_data(outcome, adapt), outcome.found
     holds = data["masing"]["holds"]
     sections = [
@@ -205,7 +211,7 @@ def identification_document(outcome: Identified, adapt: cells.Wording = str) -> 
 
 
 def headline(data: Mapping[str, Any]) -> str:
-    """Return the largest measured cycle, in a sentence."""
+    """Describe the largest measured cycle in a sentence."""
     curve = data["curves"][-1]
     at = f"±{engineering(curve['amplitude'][-1], 'm', 3, trim=True)}"
     if curve["normal_load"] is not None:
@@ -229,7 +235,7 @@ def _number(data: Mapping[str, Any]) -> Headline:
 
 
 def interval_text(estimate: Estimate, unit: str) -> str:
-    """Return an estimate with its interval as text; None marks a value or an end not known."""
+    """Format an estimate with its interval; values or ends of None are marked as unknown."""
     value, low, high = estimate
 
     def text(number: float, digits: int) -> str:
@@ -349,13 +355,13 @@ def _records(records: Sequence[Mapping[str, Any]]) -> Table:
 
 
 def law_json(outcome: Identified) -> str:
-    """Return the law at the highest load with its intervals, as a law file holds them."""
+    """Return the law at the highest load with its intervals, in the format of law files."""
     band = curves_of(outcome.found)[-1].band()
     return law_text(law_content(outcome.found.law, band))
 
 
 def law_study_text(data: Mapping[str, Any]) -> str:
-    """Return the study of the law in law.json at the measured amplitudes."""
+    """Return a study that predicts the law in law.json at the measured amplitudes."""
     curve = data["curves"][-1]
     lines = [f"Identified by microslip {__version__}, the {data['of']}, from:"]
     lines += [

@@ -1,4 +1,4 @@
-"""Curves over amplitude: common parts, and energy and damping over both amplitudes."""
+"""Curves against amplitude: common parts, and figures of energy and damping."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ CurveValues = Callable[[AmplitudeCurve], Floats]
 
 
 def drawn_loads(result: Prediction) -> list[tuple[int, Look]]:
-    """Return index and line style of the loads that are drawn."""
+    """Return the index and the line style of each load that is drawn."""
     return list(zip(evenly(len(result.joints), MOST_LOADS), LOOKS, strict=False))
 
 
@@ -63,7 +63,7 @@ def add_legend(plot: Plot, result: Prediction, *, dashed: bool = False) -> Plot:
 
 
 class AmplitudeAxis(NamedTuple):
-    """Amplitude used as abscissa."""
+    """Amplitude of displacement or force, used as abscissa."""
 
     column: str
     """Name of the column in :class:`~microslip.report.predicted.result.AmplitudeCurve`."""
@@ -75,12 +75,12 @@ class AmplitudeAxis(NamedTuple):
     high: float
 
     def of(self, curve: AmplitudeCurve) -> Floats:
-        """Return the values of a curve on this axis."""
+        """Return the amplitudes of a curve in the unit of the axis."""
         values: Floats = getattr(curve, self.column)
         return values / self.unit
 
     def panel(self, y: Axis, note: str = "") -> Panel:
-        """Return a panel with this axis."""
+        """Return a panel with this abscissa and the ordinate ``y``."""
         return Panel(Axis(self.label, self.low, self.high, log=True), y, note)
 
 
@@ -97,7 +97,7 @@ def displacement_axis(result: Prediction, name: str = "Displacement amplitude") 
 
 
 def force_axis(result: Prediction) -> AmplitudeAxis:
-    """Return the axis of the force amplitude, including the largest force limit."""
+    """Return the axis of the force amplitude, up to the largest force limit."""
     loads = [index for index, _ in drawn_loads(result)]
     largest = max(result.joints[i].force_limit for i in loads)
     forces = np.concatenate([result.curves[i].force_amplitude for i in loads])
@@ -112,16 +112,16 @@ def force_axis(result: Prediction) -> AmplitudeAxis:
 
 
 def some_drawn(values: Floats) -> Floats:
-    """Return the values that can be drawn; one NaN if there are none."""
+    """Return the values that can be drawn on a linear axis; a single NaN if there are none."""
     return finite if (finite := visible_values(values, False)).size else np.array([np.nan])
 
 
 def draw_curves(
     panel: Panel, result: Prediction, axis: AmplitudeAxis, quantity: CurveValues
 ) -> Floats:
-    """Draw a quantity for every load: a line, and markers at the loops.
+    """Draw a quantity for every load: a line, and markers at the amplitudes of the loops.
 
-    Returns the ordinates that can be drawn, positive on a logarithmic axis.
+    Return the ordinates that can be drawn: positive ones on a logarithmic axis.
     """
     loads = drawn_loads(result)
     lines = [
@@ -150,7 +150,7 @@ def draw_curves(
 def _band(
     panel: Panel, result: Prediction, axis: AmplitudeAxis, quantity: CurveValues, number: int
 ) -> Floats:
-    """Shade between the outer quantiles of a load below all lines; return the ordinates."""
+    """Shade the area between the outer quantiles of a load, and return its ordinates."""
     scatter = result.scatter
     index, look = drawn_loads(result)[number]
     if scatter is None:
@@ -184,12 +184,12 @@ MOST_EXPONENT = 6.0
 
 
 def energy_damping(result: Prediction) -> Plot:
-    """Plot energy, loss factor, damping ratio and exponent against displacement amplitude."""
+    """Plot energy, loss factor, damping ratio and energy exponent against displacement."""
     return _figure(result, displacement_axis(result))
 
 
 def force_damping(result: Prediction) -> Plot:
-    """Plot energy, loss factor, damping ratio and exponent against force amplitude."""
+    """Plot energy, loss factor, damping ratio and energy exponent against force amplitude."""
     return _figure(result, force_axis(result))
 
 
@@ -224,9 +224,9 @@ def _energy(result: Prediction, axis: AmplitudeAxis) -> Panel:
 def _limit_lines(
     result: Prediction, index: int, axis: AmplitudeAxis
 ) -> list[tuple[Floats, Floats, str, float]]:
-    """Return asymptotes of the energy at small and large amplitudes: lines, names, coefficients.
+    """Return asymptotes of the energy: abscissae, energies [J], name and coefficient of each.
 
-    Among parallel lines the one with the largest coefficient is uppermost.
+    Among parallel asymptotes the one with the largest coefficient is drawn uppermost.
     """
     curve, limit, joint = result.curves[index], result.limits[index], result.joints[index]
     a, energy = curve.amplitude, curve.dissipated_energy
@@ -278,10 +278,10 @@ def _damping(result: Prediction, axis: AmplitudeAxis) -> Panel:
 
 
 def force_exponent(curve: AmplitudeCurve) -> Floats:
-    """Return the local exponent of the energy in the force amplitude, d ln E / d ln T_m [-].
+    """Return the exponent d ln E / d ln T_m of the energy E in the force amplitude T_m [-].
 
-    The exponent in the displacement times d ln delta_m / d ln T_m, which is secant over tangent
-    stiffness; infinite where the force no longer grows.
+    It is the exponent in the displacement amplitude delta_m times d ln delta_m / d ln T_m, which is
+    secant over tangent stiffness; infinite where the force no longer grows.
     """
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         return curve.dissipation_exponent * (curve.secant_stiffness / curve.tangent_stiffness)

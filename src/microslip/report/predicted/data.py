@@ -1,4 +1,4 @@
-"""Data set of a prediction: all numbers by name, and its CSV tables."""
+"""Data set of a prediction: all results by name, and its CSV tables."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ FLAGS = ("ok", "watch", "outside", "not judged")
 
 
 def driven(result: Prediction) -> str:
-    """Return the dimension of the loops: the amplitude given in the study."""
+    """Return the name of the amplitude given in the study, the dimension of the loops."""
     by_force = result.study.excitation.force_amplitudes is not None
     return "force_amplitude" if by_force else "amplitude"
 
 
 def data_set(result: Prediction) -> DataSet:
-    """Return all numbers of a prediction with dimensions, units and meanings."""
+    """Return all results of a prediction with dimensions, units and meanings."""
     rows, curves, by = result.rows, result.curves, driven(result)
     loads = np.array([getattr(joint, "normal_load", np.nan) for joint in result.joints])
     sizes = {

@@ -83,7 +83,7 @@ def prediction_document(result: Prediction) -> Document:
 
 
 def _middle(result: Prediction) -> tuple[int, int]:
-    """Return the indices of the middle load and amplitude, which the answer describes."""
+    """Return the indices of the load and amplitude in the middle, used for the headline."""
     return len(result.joints) // 2, (len(result.rows[0].amplitude) - 1) // 2
 
 
@@ -92,14 +92,14 @@ def _written(value: float, unit: str) -> str:
 
 
 def _excitation(result: Prediction) -> tuple[str, str, list[Floats]]:
-    """Return name, unit and amplitudes of the excitation under each load."""
+    """Return name and unit of the given amplitudes, and their values for each load."""
     if result.study.excitation.force_amplitudes is not None:
         return "force amplitude", "N", [row.force_amplitude for row in result.rows]
     return "displacement amplitude", "m", [row.amplitude for row in result.rows]
 
 
 def _case(result: Prediction) -> str:
-    """Format the load and amplitude of the answer, such as "±300 nm and 2 kN"."""
+    """Format the amplitude and load of the headline, such as "±300 nm and 2 kN"."""
     load, place = _middle(result)
     _, unit, amplitudes = _excitation(result)
     case = f"±{_written(float(amplitudes[load][place]), unit)}"
@@ -108,7 +108,7 @@ def _case(result: Prediction) -> str:
 
 
 def answer(result: Prediction) -> str:
-    """Return the energy of a cycle in a sentence."""
+    """Describe the energy dissipated per cycle in a sentence."""
     load, place = _middle(result)
     row = result.rows[load]
     share = float(row.force_ratio[place])
@@ -141,7 +141,7 @@ def _number(result: Prediction) -> Headline:
 
 
 def subject(result: Prediction) -> str:
-    """Describe the computation in a sentence."""
+    """Describe what was computed in a sentence."""
     noun, unit, amplitudes = _excitation(result)
     sentence = (
         f"Hysteresis, stiffness and damping {_of(result.study)}, "
@@ -174,7 +174,7 @@ def _range_text(noun: str, values: list[float], unit: str) -> str:
 
 
 def equations(result: Prediction) -> str:
-    """Return the equations of this result in MathML."""
+    """Return the equations used for this result, in MathML."""
     holds = {_law(result.study)}
     if getattr(result.joints[0], "contact_area", None) is not None:
         holds.add("contacts")
@@ -209,7 +209,7 @@ _BESIDE = {"interfaces": "rz"}
 
 
 def study_facts(study: StudyDescription) -> tuple[Facts, ...]:
-    """Return the given values of materials, surface, joint and excitation."""
+    """Return the given values of the study: materials, surface, joint and excitation."""
     groups = [
         Facts(f"Material {name}", _rows(material) or (("Body", "rigid"),))
         for name, material in study.material.items()

@@ -1,4 +1,4 @@
-"""Figures of a prediction, as data, and their captions."""
+"""Figures of a prediction, as plot descriptions, and their captions."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def _loops_at(
 
 
 def _loop_bands(result: Prediction, load: int, index: int) -> list[Floats]:
-    """Return the forces of a loop at the outer quantiles, sample by sample."""
+    """Return the lowest and highest quantile of the forces of a loop, for each sample."""
     if result.scatter is None or "force" not in result.scatter.bands:
         return []
     band = result.scatter.bands["force"].values
@@ -110,7 +110,7 @@ def _loop_bands(result: Prediction, load: int, index: int) -> list[Floats]:
 
 
 def _prefix(value: float, largest: float, smallest: float = 0.0) -> tuple[float, str]:
-    """Return the prefix of the largest panel if suitable for this panel, else its own."""
+    """Return the unit prefix for ``largest`` if it suits this panel, else one for ``value``."""
     unit, letter = prefix(largest)
     return (unit, letter) if value >= 0.0999 * unit else prefix(max(value, smallest))
 
@@ -119,7 +119,7 @@ def _prefix(value: float, largest: float, smallest: float = 0.0) -> tuple[float,
 
 
 def backbone(result: Prediction) -> Plot:
-    """Plot force, tangent stiffness and secant stiffness of first loading."""
+    """Plot the force, tangent stiffness and secant stiffness on first loading."""
     axis = displacement_axis(result, "Displacement")
     panels = [_force(result, axis), _stiffness(result, axis)]
     return add_legend(stacked(panels, 7.4, (3.0, 2.0)), result)
@@ -173,7 +173,7 @@ def _stiffness(result: Prediction, axis: AmplitudeAxis) -> Panel:
 
 
 def contact_state(result: Prediction) -> Plot:
-    """Plot contacts and real area against load, and the sticking area against displacement."""
+    """Plot contacts and real area against load, and sticking area against displacement."""
     surface = result.joints[0].surface
     loads, separations = _loads(result)
     counts = np.zeros(1)
@@ -243,7 +243,7 @@ def _stick(result: Prediction) -> Panel:
 
 
 def slider_density(result: Prediction) -> Plot:
-    """Plot slider density, discrete sliders, and their fraction of the force limit."""
+    """Plot slider density, discrete sliders, and fraction of the force limit up to a slider."""
     axis = displacement_axis(result, "Yield displacement of the slider")
     panels = []
     if any(_peak(result.curves[index]) > 0.0 for index, _ in drawn_loads(result)):
@@ -260,7 +260,7 @@ def slider_density(result: Prediction) -> Plot:
 
 
 def _peak(curve: AmplitudeCurve) -> float:
-    """Return the largest finite density; it is infinite at the slip limits of given summits."""
+    """Return the largest finite slider density; at slip limits of given summits it is infinite."""
     density = curve.slider_density
     return float(density[np.isfinite(density)].max(initial=0.0))
 
@@ -278,9 +278,10 @@ def _density(result: Prediction, axis: AmplitudeAxis) -> Panel:
 
 
 def slipping_share(curve: AmplitudeCurve) -> Floats:
-    """Return the fraction of the force limit carried by sliders up to a yield displacement [-].
+    """Return the fraction of the force limit due to sliders with yield displacements up to u [-].
 
-    (T0 - u T0')/mu N is finite for every surface, unlike the density; it jumps at discrete sliders.
+    It is (T0 - u T0')/mu N, which is finite for every surface, unlike the density; it jumps at
+    discrete sliders.
     """
     share = curve.force_ratio * (1.0 - curve.tangent_stiffness / curve.secant_stiffness)
     return np.maximum(share, 0.0)

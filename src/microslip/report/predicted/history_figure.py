@@ -86,7 +86,7 @@ def history(result: Prediction) -> Plot:
 
 
 def _scaled(values: list[Floats], name: str) -> tuple[list[Floats], str]:
-    """Return columns of all loads in one unit, or relative to their maxima, and the label."""
+    """Return columns of all loads in a common unit, or relative to their maxima, and a label."""
     label, symbol = _LABELS[name]
     sizes = [float(np.abs(column).max()) for column in values]
     if far_apart(sizes, 50.0):
@@ -97,7 +97,7 @@ def _scaled(values: list[Floats], name: str) -> tuple[list[Floats], str]:
 
 
 def envelope(values: Floats) -> tuple[Floats, Floats]:
-    """Return indices and values of a record, reduced to the extremes of intervals if long."""
+    """Return sample indices and values of a record; a long one keeps extremes of intervals only."""
     if values.size <= MOST_DRAWN_SAMPLES:
         return np.arange(values.size, dtype=np.float64), values
     width = -(-values.size // _STRETCHES)
@@ -109,7 +109,10 @@ def envelope(values: Floats) -> tuple[Floats, Floats]:
 
 
 def motion_path(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Return a path; in a long one each stroke on a fine grid occurs once."""
+    """Return the points of a path; in a long path repeated strokes are drawn once.
+
+    Strokes are compared on a fine grid; NaN separates the remaining pieces.
+    """
     if x.size <= MOST_DRAWN_SAMPLES:
         return x, y
     cells = np.stack([np.round((v - v.min()) / (np.ptp(v) or 1.0) * _GRID) for v in (x, y)])
@@ -131,7 +134,7 @@ MOST_AMPLITUDES = 6
 
 
 def pressure(result: Prediction) -> Plot:
-    """Plot pressure over position, and local force over the local slip limit."""
+    """Plot pressure against position, and the local force over the local slip limit."""
     every: Sequence[object] = result.joints
     joints = [
         (joint, look)
@@ -174,7 +177,7 @@ def pressure(result: Prediction) -> Plot:
 
 
 def _places(joint: PressedJoint) -> tuple[Floats, str]:
-    """Return the position of each area: its distance from the axis, or its rank by pressure."""
+    """Return the positions of the areas: distances from the axis, or ranks by pressure."""
     spread = joint.pressure
     if spread.distances is not None:
         unit, letter = prefix(float(spread.distances.max()))

@@ -1,4 +1,4 @@
-"""Contents of `summary.json` under descriptive keys."""
+"""Contents of `summary.json`, by descriptive keys."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def _scatters(study: StudyDescription) -> bool:
 
 
 def file_names(study: StudyDescription) -> tuple[str, ...]:
-    """Return the files that a study writes; the first is summary.json, which lists the others."""
+    """Return the names of the files that a study writes, summary.json first."""
     formats = study.output.formats
     tables = {
         "loops": study.asks_for_joint,
@@ -126,7 +126,7 @@ def _bolt_forces(study: StudyDescription) -> BoltForces | None:
 
 
 def pressure_numbers(joint: Any) -> dict[str, Any] | None:
-    """Return the distribution of the load, or None."""
+    """Return the pressure distribution of a joint as plain values; None without one."""
     if not isinstance(joint, PressedJoint):
         return None
     spread = joint.pressure
@@ -135,7 +135,7 @@ def pressure_numbers(joint: Any) -> dict[str, Any] | None:
 
 
 def load_notes(study: StudyDescription, joint: Interface) -> list[str]:
-    """Return notes on scan, tightening and pressure."""
+    """Return notes on the scan, the tightening and the pressure distribution of a joint."""
     notes = [] if study.surface is None else study.surface.sentences()
     if (spread := pressure_numbers(joint)) is not None:
         notes.append(
@@ -171,7 +171,7 @@ def _title_notes(study: StudyDescription, names: Sequence[str]) -> list[str]:
 
 
 def joint_entry(study: StudyDescription, joint: Interface) -> dict[str, Any]:
-    """Return the joint at rest for the summary, with its verdicts."""
+    """Return the numbers of the joint at rest and its verdicts, for the summary."""
     return {
         "normal_load": json_value(getattr(joint, "normal_load", None)),
         **{name: json_value(value) for name, value in scalars(study, joint).items()},

@@ -1,4 +1,4 @@
-"""Preview of a study: quantities in SI units and the joint at rest, without loops and files."""
+"""Preview of a study: its values in SI units and the joint at rest, without a run."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _WORDS = {
 
 
 def preview(study: StudyDescription, progress: Progress | None = None) -> Document:
-    """Check a study without running it."""
+    """Return a document of the values of a study and the joint at rest, without running it."""
     joints = build_joints(study, progress)
     default_notes = () if study.structure else Defaults.of(study, joints).notes()
     excitation, loads = study.excitation, len(joints)
@@ -99,7 +99,7 @@ def _size(cost: Cost) -> Facts:
 
 
 def next_step(document: Document) -> str:
-    """Describe the run that the next command starts."""
+    """Describe the run that the suggested next command starts."""
     data = document.data
     parts = [f"{data['loops']} loops", f"curves of {data['points']} points in all"]
     if "structure" in data:
@@ -135,7 +135,7 @@ def _list(value: Any, write: Callable[[Any], str]) -> str:
 
 
 def _quantities(study: StudyDescription) -> Iterator[dict[str, Any]]:
-    """Yield each number of a study: key, text in the study, and value [SI unit]."""
+    """Yield each number of a study: its key, its text in the study, and its value [SI unit]."""
     source = tomllib.loads(study.text)
     values = study.by_keys()
     history = study.excitation.history
@@ -185,7 +185,7 @@ def _units(part: Any, path: str = "") -> Iterator[tuple[str, str]]:
 
 
 def _walk(source: Any, values: Any, path: str = "") -> Iterator[tuple[str, Any, Any]]:
-    """Yield the keys that contain numbers or name a file with numbers."""
+    """Yield key, text and value of the entries with numbers, or with a file of numbers."""
     for key, written in source.items():
         here, value = f"{path}{key}", values.get(key)
         if isinstance(written, dict) and "file" in written and path != "structure.":
@@ -199,7 +199,7 @@ def _walk(source: Any, values: Any, path: str = "") -> Iterator[tuple[str, Any, 
 
 
 def _first_item(value: Any) -> Any:
-    """Return a value, or the first of a list; a single value may be stored as a list."""
+    """Return the first item of a list, or the value itself if it is not a list."""
     return value[0] if isinstance(value, (list, tuple)) else value
 
 

@@ -1,6 +1,6 @@
 """Result of a study, and its files.
 
-Numbers in files are in SI units and are read back exactly.
+Numbers in the files are in SI units, with all digits, so that they are read back without change.
 """
 
 from __future__ import annotations
@@ -35,7 +35,10 @@ from microslip.study.runs.prediction import Prediction, run_prediction
 
 
 def files(result: Result, destination: Path) -> tuple[File, ...]:
-    """Return the files of a result; the copied study names files relative to the destination."""
+    """Return the files of a result.
+
+    Paths in the copied study are relative to ``destination``.
+    """
     study, structure, data = result.study, result.structure, result.data
     own = [
         csv_file(f"{name}.csv", data, columns, dims)
@@ -56,7 +59,7 @@ def files(result: Result, destination: Path) -> tuple[File, ...]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Result(Prediction):
-    """Result of :meth:`microslip.Study.run`; index 0 runs over normal loads, 1 over amplitudes.
+    """Result of :meth:`microslip.Study.run`, by normal load (first index) and amplitude (second).
 
     Parameters
     ----------
@@ -85,7 +88,7 @@ class Result(Prediction):
 
     @cached_property
     def data(self) -> DataSet:
-        """All numbers by name with their dimensions, units and meanings, as in `result.nc`."""
+        """All results by name with their dimensions, units and meanings, as in `result.nc`."""
         texts = {
             "title": self.study.title,
             "kind": KIND,
@@ -99,7 +102,7 @@ class Result(Prediction):
         return replace(data_set(self), attributes=attributes)
 
     def __getitem__(self, name: str) -> Variable:
-        """Return the values of a quantity with their dimensions, unit and meaning."""
+        """Return the values of a result by name, with their dimensions, unit and meaning."""
         return self.data[name]
 
     def __iter__(self) -> Iterator[str]:

@@ -28,7 +28,7 @@ SCATTER_FIGURES = ("tornado",)
 
 
 def scatter_sections(result: Prediction) -> tuple[Section, ...]:
-    """Return the sections on the scatter."""
+    """Return the sections on the scatter of the results: bands, errors and inputs."""
     scatter = result.scatter
     if scatter is None:
         return ()
@@ -83,14 +83,17 @@ def _bands(result: Prediction, scatter: PredictionScatter, name: str) -> Table:
 
 
 def _half_widths(scatter: PredictionScatter, name: str) -> Floats:
-    """Return the relative half-widths of the intervals of the quantiles; infinite if unknown."""
+    """Return half-widths of the intervals of the quantiles over the quantiles [-].
+
+    They are infinite if unknown.
+    """
     band, (low, high) = scatter.bands[name].values, scatter.intervals[name]
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(np.maximum(band - low, high - band) / np.abs(band))
 
 
 def _of_input(decision: Contributions, place: int) -> dict[str, Any]:
-    """Return the contribution of an input to a result, with Sobol' indices if computed."""
+    """Return the contribution of one input to a result, with Sobol' indices if computed."""
     arrays = {"share": decision.shares, "low": decision.low, "high": decision.high}
     if decision.first is not None and decision.total is not None:
         arrays |= {"first": decision.first, "total": decision.total}
@@ -117,7 +120,7 @@ def _ranking(result: Prediction, scatter: PredictionScatter) -> Table:
 
 
 def _remark(scatter: PredictionScatter) -> str:
-    """Compare the scatter of the samples with the delta method."""
+    """Compare the scatter of the samples with that of the delta method, in words."""
     decisions = [d for d in scatter.decisions if d.name == "loss_factor"]
     worst = max(decisions, key=lambda d: abs(d.scatter - d.delta))
     return (
@@ -153,7 +156,7 @@ _FINE = 0.01
 
 
 def tornado(result: Prediction, scatter: PredictionScatter) -> Plot:
-    """Plot the effect of each input for the loop with the largest scatter of the loss factor."""
+    """Plot the effect of each input on the loop whose loss factor scatters most."""
     decision = max(
         (d for d in scatter.decisions if d.name == "loss_factor"), key=lambda d: d.scatter
     )

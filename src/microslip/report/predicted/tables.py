@@ -85,13 +85,13 @@ def joint_table(joints: JointRows, law: str) -> Table:
 
 
 def rest_section(joints: JointRows, law: str) -> Section:
-    """Return the section on the joint at rest, Hertz numbers and sensitivities."""
+    """Return the section on the joint at rest, with Hertz numbers and sensitivities."""
     tables = (joint_table(joints, law), *hertz_table(joints), *sensitivity_table(joints))
     return Section("Joint at rest", tables)
 
 
 def sensitivity_table(joints: JointRows) -> tuple[Table, ...]:
-    """Return the largest sensitivities of each joint; empty for laws without a surface."""
+    """Return the largest sensitivities of each joint to inputs; empty without a surface."""
     rows = []
     for joint in joints:
         if not (slopes := joint.get("sensitivities")):
@@ -151,7 +151,10 @@ def hertz_table(joints: JointRows) -> tuple[Table, ...]:
 
 
 def cycle_table(joints: JointRows, *, by_force: bool) -> Table:
-    """Return the table of cycles, one row per load and amplitude; given amplitudes come first."""
+    """Return the table of cycles, one row per load and amplitude.
+
+    The first amplitude column is that given in the study: force if ``by_force``, else displacement.
+    """
     amplitude, force = cells.column("amplitude"), cells.column("force_amplitude", brief=by_force)
     names = ("force_ratio", "dissipated_energy", "loss_factor", "damping_ratio")
     more = ("secant_stiffness", "dissipation_exponent", "stick_share")
@@ -172,7 +175,7 @@ def cycle_table(joints: JointRows, *, by_force: bool) -> Table:
 
 
 def history_table(joints: JointRows) -> Table:
-    """Return the extremes of the response to a history, one row per load."""
+    """Return the extreme values of the response to a history, one row per load."""
     columns = (
         *map(cells.column, ("normal_load", "largest_displacement", "largest_force")),
         cells.column("dissipated_energy", label="Dissipated energy", short=""),
@@ -181,7 +184,7 @@ def history_table(joints: JointRows) -> Table:
 
 
 def validity_verdicts(study: StudyDescription, joints: Sequence[Interface]) -> Verdicts:
-    """Return the verdicts of the joints at all loads, each with its load."""
+    """Return the verdicts on the joints, each with the load to which it refers."""
     judgements, places = [], []
     newtons = partial(engineering, unit="N", digits=4, trim=True)
     for joint in joints:

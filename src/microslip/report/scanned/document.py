@@ -73,7 +73,7 @@ _SUMMITS = {
 def scan_document(
     findings: Findings, folder: Path | None = None, adapt: cells.Wording = str
 ) -> Document:
-    """Return the document of a scan; study.toml names the scan relative to the folder."""
+    """Return the document of a scan; scan path in study.toml relative to ``folder``."""
     remarks = tuple(adapt(text) for text in _remarks(findings))
     notes = findings.scan.notes if findings.summits is None else findings.summits.notes
     data = scan_summary(findings, remarks)
@@ -129,7 +129,10 @@ def scan_summary(findings: Findings, remarks: tuple[str, ...]) -> dict[str, Any]
 
 
 def _lines(findings: Findings) -> Iterator[tuple[str, ProfileParameters]]:
-    """Yield the parameters along each axis, unless every line has gaps or one is too short."""
+    """Yield the parameters of the profiles along each axis.
+
+    An axis is omitted if every line has gaps, or if the lines are too short.
+    """
     axes: tuple[Literal["x", "y"], ...] = ("x", "y")
     for axis in axes[: findings.scan.heights.ndim]:
         with suppress(InputError):
@@ -272,7 +275,7 @@ def _pictures(findings: Findings) -> tuple[Picture, ...]:
 
 
 def _spectrum_rows(findings: Findings) -> str:
-    """Return the spectrum before and after the cut-offs, with its uncertainty."""
+    """Return rows of the spectrum before and after the cut-offs, with its relative error."""
     unfiltered, filtered = findings.whole_spectrum, findings.spectrum
     unit = "m^3" if findings.scan.is_profile else "m^4"
     heads = ["wavelength [m]", "wavenumber [rad/m]", f"density [{unit}]", "relative_error [-]"]

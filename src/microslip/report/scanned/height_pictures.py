@@ -45,7 +45,7 @@ _FRAME = "#D55E00"
 
 
 def height_plot(findings: Findings) -> Plot:
-    """Plot the map with summits and an enlarged part, or the trace of a profile."""
+    """Plot the height map with summits and an enlarged detail, or the trace of a profile."""
     if findings.scan.is_profile:
         return trace_figure(findings.scan, findings.title("Heights"))
     scan, summits = findings.scan, findings.summits
@@ -110,7 +110,7 @@ def _mark_highest(panel: Panel, summits: Summits | None, unit: float) -> str:
 
 
 def _mark(panel: Panel, places: Floats, size: float) -> None:
-    """Draw hollow rings, visible on dark and light ground."""
+    """Draw hollow rings at positions, visible on dark and light ground."""
     panel.marks(places[:, 0], places[:, 1], size=size)
 
 
@@ -136,9 +136,9 @@ _ALONG = (Look(COLORS[1]), Look(COLORS[2], DASHED))
 
 
 def spectrum_plot(findings: Findings) -> Plot:
-    """Plot the spectrum of the levelled scan, and the part kept by the cut-offs.
+    """Plot the spectrum of the levelled scan, and the part within the cut-offs.
 
-    Radial and along the axes; for a profile, along it.
+    The spectra are radial and along the axes; for a profile, along it.
     """
     unfiltered_spectrum, filtered_spectrum = findings.whole_spectrum, findings.spectrum
     profile, cut = findings.scan.is_profile, findings.request.is_filtered

@@ -50,7 +50,7 @@ def joint_sections(findings: Findings, adapt: cells.Wording = str) -> list[Secti
 
 
 def chapter_rows(findings: Findings) -> list[tuple[str, str]]:
-    """Return the stiffness from the chapter's model next to that of the measured face."""
+    """Return the stiffness by the model of chapter 19 and that of the solved face, as rows."""
     face, chapter = findings.face, findings.chapter
     if face is None or chapter is None:
         return []
@@ -60,7 +60,7 @@ def chapter_rows(findings: Findings) -> list[tuple[str, str]]:
 
 
 def summary(findings: Findings) -> dict[str, Any] | None:
-    """Return the joint as plain values; None if no joint was requested."""
+    """Return the numbers of the joint as plain values; None if no joint was requested."""
     face = findings.face
     if face is None:
         return None

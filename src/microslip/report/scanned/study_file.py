@@ -17,7 +17,7 @@ STUDY_NAME = "study.toml"
 
 
 def face_study_text(findings: Findings, face: FaceJoint, folder: Path) -> str:
-    """Return a study of the solved face, for a file in this folder."""
+    """Return a study of the solved face; paths in it are relative to ``folder``."""
     request = findings.request
     tables = {
         "surface": _surface(findings, face, folder),
@@ -65,7 +65,7 @@ def _lengths(request: Request, *names: str) -> dict[str, Any]:
 
 
 def _read(value: Any) -> Any:
-    """Format an option of reading: lengths with unit, several values as a list."""
+    """Format an option of the scan as TOML: lengths with unit, several values as a list."""
     if isinstance(value, tuple):
         return _read(value[0]) if len(value) == 1 else [_read(item) for item in value]
     return _length(value) if isinstance(value, float) else value

@@ -56,7 +56,7 @@ def force_numbers(forces: BoltForces | None) -> dict[str, Any] | None:
 
 
 def comparison(prediction: StructurePrediction) -> Section:
-    """Compare each mode with its counterpart with all bolts tight."""
+    """Compare each mode with the corresponding mode with all bolts tight, in words."""
     unit = prediction.part.unit
     listed = (
         Column("amplitude", "Amplitude at the sensor", unit, 3, short="amplitude"),

@@ -50,7 +50,7 @@ STRUCTURE_FIGURES = ("modal_curves", "pressure_map", "slip_map", "loss_map", "mo
 
 
 def structure_answer(prediction: StructurePrediction) -> str:
-    """Return frequency and damping at the largest amplitude, with bands and errors, in words."""
+    """Describe frequency and damping at the largest amplitude, with bands and errors."""
     mode = prediction.modes[0]
     curve, last, bands = mode.curve, mode.last, mode.bands
     slack = f" with {slack_names(prediction)} slack" if prediction.tight else ""
@@ -68,13 +68,13 @@ def structure_answer(prediction: StructurePrediction) -> str:
 
 
 def _place(prediction: StructurePrediction) -> str:
-    """Format the largest solved amplitude of the first mode."""
+    """Format the largest amplitude for which the first mode was solved."""
     mode = prediction.modes[0]
     return engineering(float(mode.curve.amplitude[mode.last]), prediction.part.unit, 3)
 
 
 def _outside(prediction: StructurePrediction) -> str:
-    """State which tests lie outside their bands, and which responses are not covered."""
+    """Describe which tests lie outside their bands, and which responses are incomplete."""
     away = [verdict for verdict in prediction.judged if verdict.word != "inside"]
     text = f" {len(away)} of {len(prediction.judged)} tested quantities are not inside." * bool(
         away
@@ -86,7 +86,7 @@ def _outside(prediction: StructurePrediction) -> str:
 
 
 def _errors(prediction: StructurePrediction) -> str:
-    """State the errors of the model, of truncated harmonics and of the number of samples."""
+    """Describe the errors due to the model, to truncated harmonics and to few samples."""
     mode, convergence = prediction.modes[0], prediction.convergence
     model = "not estimated"
     if convergence is not None:
@@ -116,7 +116,7 @@ def _band(bands: ModeBands, place: int) -> str:
 
 
 def structure_sections(prediction: StructurePrediction) -> tuple[Section, ...]:
-    """Return the sections about the structure; the terminal shows the curves, tests and causes."""
+    """Return the sections on the structure; a terminal shows curves, tests and causes only."""
     rows = max(3, _TERMINAL_ROWS // len(prediction.modes))
     blocks: list[Block] = [_table(mode, prediction.part.unit, rows) for mode in prediction.modes]
     blocks += [Note(text, small=True) for text in _warnings(prediction)]
@@ -194,7 +194,7 @@ def structure_pictures(prediction: StructurePrediction) -> tuple[Picture, ...]:
 
 
 def structure_numbers(prediction: StructurePrediction) -> dict[str, Any]:
-    """Return the structure's part of the summary: plain values in SI units."""
+    """Return the entry of the structure in the summary: plain values in SI units."""
     joint, state, convergence = prediction.joint, prediction.state, prediction.convergence
     parts = {
         "convergence": convergence and [change._asdict() for change in convergence.changes],
@@ -284,7 +284,7 @@ def _model(prediction: StructurePrediction) -> Facts:
 
 
 def _form(prediction: StructurePrediction) -> str:
-    """Describe the form of the faces."""
+    """Describe the gaps between the unloaded faces."""
     form = prediction.part.form
     if form is None:
         return "faces taken as flat"
@@ -337,7 +337,7 @@ def _patches_remark(prediction: StructurePrediction) -> list[str]:
 
 
 def _methods(prediction: StructurePrediction) -> str:
-    """Describe the errors of the curves and how their bands were computed."""
+    """Describe how bands of the curves were computed, and their errors."""
     errors = np.concatenate([abs(m.curve.harmonic_error) for m in prediction.modes])
     harmonics = ", ".join(map(str, prediction.part.harmonics))
     text = f"The effect of harmonics beyond {harmonics} is not known."
@@ -350,7 +350,7 @@ def _methods(prediction: StructurePrediction) -> str:
 
 
 def _warnings(prediction: StructurePrediction) -> list[str]:
-    """Return sentences on conditions that make the curves unreliable."""
+    """Return a sentence for each condition that makes the curves unreliable."""
     texts = [_resonance(mode, other) for mode in prediction.modes for other in mode.curve.near]
     macs = np.concatenate([m.curve.mac for m in prediction.modes])
     shapes = float(np.min(macs, where=np.isfinite(macs), initial=1.0))
@@ -363,7 +363,7 @@ _SAME_SHAPE = 0.99
 
 
 def _resonance(mode: Mode, other: Resonance) -> str:
-    """Warn of a mode near a multiple of the frequency."""
+    """Warn of another mode near a multiple of the frequency of a mode."""
     times = "the frequency" if other.multiple == 1 else f"{other.multiple} times the frequency"
     return (
         f"Mode {other.mode + 1} is {other.distance:+.1%} away from {times} of mode {mode.number}: "
@@ -420,7 +420,7 @@ def _convergence_section(convergence: Convergence, number: int) -> Section:
 
 
 def _ranking(modes: tuple[Mode, ...]) -> tuple[Note, Table]:
-    """Return the largest causes of the scatter of ln ζ in words, and all in a table."""
+    """Return the largest contributions to the scatter of ln ζ in words, and all in a table."""
     shares = {mode.number: dict(mode.bands.ranking) for mode in modes if mode.bands is not None}
     listed = (
         Column("input", "Share in the scatter of ln ζ"),

@@ -31,7 +31,7 @@ FORCED_TABLES = ("forced_response", "frf")
 
 
 def forced_tables(prediction: StructurePrediction) -> dict[str, DataSet]:
-    """Return the tables of the CSV files, along the dimension ``row``."""
+    """Return the columns of the CSV tables of responses, along the dimension ``row``."""
     if not (responses := prediction.frequency_responses):
         return {}
     unit = prediction.part.unit
@@ -70,7 +70,7 @@ _BAND = ("amplitude_low", "amplitude_median", "amplitude_high")
 
 
 def response_numbers(forced: ForcedMode) -> dict[str, Any]:
-    """Return a response near a mode as plain values in SI units."""
+    """Return the response near a mode as plain values in SI units."""
     result: dict[str, Any] = {
         "force": forced.force,
         "peak": dict(zip(("amplitude", "frequency"), json_value(forced.peak), strict=True)),
@@ -89,7 +89,7 @@ def response_numbers(forced: ForcedMode) -> dict[str, Any]:
 
 
 def force_section(prediction: StructurePrediction) -> Section:
-    """Return the peaks of the response to each force, with their bands."""
+    """Return the section on the peaks of the response to each force, with bands."""
     unit = prediction.part.unit
     listed = [
         Column("mode", "Mode"),

@@ -52,7 +52,7 @@ _FITTED = {
 
 
 def fitted_section(prediction: StructurePrediction, identified: ModalIdentification) -> Section:
-    """Return the section of the fitted parameters, their verdicts and the curves of each test."""
+    """Return the section on the fitted parameters, their verdicts and curves for each test."""
     listed = (
         Column("parameter", "Parameter"),
         Column("value", "Value", "", write=cells.ratio),
@@ -73,7 +73,7 @@ def fitted_section(prediction: StructurePrediction, identified: ModalIdentificat
 
 
 def _linear(prediction: StructurePrediction, identified: ModalIdentification) -> Table:
-    """Compare the linear frequencies of the fit with those of the tests at small amplitudes."""
+    """Compare the frequencies of the fitted linear model with tests at small amplitudes."""
     listed = (
         Column("mode", "Mode"),
         *(
@@ -105,7 +105,7 @@ _COMPARED = (
 
 
 def _compared(test: ModalTest, curve: ModalCurve, band: Floats) -> Table:
-    """Compare a test with its fitted curve and the band of the fitted parameters."""
+    """Compare a test with its fitted curve and with the band of the parameters, in words."""
     columns = (
         test.amplitude, test.frequency, curve.frequency, test.damping_ratio,
         test.damping_of(curve), *band[1],
@@ -116,7 +116,7 @@ def _compared(test: ModalTest, curve: ModalCurve, band: Floats) -> Table:
 
 
 def _strongest_correlation(identified: ModalIdentification) -> str:
-    """Name the two parameters with the largest correlation."""
+    """Describe the pair of parameters with the largest correlation."""
     names, matrix = tuple(identified.values), abs(identified.correlation)
     if len(names) < 2:
         return ""

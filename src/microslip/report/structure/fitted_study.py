@@ -1,4 +1,4 @@
-"""The study of a fit with the fitted values, which predicts the joint that was tested."""
+"""Study with the fitted values, which predicts the joint that was tested."""
 
 from __future__ import annotations
 
@@ -30,7 +30,8 @@ _LARGEST_CORRELATION = 0.999  # largest correlation that a study takes
 def fitted_text(study: StudyDescription, result: StructurePrediction, destination: Path) -> str:
     """Return the study with the fitted values, their scatter and correlations, for ``predict``.
 
-    Each middle is the fitted value, so that the curves are those of the fit.
+    The median of each distribution is the fitted value, so that the central curves are those of the
+    fit.
     """
     found = result.identified
     assert found is not None  # who calls has looked
@@ -98,7 +99,7 @@ def fitted_text(study: StudyDescription, result: StructurePrediction, destinatio
 
 
 def _unfitted(measured: Any) -> Any:
-    """Keep the tests for figures, without fitting them again."""
+    """Return the tests without the key ``fit``: they are plotted, but not fitted again."""
     if isinstance(measured, dict):
         return {name: value for name, value in measured.items() if name != "fit"}
     return [_unfitted(test) for test in measured]

@@ -52,12 +52,12 @@ _LIMITED = Rule(
 
 
 def structure_verdicts(prediction: StructurePrediction) -> tuple[Verdict, ...]:
-    """Judge all that the report of a structure shows, so that its headline covers it."""
+    """Return verdicts on all parts of a structure's report, for its headline."""
     return tuple(_judged(prediction))
 
 
 def with_structure(block: Verdicts, prediction: StructurePrediction) -> Verdicts:
-    """Add the verdicts on a structure, whose values are percentages, to those on its contact."""
+    """Add verdicts on a structure, with values in percent, to those on its contact."""
     verdicts = structure_verdicts(prediction)
     return replace(
         block,

@@ -29,13 +29,13 @@ PALE = ("#dddddd", "#cfe3f1", "#f6dccb", "#cfe9df", "#f0dce8", "#f8ebcc")
 
 
 def curve_plot(prediction: StructurePrediction) -> Plot:
-    """Plot relative frequency and damping ratio against amplitude."""
+    """Plot frequency change relative to the linear frequency, and damping ratio."""
     unit, letter = prefix(float(prediction.modes[0].curve.amplitude[-1]))
     quantity = prediction.part.quantity
     si = prediction.part.unit.replace("^2", "²")
 
     def sensed(test: ModalTest | ModalCurve) -> Floats:
-        """Convert displacement amplitudes to the quantity and unit of the axis."""
+        """Return displacement amplitudes as the quantity at the sensor, in the unit of the axis."""
         omega = 2.0 * np.pi * test.frequency
         return np.asarray(test.amplitude * omega ** POWERS[quantity] / unit)
 
@@ -100,13 +100,13 @@ def curve_plot(prediction: StructurePrediction) -> Plot:
 
 
 def pressure_plot(prediction: StructurePrediction) -> Plot:
-    """Plot the pressures after tightening."""
+    """Plot the contact pressures of the patches after tightening."""
     scale, letter = prefix(float(prediction.state.pressures.max()))
     return _maps(prediction, [("", prediction.state.pressures / scale)], f"Pressure [{letter}Pa]")
 
 
 def slip_plot(prediction: StructurePrediction) -> Plot:
-    """Plot the relative tangential amplitudes."""
+    """Plot the tangential amplitude between the faces of each patch."""
     slips = [(f"Mode {mode.number}", mode.slip(prediction.joint)) for mode in prediction.modes]
     scale, letter = prefix(max(float(slip.max()) for _, slip in slips))
     return _maps(
@@ -117,13 +117,13 @@ def slip_plot(prediction: StructurePrediction) -> Plot:
 
 
 def loss_plot(prediction: StructurePrediction) -> Plot:
-    """Plot the fraction of the loss on each patch."""
+    """Plot the fraction of the dissipated energy in each patch."""
     losses = [(f"Mode {mode.number}", 100.0 * mode.loss()) for mode in prediction.modes]
     return _maps(prediction, losses, "Share of the loss [%]")
 
 
 def _maps(prediction: StructurePrediction, maps: list[tuple[str, Floats]], label: str) -> Plot:
-    """Plot patches in plan with the bolts, coloured by values on a common scale."""
+    """Plot values of the patches in plan view with the bolts, on a common colour scale."""
     joint = prediction.joint
     largest = max(float(values.max()) for _, values in maps) or 1.0
     contacts = np.unique(joint.patch_contacts)
@@ -166,7 +166,7 @@ def _ramp() -> NDArray[np.uint8]:
 
 
 def shape_plot(prediction: StructurePrediction) -> Plot:
-    """Plot each mode in the view that shows its motion, exaggerated, over the structure at rest."""
+    """Plot each mode shape, exaggerated, over the structure at rest, in its plane of motion."""
     panels = [_shape(prediction, mode) for mode in prediction.modes]
     return stacked(panels, 1.5 * len(panels) + 0.7)
 
@@ -243,6 +243,6 @@ def _isometric(points: Floats, motion: Floats, facets: NDArray[np.int32], mode: 
 
 
 def _blend(share: float) -> str:
-    """Return the colour for a motion relative to the largest one."""
+    """Return the colour for a displacement, given as a fraction of the largest."""
     red, green, blue = (round(v) for v in _LIGHT + share * (_DARK - _LIGHT))
     return f"#{red:02x}{green:02x}{blue:02x}"

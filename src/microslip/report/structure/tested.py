@@ -1,4 +1,4 @@
-"""Sections of a structure's tests against its bands, and of the limits of its frequencies."""
+"""Sections that compare tests of a structure with bands, and on limits of its frequencies."""
 
 from __future__ import annotations
 
@@ -42,9 +42,9 @@ def _sentence(verdict: QuantityVerdict) -> str:
 
 
 def tested_sections(prediction: StructurePrediction) -> list[Section]:
-    """Return the verdicts on tests, then the limits of the frequencies, and rise and fall.
+    """Return sections on the tests, the limits of the frequencies, and changes with amplitude.
 
-    A terminal shows the limits only beside tests.
+    A terminal shows the limits only if there are tests.
     """
     sections = []
     if prediction.judged:
@@ -97,7 +97,7 @@ def tested_sections(prediction: StructurePrediction) -> list[Section]:
 
 
 def tested_numbers(prediction: StructurePrediction) -> dict[str, Any]:
-    """Return limits, verdicts and changes for the summary, in SI units."""
+    """Return frequency limits, verdicts on tests and changes, for the summary, in SI units."""
     return {
         "limits": [
             {"mode": mode.number, **json_value(limit._asdict())}

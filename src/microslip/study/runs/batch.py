@@ -43,7 +43,7 @@ STUDIES = ".toml"
 
 @dataclass(frozen=True)
 class BatchItem:
-    """Item of a batch: name, work, file and changes."""
+    """Item of a batch: its name, kind of work, input file and changes to the study."""
 
     name: str
     work: str
@@ -60,7 +60,7 @@ class BatchItem:
 
     @property
     def mark(self) -> str:
-        """Hash of version, item and input files, which detects outdated outcomes."""
+        """Hash of program version, item and input files; detects outdated outcomes."""
         parts: list[Any] = [__version__, asdict(self)]
         for path in (self.path, self.study):
             if path:
@@ -198,7 +198,7 @@ def prepare(folder: Path) -> None:
 
 
 def earlier_outcomes(folder: Path, items: Sequence[BatchItem]) -> dict[str, Outcome]:
-    """Return valid outcomes of an earlier run. Items that failed are not included."""
+    """Return the valid outcomes of an earlier run, without those of failed items."""
     outcomes = {}
     for item in items:
         try:
@@ -217,7 +217,7 @@ def run_batch(
     dask: str | None = None,
     progress: Progress | None = None,
 ) -> Batch:
-    """Run the items without a valid outcome, and save each outcome at once.
+    """Run the items that have no valid outcome, and save each outcome as soon as it is known.
 
     Items run in processes of this machine, or on the Dask scheduler at the address ``dask``.
     """
@@ -239,7 +239,7 @@ def run_batch(
 
 @contextmanager
 def _pool(workers: int, dask: str | None) -> Iterator[tuple[Executor, int]]:
-    """Open an executor; yield it with the number of items that it runs at once."""
+    """Open an executor; yield it and the number of items that it runs at the same time."""
     if dask is None:
         with ProcessPoolExecutor(workers) as pool:
             yield pool, workers

@@ -21,7 +21,7 @@ _BLOCK = 20_000
 def pieces_of(
     size: int, progress: Progress | None = None, largest: int = _BLOCK
 ) -> Iterator[slice]:
-    """Yield slices of ``size`` items of growing length, so that progress is reported early."""
+    """Yield slices that cover ``size`` items; the first ones are short, for early progress."""
     start, length = 0, min(largest, 64)
     while start < size:
         yield slice(start, min(start + length, size))
@@ -32,14 +32,14 @@ def pieces_of(
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ResultColumns(Locked):
-    """Named arrays of equal length; None for unknown quantities."""
+    """Arrays of equal length by attribute; None for unknown quantities."""
 
     def __post_init__(self) -> None:
         for array in self.columns().values():
             lock(array)
 
     def columns(self) -> dict[str, Floats]:
-        """Return arrays by name, without unknown quantities."""
+        """Return the arrays by name, without unknown quantities."""
         named = {field.name: getattr(self, field.name) for field in fields(self)}
         return {name: array for name, array in named.items() if isinstance(array, np.ndarray)}
 
@@ -52,7 +52,7 @@ class ResultColumns(Locked):
     def _by_pieces(
         cls: type[_Columns], make: Callable[[slice], _Columns], size: int, progress: Progress | None
     ) -> _Columns:
-        """Build long arrays from pieces."""
+        """Compute long arrays in slices with ``make`` and join them."""
         arrays: dict[str, Floats] = {}
         for piece in pieces_of(size, progress):
             for name, array in make(piece).columns().items():

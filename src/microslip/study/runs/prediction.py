@@ -1,4 +1,4 @@
-"""Computation of all numbers of a study."""
+"""Computation of all results of a study."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ from microslip.study.runs.structure_prediction import StructurePrediction
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Prediction:
-    """All numbers of a study, used by :class:`microslip.Result`."""
+    """All results of a study; :class:`microslip.Result` adds files and figures."""
 
     study: StudyDescription
     joints: tuple[Interface, ...]
@@ -73,7 +73,7 @@ MEANINGS = {
 
 
 def variables_of(result: Prediction) -> dict[str, Variable]:
-    """Return all numbers by name, without verdicts."""
+    """Return all results by name, as arrays with units, without verdicts."""
     driven = "amplitude" if result.study.excitation.force_amplitudes is None else "force_amplitude"
     arrays = {
         **_scalars(result),
@@ -87,13 +87,16 @@ def variables_of(result: Prediction) -> dict[str, Variable]:
 
 
 def variable_of(dims: tuple[str, ...], values: Floats, name: str, meaning: str = "") -> Variable:
-    """Return values with unit and description of a quantity, or with another description."""
+    """Return values with the unit and description of a quantity, for a data set.
+
+    ``meaning`` replaces the description, if given.
+    """
     about = QUANTITIES[name].attributes
     return Variable(dims, values, {**about, "long_name": meaning} if meaning else about)
 
 
 def _scalars(result: Prediction) -> dict[str, Variable]:
-    """Return the numbers of each joint at rest, without those unknown for all joints."""
+    """Return the numbers of the joints at rest, shape (loads,), without those never known."""
     rows = [
         {**scalars(result.study, joint), **asdict(limits)}
         for joint, limits in zip(result.joints, result.limits, strict=True)
@@ -110,7 +113,7 @@ def _scalars(result: Prediction) -> dict[str, Variable]:
 
 
 def scalars(study: StudyDescription, joint: Interface) -> dict[str, float | None]:
-    """Return the numbers of a joint at rest; None for unknown ones."""
+    """Return the numbers of a joint at rest by name; None for those that are unknown."""
     contact = getattr(joint, "contact_area", None)
     area = None if study.surface is None else study.surface.apparent_area
     return {
@@ -131,7 +134,7 @@ def scalars(study: StudyDescription, joint: Interface) -> dict[str, float | None
 
 
 def _on_first_loading(joint: Interface) -> float | None:
-    """Return the normal stiffness of a yielding face on first loading [N/m]."""
+    """Return the normal stiffness [N/m] on first loading of a face that yields."""
     surface = getattr(joint, "surface", None)
     loading = getattr(surface, "first_loading", None)
     if surface is None or loading is None:
@@ -147,7 +150,10 @@ def _on_first_loading(joint: Interface) -> float | None:
 def _at_rig(
     study: StudyDescription, joint: Interface, area: float | None
 ) -> dict[str, float | None]:
-    """Return stiffnesses in series with half-spaces [N/m]; None if finite elements are used."""
+    """Return the stiffnesses of joint and bodies (as half-spaces) in series [N/m], as on a rig.
+
+    They are None in a study with a structure, whose finite elements contain the bodies.
+    """
     names = ("rig_normal_stiffness", "rig_tangential_stiffness")
     pair = getattr(getattr(joint, "surface", None), "pair", None)
     if area is None or study.structure is not None or not isinstance(pair, MaterialPair):
@@ -180,7 +186,7 @@ def _samples(result: Prediction, driven: str) -> dict[str, Variable]:
 def _columns(
     tables: Sequence[ResultColumns], prefix: str, dim: str, leave_out: str = ""
 ) -> dict[str, Variable]:
-    """Return the columns of the tables of all loads, stacked, by name."""
+    """Return the columns of the tables by name, stacked along a first axis of the loads."""
     return {
         prefix + name: variable_of(
             ("load", dim),
@@ -202,7 +208,10 @@ def _stacked(arrays: Sequence[Floats]) -> Floats:
 
 
 def leading_inputs(study: StudyDescription, joint: Any) -> dict[str, Any] | None:
-    """Return logarithmic slopes of stiffness and loss factor; None without a surface."""
+    """Return derivatives d ln(result)/d ln(input) of stiffness and loss factor, largest first.
+
+    Each is by the name of the input; None for joints without a surface.
+    """
     if not isinstance(joint, Interface):
         return None
     amplitudes = study.excitation.amplitudes
@@ -226,7 +235,7 @@ DEFAULT_RANGE = (1e-3, 1e2)
 
 @dataclass(frozen=True)
 class Defaults:
-    """Default amplitudes for those not given, from the slip scale [m]."""
+    """Default amplitudes, as multiples of the slip scale [m], where the study gives none."""
 
     scale: float
     amplitudes: bool
@@ -234,13 +243,13 @@ class Defaults:
 
     @classmethod
     def of(cls, study: StudyDescription, joints: Sequence[Interface]) -> Defaults:
-        """Return the defaults from the largest slip scale, rounded to two digits."""
+        """Return the defaults from the largest slip scale of the joints, rounded to two digits."""
         excitation, scale = study.excitation, max(joint._slip_scale[0] for joint in joints)
         is_open = excitation.amplitudes is None and excitation.force_amplitudes is None
         return cls(float(f"{scale:.1e}"), is_open, excitation.curve is None)
 
     def notes(self) -> list[str]:
-        """Describe the defaults used."""
+        """Describe the default amplitudes and range that were used."""
         scale = engineering(self.scale, "m", trim=True)
         of = f"times the slip scale, {scale} when rounded to two digits"
         notes = []
@@ -277,7 +286,7 @@ def run_prediction(
 
 
 def _measured_scatter(result: Prediction, band: LawBand) -> PredictionScatter:
-    """Return the intervals of an identified law; NaN for quantities not identified."""
+    """Return the bands of an identified law; NaN for quantities that were not identified."""
     law = result.joints[0]
     bands = {
         name: variable._replace(
@@ -312,7 +321,7 @@ def _measured_scatter(result: Prediction, band: LawBand) -> PredictionScatter:
 def _scattered(
     study: StudyDescription, progress: Progress | None, workers: int
 ) -> tuple[Prediction, Defaults]:
-    """Return the results at the central values of the inputs, with bands."""
+    """Return the results at the central values of the inputs, with bands over the samples."""
     begin = _solving(study)
     result, defaults = _computed(at_central_values(study), _part(progress, 0, 1, 0.0, begin))
     first = result.rows[0]
@@ -328,7 +337,7 @@ def _scattered(
 
 
 def _variables(study: StudyDescription) -> dict[str, Variable]:
-    """Return all numbers of a study without uncertain inputs, by name."""
+    """Return all results by name, for a study without uncertain inputs."""
     return variables_of(_computed(study)[0])
 
 
@@ -353,7 +362,7 @@ def amplitude_rows(study: StudyDescription) -> list[dict[str, float]]:
 def _computed(
     study: StudyDescription, progress: Progress | None = None
 ) -> tuple[Prediction, Defaults]:
-    """Return all results except those of the structure."""
+    """Return all results of a study except those of its structure."""
     begin = _solving(study)
     joints = build_joints(study, _part(progress, 0, 1, 0.0, begin))
     progress = _part(progress, 0, 1, begin, 1.0)
@@ -389,12 +398,12 @@ def _computed(
 
 
 def _solving(study: StudyDescription) -> float:
-    """Return the fraction of the computing time spent on the surface."""
+    """Return the fraction of the computing time that is spent on solving the surface [-]."""
     return 0.8 if isinstance(study.surface, MeasuredFace) else 0.0
 
 
 def _part(progress: Progress | None, index: int, count: int, begin: float, end: float) -> Progress:
-    """Return the progress callback for a part of the work on one load."""
+    """Return a progress callback for the part from ``begin`` to ``end`` of one load's work."""
     report = progress or (lambda share: None)
     return lambda share: report((index + begin + (end - begin) * share) / count)
 
@@ -433,7 +442,7 @@ def _grid(study: StudyDescription, defaults: Defaults) -> Floats:
 
 
 def _limits(joint: Interface, scale: float) -> Limits:
-    """Return the asymptotes of the dissipated energy, from energies far out on both sides."""
+    """Return the asymptotes of the dissipated energy, from very small and large amplitudes."""
     cubic = linear = None
     small = 1e-9 * scale
     # In gross slip the energy lies exactly on its asymptote.

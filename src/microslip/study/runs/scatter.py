@@ -46,7 +46,7 @@ class Contributions:
 
 @dataclass(frozen=True, eq=False)
 class PredictionScatter:
-    """Bands of all results of a study, and the contributions of the inputs."""
+    """Bands of all results of a study over its samples, and contributions of the inputs."""
 
     inputs: tuple[Input, ...]  # uncertain inputs
     samples: int  # number of samples
@@ -57,7 +57,7 @@ class PredictionScatter:
     notes: tuple[str, ...]
 
     def curve(self, quantile: int, load: int, amplitude: Floats) -> AmplitudeCurve:
-        """Return one quantile of the curves at one load."""
+        """Return the curves of one quantile (by index) at one load."""
         columns: dict[str, Any] = {}
         for name in AmplitudeCurve.__dataclass_fields__:
             band = self.bands.get(f"curve_{name}")
@@ -65,7 +65,7 @@ class PredictionScatter:
         return AmplitudeCurve(**{**columns, "amplitude": amplitude.copy()})
 
     def decision(self, name: str, load: int, amplitude: int) -> Contributions:
-        """Return the contributions to one result."""
+        """Return the contributions of the inputs to one result at one load and amplitude."""
         return next(
             d for d in self.decisions if (d.name, d.load, d.amplitude) == (name, load, amplitude)
         )
@@ -91,7 +91,7 @@ def _start(design: Design, compute: Compute) -> None:
 
 
 def _run(scores: Floats) -> dict[str, Floats] | str:
-    """Return the results of a sample, or its error message."""
+    """Return the results for one row of normal scores, or the error message."""
     design, compute = _worker
     try:
         arrays = compute(design.at(scores))
@@ -130,10 +130,10 @@ def scatter(
     workers: int = 1,
     progress: Progress | None = None,
 ) -> PredictionScatter:
-    """Compute the bands of a study with fixed amplitudes, independent of the number of workers.
+    """Compute the bands of the results of a study with fixed amplitudes.
 
     ``nominal`` contains the results at the central values; ``compute`` returns the results of a
-    study without uncertain inputs.
+    study without uncertain inputs. The bands do not depend on the number of ``workers``.
     """
     report = progress or (lambda share: None)
     design = Design(study)
@@ -168,7 +168,7 @@ def scatter(
 
 
 def _with_bands(nominal: Variables, count: int) -> tuple[list[str], list[str]]:
-    """Return the names of variables that get bands, and of those too large for bands."""
+    """Return the names of results with bands, and of those with too many values for bands."""
     numbers = [
         name
         for name, variable in nominal.items()
@@ -206,7 +206,7 @@ def _decisions(
 def _with_indices(
     design: Design, compute: Compute, decisions: Sequence[Contributions], workers: int
 ) -> tuple[Contributions, ...]:
-    """Add Sobol' indices of the logarithms, from separate samples (Saltelli's method)."""
+    """Add Sobol' indices of the logarithm of each result, from samples of their own."""
     from scipy.stats import sobol_indices, uniform
 
     inputs = len(design.inputs)

@@ -71,7 +71,7 @@ _DENSE = 16_384  # points of the surrogate model from which quantiles are comput
 
 
 def run_structure(study: StudyDescription, progress: Progress | None = None) -> StructurePrediction:
-    """Reduce the structure of a study once, apply the preload, and compute modes with bands."""
+    """Return the modes of the structure of a study, with bands from one reduced model."""
     tell = progress or (lambda share: None)
     design = Design(study) if is_uncertain(study) else None
     middle = at_central_values(study)
@@ -127,10 +127,10 @@ def run_structure(study: StudyDescription, progress: Progress | None = None) -> 
 def _all_tight(
     study: StudyDescription, joint: ReducedJoint, state: Preload
 ) -> tuple[TightMode, ...]:
-    """Return the corresponding modes with all bolts tight of a structure with slack bolts.
+    """Return, for a structure with slack bolts, its modes with all bolts tight.
 
-    Modes correspond if their shapes on the outer surface have the largest modal assurance
-    criterion.
+    Each mode with slack bolts is matched to the tight mode whose shape on the outer surface has the
+    largest modal assurance criterion.
     """
     from scipy.spatial import cKDTree
 
@@ -164,7 +164,7 @@ def _reduced(study: StudyDescription, patches: Floats | None = None) -> ReducedJ
 
 
 def refined_model(study: StudyDescription, progress: Progress | None = None) -> ReducedJoint:
-    """Return the reduced model; default patches are halved where the first mode dissipates most."""
+    """Return the reduced model; default patches are halved where mode 1 dissipates most."""
     part = study.bolted
     if part.patches is not None or part.converge:
         return _reduced(study)
@@ -185,7 +185,7 @@ def refined_model(study: StudyDescription, progress: Progress | None = None) -> 
 def _converged(
     study: StudyDescription, joint: ReducedJoint, state: Preload, progress: Progress
 ) -> Convergence:
-    """Return the model refined for the first mode at smallest, middle and largest amplitude."""
+    """Return the model refined for mode 1 at its smallest, middle and largest amplitude."""
     part = study.bolted
     curve = _solved(part, joint, state, part.modes[0])
     reached = curve.modal_amplitude[curve.converged]
@@ -208,7 +208,7 @@ def _check_sensor(numbers: tuple[int, ...], moving: list[int]) -> None:
 
 
 def _tests(measured: tuple[MeasuredPart, ...], modes: tuple[Mode, ...]) -> tuple[ModalTest, ...]:
-    """Return the tests of a study; a test without a mode gets the one of nearest frequency."""
+    """Return the tests of a study; one without a mode number gets the mode of nearest frequency."""
     tests = []
     for test in measured:
         amplitude, frequency, damping = test.table.T
@@ -242,7 +242,7 @@ def _identified(
     body = study.surface.materials[0]
 
     def surface(modulus: float) -> NormalLaw:
-        """Return the surface with a scaled modulus, which applies to bodies and contacts."""
+        """Return the surface for moduli of both materials scaled by ``modulus`` [-]."""
         given = study.material[body]
         scaled = given.copy(young_modulus=modulus * given.young_modulus)
         return build_surface(study.copy(material={**study.material, body: scaled}))
@@ -262,9 +262,9 @@ def _identified(
 def tightened(
     study: StudyDescription, joint: ReducedJoint, rng: np.random.Generator | None = None
 ) -> tuple[ReducedJoint, Preload]:
-    """Return the joint with form and bolt tension of a study, and its preloaded state.
+    """Return the joint with the form and bolt tension of a study, and its preloaded state.
 
-    Random faces are drawn by ``rng``; without it they are flat.
+    Random faces are drawn with ``rng``; without it they are flat.
     """
     part = study.bolted
     if part.form is not None:
@@ -298,7 +298,7 @@ def _samples(
     curves: list[ModalCurve],
     progress: Progress,
 ) -> list[ModeSamples | None]:
-    """Return the curves of each mode at Sobol' points.
+    """Return the curves of each mode for samples of the inputs at Sobol' points.
 
     The model is reduced again only for uncertain dimensions: for an uncertain modulus or mass
     density it is scaled, and base damping is added to the solution.
@@ -340,14 +340,14 @@ def _samples(
 
 
 def scaling_keys(study: StudyDescription) -> list[str]:
-    """Return the keys with which the stiffness and the mass of the reduced model scale."""
+    """Return the keys to which stiffness or mass of the reduced model are proportional."""
     if study.bolted.mesh:
         return []
     return [f"material.{study.surface.materials[0]}.young_modulus", "structure.density"]
 
 
 def keys_of_model(study: StudyDescription, keys: Iterable[str]) -> list[str]:
-    """Return those of the given keys that need a new reduced model."""
+    """Return those of the given keys whose change requires a new reduced model."""
     part = study.bolted
     body = f"material.{study.surface.materials[0]}."
     scaled = scaling_keys(study)
@@ -362,12 +362,12 @@ def keys_of_model(study: StudyDescription, keys: Iterable[str]) -> list[str]:
 
 
 def scales(middle: StudyDescription, sample: StudyDescription, keys: list[str]) -> list[float]:
-    """Return the ratios of values of a sample to the central values, for each key."""
+    """Return the ratio of a sample's value to the central value, for each key."""
     return [value_at(sample, key) / value_at(middle, key) for key in keys]  # type: ignore[operator]
 
 
 def _base_damping(design: Design, part: StructurePart, scores: Floats) -> Floats:
-    """Return the base damping ratio at rows of normal scores [-]."""
+    """Return the base damping ratio [-] for rows of normal scores, shape (samples,)."""
     from scipy.special import ndtr
 
     base = part.base_damping_ratio
@@ -385,7 +385,7 @@ def _bands(
     names: tuple[str, ...],
     convergence: Convergence | None,
 ) -> ModeBands | None:
-    """Return quantiles, widened by the estimated model error, and contributions of the inputs."""
+    """Return quantiles of a mode, widened by the model error, and contributions of the inputs."""
     if sampled is None:
         return None
     scores, dense = sampled.scores, sampled.dense
@@ -422,13 +422,13 @@ def _bands(
 
 
 def _widest(errors: Floats) -> float:
-    """Return the largest half-width [-]; NaN if none is known."""
+    """Return the largest relative half-width [-]; NaN if none is known."""
     known = errors[~np.isnan(errors)]
     return float(known.max()) if known.size else math.nan
 
 
 def _slopes(scores: Floats, logs: Floats) -> list[float]:
-    """Return the change of a logarithm per standard deviation of each input, by regression."""
+    """Return the change of a logarithm per normal score of each input, by regression."""
     known = np.isfinite(logs)
     if known.sum() <= scores.shape[1]:
         return [0.0] * scores.shape[1]

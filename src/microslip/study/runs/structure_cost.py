@@ -18,7 +18,7 @@ _UNSURE = 1.6  # factor of uncertainty of the estimated time
 
 
 class Cost(NamedTuple):
-    """Size of the model of a study, and estimated computing time on this machine."""
+    """Size of the model of a structure, and estimated computing time on this machine."""
 
     degrees_of_freedom: int
     patches: int
@@ -33,7 +33,7 @@ class Cost(NamedTuple):
 
 
 def cost_of(study: StudyDescription) -> Cost:
-    """Return the size of a study, and its computing time from one modal solution."""
+    """Return the model size of a study, and its computing time from one modal solution."""
     middle = at_central_values(study)
     part = middle.bolted
     with naming_key(study, "structure"):

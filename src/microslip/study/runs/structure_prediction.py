@@ -27,7 +27,7 @@ BAND_QUANTILES = (0.05, 0.5, 0.95)
 
 @dataclass(frozen=True)
 class ModeBands:
-    """Quantiles of a mode over the samples of the uncertain inputs."""
+    """Quantiles of frequency and damping of a mode over the samples of the inputs."""
 
     frequency: Floats  # quantiles at each amplitude [Hz], shape (3, amplitudes)
     damping_ratio: Floats  # quantiles at each amplitude [-], shape (3, amplitudes)
@@ -54,13 +54,13 @@ class ModeBands:
 def joint_damping(curve: ModalCurve) -> Floats:
     """Return the damping ratio of the joint alone [-], at least 1e-14.
 
-    For a stuck joint, rounding errors may give zero or negative differences, without a logarithm.
+    Without slip, rounding may give zero or negative differences, which have no logarithm.
     """
     return np.maximum(curve.damping_ratio - curve.base_damping, 1e-14)
 
 
 class ModeSamples(NamedTuple):
-    """Results of one mode for all samples."""
+    """Results of one mode for all samples of the uncertain inputs."""
 
     scores: Floats
     """Normal scores of the inputs, shape (samples, inputs)."""
@@ -77,7 +77,7 @@ class ModeSamples(NamedTuple):
 
 
 class ForcedMode(NamedTuple):
-    """Response to a harmonic force near a mode, as amplitudes of the quantity of the sensor."""
+    """Response to a harmonic force near a mode; amplitudes in the sensor's quantity."""
 
     force: float
     """Amplitude of the force [N]."""
@@ -110,17 +110,17 @@ class Mode:
 
     @property
     def last(self) -> int:
-        """Index of the largest solved amplitude."""
+        """Index of the largest amplitude for which the mode was solved."""
         return int(np.flatnonzero(self.curve.converged)[-1])
 
     def slip(self, joint: ReducedJoint) -> Floats:
-        """Return the relative tangential amplitude of each patch [m], at the last amplitude."""
+        """Return the tangential amplitude between the faces of each patch [m], at :attr:`last`."""
         moved = abs(self.curve.shape[self.last] * self.curve.modal_amplitude[self.last])
         relative = moved[: 3 * joint.patches].reshape(-1, 3)
         return np.asarray(np.hypot(relative[:, 0], relative[:, 1]))
 
     def loss(self) -> Floats:
-        """Return the fraction of the loss in each patch [-], at the largest amplitude."""
+        """Return the fraction of the dissipated energy in each patch [-], at :attr:`last`."""
         return np.asarray(self.curve.loss_share[self.last])
 
 
@@ -162,7 +162,7 @@ class QuantityVerdict(NamedTuple):
 
     @property
     def inside(self) -> int:
-        """Number of points inside the band."""
+        """Number of measured points inside the band."""
         return self.points - self.above - self.below
 
 
@@ -188,7 +188,7 @@ class AmplitudeTrend(NamedTuple):
 
     @property
     def doubt(self) -> str:
-        """Reason to doubt that microslip causes the change, or empty."""
+        """Reason to doubt that microslip causes the change; empty if there is none."""
         if not math.isfinite(self.ratio) or abs(self.fall) < 1e-4 or self.ratio >= _STEADY_RATIO:
             return ""
         return (

@@ -34,7 +34,10 @@ _WIDTHS = 5.0  # range shown beyond the outermost peaks, in half-widths of the r
 
 
 def gain_of(curve: ModalCurve, joint: ReducedJoint) -> Floats:
-    """Return the product of the mode shapes at sensor and force, by amplitude [1/kg]."""
+    """Return the magnitude of mode shape at sensor times mode shape at force [1/kg].
+
+    There is one value per amplitude of the curve.
+    """
     return np.asarray(abs(_gain(curve, joint)))
 
 
@@ -56,7 +59,7 @@ def forced_mode(
     asked = part.amplitudes[solved]
 
     def answers(logs: Floats, base: Floats, at: Floats) -> Resonant:
-        """Return responses in the quantity of the sensor from ln frequency, ln zeta, ln gain."""
+        """Return responses at amplitudes ``at`` from ln(frequency), ln(zeta) and ln(gain)."""
         fine, values = interpolate_in_amplitude(asked, logs.reshape(len(logs), 3, -1))
         frequency, of_joint, gain = np.moveaxis(values, 1, 0)
         moved = fine / (2.0 * math.pi * frequency) ** power
@@ -115,10 +118,10 @@ def frequency_response(
     modes: tuple[Mode, ...],
     force: float,
 ) -> FrequencyResponse:
-    """Return the response at the sensor to a harmonic force [N], with all modes superposed.
+    """Return the response at the sensor to a harmonic force [N], as a sum over all modes.
 
-    The modes of the study are nonlinear, all others linear. The range is from half the lowest to
-    1.25 times the highest of their frequencies.
+    The modes of the study are nonlinear, all others linear. The frequency range is from half the
+    lowest to 1.25 times the highest frequency of the study's modes.
     """
     rows = [joint.sensor(name) for name in ("sensor", "force")]
     model, base, power = state.model, float(part.base_damping_ratio), POWERS[part.quantity]
@@ -154,7 +157,7 @@ def frequency_response(
 
 
 def _nodes(part: StructurePart) -> tuple[Node, Node]:
-    """Return the points of measurement and excitation."""
+    """Return the points of sensor and force."""
     places = [part.sensors[name] for name in ("sensor", "force")]
     pushed = 1 if places[0][0] == places[1][0] else 2
     words = [

@@ -33,12 +33,12 @@ _FACTOR = {"frequency": ((2.0 * math.pi, "rad/s where Hz is written"),
 def compare_tests(
     tests: tuple[ModalTest, ...], modes: tuple[Mode, ...], quantity: str
 ) -> tuple[QuantityVerdict, ...]:
-    """Compare frequency and damping of each test with the band of its mode.
+    """Compare frequency and damping of each test with the predicted band of its mode.
 
     Parameters
     ----------
     tests : tuple of ModalTest
-        Tests, their modes counted from 0.
+        Tests; their mode numbers start at 0.
     modes : tuple of Mode
         Predicted modes.
     quantity : str
@@ -84,7 +84,10 @@ def _judged(test: ModalTest, mode: Mode, name: str, moved: Floats) -> QuantityVe
 
 
 def _against(mode: Mode, band: Floats, moved: Floats, value: Floats) -> tuple[int, int, int, float]:
-    """Return the numbers of points above, below and compared, and the largest distance [-]."""
+    """Return counts of points above, below and compared with a band, and largest deviation.
+
+    The deviation is relative to the nearest end of the band [-], negative below it.
+    """
     at, known = mode.curve.amplitude, np.isfinite(band).all(axis=0)
     if not known.any():
         return 0, 0, 0, 0.0
@@ -113,7 +116,7 @@ def _unit(mode: Mode, band: Floats, moved: Floats, value: Floats, name: str) -> 
 
 
 def _steady_over_decay(curve: ModalCurve, moved: Floats) -> Floats:
-    """Return the ratio of damping in steady motion to damping in free decay [-]."""
+    """Return the damping ratio in steady vibration over that in free decay [-]."""
     ratio = curve.damping_ratio / curve.decay_damping_ratio
     known = np.isfinite(ratio)
     if not known.any():
@@ -124,7 +127,7 @@ def _steady_over_decay(curve: ModalCurve, moved: Floats) -> Floats:
 def amplitude_trends(
     tests: tuple[ModalTest, ...], modes: tuple[Mode, ...]
 ) -> tuple[AmplitudeTrend, ...]:
-    """Return the change of frequency and damping over the amplitudes, of predictions and tests."""
+    """Return changes of frequency and damping with amplitude, of predictions and tests."""
     found = []
     for mode in modes:
         known = np.flatnonzero(mode.curve.converged)

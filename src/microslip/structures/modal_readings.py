@@ -16,8 +16,8 @@ from microslip._core.frozen import LockedArrays
 from microslip.structures.periodic_motion import power_of
 
 _LEAST_FALL, _STEADY = 1e-3, 0.05
-"""Least fall of the logarithm of the amplitude over all of a decay; difference of both halves of a
-signal that goes on as it began."""
+"""Least decrease of ln(amplitude) over a decay [-], and largest relative difference of both halves
+of a steady signal [-]."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -60,14 +60,14 @@ def read_decay(time: ArrayLike, signal: ArrayLike) -> FreeDecay:
     Returns
     -------
     FreeDecay
-        For each cycle but those at the ends.
+        Values for each cycle except the first and the last one.
 
     Notes
     -----
-    By zero crossings (linear between samples of alternating sign, after a parabola for the peaks)
-    and, independently, by the analytic signal of Hilbert's transform, averaged over a cycle
-    (Feldman 2011, DOI 10.1016/j.ymssp.2010.07.018). The first is returned, their difference is the
-    reported error: both read a damping that changes from cycle to cycle differently.
+    Periods are from zero crossings (cubic through four samples), amplitudes from peaks (parabola
+    through three samples). A second estimate is from the analytic signal (Hilbert transform),
+    averaged over a cycle (Feldman 2011, DOI 10.1016/j.ymssp.2010.07.018). The first estimate is
+    returned; its difference from the second is the reported error.
     """
     t, x = _signal(time, signal)
     if t.size < 48:
@@ -206,7 +206,7 @@ def ring_down(time: ArrayLike, signal: ArrayLike, points: Any, quantity: Any, ba
 
 
 def _check_decay(amplitude: Floats) -> None:
-    """Refuse a signal that does not decay, such as the record of a rig."""
+    """Refuse a signal that does not decay, such as a record of steady hysteresis loops."""
     logarithm, place = np.log(amplitude), np.linspace(-0.5, 0.5, amplitude.size)
     fall = -float(place @ logarithm) / float(place @ place)
     beside = logarithm - logarithm.mean() + fall * place
@@ -225,7 +225,7 @@ def _no_decay(first: float, last: float) -> InputError:
 def _means_in_time(
     time: Floats, amplitude: Floats, frequency: Floats, damping: Floats, points: int
 ) -> Values:
-    """Return means over time intervals in which the amplitude falls by a common factor.
+    """Return means over time intervals in which the amplitude decreases by a common factor.
 
     The damping of an interval is the slope of the logarithm of the amplitude, which many cycles
     determine better than two neighbouring ones.
@@ -295,7 +295,7 @@ def _single_mode(x: Floats, step: float) -> Floats:
 
 
 def _noise(x: Floats, step: float, width: float) -> float:
-    """Return the standard deviation of broad-band noise in a width [Hz], from the last third."""
+    """Return the standard deviation of noise in a bandwidth [Hz], from the last third of x."""
     tail = x[2 * x.size // 3 :]
     window = np.hanning(tail.size)
     power = 2.0 * step * np.abs(np.fft.rfft(tail * window)) ** 2 / float(np.sum(window**2))
@@ -304,7 +304,7 @@ def _noise(x: Floats, step: float, width: float) -> float:
 
 
 def _audible(x: Floats, skipped: int, noise: float) -> slice:
-    """Return the samples after the largest swing that exceed the noise."""
+    """Return the samples from the largest one to the last that clearly exceeds the noise."""
     begin = min(int(np.argmax(np.abs(x))) + skipped, x.size - 1)
     loud = np.flatnonzero(np.abs(x[begin:]) > _ABOVE_NOISE * noise)
     return slice(begin, begin + (int(loud[-1]) + 1 if loud.size else x.size))

@@ -54,20 +54,20 @@ class ModalTest(Locked):
     damping_ratio : array_like
         Damping ratios [-], of the same shape.
     mode : int
-        Which mode of the structure, from 0.
+        Index of the mode of the structure, from 0.
     sensor : str
         Name of the sensor in the reduced joint.
     frequency_error, damping_error : float
-        Relative standard uncertainties of test and model together [-].
+        Relative standard uncertainties of frequency and damping, of test and model together [-].
     name : str
         Name in reports.
     notes : tuple of str
-        Notes on how it was read.
+        Notes on how the file was read.
     verdicts : tuple of Verdict
-        Verdicts on the reading, of a stepped sine at controlled response.
+        Verdicts on the evaluation of a stepped sine with controlled response; else empty.
     motion : {"steady", "decay"}
-        Measured motion: steady responses, or a free decay, as of a hammer's blow; a decay shows
-        other damping ratios than steady motion (:attr:`ModalCurve.decay_damping_ratio`).
+        Measured motion: steady responses, or a free decay as after a hammer impact, whose damping
+        ratios differ from those of steady motion (:attr:`ModalCurve.decay_damping_ratio`).
 
     Notes
     -----
@@ -113,12 +113,12 @@ class ModalTest(Locked):
         Parameters
         ----------
         curve : ModalCurve
-            The mode at some amplitudes.
+            Predicted mode.
 
         Returns
         -------
         ndarray
-            Its damping ratios, those of a decay where the test is one.
+            Damping ratios at the amplitudes of the curve, those of a decay if the test is one.
         """
         if not isinstance(curve, ModalCurve):
             raise InputError(f"`curve` must be a ModalCurve of a mode, got {show(curve)}")
@@ -143,18 +143,19 @@ class ModalTest(Locked):
         Parameters
         ----------
         time : array_like
-            Times [s] in even steps, one-dimensional.
+            Evenly spaced times [s], one-dimensional.
         signal : array_like
             Sensor signal [m, m/s or m/s^2], of the same shape.
         points : int
-            Amplitudes to keep, about evenly on a log axis; each is a mean over its neighbours.
+            Number of amplitudes to return, about evenly spaced in their logarithm; each is a mean
+            over several cycles.
         quantity : {"displacement", "velocity", "acceleration"}
             Quantity of the signal; amplitudes are those of the displacement in any case.
         band : (float, float), optional
-            Frequencies [Hz] between which the mode lies, where others ring with it: a Butterworth
-            filter of fourth order, forth and back.
+            Pass band [Hz] around the mode, needed if other modes ring with it: zero-phase
+            Butterworth filter of fourth order.
         **attributes : object
-            ``mode``, ``sensor``, ``frequency_error``, ``damping_error``, ``name``, ``notes``.
+            Parameters of the class: ``mode``, ``sensor``, ``frequency_error`` and so on.
 
         Returns
         -------
@@ -199,14 +200,15 @@ class ModalTest(Locked):
         Notes
         -----
         One mode of frequency omega(a) and damping zeta(a), driven by the force F at W, obeys
-        (omega^2 - W^2 + 2 i zeta omega W) a exp(-i psi) = p F. Since omega depends on the
-        amplitude alone, on both sides of the resonance, p follows by linear least squares, and
+        (omega^2 - W^2 + 2 i zeta omega W) a exp(-i psi) = p F, with the phase psi of the
+        displacement behind the force and the modal constant p. Since omega depends on the
+        amplitude a alone, p follows from both sides of the resonance by linear least squares, then
         omega and zeta from each value. After Szemplinska-Stupnicka (1979),
         DOI 10.1016/S0022-460X(79)80003-1; other modes are neglected.
 
-        Where the response was held and the force followed it, each level is a linear mode: its
-        omega, zeta and p by linear least squares, with ``verdicts`` (response control after
-        Karaagacli and Ozguven 2021, DOI 10.1016/j.ymssp.2020.107023).
+        If the response was held constant by adjusting the force, each amplitude level is that of a
+        linear mode, whose omega, zeta and p follow by linear least squares, with ``verdicts``
+        (Karaagacli and Ozguven 2021, DOI 10.1016/j.ymssp.2020.107023).
         """
         read = stepped_sine(frequency, amplitude, phase, force, points, quantity)
         return cls(*read.values, **{"verdicts": read.verdicts, **attributes})
@@ -228,7 +230,7 @@ class ModalTest(Locked):
         path : str or path
             CSV or other text, MAT, TDMS, HDF5 or NumPy's; units in the headers.
         band, points : optional
-            As for :meth:`from_ring_down` [Hz]; a band is of a ring-down alone.
+            As for :meth:`from_ring_down` [Hz]; ``band`` is only for a ring-down.
         columns : mapping, optional
             Names of columns that are not recognised, by meaning: "amplitude",
             "frequency", "damping_ratio"; "time", "displacement", "velocity", "acceleration";

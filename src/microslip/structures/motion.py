@@ -25,10 +25,10 @@ _RADIUS = 0.9  # spectral radius unless given
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Motion(Answer, PlottableAtSensor):
-    """Motion in time, the result of ``structure.integrate(...)``. Displacements count from rest.
+    """Motion in time relative to the static state, the result of ``structure.integrate(...)``.
 
-    By exact modes where joints never part, else by the generalised-alpha method, see
-    :meth:`microslip.Preload.integrate`.
+    Each mode is integrated exactly if all joints are backbone laws; otherwise by the
+    generalised-alpha method, see :meth:`microslip.Preload.integrate`.
     """
 
     time: Floats
@@ -42,15 +42,15 @@ class Motion(Answer, PlottableAtSensor):
     joint_force: Floats
     """Forces of the joints beyond those at rest, (times, coordinates) [N]."""
     work: Floats
-    """Work of the forces up to each time, with the energy of the start [J]."""
+    """Initial energy plus the work of the applied forces up to each time [J]."""
     kinetic_energy: Floats
     """Kinetic energy [J]."""
     elastic_energy: Floats
     """Energy of the structure without its joints [J]."""
     joint_energy: Floats
-    """Work of the forces of the joints, stored or dissipated [J]."""
+    """Work done on the joints, stored or dissipated [J]."""
     joint_loss: Floats
-    """Energy dissipated by friction, by joint or node, (times, joints) [J]; it never falls."""
+    """Energy dissipated by each joint or node up to each time (times, joints) [J]."""
     viscous_energy: Floats
     """Energy dissipated by the damping matrix [J]."""
     message: str
@@ -90,7 +90,7 @@ class Motion(Answer, PlottableAtSensor):
     def stored_energy(self) -> Floats:
         """Elastic energy of the structure and its joints, relative to rest [J].
 
-        With it work = kinetic + stored + dissipated, to the error of the steps.
+        Balance: work = kinetic + stored + dissipated energy, up to the integration error.
         """
         stored = self.joint_energy - self.joint_loss.sum(axis=1)
         return np.asarray(self.elastic_energy + stored)
@@ -142,15 +142,15 @@ def integrate(
     force : array_like, callable or None
         Forces [N] of shape (times, n), or a function of the time [s] that gives n forces.
     time : array_like
-        Times [s] in even steps, one-dimensional: the steps of the method.
+        Evenly spaced times [s], one-dimensional; the time steps of the integration.
     displacement : array_like, optional
-        Displacements at the beginning (n,) [m] from the state of rest; the joints are loaded
-        straight to them.
+        Initial displacements relative to the static state (n,) [m]; the joints are loaded along a
+        straight path to them.
     velocity : array_like, optional
-        Velocities at the beginning (n,) [m/s].
+        Initial velocities (n,) [m/s].
     spectral_radius : float, optional
-        Spectral radius for very fast motion, 0 to 1; 1 adds no damping of its own. Asks for
-        the generalised-alpha method.
+        Spectral radius of the generalised-alpha method at high frequency, 0 to 1 [-]; 1 adds no
+        numerical damping. If given, this method is used.
 
     Returns
     -------
@@ -159,13 +159,13 @@ def integrate(
 
     Notes
     -----
-    Where all joints are laws along directions and no damping couples the modes, each mode is
-    exact under joint forces that are cubics in time over a step (Hochbruck and Ostermann 2010,
-    DOI 10.1017/S0962492910000048). Elsewhere, as where faces part, it is the generalised-alpha
-    method (Chung and Hulbert 1993, DOI 10.1115/1.2900803; spectral radius 0.9), of second
-    order: 256 steps a period leave some 1e-4 of the frequency, four times as many a sixteenth.
-    Nodes of fields move along their line as in :meth:`modes`, that of the motion at the
-    beginning or of the strongest force.
+    If all joints are backbone laws and no damping couples the modes, each mode is integrated
+    exactly for joint forces that are cubic in time over a step (Hochbruck and Ostermann 2010,
+    DOI 10.1017/S0962492910000048). Otherwise, for example if faces separate, by the
+    generalised-alpha method (Chung and Hulbert 1993, DOI 10.1115/1.2900803; spectral radius 0.9 by
+    default). It is of second order: the frequency error is about 1e-4 with 256 steps per period,
+    and a sixteenth of that with 1024. Nodes of fields slide along one line each, as in
+    :meth:`modes`: that of the initial motion, or of the response to the largest force.
     """
     model, mass, stiffness, radius = rest.model, rest.mass, rest.stiffness, spectral_radius
     times = np.atleast_1d(record("time", time, "s"))
@@ -216,11 +216,11 @@ def integrate(
 
 
 class March(NamedTuple):
-    """Time history of a stepper, in modal coordinates, elastic and rigid."""
+    """Time history of elastic and rigid modal coordinates, and of the joints."""
 
     stepper: TimeSteps
     place: Floats
-    """(times, modes); fewer times than requested if the method stopped."""
+    """Modal displacements (times, modes); fewer times than requested if the method stopped."""
     speed: Floats
     motion: Floats
     """Motion of the joints, (times, coordinates) [m]."""
@@ -284,7 +284,7 @@ def march(
 
 
 def _work(force: Floats, path: Floats, cubic: bool) -> Floats:
-    """Return the work of a force along a path, by the trapezoidal rule or by cubics."""
+    """Return the cumulative work of forces along paths (times, k), by trapezoids or cubics."""
     step, change = np.diff(path, axis=0), np.diff(force, axis=0)
     pieces = 0.5 * (force[1:] + force[:-1]) * step
     if cubic and len(path) > 2:
@@ -295,7 +295,7 @@ def _work(force: Floats, path: Floats, cubic: bool) -> Floats:
 
 
 def _line(model: ModalModel, q: Floats, v: Floats, force: Floats) -> Floats:
-    """Return a modal motion that represents the direction of joint motion, from start or force."""
+    """Return an estimated modal motion, along whose joint motions the nodes of fields slide."""
     elastic = slice(0, model.size)
     if q[elastic].any():
         return q[elastic]

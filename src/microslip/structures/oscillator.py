@@ -1,4 +1,4 @@
-"""The smallest structure with a joint, a mass on a spring, and the envelope of its free decay."""
+"""Mass on a spring with a joint in parallel, and the envelope of its free decay."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ _FAINTEST = 1e-90  # of the first amplitude: what is smaller is nothing
 class Decay(LockedArrays):
     """Envelope of a free oscillation, at its beginning and after each cycle.
 
-    Amplitudes vary slowly, as in the averaging of Caughey (1960, DOI 10.1115/1.3644075); what an
-    amplitude holds of energy is taken from the joint's turning points.
+    Computed by averaging over cycles of slowly varying amplitude (Caughey 1960, DOI
+    10.1115/1.3644075); the energy at an amplitude is that at the turning points.
     """
 
     time: NDArray[np.float64]
@@ -150,8 +150,8 @@ class Oscillator:
 
     Notes
     -----
-    m q'' + c q' + k q + T[q] = 0 with the joint's force T and c = 2 zeta_v m omega_0, omega_0 that
-    of the mode whose joint sticks (that slides, for a joint that is rigid at rest).
+    m q'' + c q' + k q + T[q] = 0 with the joint force T and c = 2 zeta_v m omega_0, where omega_0
+    is the angular frequency with a sticking joint (with a sliding one if it is rigid at rest).
 
     *Quasi-static* modal analysis (Festjens, Chevallier and Dion, Int. J. Mech. Sci. 75, 170, 2013;
     Lacayo and Allen 2019, DOI 10.1016/j.ymssp.2018.08.034) reads frequency and damping from one
@@ -159,13 +159,13 @@ class Oscillator:
     joint adds E_d/4 pi U to the damping ratio, where U = (k + T0(a)/a) a^2/2 is the energy of the
     *whole* mode. Nothing is integrated in time.
 
-    *Harmonic balance* is that of :meth:`microslip.Structure.modes`, with as many harmonics; a is
-    then the amplitude of the fundamental. Of the fundamental alone it has a closed form, which
-    weighs the loop with a cosine in place of a straight line from its middle to its tip (equivalent
-    linearisation; for hysteresis Caughey 1960, DOI 10.1115/1.3644075). The two methods agree to
-    first order in the microslip, for there the backbone bends like a parabola, whose secant is its
-    balanced stiffness. They part in gross slip: where the joint slides at its limit mu N it
-    resists, but stiffens the mode no longer, while the secant counts mu N/a.
+    *Harmonic balance* is that of :meth:`microslip.Structure.modes` with the same harmonics; a is
+    then the amplitude of the fundamental harmonic. With the fundamental alone it has a closed form
+    (equivalent linearisation; for hysteresis Caughey 1960, DOI 10.1115/1.3644075): the stiffness is
+    that of the in-phase first harmonic of the loop, in place of the secant. The two methods agree
+    to first order in microslip, where the backbone is a parabola and both stiffnesses are equal.
+    They differ in gross slip: a joint that slides at its limit mu N hardly stiffens the mode in
+    harmonic balance, while the secant includes mu N/a.
     """
 
     mass: float = field(metadata=parameter("m", "kg", "mass", above=0.0, example="2 kg"))
@@ -228,17 +228,17 @@ class Oscillator:
         amplitude : array_like
             Displacement amplitudes a [m], not negative, any shape.
         method : {"quasi-static", "harmonic-balance"}, optional
-            Whose stiffness counts, see the class.
+            Definition of the joint stiffness k_joint(a), see the notes of the class.
         harmonics : sequence of int, optional
-            Of a balance. ``[1]`` has a closed form, 100 times as quick; it is all that a joint
-            which is rigid at rest can have.
+            Orders for harmonic balance. ``[1]`` uses a closed form, 100 times faster; a joint that
+            is rigid at rest always uses it.
 
         Returns
         -------
         float or ndarray
             omega = sqrt((k + k_joint(a))/m) [rad/s], shape of ``amplitude``: from
-            sqrt((k + k_t)/m), the joint sticks, down to sqrt(k/m), it slides. NaN where a balance
-            was not found.
+            sqrt((k + k_t)/m) with a sticking joint down to sqrt(k/m) with a sliding one. NaN where
+            harmonic balance did not converge.
         """
         return self._mode(amplitude, method, harmonics)[0]
 
@@ -265,16 +265,15 @@ class Oscillator:
         -------
         float or ndarray
             zeta = zeta_v + E_d(a)/4 pi U(a) [-], shape of ``amplitude``, U = m omega(a)^2 a^2/2
-            the energy of the whole mode. By harmonic balance the dashpot, whose c is one number,
-            has the ratio c/2 m omega(a) in place of zeta_v: the two differ by the shift of the
-            frequency.
+            the energy of the whole mode. With harmonic balance c/(2 m omega(a)) replaces zeta_v,
+            from which it differs by the frequency shift.
 
         Notes
         -----
-        It is not the ratio of the interface, :meth:`interface_damping_ratio`, but this times the
-        share T0(a)/a of the stiffness of the mode. A ring-down shows more, by the factor
-        (k + T0(a)/a)/(k + T0'(a)), one to first order in the microslip: what an amplitude of the
-        mode costs is the work of its *tangent* stiffness. :meth:`decay` counts that.
+        The part of the joint is :meth:`interface_damping_ratio` times the joint's fraction
+        (T0(a)/a)/(k + T0(a)/a) of the stiffness. The logarithmic decrement of a ring-down is
+        larger by the factor (k + T0(a)/a)/(k + T0'(a)), since the energy of the mode changes with
+        its amplitude by the *tangent* stiffness. :meth:`decay` includes this factor.
         """
         return self._mode(amplitude, method, harmonics)[1]
 
@@ -340,14 +339,14 @@ class Oscillator:
         cycles : int, optional
             Number of cycles.
         duration : float, optional
-            For how long [s] instead.
+            Duration [s], in place of ``cycles``.
 
         Returns
         -------
         Decay
             ``time``, ``amplitude``, ``frequency`` and ``damping_ratio`` at the beginning and after
-            each cycle. It ends early where a cycle would lose more than half of its amplitude, as
-            before a dry slider stops: there it is no slow decay.
+            each cycle. It ends early if a cycle would lose more than half of the amplitude, where
+            the decay is no longer slow, as just before a dry slider stops.
 
         Notes
         -----
@@ -355,11 +354,11 @@ class Oscillator:
 
             -a (k + T0'(a)) da/dn = E_d(a) + 2 pi (k + T0'(a)) a^2 zeta_c / sqrt(1 - zeta_c^2),
 
-        zeta_c = c omega/2 (k + T0'(a)). Between turning points the joint obeys Masing's rule, and
-        the energy of an amplitude is that at these points: along a decay it changes by
-        a (k + T0'(a)) da, with the tangent at the tip, not the secant. For c = 0 the error
-        is of second order in what a cycle loses; for a joint that only sticks or only slides the
-        decay is exact. Times follow from the balance of the fundamental.
+        zeta_c = c omega/(2 (k + T0'(a))). Between turning points the joint obeys Masing's rule. The
+        energy at an amplitude is that at the turning points, where it changes by
+        a (k + T0'(a)) da, with the tangent stiffness and not the secant. For c = 0 the error is of
+        second order in the loss per cycle; the decay is exact for a joint that only sticks or only
+        slides. Times follow from omega(a) by harmonic balance of the fundamental.
         """
         a = positive("amplitude", amplitude, "m", 1e-6)
         return slow_flow(self, a, *_length("decay", cycles, duration))
@@ -377,31 +376,30 @@ class Oscillator:
         Parameters
         ----------
         amplitude : float
-            Displacement [m] that the first loading leads to, and where the mass is let go.
+            Displacement [m] to which the joint is loaded first, and at which the mass is released.
         cycles : int, optional
-            Number of cycles, from one turning point to the one after the next.
+            Number of cycles, of two turning points each.
         duration : float, optional
-            For how long [s] instead.
+            Duration [s], in place of ``cycles``.
         samples_per_cycle : int, optional
-            Time steps in a period of the mode whose joint sticks, at least 8: the shortest one
-            (in the period of the sliding one, for a joint that is rigid at rest).
+            Time steps per period with a sticking joint, the shortest period; at least 8. For a
+            joint that is rigid at rest: per period with a sliding joint.
 
         Returns
         -------
         RingDown
             Times, displacements, velocities, joint forces and energies; turning points; and the
-            amplitude, frequency and damping ratio of each cycle, read from these. It ends early
-            where a joint that is rigid at rest holds the mass.
+            amplitude, frequency and damping ratio of each cycle, from the turning points. It ends
+            early when a joint that is rigid at rest stops the mass.
 
         Notes
         -----
-        Each step solves the linear oscillator of the sticking joint exactly (Nigam and Jennings,
-        Bull. Seismol. Soc. Am. 59, 909, 1969) under what the joint falls short of it, which is the
-        cubic through forces and tangents at both ends of the step, and iterates with
-        ``state.try_`` until the end is the one that the joint's force there leads to. Turning
-        points are steps of their own: the joint reverses where the mass does. So the method is
-        symmetric in time, of fourth order for smooth backbones, exact while the joint sticks, and
-        adds no damping of its own.
+        Each step integrates the linear oscillator with a sticking joint exactly (Nigam and
+        Jennings, Bull. Seismol. Soc. Am. 59, 909, 1969). The joint force minus that of the sticking
+        joint is a cubic in time through its values and rates at both ends of the step; the values
+        at the end are found by iteration with ``state.try_``. Steps are divided at turning points,
+        where the joint reverses. The method is therefore symmetric in time, of fourth order for
+        smooth backbones, exact while the joint sticks, and adds no numerical damping.
         """
         a = positive("amplitude", amplitude, "m", 1e-6)
         length = _length("ring_down", cycles, duration)

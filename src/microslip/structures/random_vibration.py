@@ -1,8 +1,8 @@
-"""A structure with joints on a randomly moving base.
+"""Structure with joints on a base in random vibration, by statistical linearisation.
 
-Each joint is a spring with a dashpot that do, on average over the amplitudes of its motion, what
-the joint does: amplitudes of narrow-band Gaussian motion are distributed as Rayleigh has it. Of
-fields of contact the modal curve is averaged in the same way, mode by mode.
+Each joint is replaced by a spring and a dashpot with the same stiffness and loss on average over
+the amplitudes of its motion, which in narrow-band Gaussian motion have a Rayleigh distribution. For
+contact fields the frequency and damping of each mode are averaged over amplitudes in the same way.
 """
 
 from __future__ import annotations
@@ -88,11 +88,11 @@ class RandomResponse(ModalAnswer):
     """Stationary random motion, the result of ``structure.random_response(...)``.
 
     By statistical linearisation over Rayleigh amplitudes (Caughey 1960, DOI 10.1115/1.3644075).
-    Motions count from the base, accelerations from the ground.
+    Displacements and velocities are relative to the base, accelerations to the ground.
     """
 
     method: RandomMethod
-    """``joints``, each linearised by itself, or ``modes``, by their curves."""
+    """``joints``: each joint linearised by itself; ``modes``: curves of the modes averaged."""
     frequency: Floats
     """Equivalent frequencies of the modes in the band of the noise [Hz]."""
     damping_ratio: Floats
@@ -113,7 +113,7 @@ class RandomResponse(ModalAnswer):
     _carried: Floats
     _variances: Variances
     _answer: Callable[[Floats], NDArray[Any]]
-    """Modal coordinates (frequencies, modes) for a unit of acceleration."""
+    """Function that returns modal coordinates (frequencies, modes) per unit base acceleration."""
     _spectrum: Spectrum
 
     def _sizes(self, columns: Floats) -> Floats:
@@ -140,13 +140,13 @@ class RandomResponse(ModalAnswer):
         at : array_like
             Direction of the sensor, shape (n,).
         quantity : {"displacement", "velocity", "acceleration"}, optional
-            Displacements [m] and velocities [m/s] relative to the base, or accelerations [m/s^2]
-            as seen from the ground.
+            Displacement [m] or velocity [m/s] relative to the base, or acceleration [m/s^2]
+            relative to the ground.
 
         Returns
         -------
         float
-            Its standard deviation, the root of the mean square.
+            Standard deviation of this quantity.
         """
         return math.sqrt(max(self._reading(at, quantity)[0], 0.0))
 
@@ -167,7 +167,7 @@ class RandomResponse(ModalAnswer):
         Returns
         -------
         ndarray
-            One-sided levels, of the quantity's unit squared over Hz; zero outside the noise.
+            One-sided densities [unit^2/Hz], zero outside the frequencies of the base spectrum.
         """
         power, modal = power_of(quantity), self._at(at)
         f = np.atleast_1d(record("frequencies", frequencies, "Hz"))
@@ -210,14 +210,14 @@ class RandomResponse(ModalAnswer):
 
 
 def mean_over_amplitudes(values: Floats) -> Floats:
-    """Return E[values]; the last axis holds the quadrature nodes."""
+    """Return means over Rayleigh amplitudes; the last axis of ``values`` is the quadrature node."""
     return np.asarray(values @ _W)
 
 
 def _linearised(
     groups: Sequence[LawGroup], deviation: Floats, rate: Floats
 ) -> tuple[Floats, Floats, Floats]:
-    """Return stiffness and dashpot beyond sticking, and the loss per cycle (coordinates,)."""
+    """Return stiffness minus that at rest, dashpot, and mean loss per cycle (coordinates,)."""
     softer, dashpots, energies = np.zeros((3, deviation.size))
     laws = [group.law for group in groups for _ in range(group.static.size)]
     for place, law in enumerate(laws):
@@ -292,8 +292,8 @@ def _by_modes(
 ) -> RandomResponse:
     """Use the amplitude curves of the modes that move most, and linear modes otherwise.
 
-    At its modal amplitude a mode answers with the frequency and damping of its curve, of which the
-    means weighted with the square of the amplitude count.
+    The frequency and damping of such a mode are means of its curve over Rayleigh amplitudes,
+    weighted with the squared amplitude.
     """
     model, spectrum, idle = base.model, Spectrum.of(psd), np.zeros(0)
     linear = linear_structure(base, spectrum, np.zeros((model.size, 0)), idle)
@@ -399,24 +399,24 @@ def random_response(
     harmonics: Sequence[int] | None = None,
     samples: int = 64,
 ) -> RandomResponse:
-    """Compute the stationary motion on a base in random vibration.
+    """Compute the stationary random motion of a structure on a base in random vibration.
 
     Parameters
     ----------
     psd : array_like
-        Frequencies [Hz] and one-sided levels [(m/s^2)^2/Hz] of the base's acceleration, shape
-        (2, points) or (points, 2), straight in between and nothing outside.
+        Power spectral density of the base acceleration: frequencies [Hz] and one-sided densities
+        [(m/s^2)^2/Hz], shape (2, points) or (points, 2); linear in between, zero outside.
     directions, supports, damping_frame, joints_on_base : optional
-        As for :meth:`base_response`, of one input.
+        As for :meth:`base_response`, with one input.
     method : {"joints", "modes"}, optional
-        Each joint linearised by itself, for laws along directions; or the first modes by their
-        curves, which fields of contact need. What the joints allow unless given.
+        ``joints`` linearises each joint by itself and needs backbone laws; ``modes`` averages
+        curves of :meth:`modes`, as contact fields need. By default ``joints`` where possible.
     modes : int, optional
-        Number of modes, by ``modes``, those that move most; others are linear.
+        For ``modes``: number of modes with curves, those that move most; others are linear.
     damping_ratio : float, optional
-        Base damping [-] of the curves, by ``modes``.
+        For ``modes``: damping ratio without the joints [-], added to the curves.
     harmonics, samples : optional
-        Amplitudes of the curves, as for :meth:`modes`.
+        For ``modes``: as for :meth:`modes`.
 
     Returns
     -------
@@ -426,11 +426,11 @@ def random_response(
 
     Notes
     -----
-    The amplitude a of a joint in narrow-band noise is distributed as Rayleigh has it. A spring
-    E[a^2 k(a)]/E[a^2] and a dashpot that loses the mean energy of a cycle stand for it, k(a)
-    the stiffness of the fundamental harmonic. Spring and dashpot depend on the motion that they
-    allow: a fixed point, found in some ten rounds. Two modes that move one joint, and gross
-    slip, are judged by ``verdicts``.
+    In narrow-band noise the amplitude a of a joint has a Rayleigh distribution. The joint is
+    replaced by a spring E[a^2 k(a)]/E[a^2], with the stiffness k(a) of the fundamental harmonic,
+    and a dashpot that dissipates the mean energy per cycle. Both depend on the resulting motion and
+    are found by fixed-point iteration, in about ten rounds. ``verdicts`` judge the assumptions that
+    one mode moves each joint and that joints do not slip fully.
     """
     base = base_motion(rest, directions, supports, damping_frame, joints_on_base)
     fields = any(isinstance(a, FieldAttachment) for a in rest.attachments)

@@ -28,10 +28,10 @@ _TRIALS = 40
 class RingDown(LockedArrays, Plottable):
     """Free oscillation, sampled evenly in time, with its turning points.
 
-    Cycle i goes from turning point 2i to 2i + 2. A joint may leave the mass beside its first place;
-    amplitudes are therefore half of the way from one turning point to the next. The joint follows
-    them by (19.19)-(19.24). Swings below 1e-12 of the displacement that they are about are lost in
-    the rounding of the joint's force, and count as rest.
+    Cycle i is from turning point 2i to turning point 2i + 2. Since a joint may hold the mass away
+    from zero, amplitudes are half the distance from one turning point to the next. The joint force
+    follows chapter 19, (19.19)-(19.24). Swings smaller than 1e-12 of the displacement about which
+    they occur are below the rounding error of the joint force and count as rest.
     """
 
     time: NDArray[np.float64]
@@ -89,7 +89,7 @@ class RingDown(LockedArrays, Plottable):
 
     @cached_property
     def energy_error(self) -> float:
-        """Largest change of the total energy, dissipation included, over that at the release."""
+        """Largest change of the energy, dissipated energy included, over that at release [-]."""
         total = self.mechanical_energy + self.dissipated_energy + self.viscous_energy
         return float(np.abs(total / total[0] - 1.0).max())
 
@@ -111,7 +111,7 @@ _TERMS = 26
 
 @lru_cache(maxsize=1)
 def _weights() -> list[tuple[float, ...]]:
-    """Return for each power n of the step matrix 1/n!, and its weight for each cubic."""
+    """Return 1/n! for each power n of the step matrix, and weights of the four Hermite cubics."""
     n = np.arange(_TERMS)
     factorial = np.array([math.factorial(int(i)) for i in range(_TERMS + 4)], dtype=float)
     # Integral of (1 - s)^n/n! s^j over [0, 1].
@@ -121,10 +121,10 @@ def _weights() -> list[tuple[float, ...]]:
 
 
 def _propagator(step: float, square: float, twice: float, mass: float) -> tuple[float, ...]:
-    """Return one integration step of q'' + twice q' + square q = -g/mass, with g cubic in time.
+    """Return coefficients of a step of q'' + twice q' + square q = -g/mass, with g cubic in time.
 
-    Of the new displacement and then of the new velocity: what the old displacement and velocity,
-    and g and g' at the beginning and at the end, contribute to it.
+    Six for the new displacement, then six for the new velocity: the factors of the old q and q', of
+    g and g' at the beginning of the step, and of g and g' at its end.
     """
     p, r = 0.0, 1.0  # the response to an impulse, in powers of the step
     e12 = e22 = 0.0
@@ -171,7 +171,7 @@ class _Motion:
         self.rests = not self.turn(-1)
 
     def turn(self, way: int) -> bool:
-        """Start in the other direction from a turning point; False if the mass stays there."""
+        """Reverse at a turning point to direction ``way`` (1 or -1); False if the mass stays."""
         self.way, self.v, self.before = way, 0.0, (0.0, 0.0, 0.0)
         # Force and tangent are those after the reversal, which a rigid joint feels at once.
         self.force, slope = self.state.try_(math.nextafter(self.q, way * math.inf))

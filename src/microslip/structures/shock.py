@@ -31,14 +31,13 @@ class Pulse:
     Parameters
     ----------
     time : array_like
-        Rising times [s] from zero, one-dimensional.
+        Increasing times [s], starting at zero, one-dimensional.
     acceleration : array_like
-        Accelerations [m/s^2], linear in between and zero afterwards.
+        Accelerations at these times [m/s^2]; linear in between, zero afterwards.
 
     Notes
     -----
-    What it does to a jointed structure is integrated as Chung and Hulbert (1993) have it,
-    DOI 10.1115/1.2900803.
+    For the integration of the response see Chung and Hulbert (1993), DOI 10.1115/1.2900803.
     """
 
     time: Floats
@@ -62,9 +61,9 @@ class Pulse:
         Parameters
         ----------
         amplitude : float
-            Its peak [m/s^2].
+            Peak acceleration [m/s^2].
         duration : float
-            [s]
+            Duration [s].
         """
         height = positive("amplitude", amplitude, "m/s^2", 300.0)
         length = positive("duration", duration, "s", 0.011)
@@ -81,8 +80,8 @@ class Pulse:
 class ShockResponse(ModalAnswer):
     """Motion under a pulse of the base, the result of ``structure.shock(...)``.
 
-    Displacements and velocities count from the base, accelerations from the ground at rest. By
-    exact modes or the generalised-alpha method (Chung and Hulbert 1993, DOI 10.1115/1.2900803).
+    Displacements and velocities are relative to the base, accelerations to the ground. Integrated
+    like a :class:`Motion` (Chung and Hulbert 1993, DOI 10.1115/1.2900803).
     """
 
     time: Floats
@@ -103,12 +102,13 @@ class ShockResponse(ModalAnswer):
         at : array_like
             Direction of the sensor, shape (n,).
         quantity : {"displacement", "velocity", "acceleration"}, optional
-            [m] or [m/s] from the base, or [m/s^2] from the ground.
+            Displacement [m] or velocity [m/s] relative to the base, or acceleration [m/s^2]
+            relative to the ground.
 
         Returns
         -------
         ndarray
-            One value a time.
+            Values at the times, shape (times,).
         """
         power = power_of(quantity)
         motion = np.asarray(self._modal[power] @ self._at(at))
@@ -145,11 +145,12 @@ def shock(
         ``ms.Pulse.half_sine(amplitude, duration)``, or times [s] and accelerations [m/s^2],
         one-dimensional.
     directions, supports, damping_frame, joints_on_base : optional
-        As for :meth:`base_response`, of one rigid base.
+        As for :meth:`base_response`, for one rigid base.
     duration : float, optional
-        End of the motion [s]; five periods after the pulse unless given.
+        Time at which the motion ends [s]; by default the pulse plus five periods of the mode that
+        the base excites most.
     damping_ratio : float, optional
-        Base damping of each mode [-], besides C.
+        Damping ratio of each mode without the joints [-], in addition to C.
 
     Returns
     -------
@@ -158,9 +159,9 @@ def shock(
 
     Notes
     -----
-    Integrated with the state of each joint, as :meth:`integrate` has it, in 200 steps for a
-    period of the mode that the base moves most and 50 for the pulse at least: peaks of
-    displacements to some 1e-3, of accelerations to 2 % where faces part, else to 1e-3.
+    Integrated as by :meth:`integrate`, with at least 200 steps per period of the mode that the base
+    excites most and 50 steps per pulse. The relative error of peak displacements is about 1e-3,
+    that of peak accelerations 2 % if faces separate and 1e-3 otherwise.
     """
     base = base_motion(rest, directions, supports, damping_frame, joints_on_base)
     zeta = base_damping(damping_ratio)

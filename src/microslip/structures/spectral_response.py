@@ -1,7 +1,7 @@
-"""A linear structure under random excitation: variances of its motions from the base's spectrum.
+"""Variances of the motions of a linear structure, from the spectrum of its base acceleration.
 
-Modes far above the band answer statically; joints are springs with dashpots. Frequencies are dense
-about each pole, so that the trapezoidal rule sees the sharpest resonance.
+Modes far above the band respond statically; joints are springs with dashpots. The frequency grid is
+refined about each pole, so that the trapezoidal rule resolves the sharpest resonance.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ class Variances(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class LinearStructure:
-    """Modes with the modal forces of an input's acceleration and velocity."""
+    """Modal equations with equivalent joints, and modal forces per unit of base motion."""
 
     squares: Floats
     damping: Floats
@@ -167,7 +167,7 @@ class LinearStructure:
         )  # fmt: skip
 
     def answer(self, omega: Floats, softer: Floats, dashpots: Floats) -> NDArray[Any]:
-        """Return modal coordinates (frequencies, modes) per unit of acceleration."""
+        """Return modal coordinates (frequencies, modes) per unit of base acceleration."""
         return self._response(omega, softer, dashpots)[0]
 
     def _response(
@@ -203,7 +203,7 @@ class LinearStructure:
 def linear_structure(
     base: BaseMotion, spectrum: Spectrum, directions: Floats, carried: Floats
 ) -> LinearStructure:
-    """Return the structure with sticking joints; it must have a stationary response."""
+    """Return the linear structure with sticking joints; refuse non-stationary responses."""
     if base.carried.shape[1] != 1:
         raise InputError(
             f"directions must be one motion of the base, got {base.carried.shape[1]} inputs"
@@ -228,7 +228,7 @@ def linear_structure(
 
 
 def _outside(frequencies: Floats, rates: Floats, poles: NDArray[np.complex128]) -> Floats:
-    """Return the fraction of each column beyond the band, near the poles with the largest one."""
+    """Return the fraction of the sum of each column outside its strongest band around a pole."""
     total = rates.sum(axis=0)
     if poles.size < 2:
         return np.zeros(total.size)

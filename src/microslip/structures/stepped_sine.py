@@ -141,7 +141,7 @@ def _other_phase(frequency: Floats, phase: Floats, power: int) -> str:
 
 
 def _controlled_levels(sensed: Floats, push: Floats) -> list[np.ndarray[Any, Any]]:
-    """Return the rows of each level of a response-controlled test."""
+    """Return the row numbers of each response level; empty if responses were not controlled."""
     order = np.argsort(sensed, kind="stable")
     levels = np.split(order, np.flatnonzero(np.diff(sensed[order]) > _LEVEL_STEP) + 1)
     steady = [
@@ -196,7 +196,7 @@ def _by_levels(
 
 
 def _modal_constant(omega: Floats, level: Floats, cosine: Floats) -> float:
-    """Return the p that makes omega^2 + p cosine one smooth function of the level."""
+    """Return the modal constant p that makes omega^2 + p cosine smooth in the log level."""
     low, high = float(level.min()), float(level.max())
     count = max(2, min(_KNOTS, omega.size // 5))
     knots = np.linspace(low, high if high > low else low + 1.0, count)

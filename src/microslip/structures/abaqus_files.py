@@ -67,7 +67,7 @@ def over_all_places(parts: Mapping[str, tuple[list[list[int]], Any]]) -> dict[st
 
 
 def read_abaqus(path: Path) -> dict[str, Any]:
-    """Read the matrices of one file by type: entries, and the node and component of rows."""
+    """Return the matrices of a file by type, with the node and degree of freedom of each row."""
     lines = path.read_text(encoding="latin-1").splitlines()
     if lines and lines[0].startswith("%%MatrixMarket"):
         raise InputError("is a Matrix Market file: name its folder, of mass.mtx and stiffness.mtx")
@@ -98,7 +98,7 @@ def _words(text: str) -> list[str]:
 
 
 def _mirrored(row: Any, column: Any, values: Floats, size: int) -> Any:
-    """Return a symmetric matrix from entries of which one triangle may be missing."""
+    """Return a sparse symmetric matrix from all entries, or from those of one triangle."""
     from scipy.sparse import coo_matrix
 
     given = set(zip(row.tolist(), column.tolist(), strict=True))

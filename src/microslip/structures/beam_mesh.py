@@ -1,4 +1,4 @@
-"""Hexahedra of beams in a row: their laps with rings around the bolts, and the parts between."""
+"""Mesh of hexahedra for beams in a row: laps with rings of cells around bolts, parts between."""
 
 from __future__ import annotations
 
@@ -45,15 +45,15 @@ class Lap:
     Parameters
     ----------
     at : float
-        Its middle, from the middle of the beam [m].
+        Position of the middle of the lap along the beam, from the middle of the beam [m].
     length : float
         Length of the overlap [m].
     bolts : Bolts
-        The bolts through it; their places count from its middle.
+        Bolts through the lap, with positions relative to its middle.
 
     Notes
     -----
-    It is reduced to patches after Craig and Bampton (1968, DOI 10.2514/3.4741).
+    Its faces are reduced to patches after Craig and Bampton (1968, DOI 10.2514/3.4741).
     """
 
     at: float = field(metadata=parameter("x", "m", "middle of the lap", example=-0.2))
@@ -96,7 +96,8 @@ def beam_mesh(
     """Return the mesh of a beam with the given cell size [m] in its laps.
 
     ``sizes`` are width and thickness [m], ``of_parts`` has material and density [kg/m^3] of each
-    part by its name. ``side`` cells lie along the squares around bolts, with layers to match.
+    part by its name. ``side`` is the number of cells along each side of the square block around a
+    bolt, and twice the least number of layers in each part of a lap.
     """
     width, thickness = sizes
     halves = [bolt_block_half_width(lap.bolts, lap.length, width) for lap in laps]

@@ -104,9 +104,9 @@ class ClampedBolt:
     Parameters
     ----------
     size : str
-        Such as "M8".
+        Metric size d of bolt and nut, such as "M8".
     clamp_length : float
-        Thickness of all that is clamped [m].
+        Total thickness l_K of the clamped parts [m].
     plate_modulus : float
         Young's modulus of the plates [Pa].
     modulus : float
@@ -114,9 +114,10 @@ class ClampedBolt:
 
     Notes
     -----
-    VDI 2230 part 1: the resilience of a bolt in full thread, with 0.5 d for the head, 0.5 d for
-    the engaged thread and 0.4 d for the nut; of plates wide enough for two whole cones, with
-    tan(phi) = 0.362 + 0.032 ln(l_K/2 d_W) + 0.153 ln(y), y = 1 + 1.2 l_K/d_W at its largest.
+    Resiliences by VDI 2230 part 1. The bolt is threaded over the clamp length; the head adds 0.5 d,
+    the engaged thread 0.5 d and the nut 0.4 d. The plates are wide enough for two whole deformation
+    cones of the angle tan(phi) = 0.362 + 0.032 ln(l_K/2 d_W) + 0.153 ln(y), with the bearing
+    diameter d_W and the largest y = 1 + 1.2 l_K/d_W.
     """
 
     size: str
@@ -153,7 +154,10 @@ class ClampedBolt:
         return cones / (self.plate_modulus * math.pi * bolt.hole * slope)
 
     def load_factor(self, introduction: float = 0.5) -> float:
-        """Return Phi = n delta_P/(delta_S + delta_P) [-], the bolt's fraction of an axial load."""
+        """Return Phi = n delta_P/(delta_S + delta_P) [-], the bolt's fraction of an axial load.
+
+        The load introduction factor n is ``introduction`` [-].
+        """
         return introduction * self.plate_resilience / (self.resilience + self.plate_resilience)
 
     def loss(self, embedding: float) -> float:
@@ -166,7 +170,7 @@ class ClampedBolt:
 
 
 def embedding_of(rz: float, interfaces: int = 1) -> float:
-    """Return f_Z [m] by VDI 2230: thread, two bearing faces and the inner interfaces."""
+    """Return the embedding f_Z [m] by VDI 2230: thread, two bearing faces, inner interfaces."""
     rz = positive("rz", rz, "m", 6.3e-6)
     row = next((row for row in _EMBEDDING if rz < row[0]), None)
     if row is None:

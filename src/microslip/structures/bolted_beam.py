@@ -1,4 +1,4 @@
-"""Beams and plates in a row, bolted where they overlap, to each other and to the ground."""
+"""Drawings of beams and plates in a row, bolted to each other and to the ground in laps."""
 
 from __future__ import annotations
 
@@ -99,20 +99,20 @@ class Drawing:
     def mesh(
         self, material: Any, density: Any, element_size: float | None = None, slack: Any = ()
     ) -> JointMesh:
-        """Return hexahedra for the parts, the shanks, the heads, nuts and washers.
+        """Return a mesh of hexahedra of the parts, shanks, heads, nuts and washers.
 
         Parameters
         ----------
         material : Material or sequence of Material
-            Of all parts, or of each from left to right; the ground is none of them.
+            Material of all parts, or of each part from left to right, without the ground.
         density : float or sequence of float
-            Theirs [kg/m^3].
+            Density of all parts, or of each part [kg/m^3].
         element_size : float, optional
-            Size of the elements in the laps [m]; a 24th of the shortest lap or a quarter of the
-            width, what is less, unless given. Outside the laps they grow.
+            Size of the elements in the laps [m]; by default a 24th of the shortest lap or a quarter
+            of the width, whichever is smaller. Outside the laps elements are larger.
         slack : int or sequence of int, optional
-            Bolts that are not tightened at all, counted from 1 along the laps: their heads and
-            halves of their shanks ride on the parts, and tie nothing.
+            Numbers of bolts that are not tightened, from 1 along the laps. Their shanks are cut in
+            the middle, so that they add mass but connect nothing.
         """
         bodies = self._bodies(material, density)
         for lap in self.laps:
@@ -140,7 +140,7 @@ class Drawing:
         return dict(zip(names, zip(listed["material"], heavy, strict=True), strict=True))
 
     def _mesh(self, bodies: Any, size: float, side: int = SIDE) -> JointMesh:
-        """Return the mesh with a cell size [m] and a number of cells along bolt squares."""
+        """Return the mesh with a cell size [m], and ``side`` cells along a side of bolt blocks."""
         sizes = self.width, self.thickness
         return beam_mesh(self.laps, self.stretches, bodies, sizes, self.style, size, side)
 
@@ -162,37 +162,36 @@ class Drawing:
         Parameters
         ----------
         material : Material or sequence of Material
-            Of all parts, or of each from left to right.
+            Material of all parts, or of each part from left to right.
         density : float or sequence of float
-            Theirs [kg/m^3].
+            Density of all parts, or of each part [kg/m^3].
         patches : (int, int) or array_like
-            Patches along and across each lap; or their boxes, one row of x from, x to, y from, y
-            to [m] each.
+            Number of patches along and across each lap, or the bounds of each patch: rows of
+            x from, x to, y from, y to [m].
         form : array_like or callable, optional
-            Gap between the faces where they are not pressed, see :meth:`ReducedJoint.with_form`;
-            flat unless given.
+            Gap between the unloaded faces, see :meth:`ReducedJoint.with_form`; flat by default.
         kept_modes : int
-            Modes with immovable patches that are kept beside the static ones.
+            Number of modes with immovable patches and bolts, besides the static shapes.
         element_size : float, optional
             Size of the elements in the laps [m].
         sensors : mapping, optional
-            Positions and directions by name, such as ``{"tip": ((0.36, 0, 0), "z")}`` [m].
+            Position [m] and direction of each sensor, such as ``{"tip": ((0.36, 0, 0), "z")}``.
         masses : mapping, optional
-            Added masses [kg] by their places (x, y, z) [m].
+            Added point masses [kg] by position (x, y, z) [m].
         slack : int or sequence of int, optional
-            Bolts that are not tightened at all, as for :meth:`mesh`.
+            Numbers of bolts that are not tightened, as for :meth:`mesh`.
 
         Returns
         -------
         ReducedJoint
-            Mass, stiffness, patches, bolts and sensors; without the contact and without rigid
-            motion.
+            Mass, stiffness, patches, bolts and sensors; without contact forces and without
+            rigid-body motion.
 
         Notes
         -----
-        Quadratic hexahedra of 20 nodes. Craig and Bampton (1968, DOI 10.2514/3.4741) with the mean
-        relative displacement of each patch and the mean axial stress of each shank in the place of
-        the boundary's degrees of freedom.
+        Quadratic hexahedra of 20 nodes. Reduction of Craig and Bampton (1968, DOI 10.2514/3.4741),
+        whose boundary degrees of freedom are here the mean relative displacements of each patch
+        and the elongation of each shank, defined by its mean axial stress.
         """
         from microslip.structures.reduction import Reducer
 
@@ -225,7 +224,7 @@ class Drawing:
         geometry: Sequence[Any] | None = None,
         progress: Callable[[float], None] | None = None,
     ) -> Convergence:
-        """Refine the patches where a mode loses its energy, and estimate the error of the model.
+        """Refine the patches that dissipate most energy in a mode, and estimate the model error.
 
         Parameters
         ----------
@@ -234,15 +233,15 @@ class Drawing:
         surface, friction_coefficient : NormalLaw, array_like
             The law of the surface and Coulomb's coefficient [-], one number (of shape ()).
         amplitudes : array_like
-            Modal amplitudes [m kg^(1/2)] at which it is to be good, one-dimensional.
+            Modal amplitudes [m kg^(1/2)] at which the mode is computed, one-dimensional.
         mode : int
-            Which mode, from 0.
+            Index of the elastic mode, from 0.
         patches, form : optional
-            The patches to begin with; see :meth:`ReducedJoint.with_form`, not one gap a patch.
+            Initial patches, and a form as for :meth:`reduce` that is not one gap per patch.
         tolerance : float
-            Change of the damping ratio by finer patches at which it ends [-].
+            Relative change of the damping ratio by halved patches at which refinement ends [-].
         most_patches : int
-            Patches beyond which it ends at the latest.
+            Largest number of patches.
         element_size, sensors, masses, slack : optional
             As for :meth:`reduce`.
         geometry : sequence, optional
@@ -253,14 +252,15 @@ class Drawing:
         Returns
         -------
         Convergence
-            The reduced joint, and what finer patches, a finer mesh, more kept modes and more
-            harmonics would change.
+            Refined joint, and the changes of frequency and damping by finer patches, a finer mesh,
+            more kept modes and more harmonics.
 
         Notes
         -----
-        Of all patches those that lose 80 % of the energy together are halved, along or across as
-        it matters more. A step takes three reductions of the same factors. The mesh is compared
-        with one of half as many elements in all directions, rings and layers included.
+        Each refinement halves the patches that together dissipate 80 % of the energy, along or
+        across, whichever changes the damping more. It takes three reductions with the same
+        factorised stiffness. The mesh is compared with one of half as many elements in each
+        direction, including rings around bolts and layers.
         """
         from microslip.structures.reduction_convergence import converge
 
@@ -301,20 +301,20 @@ class Drawing:
 class BoltedBeam(Drawing):
     """Row of beams or plates, bolted where they overlap; its ends may be bolted to the ground.
 
-    x runs along the beam from its middle, y across, z upwards from the faces of the laps. The parts
-    lie below and above in turns, so that a beam with two laps can be symmetric. A
-    :class:`LapJoint` is one with a single lap in the middle.
+    x runs along the beam from its middle, y across, z upwards from the faces of the laps. Parts are
+    alternately the lower and the upper one in their laps, so that a beam with two laps can be
+    symmetric. A :class:`LapJoint` has a single lap in the middle.
 
     Parameters
     ----------
     length : float
-        Length of the whole, from end to end [m].
+        Total length, from end to end [m].
     width : float
         Width, across [m].
     thickness : float
         Thickness of the parts outside the laps [m].
     laps : sequence of Lap
-        The laps from left to right; between two of them lies a part.
+        Laps from left to right; a part connects each lap with the next one.
     style : {"half-lap", "single-lap"}
         In a half lap each part is half as thick in the overlap, so that the whole is straight; in
         a single lap whole plates lie on each other.
@@ -389,7 +389,7 @@ class BoltedBeam(Drawing):
 
     @property
     def strip(self) -> tuple[Sizes, float, float]:
-        """Dimensions [m], start and height of the only thin part between two clamps."""
+        """Dimensions of the part between two laps on the ground, and x and z of its start [m]."""
         if len(self.laps) != 2 or self.ground != GROUNDS:
             raise InputError(
                 "a drawing bends between two clamps: write two laps and ground on the left and on "
@@ -406,9 +406,9 @@ class BoltedBeam(Drawing):
         Parameters
         ----------
         material : Material
-            Of that part.
+            Material of that part.
         reach : float, optional
-            Largest deflection of its middle [m]; 1.5 thicknesses unless given.
+            Largest deflection of its middle [m]; 1.5 thicknesses by default.
 
         Returns
         -------
@@ -418,9 +418,9 @@ class BoltedBeam(Drawing):
 
         Notes
         -----
-        Of its mean deflection and its elongation, from static cases of 32 von Karman elements
-        across, its ends clamped and drawn together or apart (shallow arches and plates: Amabili,
-        *Nonlinear Vibrations and Stability of Shells and Plates*, 2008).
+        Nonlinear forces as functions of the mean deflection and the elongation of the part, from
+        static cases of 32 von Karman elements along it with clamped ends (shallow arches and
+        plates: Amabili, *Nonlinear Vibrations and Stability of Shells and Plates*, 2008).
         """
         check_elastic(material)
         sizes, start, height = self.strip

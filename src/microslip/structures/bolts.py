@@ -39,7 +39,7 @@ class Bolts(Locked):
     Parameters
     ----------
     positions : array_like
-        Places along the lap [m], from its middle; or pairs of places along and across it.
+        Positions along the lap from its middle [m], or pairs of positions along and across it.
     shank : float
         Diameter of the shank [m].
     hole : float
@@ -55,7 +55,7 @@ class Bolts(Locked):
     nut_factor : float, optional
         K of torque = K d tension [-] (ISO 16047), such as 0.2 for dry steel.
     pitch : float, optional
-        Pitch P of the thread [m]; with the two frictions it takes the place of the nut factor.
+        Pitch P of the thread [m]; with both friction coefficients it replaces the nut factor.
     thread_friction, bearing_friction : float, optional
         Coefficients of friction in the thread and under the turned head or nut [-].
     head : float, optional
@@ -64,16 +64,16 @@ class Bolts(Locked):
     washer_thickness : float, optional
         Thickness of a washer [m]; a fifth of the shank's diameter unless given.
     mass : float, optional
-        Mass of head, nut and both washers of a bolt together [kg]; of hexagons 1.5 shank diameters
-        high together and of the washers, in the density of the bolts, unless given.
+        Total mass of head, nut and both washers of a bolt [kg]; by default that of the washers and
+        of hexagons 1.5 shank diameters high in total, with the density of the bolts.
     material : Material, optional
         Material of the bolts; that of the plates unless given.
     density : float, optional
         Mass density of the bolts [kg/m^3]; that of the plates unless given.
     size : str, optional
-        Such as "M8" in place of shank, hole, head, washer, its thickness, thread and pitch:
-        heads of ISO 4014, nuts of ISO 4032, washers of ISO 7089, medium holes of ISO 273, coarse
-        threads.
+        Metric size such as "M8", which sets shank, hole, head, washer, washer_thickness, thread
+        and pitch: heads of ISO 4014, nuts of ISO 4032, washers of ISO 7089, medium holes of
+        ISO 273, coarse threads.
     grade : str, optional
         Property class such as "8.8" (ISO 898-1); tensions that yield the bolt are refused.
     tightening_factor : float, optional
@@ -83,13 +83,13 @@ class Bolts(Locked):
 
     Notes
     -----
-    With frictions given, the torque follows VDI 2230 for threads of 60 degrees,
-    M = F [0.16 P + 0.58 d2 mu_G + (D_Km / 2) mu_K], d2 = d - 0.6495 P, with the mean diameter D_Km
-    of the ring between the hole and the bearing face of the head, of ISO 4014's diameter d_w for a
-    size and 0.9 of the head's width without. A washer is bonded to its plate where it is pressed,
-    to the diameter head + 1.6 washer_thickness (VDI 2230-1); beyond it counts as mass. Tensions
-    scatter by 20 to 30 % at the same torque: on how threaded connections lose theirs see Croccolo
-    et al. (2023), DOI 10.3390/machines11020212.
+    With friction coefficients, torque M and tension F are related by VDI 2230 for threads of 60
+    degrees, M = F [0.16 P + 0.58 d2 mu_G + (D_Km / 2) mu_K], d2 = d - 0.6495 P. D_Km is the mean of
+    the diameters of the hole and of the bearing face of the head (d_w of ISO 4014 for a size, else
+    0.9 of the width of the head). A washer is bonded to its plate within the diameter
+    head + 1.6 washer_thickness (VDI 2230-1); outside it adds mass only. Tensions scatter by 20 to
+    30 % at the same torque; on the loss of tension see Croccolo et al. (2023),
+    DOI 10.3390/machines11020212.
     """
 
     positions: Any
@@ -206,8 +206,7 @@ class Bolts(Locked):
     def tension_range(self) -> tuple[Floats, Floats]:
         """Smallest and largest tension [N] by the tightening factor, 1.6 for a torque by default.
 
-        The mean of both is the tension that the torque gives; a tension that is given without a
-        factor is exact.
+        Their mean is ``tension``. Both are equal to it if tensions are given without a factor.
         """
         factor = self.tightening_factor
         if factor is None:
@@ -219,7 +218,7 @@ class Bolts(Locked):
     def utilisation(self) -> Floats:
         """Tightening stress over the proof stress of the grade [-], one per bolt; VDI 2230: 0.9.
 
-        With torsion by the friction in the thread, 0.12 if that is not given.
+        It includes torsion by thread friction, whose coefficient is 0.12 by default.
         """
         if self.size is None or self.grade is None:
             raise InputError('the stress of bolts needs size="M8" and grade="8.8"')
@@ -244,7 +243,7 @@ class Bolts(Locked):
 def yield_tension(bolts: Any) -> float:
     """Return the tension at which a bolt of a size and grade yields during tightening [N].
 
-    With torsion by the friction in the thread, 0.12 if that is not given.
+    It includes torsion by thread friction, whose coefficient is 0.12 by default.
     """
     if bolts.size is None:
         raise InputError('`grade` needs the size of the bolts, such as size="M8"')

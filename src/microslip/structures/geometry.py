@@ -1,8 +1,8 @@
-"""Geometric stiffening or softening: a potential of third and fourth order of few coordinates.
+"""Geometric stiffening or softening by a potential of third and fourth order in few coordinates.
 
-V = V3 z z z + V4 z z z z of z = P^T x is written as a sum of powers of linear forms w z, which any
-such polynomial is: each form is then an independent spring along its own direction, and the sum is
-conservative for all coefficients.
+The potential V = V3 z z z + V4 z z z z of the coordinates z = P^T x is written as a sum of powers
+of linear forms w z, as any such polynomial can be. Each form is then an independent nonlinear
+spring along its own direction, and the forces are conservative for all coefficients.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Springs(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class GeometryAttachment:
-    """Geometric stiffness along its directions. Interface of :class:`LawAttachment`."""
+    """Geometric stiffness of springs. Same interface as :class:`LawAttachment`."""
 
     springs: Springs
     columns: Floats
@@ -53,7 +53,7 @@ class GeometryAttachment:
     reach: Floats | None
     """Largest magnitude of each coordinate in the range of the potential."""
     rest: Floats | None = None
-    """Displacements (degrees of freedom,) from which bending counts; undeformed by default."""
+    """Displacements (degrees of freedom,) at which the springs are unloaded; zero by default."""
 
     has_gaps = False
     held_load = 0.0
@@ -64,23 +64,23 @@ class GeometryAttachment:
         return np.zeros(self.columns.shape[1])
 
     def static_forces(self, motion: Floats) -> tuple[Floats, Floats]:
-        """Return forces and stiffnesses by direction."""
+        """Return forces [N] and stiffnesses [N/m] at displacements of the springs (forms,) [m]."""
         return self.springs.at(self._bent(motion))
 
     def stuck(self, motion: Floats) -> Floats:
-        """Return the stiffnesses about a static motion."""
+        """Return tangent stiffnesses [N/m] at static displacements of the springs (forms,) [m]."""
         return self.springs.at(self._bent(motion))[1]
 
     def _bent(self, motion: Floats) -> Floats:
         return motion if self.rest is None else motion - self.columns.T @ self.rest
 
     def group(self, motion: Floats, line: Floats) -> GeometryGroup:
-        """Return the springs about a static motion."""
+        """Return the springs linearised about their static displacements (forms,) [m]."""
         del line
         return GeometryGroup(self.springs, self.columns, self._bent(motion))
 
     def check_reach(self, size: Floats) -> None:
-        """Raise an error if motions (..., coordinates) leave the range of the model."""
+        """Raise an InputError if magnitudes of coordinates (..., coordinates) exceed ``reach``."""
         if self.reach is None:
             return
         size = np.where(np.isfinite(size), size, 0.0).reshape(-1, self.reach.size)
@@ -104,7 +104,7 @@ class GeometryGroup:
         self.lost = np.zeros(static.size)
 
     def harmonic_forces(self, coefficients: Floats, basis: HarmonicBasis) -> HarmonicForces:
-        """Compute the harmonics from samples, enough to be exact for cubes."""
+        """Compute Fourier coefficients from samples, enough to be exact for cubic forces."""
         count = 4 * basis.harmonics[-1] + 1
         phase = 2.0 * math.pi * np.arange(count) / count
         waves = np.ones((basis.size, count))
@@ -296,7 +296,7 @@ class Bending(NamedTuple):
 
 
 def strip_sensors(sizes: Sizes, start: float, height: float) -> tuple[Sensors, Floats]:
-    """Return sensors and weights of a strip that begins at x, with its ends' middle at z [m]."""
+    """Return sensors and their weights for a strip whose left end is at x and z [m]."""
     sensors: Sensors = {}
     weights = []
     along, shares = np.polynomial.legendre.leggauss(_POINTS)
@@ -320,10 +320,10 @@ def strip_cases(sizes: Sizes, material: Material, reach: float) -> tuple[Floats,
 
 
 class Strip:
-    """Von Karman elements of a shallow clamped strip whose right end is free to move along.
+    """Von Karman elements of a shallow clamped strip whose right end can move lengthwise.
 
-    Its shape is a raised cosine; it bends as a cylinder, with the modulus E/(1 - nu^2) of wide
-    plates. Degrees of freedom: u, w and the slope w' of each node, without fixed ones.
+    Its unloaded shape is a raised cosine. It bends cylindrically, with the modulus E/(1 - nu^2) of
+    wide plates. Degrees of freedom: displacements u (lengthwise) and w and slope w' of each node.
     """
 
     def __init__(self, sizes: Sizes, material: Material, count: int = 32) -> None:
@@ -355,7 +355,7 @@ class Strip:
         """Mean deflection and elongation, (degrees of freedom, 2)."""
 
     def forces(self, x: Floats) -> tuple[Floats, Floats]:
-        """Return the forces [N, N m] of a motion, and their tangent."""
+        """Return nodal forces [N, N m] at displacements of the free nodes, and their Jacobian."""
         d: Floats = np.zeros(self._shape.size)
         d[self.free] = x
         moved, shape = d[self._across], self._shape[self._across]
@@ -374,7 +374,7 @@ class Strip:
         return force[self.free], tangent[np.ix_(self.free, self.free)]
 
     def forces_at(self, places: Floats) -> Floats:
-        """Return the forces [N] that hold some coordinates, with all others in balance."""
+        """Return the forces [N] that hold given mean deflection and elongation [m]."""
         size, p = self.coordinates.shape
         x, force = np.zeros(size), np.zeros(p)
         for share in (0.25, 0.5, 0.75, 1.0):

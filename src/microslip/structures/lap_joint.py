@@ -16,13 +16,13 @@ class LapJoint(Drawing):
     """Two beams or plates, bolted where they overlap.
 
     The lap is centred at the origin and lies in the plane z = 0: x runs along the joint, y across,
-    z from the left, lower part into the right, upper one. Nothing holds the ends. Several laps, and
-    ends on the ground: :class:`BoltedBeam`.
+    z from the left, lower part to the right, upper part. Both ends are free. For several laps, or
+    ends bolted to the ground, see :class:`BoltedBeam`.
 
     Parameters
     ----------
     length : float
-        Length of the whole, from end to end [m].
+        Total length, from end to end [m].
     width : float
         Width, across [m].
     thickness : float
@@ -30,7 +30,7 @@ class LapJoint(Drawing):
     lap : float
         Length of the overlap [m].
     bolts : Bolts
-        The bolts through it.
+        Bolts through the overlap.
     style : {"half-lap", "single-lap"}
         In a half lap each part is half as thick in the overlap, so that the whole is straight; in
         a single lap whole plates lie on each other.

@@ -193,7 +193,7 @@ def direction_matrix(name: str, value: Any, size: int, last: Sequence[int] = ())
 
 
 def linear_modes(stiffness: Any, mass: Any, count: int | None = None) -> tuple[Floats, Floats]:
-    """Return squared angular frequencies, rising, and shapes of modal mass 1 kg."""
+    """Return squared angular frequencies, increasing, and shapes of modal mass 1 kg."""
     size = mass.shape[0]
     if is_sparse(mass) or is_sparse(stiffness):
         if size > LARGEST_DENSE and count is not None and count < size - 1:
@@ -274,7 +274,7 @@ def load_matrices(
 
 
 def _pick(file: Path, content: Mapping[str, Any], kind: str, name: str | None) -> Any:
-    """Return the matrix of a name, or of a usual name."""
+    """Return the matrix with the given name in the file, or with one of the usual names."""
     if name is not None:
         if name not in content:
             raise InputError(f"{file.name}: {_missing(name, content)}")

@@ -36,7 +36,7 @@ def facets_of(cells: Indices, kind: str) -> Indices:
 
 
 def outer(facets: Indices) -> Indices:
-    """Return the facets that belong to one cell only."""
+    """Return the facets that belong to one cell only, the surface of a mesh."""
     _, first, count = np.unique(
         np.sort(facets, axis=1), axis=0, return_index=True, return_counts=True
     )
@@ -181,10 +181,11 @@ class _Points:
 def plan(
     columns: Floats, rows: Floats, bolts: Bolts, half: float, scale: float, side: int = SIDE
 ) -> Plan:
-    """Return the lap in plan: cells between grid lines, and rings around bolts.
+    """Return the plan of a lap: cells between grid lines, and rings of cells around bolts.
 
-    The grid lines [m] hold the sides of the squares, of ``half`` a side [m]; points nearer to each
-    other than ``scale`` [m] are one. ``side`` cells lie along each side of a square.
+    The grid lines [m] include the sides of the square block around each bolt, which has the
+    half-width ``half`` [m] and ``side`` cells along each side. Points closer than ``scale`` [m] are
+    merged.
     """
     at = _Points(scale)
     plate: list[tuple[int, ...]] = []
@@ -275,7 +276,7 @@ def _core(at: _Points, centre: Floats, border: Floats, n: int) -> list[tuple[int
 def lines(
     start: float, stop: float, marks: Iterable[tuple[float, float]], size: float, side: int = SIDE
 ) -> Floats:
-    """Return grid lines from start to stop, ``side`` cells in each marked span."""
+    """Return grid lines [m]: ``side`` cells in each marked span, else cells of ``size`` or less."""
     places = [start]
     for low, high in sorted(marks):
         places += list(_steps(places[-1], low, size)[1:])
@@ -290,7 +291,7 @@ def _steps(start: float, stop: float, size: float) -> Floats:
 
 
 def widening(start: float, stop: float, size: float, largest: float) -> Floats:
-    """Return grid lines in either direction, with cells growing by 1.4 up to a size."""
+    """Return grid lines from start to stop [m], cells growing by a factor 1.4 up to a size."""
     span, cells = abs(stop - start), [size]
     while sum(cells) < span:
         cells.append(min(1.4 * cells[-1], largest))

@@ -98,17 +98,17 @@ class MeshedJoint(Locked):
         scale : float
             Metres per unit of the file, such as 1e-3 for millimetres.
         limit : int, optional
-            Numbers that the file may hold.
+            Largest permitted count of numbers in the file.
 
         Returns
         -------
         MeshedJoint
-            To be reduced.
+            Joint that :meth:`reduce` reduces to a small model.
 
         Notes
         -----
-        Corners count: cells with nodes in the middle of their edges become straight, and get
-        quadratic displacements in any case.
+        Only corner nodes are used: cells with midside nodes become straight. Displacements are
+        quadratic in all cells.
         """
         file = Path(path)
         bodies, contacts, bolts = dict(bodies), list(contacts), dict(bolts)
@@ -202,8 +202,8 @@ class MeshedJoint(Locked):
         Returns
         -------
         list of tuple
-            Place along and across [m], diameter of a circle of the mean section [m], and number of
-            the contact, of each shank.
+            For each shank its position along and across the contact [m], the diameter of a circle
+            with its mean cross-section [m], and the number of the contact.
         """
         from microslip.structures.reduction_elements import Elements
         from microslip.structures.reduction_patches import contact_frame
@@ -237,11 +237,11 @@ class MeshedJoint(Locked):
         patches, form, kept_modes, sensors, masses : optional
             As for :meth:`LapJoint.reduce`; patches are those of each contact.
         along : array_like, optional
-            Direction of the first tangential motion [-], of shape (3,); that in which the faces are
-            longest unless given. Places in patches count from the origin with it, else from the
-            faces' middle.
+            Direction x along the contacts [-], of shape (3,); by default that in which the faces
+            are longest. Positions in ``patches`` are relative to the origin if ``along`` is given,
+            otherwise to the middle of the faces.
         slack : int or sequence of int, optional
-            Bolts that are not tightened at all, counted from 1; they tie nothing.
+            Numbers of bolts that are not tightened, from 1; they connect nothing.
 
         Returns
         -------
@@ -251,9 +251,9 @@ class MeshedJoint(Locked):
 
         Notes
         -----
-        Craig and Bampton (1968), DOI 10.2514/3.4741, on means of patches. Each point of one face
-        is compared to the point of the other face that it lies on, so that rigid motion moves no
-        patch however the meshes lie on each other.
+        Reduction of Craig and Bampton (1968), DOI 10.2514/3.4741, to mean displacements of patches.
+        Each sample point of one face is compared with the opposite point of the other face, so that
+        rigid-body motion deforms no patch even if the meshes of the faces do not match.
         """
         from microslip.structures.reduction import Reducer
 

@@ -20,16 +20,15 @@ def random_face(
 ) -> Floats:
     """Return the heights of a random face at places [m], its best plane removed.
 
-    The field is Gaussian with a squared-exponential covariance, drawn by 150 random waves (Rahimi
-    and Recht 2007), so bow and twist are the whole of it where the correlation length exceeds the
-    face.
+    The heights are Gaussian with a squared-exponential covariance, drawn as 150 random waves
+    (Rahimi and Recht 2007). Faces shorter than the correlation length have only bow and twist.
 
     Parameters
     ----------
     places : ndarray
         Places along and across (points, 2) [m].
     weights : ndarray
-        Areas for which the points stand (points,) [m^2].
+        Area represented by each point (points,) [m^2].
     flatness : float
         Peak to valley after the best plane is removed [m].
     correlation : float

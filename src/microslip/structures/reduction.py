@@ -151,7 +151,7 @@ class Reducer:
 
 
 def _inverse(compliance: Floats) -> Floats:
-    """Invert a compliance; raise an error if some of its motions are dependent."""
+    """Invert a compliance; raise an InputError if its displacements are linearly dependent."""
     scale = 1.0 / np.sqrt(np.diag(compliance))
     scaled = compliance * scale * scale[:, None]
     values, vectors = np.linalg.eigh(0.5 * (scaled + scaled.T))
@@ -188,7 +188,7 @@ def _check_joined(mesh: JointMesh) -> None:
 def _axial(mesh: JointMesh, elements: Elements, shank: Any) -> tuple[Floats, float]:
     """Return the elongation of a shank as a functional, and the force per unit of it [N/m].
 
-    Both belong to the mean axial stress, so removing them leaves no mean axial stress.
+    Both are defined by the mean axial stress, which is zero if this stiffness is removed.
     """
     owner = next(b for b in mesh.bodies if np.isin(shank.cells[:1], b.cells).all())
     heights = mesh.points[mesh.cells[shank.cells]] @ shank.axis
@@ -204,7 +204,7 @@ def _axial(mesh: JointMesh, elements: Elements, shank: Any) -> tuple[Floats, flo
 def _fixed_modes(
     body: ElasticBody, functionals: Any, answers: Floats, boundary: Floats, count: int
 ) -> tuple[Floats, Floats]:
-    """Return squared angular frequencies and modes with all functionals zero."""
+    """Return squared angular frequencies and modes with immovable patches and bolts."""
     from scipy.sparse.linalg import LinearOperator, eigsh
 
     size = len(answers)

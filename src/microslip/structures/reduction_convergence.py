@@ -21,8 +21,8 @@ from microslip.structures.reduction_model import ReducedJoint
 _SHARE = 0.8  # of the loss, whose patches are halved in one step
 _TRIALS = 9  # of a model that two rounds of finer patches make good enough
 _HALVED = 4.0 / 3.0
-"""Change in the limit over the change by halving: second order. Measured on a bolted beam: 1.06 for
-patches; for elements 1.20 in frequency, 0.97 in damping."""
+"""Change by infinite refinement over the change by halving, for second order. Measured on a bolted
+beam: 1.06 for patches; for elements 1.20 in frequency, 0.97 in damping."""
 NARROWEST = 0.9
 """Least patch width over element width: elements are quadratic, narrower patches add nothing."""
 
@@ -39,19 +39,18 @@ class Change(NamedTuple):
     damping_ratio: float
     """Relative change of the damping ratio [-]."""
     frequency_left: float
-    """Extrapolated difference from the model to its limit [-]."""
+    """Extrapolated relative change of the frequency by infinite refinement [-]."""
     damping_left: float
-    """Extrapolated difference of the damping ratio [-]."""
+    """Extrapolated relative change of the damping ratio by infinite refinement [-]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Convergence(Locked):
     """Reduced joint with patches refined where it loses energy, and its estimated error.
 
-    :meth:`LapJoint.converge` makes it.
-
-    After the refinement by share of loss, as for finite elements after Babuska and Rheinboldt
-    (1978), DOI 10.1137/0715049. Extrapolated after Richardson (1911), DOI 10.1098/rsta.1911.0009.
+    Result of :meth:`LapJoint.converge`. Patches are refined by their fraction of the loss, as
+    finite elements are by Babuska and Rheinboldt (1978), DOI 10.1137/0715049; errors are
+    extrapolated after Richardson (1911), DOI 10.1098/rsta.1911.0009.
     """
 
     joint: ReducedJoint
@@ -61,8 +60,8 @@ class Convergence(Locked):
     changes: tuple[Change, ...]
     """Changes by finer patches, a finer mesh, more kept modes and more harmonics [-]."""
     steps: tuple[tuple[int, float, float], ...]
-    """Number of patches, frequency [Hz] and damping ratio [-] at the middle amplitude, step by
-    step."""
+    """Number of patches, frequency [Hz] and damping ratio [-] at the middle amplitude, at first and
+    after each refinement."""
     tolerance: float
     """Tolerance of the damping ratio [-]."""
     asked: tuple[float, float]
@@ -73,7 +72,7 @@ class Convergence(Locked):
 
     @property
     def largest(self) -> Change:
-        """Change with the largest remaining change of the damping."""
+        """Refinement (of ``changes``) with the largest remaining change of the damping."""
         return max(self.changes, key=lambda change: abs(change.damping_left))
 
     @property
@@ -83,9 +82,10 @@ class Convergence(Locked):
 
     @property
     def error(self) -> tuple[float, float]:
-        """Remaining error of frequency and damping ratio of ``joint`` [-], as independent parts.
+        """Estimated relative errors of frequency and damping ratio of ``joint`` [-].
 
-        Where elements are too large for finer patches, what the finer ones changed counts whole.
+        Root of the sum of squares of all remaining changes. If elements are too large for finer
+        patches, the whole change by the refinements so far is one of them.
         """
         left = np.array([(c.frequency_left, c.damping_left) for c in self.changes])
         if self._patches_untried and len(self.steps) > 1:
@@ -148,8 +148,8 @@ def converge(
 ) -> Convergence:
     """Refine patches by their fraction of the loss, then change one property at a time.
 
-    ``mesh_of`` makes the mesh, or one of twice the size in all directions; ``options`` are those of
-    :meth:`Reducer.reduce` that stay as they are.
+    ``mesh_of(False)`` returns the mesh, ``mesh_of(True)`` one with elements of twice the size;
+    ``options`` are the constant arguments of :meth:`Reducer.reduce`.
     """
     reducer, done = Reducer(mesh_of(False), masses, along), 0
 
@@ -271,7 +271,7 @@ def _largest(frequency: Floats, damping: Floats) -> tuple[float, float]:
 
 
 def losing_patches(loss: Floats) -> Any:
-    """Return the patches that together lose most of the energy at any of the amplitudes."""
+    """Return a mask of the patches that together dissipate 80 % of the loss at some amplitude."""
     selected = np.zeros(loss.shape[1], dtype=bool)
     for row in loss[np.isfinite(loss).all(axis=1)]:
         order = np.argsort(-row)

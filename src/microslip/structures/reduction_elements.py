@@ -26,7 +26,7 @@ class Points(NamedTuple):
     """Distances between the requested positions and ``places`` [m]."""
 
     def at(self, index: Any) -> Points:
-        """Return some of the points."""
+        """Return the points selected by an index array or a mask."""
         return Points(
             self.cells[index], self.values[index], self.places[index], self.distances[index]
         )

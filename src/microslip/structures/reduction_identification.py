@@ -32,8 +32,8 @@ class _Kind(NamedTuple):
     high: float
     log: bool
     scatter: float = 0.0
-    """Relative distance from the start of the fit, as the linear frequencies are met: above zero
-    for parameters that move them."""
+    """Standard deviation about the initial guess when linear frequencies are matched; zero for
+    parameters that do not affect them."""
 
     def coordinate(self, value: float) -> float:
         return math.log(value) if self.log else value
@@ -49,8 +49,7 @@ KINDS = {
     "young_modulus": _Kind(0.5, 2.0, True, 0.05),
     "base_damping_ratio": _Kind(1e-7, 0.1, True),
 }
-"""Parameters that can be fitted: the tension as a share of the bolts' own, the form as a factor on
-it, the modulus as a share of the given one."""
+"""Parameters that can be fitted; tension, form and Young's modulus are factors on given values."""
 
 MISFIT = Rule(
     "misfit beside the errors of the test",
@@ -103,13 +102,13 @@ class ModalIdentification(LockedArrays):
     misfit: float
     """Square root of chi square per degree of freedom [-]."""
     linear_frequencies: Floats
-    """Frequencies of each test at its smallest amplitude, of the sticking joints as given and as
-    found, (tests, 3) [Hz]."""
+    """For each test the frequency measured at its smallest amplitude, and those with sticking
+    joints before and after the fit, (tests, 3) [Hz]."""
     curves: tuple[ModalCurve, ...]
     """Curve of each test by harmonic balance, at the amplitudes of the test."""
     bands: tuple[Floats, ...]
-    """Bands of each test over draws of the parameters by their covariance, (2, 2, amplitudes), of
-    frequency [Hz] and damping ratio [-] the 5 and 95 % each."""
+    """90 % band of the curve of each test by the covariance of the parameters, (2, 2, amplitudes):
+    frequency [Hz] and damping ratio [-], 5 and 95 % quantiles."""
     state: Preload
     """Identified joint."""
     joint: ReducedJoint
@@ -141,7 +140,7 @@ def identify_modal(
         Normal load law of the surface, or a function that returns it for a modulus relative to the
         given one [-].
     tests : ModalTest or iterable of ModalTest
-        One or several modes.
+        Tests of one or several modes.
     fit : sequence of str
         Parameters to fit: "friction_coefficient", "tension", "form", "young_modulus",
         "base_damping_ratio".
@@ -149,8 +148,8 @@ def identify_modal(
         Initial guesses [-], or known values; tension and modulus are relative to those of the
         joint.
     form_table : array_like or callable, optional
-        The form of factor 1 [m], see :meth:`ReducedJoint.with_form`; the joint's own gaps, of
-        shape (patches,), unless given.
+        Form for the factor 1 [m], see :meth:`ReducedJoint.with_form`; by default the gaps of the
+        joint, of shape (patches,).
 
     Returns
     -------

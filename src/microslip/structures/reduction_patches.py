@@ -51,7 +51,7 @@ class Patches(NamedTuple):
 
 
 def patches_of(mesh: JointMesh, elements: Elements, layout: Any, along: Floats | None) -> Patches:
-    """Sort the sample points of each contact into boxes and average over them."""
+    """Assign the sample points of each contact to boxes, and average displacements over each."""
     from scipy import sparse
 
     parts, offset, left_out, total = [], 0, 0.0, 0.0
@@ -104,7 +104,7 @@ def patches_of(mesh: JointMesh, elements: Elements, layout: Any, along: Floats |
 
 
 def _opposite(elements: Elements, places: Floats, cells: Indices, normal: Floats) -> Points:
-    """Return points on the other side along the normal, which may lie slightly apart."""
+    """Return the points of the other face along the normal; the faces may be slightly apart."""
     points = elements.locate(places, cells)
     for _ in range(2):
         lifted = places + ((points.places - places) @ normal)[:, None] * normal
@@ -123,7 +123,7 @@ def _shared_extent(mesh: JointMesh, contact: ContactFaces, frame: Frame) -> tupl
 
 
 def contact_frame(mesh: JointMesh, contact: ContactFaces, along: Floats | None) -> Frame:
-    """Return the directions of a contact, the normal outwards of its lower side."""
+    """Return the frame of a contact; its normal points outwards from the lower body."""
     corners = mesh.points[contact.lower]
     middle = corners.mean(axis=1)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, -1] - corners[:, 0])
@@ -151,7 +151,7 @@ def contact_frame(mesh: JointMesh, contact: ContactFaces, along: Floats | None) 
 
 
 def owners_of(mesh: JointMesh, facets: Indices) -> Indices:
-    """Return the cell of each facet."""
+    """Return the index of the cell to which each facet belongs."""
     patterns = FACETS[mesh.kind]
     width = len(patterns[0])
     keys = np.sort(mesh.cells[:, patterns], axis=2).reshape(-1, width)

@@ -1,4 +1,4 @@
-"""Frequencies of a joint with its lap open and tied: between them lies any real contact."""
+"""Frequencies of a joint with open and with tied faces, which bound those of any contact."""
 
 from __future__ import annotations
 
@@ -38,16 +38,16 @@ def tie_limits(
     joint : ReducedJoint
         The joint without its contact.
     circles : sequence
-        Place along and across [m], diameter [m] and number of contact of each washer.
+        Position along and across [m], diameter [m] and number of the contact of each washer.
     shapes : ndarray
-        Shapes of the modes (degrees of freedom, modes); of each limit the mode most alike by mass
-        is given.
+        Mode shapes (degrees of freedom, modes). For each shape and limit the frequency of the most
+        similar mode (by the mass-weighted product) is returned.
 
     Notes
     -----
-    A patch is tied by its three mean relative displacements, so the limits have the resolution of
-    the patches: a patch counts as under a washer from a quarter of its area on, or as the best
-    covered patch of its bolt.
+    Tied patches have zero mean relative displacements, so the limits have the resolution of the
+    patches. A patch is under a washer if a quarter of its area is, or if no other patch is covered
+    more by this washer.
     """
     every = np.arange(joint.size)
     samples = joint.samples

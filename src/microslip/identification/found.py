@@ -117,7 +117,7 @@ class Identification(Locked, Plottable):
         return {id(fit): Bands(fit) for fit in self.fits}
 
     def _at(self, normal_load: float | None) -> _At:
-        """Return the fit at a normal load, or at the highest one."""
+        """Return the sliders at a normal load [N]; at the highest load if it is None."""
         if normal_load is None:
             return self._level(self.fits[0], 0)
         load = positive("normal_load", normal_load, "N", 500.0)
@@ -134,7 +134,7 @@ class Identification(Locked, Plottable):
         return _At(fit, self._bands[id(fit)], y, gradient, by_stiffness)
 
     def _between(self, load: float) -> _At:
-        """Return the fit at a load between two measured loads."""
+        """Return the sliders at a normal load [N] between two measured loads."""
         fit = self.fits[0]
         loads = [measured for measured in fit.loads if measured is not None]
         if len(self.fits) > 1 or len(loads) < 2 or not loads[-1] <= load <= loads[0]:
@@ -485,7 +485,7 @@ def result_of(
     gains: Mapping[str, float],
     notes: Sequence[str],
 ) -> Identification:
-    """Return the result of fits, whose records are in the order of ``rows``."""
+    """Return the result of free-form fits, with the records in the order of ``rows``."""
     of = {id(one): fit for fit in fits for one in fit.rows}
     records = []
     for one in rows:

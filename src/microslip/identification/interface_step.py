@@ -195,7 +195,7 @@ def interface_step(
 
 
 def _open(one: Parameter) -> Parameter:
-    """Return a parameter marked as not determined, with an unbounded interval."""
+    """Return a copy of a parameter with the verdict "not determined" and an unbounded interval."""
     low = -math.inf if one.name == SEPARATION else 0.0
     return replace(one, value=math.nan, low=low, high=math.inf, verdict=NOT)
 
@@ -236,7 +236,7 @@ def _wider(one: Parameter, excess: float, share: float) -> Parameter:
 def interface_starts(
     statistics: Statistics, law: Law, model: InterfaceModel, force: float, stiffness: float
 ) -> list[dict[str, float]]:
-    """Return the best initial guesses of a grid, to which a measured surface adds its own."""
+    """Return the sets of parameters on a grid that fit best, as initial guesses for the fit."""
     starts = [
         {SCALE: share * force / stiffness, SEPARATION: h} for share in _SCALES for h in _SEPARATIONS
     ]

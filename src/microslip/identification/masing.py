@@ -58,7 +58,7 @@ class Masing(Locked):
 
     @property
     def text(self) -> str:
-        """Result of the test in a sentence."""
+        """Result of the test as a sentence for the user."""
         value = significant(self.reduced_chi_squared, 3)
         limit = significant(self.high, 3)
         if self.holds:

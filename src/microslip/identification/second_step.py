@@ -157,12 +157,12 @@ class Statistics:
 
     @property
     def least_stiffness(self) -> float:
-        """Secant stiffness [N/m] at a displacement above noise: a lower bound of the rig's."""
+        """Secant stiffness [N/m] of the loops above noise, a lower bound of the rig stiffness."""
         u = _CLEAR * self.fit.finest
         return float(self.fit.backbone(np.array([u]))[0]) / u
 
     def about(self, friction: float, g: Floats) -> Statistics:
-        """Return the statistics linearised about the friction and sliders of a law."""
+        """Return the statistics linearised about a friction coefficient and sliders g of a law."""
         k = (g / self.fit.scale)[: self.fit.y.size]
         return Statistics(self.fit.about(friction, k), self.bands, self.rig, self.free_rig)
 
@@ -313,7 +313,7 @@ def solve(
     scatter: Scatter | None = None,
     starts: Sequence[Mapping[str, float]] = (),
 ) -> tuple[_Problem, Floats, float, Floats]:
-    """Return problem, best coordinates, sum of squares and covariance of a law.
+    """Fit a law; return problem, best coordinates q, sum of squares and covariance of q.
 
     If the load varies within the cycle, the statistics are linearised about the law and the fit is
     repeated; the returned problem has the statistics of the last repetition.
@@ -374,7 +374,7 @@ def _solved(
 def profile(
     problem: _Problem, q: Floats, least: float, i: int, error: float
 ) -> tuple[float, float]:
-    """Return the ends of the profile interval of coordinate i; infinite if unbounded."""
+    """Return the ends of the profile-likelihood interval of coordinate i; infinite if unbounded."""
     level = problem.statistics.level
     low, high = problem.bounds
     others = np.arange(q.size) != i
@@ -436,7 +436,7 @@ def verdict_of(value: float, low: float, high: float, is_log: bool) -> str:
 def parameters_of(
     problem: _Problem, q: Floats, least: float, covariance: Floats
 ) -> dict[str, Parameter]:
-    """Return the free parameters with profile intervals and verdicts."""
+    """Return the free parameters of a law with profile-likelihood intervals and verdicts."""
     parameters = {}
     rig = problem.statistics.rig
     for i, one in enumerate(problem.unknowns):

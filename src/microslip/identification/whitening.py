@@ -24,9 +24,10 @@ class Metric:
 
 
 def metric_of(flat: Floats, uncertain: Floats) -> Metric:
-    """Return the whitening for nuisance parameters: ``flat`` ones free, others of variance 1.
+    """Return the whitening that eliminates nuisance parameters.
 
-    Each column (bins, nuisances) is the weighted effect of one parameter.
+    Columns (bins, parameters) are the weighted effects of the parameters, which are unbounded in
+    ``flat`` and have the variance 1 in ``uncertain``.
     """
     basis, _ = np.linalg.qr(flat)
     uncertain = uncertain - basis @ (basis.T @ uncertain)

@@ -109,7 +109,7 @@ def gaps_of(record: Record) -> NDArray[np.intp]:
 
 @once_a_record
 def stops_of(record: Record) -> NDArray[np.intp]:
-    """Return first sample and end (exclusive) of each standstill within a record."""
+    """Return first sample and end (exclusive) of each standstill of a record (stops, 2)."""
     x, motion = record.displacement, _motion(record)
     size = max(int(0.25 * _STOOD * motion.period), 2)
     number = x.size // size

@@ -21,7 +21,7 @@ _TWO_STEPS, _LEAST_BINS = 0.25 + 1e-9, 0.05
 
 
 class Level(NamedTuple):
-    """Mean cycle of a channel, and deviations of its samples."""
+    """Mean cycle of a channel, and deviations of its samples from the mean cycle."""
 
     mean: Floats
     """Mean of each bin."""

@@ -37,7 +37,7 @@ LEFT_OUT = MappingProxyType({"19.5": "a photograph of the sample"})
 
 
 def select(numbers: Iterable[str] = ()) -> tuple[Plate, ...]:
-    """Return figures by number; all figures by default."""
+    """Return the figures with the given numbers; all figures by default."""
     selected = [number.strip() for text in numbers for number in text.split(",")]
     plates = {plate.number: plate for plate in PLATES}
     for number in selected:

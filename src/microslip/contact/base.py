@@ -289,21 +289,21 @@ class NormalLaw(Parametric, ABC):
     def contact_probability(self, separation: ArrayLike) -> Any:
         """Probability that a summit is in contact (19.5), for separations [m] of any shape.
 
-        Raises an InputError for a table of loads; others as :meth:`load`.
+        Raises an InputError for laws without summits, such as a table, and as :meth:`load` does.
         """
         raise self._unknown("contact_probability")
 
     def contact_count(self, separation: ArrayLike) -> Any:
         """Number of summits in contact (19.6), for separations [m] of any shape.
 
-        Raises an InputError for a table of loads; others as :meth:`load`.
+        Raises an InputError for laws without summits, such as a table, and as :meth:`load` does.
         """
         raise self._unknown("contact_count")
 
     def contact_area(self, separation: ArrayLike) -> Any:
         """Real contact area [m^2] (19.7), for separations [m] of any shape.
 
-        Raises an InputError for a table of loads; others as :meth:`load`.
+        Raises an InputError for laws without summits, such as a table, and as :meth:`load` does.
         """
         raise self._unknown("contact_area")
 

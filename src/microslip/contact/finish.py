@@ -79,7 +79,7 @@ class Finish:
     rdq : float, optional
         Root mean square slope of profiles Rdq [-].
     rsm : float, optional
-        Mean width of the profile elements RSm [m], in place of Rdq.
+        Mean width of the profile elements RSm [m], from which Rdq is estimated if it is not given.
     process : str, optional
         "milled", "turned", "ground", "honed", "lapped", "polished", "eroded" (EDM) or "blasted".
 
@@ -90,11 +90,11 @@ class Finish:
     sampling length, with a range from 1/8 to 1/3.5 of Rz. A process alone determines Rq within a
     factor of two to four.
 
-    From RSm, Rdq is 2 pi Rq/RSm (Rice), times 0.7 to 1.5, since RSm does not count small elements.
-    Without Rdq and RSm, Rdq follows from two correlations reviewed by Lambert and Fletcher (1997),
-    DOI 10.2514/2.6221, for the mean slope: 0.076 Rq^0.52 and 0.124 Rq^0.743 (Rq in um). Its range
-    is from the smaller divided by 1.5 to the larger times 1.5. All ranges are 90 % intervals. The
-    slope is the largest uncertainty of a joint from a drawing; measure it.
+    From RSm, Rdq is 2 pi Rq/RSm (Rice), with a range of factors from 0.7 to 1.5, since RSm omits
+    small elements. Without Rdq and RSm, Rdq follows from two correlations reviewed by Lambert and
+    Fletcher (1997), DOI 10.2514/2.6221, for the mean slope: 0.076 Rq^0.52 and 0.124 Rq^0.743 (Rq in
+    um). Its range is from the smaller divided by 1.5 to the larger times 1.5. All ranges are 90 %
+    intervals. The slope is the largest uncertainty of a joint from a drawing; measure it.
     """
 
     ra: float | None = None

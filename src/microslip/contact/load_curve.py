@@ -174,7 +174,7 @@ class LoadCurve:
         return pieces
 
     def derivative(self, step: Floats, order: int) -> Floats:
-        """Derivative of N of an order at steps [m], computed from the surface."""
+        """Derivative of N of order 0 (N itself) to 2 at steps [m], computed from the surface."""
         return self.surface._derivative(step + self.origin, order)
 
     def derivative_at(self, step: float, order: int) -> float:

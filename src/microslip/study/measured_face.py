@@ -213,7 +213,7 @@ class MeasuredFace(SurfaceTable):
         return self.area or self.face.area
 
     def findings(self) -> dict[str, Any]:
-        """Return numbers of the solution, in SI units."""
+        """Return the numbers of the solved face in SI units, for summary.json."""
         scan = self.face
         numbers: dict[str, Any] = {
             "name": scan.name,

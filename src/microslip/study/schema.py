@@ -269,7 +269,7 @@ class OutputTable(Part):
 
 
 class StudyTables(Part):
-    """All tables of a study; quantities are SI floats."""
+    """All tables of a study, with quantities as floats in SI units."""
 
     version: int = key(
         integer(_SCHEMA, _SCHEMA, noun="schema = 1"),

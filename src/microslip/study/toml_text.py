@@ -45,7 +45,7 @@ class Override:
 
     @property
     def note(self) -> str:
-        """Description of the override."""
+        """Description of the override, such as the note in a report."""
         value = self.text.partition("=")[2].strip()
         return f"{dotted(self.path)} was overridden: {shorten(value, 80)}."
 

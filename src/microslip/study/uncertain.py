@@ -49,7 +49,7 @@ class Spread(float):
 
     @classmethod
     def between(cls, low: float, high: float, log: bool = False) -> Spread:
-        """Return a uniform or log-uniform number."""
+        """Return an uncertain number, uniform or log-uniform from ``low`` to ``high``."""
         value = cls(math.sqrt(low * high) if log else 0.5 * (low + high))
         value.low, value.high, value.log = low, high, log
         return value
@@ -63,7 +63,7 @@ class Spread(float):
 
     @classmethod
     def among(cls, values: Sequence[float]) -> Spread:
-        """Return a number with equally likely values."""
+        """Return an uncertain number with equally likely values."""
         value = cls(sum(values) / len(values))
         value.values = tuple(sorted(values))
         return value
@@ -114,7 +114,7 @@ class Spread(float):
 
     @property
     def written(self) -> str:
-        """Description of the distribution, such as "0.1 to 0.8, log-uniform"."""
+        """Description of the distribution in words, such as "0.1 to 0.8, log-uniform"."""
         if self.values:
             low, high = map(self._text, (self.values[0], self.values[-1]))
             return f"one of {len(self.values)} values, {low} to {high}"

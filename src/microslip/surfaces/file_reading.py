@@ -37,7 +37,7 @@ _TEXTS = ("csv", "txt", "tsv", "dat", "prn")  # suffixes that denote text
 
 
 class ScanContent(NamedTuple):
-    """Content of a file in SI units."""
+    """Heights, pixel and notes of a file, in SI units."""
 
     heights: np.ndarray
     """Heights [m], NaN where missing."""
@@ -48,7 +48,10 @@ class ScanContent(NamedTuple):
 
 
 def read(path: Path, options: FileOptions, limit: int = POINTS) -> ScanContent:
-    """Read a scan with the options given by the user; an InputError names the file."""
+    """Read a scan from a file with the options given by the user.
+
+    Error messages contain the file name.
+    """
     with reading(path, "a scan", limit, shorten(str(path), 200)):
         if options.format is not None and not isinstance(options.format, str):
             raise InputError(f"`format` must be text, got {quote(options.format)}")

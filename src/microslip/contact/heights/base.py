@@ -60,7 +60,7 @@ class HeightDistribution(Parametric, ABC):
     """Name of the spread if it is not the standard deviation; empty otherwise."""
 
     def _standardised(self, height: float) -> float | None:
-        """Height above the mean over :attr:`spread` [-]; None if that is not usual."""
+        """Height above the mean over :attr:`spread` [-], for validity rules; None without them."""
         return None
 
     @property

@@ -87,9 +87,9 @@ class Exponential(HeightDistribution):
     Notes
     -----
     With h = threshold/scale, F_n(h) = Gamma(n+1) exp(-h) for h >= 0. For h < 0 every summit is
-    above the threshold, and F_n = exp(x) Gamma(n+1, x), x = -h (DLMF 8.8.2): It is computed from
-    g(1/2) = sqrt(pi) erfcx(sqrt(x)) or g(1) = 1 by the recurrence g(a+1) = a g(a) + x^a of g(a) =
-    exp(x) Gamma(a, x), whose terms are all positive.
+    above the threshold, and F_n = exp(x) Gamma(n+1, x) with x = -h, computed from g(1/2) = sqrt(pi)
+    erfcx(sqrt(x)) or g(1) = 1 by the recurrence g(a+1) = a g(a) + x^a of g(a) = exp(x) Gamma(a, x),
+    whose terms are all positive (DLMF 8.8.2).
     """
 
     scale: float = field(

@@ -1,4 +1,4 @@
-"""Summit heights by any continuous distribution of scipy.stats."""
+"""Summit heights with any continuous distribution of scipy.stats."""
 
 from __future__ import annotations
 

@@ -132,13 +132,14 @@ class TabulatedHeights(Locked, HeightDistribution):
         values : array_like
             Heights [m], one-dimensional, at least two different ones.
         bins : int, optional
-            Number of bins from the lowest to the highest height; by default by Freedman and
-            Diaconis (1981), DOI 10.1007/BF01025868, between 4 and 200.
+            Number of bins from the lowest to the highest height; by default that of Freedman and
+            Diaconis (1981), DOI 10.1007/BF01025868, within 4 to 200.
 
         Returns
         -------
         TabulatedHeights
-            Density with the mean of the binned heights; it ends one bin beyond the extremes.
+            Piecewise linear density with the mean of the binned heights; it is zero one bin beyond
+            the extremes.
         """
         values = sized("values", record("values", values, "m")).reshape(-1)
         low, high = float(values.min()), float(values.max())

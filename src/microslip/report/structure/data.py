@@ -14,7 +14,7 @@ AMPLITUDE, PATCH = "structure_amplitude", "patch"
 
 
 def curves(mode: Mode) -> dict[str, Floats]:
-    """Return the curves of a mode by the names of their quantities."""
+    """Return the curves of a mode by quantity name."""
     columns = {
         "amplitude": mode.curve.amplitude,
         "modal_frequency": mode.curve.frequency,

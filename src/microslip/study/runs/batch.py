@@ -73,7 +73,8 @@ class BatchItem:
 def items_of(source: Path, study: Path | None) -> list[BatchItem]:
     """Return the items of a folder, a list of paths, or a CSV table of changes to a study.
 
-    Scans and tables need the study; for records it is optional, and defines the joint for regimes.
+    A study is required for scans and tables; for records it is optional, and gives the joint by
+    which their regimes are determined.
     """
     base = "" if study is None else str(study.resolve())
     if source.is_dir():

@@ -74,7 +74,7 @@ def counted(count: float) -> str:
 
 
 def decimals(value: float) -> str:
-    """Format a number of any sign with three significant digits."""
+    """Format a number of any sign with three decimals; from 1000 on three significant digits."""
     return f"{value:.3f}" if abs(value) < 1000.0 else f"{value:.3g}"
 
 

@@ -274,7 +274,7 @@ class Design:
         return std, density
 
     def points(self, samples: int | None = None, count: int = GROUPS) -> Floats:
-        """Return low-discrepancy points in the unit cube, shape (groups, points, inputs)."""
+        """Return Sobol' or random points in the unit cube, shape (groups, points, inputs)."""
         size = 2 ** max(3, math.ceil(math.log2((samples or self.part.samples) / count)))
         groups = []
         for group in range(count):

@@ -22,7 +22,10 @@ MAX_SAMPLES = 10_000_000
 
 
 def mean_load(study: StudyTables) -> float:
-    """Return the load [N] that gives a bolted lap its mean pressure, if no load is given."""
+    """Return the load [N] on the surface area at the mean pressure of a bolted lap.
+
+    Raise an error if the study has no bolted lap and hence needs a normal load.
+    """
     area = getattr(study.surface, "area", None)
     if study.structure is None or area is None:
         raise KeyedError(
@@ -99,7 +102,7 @@ def _of_loads(study: StudyTables) -> None:
 
 
 def _of_pressure(study: StudyTables) -> None:
-    """Reject a pressure distribution if the surface has no area, or a smaller one."""
+    """Reject a pressure distribution without load, or larger than the area of the surface."""
     if study.joint.pressure is None:
         return
     key = "joint.pressure"
@@ -120,7 +123,7 @@ def _of_pressure(study: StudyTables) -> None:
 
 
 def _of_structure(study: StudyTables) -> None:
-    """Reject rigid bodies in a structure, and surfaces without an area."""
+    """Reject contradictions between a structure and the joint, such as bodies that are rigid."""
     part = study.structure
     if part is None:
         return

@@ -392,7 +392,10 @@ class StructurePart(Part):
         amplitudes: Floats,
         progress: Progress | None = None,
     ) -> Convergence:
-        """Return the model with patches refined for mode 1 at modal amplitudes [m kg^½]."""
+        """Return the model with patches refined for the study's first mode.
+
+        ``amplitudes`` are modal amplitudes [m kg^½].
+        """
         return self.build().converge(
             *self._body,
             surface,

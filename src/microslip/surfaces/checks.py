@@ -27,7 +27,7 @@ _ATOM = 1e-10  # [m] smaller variations are rounding
 
 
 def far_points(heights: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return a mask of heights so large that all other heights vanish against them by rounding."""
+    """Return a mask of heights so far from the median that a plot would show no others."""
     none = np.zeros(heights.shape, dtype=bool)
     # 100 000 points suffice for the usual distance and take milliseconds.
     step = max(1, heights.size // 100_000)

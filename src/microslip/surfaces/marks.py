@@ -83,7 +83,7 @@ def scratch_and_dust_words(flat: Floats, rms: float) -> list[str]:
 
 
 def edge_words(lines: str, flat: Floats) -> list[str]:
-    """Report outermost lines that rise above, or fall below, lines six points inside."""
+    """Report outermost lines whose deviation from lines six points inside is unusually large."""
     if len(flat) < 40:
         return []
     there = np.where(np.isnan(flat), 0.0, flat)

@@ -74,7 +74,7 @@ def _place(prediction: StructurePrediction) -> str:
 
 
 def _outside(prediction: StructurePrediction) -> str:
-    """Describe which tests lie outside their bands, and which responses are incomplete."""
+    """State how many tested quantities lie outside their bands, and gaps in the responses."""
     away = [verdict for verdict in prediction.judged if verdict.word != "inside"]
     text = f" {len(away)} of {len(prediction.judged)} tested quantities are not inside." * bool(
         away

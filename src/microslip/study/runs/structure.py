@@ -164,7 +164,11 @@ def _reduced(study: StudyDescription, patches: Floats | None = None) -> ReducedJ
 
 
 def refined_model(study: StudyDescription, progress: Progress | None = None) -> ReducedJoint:
-    """Return the reduced model; default patches are halved where mode 1 dissipates most."""
+    """Return the reduced model; default patches are halved by the loss in the first mode.
+
+    The first mode is that of the study at its largest amplitude; patches with the largest loss are
+    halved.
+    """
     part = study.bolted
     if part.patches is not None or part.converge:
         return _reduced(study)
@@ -185,7 +189,7 @@ def refined_model(study: StudyDescription, progress: Progress | None = None) -> 
 def _converged(
     study: StudyDescription, joint: ReducedJoint, state: Preload, progress: Progress
 ) -> Convergence:
-    """Return the model refined for mode 1 at its smallest, middle and largest amplitude."""
+    """Return the model refined for the study's first mode, at three amplitudes."""
     part = study.bolted
     curve = _solved(part, joint, state, part.modes[0])
     reached = curve.modal_amplitude[curve.converged]
@@ -242,7 +246,7 @@ def _identified(
     body = study.surface.materials[0]
 
     def surface(modulus: float) -> NormalLaw:
-        """Return the surface for moduli of both materials scaled by ``modulus`` [-]."""
+        """Return the surface with Young's modulus of its first material times ``modulus`` [-]."""
         given = study.material[body]
         scaled = given.copy(young_modulus=modulus * given.young_modulus)
         return build_surface(study.copy(material={**study.material, body: scaled}))

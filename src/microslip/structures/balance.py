@@ -65,7 +65,7 @@ class Balance:
         return square * coefficients + self.damped(self.velocity(coefficients, omega), damping)
 
     def velocity(self, coefficients: Floats, omega: float) -> Floats:
-        """Return the Fourier coefficients of the velocity."""
+        """Return the Fourier coefficients (modes, size) of the velocity from those of a motion."""
         result = np.zeros_like(coefficients)
         rate = omega * self.basis.orders[1::2]
         result[:, 1::2] = rate * coefficients[:, 2::2]
@@ -89,7 +89,7 @@ class Balance:
         return self.by_motion(answers, self.joints.flat.T @ change)
 
     def by_motion(self, answers: list[HarmonicForces], motion: Floats) -> Floats:
-        """Return the change of :meth:`joint_forces` for one of the motions (coordinates, size)."""
+        """Return the change of :meth:`joint_forces` for changed motions (coordinates, size)."""
         size = self.basis.size
         moved = -self.joints.stuck[:, None] * motion
         for part, answer in zip(self.joints.parts, answers, strict=True):
@@ -306,7 +306,7 @@ class Elimination(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ModeStep:
-    """Linear system of a Newton step."""
+    """Linear system of a Newton step for a nonlinear mode."""
 
     balance: Balance
     index: int

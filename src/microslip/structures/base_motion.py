@@ -288,7 +288,7 @@ class BaseResponse(ForcedResponse):
         return np.asarray(-self.base_acceleration / (2.0 * np.pi * self.frequency[:, None]) ** 2)
 
     def _from_ground(self, at: ArrayLike) -> NDArray[np.complex128]:
-        """Return the absolute amplitude of the fundamental at a sensor [m]."""
+        """Return the complex amplitude relative to the ground at a sensor (points,) [m]."""
         return np.asarray(self._fundamental(at) + self._base_motion @ self._carried_at(at))
 
     def absolute_amplitude(self, at: ArrayLike) -> Floats:

@@ -59,17 +59,17 @@ class Bolts(Locked):
     thread_friction, bearing_friction : float, optional
         Coefficients of friction in the thread and under the turned head or nut [-].
     head : float, optional
-        Width of head and nut [m], above the hole; 1.6 shank diameters, but no wider than the
-        washer, unless given.
+        Width of head and nut [m], above the hole; by default 1.6 shank diameters, but no wider than
+        the washer.
     washer_thickness : float, optional
-        Thickness of a washer [m]; a fifth of the shank's diameter unless given.
+        Thickness of a washer [m]; by default a fifth of the shank diameter.
     mass : float, optional
         Total mass of head, nut and both washers of a bolt [kg]; by default that of the washers and
         of hexagons 1.5 shank diameters high in total, with the density of the bolts.
     material : Material, optional
-        Material of the bolts; that of the plates unless given.
+        Material of the bolts; by default that of the plates.
     density : float, optional
-        Mass density of the bolts [kg/m^3]; that of the plates unless given.
+        Mass density of the bolts [kg/m^3]; by default that of the plates.
     size : str, optional
         Metric size such as "M8", which sets shank, hole, head, washer, washer_thickness, thread
         and pitch: heads of ISO 4014, nuts of ISO 4032, washers of ISO 7089, medium holes of
@@ -258,7 +258,7 @@ SIZED = ("shank", "hole", "head", "washer", "washer_thickness", "thread", "pitch
 
 
 def by_size(size: object, thread_friction: float | None, **given: Any) -> dict[str, Any]:
-    """Return the widths, thickness and pitch [m] of a size, unless given."""
+    """Return the dimensions listed in SIZED [m]: as given, else those of the metric size."""
     bolt = size_named(size)
     known = {
         "shank": bolt.diameter, "hole": bolt.hole, "head": bolt.flats, "washer": bolt.washer,
@@ -376,7 +376,7 @@ def _places(positions: ArrayLike) -> Floats:
 
 
 def each_bolt(name: str, value: ArrayLike, count: int, unit: str) -> Floats:
-    """Validate a positive number and return one per bolt."""
+    """Validate one positive number, or one for each bolt, and return one for each bolt."""
     array = floats(name, value)
     if array.ndim == 0:
         array = np.full(count, float(array))

@@ -372,7 +372,7 @@ def forced_response(
 
 
 def complex_amplitudes(name: str, value: Any) -> NDArray[np.complex128]:
-    """Validate complex amplitudes."""
+    """Validate real or complex amplitudes and return them as a complex array."""
     try:
         array = np.asarray(value)
         parts = np.stack([array.real, array.imag]) if np.iscomplexobj(array) else value

@@ -202,7 +202,7 @@ class _Path:
 
 
 class Followed(NamedTuple):
-    """Path through a range of frequencies."""
+    """Computed points of the path through a range of frequencies."""
 
     path: list[_Solved]
     marks: list[bool]

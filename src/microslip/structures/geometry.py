@@ -29,7 +29,7 @@ _LEFT = 0.05  # of the forces beyond the linear ones: what a fit may leave
 
 
 class Springs(NamedTuple):
-    """Springs with the force 3 c3 u^2 + 4 c4 u^3 along each direction's motion u."""
+    """Springs with the force 3 c3 u^2 + 4 c4 u^3, one for each direction with displacement u."""
 
     square: Floats
     cube: Floats
@@ -94,7 +94,7 @@ class GeometryAttachment:
 
 
 class GeometryGroup:
-    """Group of conservative springs linearised about a static state. Interface of LawGroup."""
+    """Group of conservative springs linearised about a static state. Same interface as LawGroup."""
 
     def __init__(self, springs: Springs, columns: Floats, static: Floats) -> None:
         self._springs, self.static = springs, static
@@ -315,7 +315,7 @@ def strip_sensors(sizes: Sizes, start: float, height: float) -> tuple[Sensors, F
 
 @lru_cache(maxsize=8)
 def strip_cases(sizes: Sizes, material: Material, reach: float) -> tuple[Floats, Floats]:
-    """Return load cases of a strip up to a deflection of its middle [m]."""
+    """Return static cases of a strip up to a deflection of its middle [m]; see :class:`Strip`."""
     return Strip(sizes, material).cases(reach)
 
 
@@ -398,7 +398,7 @@ class Strip:
         return force
 
     def cases(self, reach: float) -> tuple[Floats, Floats]:
-        """Return deflections up to a reach [m] with elongations, and their forces [N]."""
+        """Return mean deflections (middle up to ``reach``) and elongations [m], and forces [N]."""
         # Half of what the ends would come closer if nothing held them.
         shortening = 4.9 / self._sizes.length * reach * (self._sizes.rise + 0.5 * reach)
         places = np.array([z for z in product(_STEPS, _STEPS) if any(z)])

@@ -242,7 +242,7 @@ class FieldGroup:
 
 
 class FieldState:
-    """State of the nodes in time, in the coordinates of the group. Interface of LawStates."""
+    """State of the nodes in time, in the coordinates of the group. Same interface as LawStates."""
 
     def __init__(self, group: FieldGroup) -> None:
         self._group = group

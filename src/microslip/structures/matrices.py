@@ -134,7 +134,7 @@ def fastest_rate(stiffness: Any, mass: Any) -> float:
 
 
 def factorised(matrix: Any, pivot_threshold: float | None = None) -> Any:
-    """Return the triangular factors of a sparse symmetric matrix."""
+    """Return the LU factors of a sparse symmetric matrix, an object with the method ``solve``."""
     from scipy.sparse.linalg import splu
 
     return splu(
@@ -146,7 +146,7 @@ def factorised(matrix: Any, pivot_threshold: float | None = None) -> Any:
 
 
 def positive_definite(matrix: Any) -> bool:
-    """Return whether all eigenvalues are above zero."""
+    """Return whether all eigenvalues of a symmetric matrix are above zero."""
     if is_sparse(matrix):
         try:
             # Without pivoting the signs of the pivots are those of the eigenvalues.

@@ -44,7 +44,7 @@ def outer(facets: Indices) -> Indices:
 
 
 class Body(NamedTuple):
-    """Cells of one material."""
+    """Named set of cells with one material and one density [kg/m^3]."""
 
     name: str
     cells: Indices
@@ -131,7 +131,7 @@ def check_elastic(material: Material) -> None:
 
 
 def check_count(hexahedra: int, sizes: Iterable[float]) -> None:
-    """Refuse more elements than memory can hold."""
+    """Refuse meshes of more than 10 000 hexahedra, a bound on memory."""
     if hexahedra > _MOST_CELLS:
         lengths = " x ".join(f"{size:.4g}" for size in sizes)
         raise InputError(
@@ -146,7 +146,7 @@ SIDE = 4
 
 
 class Plan(NamedTuple):
-    """Quadrilaterals in plan: corners, and the region of each."""
+    """Plan of a lap: corner points [m], and quadrilaterals (four corner indices) by region."""
 
     points: Floats
     plate: list[tuple[int, ...]]
@@ -163,7 +163,7 @@ class Plan(NamedTuple):
 
 @dataclass
 class _Points:
-    """Points by position, each stored once."""
+    """List of points without duplicates; a call returns the index of a point."""
 
     scale: float
     places: list[tuple[float, ...]] = field(default_factory=list)

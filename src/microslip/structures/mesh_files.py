@@ -375,7 +375,7 @@ def _numbered_groups(cell_data: Mapping[str, Any]) -> dict[str, list[Indices]]:
 
 
 def _solids(path: Path, file: Any) -> tuple[str, Indices, list[Indices]]:
-    """Return the kind of the solid cells, their corners, and the numbers of each block."""
+    """Return the kind of the solid cells, their corners, and the cell indices of each block."""
     kinds = {_SOLIDS[block.type] for block in file.cells if block.type in _SOLIDS}
     unsupported = {b.type for b in file.cells if b.type.startswith(("wedge", "pyramid"))}
     if len(kinds) != 1 or unsupported:
@@ -426,7 +426,7 @@ class _Names:
         )
 
     def volume(self, name: str) -> Indices:
-        """Return the numbers of the solid cells of a name."""
+        """Return the indices of the solid cells in a named group."""
         if name not in self._sets:
             raise self._missing(name, "volume")
         pairs = zip(self._numbers, self._sets[name], strict=True)
@@ -444,7 +444,7 @@ class _Names:
             return self.face(name, kind, cells)
 
     def face(self, name: str, kind: str, cells: Indices) -> Indices:
-        """Return the corners of the facets of a name, in the node numbers of the file."""
+        """Return the corners of the facets in a named group, as node indices of the file."""
         if name in self._sets:
             parts = []
             for block, index in zip(self._file.cells, self._sets[name], strict=True):

@@ -90,7 +90,7 @@ class ModalCurve(Answer, Plottable):
 
     @cached_property
     def other_method(self) -> ModalCurve:
-        """The mode by the other method, computed at the first access."""
+        """Curve of this mode by the other ``method``, computed at the first access."""
         if self._solve_by_other is None:
             raise InputError("other_method is not kept in a curve that was read or copied")
         return self._solve_by_other()

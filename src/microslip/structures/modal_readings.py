@@ -103,7 +103,7 @@ def read_decay(time: ArrayLike, signal: ArrayLike) -> FreeDecay:
 
 
 def _signal(time: ArrayLike, signal: ArrayLike) -> tuple[Floats, Floats]:
-    """Validate times and signal, and scale the signal so that its powers are finite."""
+    """Validate times and signal, of one length and without implausibly large values."""
     t, x = np.atleast_1d(record("time", time, "s")), np.atleast_1d(record("signal", signal))
     if t.size != x.size:
         raise InputError(f"signal must have one value for each of the {t.size} times, got {x.size}")
@@ -135,7 +135,7 @@ def _cubic(x: Floats, i: np.ndarray, s: Floats) -> tuple[Floats, Floats]:
 
 
 def _peaks(t: Floats, x: Floats, rising: Floats) -> Floats:
-    """Return the extremes of each cycle, by the parabola through three samples."""
+    """Return maximum and minimum of each cycle (cycles, 2), by parabolas through three samples."""
     result = np.empty((rising.size - 1, 2))
     for k, (begin, end) in enumerate(pairwise(rising)):
         i, j = np.searchsorted(t, (begin, end))

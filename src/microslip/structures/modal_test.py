@@ -276,7 +276,7 @@ _GRAVITY = 9.80665
 
 
 def modal_kind(path: str | os.PathLike[str]) -> str | None:
-    """Return the kind of a file: curve, ring-down or stepped sine; None for all others."""
+    """Return the kind of a modal test in a file: curve, ring-down or stepped sine; else None."""
     try:
         there = understood(read_table(Path(path), "a modal test").columns)
         return _kind(_roles(there, {}), there)

@@ -40,7 +40,7 @@ _STALLED = 1e-7  # residual with which a stalled line search counts as rounding
 
 
 class Solution(NamedTuple):
-    """Result of Newton's method."""
+    """Result of Newton's method at one amplitude of a mode."""
 
     point: ModePoint
     converged: bool
@@ -99,7 +99,7 @@ class ModeEquations:
         return Solution(point, converged, iterations, current.merit, current.answers)
 
     def unbalanced(self, point: ModePoint, amplitude: float) -> tuple[float, float]:
-        """Return the relative changes of frequency and damping by one step with more harmonics."""
+        """Return relative changes of frequency and damping by a Newton step in more harmonics."""
         basis = self.balance.basis.with_more_harmonics()
         richer = replace(self, balance=replace(self.balance, basis=basis))
         q = np.zeros((self.balance.model.size, basis.size))
@@ -237,7 +237,7 @@ def _prediction(track: Sequence[tuple[float, ModePoint]], amplitude: float) -> M
 
 
 class _Row(NamedTuple):
-    """Solution at one amplitude."""
+    """Result at one amplitude, at the index ``place`` of the requested amplitudes."""
 
     place: int
     modal_amplitude: float

@@ -75,7 +75,7 @@ def slow_flow(
     omega = CubicSpline(places, np.sqrt((spring + averaged) / mode.mass))
 
     def rates(a: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return the amplitude loss per cycle, angular frequency and damping ratio."""
+        """Return the loss of amplitude per cycle [m], angular frequency and damping ratio."""
         stiffness = spring + joint._slope(a)
         natural = omega(np.maximum(np.log(a), places[0]))
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -297,7 +297,7 @@ class Oscillator:
         return plain(omega.reshape(shaped.shape)), plain(ratio.reshape(shaped.shape))
 
     def _closed(self, a: Floats, joint: Floats) -> tuple[Floats, Floats]:
-        """Return frequency and damping from the joint's stiffness and the losses per cycle."""
+        """Return omega [rad/s] and the joint's damping ratio [-] from its stiffness [N/m]."""
         stiffness = self.stiffness + joint
         secant = np.asarray(self.joint.secant_stiffness(a))
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -312,7 +312,7 @@ class Oscillator:
         return omega, ratio + 0.5 * self.viscous_coefficient / (self.mass * omega)
 
     def _balanced(self, a: Floats, harmonics: Sequence[int]) -> tuple[Floats, Floats]:
-        """Return the harmonic balance of a structure with one degree of freedom."""
+        """Return omega and zeta by harmonic balance of a one-degree-of-freedom structure."""
         from microslip.structures.structure import Structure
 
         dashpot = self.viscous_coefficient
@@ -409,7 +409,7 @@ class Oscillator:
 
 
 def _length(name: str, cycles: Any, duration: Any) -> tuple[int | None, float | None]:
-    """Return the duration of a motion, given by cycles or by a time [s]."""
+    """Validate that either a number of cycles or a duration [s] is given, and return both."""
     if (cycles is None) == (duration is None):
         came = "neither" if cycles is None else "both"
         raise InputError(f"{name} needs cycles=... or duration=... [s], one of them, got {came}")

@@ -52,7 +52,7 @@ class HarmonicBasis:
 
     @cached_property
     def orders(self) -> Floats:
-        """Harmonic of each coefficient."""
+        """Order of the harmonic of each coefficient, shape (size,)."""
         return lock(np.repeat(np.array(self.harmonics, dtype=float), 2)[1:])
 
     def with_more_harmonics(self) -> HarmonicBasis:
@@ -63,7 +63,7 @@ class HarmonicBasis:
         return HarmonicBasis(tuple(sorted(harmonics)), max(self.samples, 4 * highest))
 
     def work(self, force: Floats, displacement: Floats) -> Floats:
-        """Return the work of a force over a period, from coefficients in the last axis."""
+        """Return the work of a force over a period [J], from coefficients in the last axis."""
         cosines, sines = slice(1, None, 2), slice(2, None, 2)
         crossed = (
             force[..., cosines] * displacement[..., sines]
@@ -172,7 +172,7 @@ def moving_modes(sensor: Floats, shapes: Floats) -> list[int]:
 
 
 def checked_amplitudes(value: ArrayLike) -> Floats:
-    """Validate amplitudes; return them one-dimensional."""
+    """Validate that amplitudes are above zero, and return them as a one-dimensional array."""
     a = record("amplitudes", sized("amplitudes", value))
     if a.min() < SMALLEST:
         bound = "above zero" if a.min() <= 0.0 else f"at least {SMALLEST:g}"

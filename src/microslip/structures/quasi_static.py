@@ -40,7 +40,7 @@ System = Callable[[Floats], tuple[Floats, Callable[[], Floats]]]
 
 _Found = TypeVar("_Found")
 Track = list[tuple[float, _Found]]
-"""Last three amplitudes reached, rising, with their solutions."""
+"""Last three amplitudes solved, in increasing order, with their solutions."""
 
 
 def climb(
@@ -75,7 +75,7 @@ def climb(
 
 
 class QuasiStaticPoint(NamedTuple):
-    """Mode at one amplitude."""
+    """Quasi-static mode at one amplitude."""
 
     amplitude: float
     """Amplitude in the unit of the measure."""

@@ -234,7 +234,7 @@ def _linearised(
 
 
 def _fixed_point(advance: Callable[[float], float], enough: float, what: str) -> tuple[int, str]:
-    """Iterate until changes are small; return the number of iterations and the outcome."""
+    """Iterate until changes are below ``enough``; return the number of rounds and the outcome."""
     change = math.inf
     for rounds in range(1, _ROUNDS + 1):
         change = advance(1.0 if rounds < 5 else 0.7)
@@ -368,7 +368,7 @@ def _by_modes(
 
 
 class _Along:
-    """Values of a curve at amplitudes, constant beyond its ends."""
+    """Interpolation of a curve, given at ``amplitudes``, to ``at``; constant beyond its ends."""
 
     def __init__(self, amplitudes: Floats, at: Floats) -> None:
         order = np.argsort(amplitudes)

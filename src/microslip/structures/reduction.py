@@ -25,7 +25,7 @@ _DIRECTIONS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 class ElasticBody:
-    """Elastic response of a body to forces; a floating body without its rigid motion."""
+    """Static response of the meshed bodies to forces, without the rigid motion if they float."""
 
     def __init__(self, elements: Elements, masses: Any) -> None:
         from scipy import linalg
@@ -165,7 +165,7 @@ def _inverse(compliance: Floats) -> Floats:
 
 
 def _check_joined(mesh: JointMesh) -> None:
-    """Refuse bodies without a common corner with the others."""
+    """Refuse meshes whose bodies are not all connected by shared corners."""
     from scipy import sparse
     from scipy.sparse.csgraph import connected_components
 
@@ -249,7 +249,7 @@ def _point_masses(elements: Elements, masses: Mapping[Any, float] | None) -> Any
 
 
 def _sensors(elements: Elements, sensors: Mapping[str, Any] | None) -> tuple[tuple[str, ...], Any]:
-    """Return the names of the sensors and their displacements as sparse functionals."""
+    """Return sensor names, and a sparse matrix (sensors, size) that gives their displacements."""
     from scipy import sparse
 
     names, rows = [], []

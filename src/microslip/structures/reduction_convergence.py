@@ -28,7 +28,7 @@ NARROWEST = 0.9
 
 
 class Change(NamedTuple):
-    """Changes of frequency and damping by one finer model."""
+    """Relative changes of frequency and damping ratio by one refinement of the model."""
 
     what: str
     """Change of the model, such as "patches halved along"."""
@@ -100,7 +100,7 @@ class Convergence(Locked):
 
     @property
     def message(self) -> str:
-        """Result in a sentence."""
+        """Outcome in a sentence: change by the refinement, and largest remaining change."""
         worst, first = self.largest, self.steps[0][0]
         within = abs(worst.damping_left) <= self.tolerance
         sentences = [
@@ -236,7 +236,7 @@ def refined(
     reduction: Mapping[str, Any],
     progress: Callable[[float], None] | None = None,
 ) -> ReducedJoint:
-    """Return a flat model with patches halved along the lap where they lose most energy."""
+    """Return a joint without form, whose patches that dissipate most are halved along the lap."""
     tell = progress or (lambda share: None)
     coarse = reducer.reduce(**reduction)
     tell(0.5)
@@ -265,7 +265,7 @@ def _change(coarse: ModalCurve, fine: ModalCurve) -> tuple[float, float]:
 
 
 def _largest(frequency: Floats, damping: Floats) -> tuple[float, float]:
-    """Return the change with the largest size over the amplitudes, with its sign."""
+    """Return the changes of frequency and damping of largest magnitude over the amplitudes."""
     largest = (float(change[np.argmax(abs(change))]) for change in (frequency, damping))
     return next(largest), next(largest)
 

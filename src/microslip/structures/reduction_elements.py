@@ -64,7 +64,7 @@ class Elements:
             yield part, gradients, values.transpose(1, 0, 2), np.asarray(basis.dx)
 
     def matrices(self) -> tuple[Any, Any]:
-        """Return stiffness and mass, sparse by columns."""
+        """Return stiffness [N/m] and mass [kg] as sparse matrices (size, size)."""
         from scipy import sparse
 
         count = self._dofs.shape[1]
@@ -101,7 +101,7 @@ class Elements:
         return float(sum(chunk[3].sum() for chunk in self._chunks(np.asarray(cells))))
 
     def axial_force(self, cells: Indices, material: Any, axis: Floats, length: float) -> Floats:
-        """Return the functional of the mean axial stress of cells times volume over length [N]."""
+        """Return f, where f^T u [N] is the axial stress integrated over cells, over ``length``."""
         shear, lame = _lame(material)
         result: Floats = np.zeros(self.size)
         for part, gradients, _, weights in self._chunks(np.asarray(cells)):
@@ -218,7 +218,7 @@ class Elements:
 
     @cached_property
     def grounded(self) -> Indices:
-        """Scalar degrees of freedom of fixed corners, and of edges between two fixed corners."""
+        """Indices of displacements at fixed corners, and on edges between two fixed corners."""
         corners = np.zeros(len(self.mesh.points), dtype=bool)
         corners[self.mesh.ground] = True
         edges = self._on_edges[corners[np.asarray(self._grid.edges)].all(axis=0)]
@@ -226,7 +226,7 @@ class Elements:
         return np.asarray((3 * scalar[:, None] + np.arange(3)).ravel())
 
     def rows(self, points: Points, weights: Floats, groups: Indices, count: int) -> Any:
-        """Return weighted sums of displacements at points, by groups: sparse (3 count, size)."""
+        """Return a sparse matrix (3 count, size) of weighted displacement sums over each group."""
         from scipy import sparse
 
         functions = points.values.shape[1]

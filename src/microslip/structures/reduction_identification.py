@@ -102,8 +102,8 @@ class ModalIdentification(LockedArrays):
     misfit: float
     """Square root of chi square per degree of freedom [-]."""
     linear_frequencies: Floats
-    """For each test the frequency measured at its smallest amplitude, and those with sticking
-    joints before and after the fit, (tests, 3) [Hz]."""
+    """Frequency of each test measured at its smallest amplitude, and those with sticking joints
+    before and after the fit, (tests, 3) [Hz]."""
     curves: tuple[ModalCurve, ...]
     """Curve of each test by harmonic balance, at the amplitudes of the test."""
     bands: tuple[Floats, ...]
@@ -352,7 +352,7 @@ class _Fit:
         )  # fmt: skip
 
     def _bands(self, vector: Floats, covariance: Floats) -> tuple[Floats, ...]:
-        """Return the curve of each test at Sobol' points of the parameters around the fit."""
+        """Return the ``bands`` of the curves, from Sobol' points of the fitted parameters."""
         from scipy.special import ndtri
         from scipy.stats import qmc
 

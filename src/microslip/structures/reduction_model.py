@@ -85,8 +85,8 @@ class ReducedJoint(LockedArrays):
     left_out: float
     """Fraction of the faces without an opposite face [-]."""
     base_inertia: Floats = field(default_factory=lambda: np.zeros((0, 3)))
-    """Mass coupling [kg] of the degrees of freedom with unit ground motions along x, y, z; the last
-    three rows are the mass matrix of the rigid motion. Empty for a structure without ground."""
+    """Mass coupling [kg] of the degrees of freedom with unit ground motions along x, y and z,
+    (size + 3, 3); the last three rows are the mass of the rigid motion. Empty without ground."""
     sensor_base: Floats = field(default_factory=lambda: np.zeros((0, 3)))
     """Motion of each sensor per unit motion of the ground [-], (sensors, 3)."""
     geometry: GeometryAttachment | None = None

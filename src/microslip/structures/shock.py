@@ -118,7 +118,10 @@ class ShockResponse(ModalAnswer):
         return np.abs(self._modal[0] @ (self._shapes.T @ columns))
 
     def peak(self, at: ArrayLike, quantity: Quantity = "displacement") -> float:
-        """Return the largest magnitude at a sensor, shape (n,) [m, m/s or m/s^2]."""
+        """Return the largest magnitude [m, m/s or m/s^2] at a sensor, whose direction is (n,).
+
+        The shape of ``at`` and the frame of each quantity are as for :meth:`history`.
+        """
         return float(np.abs(self.history(at, quantity)).max())
 
     def __repr__(self) -> str:

@@ -35,7 +35,7 @@ class Spectrum:
 
     @classmethod
     def of(cls, psd: Any) -> Spectrum:
-        """Validate a spectrum."""
+        """Validate frequencies and densities, and return the spectrum."""
         example = "psd=([20.0, 2000.0], [1.0, 1.0]), in Hz and (m/s^2)^2/Hz"
         try:
             array = floats("psd", psd)
@@ -102,12 +102,12 @@ class LinearStructure:
 
     @cached_property
     def _static(self) -> Floats:
-        """Static compliance of the other modes between joints (coordinates, coordinates)."""
+        """Static compliance of the higher modes between joints (coordinates, coordinates)."""
         b = self.directions[self._slow :]
         return np.asarray(b.T @ (b / self.squares[self._slow :, None]))
 
     def poles(self, softer: Floats, dashpots: Floats) -> NDArray[np.complex128]:
-        """Return the poles of the slow modes [rad/s] with a positive frequency, rising.
+        """Return poles of the modes that respond dynamically [rad/s], by increasing frequency.
 
         ``softer`` and ``dashpots`` are changes of the joint stiffness and damping (coordinates,).
         """

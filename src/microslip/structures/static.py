@@ -229,7 +229,7 @@ class AtRest:
 
     @property
     def message(self) -> str:
-        """Result in a sentence."""
+        """Outcome in a sentence: number of Newton steps and unbalanced force."""
         return (
             f"at rest after {self.iterations} steps, {self.equilibrium_error:.1e} of the largest "
             "force unbalanced"
@@ -269,7 +269,7 @@ class AtRest:
 
     @property
     def _elastic(self) -> ModalModel:
-        """Modal model, if it has at least one mode."""
+        """Modal model; an InputError if it has no elastic mode."""
         if not self.model.size:
             raise InputError(
                 "the structure has no elastic mode; give it a stiffness, or joints that restrain it"

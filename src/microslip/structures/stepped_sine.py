@@ -47,7 +47,7 @@ AGREEING = Rule(
 
 
 class SteppedSine(NamedTuple):
-    """Result of a stepped sine."""
+    """Frequency and damping against amplitude from a stepped sine."""
 
     values: Values
     controlled: str
@@ -72,7 +72,7 @@ def stepped_sine(
     points: Any,
     quantity: Any,
 ) -> SteppedSine:
-    """Read a stepped sine; see :meth:`microslip.ModalTest.from_stepped_sine`."""
+    """Evaluate a stepped sine; see :meth:`microslip.ModalTest.from_stepped_sine`."""
     points, power = whole_number("points", points, 1, 1000), power_of(quantity)
     f, sensed = record("frequency", frequency, "Hz"), record("amplitude", amplitude)
     psi, push = record("phase", phase, "rad"), record("force", force)

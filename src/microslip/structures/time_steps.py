@@ -134,7 +134,10 @@ class TimeSteps:
     def advance(
         self, q: Floats, v: Floats, a: Floats, before: Floats, after: Floats
     ) -> tuple[Floats, Floats, Floats] | None:
-        """Advance by one step under modal forces; None if Newton's method does not converge."""
+        """Return displacement, velocity and acceleration after a step; None if it did not converge.
+
+        ``before`` and ``after`` are the modal forces at the beginning and at the end of the step.
+        """
         c, h = self._c, self._step
         drift = q + h * v + h * h * (0.5 - c.beta) * a  # displacement without the new acceleration
         speed = v + h * (1.0 - c.gamma) * a
@@ -214,7 +217,7 @@ class ExactSteps(TimeSteps):
     def advance(
         self, q: Floats, v: Floats, a: Floats, before: Floats, after: Floats
     ) -> tuple[Floats, Floats, Floats] | None:
-        """Advance by one step under modal forces; None if Newton's method does not converge."""
+        """Return displacement, velocity and (unused) acceleration, as :meth:`TimeSteps.advance`."""
         lines, row = self._directions, self._row
         self._row += 1
         known = np.stack(

@@ -7,7 +7,7 @@ from typing import Any
 
 
 class ByValue:
-    """Mixin of a frozen dataclass that compares public fields by value, including arrays."""
+    """Mixin for frozen dataclasses: equality by the values of public fields, arrays included."""
 
     def __eq__(self, other: object) -> bool:
         if self is other:

@@ -1,9 +1,9 @@
-"""Checks of arguments at public entry points, with one wording for each kind of mistake.
+"""Checks of arguments of public functions, with one wording for each kind of mistake.
 
-Numbers are in SI units. A quantity that carries a unit (pint, astropy, unyt) is converted to the
-unit of its argument, and refused where the dimension is another one or where the argument has no
-unit: it is never stripped. Values of xarray and pandas objects are taken in SI units, even if
-their attributes name another unit.
+Numbers are in SI units. A quantity with a unit (pint, astropy, unyt) is converted to the unit of
+the argument. It is refused if it has another dimension or if the argument has no unit; its unit is
+never ignored. Values of xarray and pandas objects are taken to be in SI units, even if their
+attributes name another unit.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from microslip._core.units import SMALLEST as SMALLEST
 
 Floats = NDArray[np.float64]
 Progress = Callable[[float], None]
-"""Receiver of the completed share of a calculation, from 0 to 1."""
+"""Function that is called with the completed fraction of a calculation, from 0 to 1."""
 
 
 def show(value: Any) -> str:
@@ -48,11 +48,12 @@ _DEEPEST_LIST = 4
 
 
 def without_unit(name: str, value: Any, unit: str, depth: int = 0) -> Any:
-    """Return the magnitude of a quantity in ``unit``, and any other value unchanged.
+    """Return the magnitude of a quantity in ``unit``; return a value without unit unchanged.
 
-    A quantity has ``to`` and ``magnitude`` (pint), or ``to``, ``value`` and ``unit`` (astropy); it
-    may be the data of an xarray object or an item of a list. ``depth`` counts the lists around the
-    value. Raises InputError for a quantity of another dimension.
+    A quantity has the attributes ``to`` and ``magnitude`` (pint), or ``to``, ``value`` and ``unit``
+    (astropy). It may be the ``data`` of an xarray object or an item of a list; ``depth`` is the
+    number of lists that contain ``value``. InputError is raised for a quantity of another
+    dimension.
     """
     if type(value) in _PLAIN:
         return value
@@ -85,7 +86,7 @@ def _quantity_of(value: Any) -> Any:
 
 
 def number(name: str, value: Any, unit: str = "", example: float = 1.0) -> float:
-    """Check a finite real number; convert a quantity to ``unit``."""
+    """Check that a value is a finite real number; convert a quantity to ``unit``."""
     if type(value) is float and math.isfinite(value):  # fast path for solvers
         return value
     if not isinstance(value, (list, tuple)):
@@ -107,7 +108,7 @@ def number(name: str, value: Any, unit: str = "", example: float = 1.0) -> float
 
 
 def positive(name: str, value: Any, unit: str = "", example: float = 1.0) -> float:
-    """Check a number above zero, between SMALLEST and LARGEST."""
+    """Check that a value is a number above zero, from SMALLEST to LARGEST."""
     result = number(name, value, unit, example)
     _check_size(name, result, result, unit)
     return result
@@ -129,10 +130,10 @@ _FEW = 4096  # size up to which isfinite is faster than the sum below
 def floats(
     name: str, value: ArrayLike, unit: str = "", *, missing: bool = False, endless: bool = False
 ) -> Floats:
-    """Check finite numbers of any shape and return them as a contiguous float64 array.
+    """Check that values are finite numbers and return a contiguous float64 array of the same shape.
 
     Quantities are converted to ``unit``. Empty arrays raise InputError. ``missing`` allows NaN,
-    ``endless`` allows infinity.
+    ``endless`` allows positive infinity.
     """
     if (
         type(value) is np.ndarray
@@ -178,14 +179,14 @@ def floats(
 
 
 def positives(name: str, value: ArrayLike, unit: str = "") -> Floats:
-    """Check numbers above zero of any shape, between SMALLEST and LARGEST."""
+    """Check that numbers of any shape are above zero, from SMALLEST to LARGEST."""
     array = floats(name, value, unit)
     _check_size(name, float(array.min()), float(array.max()), unit)
     return array
 
 
 def check_one_of(wording: str, first: Any, second: Any) -> None:
-    """Check that exactly one of two arguments is given; ``wording`` names them with units."""
+    """Check that exactly one of two arguments is given; ``wording`` names both with units."""
     if (first is None) == (second is None):
         came = "neither" if first is None else "both"
         raise InputError(f"exactly one of {wording} must be given, got {came}")
@@ -197,7 +198,7 @@ def is_whole(value: Any) -> bool:
 
 
 def whole_number(name: str, value: Any, low: int = 1, high: int | None = None) -> int:
-    """Check an integer between ``low`` and ``high``, which may also limit the work."""
+    """Check that a value is an integer from ``low`` to ``high``, or unlimited for None."""
     if not is_whole(value) or value < low or (high is not None and value > high):
         span = f"of at least {low}" if high is None else f"from {low} to {high}"
         raise InputError(f"`{name}` must be an integer {span}, got {show(value)}")
@@ -205,7 +206,7 @@ def whole_number(name: str, value: Any, low: int = 1, high: int | None = None) -
 
 
 def rising_orders(name: str, value: Any) -> tuple[int, ...]:
-    """Check increasing whole numbers from 0 on, such as harmonics."""
+    """Check that values are increasing whole numbers >= 0, such as orders of harmonics."""
     try:
         orders = np.asarray(value)
         fit = orders.dtype.kind in "iu" and orders.ndim == 1 and not np.ma.is_masked(value)
@@ -219,7 +220,7 @@ def rising_orders(name: str, value: Any) -> tuple[int, ...]:
 
 
 def members(name: str, value: Any, kind: type, expected: str) -> list[Any]:
-    """Check a nonempty sequence of instances of one class."""
+    """Check that a value is a nonempty sequence of instances of ``kind``; return a list."""
     checked: list[Any] = []
     try:
         for member in value.ravel().tolist() if isinstance(value, np.ndarray) else value:
@@ -238,13 +239,13 @@ def members(name: str, value: Any, kind: type, expected: str) -> list[Any]:
 
 
 def beyond(values: Any, scale: Any) -> Any:
-    """Divide without a warning if the quotient overflows to infinity."""
+    """Divide ``values`` by ``scale``; an overflow gives infinity, without a warning."""
     with np.errstate(over="ignore"):
         return values / scale
 
 
 def sized(name: str, value: ArrayLike, unit: str = "m") -> Floats:
-    """Check numbers up to LARGEST in magnitude, for which energies stay finite."""
+    """Check that numbers are at most LARGEST in magnitude, so that energies stay finite."""
     array = floats(name, value, unit)
     if max(-float(array.min()), float(array.max())) > LARGEST:
         worst = float(np.abs(array).max())
@@ -253,7 +254,7 @@ def sized(name: str, value: ArrayLike, unit: str = "m") -> Floats:
 
 
 def record(name: str, value: ArrayLike, unit: str = "") -> Floats:
-    """Check a one-dimensional series; a single number is one sample."""
+    """Check that a value is a one-dimensional series or one number, a single sample."""
     array = floats(name, value, unit)
     if array.ndim > 1:
         raise InputError(f"`{name}` must be one-dimensional, got shape {array.shape}")
@@ -261,11 +262,11 @@ def record(name: str, value: ArrayLike, unit: str = "") -> Floats:
 
 
 def plain(array: Floats, like: Any = None) -> Any:
-    """Return the result in the form of its argument ``like``.
+    """Return a result in the type of the argument ``like`` from which it was computed.
 
-    A zero-dimensional result becomes a float. Where ``like`` is an object of xarray or pandas with
-    the shape of the result, the result gets its dimensions, coordinates, index and columns. Name
-    and attributes are not copied: they belong to the quantity of the argument.
+    A zero-dimensional result becomes a float. If ``like`` is an object of xarray or pandas with the
+    shape of the result, the result gets its dimensions, coordinates, index and columns, but not its
+    name and attributes, which describe the argument.
     """
     if type(like) not in _PLAIN:
         library = type(like).__module__.partition(".")[0]

@@ -1,4 +1,4 @@
-"""Data set of a result: named arrays with dimensions and units, with rows and CSV lines."""
+"""Data set of a result: named arrays with dimensions and units; rows for JSON, lines for CSV."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Variable(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DataSet(Mapping[str, Variable]):
-    """Mapping of names to the variables of a result.
+    """Variables and coordinates of a result by name.
 
     Parameters
     ----------
@@ -77,9 +77,10 @@ class DataSet(Mapping[str, Variable]):
     def rows(
         self, columns: Mapping[str, str], dims: tuple[str, ...], **at: int
     ) -> list[dict[str, Any]]:
-        """Return rows along dimensions as plain values for JSON; ``at`` fixes some dimensions.
+        """Return rows for JSON: a dictionary for each point along ``dims``.
 
-        ``columns`` maps the keys of a row to names of variables.
+        ``columns`` maps the keys of a row to names of variables; ``at`` gives the index along some
+        dimensions, which are then not varied.
         """
         fixed = tuple(at.get(dim, slice(None)) for dim in dims)
         flat = [json_value(self.spread(name, dims)[fixed].reshape(-1)) for name in columns.values()]
@@ -88,10 +89,10 @@ class DataSet(Mapping[str, Variable]):
     def csv_lines(
         self, columns: Mapping[str, str], dims: tuple[str, ...]
     ) -> Iterator[tuple[int, str]]:
-        """Yield the header and blocks of lines of a CSV table, each with its number of rows.
+        """Yield the header and then blocks of lines of a CSV table, each with its number of rows.
 
-        The first of ``dims`` varies slowest. Numbers have the fewest digits that restore them
-        exactly.
+        There is one row per point along ``dims``, of which the first varies slowest. Numbers have
+        the fewest digits from which they can be restored exactly.
         """
         yield 0, ",".join(f"{key} [{self[name].unit}]" for key, name in columns.items()) + "\n"
         arrays = [np.asarray(self.spread(name, dims), dtype=float) for name in columns.values()]
@@ -105,7 +106,7 @@ class DataSet(Mapping[str, Variable]):
         return math.prod(self.sizes[dim] for dim in dims)
 
     def to_xarray(self, instead: str) -> Any:
-        """Convert to an ``xarray.Dataset``; ``instead`` names alternatives without xarray."""
+        """Convert to ``xarray.Dataset``; ``instead`` is advice if xarray is not installed."""
         with needed_for("to_xarray needs", "xarray", instead):
             import xarray
         coords, variables = (

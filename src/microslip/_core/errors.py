@@ -1,8 +1,8 @@
 """Errors of invalid input.
 
-In the message, arguments of a function are in backticks, alone or with a value to write:
-"`normal_load` must be above zero", "write `start=...`". ``str`` of the error has no backticks; a
-command converts arguments to its options, see :func:`microslip.cli.options.in_options`.
+In a message, arguments of a function are in backticks, with or without a value: "`normal_load` must
+be above zero", "write `start=...`". ``str(error)`` removes the backticks; a command replaces
+arguments by its options, see :func:`microslip.cli.options.in_options`.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ class InputError(ValueError):
     Parameters
     ----------
     text : str
-        Message with its arguments in backticks, which ``str`` of the error omits.
+        Message with names of arguments in backticks, which ``str(error)`` removes.
     """
 
     @property
     def text(self) -> str:
-        """Message with its arguments in backticks."""
+        """Message with names of arguments in backticks."""
         return "".join(map(str, self.args))
 
     @property
@@ -36,7 +36,7 @@ class InputError(ValueError):
         return self.text.split("`", 2)[2].strip() if self.argument else self.text
 
     def within(self, place: str) -> Self:
-        """Return the error with a prefix, such as a file name and ": "."""
+        """Return the error with ``place`` before its message, such as a file name and ": "."""
         return type(self)(place + self.text)
 
     def __str__(self) -> str:

@@ -12,7 +12,7 @@ from microslip._core.errors import InputError
 
 
 def reason(error: Exception) -> str:
-    """Return the message of the operating system in lower case, to follow a colon."""
+    """Return the message of the operating system in lower case, to be written after a colon."""
     return (getattr(error, "strerror", None) or str(error) or type(error).__name__).lower()
 
 

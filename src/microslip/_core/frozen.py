@@ -1,4 +1,4 @@
-"""Read-only arrays in frozen objects."""
+"""Read-only arrays in frozen objects, preserved by copies and pickles."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 def made_once(function: _Function) -> _Function:
-    """Cache a function without arguments that creates frozen objects, such as examples."""
+    """Cache the result of a function without arguments, for example objects shared by tests."""
     return cast("_Function", cache(function))
 
 
@@ -25,13 +25,13 @@ def lock(array: NDArray[Any]) -> NDArray[Any]:
 
 
 def assign(instance: object, **values: Any) -> None:
-    """Set fields of a frozen object during its creation."""
+    """Set fields of a frozen dataclass instance, which must only be done while it is created."""
     for name, value in values.items():
         object.__setattr__(instance, name, value)
 
 
 class _Proxied(dict[Any, Any]):
-    """Content of a read-only mapping during pickling, since a MappingProxyType has no pickle."""
+    """Content of a read-only mapping in a pickle, since a MappingProxyType cannot be pickled."""
 
 
 class Locked:

@@ -1,4 +1,4 @@
-"""Numerical integration and inversion for laws without closed forms."""
+"""Adaptive integration and inversion of functions, for laws without closed forms."""
 
 from __future__ import annotations
 
@@ -23,11 +23,12 @@ def adaptive(
     halvings: int,
     noise: Callable[[Floats, Floats], Floats] = lambda low, high: np.zeros_like(low),
 ) -> Floats:
-    """Integrate function i from 0 to ``span[i]``, for all i; functions may have kinks.
+    """Integrate functions i = 0, 1, ... from 0 to ``span[i]``; functions may have kinks.
 
-    ``function`` is called with places and the index i of each. Intervals are graded towards 0 and
-    bisected up to ``halvings`` times, until bisection changes the integral by less than
-    ``tolerance`` relative to the whole plus ``noise``, a function of both ends.
+    ``function`` is called with arguments and the index i of the function for each. Intervals are
+    graded towards 0 and bisected up to ``halvings`` times, until bisection changes the integral by
+    less than ``tolerance`` times the whole integral plus ``noise``, a function of both ends of an
+    interval.
     """
     edges = np.append(0.0, 0.25 ** np.arange(12.0, -1.0, -1.0))
     low, high = (np.outer(span, side).ravel() for side in (edges[:-1], edges[1:]))
@@ -63,7 +64,7 @@ def invert(
     low: Floats,
     high: Floats,
 ) -> Floats:
-    """Solve for many targets of an increasing function by Newton's method within brackets."""
+    """Solve f(x) = ``target``, f increasing, between ``low`` and ``high`` by Newton's method."""
     low, high = low.copy(), high.copy()
     x = low.copy()
     active = np.arange(target.size)

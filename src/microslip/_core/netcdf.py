@@ -15,7 +15,7 @@ _COMPRESSED = 4096  # size in bytes from which arrays are compressed
 
 
 def store(path: str | Path, data: DataSet, progress: Progress | None = None) -> None:
-    """Write a new netCDF-4 file, readable by xarray, netCDF4, h5py and MATLAB."""
+    """Write a data set to a new netCDF-4 file, readable by xarray, netCDF4, h5py and MATLAB."""
     coords, variables = data.coords, data.variables
     with needed_for("netCDF files need"):
         import h5netcdf
@@ -51,9 +51,9 @@ def store(path: str | Path, data: DataSet, progress: Progress | None = None) -> 
 
 
 def _set(owner: Any, name: str, value: Any) -> None:
-    """Set an attribute, text as a fixed-length string.
+    """Set an attribute of a file or variable; text becomes a fixed-length string.
 
-    MATLAB and Fortran programs do not read the variable-length strings that h5py writes by default.
+    MATLAB and Fortran programs cannot read the variable-length strings that h5py writes by default.
     """
     import h5py
 

@@ -1,4 +1,4 @@
-"""Declaration of choices, texts and numbers of commands and studies that belong to no class."""
+"""Declaration of inputs of commands and studies that are not parameters of a class."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from microslip._core.wording import did_you_mean, quoted
 
 @dataclass(frozen=True)
 class Option(Number):
-    """Declaration of one or several numbers, texts, choices or switches of a command or study."""
+    """Declaration of an input of a command or study: numbers, text, a choice or a switch."""
 
     kind: Kind | type | None = str
     """Kind of quantity, written with its unit in files and commands, or float, int, bool or str."""
@@ -94,7 +94,7 @@ class Option(Number):
         return tuple(self.read_item(item) for item in items)
 
     def read_text(self, text: str) -> Any:
-        """Convert one value of a command line, where numbers are text."""
+        """Convert one value from a command line, where numbers too are text, to SI units."""
         if self.none and text == self.none:
             return None
         if self.kind not in (float, int):
@@ -108,7 +108,7 @@ class Option(Number):
         self._refuse(text)
 
     def read_item(self, raw_value: Any) -> Any:
-        """Convert one value to SI units."""
+        """Convert one of possibly several values to SI units."""
         if isinstance(self.kind, Kind):
             if self.bare and is_number(raw_value):
                 raw_value = f"{raw_value} {self.unit}".strip()
@@ -164,9 +164,9 @@ def is_number(raw_value: object) -> bool:
 def option(
     name: str, help: str, kind: Kind | type = str, label: str = "", **settings: Any
 ) -> Option:
-    """Declare an option of commands and studies that belongs to no class.
+    """Declare an input of commands and studies that is not a parameter of a class.
 
-    By default it is optional, and quantities must be above zero.
+    Unless ``settings`` differ, it may be omitted, and a quantity must be above zero.
     """
     settings = {"default": None, **settings}
     if isinstance(kind, Kind) and settings.pop("sign", "positive") == "positive":

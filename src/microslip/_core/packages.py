@@ -1,7 +1,7 @@
-"""Lazy imports of names and optional packages.
+"""Imports on first use: names of a package, and optional packages.
 
 The core of the library needs only NumPy and SciPy. Functions that read units, validate studies,
-draw or write files import their packages when called, and report a missing package in one line.
+draw or write files import further packages when called, and report a missing one in one line.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ class MissingPackageError(InputError, ImportError):
 
 @contextmanager
 def needed_for(purpose: str, extra: str = "", instead: str = "") -> Iterator[None]:
-    """Convert the error of a missing package inside the block to a one-line message.
+    """Convert the error of a package that is missing inside the block to a one-line message.
 
     Parameters
     ----------
     purpose : str
-        Subject that needs the package, with its verb, such as ``"units need"``.
+        Beginning of the message, such as ``"units need"``; the name of the package follows.
     extra : str
-        Extra of microslip that installs the package; empty if it is a dependency.
+        Optional extra of microslip that installs the package; empty if microslip requires it.
     instead : str
-        Alternative without the package.
+        End of the message: what can be used without the package.
     """
     try:
         yield

@@ -1,12 +1,12 @@
-"""Declaration of a number, used by all interfaces of the package.
+"""Declaration of numbers as metadata of dataclass fields, used by all interfaces of the package.
 
-A field of a frozen dataclass declares its symbol, unit, range and meaning as metadata::
+A field of a frozen dataclass declares its symbol, unit, range and meaning::
 
     stiffness: float = field(metadata=parameter("k", "N/m", "stiffness at rest", above=0.0))
 
 The check at creation, `guess`, the fit, the study key and its schema, the command option and its
-help, the form of the workbench, the label in tables and the attributes in files are derived from
-it. Inputs that belong to no class, such as how a file is read, are options
+help, the form of the workbench, labels in tables and attributes in files are derived from it.
+Inputs that are not parameters of a class, such as how a file is read, are options
 (`microslip._core.options`).
 """
 
@@ -29,7 +29,7 @@ JsonSchema = dict[str, Any]
 
 
 class REQUIRED:
-    """Default of a value that must be given."""
+    """Marker in place of a default: the value must be given."""
 
 
 _KEY = "microslip"
@@ -77,7 +77,7 @@ class Number:
         object.__setattr__(self, "unit", kind.unit if isinstance(kind, Kind) else self.unit)
 
     def but(self, **changes: Any) -> Self:
-        """Return the declaration with changed fields."""
+        """Return a copy of the declaration with changed fields."""
         return dataclasses.replace(self, **changes)
 
     # -- in words ------------------------------------------------------------------------------
@@ -109,14 +109,14 @@ class Number:
         return f"{value / factor:.6g} {name}".strip()
 
     def written_unit(self, value: float) -> tuple[float, str]:
-        """Return the factor and the name of the usual unit for a value of this magnitude."""
+        """Return the factor [SI] and the name of the usual unit for a value of this size."""
         units = _WRITTEN.get(self.unit, ())
         fit = (unit for unit in units if abs(value) >= 0.099 * unit[0])
         return next(fit, (1.0, self.unit))
 
     @property
     def written(self) -> str:
-        """Example as TOML, "" if there is none."""
+        """Example as written in TOML, "" if there is none."""
         text = self.example_text
         return text if self.kind in (float, int, bool) or not text else f'"{text}"'
 
@@ -157,7 +157,7 @@ class Number:
         return self.limited("a whole number" if self.kind is int else "a number")
 
     def limited(self, noun: str) -> str:
-        """Return a noun with the limits of its values."""
+        """Return a noun followed by the limits of the values, such as "a number above zero"."""
         limits = self.allowed
         if limits.startswith("a finite"):
             return noun
@@ -187,13 +187,13 @@ class Number:
         return powers["N"], powers["m"]
 
     def holds(self, value: float) -> bool:
-        """Return True if a value is in the range."""
+        """Return True if a value is within the limits."""
         return self.above < value < self.below and self.least <= value <= self.most
 
     # -- arguments of Python functions ---------------------------------------------------------
 
     def checked(self, value: Any) -> Any:
-        """Check a keyword argument and convert it to SI units. Lists become read-only arrays."""
+        """Check a keyword argument and convert it to SI units; lists become read-only arrays."""
         if value is None and self.default is None:
             return None
         return self._checked_many(value) if self.many else self._checked_item(value)
@@ -226,7 +226,7 @@ class Number:
             raise InputError(f"`{self.name}` must be {error.expected}, got {error.came}") from None
 
     def _allowed_instead(self, value: float) -> str:
-        """Return the allowed values in words for an invalid value, "" for a valid one."""
+        """Return the allowed values in words if ``value`` is invalid, otherwise ""."""
         in_unit = f" [{self.unit}]" if self.unit else ""
         if not self.holds(value):
             return self.allowed + (f" ({self.why})" if self.why else "")
@@ -250,7 +250,7 @@ class Number:
         return self.read_item(raw_value)
 
     def read_item(self, raw_value: object) -> Any:
-        """Convert one value to SI units."""
+        """Convert one value of a file or command to SI units; WrongValue if not allowed."""
         if isinstance(self.kind, Kind):
             return self._read_quantity(raw_value, self.kind, self.example_text)
         accepted = (int, float) if self.kind is float else (int,)
@@ -291,7 +291,7 @@ class Number:
 
 
 class WrongValue(ValueError):
-    """Invalid value in a file or command, with the expected and the received value."""
+    """Invalid value in a file or command; the message has the expected and the received value."""
 
     def __init__(self, expected: str, came: str) -> None:
         super().__init__(f"wanted {expected}, got {came}")
@@ -310,7 +310,7 @@ def parameter(
 
 
 def parameters_of(kind: type) -> tuple[Number, ...]:
-    """Return the parameters of a class in the order of its arguments."""
+    """Return the declarations of the parameters of a class, in the order of its arguments."""
     return _parameters_of(kind)
 
 
@@ -337,12 +337,12 @@ _COMMON = {
 
 
 def parameter_of(kind: type, name: str) -> Number:
-    """Return one parameter of a class by name."""
+    """Return the declaration of one parameter of a class by name."""
     return next(item for item in parameters_of(kind) if item.name == name)
 
 
 def is_fully_declared(kind: type) -> bool:
-    """Return True if all arguments of a class are declared parameters."""
+    """Return True if every argument of a class has a declaration."""
     if not dataclasses.is_dataclass(kind):
         return False
     names = {item.name for item in dataclasses.fields(kind) if item.init}
@@ -375,7 +375,7 @@ def values_of(item: Any) -> dict[str, Any]:
 
 
 def rescaled(kind: type, values: Mapping[str, Any], force: float, length: float) -> dict[str, Any]:
-    """Multiply parameters by a force [N] and a length [m] according to their dimensions."""
+    """Multiply parameters by powers of a force [N] and a length [m], as their units require."""
     import numpy as np
 
     result = {}

@@ -1,21 +1,22 @@
 """Differences without cancellation, as integrals with a positive integrand.
 
-Let f be decreasing and convex with derivatives f', f'' and tail integral M(t) (from t to
-infinity). Wanted for steps u >= 0 from a given t, small steps included:
+Let f be decreasing and convex with derivatives f', f'' and tail integral M(t), that of f from t to
+infinity. Three functions are needed for steps u >= 0 from a given t, including very small steps:
 
     drop(u)    = f(t) - f(t + u)                             = integral of -f'(t + v)
     excess(u)  = (u/2) (f(t) + f(t + u)) - (M(t) - M(t + u)) = 1/2 integral of v (u - v) f''(t + v)
     excess'(u) = (f(t) - f(t + u) + u f'(t + u)) / 2         = 1/2 integral of v f''(t + v)
 
-over 0 <= v <= u: the decrease of f, and the error of the trapezoidal rule for its integral.
+with integrals over 0 <= v <= u: the decrease of f, the error of the trapezoidal rule for the
+integral of f, and the derivative of this error.
 
-The left sides lose all digits for small u, the right sides none. Up to a fraction of the decay
-length f/|f'| Gauss-Legendre quadrature of the right side is exact to rounding; beyond it the left
-side is accurate.
+The expressions on the left lose all digits for small u, the integrals none. For u up to a fraction
+of the decay length f/|f'| Gauss-Legendre quadrature is exact to rounding; for larger u the
+expressions on the left are accurate.
 
-Where f'' is singular like (edge - t)^(-1/2) below an edge (the lower end of a bounded height
-distribution), the part below it is integrated in the root of the distance. For other breaks of f
-the integral is split at the breaks.
+If f'' is singular like (edge - t)^(-1/2) below an edge (the lower end of a bounded height
+distribution), the part below the edge is integrated over the square root of the distance to it. For
+other breaks of f the integral is split at the breaks.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ _BLOCK = 1 << 14  # rows of nodes per block, sized for the cache
 
 
 def _integral(g: Function, u: Floats, t: Floats | float, f: Convex) -> Floats:
-    """Integrate g(v, u, t) over v in [0, u], with one row of nodes per value of ``u``."""
+    """Integrate g(v, u, t) over v from 0 to each ``u``."""
     if isinstance(t, np.ndarray):
         return _integrals(g, u, t, f)
     breaks = f._breaks
@@ -87,7 +88,7 @@ def _integrals(g: Function, u: Floats, t: Floats, f: Convex) -> Floats:
 
 
 def _smooth(g: Function, u: Floats, t: Floats | float, edge: float) -> Floats:
-    """Integrate a function that is smooth except for a singularity below ``edge``."""
+    """Integrate g over v from 0 to each ``u``; f may be singular below ``edge`` only."""
     here = t[:, None] if isinstance(t, np.ndarray) else t
     if not np.any(edge > t):
         v = u[:, None] * _NODES
@@ -109,7 +110,7 @@ def _smooth(g: Function, u: Floats, t: Floats | float, edge: float) -> Floats:
 
 
 def _piecewise(g: Function, u: Floats, t: float, marks: Floats) -> Floats:
-    """Integrate between marks 0 = v_0 < v_1 < ..., each piece for the steps that reach it."""
+    """Integrate g between marks 0 = v_0 < v_1 < ..., each interval for all ``u`` that reach it."""
     total = np.zeros_like(u)
     for low, high in pairwise(marks):
         # Steps that cover the whole piece share its nodes.
@@ -127,7 +128,7 @@ def _piecewise(g: Function, u: Floats, t: float, marks: Floats) -> Floats:
 
 
 class Convex(Protocol):
-    """Decreasing convex function: derivatives of order -1 (tail integral), 0, 1 and 2."""
+    """Interface of a decreasing convex function f: its derivatives of order -1 (M) to 2."""
 
     @property
     def _edge(self) -> float: ...
@@ -141,7 +142,7 @@ class Convex(Protocol):
 
 
 class Pieces:
-    """Function with many small known kinks, for steps so short that they contain few kinks."""
+    """Function with many small known kinks; integrals are split at its kinks."""
 
     _edge = -math.inf
 
@@ -157,10 +158,11 @@ class Pieces:
 
 
 def drop(f: Convex, t: Floats | float, u: Floats, pieces: Pieces | None = None) -> Floats:
-    """Return f(t) - f(t + u), accurate to a few units in the last place.
+    """Return f(t) - f(t + u), accurate to a few units in the last digit.
 
-    The steps ``u`` are one-dimensional; ``t`` is a number or an array of the same size. This also
-    holds for :func:`excess` and :func:`excess_slope`.
+    The steps ``u`` are one-dimensional; ``t`` is a number or an array of the same size. With
+    ``pieces``, integrals are split at its kinks. This also holds for :func:`excess` and
+    :func:`excess_slope`.
     """
     here, length = _decay(f, t)
     result = here - f._derivative(t + u, 0)
@@ -171,7 +173,7 @@ def drop(f: Convex, t: Floats | float, u: Floats, pieces: Pieces | None = None) 
 
 
 def excess(f: Convex, t: Floats | float, u: Floats, pieces: Pieces | None = None) -> Floats:
-    """Return half the integral of v (u - v) f''(t + v) over [0, u]."""
+    """Return half the integral of v (u - v) f''(t + v) over 0 <= v <= u."""
     here, length = _decay(f, t)
     end = t + u
     area = _at(f, t, -1) - f._derivative(end, -1)
@@ -188,7 +190,7 @@ def excess(f: Convex, t: Floats | float, u: Floats, pieces: Pieces | None = None
 
 
 def excess_slope(f: Convex, t: Floats | float, u: Floats, pieces: Pieces | None = None) -> Floats:
-    """Return half the integral of v f''(t + v) over [0, u]."""
+    """Return half the integral of v f''(t + v) over 0 <= v <= u, the derivative of excess."""
     here, length = _decay(f, t)
     end = t + u
     result = 0.5 * (here - f._derivative(end, 0) + u * f._derivative(end, 1))

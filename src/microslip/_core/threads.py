@@ -1,4 +1,4 @@
-"""Thread control: one BLAS thread for small systems, many threads for rows of kernels."""
+"""Number of threads: one for BLAS on small systems, several for independent rows of kernels."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def _limit() -> Callable[[], Any]:
 
 
 def single_threaded(function: Callable[P, R]) -> Callable[P, R]:
-    """Decorate a function to run with a single BLAS thread."""
+    """Decorate a function so that BLAS uses a single thread while it runs."""
 
     @wraps(function)
     def limited(*args: P.args, **kwargs: P.kwargs) -> R:
@@ -49,11 +49,11 @@ _LEAST = 32  # smallest number of rows worth a thread
 
 
 def in_parts(size: int, work: Callable[[slice], object]) -> list[object]:
-    """Return the results of ``work`` for slices of independent rows, run in threads.
+    """Run ``work`` in threads on slices of ``size`` independent rows; return the results by slice.
 
-    The number of threads is ``OMP_NUM_THREADS``, or the number of available processors, and at most
-    one per 32 rows. Kernels release the global interpreter lock, and results of a row do not depend
-    on its slice.
+    The number of threads is ``OMP_NUM_THREADS``, or the number of available processors, but at most
+    one per 32 rows. Kernels release the global interpreter lock, and the results of a row do not
+    depend on its slice.
     """
     count = min(_threads(), size // _LEAST)
     if count < 2:

@@ -1,7 +1,7 @@
 """Conversion of text with units ("0.5 um") to SI numbers, and of SI numbers to text.
 
-All numbers inside the library are floats in SI units. Units are read only here, and pint is
-imported only for uncommon units.
+All numbers inside the library are floats in SI units. Text with units is read only by this module,
+which imports pint only for uncommon units.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ _KINDS = {
 
 
 def kind_of(unit: str) -> Kind:
-    """Return the kind of quantity with an SI unit."""
+    """Return the kind of quantity that has a given SI unit."""
     return _KINDS.get(unit) or Kind(f"value in {unit}", unit, (unit,))
 
 
@@ -120,7 +120,7 @@ _NAMED_DIMENSIONS = {
 
 
 def to_si(raw_value: object, kind: Kind, example: str, sign: Sign = "positive") -> float:
-    """Convert a quantity with its unit to a float in SI units."""
+    """Convert text with a unit to a float in SI units; QuantityError states ``example``."""
     message = f'wanted {kind.with_article} such as "{example}", got '
     if isinstance(raw_value, (int, float)) and not isinstance(raw_value, bool):
         raise QuantityError(f"{message}{quote(raw_value)} (a number without a unit)")
@@ -153,7 +153,10 @@ _ON_BOLTS = r"\s+on\s+(?:(\d{1,4})\s+)?M(\d{1,3})\s*,\s*K\s*=?\s*(\d?\.\d{1,6})\
 
 
 def _bolt_load(text: str) -> float | None:
-    """Return the load [N] of tightened bolts, n M/(K d): "20 N m on 4 M8, K 0.2", or None."""
+    """Return the clamping load [N] of n bolts of diameter d tightened by a torque M: n M/(K d).
+
+    K is the nut factor, as in "20 N m on 4 M8, K 0.2". None for text that is not a torque.
+    """
     torque, on, _ = text.partition(" on ")
     try:
         value = to_si(torque, TORQUE, "20 N m")
@@ -171,7 +174,7 @@ def _bolt_load(text: str) -> float | None:
 
 
 def scaled_decimal(number: str, factor: Decimal) -> float:
-    """Return the double nearest to a decimal number times a factor, infinite on overflow."""
+    """Return the double nearest to a decimal number times a factor; infinite on overflow."""
     try:
         return float(Decimal(number) * factor)
     except (DecimalException, OverflowError):
@@ -222,7 +225,7 @@ def with_common_unit(texts: Sequence[str]) -> tuple[str, ...]:
 
 
 def split_range(text: str) -> tuple[str, str] | None:
-    """Return both ends of LOW..HIGH with the common unit, None for other text."""
+    """Return both ends of text LOW..HIGH, each with a unit; None for other text."""
     low, dots, high = (part.strip() for part in text.partition(".."))
     return None if not dots or not low or not high else with_common_unit((low, high))  # type: ignore[return-value]
 
@@ -238,7 +241,7 @@ _NO_STRESS = re.compile(r"H(?:R[A-C]|K|L|S|D)\w*", re.IGNORECASE)
 
 
 def factor_of(unit: str, kind: Kind, message: str) -> Decimal:
-    """Return the SI value of one `unit`."""
+    """Return the value of one ``unit`` in SI units; QuantityError begins with ``message``."""
     if kind is HARDNESS:
         if _HARDNESS.fullmatch(unit):
             return Decimal("9.80665e6")
@@ -270,9 +273,9 @@ def factor_of(unit: str, kind: Kind, message: str) -> Decimal:
 
 
 def _mistyped_unit(unit: str, usual: tuple[str, ...]) -> str | None:
-    """Return the usual unit of which this is a misspelling: adjacent key or swapped letters.
+    """Return the usual unit of which ``unit`` is a misspelling: adjacent key or swapped letters.
 
-    Most units are too short for a similarity of words.
+    Most units are too short for a comparison by similarity of words.
     """
     for text in usual:
         if len(unit) == len(text) > 1 and unit[0] == text[0]:
@@ -309,7 +312,7 @@ _FACTOR = re.compile(r"(p|c|n|u|µ|μ|m|k|M|G|)(m|g|N|s|Hz|Pa)(?:\^([1-4]))?")
 
 
 def _simple(unit: str) -> tuple[Decimal, tuple[tuple[str, str], ...]] | None:
-    """Parse a common unit, or the quotient of two, like :func:`_parse`; None for other units."""
+    """Parse a common unit or the quotient of two: factor and dimension; None for others."""
     if unit.count("/") > 1:
         return None
     exponent, powers = 0, [0, 0, 0]
@@ -358,7 +361,7 @@ def _dimension_name(dimension: tuple[tuple[str, str], ...]) -> str:
 
 
 def prefix(value: float) -> tuple[float, str]:
-    """Return the power of a thousand suitable for a number, and its SI prefix."""
+    """Return the power of a thousand suitable for writing a number, and its SI prefix."""
     if value == 0.0 or not math.isfinite(value):
         return 1.0, ""
     # Round first, so that 999.96 becomes "1.00 k" instead of "1000".
@@ -381,10 +384,10 @@ def engineering(value: float | None, unit: str, digits: int = 3, *, trim: bool =
 
 
 def interval_digits(low: float | None, high: float | None, value: float | None = None) -> int:
-    """Return the number of significant digits for an estimate and its interval.
+    """Return the number of significant digits for writing an estimate with its interval.
 
-    The width of the interval gets one or two digits, the numbers get three to eight. Without a
-    finite interval, four digits are used. ``value`` is the estimate, by default the larger end.
+    It shows the width of the interval with one or two digits, and is between three and eight; four
+    without a finite interval. ``value`` is the estimate, by default the larger end in magnitude.
     """
     if low is None or high is None or not 0.0 < high - low < math.inf:
         return 4

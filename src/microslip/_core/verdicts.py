@@ -1,4 +1,4 @@
-"""Verdicts as data: a rule has a name, limits, meaning, reason and remedy."""
+"""Verdicts on assumptions: rules with limits, and the results of applying them."""
 
 from __future__ import annotations
 
@@ -13,9 +13,10 @@ WORDS: tuple[str, ...] = get_args(Word)
 
 
 class Verdict(NamedTuple):
-    """Result of comparing an assumption with its limit.
+    """Result of comparing a quantity with the limits of an assumption.
 
-    For interfaces, the assumptions of Greenwood and Williamson (DOI 10.1098/rspa.1966.0242).
+    For interfaces the assumptions are those of Greenwood and Williamson (DOI
+    10.1098/rspa.1966.0242).
     """
 
     name: str
@@ -35,7 +36,7 @@ class Verdict(NamedTuple):
 
 
 class Remark(str):
-    """Note to a result: text with its kind, so that notes are selected without parsing."""
+    """Note to a result: text with a kind, by which notes are selected."""
 
     def __new__(cls, kind: str, words: str) -> Self:
         """Create the text ``"kind: words"``."""
@@ -54,7 +55,7 @@ class Remark(str):
 
 @dataclass(frozen=True)
 class Rule:
-    """Rule by which a quantity is judged."""
+    """Limits of a quantity within which an assumption holds."""
 
     name: str  # judged quantity
     # Limits of ``ok`` and of ``outside``; for ``outside`` below ``watch`` small values are worse.
@@ -79,5 +80,5 @@ class Rule:
 
 
 def worst(verdicts: Iterable[Verdict]) -> Word:
-    """Return the worst word of verdicts, "not judged" if there are none."""
+    """Return the worst word of verdicts; "not judged" if there are no verdicts."""
     return max((verdict.word for verdict in verdicts), key=WORDS.index, default="not judged")

@@ -12,19 +12,19 @@ ESCAPED: Final = "backslashreplace"
 
 
 def one_line(text: str) -> str:
-    """Escape characters that are not printable, so that the text is on one line."""
+    """Replace characters that are not printable by escapes, so that the text is on one line."""
     # Control characters must not reach the terminal.
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def shorten(text: str, length: int) -> str:
-    """Return text on one line, printable, and cut to a length."""
+    """Return printable text on one line, cut to ``length`` characters."""
     text = one_line(text)
     return text if len(text) <= length else text[: length - 1] + "…"
 
 
 def quote(value: object) -> str:
-    """Format a received value as the user wrote it, short and on one line."""
+    """Format a value received in a file or command as it was written, short, on one line."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
@@ -50,7 +50,7 @@ def quoted(words: Iterable[str], join: str = "or") -> str:
 
 
 def nearest(word: str, words: Iterable[str], cutoff: float = 0.6) -> str | None:
-    """Return the most similar word of `words`, or None."""
+    """Return the word of ``words`` most similar to ``word``, or None."""
     folded = {candidate.casefold(): candidate for candidate in words}
     plain = word.casefold().replace(" ", "_")
     match = get_close_matches(plain, folded, n=1, cutoff=cutoff)
@@ -65,7 +65,7 @@ def nearest(word: str, words: Iterable[str], cutoff: float = 0.6) -> str | None:
 
 
 def did_you_mean(word: str, words: Iterable[str], cutoff: float = 0.6) -> str:
-    """Return a suggestion to append to a message, or ""."""
+    """Return '; did you mean "..."?' with the nearest word, or "", to end a message."""
     match = nearest(word, words, cutoff)
     return f'; did you mean "{match}"?' if match else ""
 
@@ -81,5 +81,5 @@ def joined(texts: Sequence[str]) -> str:
 
 
 def capital(text: str) -> str:
-    """Capitalise the first letter of a sentence."""
+    """Return text with its first letter in upper case."""
     return f"{text[:1].upper()}{text[1:]}"

@@ -1,4 +1,4 @@
-"""Export of joints to other programs, and adapters for other Python solvers."""
+"""Export of joints to files for other programs, and adapters for other Python solvers."""
 
 from microslip._core.packages import names_of_stub as _names
 

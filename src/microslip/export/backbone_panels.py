@@ -1,4 +1,4 @@
-"""Backbones and load curves as piecewise polynomials, for exported files."""
+"""Backbones and load curves as piecewise polynomials, for exported code."""
 
 from __future__ import annotations
 
@@ -28,10 +28,11 @@ _HALVINGS = 60
 
 @dataclass(frozen=True)
 class BackbonePanels:
-    """Backbone T0 as polynomials on panels of [0, end], and the force limit beyond.
+    """Backbone T0 as polynomials on panels from 0 to ``end``, and the force limit beyond.
 
-    The first panel holds T0/u and the others T0, as powers of s in [-1, 1]. Panels of equal width
-    (``inverse_width`` above 0) all hold T0/u.
+    Polynomials are powers of s, from -1 to 1 over the panel. If panels have equal width
+    (``inverse_width`` above 0), all are polynomials of T0/u; otherwise only the first is, and the
+    others are polynomials of T0.
     """
 
     edges: Floats  # (panels + 1,), rising from 0
@@ -41,10 +42,10 @@ class BackbonePanels:
 
     @classmethod
     def of(cls, law: BackboneLaw, smallest: float) -> BackbonePanels:
-        """Return the panels of a law: its own table if it has one, which reproduces it exactly.
+        """Return the panels of a law; they reproduce the table of a law that has one exactly.
 
-        Otherwise panels lie between the kinks of the law and are halved until the truncation error
-        is at rounding level, down to forces negligible at the smallest amplitude [m].
+        Otherwise the kinks of the law are edges, and panels are halved until the truncation error
+        is within rounding, or negligible against the force at the ``smallest`` amplitude [m].
         """
         table = law._table
         if table is not None and table.power == 1 and table.rate == 0.0:
@@ -55,15 +56,15 @@ class BackbonePanels:
 
     @property
     def end(self) -> float:
-        """Displacement [m] beyond which the joint slides."""
+        """Displacement [m] beyond which the force is the force limit."""
         return float(self.edges[-1])
 
     def force(self, u: Floats) -> Floats:
-        """Backbone T0 [N] as the exported code evaluates it."""
+        """Return the backbone T0 [N] at displacements u >= 0 [m], as exported code computes it."""
         return self._evaluate(u)[0]
 
     def energy(self, amplitudes: Floats) -> Floats:
-        """Energy of a closed cycle [J] of the panels, for rising amplitudes [m]."""
+        """Return the energy of a closed cycle [J] of the panels, for increasing amplitudes [m]."""
 
         def rate(u: Floats) -> Floats:
             force, slope = self._evaluate(u)
@@ -73,7 +74,7 @@ class BackbonePanels:
 
     @property
     def middles(self) -> Floats:
-        """Integral of T0 [J] from 0 to the middle of each panel, then to the end."""
+        """Integrals of T0 [J] from 0 to the middle of each panel, and last to ``end``."""
         c, width = self.coefficients, np.diff(self.edges)[:, None]
         k = np.arange(c.shape[1])
         ends = np.array([-1.0, 1.0])[:, None, None]
@@ -106,7 +107,7 @@ class BackbonePanels:
 
 
 def cycle_energy(places: Floats, amplitudes: Floats, rate: Callable[[Floats], Floats]) -> Floats:
-    """Integrate a rate, smooth between rising places, from 0 to each amplitude."""
+    """Integrate ``rate``, smooth between increasing ``places``, from 0 to each amplitude [m]."""
     # 4 (T0 - u T0') = -4 u^2 (T0/u)': the second form does not suffer from cancellation.
     nodes, weights = gauss_legendre(16)
     width = np.diff(places)
@@ -149,7 +150,7 @@ def _unequal(law: BackboneLaw, smallest: float) -> BackbonePanels:
 def _panel(
     backbone: Callable[[Floats], Floats], low: float, high: float, floor: float, limit: float
 ) -> tuple[Floats, float]:
-    """Return powers of s on a panel, and the relative truncation error: 0 at rounding level."""
+    """Return powers of s on a panel and the relative truncation error, 0 if within rounding."""
     u = low + 0.5 * (high - low) * (1.0 + NODES)
     force = backbone(u)
     series = (force / u if low == 0.0 else force) @ TO_SERIES
@@ -167,7 +168,7 @@ def _panel(
 
 
 def _end(law: BackboneLaw, limit: float) -> float:
-    """Return a displacement [m] from which on the law equals its limit to rounding."""
+    """Return a displacement [m] at which the force equals the limit within rounding."""
     end = limit / law.tangential_stiffness
     for _ in range(400):
         force, later = law._backbone(np.array([end, 1.5 * end])).tolist()
@@ -194,25 +195,25 @@ _FAR = 1e3  # decay lengths: beyond any contact
 
 @dataclass(frozen=True)
 class LoadPanels:
-    """Normal law N(d) over steps from an origin, as piecewise polynomials."""
+    """Load curve N of steps (separation minus ``origin``) as piecewise polynomials."""
 
     profile: Profile
     origin: float
-    """Separation [m] from which steps are counted."""
+    """Separation [m] at step 0."""
     rest: float
     """Step at rest [m]."""
     nearest: float
-    """Smallest opening from rest [m] that the panels cover."""
+    """Smallest step relative to that at rest [m] that the panels cover, negative."""
     friction: float
-    """Ratio of tangential force to the value of the curve [-], mu included."""
+    """Tangential force over the corresponding value of the curve [-], including mu."""
     load_scale: float
-    """Ratio of normal load to the value of the curve [-]."""
+    """Normal load over the value of the curve [-]."""
     slip: float
-    """Displacement per step, kappa [-]."""
+    """Tangential displacement that corresponds to a step of 1, kappa [-]."""
 
     @classmethod
     def of_interface(cls, joint: Interface) -> LoadPanels:
-        """Return the load curve of an interface, up to the heaviest load that its surface bears."""
+        """Return the load curve of an interface, up to 20 times its load if possible."""
         curve = LoadCurve(joint.surface, joint.separation, joint.normal_load)
         coupling = joint._load_curve
         for factor in _HEAVIEST:
@@ -234,7 +235,7 @@ class LoadPanels:
 
     @classmethod
     def of_field(cls, field: IsotropicField) -> LoadPanels:
-        """Return the load curve of a field of one node in two directions."""
+        """Return the load curve of a field in two directions that has one node."""
         nodes, bank = field.field._nodes, field._bank
         profile = nodes.curve.profile(bank.nearest, 0.0)
         if profile is None:
@@ -250,7 +251,7 @@ class LoadPanels:
 
     @property
     def middles(self) -> Floats:
-        """Integral of N from the middle of each panel to vanishing contact [N m]."""
+        """Integrals of N from the middle of each panel to vanishing contact [N m]."""
         coefficients, half = self.profile.coefficients, 0.5 / self.profile.inverse_width
         k = np.arange(coefficients.shape[1])
         after = half * (coefficients / (k + 1)).sum(axis=1)
@@ -259,11 +260,11 @@ class LoadPanels:
         return np.asarray(after + beyond)
 
     def force(self, u: Floats) -> Floats:
-        """Backbone at rest [N] evaluated from the panels."""
+        """Return the backbone [N] at the load at rest, computed from the panels."""
         return self._from_kernel(kernels.compiled.drops, u)
 
     def energy(self, amplitudes: Floats) -> Floats:
-        """Energy of a closed cycle at rest [J], for rising amplitudes [m]."""
+        """Return the energy of a closed cycle at rest [J], for increasing amplitudes [m]."""
         return cycle_energy(
             np.unique(np.append(0.0, amplitudes)),
             amplitudes,

@@ -1,6 +1,7 @@
 """C99 source of a law, with its header and a Fortran interface.
 
-The history is handled by the header files of the compiled kernel, copied into the source.
+The functions that follow the history of a joint are those of the compiled kernel: its header files
+are copied into the source.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ _CONSTANTS = {"MU", "KAPPA", "SCALE", "REST", "RECIPROCALS"}
 
 
 def render(name: str, element: str = "joint", **values: object) -> str:
-    """Return a template with its @WORDS@ substituted and the parts for other elements removed."""
+    """Return a template with @WORDS@ replaced, without the parts for other elements."""
     text = (_FOLDER / f"{name}.template").read_text(encoding="utf-8")
     text = _PART.sub(lambda part: part[2] if element in part[1].split() else "", text)
     for key, value in values.items():
@@ -30,13 +31,13 @@ def render(name: str, element: str = "joint", **values: object) -> str:
 
 
 def comment(lines: list[str], start: str = " * ", first: str = "/*\n", last: str = " */\n") -> str:
-    """Format lines as a comment, of C by default."""
+    """Format lines as a comment, by default of C."""
     safe = [line.replace("*/", "* /") for line in lines]
     return first + "".join(f"{start}{line}".rstrip() + "\n" for line in safe) + last
 
 
 def components_of(element: str) -> int:
-    """Return the number of displacement components of an element."""
+    """Return the number of displacement components of an element: 1, 2 or 3."""
     return 1 + element.startswith("planar") + element.endswith("contact")
 
 
@@ -73,12 +74,12 @@ def _words(order: Order) -> dict[str, object]:
 
 
 def declarations(order: Order) -> str:
-    """Return the declarations for users of the C file."""
+    """Return the declarations of the functions that users of the C file call."""
     return _filled("declarations.h", order)
 
 
 def definitions(order: Order) -> str:
-    """Return tables and functions; names that are not declared get the prefix of the order."""
+    """Return tables and functions in C; internal names get the name of the order as prefix."""
     memory, kernel = ("sliders.c", "_sliders.h") if order.bank else ("history.c", "_front.h")
     text = _filled(
         memory,
@@ -95,7 +96,7 @@ def definitions(order: Order) -> str:
 
 
 def _curve(order: Order) -> str:
-    """Return the C table of the backbone or of the load curve, in panels."""
+    """Return the panels of the backbone or of the load curve as tables in C."""
     if order.element == "planar":
         return ""
     if order.element != "joint":
@@ -154,7 +155,7 @@ def write_c(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
 
 
 def write_user(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
-    """Return the C source wrapped in Abaqus user routines, as one file."""
+    """Return one C file by name: the law wrapped in Abaqus user routines."""
     text = comment(order.header()) + "\n".join(
         ("", declarations(order), definitions(order), _filled("abaqus.c", order))
     )

@@ -1,4 +1,4 @@
-"""Contact cards in the syntax and units of finite-element programs."""
+"""Contact cards of a joint in the syntax and units of finite-element programs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from microslip.friction import Interface
 
 @dataclass(frozen=True)
 class UnitSystem:
-    """Units of an input deck."""
+    """Units of length, force and mass of an input file of a finite-element program."""
 
     name: str
     """Names of the units of length, force, mass and time."""
@@ -42,12 +42,12 @@ CARD_UNITS = {
 
 @dataclass(frozen=True)
 class _Program:
-    """Program with contact cards; its template is ``templates/card_NAME.template``."""
+    """Finite-element program with contact cards; see ``templates/card_NAME.template``."""
 
     mark: str
     """Comment mark."""
     holds: str
-    """Representations of the joint in its card: table, slip, layer."""
+    """Contents of its card: "table" of pressures, "slip" (elastic slip), "layer" of elements."""
     run: str = "not run, written from the public manual"
 
 
@@ -66,7 +66,7 @@ PROGRAMS = {
 
 
 def _numbers(card: ContactCard, units: UnitSystem) -> dict[str, str]:
-    """Return the numbers of a card in the units of a deck, by the words of the templates."""
+    """Return the numbers of a card as text, in the units of a file, by word of the template."""
     pressure = units.force / units.length**2
     layer = card.layer
     rows = zip(card.pressures / pressure, card.overclosures / units.length, strict=True)
@@ -96,14 +96,14 @@ def _numbers(card: ContactCard, units: UnitSystem) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class CardFile:
-    """Contact card that has been written to a file."""
+    """Contact card that was written to a file."""
 
     program: str
     """Program that reads the file."""
     file: Path
     """Path of the file."""
     run: str
-    """Verification of this kind of card."""
+    """Statement on how this kind of card was verified."""
     card: ContactCard
     """Numbers of the card in SI units, and their errors."""
 
@@ -123,7 +123,7 @@ def write_card(
     Parameters
     ----------
     program : str
-        One of ``microslip.export.PROGRAMS``.
+        Finite-element program, one of ``microslip.export.PROGRAMS``.
     joint : Interface
         The joint at its normal load.
     file : str or pathlib.Path
@@ -131,9 +131,9 @@ def write_card(
     units : str, optional
         ``"m"``: N, m, kg; ``"mm"``: N, mm, t; ``"mm-ms"``: kN, mm, kg; ``"in"``: lbf, in.
     name : str, optional
-        Prefix of the names in the file.
+        Beginning of all names in the file.
     overwrite : bool, optional
-        Whether an existing file is replaced.
+        Replace an existing file.
     **options
         Options of :meth:`ContactCard.of`: area [m^2], amplitude [m], thickness [m] and density
         [kg/m^3].

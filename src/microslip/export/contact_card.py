@@ -1,4 +1,4 @@
-"""Contact properties of a joint per unit area, as finite-element programs take them."""
+"""Contact properties of a joint per unit area, as used by finite-element programs."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ _SLIPS = (0.1, 0.3, 1.0, 3.0, 10.0)  # amplitudes over the elastic slip, for the
 
 @dataclass(frozen=True)
 class VirtualLayer:
-    """Layer of elements between the faces that represents the joint at one amplitude."""
+    """Layer of elements between the faces, equivalent to the joint at one slip amplitude."""
 
     thickness: float
     """Thickness [m]."""
     young_modulus: float
-    """Modulus in the normal direction [Pa], without lateral contraction."""
+    """Young's modulus [Pa] in the normal direction, for Poisson's ratio 0."""
     shear_modulus: float
     """Transverse shear modulus [Pa] at the amplitude."""
     density: float | None
@@ -38,10 +38,10 @@ class VirtualLayer:
 
 @dataclass(frozen=True)
 class CardErrors:
-    """Errors of a contact card against the joint; relative [-]."""
+    """Largest relative errors [-] of a contact card with respect to the joint."""
 
     pressure: float
-    """Largest error of the pressure between the points of the table."""
+    """Error of the interpolated pressure between the points of the table."""
     normal_stiffness: float
     """Error of a constant normal stiffness, from half to twice the pressure of the joint."""
     constant_stick: float
@@ -50,14 +50,15 @@ class CardErrors:
     """Error of a tangential stiffness equal to mu p over the elastic slip, over the same pressures.
     """
     force: float
-    """Error of the friction force at the elastic slip, where stick-slip exceeds the joint most."""
+    """Error of the friction force of stick-slip contact at the elastic slip, where it is
+    largest."""
     damping: tuple[tuple[float, float, float], ...]
-    """Amplitudes [m], loss factors of the joint, and loss factors of stick-slip [-]."""
+    """Rows of amplitude [m], loss factor of the joint and loss factor of stick-slip contact [-]."""
 
 
 @dataclass(frozen=True)
 class ContactCard:
-    """Contact properties of a joint per unit area, with their errors against the joint."""
+    """Contact properties of a joint per unit area, with their errors with respect to the joint."""
 
     pressure: float
     """Mean pressure on the joint [Pa]."""
@@ -72,7 +73,7 @@ class ContactCard:
     pressures: Floats
     """Pressures of the table [Pa], rising from zero."""
     overclosures: Floats
-    """Overclosures [m], zero where the faces separate."""
+    """Overclosures (approach of the faces) [m] at these pressures, zero at zero pressure."""
     stick_stiffnesses: Floats
     """Tangential stiffness per area [Pa/m] at each pressure."""
     layer: VirtualLayer
@@ -99,7 +100,7 @@ class ContactCard:
         area : float, optional
             Apparent area [m^2], required if the surface has none.
         amplitude : float, optional
-            Slip amplitude [m] of the layer; half the elastic slip by default.
+            Slip amplitude [m] at which the layer is equivalent, by default half the elastic slip.
         thickness : float, optional
             Thickness of the layer [m].
         density : float, optional
@@ -112,10 +113,11 @@ class ContactCard:
 
         Notes
         -----
-        Pressure is N(d)/A and overclosure a change of the separation; the tangential stiffness at
-        rest is 4 G*/E* times the normal stiffness (Mindlin 1949). The pressure of the joint lies in
-        the middle of a segment of the table, whose slope is the normal stiffness at that pressure.
-        The layer must be added between the faces, not cut out of the parts.
+        The pressure is N(d)/A with the area A, and the overclosure is the decrease of the
+        separation d since contact. The tangential stiffness at rest is 4 G*/E* times the normal
+        stiffness (Mindlin 1949). The pressure of the joint is in the middle of a segment of the
+        table, so that the slope of the table there is the normal stiffness. The layer must be added
+        between the faces; the parts keep their thickness.
         """
         if not isinstance(joint, Interface):
             raise InputError(

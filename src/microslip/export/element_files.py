@@ -1,4 +1,4 @@
-"""Joints as elements of finite-element programs: parallel spring-slider cells in each patch."""
+"""Joints as elements of finite-element programs: cells (spring and slider) in parallel."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _CORNERS = (
 
 
 class JenkinsCell(NamedTuple):
-    """Spring in series with a slider, between two nodes if they are given."""
+    """Spring in series with a slider, between two mesh nodes if they are given."""
 
     number: int
     nodes: tuple[int, ...]
@@ -32,7 +32,11 @@ class JenkinsCell(NamedTuple):
 def numbered_cells(
     order: Order, *, gap: int = 0, connected: bool = True
 ) -> Iterator[tuple[int, list[JenkinsCell]]]:
-    """Yield the index of each patch, from 1, and its cells; skip ``gap`` numbers after a patch."""
+    """Yield the index of each patch, from 1, and its cells with consecutive numbers.
+
+    ``gap`` is the number of numbers left free after each patch. With ``connected``, InputError is
+    raised for a patch without mesh nodes.
+    """
     number = order.first_number
     for index, (patch, model) in enumerate(zip(order.patches, order.cell_models, strict=True), 1):
         if connected and not patch.nodes:
@@ -48,7 +52,7 @@ def numbered_cells(
 
 
 def _own_nodes(order: Order, count: int) -> None:
-    """Raise an InputError if added nodes coincide with nodes that a patch connects."""
+    """Raise InputError if the ``count`` nodes added by a file include nodes of the joint."""
     first, end = order.first_number, order.first_number + count
     joined = {node for patch in order.patches for node in patch.nodes}
     made_anew = sorted(node for node in joined if first <= node < end)
@@ -66,7 +70,7 @@ def _deck(order: Order, mark: str, lines: list[str]) -> Deck:
 
 
 def abaqus(order: Order) -> Deck:
-    """Connector elements, elastic and perfectly plastic in one component, to include in a model."""
+    """Return connector elements, elastic and perfectly plastic in one direction, for *INCLUDE."""
     name = order.name.upper()
     lines = ["** Directions are global; nodes that rotate need an orientation."]
     for index, patch in numbered_cells(order):
@@ -89,7 +93,7 @@ def abaqus(order: Order) -> Deck:
 
 
 def ansys(order: Order) -> Deck:
-    """Macro of COMBIN40 elements; element types and real constants share the element numbers."""
+    """Return a macro of COMBIN40 elements; real constants have the numbers of the elements."""
     name, kind = order.name.upper(), order.first_number
     lines = [
         "! Displacements refer to the nodal coordinate systems.",
@@ -111,11 +115,11 @@ def ansys(order: Order) -> Deck:
 
 
 def calculix(order: Order) -> Deck:
-    """Parallel unit cubes, elastic and perfectly plastic, loaded along x.
+    """Return parallel unit cubes, elastic and perfectly plastic, loaded along x.
 
-    Springs of CalculiX with a table are elastic, and its trusses, which it expands into bricks
-    with hinges, did not converge in tests. A unit cube with free sides is a Jenkins cell: its
-    modulus is the stiffness and its yield stress the force limit.
+    A unit cube with free sides is a Jenkins cell: its modulus is the stiffness and its yield stress
+    the force limit. Springs of CalculiX with a table are elastic, and its trusses, which it expands
+    into bricks with hinges, did not converge in tests.
     """
     # CalculiX reads at most 20 characters of a number; these have 19.
     name, first = order.name.upper(), order.first_number
@@ -161,7 +165,7 @@ def calculix(order: Order) -> Deck:
 
 
 def lsdyna(order: Order) -> Deck:
-    """Discrete elements: elastoplastic springs, each with its own part, section and material."""
+    """Return elastoplastic springs (discrete elements), each with its own part and material."""
     first = order.first_number
     lines = [
         "$ Fields of ten characters hold stiffnesses and limits to five digits or more.",
@@ -195,11 +199,11 @@ def _row(width: int, *fields: float) -> str:
 
 
 def nastran(order: Order) -> Deck:
-    """Rods for nonlinear solutions; their constraints form the set of the first number.
+    """Return rods for nonlinear solutions, with constraints in the MPC set of the first number.
 
-    Coincident nodes, as a joint has them, leave a rod without length, and positions of the mesh
-    are not known here. Each patch therefore gets two grid points of its own, 1 m apart, which move
-    along the rod like the mesh nodes in the direction of the joint.
+    The two mesh nodes of a joint usually coincide, which would give a rod of length zero. Each
+    patch therefore gets two grid points of its own, 1 m apart, which are constrained to move along
+    the rod as the mesh nodes do in the direction of the joint.
     """
     first = order.first_number
     _own_nodes(order, 2 * len(order.patches))
@@ -229,9 +233,9 @@ def _card(name: str, *fields: float | str) -> list[str]:
 
 
 def opensees(order: Order) -> Deck:
-    """Elastic, perfectly plastic materials in parallel, in Python, or in Tcl for a name in .tcl.
+    """Return elastic, perfectly plastic materials in parallel, in Python, or Tcl for .tcl files.
 
-    ``MultiLinear`` is no substitute: its reloading does not follow Masing's rules.
+    ``MultiLinear`` of OpenSees is not used: its reloading does not follow Masing's rules.
     """
     tcl, tied = order.suffix == ".tcl", bool(order.patches[0].nodes)
     how = "source" if tcl else "exec, or import and call"
@@ -267,7 +271,7 @@ def _command(tcl: bool, command: str, *words: object) -> str:
 
 
 def compact(value: float, width: int) -> str:
-    """Format a number with a decimal point, as exactly as ``width`` characters allow."""
+    """Format a number with a decimal point, as accurately as ``width`` characters allow."""
     best, smallest_error = "", math.inf
     for digits in range(1, 18):
         mantissa, exponent = f"{value:.{digits - 1}e}".split("e")

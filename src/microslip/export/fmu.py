@@ -42,7 +42,7 @@ _BUILD = (
 
 
 def write_fmu(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
-    """Return the archive, with a binary for each platform that can be compiled for here."""
+    """Return the FMU archive by name, with binaries for all platforms that can be compiled for."""
     header = comment(order.header())
     body = f"{header}\n/* {order.size} node(s). */\n{declarations(order)}\n{definitions(order)}"
     guid = f"{{{uuid.uuid5(uuid.NAMESPACE_URL, body)}}}"
@@ -74,7 +74,7 @@ def write_fmu(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
 
 
 def _arrays(order: Order) -> dict[str, object]:
-    """Return dimensions and start values of the FMI 3 arrays, node by node."""
+    """Return dimensions and start values of the arrays of FMI 3; nodes are the first dimension."""
     components = components_of(order.element)
     node = f'<Dimension start="{order.size}"/>'
     component = f'<Dimension start="{components}"/>' * (components > 1)
@@ -86,7 +86,7 @@ def _arrays(order: Order) -> dict[str, object]:
 
 
 def _binaries(name: str, source: str, third: bool) -> dict[str, bytes]:
-    """Compile for this machine, and for all others if ziglang is installed."""
+    """Compile the source for this machine, and with ziglang for all other platforms."""
     compiler = shutil.which(os.environ.get("CC", "cc"))
     native = sys.platform if sys.maxsize > 2**32 else ""
     if platform.machine() not in ("x86_64", "AMD64", "arm64"):

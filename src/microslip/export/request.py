@@ -1,4 +1,4 @@
-"""Validated request for an export, and the accuracy of its file over a range of amplitudes."""
+"""Validated request for an export, and the accuracy of the file over a range of amplitudes."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ separation."""
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Errors of an exported file against the law over a range of amplitudes."""
+    """Errors of an exported file with respect to its law over a range of amplitudes."""
 
     smallest_amplitude: float
     """Smallest amplitude [m]."""
@@ -62,7 +62,7 @@ class Accuracy:
         backbone: Callable[[Floats], Floats],
         energy: Callable[[Floats], Floats],
     ) -> Accuracy:
-        """Compute the largest errors of a backbone and its energies against a law over a range."""
+        """Compare a backbone and its energies with those of a law over the range ``span`` [m]."""
         a = np.geomspace(*span, _AMPLITUDES)
         force, lost = law._backbone(a), law._energy(a)
         real = lost > 0.0
@@ -73,7 +73,7 @@ class Accuracy:
 
 @dataclass(frozen=True)
 class Patch:
-    """Law of one patch and the two mesh nodes that it connects, if given."""
+    """Law of one patch of the contact, and the numbers of its two mesh nodes, or ()."""
 
     law: BackboneLaw
     nodes: tuple[int, ...]
@@ -101,7 +101,7 @@ class Order:
 
     @property
     def law(self) -> BackboneLaw:
-        """Law of a file with a single law."""
+        """Law of a file that contains a single law."""
         return self.patches[0].law
 
     @cached_property
@@ -123,14 +123,14 @@ class Order:
 
     @cached_property
     def cell_models(self) -> tuple[CellModel, ...]:
-        """Fitted cells of each patch [N, m]."""
+        """Iwan models fitted to the law of each patch."""
         low, high = self.span
         span = {"smallest_amplitude": low, "largest_amplitude": high}
         return tuple(patch.law.to_iwan(self.cells, **span) for patch in self.patches)
 
     @cached_property
     def accuracy(self) -> Accuracy:
-        """Accuracy of the file: the worst of its patches."""
+        """Accuracy of the file: largest errors of all patches."""
         if self.kind in ELEMENTS:
             fits = [(m.fit.backbone_error, m.fit.energy_error) for m in self.cell_models]
             return Accuracy(*self.span, *map(max, zip(*fits, strict=True)))
@@ -168,7 +168,7 @@ class Order:
 def element_of(
     kind: str, law: Any, element: str, cells: int, span: dict[str, Any]
 ) -> tuple[str, Any, Any]:
-    """Return the element of a code file, its model, and the law for motion along a line."""
+    """Return the element of exported code, its model, and the law for motion along a line."""
     check_word("element", element, COMPONENTS)
     if kind not in CODE:
         if element != "joint":
@@ -214,7 +214,7 @@ def element_of(
 
 
 def patches_of(kind: str, law: Any, nodes: ArrayLike | None) -> tuple[Patch, ...]:
-    """Validate the law and its mesh nodes, and return the patches."""
+    """Validate the law and its mesh nodes; return the patches that carry a load."""
     laws = _laws(kind, law)
     if nodes is None:
         if len(laws) > 1:
@@ -288,12 +288,12 @@ def _laws_of_field(field: JointField) -> list[BackboneLaw | None]:
 
 
 def sum_of(patches: tuple[Patch, ...]) -> BackboneLaw:
-    """Return the law of all patches moving together."""
+    """Return the law of all patches with a common displacement."""
     return patches[0].law if len(patches) == 1 else Parallel([patch.law for patch in patches])
 
 
 def described(law: Any) -> str:
-    """Describe a law in one line."""
+    """Describe a law or a sequence of laws in one line."""
     surface = getattr(law, "surface", None)
     under = f", on {surface!r}" if surface is not None else ""
     if isinstance(law, JointField):
@@ -306,7 +306,7 @@ def described(law: Any) -> str:
 
 
 def check_word(name: str, value: Any, words: Iterable[str]) -> None:
-    """Raise an InputError unless a value is one of some words."""
+    """Raise InputError unless a value is one of the allowed words."""
     words = tuple(words)
     if not isinstance(value, str) or value not in words:
         near = did_you_mean(value, words) if isinstance(value, str) else ""
@@ -314,7 +314,7 @@ def check_word(name: str, value: Any, words: Iterable[str]) -> None:
 
 
 def check_name(name: Any) -> None:
-    """Raise an InputError unless a value can begin the names in files."""
+    """Raise InputError unless a value is allowed as the beginning of names in files."""
     if not isinstance(name, str) or not _NAME.fullmatch(name):
         raise InputError(
             "`name` must begin with a letter and have up to 31 letters, digits and _, as C and "

@@ -1,4 +1,4 @@
-"""Tables of a law as JSON or CSV: backbone, energies and cells; and laws fitted to it."""
+"""Tables of a law as JSON or CSV (backbone, energies, cells), and files of fitted laws."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _POINTS = 200
 
 
 def write_table(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
-    """Return one JSON file, or two CSV files: the curves, and the cells beside them."""
+    """Return one JSON file, or two CSV files: curves of the law, and cells fitted to it."""
     law = order.law
     a = np.geomspace(*order.span, _POINTS)
     curves = {
@@ -56,7 +56,7 @@ def _csv(header: list[str], columns: dict[str, Any]) -> str:
 
 
 def write_fitted(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
-    """Return a law file, preceded by a study of the law if the file name ends in .toml."""
+    """Return the file of the fitted law and, for a name in .toml, a study that uses it."""
     low, high = order.span
     model: BackboneLaw
     if order.kind == "segalman":

@@ -1,4 +1,4 @@
-"""Writing of exported files, all of them or none."""
+"""Writing of exported files: either all files of an export are written or none."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _NOT_RUN = "not run, written from the public manual"
 
 @dataclass(frozen=True)
 class Format:
-    """Kind of file to which a law can be exported."""
+    """Kind of file that an export can write."""
 
     kind: str
     """Name of the kind."""
@@ -82,7 +82,7 @@ _MOST_NODES = 10_000
 
 @dataclass(frozen=True)
 class Exported:
-    """Written files and their accuracy against the law."""
+    """Files written by an export, and their accuracy with respect to the law."""
 
     kind: str
     """Kind of file."""
@@ -120,27 +120,27 @@ def write(
     kind : str
         One of :data:`microslip.export.KINDS`.
     law : BackboneLaw, IsotropicJoint, IsotropicField, JointField or sequence of BackboneLaw
-        The law; laws in two directions only for kinds of code, and a field or several laws, one
-        per patch, only for kinds of elements.
+        The law. Laws in two directions can be exported only as code; a field, or several laws, one
+        per patch, only as elements.
     file : str or pathlib.Path
         File to write; some kinds write further files with the same stem.
     smallest_amplitude, largest_amplitude : float, optional
-        Range of amplitudes [m] for fits, cells and errors. Default: 0.01 and 10 times the
-        displacement at which the initial tangent reaches the force limit.
+        Range of amplitudes [m] for fits, cells and errors, by default 0.01 and 10 times the
+        displacement force_limit / tangential_stiffness.
     cells : int, optional
         Number of cells [-], at least 2, for kinds that use cells.
     depth : int, optional
-        Rows of memory [-] of exported code, one for each open reversal or step of new contact, at
-        least 4. If a history needs more, the oldest loops are lumped together: decaying motion
-        stays exact, and the code returns an error bound for motion that returns to those loops.
+        Rows of memory [-] of exported code, at least 4: one for each open reversal or step of new
+        contact. If a history needs more, the oldest loops are merged. Decaying motion stays exact;
+        for motion that returns to the amplitude of merged loops, the code has an error bound.
     element : str, optional
         For code: ``joint``, one displacement at a constant load; ``contact``, with the separation;
-        ``planar``, two displacements; ``planar-contact``, two displacements and the separation.
-        The last two use ``cells`` sliders.
+        ``planar``, two displacements; ``planar-contact``, two displacements and the separation. The
+        last two use ``cells`` sliders.
     size : int, optional
         Number of nodes [-] of an FMI 3 unit, each with this joint, up to 10 000.
     name : str, optional
-        Prefix of the names in the file.
+        Beginning of all names in the file.
     nodes : array_like of int, optional
         Two mesh node numbers for each patch, shape (patches, 2); without them the elements must be
         connected by hand.
@@ -150,7 +150,7 @@ def write(
         First number of the added elements, materials and nodes; by default the number after the
         largest of ``nodes``. Added nodes must not coincide with nodes of a patch.
     overwrite : bool, optional
-        Whether existing files are replaced.
+        Replace existing files.
 
     Returns
     -------
@@ -159,8 +159,8 @@ def write(
 
     Notes
     -----
-    Cells follow from tangents of the backbone at geometrically spaced amplitudes (Iwan 1966, DOI
-    10.1115/1.3625199). The exact kinds store the backbone as piecewise polynomials and follow
+    Cells are those of :meth:`microslip.BackboneLaw.to_iwan` (Iwan 1966, DOI 10.1115/1.3625199).
+    Exported code stores the backbone as piecewise polynomials, exact to rounding, and follows
     Masing's rules.
     """
     check_word("kind", kind, KINDS)
@@ -206,7 +206,10 @@ def write(
 
 
 def _check_sliders(order: Order, law: Any, limits: dict[str, Any]) -> None:
-    """Raise an InputError if the sliders miss the dissipated energy over the amplitudes."""
+    """Raise InputError if the dissipated energy of the sliders is in error by more than 5 %.
+
+    The largest error over the amplitudes counts. The message states a sufficient number of sliders.
+    """
     error = order.accuracy.energy_error
     if not error > _MOST_ENERGY_ERROR or isinstance(law, (IsotropicJoint, IsotropicField)):
         return

@@ -1,4 +1,4 @@
-"""Figures as data, and their renderers: SVG, Matplotlib, HTML. Independent of the physics."""
+"""Figures as data, and their renderers for SVG, Matplotlib and HTML; independent of the physics."""
 
 from microslip._core.packages import names_of_stub as _names
 

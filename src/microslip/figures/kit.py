@@ -1,4 +1,4 @@
-"""Building blocks of figures: unit prefixes, ticks, line styles, colour maps."""
+"""Building blocks of figures: unit prefixes, ticks, line styles and colour maps."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from microslip.figures.plot import (
 
 
 def evenly(count: int, limit: int) -> list[int]:
-    """Return evenly spaced indices of at most `limit` of `count` items, first and last included."""
+    """Return up to ``limit`` evenly spaced indices of ``count`` items, first and last included."""
     size = min(count, limit)
     if size < 2:
         return list(range(size))
@@ -35,23 +35,23 @@ def evenly(count: int, limit: int) -> list[int]:
 
 
 def length_prefix(largest: float, smallest: float = 0.0) -> tuple[float, str]:
-    """Return the unit prefix for lengths [m]: micrometres where suitable, as usual for joints."""
+    """Return factor and unit prefix for lengths [m]: micrometres where these are suitable."""
     return (1e-6, "µ") if largest > 1e-7 and (smallest or largest) < 1e-3 else prefix(largest)
 
 
 def force_prefix(values: ArrayLike) -> tuple[float, str]:
-    """Return the unit prefix of values that may all be zero."""
+    """Return factor and unit prefix for values [SI]; no prefix if all are zero."""
     largest = float(np.abs(values).max(initial=0.0))
     return prefix(largest) if largest > 0.0 else (1.0, "")
 
 
 def common_prefix(values: Sequence[float]) -> tuple[float, str]:
-    """Return the prefix of the largest value, or none if the values are far apart."""
+    """Return factor and unit prefix for the largest value; none if values are far apart."""
     return (1.0, "") if far_apart(values, 1e4) else prefix(max(values))
 
 
 def far_apart(values: Sequence[float], factor: float = 20.0) -> bool:
-    """Return whether positive values span too wide a range for one linear axis."""
+    """Return True if positive values span more than a factor, too much for a linear axis."""
     return max(values) > factor * min(values)
 
 
@@ -71,12 +71,12 @@ class Ticks(NamedTuple):
 
 
 def round_numbers(low: float, high: float, limit: int, log: bool, integer: bool = False) -> Ticks:
-    """Return ticks of an axis with at most `limit` labels."""
+    """Return ticks from ``low`` to ``high`` with at most ``limit`` labels."""
     return logarithmic(low, high, limit) if log else linear(low, high, limit, integer)
 
 
 def linear(low: float, high: float, limit: int, integer: bool = False) -> Ticks:
-    """Return at most `limit` round numbers between two ends, given in either order."""
+    """Return ticks at up to ``limit`` round numbers between two ends, in either order."""
     low, high = min(low, high), max(low, high)
     rough = (high - low) / max(limit, 1)
     power = math.floor(math.log10(rough))
@@ -97,7 +97,10 @@ def linear(low: float, high: float, limit: int, integer: bool = False) -> Ticks:
 
 
 def logarithmic(low: float, high: float, limit: int) -> Ticks:
-    """Return ticks at powers of ten between two ends, at most `limit` labelled, and minor ticks."""
+    """Return ticks at powers of ten between two ends, with minor ticks between them.
+
+    At most ``limit`` powers of ten are labelled; within a decade ticks are at round numbers.
+    """
     first, last = math.floor(math.log10(low) - 1e-9), math.ceil(math.log10(high) + 1e-9)
     inside = [n for n in range(first, last + 1) if 0.999999 * low <= 10.0**n <= 1.000001 * high]
     every = max(1, math.ceil(len(inside) / max(limit, 1)))
@@ -120,7 +123,8 @@ def logarithmic(low: float, high: float, limit: int) -> Ticks:
 def log_label(x: float, low: float, high: float) -> str:
     """Return the label of a tick on a logarithmic axis, empty for a tick without label.
 
-    The style depends on the ends of the axis, so that 0.1, 1, 10 and 10⁻⁶ are never mixed.
+    All labels of an axis have one style, either 0.1, 1, 10 or powers such as 10⁻⁶, that depends on
+    its ends.
     """
     power = math.floor(math.log10(x) + 1e-9)
     factor = float(f"{x / 10.0**power:.5g}")
@@ -134,7 +138,7 @@ def log_label(x: float, low: float, high: float) -> str:
 
 
 def _decimal(value: float, step: float) -> str:
-    """Format a number with the decimals that distinguish it from the neighbouring ticks."""
+    """Format a tick value with the decimals that distinguish it from neighbouring ticks."""
     digits = max(0, -math.floor(math.log10(step) + 1e-9))
     if abs(step * 10**digits - round(step * 10**digits)) > 1e-6:  # steps of 2.5
         digits += 1
@@ -163,12 +167,12 @@ LOOKS = tuple(map(Look, COLORS, DASHES, MARKERS))
 
 
 def look_of(index: int) -> Look:
-    """Return the style of a line by its index, cyclically."""
+    """Return the style of a line by its number; styles repeat."""
     return LOOKS[index % len(LOOKS)]
 
 
 def pale(color: str) -> str:
-    """Return a colour lightened for areas behind lines."""
+    """Return a lighter shade of a colour, for areas behind lines of that colour."""
     parts = (int(color[i : i + 2], 16) for i in (1, 3, 5))
     return "#" + "".join(f"{round(255 - 0.3 * (255 - part)):02x}" for part in parts)
 
@@ -177,18 +181,18 @@ def pale(color: str) -> str:
 
 
 def drawable(values: Floats, log: bool = True) -> Floats:
-    """Replace values that an axis cannot show by NaN."""
+    """Replace values by NaN that an axis, logarithmic or not, cannot show."""
     return np.where(np.isfinite(values) & ((values > 0.0) | (not log)), values, np.nan)
 
 
 def visible_values(values: Floats, log: bool = True) -> Floats:
-    """Return only the values that an axis can show."""
+    """Return the values that an axis, logarithmic or not, can show."""
     values = drawable(values, log)
     return values[np.isfinite(values)]
 
 
 def in_unit(values: Floats, unit: str) -> tuple[float, str]:
-    """Return the divisor of values and their prefixed unit, chosen from the middle value."""
+    """Return a divisor of values and the unit with prefix, suitable for their geometric middle."""
     if unit in ("", "-", "–"):
         return 1.0, "–"
     if unit.startswith("1/"):  # counts per area are usual per square millimetre
@@ -204,7 +208,7 @@ def in_unit(values: Floats, unit: str) -> tuple[float, str]:
 
 
 def between(x: Floats, low: Floats, high: Floats, color: str) -> Area:
-    """Return the area between two lines over the same abscissa, such as quantiles."""
+    """Return the filled area between two curves over x, such as two quantiles."""
     fine = np.isfinite(x) & np.isfinite(low) & np.isfinite(high)
     x, low, high = x[fine], low[fine], high[fine]
     return Area(np.concatenate([x, x[::-1]]), np.concatenate([low, high[::-1]]), color)
@@ -230,7 +234,7 @@ def in_rows(panels: Sequence[Panel], columns: int) -> tuple[float, ...]:
 
 
 class Family(NamedTuple):
-    """Name, unit and lines of one of several panels over the same axis."""
+    """Lines of one of several panels with the same x axis, and their quantity and unit."""
 
     name: str
     unit: str
@@ -240,7 +244,7 @@ class Family(NamedTuple):
 def scale_of_colours(
     label: str, low: float, high: float, ramp: NDArray[np.uint8], cell: tuple[int, int, int, int]
 ) -> Panel:
-    """Return a panel with the colour scale of maps."""
+    """Return a panel that shows the colour scale of maps, from ``low`` to ``high``."""
     return Panel(
         Axis(label, low, high),
         Axis(low=0.0, high=1.0, ticks=()),
@@ -257,7 +261,10 @@ def with_scale(
     rest: float,
     widths: tuple[float, ...] = (1.0,),
 ) -> Plot:
-    """Return a page of maps above their colour scale; ``room`` is the height per row [in]."""
+    """Return a page of maps above their colour scale.
+
+    Its height is ``room`` [in] for each row of maps plus ``rest`` [in].
+    """
     rows = 1 + max(panel.cell[1] for panel in panels)
     return Plot(
         [*panels, scale],
@@ -285,7 +292,7 @@ _COLOURS = np.array(
 
 
 def coloured(heights: Floats, low: float, high: float) -> NDArray[np.uint8]:
-    """Map heights to colours; values beyond the ends are clipped, missing values are white."""
+    """Return RGB bytes for heights; those beyond the ends are clipped, missing ones are white."""
     place = np.clip((heights - low) / (high - low if high > low else 1.0), 0.0, 1.0)
     missing = np.isnan(place)
     steps = np.arange(len(_COLOURS)) / (len(_COLOURS) - 1.0)
@@ -298,6 +305,9 @@ def coloured(heights: Floats, low: float, high: float) -> NDArray[np.uint8]:
 
 
 def coarse(heights: Floats) -> Floats:
-    """Subsample a map; block means would flatten the summits."""
+    """Return every k-th point of a map, so that it is at most 700 points wide.
+
+    Means of blocks would flatten the summits.
+    """
     step = max(1, math.ceil(max(heights.shape) / _MOST_PIXELS))
     return heights[::step, ::step]

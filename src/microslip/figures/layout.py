@@ -1,4 +1,4 @@
-"""Layout of a figure on the page, shared by all renderers."""
+"""Layout of a figure: positions of all parts on the page, shared by all renderers."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _WIDTHS = (
 
 
 def text_width(text: str, size: float) -> float:
-    """Return the width [pt] of the widest line; non-ASCII characters get a typical width."""
+    """Return the width [pt] of the widest line of a text, estimated for non-ASCII letters."""
     lines = text.split("\n")
     return size * max(
         sum(_WIDTHS[ord(c) - 32] if " " <= c <= "~" else 62 for c in line) / 100 for line in lines
@@ -38,7 +38,7 @@ def text_width(text: str, size: float) -> float:
 
 
 def wrapped(text: str, size: float, width: float) -> list[str]:
-    """Wrap a text between words, and within words that exceed a line."""
+    """Break a text into lines up to ``width`` [pt], within words only if they are longer."""
     lines = [""]
     for word in re.findall(r"\S+", text):
         while text_width(word, size) > width:
@@ -54,7 +54,7 @@ def wrapped(text: str, size: float, width: float) -> list[str]:
 
 
 class AxisScale(NamedTuple):
-    """Axis with its ends and ticks; converts values to positions."""
+    """Axis with its ends and ticks, which converts values to positions along it."""
 
     low: float
     high: float
@@ -62,7 +62,7 @@ class AxisScale(NamedTuple):
     ticks: Ticks = Ticks(())
 
     def share(self, values: Floats) -> Floats:
-        """Return positions of values, 0 at the low end and 1 at the high end, NaN if undefined."""
+        """Return positions of values: 0 at the low end, 1 at the high end, NaN if undefined."""
         if self.log:
             with np.errstate(divide="ignore", invalid="ignore"):
                 shares = np.log(values / self.low) / math.log(self.high / self.low)
@@ -73,7 +73,7 @@ class AxisScale(NamedTuple):
 
 @dataclass
 class PanelFrame:
-    """Panel on the page: inner rectangle from the upper left corner [pt], and axes."""
+    """Panel on the page: its inner rectangle [pt] from the upper left corner, and its axes."""
 
     panel: Panel
     x: AxisScale
@@ -90,31 +90,34 @@ class PanelFrame:
 
     @property
     def right(self) -> float:
-        """Right edge [pt]."""
+        """Position of the right edge [pt]."""
         return self.left + self.width
 
     @property
     def bottom(self) -> float:
-        """Lower edge [pt]."""
+        """Position of the lower edge [pt]."""
         return self.top + self.height
 
     def across(self, share: float) -> float:
-        """Return the horizontal position [pt] of a fraction of the axis."""
+        """Return the horizontal position [pt] at a fraction of the width, from the left."""
         return self.left + share * self.width
 
     def down(self, share: float) -> float:
-        """Return the vertical position [pt] of a fraction of the axis."""
+        """Return the vertical position [pt] at a fraction of the height, from the bottom."""
         return self.top + (1.0 - share) * self.height
 
     def points(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
-        """Return positions on the page [pt] from the upper left corner."""
+        """Return positions on the page [pt], from the upper left corner, for values x and y."""
         # Points far outside are invisible, and renderers fail on huge numbers.
         across = np.clip(self.x.share(x), -20.0, 21.0)
         up = np.clip(self.y.share(y), -20.0, 21.0)
         return self.left + across * self.width, self.top + (1.0 - up) * self.height
 
     def name_place(self, name: shapes.LineName) -> tuple[float, float, float] | None:
-        """Return the position [pt] and angle [rad] of a name along a line, or None without room."""
+        """Return the position [pt] and the angle [rad] of a name along a line.
+
+        None if the visible part of the line is too short for the name.
+        """
         x, y = self.points(name.x, name.y)
         visible = (x >= self.left) & (x <= self.right) & (y >= self.top) & (y <= self.bottom)
         x, y = x[visible], y[visible]
@@ -133,7 +136,7 @@ class PanelFrame:
 
 
 class Handle(NamedTuple):
-    """Legend entry and the position of its line on the page [pt]."""
+    """Legend entry with the position [pt] of its line: left end, and middle height."""
 
     entry: Entry
     left: float
@@ -142,7 +145,7 @@ class Handle(NamedTuple):
 
 @dataclass
 class Page:
-    """Figure after layout; lengths [pt] from the upper left corner."""
+    """Figure with the positions [pt] of all its parts, from the upper left corner."""
 
     width: float
     height: float
@@ -289,7 +292,7 @@ def _place(plot: Plot, frames: list[PanelFrame], top: float, bottom: float) -> N
 
 
 def _equalise(frame: PanelFrame) -> None:
-    """Give both axes the same length per unit, centred in the panel."""
+    """Make one unit equally long on both axes, with the axes centred in the panel."""
     across = abs(frame.x.high - frame.x.low)
     up = abs(frame.y.high - frame.y.low)
     unit = min(frame.width / across, frame.height / up)
@@ -321,7 +324,7 @@ def _label_width(scale: AxisScale) -> float:
 
 
 def _sides(frame: PanelFrame) -> tuple[float, float]:
-    """Return the space to the left and right of a panel [pt]."""
+    """Return the space for labels on the left and the right of a panel [pt]."""
     axis = frame.panel.y
     lines = axis.label.count("\n") + 1 if axis.label else 0
     label_side = 4.0 if axis.bare else 9.0 + _label_width(frame.y) + _LINE * TEXT * lines
@@ -332,7 +335,7 @@ def _sides(frame: PanelFrame) -> tuple[float, float]:
 
 
 def _ends_of(frame: PanelFrame) -> tuple[float, float]:
-    """Return the space above and below a panel [pt]."""
+    """Return the space for title and labels above and below a panel [pt]."""
     panel = frame.panel
     offset = frame.y.ticks.offset and not panel.note and not panel.title
     over = 16.0 if panel.title else 15.0 if panel.note else 13.0 if offset else 6.0

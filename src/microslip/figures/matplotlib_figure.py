@@ -1,4 +1,4 @@
-"""Figures drawn by Matplotlib: PNG, PDF, new axes and the user's axes."""
+"""Figures drawn by Matplotlib: as PNG or PDF, on new axes or on those of the user."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _drawn_before: WeakKeyDictionary[Axes, tuple[int, float, float]] = WeakKeyDictio
 
 
 def missing_glyphs(text: str) -> str:
-    """Return the distinct characters of a text that the font of the figures lacks."""
+    """Return the distinct characters of a text that the font of figures does not have."""
     if text.isascii():
         return ""
     font = font_manager.get_font(font_manager.findfont(FONT))
@@ -42,13 +42,13 @@ def missing_glyphs(text: str) -> str:
 
 
 def png(plot: Plot) -> bytes:
-    """Render a figure as PNG; the bytes do not depend on the user's matplotlibrc."""
+    """Render a figure as PNG; the bytes do not depend on the matplotlibrc of the user."""
     # Higher compression takes three times as long and saves a few per cent.
     return _saved(plot, "png", pil_kwargs={"compress_level": 3})
 
 
 def pdf(plot: Plot) -> bytes:
-    """Render a figure as one page of PDF without a date; its text stays text."""
+    """Render a figure as one page of PDF, with selectable text and without a date."""
     return _saved(plot, "pdf", metadata={"CreationDate": None})
 
 
@@ -64,7 +64,7 @@ def _saved(plot: Plot, kind: str, **how: Any) -> bytes:
 def to_matplotlib(
     plot: Plot, target: Figure | None = None, color: str | None = None, label: str = ""
 ) -> Figure:
-    """Draw a figure on a Matplotlib figure, by default a new one; see :func:`draw`."""
+    """Draw all panels on a Matplotlib figure, by default a new one; see :func:`draw`."""
     with style.context(_HOUSE):
         target = Figure() if target is None else target
         target.set_size_inches(PAGE / 72.0, plot.height)
@@ -87,10 +87,11 @@ def to_matplotlib(
 
 
 def draw(plot: Plot, ax: Any = None, *, color: str | None = None, label: str = "") -> Any:
-    """Draw a figure on a new page, or its panels on the user's axes.
+    """Draw a figure on a new page, or its panels on the axes of the user.
 
-    A figure drawn over an earlier one uses its units and the next colour. ``color`` replaces black,
-    ``label`` names the first line; see :class:`~microslip.figures.plottable.Plottable`.
+    On axes that already have a figure, the units of that figure and the next colour are used.
+    ``color`` replaces black, ``label`` names the first line; see
+    :class:`~microslip.figures.plottable.Plottable`.
     """
     panels = plot.panels
     if ax is None:
@@ -130,7 +131,7 @@ def _draw_panel(
 
 
 def _prepare(axes: Axes, panel: Panel, own_page: bool) -> None:
-    """Set scales, limits, labels and ticks; keep titles and labels of the user's axes."""
+    """Set scales, limits, labels and ticks of axes; keep titles and labels of the user."""
     for side, axis, mine in (("x", panel.x, axes.xaxis), ("y", panel.y, axes.yaxis)):
         if axis.log:
             axes.set(**{f"{side}scale": "log"})
@@ -212,7 +213,7 @@ def _dash(dash: tuple[float, ...]) -> Any:
 
 
 def paint(item: Item, axes: Axes, frame: PanelFrame | None, order: float) -> None:
-    """Draw an item of a panel at a z-order; names along lines need a frame."""
+    """Draw an item of a panel at a z-order; only with a frame are names along lines drawn."""
     look: dict[str, Any] = {"color": getattr(item, "color", None), "zorder": order}
     stroke: dict[str, Any] = {"lw": getattr(item, "width", None)}
     stroke["ls"] = _dash(getattr(item, "dash", ()))

@@ -1,4 +1,4 @@
-"""Named figures of a report: cache, HTML element and zoom scripts."""
+"""Named figures of a report, with their cache, HTML elements and scripts."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from microslip.figures.plot import Plot
 
 @dataclass(frozen=True)
 class Picture:
-    """Figure that is computed only when a renderer needs it."""
+    """Named figure with its caption, computed only if a renderer needs it."""
 
     name: str  # stem of the file names
     caption: str  # one or two sentences
@@ -24,7 +24,7 @@ class Picture:
 
 
 class PictureCache:
-    """Cache of rendered pictures, shared by files and pages."""
+    """Cache of rendered pictures, used for both files and pages."""
 
     def __init__(self) -> None:
         self._made: dict[tuple[str, str], Any] = {}
@@ -43,14 +43,14 @@ class PictureCache:
 
 
 def script(name: str) -> str:
-    """Return the source of a script of the package: ``ticks.js`` or ``figure.js``."""
+    """Return the source of a script for pages, ``ticks.js`` or ``figure.js``."""
     return Path(__file__).with_name(name).read_text(encoding="utf-8")
 
 
 def figure_element(picture: Picture, number: int, svg: bytes) -> str:
-    """Return a numbered ``<figure>`` with its caption.
+    """Return a numbered HTML ``<figure>`` with its caption.
 
-    The SVG is embedded as an image, so that its ids and styles do not affect the page.
+    The SVG is embedded as an image, so that its ids and styles have no effect on the page.
     """
     source = "data:image/svg+xml;base64," + base64.b64encode(svg).decode("ascii")
     return (

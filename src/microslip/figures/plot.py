@@ -1,7 +1,7 @@
 """Figures as data: panels, axes and their items, rendered as SVG or by Matplotlib.
 
-Lengths on paper are in points (1/72 inch). Values are already divided by the unit of their axis, so
-that the content of a figure can be inspected and tested without rendering.
+Sizes on paper are in points (1/72 inch). Values are divided by the unit of their axis before they
+are stored, so that a figure can be inspected and tested without rendering.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class Marks:
 
 @dataclass(frozen=True)
 class Guide:
-    """Line across the whole panel at a value of an axis."""
+    """Straight line across the whole panel at a value on one axis."""
 
     value: float
     axis: AxisName = "y"
@@ -74,7 +74,7 @@ class Guide:
 
 @dataclass(frozen=True)
 class Band:
-    """Stripe across the whole panel between two values of an axis."""
+    """Stripe across the whole panel between two values on one axis."""
 
     low: float
     high: float
@@ -84,7 +84,7 @@ class Band:
 
 @dataclass(frozen=True)
 class Area:
-    """Filled area with a closed outline."""
+    """Filled area enclosed by a line through points."""
 
     x: Floats
     y: Floats
@@ -103,10 +103,11 @@ class Stems:
 
 @dataclass(frozen=True)
 class Words:
-    """Text at a point of the panel, in fractions of its size unless ``data``, on white.
+    """Text on a white background at a point of the panel.
 
-    ``align`` and ``valign`` state which edge of the text lies at the point; ``angle`` rotates the
-    text about the point [deg].
+    The point is in fractions of the size of the panel, or in values with ``data``. ``align`` and
+    ``valign`` state which edge of the text is at the point; ``angle`` rotates the text about the
+    point [deg].
     """
 
     x: float
@@ -124,7 +125,7 @@ class Words:
 class LineName:
     """Name written along a nearly straight line, near its start or its end.
 
-    Omitted if less than 40 % of the panel height shows the line.
+    It is omitted if the visible part of the line is shorter than 40 % of the height of the panel.
     """
 
     x: Floats
@@ -135,7 +136,7 @@ class LineName:
 
 @dataclass(frozen=True)
 class Pixels:
-    """Image of RGB or grey bytes over a rectangle, first row at the top."""
+    """Image of RGB or grey bytes over a rectangle of values, first row at the top."""
 
     values: NDArray[np.uint8]
     left: float
@@ -149,7 +150,7 @@ Item = Line | Marks | Guide | Band | Area | Stems | Words | LineName | Pixels
 
 @dataclass
 class Axis:
-    """Axis: label, ends (None: from the data) and scale."""
+    """Axis: label, lower and upper end (None: from the data) and scale."""
 
     label: str = ""  # with the unit in brackets; line breaks are kept
     low: float | None = None
@@ -165,7 +166,7 @@ class Axis:
 
 @dataclass
 class Panel:
-    """Pair of axes with its items, painted in order."""
+    """Two axes and the items between them, painted in their order."""
 
     x: Axis = field(default_factory=Axis)
     y: Axis = field(default_factory=Axis)
@@ -180,19 +181,19 @@ class Panel:
     items: list[Item] = field(default_factory=list)
 
     def line(self, x: ArrayLike, y: ArrayLike, color: str = COLORS[0], **look: Any) -> None:
-        """Add a :class:`Line` with its width and dash."""
+        """Add a :class:`Line`; ``look`` sets its width and dash."""
         self.items.append(Line(_floats(x), _floats(y), color, **look))
 
     def marks(self, x: ArrayLike, y: ArrayLike, color: str = COLORS[0], **look: Any) -> None:
-        """Add :class:`Marks` with their marker, size and filling."""
+        """Add :class:`Marks`; ``look`` sets their marker, size and filling."""
         self.items.append(Marks(_floats(x), _floats(y), color, **look))
 
     def add(self, *items: Item) -> None:
-        """Add items."""
+        """Add items in front of all earlier ones."""
         self.items.extend(items)
 
     def cross(self) -> None:
-        """Add thin lines through zero, below all items."""
+        """Add thin lines at x = 0 and y = 0, behind all items."""
         self.items[:0] = [Guide(0.0, direction, "#888888", 0.6, ()) for direction in ("y", "x")]
 
 
@@ -210,7 +211,7 @@ class Entry:
 
 @dataclass
 class Plot:
-    """Page of panels with a legend below."""
+    """Page with a grid of panels and a legend below them."""
 
     panels: list[Panel]
     height: float = 5.6  # height of the page [in]; the width is 7.1 in
@@ -229,9 +230,9 @@ def stacked(
     legend: Sequence[Entry] = (),
     title: str = "",
 ) -> Plot:
-    """Stack panels that share a horizontal axis, labelled by the last panel.
+    """Return a page of panels one above the other with a common x axis, labelled at the last panel.
 
-    Panels have equal heights unless ``heights`` are given.
+    Panels have equal heights unless ``heights`` are given; ``height`` is that of the page [in].
     """
     for row, panel in enumerate(panels):
         panel.cell = (row, row, 0, 0)
@@ -247,7 +248,7 @@ def beside(
     legend: Sequence[Entry] = (),
     widths: Sequence[float] = (),
 ) -> Plot:
-    """Place panels in a row, with equal widths unless ``widths`` are given."""
+    """Return a page of panels in a row, of equal widths unless ``widths`` are given."""
     for place, panel in enumerate(panels):
         panel.cell = (0, 0, place, place)
     widths = tuple(widths) or (1.0,) * len(panels)

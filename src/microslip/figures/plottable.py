@@ -1,4 +1,4 @@
-"""Interface of all results that can be plotted."""
+"""Mixins for all results that can be plotted."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ if TYPE_CHECKING:
 
 
 def notebook_view(instance: Any, plot: Plot, text: str = "") -> str:
-    """Return the text and the figure of an object as HTML, for notebooks.
+    """Return the representation and the figure of an object as HTML, for notebooks.
 
-    ``text`` follows the representation of the object, such as a table of its numbers.
+    ``text``, such as a table of numbers, is written below the representation.
     """
     import base64
     from html import escape
@@ -27,14 +27,14 @@ def notebook_view(instance: Any, plot: Plot, text: str = "") -> str:
 
 
 class Plottable:
-    """Mixin that adds ``plot`` to a class with a figure as data."""
+    """Mixin that adds the method ``plot`` to a class with a method ``_figure``."""
 
     def _figure(self) -> Plot:
-        """Return the figure as data."""
+        """Return the figure as data, not yet drawn."""
         raise NotImplementedError
 
     def plot(self, ax: Any = None, *, color: str | None = None, label: str = "") -> Any:
-        """Draw the figure with Matplotlib, like the command and the report.
+        """Draw the figure of this result with Matplotlib, as in reports.
 
         Parameters
         ----------
@@ -42,7 +42,7 @@ class Plottable:
             Axes to draw on, one for each panel; by default a new figure. Axis labels name the
             units, such as [N]; figures drawn over each other share the units of the first.
         color : str, optional
-            Color of black parts; by default the next of the package's colors.
+            Color of the parts that are black in reports; by default the next color of the package.
         label : str, optional
             Name for ``ax.legend()``.
 
@@ -60,10 +60,10 @@ class Plottable:
 
 
 class PlottableAtSensor:
-    """Mixin that adds ``plot`` to a motion of many degrees of freedom, seen at a sensor."""
+    """Mixin that adds ``plot`` to a motion of many degrees of freedom, drawn at one sensor."""
 
     def _figure(self, at: Any) -> Plot:
-        """Return the figure as data, at a sensor or at the largest motion."""
+        """Return the figure as data at a sensor, by default at the largest motion."""
         raise NotImplementedError
 
     def plot(
@@ -76,8 +76,8 @@ class PlottableAtSensor:
         ax : matplotlib.axes.Axes or array of them, optional
             Axes to draw on; by default a new figure.
         at : int or array_like, optional
-            Degree of freedom of a motion, or direction of the sensor [-] of a forced response,
-            shape (n,); by default the degree of freedom with the largest motion.
+            Degree of freedom to draw, by default that with the largest motion. For a forced
+            response also the direction s of a sensor that measures s^T x [-], shape (n,).
         color : str, optional
             Color of the line; by default the next of the package's colors.
         label : str, optional

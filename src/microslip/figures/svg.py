@@ -1,4 +1,4 @@
-"""Figures as SVG, written directly: a page takes milliseconds."""
+"""Figures written directly as SVG, which takes milliseconds per page."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _NEAR = 0.25  # [pt] distance between points after thinning
 
 
 def svg(plot: Plot) -> bytes:
-    """Write a figure as a self-contained SVG file; equal plots give equal bytes."""
+    """Return a figure as a self-contained SVG file; equal plots give equal bytes."""
     page = lay_out(plot)
     parts = [
         '<?xml version="1.0" encoding="UTF-8"?>\n'
@@ -102,7 +102,7 @@ def _panel(frame: PanelFrame, name: str) -> Iterable[str]:
 
 
 def _ticks(scale: AxisScale) -> list[tuple[float, str, bool]]:
-    """Return positions along an axis, 0 to 1, with label and whether the tick is a major one."""
+    """Return position along the axis (0 to 1), label, and True for major, of each tick."""
     places = []
     for ticks, major in ((scale.ticks.major, True), (scale.ticks.minor, False)):
         if ticks:
@@ -326,7 +326,7 @@ def _path(x: Floats, y: Floats) -> str:
 
 
 def _thinned(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Drop points of a long line that lie closer than ``_NEAR`` along the line."""
+    """Drop points of a long line at distances below ``_NEAR`` [pt] along the line."""
     length = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))))
     keep = np.concatenate(([True], np.diff(np.floor(length / _NEAR)) > 0.0))
     keep[-1] = True
@@ -334,7 +334,7 @@ def _thinned(x: Floats, y: Floats) -> tuple[Floats, Floats]:
 
 
 def _straightened(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Drop points within ``_STRAIGHT`` of the chord between their neighbours."""
+    """Drop points within ``_STRAIGHT`` [pt] of the chord between their neighbours."""
     dropped = x.size > _ALL_DRAWN
     while dropped:
         near = slice(0, x.size - 2, 2), slice(1, x.size - 1, 2), slice(2, x.size, 2)
@@ -351,7 +351,7 @@ def _straightened(x: Floats, y: Floats) -> tuple[Floats, Floats]:
 
 
 def marker_path(marker: Marker, r: float) -> str:
-    """Return the outline of a marker of half-width `r`, relative to the current point."""
+    """Return the SVG outline of a marker of half-width ``r`` [pt] about the current point."""
     if marker == "o":
         return f"m{-r:g} 0a{r:g} {r:g} 0 1 0 {2 * r:g} 0a{r:g} {r:g} 0 1 0 {-2 * r:g} 0z"
     if marker == "s":
@@ -371,7 +371,7 @@ def marker_path(marker: Marker, r: float) -> str:
 
 
 def png_bytes(values: NDArray[np.uint8]) -> bytes:
-    """Encode pixels as PNG: rows of grey, RGB or RGBA bytes."""
+    """Encode rows of grey, RGB or RGBA bytes as PNG."""
     height, width = values.shape[:2]
     kind = {1: 0, 3: 2, 4: 6}[1 if values.ndim == 2 else values.shape[2]]
     rows = values.reshape(height, -1)

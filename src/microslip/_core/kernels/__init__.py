@@ -1,7 +1,7 @@
 """Compiled kernels and their Python interface.
 
 Each kernel documents its arguments: ``help(kernels.compiled.coupled)``. Results are written to
-given arrays, C-contiguous float64 (codes and parents: int64).
+arrays among the arguments, C-contiguous float64, or int64 for codes and parent indices.
 """
 
 from __future__ import annotations
@@ -58,16 +58,17 @@ class Curve(Protocol):
     """Load curve without a profile, evaluated at many separations at once."""
 
     def drop(self, base: Floats, width: Floats) -> Floats:
-        """Return N(b) - N(b + w)."""
+        """Return N(base) - N(base + width) [N]."""
 
     def load(self, separation: Floats) -> tuple[Floats, Floats]:
-        """Return N and -N'."""
+        """Return N [N] and -N' [N/m] at separations [m]."""
 
 
 def curve_arguments(curve: Curve) -> tuple[Callable[[memoryview, memoryview], None]]:
-    """Return the kernel arguments of a curve, in place of ``Profile.arguments``.
+    """Return kernel arguments for a curve without a profile, in place of ``Profile.arguments``.
 
-    The kernel collects all evaluations of the curve and requests them in one call.
+    The kernel collects all values of the curve that it needs and obtains them by one call of
+    Python.
     """
 
     def answer(drops: memoryview, loads: memoryview) -> None:
@@ -89,7 +90,7 @@ def slip_runs(
     last_separation: float,
     last_place: float,
 ) -> Floats:
-    """Return the runs of the slip front along a record, one per column of eight numbers."""
+    """Return the advances of the slip front along a record, shape (8, advances); see SlipLosses."""
     count = room = 4 * separation.size + depth
     while count >= room:  # a step usually has few; otherwise the kernel returns the number needed
         room = count + 1
@@ -104,14 +105,14 @@ def slip_runs(
 
 @cache
 def _moment_coefficients(twice_order: int) -> Floats:
-    """Return the series by (piece, term), see tools/make_gaussian_tables.py."""
+    """Return the coefficients of F_n by piece and term, see tools/make_gaussian_tables.py."""
     # Load by path, since importing importlib.resources is slow.
     tables = np.load(Path(__file__).with_name("gaussian_moments.npy"), allow_pickle=False)
     return np.ascontiguousarray(tables[twice_order + 1].ravel())
 
 
 def gaussian_moment(h: Floats, twice_order: int) -> Floats:
-    """Compute F_n(h), n = twice_order/2 from -1/2 to 5/2, of the standard Gaussian."""
+    """Compute F_n(h), the integral of (u - h)^n phi(u) over u > h, n = twice_order/2."""
     flat = np.ascontiguousarray(h, dtype=float).reshape(-1)
     out = np.empty_like(flat)
     compiled.gaussian_moment(flat, out, _moment_coefficients(twice_order), twice_order)
@@ -119,6 +120,6 @@ def gaussian_moment(h: Floats, twice_order: int) -> Floats:
 
 
 def gaussian_moment_at(h: float, twice_order: int) -> float:
-    """Compute F_n(h) at one h."""
+    """Compute F_n(h), n = twice_order/2, for a single h; see :func:`gaussian_moment`."""
     value: float = compiled.gaussian_moment_at(h, _moment_coefficients(twice_order), twice_order)
     return value

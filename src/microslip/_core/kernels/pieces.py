@@ -1,4 +1,4 @@
-"""Piecewise polynomials of curves that are smooth between given breaks."""
+"""Curves that are smooth between given breaks, as piecewise polynomials."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ _SHARES, _WEIGHTS = gauss_legendre(16)
 
 
 def _mean_matrix(roots: bool) -> Floats:
-    """Return the matrix that converts a Chebyshev series of a slope to powers of its mean.
+    """Return the matrix from the Chebyshev series of a slope on a piece to powers of its mean.
 
-    The mean is that over 0 <= t <= 1 of the slope at z t, as a function of the distance z from the
-    end of the piece: G of ``_pieces.h`` over the width of the piece. With ``roots``, the variable
-    of integration is the square root of t.
+    The mean, a function of the distance z from the end of the piece, is that of the slope at
+    distances z t over 0 <= t <= 1: G of ``_pieces.h`` over the width. With ``roots`` the integral
+    is over sqrt(t).
     """
     weights = 2.0 * _SHARES * _WEIGHTS if roots else _WEIGHTS
     places = 2.0 * _Y[:, None] * _SHARES - 1.0
@@ -47,11 +47,11 @@ _MEANS = _mean_matrix(False), _mean_matrix(True)
 
 @dataclass(frozen=True, eq=False)
 class Pieces(Locked):
-    """Decreasing convex N(x), such as a load curve or the force limit minus a backbone.
+    """Decreasing convex function N(x), such as a load curve, or the force limit minus a backbone.
 
-    Between ``breaks`` N is smooth except for square roots of the distance to the next break, as at
-    the end of a contact of spheres. -N' is sampled, and N follows by integration from the last
-    edge, so both keep their relative accuracy.
+    Between ``breaks`` N is smooth, except that it may depend on the square root of the distance to
+    the next break, as at the end of a contact of spheres. The slope -N' is sampled, and N is
+    integrated from the last edge, so both are accurate relative to their value.
     """
 
     edges: Floats
@@ -69,11 +69,11 @@ class Pieces(Locked):
         origin: float = 0.0,
         cuts: Floats | None = None,
     ) -> Pieces | None:
-        """Sample N on [low, high] from -N' and N; None if too many pieces are needed.
+        """Sample N on [low, high] from functions for -N' and N; None if too many pieces are needed.
 
-        Places are exact to the rounding of ``origin`` plus a place. ``cuts`` are further initial
-        edges, for N with several length scales. Pieces are bisected until the truncation error is
-        rounding of the slope, or negligible relative to the load.
+        ``origin`` is the argument from which x is measured, and limits the accuracy of x by
+        rounding. ``cuts`` are further initial edges, for N with several length scales. Pieces are
+        bisected until the truncation error is within rounding of -N', or negligible relative to N.
         """
         inner = breaks[(breaks > low) & (breaks < high)]
         edges = np.concatenate(([low], inner, [high]))
@@ -136,7 +136,7 @@ def _fit(
     width: Floats,
     origin: float,
 ) -> tuple[Floats, Any]:
-    """Return Chebyshev series of the slope for rows of places, and True for resolved rows."""
+    """Return Chebyshev series of -N' on pieces, one row each, and True for resolved ones."""
     values = fall(x.reshape(-1)).reshape(x.shape)
     series = values @ TO_SERIES
     left_out = np.abs(series[:, kernels.TERMS - 1 :]).max(axis=1)
@@ -155,7 +155,7 @@ def backbone_pieces(
     limit: float,
     stiffness: float,
 ) -> Pieces | None:
-    """Return the force limit minus a backbone as pieces, from rest to full slip."""
+    """Return force limit minus backbone, from rest to full slip; None if not possible."""
     end = reach = limit / stiffness
     kinks = kinks[kinks > 0.0]
     if kinks.size:

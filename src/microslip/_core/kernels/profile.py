@@ -1,4 +1,4 @@
-"""Load curves N(d) as piecewise polynomials, with slopes, differences and inverse."""
+"""Smooth load curves N(d) as piecewise polynomials, with derivatives, differences and inverse."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _LOSS_RULES = np.concatenate([np.concatenate(gauss_legendre(count)) for _, count
 
 
 class _Grid(NamedTuple):
-    """Panels of equal width; panel ``first`` begins at ``anchor``."""
+    """Panels of equal width; panel number ``first`` begins at the separation ``anchor``."""
 
     anchor: float
     width: float
@@ -42,7 +42,7 @@ class _Grid(NamedTuple):
     def of(
         cls, low: float, end: float, width: float, edge: float, panels: int | None = None
     ) -> _Grid:
-        """Return panels from ``low`` to ``end``, or the given number of panels."""
+        """Return panels of a ``width`` from ``low`` to ``end``, or a given number of panels."""
         # A panel begins at 0 or at the edge, so that nearby places keep their digits.
         anchor = 0.0 if low - width >= edge else edge
         first = -math.floor((low - anchor) / width)
@@ -62,9 +62,9 @@ class _Grid(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Profile(Locked):
-    """Decreasing convex N(d) on [low, high], approximate beyond high.
+    """Decreasing convex load curve N(d) on [low, high]; approximate at larger separations.
 
-    N'' is sampled, so that N'', N' and N keep their relative accuracy.
+    N'' is sampled and integrated, so that N'', N' and N are accurate relative to their values.
     """
 
     coefficients: Floats  # (panels, PROFILE_TERMS)
@@ -78,9 +78,10 @@ class Profile(Locked):
     def sample(
         cls, derivative: Derivative, low: float, high: float, end: float, edge: float
     ) -> Profile | None:
-        """Sample a profile on [low, high]; None if panels do not resolve N''.
+        """Sample N(d) on [low, high]; None if panels do not resolve N''.
 
-        The load vanishes at ``end``; below ``edge`` <= low the function is not smooth.
+        The load vanishes at the separation ``end``. Below ``edge`` <= low the function is not
+        smooth.
         """
         load, slope, bend = (float(derivative(np.array([high]), k)[0]) for k in range(3))
         if not (load > 0.0 and slope < 0.0 and bend > 0.0):
@@ -104,11 +105,11 @@ class Profile(Locked):
     def sample_kinked(
         cls, derivative: Derivative, low: float, end: float, edge: float
     ) -> Profile | None:
-        """Sample a profile with many small kinks in N'', as for a tabulated density.
+        """Sample N(d) with many small kinks in N'', as from a tabulated density of heights.
 
-        Panels as narrow as the spacing of the kinks keep the error of N below 3e-12 of N(0), and
-        that of N' at about 1e-10: errors of N'' enter N multiplied by the squared width over decay
-        length.
+        Panels as narrow as the spacing of the kinks keep the error of N below 3e-12 of N(0) and
+        that of N' at about 1e-10. An error of N'' causes one of N that is smaller by the square of
+        the width over the decay length.
         """
         load, slope, bend = (float(derivative(np.zeros(1), k)[0]) for k in range(3))
         if not (load > 0.0 and slope < 0.0 and bend > 0.0):
@@ -152,20 +153,20 @@ class Profile(Locked):
         return lock(np.concatenate((_LOSS_RULES, after)))
 
     def load(self, separation: Floats) -> Floats:
-        """Return N at separations, one-dimensional."""
+        """Return loads N at separations [m], one-dimensional."""
         value = np.empty(separation.size)
         kernels.compiled.loads(separation, value, None, *self.arguments)
         return value
 
     @cached_property
     def span(self) -> tuple[float, float]:
-        """Smallest and largest load in the range of :meth:`separations`."""
+        """Smallest and largest load for which :meth:`separations` is defined."""
         lightest, heaviest = self.load(np.array([self.high, self.low])).tolist()
         return (lightest, heaviest) if self._inverse is not None else (math.inf, 0.0)
 
     @cached_property
     def _inverse(self) -> tuple[Any, ...] | None:
-        """Approximate series of the separation over log N, None if N is not decreasing."""
+        """Series of the separation as a function of ln N, None if N does not decrease strictly."""
         grid = np.linspace(self.low, self.high, 8 * len(self.coefficients) + 1)
         heights = np.log(self.load(grid))
         start, reach = heights[-1], float(heights[0] - heights[-1])

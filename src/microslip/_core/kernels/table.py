@@ -1,4 +1,4 @@
-"""Smooth backbones as piecewise polynomials, exact to rounding and fast to evaluate."""
+"""Smooth backbones as piecewise polynomials, accurate to rounding and fast to evaluate."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _PANELS = (16, 24, 32, 48, 64, 96, 128, 192, 256)
 
 @dataclass(frozen=True, eq=False)
 class Table(Locked):
-    """Function u^power S(u) of u >= 0, with S in equal panels, linear past the last one."""
+    """Function u^power S(u) of u >= 0: S polynomial on equal panels, linear beyond the last one."""
 
     coefficients: Floats  # (panels, TERMS)
     inverse_width: float
@@ -54,11 +54,11 @@ class Table(Locked):
         rate: float = 0.0,
         tolerance: float = 1e-13,
     ) -> Table | None:
-        """Sample the shape S on (0, end]; None if panels do not resolve it to ``tolerance``.
+        """Sample S on (0, end]; None if panels do not resolve it to the relative ``tolerance``.
 
-        Storing S instead of the function keeps the relative accuracy for u towards 0. Panels are
-        halved until the truncation error is at rounding level or stops falling, which indicates the
-        rounding error of the function itself.
+        Storing S instead of the function keeps the relative accuracy as u approaches 0. Panels are
+        halved until the truncation error is within rounding, or stops decreasing because ``shape``
+        itself has rounding errors. Beyond ``end`` the function is ``limit`` + ``rate`` (u - end).
         """
         before = math.inf
         for panels in _PANELS:
@@ -79,7 +79,7 @@ class Table(Locked):
     def from_series(
         cls, series: Floats, end: float, power: int, limit: float, rate: float = 0.0
     ) -> Table:
-        """Create a table from Chebyshev series, one row per panel of at least TERMS terms."""
+        """Create a table from Chebyshev series of S, one row per panel, at least TERMS terms."""
         powers = np.ascontiguousarray(series[:, : kernels.TERMS] @ TO_POWERS)
         return cls(lock(powers), len(series) / end, power, limit, rate)
 
@@ -104,6 +104,6 @@ class Table(Locked):
         return out.reshape(np.shape(u)), slope.reshape(np.shape(u))
 
     def at(self, u: float) -> tuple[float, float]:
-        """Return the function and its derivative at one place."""
+        """Return the function and its derivative at a single ``u``."""
         pair: tuple[float, float] = kernels.compiled.evaluate_one(u, *self.arguments)
         return pair

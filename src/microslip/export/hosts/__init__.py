@@ -1,1 +1,1 @@
-"""Joints as elements of other harmonic-balance codes."""
+"""Joints as elements of other harmonic-balance codes, and as differentiable functions."""

@@ -15,27 +15,27 @@ from microslip.friction.vector_cycles import SETTLED
 class ContactNodes:
     """Nodes of a field under tangential displacements and the opening of the contact.
 
-    Motions and forces of a node are ordered tangential, [tangential,] opening. An opening of zero
-    is the configuration in which the field was defined: at its gaps, or at rest if it has none. All
-    nodes are evaluated in one compiled call.
+    The components of motion and force of a node are one or two tangential ones, then the opening.
+    At zero opening the separations are the ``gaps`` of the field, or those at rest if it has none.
+    All nodes are evaluated in one call of the compiled kernel.
 
     Parameters
     ----------
     field : JointField
         The nodes.
     directions : int
-        Directions per node [-]: 2, evaluated without samples, or 3.
+        Number of components per node [-]: 2, for which cycles are not sampled, or 3.
     sliders, nearest : optional
-        See :meth:`microslip.JointField.two_directions`, for three directions.
+        See :meth:`microslip.JointField.two_directions`, for three components.
     balanced : bool
-        Whether the load at zero opening is subtracted.
+        Subtract the normal load at zero opening, so that forces are changes from it.
     tolerance : float, optional
-        Error of the settled forces over the force limit [-], for three directions.
+        Error of the settled forces over the force limit [-], for three components.
 
     Attributes
     ----------
     converged : ndarray of bool
-        Whether each node settled in the last call of :meth:`harmonics`, shape (nodes,).
+        True for each node that settled in the last call of :meth:`harmonics`, shape (nodes,).
     residual : ndarray
         Estimated distance of the forces from the limit cycle [N], shape (nodes,).
     """
@@ -55,7 +55,7 @@ class ContactNodes:
         self.rest_at(np.zeros((field.size, directions)))
 
     def rest_at(self, motion: Floats) -> None:
-        """Put all nodes at rest, without tangential forces, at motions [m] (nodes, directions)."""
+        """Start all nodes without tangential force at given motions [m] (nodes, directions)."""
         self._begin, opened = motion[:, :-1].copy(), motion[:, -1]
         field = self.field
         if opened.any() or field.gaps is not None:
@@ -65,16 +65,17 @@ class ContactNodes:
 
     @property
     def resolution(self) -> Floats:
-        """Smallest resolved tangential amplitude [m], shape (nodes,); zero without sliders."""
+        """Smallest resolved tangential amplitude [m], shape (nodes,); zero for two components."""
         if self.directions == 2:
             return np.zeros(self.field.size)
         return np.asarray(self._law.resolution)
 
     def harmonics(self, motion: Floats, numbers: list[int], samples: int) -> tuple[Floats, Floats]:
-        """Return coefficients of the settled forces [N] and their Jacobian [N/m].
+        """Return Fourier coefficients of the settled forces [N] and their Jacobian [N/m].
 
         Motion [m] and forces have the shape (nodes, directions, coefficients), the Jacobian (nodes,
-        directions, directions, coefficients, coefficients). Only three directions use ``samples``.
+        directions, directions, coefficients, coefficients). ``numbers`` are the orders of the
+        harmonics, 0 first. ``samples`` per period are used only with three directions.
         """
         if 0 not in numbers:
             raise InputError(f"harmonics of a contact must begin with the mean, 0, got {numbers}")
@@ -101,10 +102,10 @@ class ContactNodes:
         return force, jacobian
 
     def step(self, motion: Floats, slides_freely: bool = False) -> tuple[Floats, Floats]:
-        """Return trial forces [N], shape (nodes, directions), and their tangents [N/m].
+        """Return forces [N] of a trial motion, shape (nodes, directions), and their tangents [N/m].
 
         The tangents have the shape (nodes, directions, directions). With ``slides_freely`` there is
-        no friction, and no trial to commit.
+        no friction, and the trial cannot be committed.
         """
         force = np.zeros(motion.shape)
         tangent = np.zeros((*motion.shape, self.directions))
@@ -122,12 +123,12 @@ class ContactNodes:
         return force, tangent
 
     def commit(self) -> None:
-        """Commit the last trial."""
+        """Make the last trial of :meth:`step` the state of the nodes."""
         self._state.commit()
 
 
 def contact_field(law: Any) -> Any:
-    """Return a field of one node for an Interface; return anything else unchanged."""
+    """Return a field of one node for an Interface; return any other law unchanged."""
     if not isinstance(law, Interface):
         return law
     options: dict[str, Any] = {"areas": [1.0], "surface_area": 1.0}

@@ -1,8 +1,8 @@
 """Forces, harmonics and energies of a law or a field with derivatives, for JAX and PyTorch.
 
-Derivatives by displacements are the tangents of the branches; derivatives by parameters come from
-:meth:`microslip.BackboneLaw.parameter_derivatives`. Without names of parameters their derivatives
-are not computed.
+Derivatives with respect to displacements are tangents of the branches. Derivatives with respect to
+parameters come from :meth:`microslip.BackboneLaw.parameter_derivatives`; they are computed only for
+the parameters that are named.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ from microslip.friction import BackboneLaw, JointField
 from microslip.friction.memory import Memory
 
 Derivatives = tuple[Floats, Floats, Floats]
-"""Value, its derivatives by parameters, and its derivatives by displacements, along last axes."""
+"""Value, derivatives by parameters, and derivatives by displacements; derivatives have further
+last axes."""
 
 FIRST_ONLY = "joints of microslip have first derivatives only; use {} to stop second derivatives"
 """Message for second derivatives, with the function of the host that stops them."""
@@ -32,7 +33,7 @@ Quantity = Callable[[BackboneLaw, Floats, list[str]], Derivatives]
 
 
 def force(law: BackboneLaw, x: Floats, names: list[str]) -> Derivatives:
-    """Forces [N] along a displacement history from rest."""
+    """Return forces [N] along a displacement history [m] from rest, with derivatives."""
     by = law.parameter_derivatives("force", x, names) if names else {}
     tree = Memory().tree(x)
     parent: NDArray[np.int64] = tree.parent
@@ -44,7 +45,7 @@ def force(law: BackboneLaw, x: Floats, names: list[str]) -> Derivatives:
 
 
 def settled_force(numbers: tuple[int, ...], rest: Any) -> Quantity:
-    """Return the function for coefficients of the settled force [N]."""
+    """Return the function that computes Fourier coefficients of the settled force [N]."""
     options: dict[str, Any] = {"harmonics": numbers, "rest": rest}
 
     def evaluate(law: BackboneLaw, c: Floats, names: list[str]) -> Derivatives:
@@ -56,7 +57,7 @@ def settled_force(numbers: tuple[int, ...], rest: Any) -> Quantity:
 
 
 def dissipated_energy(law: BackboneLaw, a: Floats, names: list[str]) -> Derivatives:
-    """Energy of a closed cycle [J] at one amplitude [m]."""
+    """Return the energy of a closed cycle [J] at one amplitude [m], with derivatives."""
     by = law.parameter_derivatives("dissipated_energy", a, names) if names else {}
     slope = law._energy_slope(a.reshape(1)).reshape(())
     return np.asarray(law.dissipated_energy(a)), _columns(by, names, ()), slope
@@ -65,10 +66,11 @@ def dissipated_energy(law: BackboneLaw, a: Floats, names: list[str]) -> Derivati
 def field_harmonics(
     field: JointField, numbers: tuple[int, ...], rest: Any, motion: Floats
 ) -> tuple[Floats, Floats]:
-    """Settled coefficients [N] of nodes for a motion, (nodes, 1 or 2, coefficients), and slopes.
+    """Return Fourier coefficients of the settled forces of nodes [N], and their Jacobian [N/m].
 
-    The second row of the motion are coefficients of the separations, and of the result those of the
-    loads. Slopes are the derivatives [N/m] as in :meth:`microslip.JointField.harmonics`.
+    ``motion``, shape (nodes, 1 or 2, coefficients) [m], holds the coefficients of displacements
+    and, as second row, of separations; the result has those of tangential forces and normal loads.
+    The Jacobian is that of :meth:`microslip.JointField.harmonics`.
     """
     if motion.shape[-2] == 1:
         found = field.harmonics(motion[:, 0], numbers, rest=rest)
@@ -89,13 +91,13 @@ class DifferentiableLaw:
     ----------
     make : callable
         Function that returns the law for named parameters, such as ``lambda std, normal_load:
-        Interface(...)``; the names of :meth:`microslip.BackboneLaw.parameter_derivatives` are
-        accepted.
+        Interface(...)``. The names must be among those of
+        :meth:`microslip.BackboneLaw.parameter_derivatives`.
 
     Notes
     -----
-    The first argument of each function is a mapping of parameters. The laws of the last parameters
-    are kept, so that calls with the same parameters do not make them again.
+    The first argument of each method is a mapping of parameters by name. The laws of the last 16
+    sets of parameters are kept, since solvers use the same parameters many times.
     """
 
     def __init__(self, make: Callable[..., BackboneLaw]) -> None:
@@ -105,15 +107,15 @@ class DifferentiableLaw:
     def _evaluated(
         self, quantity: Quantity, names: list[str], values: Any, place: Any, by_parameters: bool
     ) -> Derivatives:
-        """Evaluate a quantity of the law for parameter values."""
+        """Return a quantity of the law for parameter values, with its derivatives."""
         law = self._law(tuple(zip(names, np.asarray(values, dtype=float).tolist(), strict=True)))
         parts = quantity(law, np.array(place, dtype=float), names if by_parameters else [])
         return tuple(np.asarray(part, dtype=float) for part in parts)  # type: ignore[return-value]
 
     def force(self, parameters: Mapping[str, Any], displacement: Any) -> Any:
-        """Forces [N] along a one-dimensional displacement history [m] from rest.
+        """Return forces [N] along a one-dimensional displacement history [m] from rest.
 
-        The derivative by the displacements has the shape (samples, samples).
+        The derivative with respect to the displacements has the shape (samples, samples).
         """
         return self._call(force, parameters, displacement)
 
@@ -124,11 +126,11 @@ class DifferentiableLaw:
         harmonics: tuple[int, ...] = (0, 1),
         rest: Any = 0.0,
     ) -> Any:
-        """Coefficients of the settled force [N] from coefficients of the displacement [m]."""
+        """Return coefficients of the settled force [N] for those of the displacement [m]."""
         return self._call(settled_force(harmonics, rest), parameters, coefficients)
 
     def dissipated_energy(self, parameters: Mapping[str, Any], amplitude: Any) -> Any:
-        """Energy of a closed cycle [J] at one amplitude [m]."""
+        """Return the energy of a closed cycle [J] at one amplitude [m]."""
         return self._call(dissipated_energy, parameters, amplitude)
 
     def _call(self, quantity: Quantity, parameters: Mapping[str, Any], x: Any) -> Any:

@@ -31,11 +31,11 @@ def _called(
     apply: Callable[[Any, Any], Any],
     *arguments: Any,
 ) -> Any:
-    """Call a function of NumPy from JAX.
+    """Call a NumPy function from JAX, with derivatives.
 
-    ``answer(row, wanted)`` returns the value and a derivative by each argument, of which those
-    without a flag in ``wanted`` are not used; ``shapes`` are the shapes of all of them. ``apply``
-    multiplies a derivative by a tangent.
+    ``answer(row, wanted)`` returns the value and its derivative by each argument; only derivatives
+    with a true flag in ``wanted`` are used. ``shapes`` are the shapes of the value and of the
+    derivatives. ``apply`` multiplies a derivative by a tangent of its argument.
     """
     if not jax.config.jax_enable_x64:
         raise InputError(
@@ -100,7 +100,7 @@ def _by_nodes(slope: Any, tangent: Any) -> Any:
 
 
 class DifferentiableJoint(DifferentiableLaw):
-    """Law made from parameters, as functions of JAX, which must use 64-bit numbers."""
+    """Functions of JAX for a law made from parameters; JAX must use 64-bit numbers."""
 
     def _call(self, quantity: Quantity, parameters: Mapping[str, Any], x: Any) -> Any:
         names = sorted(parameters)
@@ -115,12 +115,12 @@ class DifferentiableJoint(DifferentiableLaw):
 
 
 class DifferentiableField:
-    """Field of contact nodes as functions of JAX, which must use 64-bit numbers.
+    """Functions of JAX for a field of contact nodes; JAX must use 64-bit numbers.
 
     Parameters
     ----------
     field : JointField
-        The nodes. Derivatives are by the motion alone.
+        The nodes. Derivatives are with respect to the motion only, not to parameters of the field.
     """
 
     def __init__(self, field: JointField) -> None:
@@ -133,11 +133,11 @@ class DifferentiableField:
         harmonics: tuple[int, ...] = (0, 1),
         rest: Any = 0.0,
     ) -> Any:
-        """Coefficients of the settled forces [N], shape (nodes, coefficients).
+        """Return Fourier coefficients of the settled forces [N], shape (nodes, coefficients).
 
-        ``coefficients`` of the displacements [m] and ``separations`` [m] have the same shape, as in
-        :meth:`microslip.JointField.harmonics`. With separations a pair is returned: the
-        coefficients of the forces and those of the normal loads [N].
+        The coefficients of the displacements [m] and those of the ``separations`` [m] have the same
+        shape, as in :meth:`microslip.JointField.harmonics`. With separations a pair is returned:
+        coefficients of the forces and of the normal loads [N].
         """
         given = [jnp.asarray(coefficients, dtype=float)]
         if separations is not None:

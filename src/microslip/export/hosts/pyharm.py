@@ -1,8 +1,8 @@
 """Elements for pyHarm: joints in one and two directions, and contacts with a normal direction.
 
-pyHarm finds the elements by its entry points; register them with
-``pyHarm.extension.load("microslip")`` or
-``Maestro({"plugin": microslip.export.hosts.pyharm.elements(), ...})``. An example of a connector::
+pyHarm finds the elements by the entry points of this package; register them with
+``pyHarm.extension.load("microslip")`` or ``Maestro({"plugin":
+microslip.export.hosts.pyharm.elements(), ...})``. An example of a connector::
 
     {"type": "microslip_joint", "connect": {"beam": [3], "GROUND": [3]}, "dirs": [0], "law": joint}
 
@@ -31,12 +31,12 @@ def elements() -> list[type[Any]]:
 
 
 class _Element(NodeToNodeElement):  # type: ignore[misc]
-    """Base class of the elements: coefficients of motion and force, and their Jacobian.
+    """Base class of the elements: Fourier coefficients of motion and force, and their Jacobian.
 
     Attributes
     ----------
     length : float
-        Characteristic length [m] of pyHarm's displacements.
+        Length [m] by which pyHarm divides displacements.
     """
 
     directions: ClassVar[tuple[int, ...]]
@@ -67,19 +67,20 @@ class _Element(NodeToNodeElement):  # type: ignore[misc]
         self.flag_AFT = True
 
     def read_law(self, law: Any) -> None:
-        """Store the law given in the connector's data."""
+        """Store the law given in the data of the connector."""
         self.law: Any = law
 
     def response(self, motion: Floats) -> tuple[Floats, Floats]:
-        """Return forces [N] and Jacobian of a motion [m], shape (directions, coefficients).
+        """Return coefficients of forces [N] and their Jacobian for coefficients of a motion [m].
 
-        Directions are ordered node by node. The Jacobian [N/m] has the shape (nodes, directions,
-        directions, coefficients, coefficients); the first axis may be omitted for one node.
+        Motion and forces have the shape (directions of all nodes, coefficients), ordered node by
+        node. The Jacobian [N/m] has the shape (nodes, directions, directions, coefficients,
+        coefficients); the first axis may be omitted for one node.
         """
         raise NotImplementedError
 
     def generateIndices(self, expl_dofs: Any) -> None:
-        """Find the degrees of freedom pair by pair and the map to relative displacements."""
+        """Find the degrees of freedom of all pairs of nodes, and the map to their difference."""
         data, pairs = self.data, self._pairs()
         parts = []
         for pair in pairs:
@@ -97,7 +98,7 @@ class _Element(NodeToNodeElement):  # type: ignore[misc]
             self._across[width * i : width * (i + 1), columns] = turned
 
     def _pairs(self) -> list[Any]:
-        """Return the connection of each pair of nodes, in the format of pyHarm's own elements."""
+        """Return the connection of each pair of nodes in the format of pyHarm."""
         connect = self.data["connect"]
         sides = list(connect.items()) if isinstance(connect, dict) else list(connect)
         lengths = {len(nodes) for sub, nodes in sides if sub != "GROUND"}
@@ -113,13 +114,13 @@ class _Element(NodeToNodeElement):  # type: ignore[misc]
         return [dict(pair) for pair in pairs] if isinstance(connect, dict) else pairs
 
     def adim(self, lc: float, wc: float) -> None:
-        """Scale displacements by a characteristic length; forces are not scaled."""
+        """Divide displacements by a characteristic length [m]; forces are not scaled."""
         self.length *= lc
         self.flag_adim = True
         self._known = None
 
     def _residual_and_jacobian(self, xg: Floats) -> tuple[Floats, Floats]:
-        """Return residual and Jacobian, cached: pyHarm requests both for one state in turn."""
+        """Return residual and Jacobian, cached because pyHarm requests them one by one."""
         x = np.ascontiguousarray(xg[self.indices], dtype=float)
         key = x.tobytes()
         if self._known is None or self._known[0] != key:
@@ -140,17 +141,16 @@ class _Element(NodeToNodeElement):  # type: ignore[misc]
         return self.R
 
     def evalJacobian(self, xg: Floats, om: float) -> tuple[Floats, Floats]:
-        """Return derivatives by the displacements [N/m], and by the frequency, which are zero."""
+        """Return derivatives of forces by displacements [N/m], and by frequency, which are 0."""
         self.J = self._residual_and_jacobian(xg)[1].copy()
         self.dJdom = np.zeros(len(self.indices))
         return self.J, self.dJdom
 
 
 class JointElement(_Element):
-    """Backbone law in one direction.
+    """Backbone law in one direction, evaluated without samples.
 
-    Data: ``law``, a backbone law; ``rest``, the initial displacement, 0.0 [m] or "mean". Evaluated
-    without samples.
+    Data: ``law``, a backbone law; ``rest``, the displacement free of force, 0.0 [m] or "mean".
     """
 
     factory_keyword = "microslip_joint"
@@ -158,20 +158,20 @@ class JointElement(_Element):
     law_kind, law_text = BackboneLaw, "a backbone law"
 
     def read_law(self, law: Any) -> None:
-        """Store the law and its initial displacement."""
+        """Store the law and its displacement free of force."""
         self.law = law
         self.rest = self.data.get("rest", 0.0)
 
     def response(self, motion: Floats) -> tuple[Floats, Floats]:
-        """Return the harmonics of the settled cycle."""
+        """Return force coefficients and Jacobian of the settled cycle."""
         harmonics = self.law.harmonics(motion[0], self.harmonics, self.rest)
         return harmonics.force[None], harmonics.jacobian[None, None]
 
 
 class PlanarJointElement(_Element):
-    """Joint in two directions at a constant load, with vector sliders.
+    """Joint in two directions at a constant load, with sliders stretched by vectors.
 
-    Data: ``law``, an :class:`microslip.IsotropicJoint`. Samples per cycle are pyHarm's ``nti``.
+    Data: ``law``, an :class:`microslip.IsotropicJoint`. Cycles have pyHarm's ``nti`` samples.
     """
 
     factory_keyword = "microslip_planar_joint"
@@ -179,7 +179,7 @@ class PlanarJointElement(_Element):
     law_kind, law_text = IsotropicJoint, "an IsotropicJoint, such as IsotropicJoint(joint)"
 
     def response(self, motion: Floats) -> tuple[Floats, Floats]:
-        """Return the harmonics of the settled cycle in both directions."""
+        """Return force coefficients and Jacobian of the settled cycle in both directions."""
         force, jacobian = self.law.harmonics(motion, self.harmonics, samples=self.nti)
         return force, jacobian
 
@@ -192,12 +192,12 @@ class ContactElement(_Element):
     contact.
 
     Data: ``law``, a :class:`microslip.JointField`, or an :class:`microslip.Interface` for one pair
-    of nodes, whose separations (for a field its gaps, if it has any) belong to zero displacement;
-    ``sliders``, default 128, and ``nearest``, see :meth:`microslip.JointField.two_directions`;
-    ``balanced``, default True, whether the load at zero displacement is subtracted, since the
-    forces that press a joint are rarely in the model; ``tolerance``, default 1e-6, error of settled
-    forces in two tangential directions over the force limit. One tangential direction uses neither
-    sliders nor samples.
+    of nodes; at zero displacement the separations are the gaps of the field, or those at rest if it
+    has none. ``sliders``, default 128, and ``nearest``: see
+    :meth:`microslip.JointField.two_directions`. ``balanced``, default True: subtract the load at
+    zero displacement, since a model rarely contains the forces that press a joint. ``tolerance``,
+    default 1e-6: error of settled forces in two tangential directions over the force limit. With
+    one tangential direction there are no sliders or samples.
     """
 
     factory_keyword = "microslip_contact"
@@ -208,7 +208,7 @@ class ContactElement(_Element):
     )
 
     def read_law(self, law: Any) -> None:
-        """Build the contact nodes."""
+        """Create the contact nodes of the law."""
         if 0 not in self.harmonics:
             raise InputError("a contact needs the mean: nh must be a number, or begin with 0")
         options = (self.data.get("sliders", 128), self.data.get("nearest"))
@@ -220,7 +220,7 @@ class ContactElement(_Element):
         self._count = self.law.field.size
 
     def response(self, motion: Floats) -> tuple[Floats, Floats]:
-        """Return the harmonics of the normal and tangential forces of all nodes."""
+        """Return coefficients of normal and tangential forces of all nodes, and Jacobian."""
         turned = motion.reshape(self._count, -1, motion.shape[-1])
         order = np.roll(np.arange(turned.shape[1]), 1)
         force, jacobian = self.law.harmonics(np.roll(turned, -1, axis=1), self.harmonics, self.nti)

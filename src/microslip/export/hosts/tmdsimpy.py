@@ -1,8 +1,8 @@
 """Forces for TMDSimPy: laws on local displacements, and fields of contact nodes.
 
-TMDSimPy is not on PyPI and must be installed from its repository. The tests use a stand-in with its
-published interface, and TMDSimPy itself where it is installed. Hysteretic forces of TMDSimPy start
-at the mean of a cycle, and so does :class:`JointForce` unless ``rest`` is given.
+TMDSimPy is not on PyPI and must be installed from its repository. The tests use a substitute with
+its published interface, and TMDSimPy itself if it is installed. Hysteretic forces of TMDSimPy are
+free of force at the mean of a cycle, as is :class:`JointForce` unless ``rest`` is given.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _SPARSE = 0.1  # fraction of nonzero entries below which a matrix is stored as s
 
 
 class _Force(HystereticForce):  # type: ignore[misc]
-    """Base class: maps displacements to nodes, and forces and Jacobians back."""
+    """Base class: converts displacements to motions of nodes, and forces and Jacobians back."""
 
     def __init__(self, Q: ArrayLike, T: ArrayLike, nodes: int | None, widths: tuple[int, ...]):
         to_local, to_system = floats("Q", Q), floats("T", T)
@@ -51,7 +51,7 @@ class _Force(HystereticForce):  # type: ignore[misc]
         self.slides_freely = False
 
     def set_prestress_mu(self) -> None:
-        """Disable friction, as the system requires during preloading."""
+        """Disable friction; TMDSimPy calls this method before it computes the preload."""
         self.slides_freely = True
 
     def reset_real_mu(self) -> None:
@@ -64,7 +64,7 @@ class _Force(HystereticForce):  # type: ignore[misc]
         return np.asarray(local.reshape(-1, self._width, *local.shape[1:]))
 
     def _to_system(self, tangent: Floats) -> Floats:
-        """Map a tangent of the nodes to the displacements that the contact involves."""
+        """Convert tangents of the nodes to derivatives of forces of the system [N/m]."""
         return np.asarray(self._back @ (tangent @ self._to_nodes).reshape(len(self.Q), -1))
 
     def _settled(self, motion: Floats, numbers: list[int], samples: int) -> tuple[Floats, Floats]:
@@ -76,7 +76,7 @@ class _Force(HystereticForce):  # type: ignore[misc]
     def force(self, X: ArrayLike, update_hist: bool = False) -> tuple[Floats, Floats]:
         """Return forces [N] at displacements X [m], shape (n,), and derivatives [N/m], (n, n).
 
-        Each call starts from the last call with ``update_hist=True``.
+        The step begins at the displacements of the last call with ``update_hist=True``.
         """
         force, tangent = self._stepped(self._node_motion(X), update_hist)
         matrix = np.zeros(self.T.shape[:1] * 2)
@@ -87,28 +87,29 @@ class _Force(HystereticForce):  # type: ignore[misc]
         self, U: ArrayLike, w: float, h: ArrayLike, Nt: int = 128, tol: float = 1e-7,
         calc_grad: bool = True, **_: Any,
     ) -> tuple[Floats, ...]:  # fmt: skip
-        """Return coefficients of the settled forces for coefficients of the displacements.
+        """Return Fourier coefficients of the settled forces for those of the displacements.
 
         Parameters
         ----------
         U : array_like
-            Coefficients [m] of all n displacements: the mean, then cos 1, sin 1, ...
+            Coefficients [m], for each harmonic those of all n displacements: mean, cos 1, sin 1,
+            ...
         w : float
             Frequency [rad/s], unused.
         h : array_like of int
-            Harmonics, rising.
+            Orders of the harmonics, increasing.
         Nt : int, optional
             Samples per period, used only by contacts in three directions.
         tol, ... : optional
             Arguments of TMDSimPy's interface, unused.
         calc_grad : bool, optional
-            Whether derivatives are computed.
+            Compute derivatives.
 
         Returns
         -------
         force, jacobian, by_frequency : ndarray
-            Coefficients [N], their derivatives [N/m], and zeros; only the first without
-            ``calc_grad``.
+            Coefficients of forces [N], derivatives by U [N/m], and derivatives by w, which are
+            zero; only the first without ``calc_grad``.
         """
         coefficients, n = np.asarray(U, dtype=float), self.Q.shape[1]
         numbers = [int(number) for number in np.asarray(h).tolist()]
@@ -132,14 +133,14 @@ class JointForce(_Force):
     Parameters
     ----------
     Q : array_like
-        Map from displacements of the system to local displacements [-], shape (local, n).
+        Matrix from displacements x of the system to local displacements [-], shape (local, n).
     T : array_like
-        Map from local forces to forces of the system [-], shape (n, local).
+        Matrix from local forces to forces of the system [-], shape (n, local).
     law : BackboneLaw, sequence of BackboneLaw, or JointField
         One law for all local displacements, one law for each, or a field with as many nodes, which
         is evaluated in one compiled call.
     rest : float or "mean", optional
-        Initial displacement of the joint [m], or the mean of the cycle.
+        Displacement of the joints free of force [m], or "mean" for the mean of the cycle.
     """
 
     def __init__(self, Q: ArrayLike, T: ArrayLike, law: Any, rest: Any = "mean") -> None:
@@ -157,14 +158,14 @@ class JointForce(_Force):
         self.init_history()
 
     def set_aft_initialize(self, X: ArrayLike) -> None:
-        """Start the joints at displacements X [m], shape (n,), in place of ``rest``.
+        """Let the joints be free of force at displacements X [m], shape (n,), instead of ``rest``.
 
-        The system calls this method with its preloaded state.
+        TMDSimPy calls this method with the displacements under preload.
         """
         self.rest = self._node_motion(X)[:, 0].tolist()
 
     def init_history(self, unlth0: Any = None, h: Any = None) -> None:
-        """Put every joint at rest, for :meth:`force`."""
+        """Start every joint at rest, for :meth:`force`."""
         field = isinstance(self.law, JointField)
         self.states: list[Any] = [law.start() for law in ([self.law] if field else self._laws)]
 
@@ -198,23 +199,23 @@ class FieldForce(_Force):
     Parameters
     ----------
     Q : array_like
-        Map from displacements of the system to local displacements [-], shape (local, n). Each
+        Matrix from displacements of the system to local displacements [-], shape (local, n). Each
         node has one or two tangential displacements, then the approach of the faces.
     T : array_like
-        Map from local forces to forces of the system [-], shape (n, local). If it contains
-        areas [m^2], as for a quadrature of tractions, set ``areas`` of the field to 1.
+        Matrix from local forces to forces of the system [-], shape (n, local). If it contains areas
+        [m^2], as for a quadrature of tractions, set ``areas`` of the field to 1.
     field : JointField
         The nodes; their ``gaps`` are the separations at zero displacement.
     sliders, nearest : optional
         See :meth:`microslip.JointField.two_directions`, for two tangential directions: cycles below
-        ``resolution`` [m] dissipate next to nothing, unless there are more sliders. One tangential
-        direction uses neither sliders nor samples.
+        the amplitude ``resolution`` [m] dissipate next to nothing; more sliders reduce it. One
+        tangential direction uses neither sliders nor samples.
     balanced : bool, optional
-        Whether the load at zero displacement is subtracted.
+        Subtract the normal load at zero displacement, so that forces are changes from it.
     tolerance : float, optional
         Error of the settled forces over the force limit [-], for two tangential directions. After
-        :meth:`aft`, ``nodes.converged`` and ``nodes.residual`` [N] report for each node whether it
-        was met.
+        :meth:`aft`, ``nodes.converged`` and ``nodes.residual`` [N] state for each node whether it
+        was reached.
     """
 
     def __init__(
@@ -236,11 +237,11 @@ class FieldForce(_Force):
         return np.asarray(motion * self._signs.reshape(-1, *[1] * (motion.ndim - 2)))
 
     def set_aft_initialize(self, X: ArrayLike) -> None:
-        """Put the nodes at rest at displacements X [m], shape (n,)."""
+        """Start the nodes without tangential force at displacements X [m], shape (n,)."""
         self.nodes.rest_at(self._opened(self._node_motion(X)))
 
     def init_history(self, unlth0: Any = None, h: Any = None) -> None:
-        """Put all nodes at rest at zero displacement."""
+        """Start all nodes at rest at zero displacement."""
         self.nodes.rest_at(np.zeros((self.nodes.field.size, self._width)))
 
     def _stepped(self, motion: Floats, commit: bool) -> tuple[Floats, Floats]:

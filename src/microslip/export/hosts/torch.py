@@ -18,7 +18,7 @@ _REAL = torch.float64
 
 
 class _Gradients(torch.autograd.Function):  # type: ignore[misc]
-    """Weighted sums of the derivatives; second derivatives raise an error."""
+    """Products of output weights and derivatives; second derivatives raise an error."""
 
     generate_vmap_rule = True
 
@@ -30,7 +30,7 @@ class _Gradients(torch.autograd.Function):  # type: ignore[misc]
 
     @staticmethod
     def setup_context(ctx: Any, inputs: Any, output: Any) -> None:
-        """Store nothing."""
+        """Store nothing, since there is no second derivative."""
 
     @staticmethod
     def backward(ctx: Any, *weights: Any) -> Any:
@@ -63,10 +63,10 @@ class _Evaluate(torch.autograd.Function):  # type: ignore[misc]
 
 
 class DifferentiableJoint(DifferentiableLaw):
-    """Law made from parameters, as functions of PyTorch.
+    """Functions of PyTorch for a law made from parameters.
 
-    Inputs and outputs are 64-bit. Only first derivatives exist; second derivatives raise an error.
-    Each call also computes the derivatives.
+    Inputs and outputs are 64-bit. Second derivatives raise an error. Each call computes the value
+    and all first derivatives.
     """
 
     def _call(self, quantity: Quantity, parameters: Mapping[str, Any], x: Any) -> Any:

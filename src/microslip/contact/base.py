@@ -163,7 +163,7 @@ class NormalLaw(Parametric, ABC):
 
     @property
     def _kinks(self) -> Floats:
-        """Separations [m], increasing, of jumps of N'' or N', except those of given summits."""
+        """Separations [m], increasing, where N'' is not smooth, except at given summits."""
         edge = [self._edge] if math.isfinite(self._edge) else []
         return np.union1d(self._breaks, edge)
 

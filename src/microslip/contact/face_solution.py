@@ -157,7 +157,7 @@ class _Face:
         )
 
     def first_loading(self, d: float, hardness: float, loads: int, ratio: float) -> Floats:
-        """Return lighter tightening pressures, and -dp/dd of the face on unloading from each.
+        """Return lighter tightening pressures and -dp/dd on unloading from each, (2, loads).
 
         The state of the pieces is restored.
         """

@@ -22,10 +22,7 @@ MAX_SAMPLES = 10_000_000
 
 
 def mean_load(study: StudyTables) -> float:
-    """Return the load [N] on the surface area at the mean pressure of a bolted lap.
-
-    Raise an error if the study has no bolted lap and hence needs a normal load.
-    """
+    """Return the load [N] on the surface area at the mean pressure of a bolted lap."""
     area = getattr(study.surface, "area", None)
     if study.structure is None or area is None:
         raise KeyedError(

@@ -239,10 +239,7 @@ _MEANINGS = {
 
 
 class LinkedValue(NamedTuple):
-    """Raw value of a quantity that is a multiple of another one.
-
-    ``key`` and ``source`` are the key and the raw value of the other quantity.
-    """
+    """Multiple of another quantity: key and raw value of that quantity, and the factor."""
 
     key: str
     source: object

@@ -24,7 +24,7 @@ _RING[1:4, 1:4] = False
 
 
 def fill_values(heights: Floats) -> NDArray[np.bool_]:
-    """Return a mask of fill values: one height, such as -9999, repeated and far from all others."""
+    """Return a mask of heights far from all others, such as 1e38 or a repeated -9999."""
     far = far_points(heights)
     if far.any() or (found := repeated(heights)) is None:
         return far

@@ -166,7 +166,7 @@ def _ramp() -> NDArray[np.uint8]:
 
 
 def shape_plot(prediction: StructurePrediction) -> Plot:
-    """Plot each mode shape, exaggerated, over the structure at rest, in its plane of motion."""
+    """Plot each mode shape, exaggerated, over the structure at rest, from side or above."""
     panels = [_shape(prediction, mode) for mode in prediction.modes]
     return stacked(panels, 1.5 * len(panels) + 0.7)
 

@@ -164,11 +164,7 @@ def _reduced(study: StudyDescription, patches: Floats | None = None) -> ReducedJ
 
 
 def refined_model(study: StudyDescription, progress: Progress | None = None) -> ReducedJoint:
-    """Return the reduced model; default patches are halved by the loss in the first mode.
-
-    The first mode is that of the study at its largest amplitude; patches with the largest loss are
-    halved.
-    """
+    """Return the reduced model; default patches are halved by loss in the study's first mode."""
     part = study.bolted
     if part.patches is not None or part.converge:
         return _reduced(study)

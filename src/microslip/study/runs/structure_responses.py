@@ -34,10 +34,7 @@ _WIDTHS = 5.0  # range shown beyond the outermost peaks, in half-widths of the r
 
 
 def gain_of(curve: ModalCurve, joint: ReducedJoint) -> Floats:
-    """Return the magnitude of mode shape at sensor times mode shape at force [1/kg].
-
-    There is one value per amplitude of the curve.
-    """
+    """Return |shape at sensor times shape at force| [1/kg], one value for each amplitude."""
     return np.asarray(abs(_gain(curve, joint)))
 
 

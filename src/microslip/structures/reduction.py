@@ -180,8 +180,7 @@ def _check_joined(mesh: JointMesh) -> None:
         loose = [body.name for body in mesh.bodies if (label[body.cells] != first).any()]
         raise InputError(
             f"all bodies must be joined by corners that they share, got {parts} separate parts: "
-            f"{', '.join(loose) or 'a part of ' + mesh.bodies[0].name} is not connected to "
-            f"{mesh.bodies[0].name}"
+            f"not connected to {mesh.bodies[0].name}: {', '.join(loose) or 'a part of it'}"
         )
 
 

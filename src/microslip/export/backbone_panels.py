@@ -42,7 +42,7 @@ class BackbonePanels:
 
     @classmethod
     def of(cls, law: BackboneLaw, smallest: float) -> BackbonePanels:
-        """Return the panels of a law; they reproduce the table of a law that has one exactly.
+        """Return the panels of a law, identical to its table if it has one.
 
         Otherwise the kinks of the law are edges, and panels are halved until the truncation error
         is within rounding, or negligible against the force at the ``smallest`` amplitude [m].

@@ -163,8 +163,8 @@ def _refined_panels(
 ) -> tuple[Floats, Floats]:
     """Bisect panels of displacement until none exceeds a fraction of the mass of a cell.
 
-    Return their edges [m] and the cumulative mass. The function ``mass`` computes the mass from
-    lower ends, upper ends and decreases of T0' of the panels.
+    The mass is the integral that knots divide evenly; ``mass`` computes it from lower ends, upper
+    ends and decreases of T0' of panels. Return the edges of the panels [m] and the cumulative mass.
     """
     slopes = law._slope(places)
     while True:

@@ -146,9 +146,9 @@ class CoupledLaw(BackboneLaw):
         """Compute the force for a record of displacement and normal load.
 
         Exact within the theory of Cattaneo and Mindlin. The record starts from rest, at
-        displacement 0 under the ``normal_load`` of the joint. Between samples separation and
-        displacement change in proportion, so a curved path of (separation, displacement) needs
-        enough samples. Contact may be lost and regained.
+        displacement 0 under the ``normal_load`` of the joint. Between samples the path of
+        (separation, displacement) is straight, so a curved path needs enough samples. Contact may
+        be lost and regained.
 
         Parameters
         ----------
@@ -298,8 +298,8 @@ class CoupledLaw(BackboneLaw):
 
         Notes
         -----
-        Between samples separation and displacement change in proportion. If the true path is
-        curved, the error is of second order in the sample spacing.
+        Between samples the path of (separation, displacement) is straight. For a curved path the
+        error is of second order in the sample spacing.
         """
         if normal_load is None and separation is None:
             return super().periodic(displacement_cycle, rest)
@@ -364,10 +364,9 @@ class CoupledLaw(BackboneLaw):
         -----
         For a given ``separation`` the cycle is cut at turning points and where the separation or
         the slip front passes a summit, a knot of a table or the highest height, and integrated
-        piece by piece. For a given ``normal_load`` the cycle is sampled, with separation and
-        displacement in proportion between samples. The error decreases with the inverse square of
-        the number of samples: some 4e-5 of the force limit with 256. The Jacobian is exact for
-        these samples.
+        piece by piece. For a given ``normal_load`` the cycle is sampled, and straight between
+        samples. The error decreases with the inverse square of the number of samples: some 4e-5 of
+        the force limit with 256. The Jacobian is exact for these samples.
         """
         if normal_load is None and separation is None:
             return super().harmonics(coefficients, harmonics, rest, rtol=rtol)

@@ -264,7 +264,7 @@ class AsperityFields(Locked):
 
 
 def distances(name: str, value: ArrayLike) -> Floats:
-    """Check distances from the centre [m], which must not be negative."""
+    """Check distances from the centre of the contact [m], which must not be negative."""
     r = floats(name, value, "m")
     if r.min() < 0.0:
         raise InputError(f"`{name}` must not be negative [m], got {r.min():g}")
@@ -272,7 +272,7 @@ def distances(name: str, value: ArrayLike) -> Floats:
 
 
 def bodies(pair: MaterialPair, body: Body | None) -> tuple[Material, ...]:
-    """Return the materials of the selected body, or of both."""
+    """Return the material of the selected body, or both materials for None."""
     if body is None:
         return pair.first, pair.second
     if body not in ("first", "second"):

@@ -24,7 +24,7 @@ _ROUNDED = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class LawBand(Locked):
-    """Confidence intervals of force, energy and damping of a law over the measured amplitudes.
+    """Confidence intervals of force, energy and damping of an identified law over its amplitudes.
 
     Parameters
     ----------

@@ -194,7 +194,7 @@ class Diagram:
 
     @property
     def slip(self) -> float:
-        """Sign of D of the newest row if it has slipped, 1 or -1, otherwise 0."""
+        """Value D of the newest row if it has slipped, 1 or -1, otherwise 0."""
         density = float(self.stack[self.depth - 1, 1]) if self.depth else 0.0
         return density if abs(density) == 1.0 else 0.0
 

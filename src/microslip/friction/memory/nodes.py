@@ -86,7 +86,7 @@ class Nodes:
         return checked_separations(self.curve.surface, separations)
 
     def reach(self, *steps: Floats | None) -> tuple[float, float]:
-        """Return the range of the curve [m] for steps from rest, with nodes on the first axis."""
+        """Return the range of steps from the origin that steps from rest reach, over all nodes."""
         moved = [s + self.rests.reshape(-1, *[1] * (s.ndim - 1)) for s in steps if s is not None]
         low = min(float(s.min()) for s in [self.rests, *moved])
         # A shared curve extends to zero load.
@@ -120,7 +120,7 @@ def along(name: str, numbers: ArrayLike, size: int, unit: str, kind: str = "samp
 def steps_along(
     curve: LoadCurve, size: int, normal_load: ArrayLike | None, separation: ArrayLike | None
 ) -> Floats:
-    """Return steps of a curve [m] along a record of either loads [N] or separations [m]."""
+    """Return separations from the origin of a curve [m] for given loads or separations."""
     if separation is not None:
         return curve.steps_at(along("separation", separation, size, "m"))
     loads = along("normal_load", normal_load, size, "N")  # type: ignore[arg-type]

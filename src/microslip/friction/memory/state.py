@@ -322,7 +322,7 @@ class State(Resumable):
 
     @classmethod
     def from_arrays(cls, law: Law, arrays: Mapping[str, ArrayLike]) -> State:
-        """Restore a saved state of a law; the same as ``joint.start(arrays)``.
+        """Restore a saved state of a law, like ``joint.start(arrays)``.
 
         ``arrays`` is the output of :meth:`to_arrays` [m, N, J], shapes as described there, or the
         same arrays read by ``numpy.load``.

@@ -41,7 +41,7 @@ class VectorResponse(FieldResponse):
 
 @dataclass(frozen=True, eq=False)
 class SliderBank:
-    """Sliders common to all nodes, with factors that convert their sums to forces of nodes."""
+    """Sliders common to all nodes, with factors from sums of sliders to forces of nodes."""
 
     tops: Floats
     """Separation, or displacement at constant load, at which each slider begins to slip [m]."""
@@ -255,11 +255,11 @@ class VectorState(Resumable):
         Returns
         -------
         dict of str to ndarray
-            ``now``: both displacements [m] and the step of the separation [m], one row per node.
-            ``vectors``: elastic displacement of each slider [m], shape (nodes, sliders, 2).
-            ``dissipated``: energies [J], empty if not accumulated. ``joint``: the format, 1, and
-            sums and factors that identify the sliders. An open trial is not included.
-            ``start(arrays=...)`` continues from the arrays.
+            ``now``: both displacements [m] and the separation from the origin of the load curve
+            [m], one row per node. ``vectors``: elastic displacement of each slider [m], shape
+            (nodes, sliders, 2). ``dissipated``: energies [J], empty if not accumulated. ``joint``:
+            the format, 1, and sums and factors that identify the sliders. An open trial is not
+            included. ``start(arrays=...)`` continues from the arrays.
         """
         places = self._bank.displacements(self._place)
         lost = np.zeros(0) if self._loss is None else np.atleast_1d(self.dissipated_energy)

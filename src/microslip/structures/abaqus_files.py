@@ -1,8 +1,8 @@
-"""Matrices of Abaqus: text of *MATRIX OUTPUT, and of *SUBSTRUCTURE MATRIX OUTPUT.
+"""Reader of the text files that Abaqus writes by *MATRIX OUTPUT and *SUBSTRUCTURE MATRIX OUTPUT.
 
-The formats are those of the Abaqus Keywords Guide: MATRIX INPUT and LABELS with node and degree of
-freedom of row and column, COORDINATE with numbers of equations, and of a substructure the linear
-*USER ELEMENT, whose symmetric matrices are given by their lower triangles, row by row.
+The formats are those of the Abaqus Keywords Guide: MATRIX INPUT and LABELS (node and degree of
+freedom of each row and column), COORDINATE (equation numbers), and for a substructure the linear
+*USER ELEMENT (lower triangles of the symmetric matrices, row by row).
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _FIXED: Final = 1e35
 def load_abaqus(file: Path) -> dict[str, Any]:
     """Load the matrices of a substructure, or of the matrix files of one job.
 
-    Rows are in the order of node and degree of freedom, without fixed degrees of freedom.
+    Rows are sorted by node, then by degree of freedom; fixed degrees of freedom are removed.
     """
     files = {"": file}
     if job := _OF_A_JOB.fullmatch(file.stem):

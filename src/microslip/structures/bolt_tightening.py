@@ -1,4 +1,4 @@
-"""A bolt by its size and grade: permissible tension, losses, and its share of an axial load.
+"""Bolt of a metric size and grade: permitted tension, tension losses, share of an axial load.
 
 After VDI 2230 part 1 (2015), in its own symbols; grades by ISO 898-1.
 """
@@ -85,7 +85,8 @@ class Thread:
     def reduced_stress(self, tension: float, friction: float) -> float:
         """Return the equivalent stress [Pa] of tension and torque during tightening.
 
-        sigma_red = F/A_S sqrt(1 + 3 (3/2 d2/d0 (P/(pi d2) + 1.155 mu_G))^2), plastic torsion.
+        sigma_red = F/A_S sqrt(1 + 3 (3/2 d2/d0 (P/(pi d2) + 1.155 mu_G))^2) for plastic torsion,
+        with F = ``tension`` [N], mu_G = ``friction`` [-] and d0 = (d2 + d3)/2 (VDI 2230).
         """
         mean = 0.5 * (self.pitch_diameter + self.core_diameter)
         lead = self.pitch / (math.pi * self.pitch_diameter) + 2.0 / math.sqrt(3.0) * friction

@@ -275,20 +275,20 @@ _RULE = ("thread", "nut_factor", "pitch", "thread_friction", "bearing_friction")
 
 
 def tensions(bolts: Any, count: int) -> Floats:
-    """Return the tension of each of ``count`` bolts [N], given or by their torque.
+    """Return the tension of each of ``count`` bolts [N], as given or from the torque.
 
     Parameters
     ----------
     bolts : object
-        With the attributes of :class:`Bolts` that concern its tightening, sizes and grade.
+        Object with those attributes of :class:`Bolts` that give tightening, dimensions and grade.
     count : int
         Number of bolts.
 
     Raises
     ------
     InputError
-        Without tension or torque, with both, without one rule for a torque, or where a bolt of
-        the size and grade yields.
+        If both or neither of tension and torque are given, if a torque lacks a nut factor or
+        friction coefficients, or if a bolt of the size and grade would yield.
     """
     if (bolts.tension is None) == (bolts.torque is None):
         raise InputError(
@@ -328,7 +328,7 @@ def _lever(
     thread_friction: float | None,
     bearing_friction: float | None,
 ) -> float:
-    """Return torque over tension [m]."""
+    """Return torque over tension [m], by the nut factor or by the friction coefficients."""
     if thread is None:
         raise InputError(
             "a torque needs the nominal diameter of the thread, for example thread=0.008"

@@ -103,9 +103,9 @@ class Drive:
 
 
 class _Path:
-    """Equations along the path; unknowns are scaled coefficients, the level and the frequency.
+    """Equations along the path in scaled unknowns: Fourier coefficients, level and frequency.
 
-    The level is an unknown only where a control sets it.
+    The excitation level is unknown only if the drive has a control.
     """
 
     def __init__(self, drive: Drive, unit: float, width: float, share: float = 1.0) -> None:

@@ -40,9 +40,9 @@ class LawAttachment:
 
     @property
     def representative_stiffness(self) -> Floats:
-        """Representative stiffness for each column [N/m], used to scale the equations.
+        """Representative stiffness of each joint coordinate [N/m], used to scale the equations.
 
-        Columns that no joint restrains get zero.
+        It is zero for coordinates without stiffness in the static state.
         """
         return np.full(self.columns.shape[1], self.law.tangential_stiffness)
 

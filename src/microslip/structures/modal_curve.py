@@ -49,10 +49,10 @@ class ModalCurve(Answer, Plottable):
     frequency: Floats
     """Frequencies [Hz]."""
     damping_ratio: Floats
-    """Damping ratios of steady motion [-], base damping included; of a free decay see
+    """Damping ratios of steady motion [-], including ``base_damping``; for a free decay see
     :attr:`decay_damping_ratio`."""
     shape: NDArray[np.complex128]
-    """Fundamental harmonics over their modal amplitude (amplitudes, n) [kg^(-1/2)].
+    """Complex fundamental harmonic x1 over its modal amplitude, (amplitudes, n) [kg^(-1/2)].
 
     The motion is the real part of shape * modal_amplitude * exp(i omega t).
     """

@@ -24,7 +24,8 @@ of a steady signal [-]."""
 class FreeDecay(LockedArrays):
     """Amplitude, frequency and damping ratio of a decaying signal, from ``read_decay``.
 
-    By zero crossings, and by the analytic signal (Feldman 2011, DOI 10.1016/j.ymssp.2010.07.018).
+    From zero crossings and peaks; errors by comparison with the analytic signal (Feldman 2011,
+    DOI 10.1016/j.ymssp.2010.07.018).
     """
 
     time: Floats

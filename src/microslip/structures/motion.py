@@ -62,11 +62,11 @@ class Motion(Answer, PlottableAtSensor):
     def step_error(self) -> float:
         """Largest error of a displacement due to the step size, over the largest displacement [-].
 
-        From the motion with steps twice and four times as long, by Richardson's extrapolation
+        Estimated from motions with steps twice and four times as long, by Richardson extrapolation
         (1911, DOI 10.1098/rsta.1911.0009) with the observed order. Computed at the first access,
-        which takes 75 % of the original time. Unlike :attr:`energy_error` it includes errors from
-        impacts. If the three solutions do not converge, it is their difference and not a bound:
-        use shorter steps.
+        which takes 75 % of the time of the integration. Unlike :attr:`energy_error` it includes
+        errors at impacts. If the three motions do not converge, it is twice their largest
+        difference and not a bound: use shorter steps.
         """
         if self._with_steps is None:
             raise InputError("step_error is not kept in a motion that was read or copied")
@@ -99,8 +99,8 @@ class Motion(Answer, PlottableAtSensor):
     def energy_error(self) -> float:
         """Largest error of the energy balance over the largest energy [-].
 
-        Of second order in the step size. It shows that no energy is lost, not that the motion is
-        right: for faces that open and close, use :attr:`step_error`.
+        It is of second order in the step size. A small value shows that energy is conserved, not
+        that the motion is accurate: if faces open and close, use :attr:`step_error`.
         """
         parts = (self.kinetic_energy, self.elastic_energy, self.joint_energy, self.viscous_energy)
         largest = max(float(np.abs(part).max()) for part in (*parts, self.work))

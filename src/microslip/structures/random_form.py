@@ -51,7 +51,7 @@ def random_gaps(
 ) -> Floats:
     """Return the gap of each patch between two independent random faces (patches,) [m].
 
-    Flatness and correlation length [m] are those of each face; each contact has faces of its own.
+    Flatness and correlation length [m] are those of each face; faces are drawn for each contact.
     """
     samples = joint.samples
     contacts = joint.patch_contacts[samples.patches]

@@ -65,8 +65,8 @@ class Convergence(Locked):
     tolerance: float
     """Tolerance of the damping ratio [-]."""
     asked: tuple[float, float]
-    """Largest change of frequency and damping ratio over the amplitudes [-], from the first patches
-    to the limit."""
+    """Relative changes of frequency and damping ratio [-], the largest over the amplitudes, from
+    the requested patches to infinite refinement."""
     untried: tuple[str, ...] = ()
     """Parts of the model that could not be refined or coarsened with this element size."""
 

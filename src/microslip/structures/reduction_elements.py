@@ -33,9 +33,9 @@ class Points(NamedTuple):
 
 
 class Elements:
-    """Discretised bodies: matrices over three displacements per node.
+    """Finite elements of the bodies, with three displacements per node.
 
-    The displacement i (0, 1, 2) of the scalar degree of freedom s has the index 3 s + i.
+    Component i (0, 1, 2) of the displacement of node s has the index 3 s + i of ``size`` in all.
     """
 
     def __init__(self, mesh: JointMesh) -> None:

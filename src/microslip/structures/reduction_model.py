@@ -230,7 +230,7 @@ class ReducedJoint(LockedArrays):
         Returns
         -------
         Structure
-            The reduced matrices with the field attached.
+            Structure of the reduced matrices with the contact field attached.
         """
         field = self.field(surface, friction_coefficient)
         structure = Structure(self.mass, self.stiffness).attach(field, directions=self.directions)

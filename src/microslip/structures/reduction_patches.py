@@ -244,8 +244,8 @@ def mean_over(samples: Samples, values: Floats, count: int) -> Floats:
 def gaps_at(form: Any, places: Floats) -> Floats:
     """Return gaps [m] at positions along and across (points, 2) [m]; NaN where unknown.
 
-    ``form`` is a function of x and y, arrays, or a table with the columns x, y and gap [m], at any
-    places, NaN where nothing was measured.
+    ``form`` is a function of arrays x and y [m], or a table with the columns x, y and gap [m] at
+    scattered points, NaN where nothing was measured.
     """
     if callable(form):
         try:

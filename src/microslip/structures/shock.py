@@ -118,10 +118,7 @@ class ShockResponse(ModalAnswer):
         return np.abs(self._modal[0] @ (self._shapes.T @ columns))
 
     def peak(self, at: ArrayLike, quantity: Quantity = "displacement") -> float:
-        """Return the largest magnitude [m, m/s or m/s^2] at a sensor, whose direction is (n,).
-
-        The shape of ``at`` and the frame of each quantity are as for :meth:`history`.
-        """
+        """Return the largest magnitude of :meth:`history` [m, m/s or m/s^2]; at of shape (n,)."""
         return float(np.abs(self.history(at, quantity)).max())
 
     def __repr__(self) -> str:

@@ -207,7 +207,7 @@ class Structure:
         return self.with_attachment(attachment)
 
     def with_attachment(self, attachment: Attachment) -> Structure:
-        """Return the structure with one more validated attachment."""
+        """Return the structure with one more attachment, which must be valid."""
         extended = object.__new__(Structure)  # the matrices are checked
         assign(extended, mass=self.mass, stiffness=self.stiffness, damping=self.damping)
         assign(extended, attachments=(*self.attachments, attachment))

@@ -383,7 +383,7 @@ def test_beams_that_cannot_be_built(changes: dict[str, Any], message: str) -> No
         ({"density": [1.0, 2.0]}, "density must be one, or one for each of the 3 parts"),
         ({"slack": 3}, "slack must be .* 1 to 2"),
         ({"slack": [1, 1]}, "slack must name each bolt once"),
-        ({"slack": 1}, "is not connected"),
+        ({"slack": 1}, "not connected to part 1: part 2"),
     ],
 )
 def test_parts_and_bolts_that_are_not_there(given: dict[str, Any], message: str) -> None:

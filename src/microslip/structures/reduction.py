@@ -15,8 +15,8 @@ from microslip._core.threads import single_threaded
 from microslip.structures.matrices import factorised
 from microslip.structures.mesh import JointMesh, check_count, facets_of, outer
 from microslip.structures.reduction_elements import Elements
-from microslip.structures.reduction_model import ReducedJoint, Surface
-from microslip.structures.reduction_patches import patches_of
+from microslip.structures.reduction_model import ReducedJoint
+from microslip.structures.reduction_patches import Surface, patches_of
 
 _COLUMNS = 32  # forces at once, and
 _ROWS = 4096  # rows at once: bounds on memory

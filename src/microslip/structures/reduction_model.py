@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,21 +25,12 @@ from microslip.structures.bolts import each_bolt
 from microslip.structures.geometry import GeometryAttachment
 from microslip.structures.matrices import vector
 from microslip.structures.reduction_files import KIND, NEWER, check_arrays
-from microslip.structures.reduction_patches import Samples, gaps_at, mean_over
+from microslip.structures.reduction_patches import Samples, Surface, gaps_at, mean_over
 from microslip.structures.static import base_damping
 from microslip.structures.structure import Preload, Structure
 
 _TIGHTENINGS, _ABOVE = 8, 1.01  # tightenings of a face until none is heavier; a margin
 _NESTED = ("samples", "surface", "geometry")
-
-
-class Surface(NamedTuple):
-    """Outer surface of the bodies, and its displacement per unit of each degree of freedom."""
-
-    points: NDArray[np.float32]
-    facets: NDArray[np.int32]
-    motion: NDArray[np.float32]
-    """Displacements of the points per degree of freedom, (points, 3, degrees of freedom)."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,6 +6,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from microslip._core.checks import Floats, exact, floats, show
 from microslip._core.errors import InputError
@@ -33,6 +34,15 @@ class Samples(NamedTuple):
     """Area represented by each point [m^2]."""
     patches: Indices
     """Patch of each point."""
+
+
+class Surface(NamedTuple):
+    """Outer surface of the bodies, and its displacement per unit of each degree of freedom."""
+
+    points: NDArray[np.float32]
+    facets: NDArray[np.int32]
+    motion: NDArray[np.float32]
+    """Displacements of the points per degree of freedom, (points, 3, degrees of freedom)."""
 
 
 class Patches(NamedTuple):

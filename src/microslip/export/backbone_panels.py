@@ -195,7 +195,7 @@ _FAR = 1e3  # decay lengths: beyond any contact
 
 @dataclass(frozen=True)
 class LoadPanels:
-    """Load curve N of steps (separation minus ``origin``) as piecewise polynomials."""
+    """Load curve N, a function of the step (separation minus ``origin``), as polynomials."""
 
     profile: Profile
     origin: float

@@ -144,7 +144,7 @@ class Basis:
         return force[:, columns], jacobian[:, columns][:, :, columns]
 
     def dense(self, rows: Floats) -> tuple[Floats, list[int]]:
-        """Return rows with zeros for missing harmonics up to the highest, and given columns."""
+        """Return rows with zeros added for missing harmonics, and the columns of given ones."""
         if self.is_dense:
             return np.array(rows, dtype=float, order="C"), self.columns
         dense = np.zeros((len(rows), 2 * self.orders[-1] + 1))
@@ -493,7 +493,7 @@ class _Cycle:
         )
 
     def _jumps(self) -> Floats:
-        """Return the part of the Jacobian due to force jumps at turning points in motion."""
+        """Return the Jacobian of force jumps at turning points, whose times vary."""
         size = self.motion.basis.size
         if math.isfinite(self.law.tangential_stiffness):
             return np.zeros((size, size))

@@ -111,7 +111,7 @@ def derivatives_by_parameters(
 def _at_amplitudes(
     law: Differentiable, quantity: str, at: ArrayLike
 ) -> Callable[[DerivativeBackbone], Any]:
-    """Return a function from dT0/dp to the derivative of a quantity at amplitudes."""
+    """Return a function that converts dT0/dp to the derivative of a quantity."""
     x = floats("at", at, "m")
     a = np.abs(x).reshape(-1)
     if quantity == "backbone":
@@ -150,7 +150,7 @@ def of_interface(joint: Any) -> Mapping[str, DerivativeBackbone]:
     def derivative(
         friction: float, pressed: float, stiff: float, slip: float, length: float
     ) -> Any:
-        """Derivative dT0/dp from d ln of mu, N, C, kappa and L with respect to p."""
+        """Return dT0/dp, given the derivatives by p of ln mu, ln N, ln C, ln kappa and ln L."""
         shift = -load / fall * (pressed - stiff)
         direct, reach = friction + pressed, -(slip + length)
 

@@ -143,7 +143,7 @@ def settled_cycle(
     start: Any,
     single: bool = False,
 ) -> VectorCycle:
-    """Return the settled cycles for displacements (nodes, samples, 2) and steps from origin [m]."""
+    """Return settled cycles for displacements [m] (nodes, samples, 2) and steps from origin [m]."""
     places = bank.places(displacements)
     found = _settle(bank, places, steps, tolerance, start)
     return VectorCycle(

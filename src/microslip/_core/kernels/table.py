@@ -36,7 +36,7 @@ _PANELS = (16, 24, 32, 48, 64, 96, 128, 192, 256)
 
 @dataclass(frozen=True, eq=False)
 class Table(Locked):
-    """Function u^power S(u) of u >= 0: S polynomial on equal panels, linear beyond the last one."""
+    """Function u^power S(u), u >= 0, with S polynomial on equal panels; linear beyond them."""
 
     coefficients: Floats  # (panels, TERMS)
     inverse_width: float

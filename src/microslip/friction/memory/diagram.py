@@ -34,8 +34,8 @@ _MAX_PENDING = 1024  # steps whose losses are computed together
 
 
 ERROR_SIZE = 5
-"""Size of the error state of merged rows: bound over mu [N], the two separations between which it
-applies, a flag for moves in this range, and the largest bound so far [N]."""
+"""Size of the error state of merged rows: bound over mu [N], the two separations between which
+it applies, 1 once a slip front has been between them, and the largest bound so far [N]."""
 
 
 def checked_depth(depth: Any) -> int | None:

@@ -358,7 +358,7 @@ class FieldState(Resumable):
         self._depth = kept
 
     def _losses(self, place: Floats, step: Floats, code: Integers, reach: Any) -> Floats:
-        """Return the energy that each node dissipates in the trial, over mu kappa."""
+        """Return the energy of each node dissipated in the trial, over its weight and kappa."""
         nodes, lost = self._nodes, np.empty(place.size)
         profile = nodes.curve.profile(*reach)
         if profile is not None:

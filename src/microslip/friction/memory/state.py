@@ -297,11 +297,11 @@ class State(Resumable):
             shape (reversals, 2). ``rows``: rows of the memory diagram, outermost first, shape
             (rows, 4): end [m from the separation of the joint], D [-], integral of D beyond the end
             [m], integral of D (-N') from the start of the row [N]. ``depth``: the row limit, error
-            bound of merged rows over mu [N], the separations [m] between which it applies, a flag
-            for moves in this range, and the largest bound so far [N]; empty without a limit.
-            ``joint``: the format, 1, and the backbone [N] at 1 nm, 100 nm, 10 um and 1 mm, which
-            identify the joint. An open trial is not saved. ``joint.start(arrays)`` continues from
-            them.
+            bound of merged rows over mu [N], the separations [m] between which it applies, 1 once a
+            slip front has been between them, and the largest bound so far [N]; empty without a
+            limit. ``joint``: the format, 1, and the backbone [N] at 1 nm, 100 nm, 10 um and 1 mm,
+            which identify the joint. An open trial is not saved. ``joint.start(arrays)`` continues
+            from them.
         """
         memory, diagram = self._memory, self._diagram
         varied = (0.0, 0.0, 0.0) if diagram is None else (1.0, diagram.separation, diagram.value)

@@ -6,8 +6,7 @@ rounding error with a few dozen nodes, whereas equidistant samples would miss th
 The derivatives D = dT/dp and x' = dx/dp with respect to a coefficient p satisfy D = D_r + k (x' -
 x'_r) on the branch that began at reversal r, with the tangent stiffness k.
 
-Laws with a table, and fields, are integrated in the kernel (`_harmonics.h`). The code in this
-module is for laws without a table, cut at their kinks.
+Laws with a table, and fields, are integrated in the kernel; here are those without, cut at kinks.
 """
 
 from __future__ import annotations
@@ -130,9 +129,8 @@ class Basis:
     ) -> tuple[Floats, Floats]:
         """Integrate coefficients of forces and their Jacobians with a compiled kernel.
 
-        ``rows`` are displacement coefficients [m], shape (joints, size), ``begin`` the
-        displacements at rest [m], one or one per joint. ``line`` holds the kernel's arguments for
-        the law.
+        ``rows`` are displacement coefficients [m], shape (joints, size), ``begin`` displacements
+        at rest [m], one or one per joint, and ``line`` the arguments of the law for the kernel.
         """
         dense, columns = self.dense(rows)
         dense[:, 0] -= begin

@@ -72,7 +72,10 @@ def _print_json(values: dict[str, Any]) -> None:
 
 
 def main() -> None:
-    """Run one preview."""
+    """Run the command ``record`` or ``scan``: print a preview of the file as JSON, or save a part.
+
+    Errors are also printed as JSON, with the message under the key ``error``.
+    """
     try:
         look(standalone_mode=False)
     except click.ClickException as error:

@@ -225,7 +225,10 @@ class NormalLaw(Parametric, ABC):
         return None
 
     def _patch(self, area: float, tightening: float) -> NormalLaw:
-        """Return the surface of an area [m^2], tightened to a fraction of its pressure."""
+        """Return the law of a part of this surface, with its own area and tightening pressure.
+
+        ``area`` [m^2] is apparent; ``tightening`` [-] is the pressure over that of this surface.
+        """
         if not any(item.name == "area" for item in dataclasses.fields(self)):  # type: ignore[arg-type]
             raise InputError(
                 "`surface` must have an apparent area over which a pressure is spread, as a "

@@ -204,7 +204,7 @@ def _relax(
 def closing(
     space: HalfSpace, contact: Mask, start: Floats | None = None, tolerance: float = 1e-5
 ) -> Floats:
-    """Return the growth s = -dP/dd of the pressures as the faces approach: K s = 1 on the contact.
+    """Return s = -dP/dd, the increase of the pressures P per approach: K s = 1 on the contact.
 
     The mean of s is -dp/dd of the mean pressure p: changes of the contact have a second-order
     effect. The relative error of the mean is the square of the tolerance.

@@ -28,7 +28,7 @@ _FEW_SUMMITS = 24  # for which plain Python is quicker than arrays
 
 
 class ScalarCurve(Protocol):
-    """Load curve N of a law for single separations, relative to an origin [m]."""
+    """Load curve N of a law at one separation per call, relative to an origin [m]."""
 
     def drop(self, base: float, width: float) -> float:
         """Return N(base) - N(base + width) [N] for separations in metres."""
@@ -319,9 +319,8 @@ def _summit_means(
     """Return the mean over each run of half the integral of v N''(d + v) over 0 <= v <= q - d.
 
     The distance q - d of the slip front from the separation changes linearly from ``gap`` to
-    ``until`` [m], both not negative, while d changes from ``first`` to ``last`` [m]. Each summit is
-    integrated from first contact to separation, so that the roots of its integrand lie at the ends
-    of the interval.
+    ``until`` [m], both not negative, while d changes from ``first`` to ``last`` [m]. Summits are
+    integrated from first contact to separation: the roots of the integrand lie at these ends.
     """
     result = np.zeros(gap.size)
     closest = np.minimum(first, last)
@@ -381,10 +380,11 @@ def _mean_cube(a: Floats, b: Floats) -> Floats:
 def _partly_slipped(
     a0: Floats, a1: Floats, b0: Floats, b1: Floats, g0: Floats, g1: Floats
 ) -> Floats:
-    """Return the mean of (A - B)^2 (2 A + B) over a run, for A^2 and B^2 that change linearly.
+    """Return the mean of (A - B)^2 (2 A + B) over each advance of the slip front [m^(3/2)].
 
-    A^2 changes from ``a0`` to ``a1``, B^2 from ``b0`` to ``b1``, and A^2 - B^2 from ``g0`` to
-    ``g1``.
+    A quarter is the mean of :func:`_summit_means` for a partly slipped summit of load constant 1.
+    Its indentation A^2 changes linearly from ``a0`` to ``a1``, A^2 - B^2, the distance of the front
+    from the separation, from ``g0`` to ``g1``, and so B^2 from ``b0`` to ``b1`` [m].
     """
     result = np.zeros(a0.size)
     at = np.arange(a0.size)

@@ -199,18 +199,21 @@ def solve_face(
         Heights of the pieces above the mean plane of the whole face [pixels along x].
     pressure, hardness : float
         Mean tightening pressure, and largest pressure at a point [E*].
-    stiffness_ratio : float
-        Normal over tangential stiffness of a round contact, lambda [-].
-    aspect : float
-        Distance of points along y over that along x [-].
+    stiffness_ratio, aspect : float
+        Normal over tangential stiffness of a round contact, and spacing along y over along x [-].
     loads : int
         Number of loads in geometric progression; up to four more lie between the heaviest two.
     lightest : float
         Lightest over heaviest load [-].
     workers : int
-        Number of threads of a transform.
+        Number of threads that each Fourier transform uses.
     progress : callable, optional
         Called with the numbers of finished and of all solutions (approximate).
+
+    Returns
+    -------
+    FaceSolution
+        Separation, pressures of the pieces and their slopes at each load, the heaviest first.
     """
     ratio = lightest ** (1.0 / (loads - 1))
     near = [share for share in NEAR_REST if share > 1.1 * ratio]

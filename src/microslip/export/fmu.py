@@ -42,7 +42,10 @@ _BUILD = (
 
 
 def write_fmu(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
-    """Return the FMU archive by name, with binaries for all platforms that can be compiled for."""
+    """Build the FMU with binaries for all platforms that can be compiled for.
+
+    Return the bytes of the archive by file name, without writing a file, and the accuracy.
+    """
     header = comment(order.header())
     body = f"{header}\n/* {order.size} node(s). */\n{declarations(order)}\n{definitions(order)}"
     guid = f"{{{uuid.uuid5(uuid.NAMESPACE_URL, body)}}}"

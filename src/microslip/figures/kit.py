@@ -192,7 +192,10 @@ def visible_values(values: Floats, log: bool = True) -> Floats:
 
 
 def in_unit(values: Floats, unit: str) -> tuple[float, str]:
-    """Return a divisor of values and the unit with prefix, suitable for their geometric middle."""
+    """Return the divisor that converts values to a unit with prefix, then that unit as text.
+
+    The prefix suits the geometric mean of the smallest and the largest value.
+    """
     if unit in ("", "-", "–"):
         return 1.0, "–"
     if unit.startswith("1/"):  # counts per area are usual per square millimetre

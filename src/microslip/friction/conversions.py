@@ -84,7 +84,7 @@ def discretise_in_range(law: BackboneLaw, count: int, smallest: float, largest: 
 
 
 def _amplitudes(cells: Iwan, smallest: float, largest: float) -> Floats:
-    """Return amplitudes [m] of a range, with several between any two yield displacements."""
+    """Return amplitudes [m] in a range, several between any two adjacent yield displacements."""
     yields = cells.sliders().yield_displacements
     corners = yields[(yields > smallest) & (yields < largest)]
     corners = np.concatenate(([smallest], corners, [largest]))

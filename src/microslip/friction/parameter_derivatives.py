@@ -111,7 +111,7 @@ def derivatives_by_parameters(
 def _at_amplitudes(
     law: Differentiable, quantity: str, at: ArrayLike
 ) -> Callable[[DerivativeBackbone], Any]:
-    """Return a function that converts dT0/dp to the derivative of a quantity."""
+    """Return a function that converts dT0/dp to dQ/dp, for a quantity Q at amplitudes [m]."""
     x = floats("at", at, "m")
     a = np.abs(x).reshape(-1)
     if quantity == "backbone":

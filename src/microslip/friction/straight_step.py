@@ -114,10 +114,10 @@ def first_loading_by_slip(
 def straight_step(
     curve: LoadCurve, place: Floats, step: Floats, rest: Floats
 ) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """Return T/mu, N, d(T/mu)/d(place), d(T/mu)/d(step) and -N', one-dimensional.
+    """Return T/mu, N, d(T/mu)/d(place), d(T/mu)/d(step) and -N' after one straight step from rest.
 
-    ``place`` is the displacement over kappa, ``step`` and ``rest`` are the separations at the end
-    and before the step, relative to the origin of the curve [m].
+    ``place`` is the displacement divided by kappa [m]; ``rest`` and ``step`` are the separations
+    before and after the step, relative to the origin of the curve [m]. All are one-dimensional.
     """
     size, approach = np.abs(place), rest - step
     sticks = size <= approach

@@ -333,10 +333,10 @@ def _derived(
 def _summits(
     model: InterfaceModel, materials: Materials, measured: tuple[str, float, float, float]
 ) -> list[tuple[str, str, Function]]:
-    """Return functions for radius and density of the summits, from a measured value.
+    """Return name, unit and function of the summits' radius, number, density and contact area.
 
-    Loops determine density times the root of the radius, a contact area density times the radius.
-    ``values`` contains the measured value under its name.
+    Loops determine only the density times the root of the radius; ``measured``, such as a contact
+    area (density times radius), separates the two. The functions take the parameters by name.
     """
     name, value, _, load = measured
 

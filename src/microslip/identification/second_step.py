@@ -462,7 +462,11 @@ def step_of(
     parameters: Mapping[str, Parameter],
     q: Floats,
 ) -> SecondStep:
-    """Return the fitted law with its parameters, misfit and criteria."""
+    """Return the result of a fit: law, parameters, misfit, and Akaike's and Schwarz's criteria.
+
+    ``q`` are the fitted unknowns, as logarithms where ``Unknown.is_log``. ``least`` is the sum of
+    squares of the residuals at ``q``; the misfit is its excess over that of the free form.
+    """
     fit, count = statistics.fit, len(problem.unknowns)
     misfit = max(least - statistics.least, 0.0)
     told = statistics.dimension - count

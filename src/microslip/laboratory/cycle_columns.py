@@ -355,7 +355,11 @@ def _window(share: Floats, part: float) -> int:
 def stiffness_columns(
     x: Floats, force: Floats, cycles: Cuts, branches: Branches, compliance: float
 ) -> dict[str, Floats]:
-    """Return stiffness [N/m] after maxima ("right"), minima and their mean; linear range [m]."""
+    """Return the chord stiffness [N/m] of each cycle and its linear range [m], by column name.
+
+    The stiffness is that after displacement maxima ("right"), after minima ("left"), and from the
+    mean compliance of both; its doubt is relative [-].
+    """
     peaks, troughs = branches.peaks, branches.troughs
     span = peaks.force - troughs.force
     after_highest = Reversals(peaks.place, -peaks.x, -peaks.force)

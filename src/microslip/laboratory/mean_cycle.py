@@ -141,7 +141,10 @@ class MeanCycle:
         return min(total_noise, math.sqrt(square / near_freedom / _WITHIN))
 
     def _scaled(self, residual: Floats) -> Floats:
-        """Return absolute residuals over the root of their noise share, unless that is small."""
+        """Return absolute residuals, standardised by the root of their share of the noise variance.
+
+        Samples whose share is too small are left out.
+        """
         scaled, end = np.empty(residual.size), 0
         for piece in stretches(residual.size):
             share, piece_residual = self._noise_share(piece), residual[piece]

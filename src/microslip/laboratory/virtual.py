@@ -411,9 +411,10 @@ def turning_angles(first: float, last: float, share: float) -> Floats:
 def path_of_angles(
     size: int, step: float, parts: int, between: Floats
 ) -> tuple[Floats, NDArray[np.bool_]]:
-    """Divide each sampling step into ``parts`` and insert the angles ``between``.
+    """Return phase angles of the drive [rad] for integration, and the mask of the samples.
 
-    Return all angles and the mask of the samples among them.
+    Each of the ``size`` - 1 sampling steps ``step`` [rad] is divided into ``parts``. The angles
+    ``between`` of reversals are inserted, except where they coincide with an angle of the grid.
     """
     angle: Floats = np.arange(float(size))
     angle *= step

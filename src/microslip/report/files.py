@@ -170,7 +170,11 @@ def json_text(data: Mapping[str, Any]) -> str:
 def write_csv(
     path: Path, lines: Iterable[tuple[int, str]], rows: int, progress: Progress | None = None
 ) -> None:
-    """Write blocks of lines as one CSV file; ``rows`` is the total for ``progress``."""
+    """Write blocks of rows as one CSV file.
+
+    Each block is its number of rows and its text. ``rows`` is the total number of rows, to compute
+    the finished fraction that ``progress`` receives.
+    """
     written = 0
     with path.open("w", encoding="utf-8", errors=ESCAPED, newline="") as file:
         for count, text in lines:

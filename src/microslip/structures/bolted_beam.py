@@ -1,4 +1,4 @@
-"""Drawings of beams and plates in a row, bolted to each other and to the ground in laps."""
+"""Structures of beams and plates in a row, with bolted laps between them and to the ground."""
 
 from __future__ import annotations
 

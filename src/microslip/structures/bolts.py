@@ -258,7 +258,7 @@ SIZED = ("shank", "hole", "head", "washer", "washer_thickness", "thread", "pitch
 
 
 def by_size(size: object, thread_friction: float | None, **given: Any) -> dict[str, Any]:
-    """Return the dimensions listed in SIZED [m]: as given, else those of the metric size."""
+    """Return the dimensions of a bolt [m] by name: given values, else those of its metric size."""
     bolt = size_named(size)
     known = {
         "shank": bolt.diameter, "hole": bolt.hole, "head": bolt.flats, "washer": bolt.washer,

@@ -90,7 +90,11 @@ class Drive:
     control: Control | None = None
 
     def linear_response(self, omega: float, share: float) -> _Point:
-        """Return the response with sticking joints at a fraction of the level or of the target."""
+        """Return the linear response with sticking joints, as a starting point of iterations.
+
+        Without a control the excitation has the level ``share``. With a control the level is such
+        that the sensor has ``share`` times the target amplitude.
+        """
         balance = self.balance
         modes, size = balance.shape
         matrix = balance.linear_matrix(omega, 0.0).reshape(modes * size, modes * size)

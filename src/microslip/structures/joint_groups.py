@@ -158,7 +158,7 @@ class FieldAttachment:
 
     @property
     def held_load(self) -> float:
-        """Largest given load [N]."""
+        """Largest normal load at rest of a node [N], a scale of residuals; 0 if gaps were given."""
         return 0.0 if self.has_gaps else float(self.field.normal_loads.max())
 
     def static_forces(self, motion: Floats) -> tuple[Floats, Floats]:

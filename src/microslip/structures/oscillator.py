@@ -270,7 +270,7 @@ class Oscillator:
 
         Notes
         -----
-        The part of the joint is :meth:`interface_damping_ratio` times the joint's fraction
+        The contribution of the joint is :meth:`interface_damping_ratio` times its fraction
         (T0(a)/a)/(k + T0(a)/a) of the stiffness. The logarithmic decrement of a ring-down is
         larger by the factor (k + T0(a)/a)/(k + T0'(a)), since the energy of the mode changes with
         its amplitude by the *tangent* stiffness. :meth:`decay` includes this factor.
@@ -312,7 +312,7 @@ class Oscillator:
         return omega, ratio + 0.5 * self.viscous_coefficient / (self.mass * omega)
 
     def _balanced(self, a: Floats, harmonics: Sequence[int]) -> tuple[Floats, Floats]:
-        """Return omega and zeta by harmonic balance of a one-degree-of-freedom structure."""
+        """Return omega [rad/s] and zeta [-] at amplitudes a [m] by harmonic balance."""
         from microslip.structures.structure import Structure
 
         dashpot = self.viscous_coefficient

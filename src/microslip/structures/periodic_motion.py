@@ -132,7 +132,7 @@ class AmplitudeMeasure:
         return value, by_q, 2.0 * self.power * value / omega
 
     def factor(self, shape: Floats, omega: float) -> float:
-        """Return the amplitude of a motion along a shape of modal amplitude 1."""
+        """Return the measured amplitude per unit modal amplitude of a motion along a mode shape."""
         if self.sensor is None:
             return 1.0
         return abs(float(self.sensor @ shape)) * omega**self.power

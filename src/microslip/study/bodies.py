@@ -212,7 +212,10 @@ class MeshPart(Part):
     def build(
         self, materials: Mapping[str, Material], usual: str, density: float | None
     ) -> MeshedJoint:
-        """Return the joint with the materials and densities of the study."""
+        """Return the joint whose bodies have the materials and densities [kg/m^3] of the study.
+
+        ``usual`` (name of a material) and ``density`` apply if the mesh lists none for its bodies.
+        """
         names = self.materials or (usual,) * len(self.bodies)
         densities = self.densities or (cast(float, density),) * len(self.bodies)
         for name in names:

@@ -254,7 +254,11 @@ class Design:
         return study
 
     def _identified(self, study: StudyDescription, scores: Floats) -> tuple[float, float]:
-        """Return factors on height deviation and density; set friction and slip scale."""
+        """Apply drawn parameters of an identification to a study, for its normal scores.
+
+        The friction coefficient is set in ``study``. Return the factors by which the standard
+        deviation of heights and the density of summits must be multiplied.
+        """
         moved = dict(zip(self._names, self._root @ scores, strict=True))
         value = dict(zip(self._names, self._fitted, strict=True))
         friction, slip = (

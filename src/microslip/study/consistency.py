@@ -143,7 +143,7 @@ def _of_structure(study: StudyTables) -> None:
 
 
 def _of_law(study: StudyTables) -> None:
-    """Reject a surface or a structure next to a friction law read from a file."""
+    """Reject a surface or a structure in a study whose friction law is read from a file."""
     for name in ("structure", "surface"):
         if getattr(study, name) is not None:
             raise KeyedError(name, f"wanted no [{name}] with joint.law_file; remove one of them")

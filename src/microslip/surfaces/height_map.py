@@ -42,7 +42,7 @@ def noise_std(heights: Floats, step: int = 1) -> float:
 
 
 def rough_share(heights: Floats) -> float:
-    """Return the fraction of the estimated noise variance that is really roughness [-].
+    """Return the fraction of the estimated noise variance that is due to roughness [-].
 
     For white noise the estimate v does not depend on the step of the differences in points: v(1) =
     v(2) = v(4). An increase with the step is due to roughness; it is fitted by a power of the step
@@ -216,7 +216,7 @@ class HeightMap(Locked, Plottable):
 
     @cached_property
     def rough_share_of_noise(self) -> float:
-        """Fraction of the squared :attr:`noise` that is roughness [-]."""
+        """Fraction of the noise variance, :attr:`noise` squared, that is due to roughness [-]."""
         return rough_share(self.heights)
 
     @cached_property

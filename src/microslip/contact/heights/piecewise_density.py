@@ -104,7 +104,10 @@ def direct(
     first: NDArray[np.intp],
     last: int | None = None,
 ) -> Floats:
-    """Return the moment above each threshold [m] due to the pieces ``first`` to ``last - 1``."""
+    """Return moments of order ``twice``/2 above each threshold t [m], without a Chebyshev series.
+
+    They are integrals of (z - t)^(twice/2) p(z) over z > t, summed over pieces first to last - 1.
+    """
     knots, left, right = panels
     stop = left.size if last is None else last
     result = np.zeros(threshold.size)

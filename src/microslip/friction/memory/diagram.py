@@ -298,7 +298,10 @@ class EnergyAccumulator:
             self.settle(diagram, curve)
 
     def settle(self, diagram: Diagram, curve: LoadCurve) -> float:
-        """Return the total energy dissipated [J] up to the state ``diagram``."""
+        """Return the total energy dissipated [J] up to the state ``diagram``.
+
+        The losses of the collected steps are added to :attr:`total` and the steps are cleared.
+        """
         if self._pending:
             d, x = np.concatenate(self._separations), np.concatenate(self._displacements)
             self.total += float(self._begin.losses(d, x, curve).sum())

@@ -358,7 +358,10 @@ class FieldState(Resumable):
         self._depth = kept
 
     def _losses(self, place: Floats, step: Floats, code: Integers, reach: Any) -> Floats:
-        """Return the energy of each node dissipated in the trial, over its weight and kappa."""
+        """Return the energy [J] that each node dissipates in the trial step, shape (nodes,).
+
+        It is divided by the weight of the node, which contains mu, and by kappa [-].
+        """
         nodes, lost = self._nodes, np.empty(place.size)
         profile = nodes.curve.profile(*reach)
         if profile is not None:

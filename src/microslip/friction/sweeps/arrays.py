@@ -171,7 +171,10 @@ _MOST_POINTS = 5000
 
 
 def sweep_figure(sweep: Any, quantity: Any, along: Any) -> Plot:
-    """Return the plot of a quantity along one dimension, one line per combination of others."""
+    """Return the plot of a quantity along one dimension.
+
+    There is one line for each combination of values of the other dimensions.
+    """
     if not isinstance(quantity, str) or quantity not in sweep.variables:
         names = ", ".join(sweep.variables)
         raise InputError(f"`quantity` must be one of {names}, got {show(quantity)}")

@@ -77,18 +77,21 @@ def quantiles(
     """Return quantiles of each column of values and the half-widths of their 90 % intervals.
 
     ``scores`` (points, inputs) are the normal scores of the inputs at which ``values`` (points,
-    columns) are known, NaN where a value is missing. ``dense`` are many more scores, in eight
-    groups one after the other, each an independent scrambling. If interpolation explains 90 % of
-    the variance of a column in cross-validation, its quantiles are those of a cubic interpolation
-    at ``dense``: for a smooth function of a few inputs 32 points give them within 1 %, but their
-    order statistics only within 10 %. The half-width then combines that of the quantiles of
-    ``dense`` with the cross-validation residuals near the quantile (mean and standard error).
-    Otherwise, for example if a column jumps between two branches, the quantiles are those of the
-    points, with intervals from order statistics, infinite for too few points.
+    columns) are known, NaN where a value is missing. ``shares`` are the probabilities of the
+    quantiles; both results have the shape (shares, columns). ``dense`` are many more scores, in
+    eight groups one after the other, each an independent scrambling.
 
-    With ``added``, a second quantity known at the scores and at ``dense``, values are the
-    logarithms of one term of a sum and ``added`` is the other term: quantiles are those of the
-    logarithm of the sum, or of the finite columns that the function ``of`` computes from both.
+    If interpolation explains 90 % of the variance of a column in cross-validation, its quantiles
+    are those of a cubic interpolation at ``dense``: for a smooth function of a few inputs 32 points
+    give them within 1 %, but their order statistics only within 10 %. The half-width then combines
+    that of the quantiles of ``dense`` with the cross-validation residuals near the quantile (mean
+    and standard error). Otherwise, for example if a column jumps between two branches, the
+    quantiles are those of the points, with intervals from order statistics, infinite for too few
+    points.
+
+    ``added`` are the values of a second quantity, known at the scores (points,) and at ``dense``.
+    The quantiles are then those of log(exp(values) + added), so ``values`` must be logarithms. With
+    the function ``of`` they are instead those of the columns ``of(values, added)``, all finite.
     """
     if of is not None:
         return _column_quantiles(scores, values, dense, shares, added, of)
@@ -157,7 +160,7 @@ def _column_quantiles(
 
 
 def _residual_near(values: Floats, misses: Floats, middle: Floats) -> Floats:
-    """Return the rms residual of the values nearest to each quantile, (shares, columns)."""
+    """Return the rms of ``misses`` for the values nearest to each quantile, (shares, columns)."""
     count = max(_FEWEST_NEAR, len(values) // _NEAR)
     order = np.argsort(abs(values[None] - middle[:, None]), axis=1)[:, :count]
     near = np.take_along_axis(np.broadcast_to(misses, (len(middle), *misses.shape)), order, axis=1)

@@ -35,7 +35,11 @@ _LEFT_OUT = 1e-14  # of the largest value, for the terms that a panel leaves out
 
 
 class Shares(NamedTuple):
-    """Fraction of the force limit q = 1 - n(h + x)/n(h) at displacements x, and its slope dq/dx."""
+    """First-loading force over the force limit, q = 1 - n(h + x)/n(h) [-], and its slope dq/dx.
+
+    n is the normalised load of the :class:`Template` as a function of normalised separation, h the
+    separation at rest, and x the normalised displacement.
+    """
 
     value: Floats
     by_step: Floats

@@ -96,7 +96,10 @@ def variable_of(dims: tuple[str, ...], values: Floats, name: str, meaning: str =
 
 
 def _scalars(result: Prediction) -> dict[str, Variable]:
-    """Return the numbers of the joints at rest, shape (loads,), without those never known."""
+    """Return the scalar results of the joint at rest, such as stiffness, shape (loads,).
+
+    Quantities that are unknown at all normal loads are left out.
+    """
     rows = [
         {**scalars(result.study, joint), **asdict(limits)}
         for joint, limits in zip(result.joints, result.limits, strict=True)
@@ -243,7 +246,7 @@ class Defaults:
 
     @classmethod
     def of(cls, study: StudyDescription, joints: Sequence[Interface]) -> Defaults:
-        """Return the defaults from the largest slip scale of the joints, rounded to two digits."""
+        """Return the defaults, with the largest slip scale of all joints rounded to two digits."""
         excitation, scale = study.excitation, max(joint._slip_scale[0] for joint in joints)
         is_open = excitation.amplitudes is None and excitation.force_amplitudes is None
         return cls(float(f"{scale:.1e}"), is_open, excitation.curve is None)

@@ -120,7 +120,7 @@ class Mode:
         return np.asarray(np.hypot(relative[:, 0], relative[:, 1]))
 
     def loss(self) -> Floats:
-        """Return the fraction of the dissipated energy in each patch [-], at :attr:`last`."""
+        """Return each patch's fraction of the dissipated energy [-] at the largest amplitude."""
         return np.asarray(self.curve.loss_share[self.last])
 
 

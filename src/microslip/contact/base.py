@@ -338,13 +338,13 @@ class NormalLaw(Parametric, ABC):
         return -self._derivative(d + u, 1)
 
     def _excess(self, d: Floats | float, u: Floats) -> Floats:
-        """Half the integral of v (u - v) N''(d + v) over 0 <= v <= u [N m], not cancelling."""
+        """Return half the integral of v (u - v) N''(d + v) over [0, u], not cancelling [N m]."""
         if self._spheres is not None:
             return self._spheres.sum(EXCESS, d, u)
         return quadrature.excess(self, d, u, self._by_pieces)
 
     def _excess_slope(self, d: Floats | float, u: Floats) -> Floats:
-        """Half the integral of v N''(d + v) over 0 <= v <= u [N], without cancellation."""
+        """Return half the integral of v N''(d + v) over 0 <= v <= u [N], without cancellation."""
         if self._spheres is not None:
             return self._spheres.sum(EXCESS_SLOPE, d, u)
         return quadrature.excess_slope(self, d, u, self._by_pieces)

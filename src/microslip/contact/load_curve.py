@@ -222,7 +222,7 @@ class LoadCurve:
         return sum_over_pairs(self.surface, "drop", base + self.origin, width)
 
     def excess(self, kind: Literal["excess", "excess_slope"], step: Floats, u: Floats) -> Floats:
-        """Half the integral of v (u - v) N''(step + v), 0 <= v <= u [N m], or d/du of it [N]."""
+        """Return half the integral of v (u - v) N''(step + v) over [0, u], or its derivative."""
         shared = self.shared and kind == "excess_slope"
         profile = self.profile(float(step.min()), 0.0) if shared else None
         if profile is None:

@@ -120,7 +120,7 @@ def face_of(heights: Any, pixel: Any) -> Face:
     if holes:
         raise InputError(
             f"`heights` must have no holes, got {holes} missing of {z.size} points; fill them "
-            'before: scan.condition(fill="interpolate"), in a study fill = true'
+            'before: scan.condition(fill="interpolate")'
         )
     if pixel is None:
         raise InputError("`pixel` [m] must be given with heights; write `pixel=2e-06`")

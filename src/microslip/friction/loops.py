@@ -54,12 +54,12 @@ class Loop(Locked):
 
     @cached_property
     def displacement_amplitude(self) -> float:
-        """Half the range of the displacement [m]."""
+        """Amplitude of the displacement [m], half its range."""
         return 0.5 * float(np.ptp(self.displacement))
 
     @cached_property
     def force_amplitude(self) -> float:
-        """Half the range of the force [N]."""
+        """Amplitude of the force [N], half its range."""
         return 0.5 * float(np.ptp(self.force))
 
     @cached_property

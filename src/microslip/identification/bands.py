@@ -70,7 +70,7 @@ class Bands:
 
     @cached_property
     def _growths(self) -> list[Floats]:
-        """Half of the change of each record's force over its cycles, whitened (bins,)."""
+        """Drift of each record: half the change of its force over its cycles, whitened (bins,)."""
         growths = []
         for rows in self.fit.rows:
             force = rows.folded.force

@@ -73,11 +73,11 @@ class Motion(NamedTuple):
     middle: float
     """Middle of the displacement [m]."""
     amplitude: float
-    """Half the range of the displacement [m]."""
+    """Amplitude of the displacement [m], half its range."""
     noise: float
     """Noise of the displacement [m]."""
     window: int
-    """Half width of the windows around turning points, in samples."""
+    """Half-width of the windows around turning points, in samples."""
     period: float
     """Samples a cycle."""
     crossings: int

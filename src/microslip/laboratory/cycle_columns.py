@@ -243,7 +243,9 @@ def way_of(
         while window > 1 and mean_share[window - 1] > _MOST_SHARE:
             window -= 1
         if not fits or _FEWEST <= window < fits[-1].window:
-            fits.append(_fit(moved, share, window, means, span, compliance, good))
+            fit = _fit(moved, share, window, means, span, compliance, good)
+            if not fits or np.isfinite(fit.chord).any():
+                fits.append(fit)
     return _widest_that_agrees(fits)
 
 

@@ -126,7 +126,7 @@ class Folded(Locked):
 
     @property
     def amplitude(self) -> float:
-        """Half the range of the displacement [m]."""
+        """Amplitude of the displacement [m], half its range."""
         phase = np.append(np.linspace(0.0, 2.0 * math.pi, 2048), self.corners)
         return 0.5 * float(np.ptp(self.displacement(phase)))
 

@@ -39,7 +39,7 @@ class Spike(NamedTuple):
     value: float
     """Value of the farthest sample [m, N]."""
     usual: float
-    """Half the usual range of the record, or of the neighbours [m, N]."""
+    """Usual amplitude of the record, or of the neighbours [m, N]: half the range."""
 
     def __str__(self) -> str:
         unit = UNITS[self.channel]

@@ -31,7 +31,7 @@ class FreeDecay(LockedArrays):
     time: Floats
     """Middle of each cycle [s]."""
     amplitude: Floats
-    """Half peak-to-peak amplitudes, in the unit of the signal."""
+    """Amplitudes in the unit of the signal: half of peak to peak."""
     frequency: Floats
     """Frequencies [Hz]."""
     damping_ratio: Floats

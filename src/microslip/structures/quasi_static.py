@@ -82,7 +82,7 @@ class QuasiStaticPoint(NamedTuple):
     square: float
     """Lambda, the square of the angular frequency [rad^2/s^2]."""
     shape: Floats
-    """Half of the motion between the turning points, in modal coordinates."""
+    """Amplitude in modal coordinates: half of the motion between the turning points."""
     loss: Floats
     """Energy dissipated per cycle in each joint [J], for all groups."""
 

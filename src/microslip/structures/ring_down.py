@@ -60,7 +60,7 @@ class RingDown(LockedArrays, Plottable):
 
     @cached_property
     def _half_ranges(self) -> tuple[Floats, Floats]:
-        """Half ranges of the downward and upward motion of each whole cycle [m]."""
+        """Amplitudes of the downward and upward motion of each whole cycle [m], half the ranges."""
         half = 0.5 * np.abs(np.diff(self.turning_displacement))
         end = half.size // 2 * 2
         return half[:end:2], half[1:end:2]

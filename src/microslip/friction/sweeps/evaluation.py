@@ -179,7 +179,7 @@ def _unit(heights: Any) -> GreenwoodWilliamson:
 
 
 class Joints:
-    """Many joints on surfaces of one shape, in units of load ``scale`` and length ``length``."""
+    """Joints on surfaces of one shape, in units of load ``scale`` and length ``length``."""
 
     def __init__(self, args: Arguments) -> None:
         self.surface: NormalLaw

@@ -337,7 +337,7 @@ def manifest_names(manifest: Upload, uploads: Sequence[Upload]) -> dict[str, str
     Raises
     ------
     InputError
-        If the manifest does not list exactly the uploads, since a run reads uploads only.
+        If the files in the manifest are not exactly the uploaded ones.
     """
     from microslip.laboratory.manifest import Manifest
 
@@ -361,7 +361,6 @@ def manifest_names(manifest: Upload, uploads: Sequence[Upload]) -> dict[str, str
 
 
 def _filled(argument: str, names: dict[str, str]) -> str:
-    """Replace a reference to an upload in an argument by the name of its copy in the run."""
     head, mark, number = argument.partition("\0")
     return f"{head}{names[number]}" if mark else argument
 

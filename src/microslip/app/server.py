@@ -103,7 +103,7 @@ class Guard:
 
 
 def _limited(receive: Receive, limit: int) -> Receive:
-    """Limit the size of the request body that is read, whatever its header declares."""
+    """Raise an error when the body of a request exceeds a limit, whatever its header declares."""
     remaining = limit
 
     async def read() -> MutableMapping[str, Any]:

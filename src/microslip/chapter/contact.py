@@ -37,14 +37,14 @@ from microslip.friction import Asperity, AsperityFields, Zone
 
 
 def summit() -> Asperity:
-    """Return a summit of the milled aluminium of chapter 19 under a typical share of the load."""
+    """Return one summit of the milled aluminium of chapter 19, with a typical normal load."""
     aluminium = Material(young_modulus=69e9, poisson_ratio=0.33)
     pair = MaterialPair(aluminium, aluminium)
     return Asperity(pair, radius=1e-3, friction_coefficient=0.55, normal_load=0.25)
 
 
 def contact_note(addition: str = "") -> str:
-    """State the assumptions of the figures of one asperity."""
+    """State the assumptions of the figures of a single asperity."""
     joint = summit()
     metal = joint.pair.first
     return (

@@ -69,7 +69,10 @@ def _loop_axes(axes: Axes, joint: Asperity, reach: float, levels: bool = True) -
 def _branches(
     axes: Axes, record: Floats, force: Floats, *pieces: tuple[int, int, dict[str, Any], str]
 ) -> None:
-    """Draw parts of a history from corner to corner, with equal numbers of samples between."""
+    """Draw pieces of a force-displacement history; each is given by its first and last corner.
+
+    All pieces between neighbouring corners have equally many samples.
+    """
     size = (record.size - 1) // max(stop for _, stop, *_ in pieces)
     for start, stop, look, label in pieces:
         part = slice(size * start, size * stop + 1)

@@ -1,4 +1,4 @@
-"""Figures of the test rig of section 2.1, 19.7 and 19.22, from a virtual tribometer."""
+"""Figures 19.7 and 19.22: records of a virtual tribometer like the rig of section 2.1."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures of the surface: roughness, 19.6, and summit heights, 19.18."""
+"""Figures 19.6, roughness of the surface, and 19.18, heights of its summits."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ STEP, LENGTH = 1e-6, 8e-3
 
 
 def worked_example(normal_load: float = 2000.0) -> Interface:
-    """Return the chapter's Al 2017 joint; missing values are those of the worked example."""
+    """Return the chapter's Al 2017 joint, with assumptions where the chapter gives no value."""
     aluminium = Material(young_modulus=69e9, poisson_ratio=0.33)
     surface = GreenwoodWilliamson(
         MaterialPair(aluminium, aluminium), Gaussian(SPREAD), radius=1e-3, density=1e8, area=2e-4

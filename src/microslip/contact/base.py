@@ -37,9 +37,10 @@ FEWEST_POINTS = 100
 
 
 def plasticity_index(pair: MaterialPair, spread: float, radius: float) -> dict[str, float | None]:
-    """Return {name: plasticity index (E*/H) sqrt(sigma/rho)}, Greenwood and Williamson (1966).
+    """Return the plasticity index (E*/H) sqrt(sigma/rho) [-] as a mapping with its rule name.
 
-    The dictionary is empty for summits of equal height; the value is None without a hardness.
+    Greenwood and Williamson (1966). The mapping is empty if all summits have one height; the value
+    is None for materials without a hardness.
     """
     if not spread > 0.0:
         return {}
@@ -51,7 +52,7 @@ def plasticity_index(pair: MaterialPair, spread: float, radius: float) -> dict[s
 def sparse_contacts(
     surface: Any, area: float, spread: float, radius: float, separation: float | None
 ) -> dict[str, float | None]:
-    """Return values of the validity rules on small, distant and numerous contacts.
+    """Return the values judged by the rules on small, distant and numerous contacts, by rule name.
 
     `surface` must have a summit count, a contact count and a contact area; `area` is the apparent
     area [m^2], ``spread`` the standard deviation of the summit heights [m] and ``radius`` their
@@ -112,9 +113,9 @@ class NormalLaw(Parametric, ABC):
         return {}
 
     def _slip_measure(self) -> tuple[float, str] | None:
-        """Indentation [m] that sets the displacement at which contacts start to slip, and its name.
+        """Indentation [m] from which the displacement scale of slip follows, and its name in words.
 
-        None if this displacement follows from the stiffness only.
+        None if this scale follows from the stiffness and the force limit only.
         """
         return None
 
@@ -128,7 +129,7 @@ class NormalLaw(Parametric, ABC):
     @property
     @abstractmethod
     def _span(self) -> tuple[float, float]:
-        """Separations [m] at which many (first) and hardly any (second) summits touch."""
+        """Separations [m] at which most (first) and hardly any (second) summits touch."""
 
     @property
     def _edge(self) -> float:
@@ -137,12 +138,12 @@ class NormalLaw(Parametric, ABC):
 
     @property
     def _breaks(self) -> Floats:
-        """Separations [m], increasing, at which the law is not smooth, without :attr:`_edge`."""
+        """Separations [m], increasing, at which the law is not smooth, except :attr:`_edge`."""
         return np.zeros(0)
 
     @property
     def _small_kinks(self) -> Floats:
-        """Separations [m] of small kinks of the law, for laws with many of them."""
+        """Separations [m] of the kinks of a law with many small ones; otherwise empty."""
         return np.zeros(0)
 
     @property
@@ -169,12 +170,10 @@ class NormalLaw(Parametric, ABC):
 
     @property
     def _spheres(self) -> Spheres | None:
-        """Summits, if the law is a sum over given summits; otherwise None."""
         return None
 
     @property
     def _spline(self) -> Spline | None:
-        """Spline of the loads, if the law is a spline; otherwise None."""
         return None
 
     @property
@@ -225,9 +224,10 @@ class NormalLaw(Parametric, ABC):
         return None
 
     def _patch(self, area: float, tightening: float) -> NormalLaw:
-        """Return the law of a part of this surface, with its own area and tightening pressure.
+        """Return the law of a patch of this surface.
 
-        ``area`` [m^2] is apparent; ``tightening`` [-] is the pressure over that of this surface.
+        ``area`` [m^2] is its apparent area, ``tightening`` [-] its tightening pressure over that of
+        this surface.
         """
         if not any(item.name == "area" for item in dataclasses.fields(self)):  # type: ignore[arg-type]
             raise InputError(

@@ -219,8 +219,8 @@ def sliding(
 ) -> Floats:
     """Return the ratio of tangential to normal stiffness of the contact [-], a (2, 2) tensor.
 
-    Tangential stiffness: mean tractions as all points in contact move by one unit along x or y. For
-    a unit vector e, 1/(e . tensor . e) is normal over tangential stiffness along e.
+    The tangential stiffness is the mean traction when all points in contact move by one unit along
+    x or y. Normal over tangential stiffness along a unit vector e is 1/(e . tensor . e).
     """
     touching = contact.astype(float)
     normal = float(closing(space, contact, tolerance=tolerance).mean())
@@ -241,7 +241,7 @@ def sliding(
 
 
 def _solve(operator: Any, right: Floats, start: Floats, tolerance: float) -> Floats:
-    """Solve by conjugate gradients to a residual of ``tolerance`` relative to ``right``."""
+    """Solve by conjugate gradients until the residual over ``right`` is below ``tolerance``."""
     solution = start
     here = right - operator(solution) if solution.any() else right.copy()
     direction, square = here, float(np.vdot(here, here))

@@ -279,7 +279,7 @@ class SlipLosses:
         return self._marks
 
     def _rules(self, front: Floats) -> list[tuple[Rule, NDArray[np.bool_]]]:
-        """Return quadrature rules and masks of their pieces; tables are parabolas."""
+        """Return quadrature rules, each with the mask of the pieces that it integrates."""
         spline = self._law._spline
         if spline is None:
             return [(_ROOTS, np.ones(front.size, dtype=bool))]
@@ -293,7 +293,10 @@ class SlipLosses:
 def _pieces(
     marks: Floats, start: Floats, end: Floats, first: Floats, last: Floats
 ) -> tuple[Integers, Floats, Floats]:
-    """Divide runs where front or separation passes a mark; return run, start and width [-]."""
+    """Divide runs where the slip front or the separation passes a mark.
+
+    Return for each piece the index of its run, and its start and width as fractions of the run [-].
+    """
     runs, cuts = [np.arange(start.size)] * 2, [np.zeros(start.size), np.ones(start.size)]
     for begin, stop in ((start, end), (first, last)):
         low = np.searchsorted(marks, np.minimum(begin, stop), side="right")
@@ -413,7 +416,7 @@ def _partly_slipped(
 
 
 def _closed(a0: Floats, a1: Floats, b0: Floats, b1: Floats) -> Floats:
-    """Return the mean of :func:`_partly_slipped` in closed form, for different ends."""
+    """Return the mean of :func:`_partly_slipped` in closed form, for ends that differ."""
     p, r = np.sqrt(b0), np.sqrt(b1)
     total = p + r
     with np.errstate(divide="ignore", invalid="ignore"):

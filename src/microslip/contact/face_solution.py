@@ -63,7 +63,7 @@ class FaceSolution(ByValue, LockedArrays):
 
 
 class _Piece:
-    """Piece of the face, with its pressures at the most recently solved separation."""
+    """Part of the face, with its pressures at the last solved separation."""
 
     def __init__(self, heights: Floats, aspect: float, workers: int) -> None:
         self.heights = heights
@@ -75,7 +75,7 @@ class _Piece:
         self.separation = math.inf
 
     def press(self, separation: float, hardness: float, tolerance: float) -> tuple[float, float]:
-        """Return the mean pressure p at a separation, and -dp/dd as the faces approach."""
+        """Solve the pressures at a separation d; return their mean p and -dp/dd on approach."""
         start = self.pressure
         if start is not None and self.growth is not None:
             start = start + (self.separation - separation) * self.growth
@@ -88,7 +88,7 @@ class _Piece:
         return float(self.pressure.mean()), float(self.growth.mean())
 
     def yielded(self, hardness: float) -> None:
-        """Shift the points at the hardness so that they just touch under these pressures."""
+        """Flatten the points whose pressure is the hardness, so that their overlap becomes zero."""
         assert self.pressure is not None
         gap = self.space.displacement(self.pressure) - self.heights + self.separation
         hard = self.pressure >= hardness
@@ -126,7 +126,7 @@ class _Face:
         return values[:, 0], values[:, 1]
 
     def tighten(self, pressure: float, hardness: float, floor: float) -> float:
-        """Return the separation at a mean pressure, at least ``floor``, by Newton's method."""
+        """Solve by Newton's method for the separation, at least ``floor``, at a mean pressure."""
         d = max(float(np.median([p.heights.max() for p in self.pieces])) - 0.2 * self.rms, floor)
         d += 0.1 * self.rms if d <= floor else 0.0
         low, high = floor, math.inf  # of the separation
@@ -159,7 +159,7 @@ class _Face:
     def first_loading(self, d: float, hardness: float, loads: int, ratio: float) -> Floats:
         """Return lighter tightening pressures and -dp/dd on unloading from each, (2, loads).
 
-        The state of the pieces is restored.
+        Afterwards the pressures and separations of the pieces are those before the call.
         """
         states = [(p.pressure, p.growth, p.separation) for p in self.pieces]
         found = []

@@ -42,7 +42,7 @@ _ALL_TOUCH = 0.345  # N N'' / N'^2, which is 1 for an exponential and 1/3 where 
 
 
 def _by_rows(law: NormalLaw, points: int, rows: int) -> bool:
-    """Return whether tables for equal separations are estimated to be faster than single pairs."""
+    """Return True if a table for each distinct separation should be faster than single pairs."""
     if law._spheres is not None:
         count = law._spheres.heights.size
         build = 4e-5 + (5e-6 * count if count > 24 else 0.0)
@@ -125,7 +125,7 @@ class Pointwise:
 
     @cached_property
     def _profile(self) -> tuple[Profile, tuple[Floats, Floats]] | None:
-        """Profile of N, N'' of its panels, and integrals of N beyond their midpoints; or None."""
+        """Profile of N, its N'', and integrals of N from each panel's midpoint; or None."""
         law = self.law
         if law._spheres is not None or law._breaks[1:].size or pairs_of(law) is not _own_pairs:
             return None

@@ -104,7 +104,6 @@ class LoadCurve:
         return sampled
 
     def _make_profile(self, low: float, high: float) -> tuple[Profile | None, bool]:
-        """Return a profile or None, and whether the load at its end is negligible."""
         law, origin, length = self.surface, self.origin, self._length
         edge, breaks = law._edge - origin, law._breaks
         if low < edge or (breaks.size and breaks[-1] > low + origin):
@@ -123,7 +122,6 @@ class LoadCurve:
         return Profile.sample(self.derivative, begin, end, end + reach, edge), faint
 
     def _kinked_profile(self, low: float) -> Profile | None:
-        """Return a profile for heights with a long table of their density, or None."""
         edge, top = self.surface._edge - self.origin, self.surface._top - self.origin
         if not self.surface._small_kinks.size or low < edge or not math.isfinite(top):
             return None

@@ -390,7 +390,7 @@ def read_law(
 def cached(
     task: Task, folder: str | os.PathLike[str], workers: int, progress: Progress | None
 ) -> FaceSolution:
-    """Return the solution of a task from a folder, or solve the task and store it there.
+    """Return the solution of a task from the cache folder, or solve the task and store it there.
 
     A damaged file is replaced, with a warning.
     """

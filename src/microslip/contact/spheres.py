@@ -28,7 +28,7 @@ def blocks(rows: int, columns: int, size: int = _BLOCK) -> list[slice]:
 
 
 class Kind(NamedTuple):
-    """A sum over the contacts of k s^power share(v/s), for a step v of the separation."""
+    """Sum over contacts of k s^power share(v/s), as a function of an increment v of separation."""
 
     power: float
     order: int
@@ -184,7 +184,6 @@ def _terms(kind: Kind, v: Any, s: Floats, k: Floats) -> Floats:
 
 
 def _power(s: Floats, power: float) -> Floats:
-    """Return indentations s raised to the power 1/2, 3/2 or 5/2."""
     result = np.sqrt(s)
     for _ in range(int(power)):
         result = s * result
@@ -193,7 +192,7 @@ def _power(s: Floats, power: float) -> Floats:
 
 @lru_cache(maxsize=2)
 def _resample(side: int) -> Floats:
-    """Return the matrix from values at the nodes of a panel to values at the nodes of one half."""
+    """Return the matrix from values at the nodes of a panel to those at the nodes of its half."""
     inner = 0.5 * NODES + (side - 0.5)
     series = np.polynomial.chebyshev.chebvander(inner, NODES.size - 1)
     return np.ascontiguousarray(TO_SERIES @ series.T)

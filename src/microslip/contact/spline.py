@@ -146,7 +146,10 @@ def _drops(spline: Spline, d: Floats, u: Floats) -> Floats:
 
 
 def _past_piece(spline: Spline, i: Integers, d: Floats, u: Floats) -> Floats:
-    """Return the decrease of load from the end of piece i to d + u; piece i contains d."""
+    """Return the decrease of load from the end of the piece that contains d to d + u [N].
+
+    ``i`` is the index of this piece.
+    """
     knots, slopes, curvatures, loads, _, ends, has_tail = spline
     last = knots.size - 1
     j = np.maximum(np.searchsorted(knots, d + u, side="right") - 1, i + 1)

@@ -21,7 +21,7 @@ from microslip.contact.spline import Spline, convex_spline, decayed
 
 
 class _Run(NamedTuple):
-    """Spline from a separation d on; its pieces start at increments from d."""
+    """Part of a spline beyond a separation d; its pieces are given by their distance from d."""
 
     starts: Floats
     slopes: Floats  # N' at each start, on its right

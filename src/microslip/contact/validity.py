@@ -161,7 +161,7 @@ RULES: tuple[Rule, ...] = (
 
 
 class _Joint(Protocol):
-    """Protocol of the judged object: a surface under a load."""
+    """Interface of the object to be judged: a surface under a load."""
 
     @property
     def surface(self) -> NormalLaw: ...

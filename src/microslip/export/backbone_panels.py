@@ -30,9 +30,9 @@ _HALVINGS = 60
 class BackbonePanels:
     """Backbone T0 as polynomials on panels from 0 to ``end``, and the force limit beyond.
 
-    Polynomials are powers of s, from -1 to 1 over the panel. If panels have equal width
-    (``inverse_width`` above 0), all are polynomials of T0/u; otherwise only the first is, and the
-    others are polynomials of T0.
+    Each polynomial is in powers of s, which increases from -1 to 1 over the panel. If panels have
+    equal width (``inverse_width`` above 0), all are polynomials of T0/u; otherwise only the first
+    is, and the others are polynomials of T0.
     """
 
     edges: Floats  # (panels + 1,), rising from 0
@@ -150,7 +150,10 @@ def _unequal(law: BackboneLaw, smallest: float) -> BackbonePanels:
 def _panel(
     backbone: Callable[[Floats], Floats], low: float, high: float, floor: float, limit: float
 ) -> tuple[Floats, float]:
-    """Return powers of s on a panel and the relative truncation error, 0 if within rounding."""
+    """Return the coefficients of T0 on a panel and their relative truncation error [-].
+
+    Coefficients are of powers of s, from -1 to 1 over the panel; the error is 0 if within rounding.
+    """
     u = low + 0.5 * (high - low) * (1.0 + NODES)
     force = backbone(u)
     series = (force / u if low == 0.0 else force) @ TO_SERIES

@@ -42,7 +42,7 @@ def components_of(element: str) -> int:
 
 
 def order_of(element: str) -> str:
-    """Return the order of the displacement components of an element, in words."""
+    """Describe the order of the displacement components of an element in words."""
     opening = ["opening of the separation [m]; forces, load [N]"] * element.endswith("contact")
     return ", ".join(
         ["two displacements" if element.startswith("planar") else "displacement", *opening]
@@ -96,7 +96,6 @@ def definitions(order: Order) -> str:
 
 
 def _curve(order: Order) -> str:
-    """Return the panels of the backbone or of the load curve as tables in C."""
     if order.element == "planar":
         return ""
     if order.element != "joint":

@@ -66,7 +66,7 @@ PROGRAMS = {
 
 
 def _numbers(card: ContactCard, units: UnitSystem) -> dict[str, str]:
-    """Return the numbers of a card as text, in the units of a file, by word of the template."""
+    """Return the numbers of a card as text in the units of a file, by name in the template."""
     pressure = units.force / units.length**2
     layer = card.layer
     rows = zip(card.pressures / pressure, card.overclosures / units.length, strict=True)

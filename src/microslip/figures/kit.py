@@ -237,7 +237,7 @@ def in_rows(panels: Sequence[Panel], columns: int) -> tuple[float, ...]:
 
 
 class Family(NamedTuple):
-    """Lines of one of several panels with the same x axis, and their quantity and unit."""
+    """Lines to be drawn in one of several panels with a common x axis, with quantity and unit."""
 
     name: str
     unit: str

@@ -102,7 +102,7 @@ def _panel(frame: PanelFrame, name: str) -> Iterable[str]:
 
 
 def _ticks(scale: AxisScale) -> list[tuple[float, str, bool]]:
-    """Return position along the axis (0 to 1), label, and True for major, of each tick."""
+    """Return for each tick its position (0 to 1), its label, and whether it is major."""
     places = []
     for ticks, major in ((scale.ticks.major, True), (scale.ticks.minor, False)):
         if ticks:

@@ -242,7 +242,6 @@ def _read_request(request: Mapping[str, Any]) -> None:
 
 
 def _bounded(request: Mapping[str, Any]) -> None:
-    """Limit memory and CPU time of the current process, if the system supports it."""
     try:
         import resource
     except ImportError:  # Windows: only the parent limits the time

@@ -214,7 +214,7 @@ def unique_name(column: Named, columns: Sequence[Named]) -> str:
 
 
 def scale(values: Floats, factor: Decimal) -> None:
-    """Multiply numbers in place by a factor, with one rounding error if it is a power of ten."""
+    """Multiply numbers in place by a factor, rounding once if the factor is a power of ten."""
     if factor == 1:
         return
     _, digits, exponent = factor.normalize().as_tuple()

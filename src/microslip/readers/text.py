@@ -143,8 +143,6 @@ class TextFile(NamedTuple):
 
 
 class _Block(NamedTuple):
-    """Consecutive whole lines of a file."""
-
     first: int
     """Index of the first line."""
     text: str

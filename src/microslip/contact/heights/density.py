@@ -143,10 +143,10 @@ class DensityHeights(HeightDistribution):
 
     @cached_property
     def _charges(self) -> tuple[tuple[float, Floats, Floats], ...]:
-        """Nodes and probabilities that replace the density of a panel for distant thresholds.
+        """Point masses [-] that replace the density of each panel for distant thresholds.
 
         One set for each distance over the panel width: farther away the integrand is a polynomial
-        of lower degree, to 1e-14, and fewer nodes suffice.
+        of lower degree, to 1e-14, and fewer points suffice.
         """
         edges = self._density_pieces.edges
         fine = self._probabilities(edges)
@@ -193,7 +193,7 @@ class DensityHeights(HeightDistribution):
 
     @cached_property
     def _tables(self) -> dict[int, Pieces]:
-        """Moments against threshold by twice their order, integrated from order 0 or -1/2."""
+        """Tables of the moments against the threshold, by twice the order of the moment."""
         # Where the density jumps it has a root, which takes ever smaller panels.
         edges = self._density_pieces.edges
         root = _resolve(self._root_moment, edges, _PANELS + 2 * edges.size)
@@ -206,10 +206,10 @@ class DensityHeights(HeightDistribution):
         return tables
 
     def _cloud(self, octave: int) -> tuple[Floats, Floats]:
-        """Return nodes and probabilities for thresholds below all heights.
+        """Return heights and probabilities of point masses, for thresholds below all heights.
 
-        The threshold is about 2**-octave of the range below the lowest height, towards which the
-        nodes are refined.
+        The threshold is about 2**-octave times the range of heights below the lowest height,
+        towards which the points are refined.
         """
         cloud = self._clouds.get(octave)
         if cloud is None:

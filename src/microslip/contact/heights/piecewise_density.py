@@ -27,7 +27,7 @@ def piece_moment(
 ) -> Floats:
     """Return the integral of s^(twice/2) p(s) over low <= s <= high, p linear from left to right.
 
-    ``width`` is high - low, which would lose digits for distant limits.
+    ``width`` is high - low, passed separately because the difference of the limits loses digits.
     """
     nodes, weights = gauss_legendre((twice + 5) // 2)
     first = np.sqrt(low)

@@ -158,7 +158,7 @@ class Statistical(DensityHeights):
 
     @cached_property
     def _singular(self) -> bool:
-        """Whether the density is infinite at an end of its range."""
+        """True if the density is infinite at an end of its range."""
         ends = [end for end in self.distribution.support() if math.isfinite(end)]
         with np.errstate(all="ignore"):
             return any(not math.isfinite(float(self.distribution.pdf(end))) for end in ends)

@@ -171,7 +171,7 @@ class TabulatedHeights(Locked, HeightDistribution):
 
     @cached_property
     def _suffix(self) -> tuple[Floats, Floats, Floats]:
-        """Moments of order 0, 1 and 2 at each knot of the panels, of all heights above it."""
+        """Moments of order 0, 1 and 2 about each knot of the panels, of the heights above it."""
         knots, left, right = self._panels
         width = np.diff(knots)
         zero = 0.5 * width * (left + right)

@@ -98,7 +98,6 @@ class _Element(NodeToNodeElement):  # type: ignore[misc]
             self._across[width * i : width * (i + 1), columns] = turned
 
     def _pairs(self) -> list[Any]:
-        """Return the connection of each pair of nodes in the format of pyHarm."""
         connect = self.data["connect"]
         sides = list(connect.items()) if isinstance(connect, dict) else list(connect)
         lengths = {len(nodes) for sub, nodes in sides if sub != "GROUND"}
@@ -169,7 +168,7 @@ class JointElement(_Element):
 
 
 class PlanarJointElement(_Element):
-    """Joint in two directions at a constant load, with sliders stretched by vectors.
+    """Joint in two tangential directions at a constant load, by sliders with vector forces.
 
     Data: ``law``, an :class:`microslip.IsotropicJoint`. Cycles have pyHarm's ``nti`` samples.
     """

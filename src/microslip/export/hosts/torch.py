@@ -18,7 +18,7 @@ _REAL = torch.float64
 
 
 class _Gradients(torch.autograd.Function):  # type: ignore[misc]
-    """Products of output weights and derivatives; second derivatives raise an error."""
+    """Vector-Jacobian products for PyTorch; their derivatives raise an error."""
 
     generate_vmap_rule = True
 

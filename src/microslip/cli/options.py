@@ -46,7 +46,6 @@ class _Value(_ParamType):
         self.name = option.name
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return the value in SI units, or raise an error that names the option."""
         if not isinstance(value, str):
             return value
         try:

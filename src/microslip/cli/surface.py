@@ -28,7 +28,6 @@ class _EachOptionOnce(click.Command):
     """Command that rejects a repeated option, where click would use the last value."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Parse the arguments; reject an option given more often than allowed."""
         if not ctx.resilient_parsing:
             _, _, order = self.make_parser(ctx).parse_args(args=list(args))
             for option, count in Counter(order).items():

@@ -202,10 +202,10 @@ class NormalLaw(Parametric, ABC):
         """Raise an InputError if loads of the joint at rest [N] are too large for the law."""
 
     def _tightened_by(self, shares: Floats) -> tuple[Floats, Floats] | None:
-        """Return lengths [-] and offsets [m] of areas tightened to fractions of the load.
+        """Return factors [-] and offsets [m] of separation for areas tightened to parts of a load.
 
-        At separation d, an area tightened to a fraction of the tightening load carries this
-        fraction of N((d - offset)/length), N being this law. None for a law that does not yield.
+        An area tightened to the fraction s of the tightening load carries s N((d - offset)/factor)
+        at separation d, where N is this law. None for a law that does not yield.
         """
         return None
 
@@ -433,7 +433,7 @@ class NormalLaw(Parametric, ABC):
         return d
 
     def _check_fine(self, d: Floats, loads: Floats) -> None:
-        """Raise an InputError for loads so light that rounding of the separation changes them."""
+        """Raise an InputError for loads so light that rounding of the separation exceeds them."""
         off = np.abs(self._derivative(d, 0) - loads) > 1e-9 * loads
         if off.any():
             raise InputError(

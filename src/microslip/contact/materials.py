@@ -57,9 +57,9 @@ class Material:
                 "`young_modulus` must be finite, got inf; a rigid body is Material.rigid()"
             )
         assign(self, **{p.name: p.checked(getattr(self, p.name)) for p in parameters_of(Material)})
-        self._ask_back()
+        self._warn_of_unit()
 
-    def _ask_back(self) -> None:
+    def _warn_of_unit(self) -> None:
         """Warn of a Young's modulus that is probably in another unit; soft gels are excepted."""
         modulus = self.young_modulus
         if 1.5 <= modulus <= 1200.0:

@@ -200,7 +200,7 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         )
 
     def _tail_at(self, d: float) -> tuple[float, float]:
-        """Return the load at the start of the tail, seen from d, and its decay length."""
+        """Return the load [N] where the tail begins, or at d inside it, and its decay length."""
         if self.tail is None:
             return 0.0, 1.0
         knots, length = self._spline.knots, self._spline.decay_length
@@ -249,7 +249,7 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         return result
 
     def _locate(self, d: float, u: Floats) -> tuple[_Run, Integers, Floats]:
-        """Return the run from d, the piece of each increment u, and the distance into the piece."""
+        """Return the spline beyond d, the piece of each d + u, and its distance into the piece."""
         run = self._run(d)
         k = np.searchsorted(run.starts, u, side="right") - 1
         return run, k, u - run.starts[k]

@@ -397,7 +397,7 @@ class _Cycle:
         return pieces
 
     def _cut(self) -> tuple[Floats, Floats, Any]:
-        """Return start and end times of all pieces, cut at kinks, and (parent, way) of each."""
+        """Return start and end times, and (reversal, direction), of all pieces between kinks."""
         kinks = self.law._kinks
         begin, end, parent, way = (np.array(v) for v in zip(*self.pieces, strict=True))
         sign = self.sign[way]

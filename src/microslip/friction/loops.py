@@ -145,7 +145,6 @@ class Loop(Locked):
         return draw(self._figure(minus_secant), ax, color=color, label=label)
 
     def _figure(self, minus_secant: bool = False) -> Plot:
-        """Return the plot as data, before it is drawn."""
         from microslip.figures.kit import force_prefix, length_prefix
         from microslip.figures.plot import Axis, Panel, Plot
 

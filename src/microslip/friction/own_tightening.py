@@ -14,7 +14,8 @@ from microslip.contact.load_curve import LoadCurve
 class OwnTightening(NamedTuple):
     """Factors by which the normal laws of nodes differ from that of their surface.
 
-    At step (separation - ``origins``)/``lengths`` a node has ``shares`` times the curve's load.
+    A node at separation d carries ``shares`` times the load of the common curve at step (d -
+    ``origins``)/``lengths``.
     """
 
     shares: Floats

@@ -192,7 +192,6 @@ def _rig(given: Any) -> tuple[float, float] | None:
 
 
 def _check_rig(result: Identification) -> Identification:
-    """Raise InputError for a rig that is softer than joint and rig in series."""
     if result.rig_stiffness is None:
         return result
     rig, error = result.rig_stiffness

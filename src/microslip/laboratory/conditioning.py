@@ -138,7 +138,10 @@ class Lag(NamedTuple):
 
 
 class _Reversals(NamedTuple):
-    """Force and displacement around reversals (cycles, samples): half of peak minus trough."""
+    """Force and displacement around the reversals of each cycle, shape (cycles, samples).
+
+    They are half the difference between the samples around its peak and those around its trough.
+    """
 
     force: Floats
     way: Floats

@@ -93,7 +93,7 @@ def phase_derivative(coefficients: Floats, harmonics: NDArray[np.int64]) -> Floa
 
 
 def motion_of(phase: Floats, x: Floats, places: int) -> Motion:
-    """Fit a motion to displacements ``x`` [m] at phases [rad], of which ``places`` are distinct."""
+    """Fit a motion to displacements ``x`` [m] at phases [rad] with ``places`` distinct values."""
     samples = _Samples(phase, x)
     most_told = max(1, math.floor(0.4 * places))
     smooth = _fitted(samples, min(MOST_HARMONICS, most_told), np.zeros(0))

@@ -301,7 +301,6 @@ def once_a_record(function: Callable[[Record], Answer]) -> Callable[[Record], An
 
 
 def _locked_series(key: str, raw_values: Any) -> Floats:
-    """Validate a one-dimensional array of numbers and return it as a read-only copy."""
     values = checked(key, raw_values, UNITS[key].strip("-")).reshape(-1)
     # Readers hand over arrays that are locked already; a long record is not copied again.
     if (

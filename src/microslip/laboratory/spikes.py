@@ -55,9 +55,9 @@ class Spike(NamedTuple):
 def spikes_of(record: Record) -> tuple[Spike, ...]:
     """Find the spikes in a record.
 
-    A spike is up to three consecutive samples that differ from the median of the eight samples
-    before and after by more than five times half of two ranges: that of the eight samples (without
-    lowest and highest) and that of the record (5th to 95th percentile); for a normal load also by
+    A spike is up to three consecutive samples far from the median of the eight samples around them:
+    by more than five times half the range of these eight (without lowest and highest), by more than
+    five times half the range of the record (5th to 95th percentile), and for a normal load also by
     five times its median. Growing amplitudes and noise are not spikes. The limits are this
     project's.
     """

@@ -1,4 +1,4 @@
-"""Joints in a structure."""
+"""Structures with joints: modes, forced and random response, motion in time, bolted laps."""
 
 from microslip._core.packages import names_of_stub as _names
 

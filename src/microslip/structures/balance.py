@@ -397,7 +397,7 @@ class ModeStep:
         return step
 
     def _preconditioner(self, unit: float) -> Callable[[Floats], Floats]:
-        """Return an approximate solver: sticking joints, exact for the mode's own unknowns."""
+        """Return an approximate inverse, exact for the mode itself, with all joints sticking."""
         modes, size = self.balance.shape
         count, i = modes * size, self.index
         omega, scale = self.point.omega, self._scale

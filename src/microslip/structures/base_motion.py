@@ -102,8 +102,8 @@ def _columns(name: str, value: ArrayLike, rows: int, what: str) -> Floats:
 def _joint_motion(attachments: tuple[Attachment, ...], carried: Floats) -> tuple[float, int]:
     """Return the largest |B^T carried| / (|B|^T |carried|) over joints [-], and its attachment.
 
-    This ratio is zero for a joint that the base motion does not deform, and 1 if only one of its
-    sides moves.
+    ``carried`` is the static motion of the structure per unit of each input. The ratio is zero for
+    a joint that the base motion does not deform, and 1 if only one of its sides moves.
     """
     worst, place = 0.0, 0
     for i, attachment in enumerate(attachments):
@@ -239,7 +239,6 @@ _ROWS = ("directions", "columns", "coordinates", "rest")
 
 
 def _restrict_to_free_dofs(attachment: Attachment, free: NDArray[Any]) -> Attachment:
-    """Restrict an attachment to the free degrees of freedom."""
     rows = {f.name: getattr(attachment, f.name) for f in fields(attachment) if f.name in _ROWS}
     return replace(attachment, **{k: v[free] for k, v in rows.items() if v is not None})
 

@@ -213,7 +213,7 @@ def beam_mesh(
 
 
 def _fixing_volume(bolts: Bolts, tall: float) -> float:
-    """Return the volume of the two discs and two pressed rings meshed for each bolt [m^3]."""
+    """Return the meshed volume of head, nut and washers of each bolt [m^3]: discs and rings."""
     outer = bolts.pressed if bolts.pressed > 1.02 * bolts.head else bolts.head
     rings = (outer**2 - bolts.hole**2) * bolts.washer_thickness
     return 0.5 * math.pi * (rings + bolts.head**2 * tall)
@@ -233,7 +233,7 @@ def _rows(laps: Iterable[Lap], half: float) -> Floats:
 def _between(
     start: float, stop: float, after: bool, before: bool, size: float, largest: float
 ) -> Floats:
-    """Return grid lines from start to stop [m], fine next to laps."""
+    """Return grid lines from start to stop [m], refined towards an end that adjoins a lap."""
     if after and before:
         middle = 0.5 * (start + stop)
         left = widening(start, middle, size, largest)

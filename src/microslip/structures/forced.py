@@ -392,7 +392,7 @@ def coefficients(amplitudes: NDArray[Any], basis: HarmonicBasis) -> Floats:
 
 
 def line_of(model: ModalModel, forces: Floats, targets: Floats) -> Floats:
-    """Return an estimated modal motion (modes,), along whose joint motions field nodes slide."""
+    """Return an estimate of the modal motion (modes,), in whose direction field nodes slide."""
     middle = (2.0 * math.pi * float(np.median(targets))) ** 2
     gain = np.abs(model.squares - middle) + 1e-3 * middle
     column = 1 if np.any(forces[:, 1]) else 2

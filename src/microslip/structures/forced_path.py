@@ -24,7 +24,7 @@ _FINEST = 1e-6  # shortest arc step, beside the range of frequencies
 
 @dataclass(frozen=True, eq=False)
 class Excitation:
-    """Excitation of a periodic motion: sums of terms times omega^-k, with k as the key."""
+    """Excitation of a periodic motion: a sum of terms times omega^-k, by their exponent k."""
 
     forces: dict[int, Floats]
     """Forces on the modes, shape (modes, size)."""
@@ -35,7 +35,7 @@ class Excitation:
 
     @staticmethod
     def at(parts: dict[int, Floats], omega: float) -> tuple[Floats | float, Floats | float]:
-        """Return the sum of the terms at an angular frequency, and its derivative by omega."""
+        """Return the sum of part * omega^-k over ``parts``, and its derivative by omega."""
         value = sum((part * omega**-k for k, part in parts.items()), 0.0)
         slope = sum((-k * part * omega ** -(k + 1) for k, part in parts.items() if k), 0.0)
         return value, slope
@@ -150,14 +150,14 @@ class _Path:
         return miss, matrix
 
     def _unit_level(self, omega: float) -> float:
-        """Return the level that moves sticking modes by one unit, the scale of level changes."""
+        """Return the excitation level with a linear response of unit size, a scale of the level."""
         push = np.asarray(Excitation.at(self._drive.excitation.forces, omega)[0])
         return self._unit / float(
             (np.abs(push).max(axis=1) / self._drive.balance.model.squares).max()
         )
 
     def solve(self, guess: _Point, tangent: Floats | None) -> _Solved | None:
-        """Solve by Newton's method normal to a tangent, or at fixed frequency if it is None."""
+        """Solve by Newton's method, normal to a tangent or, if it is None, at fixed frequency."""
         modes, size = self._drive.balance.shape
         count = modes * size
         controlled = self._drive.control is not None
@@ -196,11 +196,9 @@ class _Path:
         return _Point(point.coefficients + change, omega, level)
 
     def ahead(self, solved: _Solved, step: float) -> _Point:
-        """Return an initial guess one step along the tangent."""
         return self._moved(solved.point, step * solved.tangent)
 
     def distance(self, a: _Point, b: _Point) -> float:
-        """Return the distance between points in scaled unknowns."""
         q = float(np.linalg.norm(a.coefficients - b.coefficients)) / self._unit
         return math.hypot(q, (a.omega - b.omega) / self._width)
 
@@ -313,7 +311,7 @@ def _follow(drive: Drive, omegas: Floats) -> tuple[list[_Solved], list[bool], in
 
 
 def _ramped(drive: Drive, omega: float, width: float) -> _Solved | None:
-    """Return the first point by increasing the force if a direct solution fails."""
+    """Return the first point; if Newton's method fails, solve with an increasing excitation."""
     guess = drive.linear_response(omega, 1e-3)
     solved = None
     for share in np.geomspace(1e-3, 1.0, 25):

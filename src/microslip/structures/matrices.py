@@ -369,7 +369,6 @@ def _aligned(file: Path, matrices: dict[str, Any]) -> dict[str, Any]:
 
 
 def _folder(folder: Path, limit: int) -> dict[str, Any]:
-    """Read Matrix Market files by name."""
     return {file.stem: _read(file, market_matrix, limit) for file in sorted(folder.glob("*.mtx"))}
 
 

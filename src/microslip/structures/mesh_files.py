@@ -277,7 +277,7 @@ def _direction(along: ArrayLike | None) -> Floats | None:
 
 
 def _nearest(mesh: JointMesh, place: Floats) -> int:
-    """Return the number of the contact nearest to a position."""
+    """Return the index of the contact nearest to a position."""
     middles = (mesh.points[contact.lower].mean(axis=1) for contact in mesh.contacts)
     return int(np.argmin([np.linalg.norm(m - place, axis=1).min() for m in middles]))
 
@@ -396,8 +396,6 @@ def _solids(path: Path, file: Any) -> tuple[str, Indices, list[Indices]]:
 
 
 class _Names:
-    """Names of volumes and faces in a file."""
-
     def __init__(self, path: Path, file: Any, numbers: list[Indices]) -> None:
         self._path, self._file, self._numbers = path, file, numbers
         self._sets: dict[str, list[Indices]] = {}

@@ -33,7 +33,7 @@ _MODES_KEPT = 40  # modes of a larger structure, besides its answers to each joi
 class ModalModel:
     """Modal equations x = shapes q, q'' + damping q' + squares q + joint forces = modal forces.
 
-    The joint forces are relative to those of sticking joints, whose stiffness ``squares`` includes.
+    ``squares`` include the stiffness of sticking joints, so joint forces are those beyond sticking.
     Rigid-body motions that deform no joint are not among the modes.
     """
 

@@ -295,7 +295,7 @@ def _work(force: Floats, path: Floats, cubic: bool) -> Floats:
 
 
 def _line(model: ModalModel, q: Floats, v: Floats, force: Floats) -> Floats:
-    """Return an estimated modal motion, along whose joint motions the nodes of fields slide."""
+    """Return an estimate of the modal motion (modes,), in whose direction field nodes slide."""
     elastic = slice(0, model.size)
     if q[elastic].any():
         return q[elastic]

@@ -205,7 +205,7 @@ def _first_solution(equations: ModeEquations, target: float) -> tuple[Solution |
 
 
 def _same_mode(point: ModePoint, guess: ModePoint) -> bool:
-    """Return whether shape and frequency are near those of the guess: else it is another mode."""
+    """Return False if shape or frequency differ so much from the guess that the mode is another."""
     a, b = point.coefficients[:, 1:3].ravel(), guess.coefficients[:, 1:3].ravel()
     likeness = abs(float(a @ b)) / float(np.linalg.norm(a) * np.linalg.norm(b))
     return likeness > 0.8 and 0.7 < point.omega / guess.omega < 1.4

@@ -165,7 +165,6 @@ def _inverse(compliance: Floats) -> Floats:
 
 
 def _check_joined(mesh: JointMesh) -> None:
-    """Refuse meshes whose bodies are not all connected by shared corners."""
     from scipy import sparse
     from scipy.sparse.csgraph import connected_components
 
@@ -185,9 +184,9 @@ def _check_joined(mesh: JointMesh) -> None:
 
 
 def _axial(mesh: JointMesh, elements: Elements, shank: Any) -> tuple[Floats, float]:
-    """Return the elongation of a shank as a functional, and the force per unit of it [N/m].
+    """Return the elongation of a shank, as a functional of displacements, and its stiffness [N/m].
 
-    Both are defined by the mean axial stress, which is zero if this stiffness is removed.
+    Both follow from the mean axial stress. Without the shank's axial stiffness this stress is zero.
     """
     owner = next(b for b in mesh.bodies if np.isin(shank.cells[:1], b.cells).all())
     heights = mesh.points[mesh.cells[shank.cells]] @ shank.axis

@@ -211,7 +211,7 @@ class _Motion:
     def _solve(
         self, step: float, propagator: tuple[float, ...]
     ) -> tuple[float, float, float, float]:
-        """Return displacement, velocity, force and tangent minus k_t at the end of a step."""
+        """Solve for displacement, velocity, force, and tangent minus k_t, at the end of a step."""
         e11, e12, q0, q1, q2, q3, e21, e22, v0, v1, v2, v3 = propagator
         g, rate = self.force - self.held * self.q, self.fall * self.v
         explicit = e11 * self.q + e12 * self.v + q0 * g + q1 * rate

@@ -110,7 +110,7 @@ def static_state(
 
 
 class _Solver:
-    """Solver with the tangent stiffness and restrained rigid motions."""
+    """Solver of linear systems with the tangent stiffness, with rigid-body motions restrained."""
 
     def __init__(self, stiffness: Any, mass: Any, columns: Floats, rigid: Floats) -> None:
         self._columns = columns
@@ -156,7 +156,10 @@ def _search(
     step: Floats,
     gap: Floats,
 ) -> tuple[Floats, Floats, Floats, bool]:
-    """Return displacements along a step where the slope of the energy is small, and the forces."""
+    """Search along a step for displacements where the energy is nearly stationary.
+
+    Return these displacements, joint forces and tangents there, and whether the search succeeded.
+    """
     start = float(gap @ step)  # minus the slope of the energy, above zero
     low, high, share = 0.0, math.inf, 1.0
     elastic, along = stiffness @ x, stiffness @ step

@@ -92,7 +92,7 @@ class TimeSteps:
         return force - self._joints.stuck * motion, self._joints.tangent_matrix(slopes)
 
     def commit(self, motion: Floats, short: Floats) -> None:
-        """Accept the last trial as joint states; store its motion and forces beyond sticking."""
+        """Accept the last trial of the joints; store its motion and forces beyond sticking."""
         for state in self._states:
             state.commit()
         self.motion, self.short = motion, short
@@ -211,7 +211,7 @@ class ExactSteps(TimeSteps):
         self._rate = np.zeros(joints.stuck.size)  # of the joints' forces, times the step
 
     def begin(self, v: Floats) -> None:
-        """Store the initial rates of the joint forces beyond sticking, at modal velocities v."""
+        """Store initial rates of the joint forces, minus those of sticking joints, from v."""
         self._rate = self._step * (self.try_joints(self.motion)[1] @ (self._directions.T @ v))
 
     def advance(

@@ -1,9 +1,8 @@
 """Spectral moments of a measured surface, and McCool's summits.
 
 Slopes and curvatures are finite differences of the sampled heights, along rows and along columns:
-
-    slope      (z[i+1] - z[i]) / h                in the middle between two points curvature
-    (z[i+1] - 2 z[i] + z[i-1]) / h^2   at a point
+the slope (z[i+1] - z[i])/h in the middle between two points, and the curvature (z[i+1] - 2 z[i] +
+z[i-1])/h^2 at a point.
 
 Both are central differences, used wherever all their points are present. For a wave of wavenumber q
 they multiply by K and K^2 instead of q and q^2, with K = (2/h) sin(q h/2). So m0, m2 and m4 are

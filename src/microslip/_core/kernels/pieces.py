@@ -29,9 +29,9 @@ _SHARES, _WEIGHTS = gauss_legendre(16)
 def _mean_matrix(roots: bool) -> Floats:
     """Return the matrix from the Chebyshev series of a slope on a piece to powers of its mean.
 
-    The mean, a function of the distance z from the end of the piece, is that of the slope at
-    distances z t over 0 <= t <= 1: G of ``_pieces.h`` over the width. With ``roots`` the integral
-    is over sqrt(t).
+    The mean, called G in ``_pieces.h``, is a function of the distance z from the end of the piece:
+    the average of the slope at distances z t over 0 <= t <= 1, or with ``roots`` over 0 <= sqrt(t)
+    <= 1.
     """
     weights = 2.0 * _SHARES * _WEIGHTS if roots else _WEIGHTS
     places = 2.0 * _Y[:, None] * _SHARES - 1.0

@@ -143,7 +143,7 @@ class Profile(Locked):
 
     @cached_property
     def loss_rules(self) -> Floats:
-        """Quadrature of slip losses, then the integrals of N beyond the middle of each panel."""
+        """Quadrature rules of slip losses, then integrals of N beyond each panel's middle."""
         odd = self.coefficients * (-1.0) ** np.arange(kernels.PROFILE_TERMS)
         left, right = (
             0.5 / self.inverse_width * (c / np.arange(1.0, kernels.PROFILE_TERMS + 1.0)).sum(axis=1)

@@ -110,7 +110,7 @@ class HeightDistribution(Parametric, ABC):
         return plain(self._moment(TWICE_ORDERS[order], sized("threshold", threshold)))
 
     def probability_above(self, height: ArrayLike) -> Any:
-        """Probability of a height above ``height`` [m] (19.5), any shape; raises as :meth:`cdf`."""
+        """Probability of a height above ``height`` [m] (19.5), for heights of any shape."""
         return plain(np.clip(self._moment(0, sized("height", height)), 0.0, 1.0))
 
     def cdf(self, height: ArrayLike) -> Any:
@@ -123,7 +123,7 @@ class HeightDistribution(Parametric, ABC):
     def pdf(self, height: ArrayLike) -> Any:
         """Probability density [1/m] at ``height`` [m], any shape; (19.25) for Gaussian heights.
 
-        Raises as :meth:`cdf`, and for individually given heights, which have no density.
+        Raises InputError for individually given heights, which have no density.
         """
         return plain(self._density(sized("height", height)))
 

@@ -69,7 +69,7 @@ class Step(NamedTuple):
 
 
 class Diagram:
-    """Rows of D(eta), largest eta first, with the last separation, place and T/mu.
+    """Rows of D(eta), largest eta first, with the last separation, displacement/kappa and T/mu.
 
     A row is an interval of eta with constant D. Separations are relative to that at the start,
     which avoids cancellation at a constant load. There is one row per open reversal and one per
@@ -110,7 +110,10 @@ class Diagram:
         return min(low, self.separation), max(high, self.separation)
 
     def respond(self, separation: Floats, place: Floats, curve: LoadCurve) -> Floats:
-        """Return T/mu [N] along separations and places [m], one-dimensional; update the diagram."""
+        """Return T/mu [N] along a record and update the diagram.
+
+        ``separation`` and ``place``, displacement/kappa, are one-dimensional [m].
+        """
         arguments, result = curve.arguments(*self._reach(separation)), np.empty(separation.size)
         # A curve without a profile is evaluated once per call, which needs memory.
         step = _BLOCK if len(arguments) == 1 else separation.size
@@ -153,7 +156,7 @@ class Diagram:
         return rows
 
     def hold(self, separation: Floats, value: Floats, curve: LoadCurve) -> Floats:
-        """Return the places [m] at which T/mu has given values [N], and update the diagram."""
+        """Return displacements/kappa [m] at T/mu [N] along a record, and update the diagram."""
         result = np.empty(value.size)
         stack, values = self._reserve(value.size)
         profile = curve.profile(*self._reach(separation))
@@ -184,7 +187,10 @@ class Diagram:
     # -- one step at a time -------------------------------------------------------------------
 
     def probe(self, separation: float, place: float, curve: LoadCurve) -> Step:
-        """Return the outcome of a step to a separation and place without changing the diagram."""
+        """Return the outcome of a step without changing the diagram.
+
+        ``place`` is the displacement/kappa [m] after the step.
+        """
         last = self.separation
         outcome = kernels.compiled.coupled_step(
             separation, place, self.stack, self.values, self.depth, last, self.place,
@@ -194,7 +200,7 @@ class Diagram:
 
     @property
     def slip(self) -> float:
-        """Value D of the newest row if it has slipped, 1 or -1, otherwise 0."""
+        """Value of D left by the last step if it caused slip, 1 or -1; otherwise 0."""
         density = float(self.stack[self.depth - 1, 1]) if self.depth else 0.0
         return density if abs(density) == 1.0 else 0.0
 
@@ -242,7 +248,10 @@ class Diagram:
     # -- slip -----------------------------------------------------------------------------------
 
     def runs(self, separation: Floats, places: Floats) -> Floats:
-        """Return the advances of the slip front along a record, one per column; see SlipLosses."""
+        """Return the advances of the slip front along a record, one per column.
+
+        The rows are described at :meth:`.exact_curves.SlipLosses.of`.
+        """
         return kernels.slip_runs(separation, places, self.stack, *self._last)
 
     def losses(self, separation: Floats, displacement: Floats, curve: LoadCurve) -> Floats:
@@ -289,7 +298,7 @@ class EnergyAccumulator:
     def note(
         self, separation: Floats, displacement: Floats, diagram: Diagram, curve: LoadCurve
     ) -> None:
-        """Collect the steps of a record, after which the memory is ``diagram``."""
+        """Store the steps of a record for later; ``diagram`` is the state at its end."""
         self._separations.append(separation)
         self._displacements.append(displacement)
         self._pending += separation.size

@@ -371,7 +371,7 @@ class State(Resumable):
     # -- a step -----------------------------------------------------------------------------------
 
     def _trial_of(self, x: float, step: float | None, normal_load: float | None = None) -> Any:
-        """Return a trial and what :meth:`_apply` needs; ``step`` is None at constant load."""
+        """Return a trial and the arguments of :meth:`_apply`; ``step`` is None at constant load."""
         if step is None:
             half, sign, start, move = self._memory.probe(x)
             value, slope = self._law._backbone_at(half)

@@ -41,7 +41,7 @@ class VectorResponse(FieldResponse):
 
 @dataclass(frozen=True, eq=False)
 class SliderBank:
-    """Sliders common to all nodes, with factors from sums of sliders to forces of nodes."""
+    """Sliders common to all nodes, with factors that convert slider forces to forces of nodes."""
 
     tops: Floats
     """Separation, or displacement at constant load, at which each slider begins to slip [m]."""
@@ -58,12 +58,12 @@ class SliderBank:
 
     @cached_property
     def scales(self) -> Floats:
-        """Force of each node per unit of the slider sum, times the slip per place."""
+        """Force of each node over the sum of the slider forces, times kappa of the node."""
         return np.ones(self.size) if self.nodes is None else self.nodes.weights
 
     @cached_property
     def slips(self) -> Floats:
-        """Displacement over place of each node [-], kappa; 1 for a law at constant load."""
+        """Factor kappa of each node from slider coordinates to displacements [-], or 1."""
         return np.ones(self.size) if self.nodes is None else self.nodes.slips
 
     @cached_property

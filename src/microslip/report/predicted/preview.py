@@ -199,7 +199,6 @@ def _walk(source: Any, values: Any, path: str = "") -> Iterator[tuple[str, Any, 
 
 
 def _first_item(value: Any) -> Any:
-    """Return the first item of a list, or the value itself if it is not a list."""
     return value[0] if isinstance(value, (list, tuple)) else value
 
 

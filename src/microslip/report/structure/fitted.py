@@ -116,7 +116,6 @@ def _compared(test: ModalTest, curve: ModalCurve, band: Floats) -> Table:
 
 
 def _strongest_correlation(identified: ModalIdentification) -> str:
-    """Describe the pair of parameters with the largest correlation."""
     names, matrix = tuple(identified.values), abs(identified.correlation)
     if len(names) < 2:
         return ""

@@ -154,7 +154,6 @@ def frequency_response(
 
 
 def _nodes(part: StructurePart) -> tuple[Node, Node]:
-    """Return the points of sensor and force."""
     places = [part.sensors[name] for name in ("sensor", "force")]
     pushed = 1 if places[0][0] == places[1][0] else 2
     words = [

@@ -104,7 +104,10 @@ def _against(mode: Mode, band: Floats, moved: Floats, value: Floats) -> tuple[in
 
 
 def _unit(mode: Mode, band: Floats, moved: Floats, value: Floats, name: str) -> str:
-    """Return the unit error that would put all points of a test inside the band, or ""."""
+    """Name the unit error, such as rad/s for Hz, that would put a whole test inside the band.
+
+    Return "" if there is none.
+    """
     tries = [(factor, 1.0, word) for factor, word in _UNITS]
     tries += [(1.0, factor, word) for factor, word in _FACTOR[name]]
     for of_amplitude, of_value, word in tries:

@@ -283,11 +283,6 @@ def _tables(here: Path) -> Iterator[Seed]:
     face = cast(ms.MeasuredContact, ms.MeasuredContact.examples()[0])
     face.save(here / "face.npz")
     yield _of(here / "face.npz", ms.MeasuredContact.load_file)
-    found = {
-        "parameters": {"friction_coefficient": {"value": 0.5, "standard_error": 0.01}},
-        "correlation": {"names": ["friction_coefficient"], "matrix": [[1.0]]},
-    }
-    yield Seed("found/summary.json", json.dumps({"fits": [found]}).encode(), _found)
     small_joint().save(here / "reduced.npz")
     yield _of(here / "reduced.npz", ms.ReducedJoint.load)
     decay = np.exp(-3.0 * np.arange(2000) * 2e-4) * np.cos(1e3 * np.arange(2000) * 2e-4)
@@ -297,11 +292,6 @@ def _tables(here: Path) -> Iterator[Seed]:
     yield _of(here / "decay.csv", ms.ModalTest.read)
     listed = b"name,joint.normal_load\n1,100 N\n2,200 N\n3,1 kN\n"
     yield Seed("list.csv", listed, lambda path: items_of(path, path.parent / "study.toml"))
-
-
-def _found(path: Path) -> ms.Study:
-    part = f'[uncertainty]\nidentification = "{path.parent.name}"\nsamples = 64\n'
-    return ms.Study.from_toml(STUDY + part, folder=path.parents[1])
 
 
 def _studies(here: Path) -> Iterator[Seed]:

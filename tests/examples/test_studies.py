@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import microslip as ms
-from microslip.report.predicted.preview import preview
 from microslip.study.build import build_joints
 
 FOLDER = Path(__file__).parents[2] / "examples"
@@ -55,16 +54,6 @@ def test_bolts_equal_the_same_in_python() -> None:
     spread = ms.Pressure.bolt("M8", [6e-3, 10e-3], count=4, rings=8)
     assert np.sum(spread.shares * 64e3) == pytest.approx(bolts.normal_load)
     assert bolts.pressure.area == spread.area
-
-
-def test_what_loops_did_not_determine_is_flagged_as_a_likely_unit_error(tmp_path: Path) -> None:
-    text = (FOLDER / "al2017.toml").read_text("utf-8")
-    text = text.replace("schema = 1", 'schema = 1\nnot_identified = ["surface.radius"]')
-    study = ms.Study.from_toml(text)
-    (asked,) = preview(study).data["questions"]
-    assert asked.startswith("surface.radius: the loops from which")
-    with pytest.raises(ms.StudyError, match=r"^study: not_identified"):
-        ms.Study.from_toml(text.replace('["surface.radius"]', "3"))
 
 
 def test_the_milled_scan_is_what_its_program_makes(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -198,7 +198,6 @@ NAMES_A_FILE = '[excitation]\nhistory = { file = "/etc/passwd", column = "x" }\n
         ("file", NAMES_A_FILE),
         ("scan", '[surface]\nscan = "/etc/passwd"\n'),
         ("scan", '[surface.first]\nscan = ["a.plu", "/etc/passwd"]\n'),
-        ("identification", '[uncertainty]\nidentification = "/home"\n'),
         ("file", '[[a]]\nb = [{ c = { file = "x" } }]\n'),
     ],
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import Floats, Progress
 from microslip._core.errors import InputError, StudyError
-from microslip.contact import GreenwoodWilliamson, MeasuredContact, NormalLaw
+from microslip.contact import MeasuredContact, NormalLaw
 from microslip.contact.materials import MaterialPair
 from microslip.friction import Interface
 from microslip.study.consistency import check_consistency
@@ -156,17 +156,6 @@ class Design:
         if self._pieces is not None:
             count = self._pieces.shape[1]
             self.inputs.append(Input("surface.scan", f"{count} pieces, resampled together"))
-        names: tuple[str, ...] = ()
-        if self.part.identification is not None:
-            names, self._fitted, covariance = self.part.fit
-            self._root = np.linalg.cholesky(covariance + 1e-14 * np.diag(np.diag(covariance)))
-            self.inputs += [
-                Input(f"identified {name}", f"{value:.4g} ± {math.sqrt(square):.2g}")
-                for name, value, square in zip(
-                    names, self._fitted, np.diag(covariance), strict=True
-                )
-            ]
-        self._names = names
         correlation = np.eye(len(self.inputs))
         correlation[: len(self.spreads), : len(self.spreads)] = self.correlation
         self.correlation = correlation
@@ -230,66 +219,23 @@ class Design:
 
         shares = ndtr(scores)
         study: StudyDescription = with_values(self.study, self.values(shares))
-        place, std, density = len(self.spreads), 1.0, 1.0
         if self._pieces is not None:
-            row = min(int(shares[place] * _REPLICATES), _REPLICATES - 1)
+            row = min(int(shares[len(self.spreads)] * _REPLICATES), _REPLICATES - 1)
             law = build_surface(study)
             assert isinstance(law, MeasuredContact)
             study._law = law.of_pieces(self._pieces[row])
-            place += 1
-        if self._names:
-            std, density = self._identified(study, scores[place:])
-        if (std, density) != (1.0, 1.0):
-            law = build_surface(study)
-            if not isinstance(law, GreenwoodWilliamson):
-                raise StudyError(
-                    f"{self.study.name}: uncertainty: wanted a surface of statistics, whose "
-                    f"spread and density can be drawn, got {type(law).__name__}"
-                )
-            study._law = replace(
-                law,
-                heights=law.heights._scaled(std),
-                density=law.density * density,
-            )
         return study
 
-    def _identified(self, study: StudyDescription, scores: Floats) -> tuple[float, float]:
-        """Apply drawn parameters of an identification to a study, for its normal scores.
-
-        The friction coefficient is set in ``study``. Return the factors by which the standard
-        deviation of heights and the density of summits must be multiplied.
-        """
-        moved = dict(zip(self._names, self._root @ scores, strict=True))
-        value = dict(zip(self._names, self._fitted, strict=True))
-        friction, slip = (
-            math.exp(moved.get(name, 0.0) / value[name]) if name in value else 1.0
-            for name in ("friction_coefficient", "slip_scale")
-        )
-        joint = study.joint
-        assert isinstance(joint, Joint)  # checked when the study was read
-        coefficient = float(joint.friction_coefficient) * friction
-        study.__dict__["joint"] = joint.copy(friction_coefficient=coefficient)
-        std, density = slip / friction, (slip / friction) ** -1.5
-        if "standardised_separation" in moved:
-            law: Any = build_surface(self.study)
-            h, spread = value["standardised_separation"], law.heights.spread
-            there = law.load((h + moved["standardised_separation"]) * spread)
-            density *= float(law.load(h * spread)) / float(there)
-        return std, density
-
     def points(self, samples: int | None = None, count: int = GROUPS) -> Floats:
-        """Return Sobol' or random points in the unit cube, shape (groups, points, inputs)."""
+        """Return scrambled Sobol' points in the unit cube, shape (groups, points, inputs)."""
+        from scipy.stats import qmc
+
         size = 2 ** max(3, math.ceil(math.log2((samples or self.part.samples) / count)))
         groups = []
         for group in range(count):
             rng = np.random.default_rng([self.part.seed, group])
-            if self.part.method == "random":
-                groups.append(rng.random((size, len(self.inputs))))
-            else:
-                from scipy.stats import qmc
-
-                sobol = qmc.Sobol(len(self.inputs), scramble=True, rng=rng)
-                groups.append(sobol.random(size))
+            sobol = qmc.Sobol(len(self.inputs), scramble=True, rng=rng)
+            groups.append(sobol.random(size))
         return np.array(groups)
 
 
@@ -302,9 +248,7 @@ def with_model_spreads(part: Any) -> Any:
 
 def is_uncertain(study: StudyDescription) -> bool:
     """Return whether any input of a study is uncertain."""
-    part = study.uncertainty
-    identified = part is not None and part.identification is not None
-    return identified or next(spreads_of(study), None) is not None
+    return next(spreads_of(study), None) is not None
 
 
 def check_draws(study: StudyDescription) -> None:

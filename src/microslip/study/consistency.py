@@ -150,23 +150,13 @@ def _of_law(study: StudyTables) -> None:
 
 
 def _of_uncertainty(study: StudyTables) -> None:
-    """Reject an uncertainty table without uncertain inputs, and inputs that are drawn twice."""
+    """Reject an uncertainty table without uncertain inputs."""
     part = study.uncertainty
     if part is None:
         return
     names = tuple(key for key, _ in spreads_of(study))
     part.matrix(names)
-    if part.identification is not None:
-        if not isinstance(study.joint, Joint):
-            raise KeyedError("uncertainty.identification", "wanted a [surface], got joint.law_file")
-        fitted = ("joint.friction_coefficient", "surface.heights", "surface.density")
-        for key in names:
-            if key.startswith(fitted):
-                raise KeyedError(
-                    key,
-                    "wanted a single number: its scatter is given by uncertainty.identification",
-                )
-    if not names and part.identification is None:
+    if not names:
         raise KeyedError(
             "uncertainty",
             "wanted an uncertain number in the study, got none; write for example "
@@ -243,13 +233,8 @@ _PRESSURE = UsualRange(1e1, 5e9, "Pa", "joints")
 
 
 def unit_warnings(study: Any) -> list[str]:
-    """Return warnings of values in a probably wrong unit, and of unidentified parameters."""
-    unknown = [
-        f"{key}: the loops from which the study was identified do not determine this number. "
-        "Measure it, then delete the key from not_identified."
-        for key in study.not_identified or ()
-    ]
-    return unknown + [
+    """Return warnings of values in a probably wrong unit."""
+    return [
         question
         for key, value, usual in _values(study)
         if (question := _question(key, float(value), usual)) is not None

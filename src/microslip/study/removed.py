@@ -48,6 +48,11 @@ REMOVED_KEYS: dict[str, str] = {
     "joint.yield_stress": "write hardness of the material, 2.84 times the yield stress",
     "joint.tightening_model": "leave it out: faces yield at the hardness of their material",
     "uncertainty.scan_patches": 'use law = "face", whose pieces are resampled',
+    "uncertainty.identification": "use the joint.toml that identify writes: it carries the "
+    "intervals of the law",
+    "uncertainty.indices": "use scipy.stats.sobol_indices over ms.evaluate in Python",
+    "uncertainty.method": "leave it out: the points are scrambled Sobol' points",
+    "not_identified": "leave it out: the joint.toml that identify writes carries intervals",
     "structure.bolts.order": "leave it out: settled motion does not depend on the tightening order",
     "structure.bolts.passes": "leave it out: each bolt is tightened to its tension",
 }

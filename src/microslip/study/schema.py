@@ -6,7 +6,6 @@ raised, by :mod:`microslip.study.description`.
 
 from __future__ import annotations
 
-import json
 from typing import Any, Literal
 
 import numpy as np
@@ -16,8 +15,6 @@ from microslip._core.checks import Floats
 from microslip._core.frozen import lock
 from microslip._core.units import FORCE, LENGTH, TIME, engineering
 from microslip._core.wording import shorten
-from microslip.readers.files import Unusable, decoded
-from microslip.readers.text import whole_text
 from microslip.study.fields import (
     AMPLITUDE,
     COLUMN,
@@ -29,13 +26,12 @@ from microslip.study.fields import (
     integer,
     one_of,
     scalar,
-    text,
     with_unit,
 )
 from microslip.study.joints import ANY_JOINT
 from microslip.study.metals import with_metals
 from microslip.study.part import LOCATED_TABLES, Part, SubTable, key, located_tables, optional_key
-from microslip.study.readers import FAILED, KeyedError, ListOf, NamedValues, Place, ReadState
+from microslip.study.readers import FAILED, KeyedError, ListOf, NamedValues, Place
 from microslip.study.structure import StructurePart
 from microslip.study.surfaces import ANY_MATERIAL, ANY_SURFACE
 from microslip.study.uncertain import Uncertain, with_linked_values
@@ -72,38 +68,15 @@ class UncertaintyPart(Part):
         "Quantiles of the bands.",
         default=(0.05, 0.5, 0.95),
     )
-    method: str = key(
-        one_of("sobol", "random"),
-        "Sampling by scrambled Sobol' points, or by independent random points.",
-        default="sobol",
-    )
-    indices: bool = key(
-        YES_NO,
-        "Also compute Sobol' indices; this doubles the computing time.",
-        default=False,
-    )
     correlations: tuple[CorrelationPart, ...] = key(
         ListOf(SubTable(CorrelationPart), f"[{{ between = {_KEYS}, value = -0.5 }}]", (1, 100)),
         "Correlations of the uncertain numbers.",
         default=(),
     )
-    identification: str | None = optional_key(
-        text("the name of a folder", "records-identified"),
-        "Folder written by microslip identify; friction, standard deviation of the heights and "
-        "density are drawn from its covariance.",
-    )
-    fit: tuple[tuple[str, ...], Floats, Floats]
-    """Names, values and covariance of the identified parameters."""
 
     def check(self, place: Place) -> None:
-        """Sort the quantiles, and read the identified parameters, if any."""
+        """Sort the quantiles."""
         self.__dict__["quantiles"] = tuple(sorted(self.quantiles))
-        if self.identification is None:
-            return
-        try:
-            self.keep(fit=read_fit(place.reading, self.identification))
-        except (OSError, ValueError) as error:
-            raise KeyedError(".identification", f"{self.identification}: {error}") from None
 
     def matrix(self, names: tuple[str, ...]) -> Floats:
         """Return the correlation matrix of the normal scores of the named uncertain numbers."""
@@ -125,38 +98,6 @@ class UncertaintyPart(Part):
                 "contradict each other",
             )
         return matrix
-
-
-_FITTED = ("friction_coefficient", "slip_scale", "standardised_separation")
-
-
-def read_fit(reading: ReadState, folder: str) -> tuple[tuple[str, ...], Floats, Floats]:
-    """Return names, values and covariance of the parameters of an identified interface.
-
-    They are read from the result folder of an identification.
-    """
-    path = reading.path(folder) / "summary.json"
-    if not path.exists():
-        raise ValueError("no such folder of an identification (it has no summary.json)")
-    with decoded("result of identify"):
-        fit = json.loads(whole_text(path))
-        if "curves" in fit:
-            raise Unusable(
-                "wanted the covariance of an interface, as versions before 0.3 wrote it; the "
-                "joint.toml in that folder carries the intervals of the law"
-            )
-        while "parameters" not in fit:
-            fit = fit["fits"][0] if "fits" in fit else fit["identification"]
-        names = tuple(name for name in fit["correlation"]["names"] if name in _FITTED)
-        if "friction_coefficient" not in names:
-            raise Unusable("wanted the identification of an interface, got that of another law")
-        places = [fit["correlation"]["names"].index(name) for name in names]
-        correlation = np.array(fit["correlation"]["matrix"])[np.ix_(places, places)]
-        errors = np.array([float(fit["parameters"][name]["standard_error"]) for name in names])
-        values = np.array([float(fit["parameters"][name]["value"]) for name in names])
-        if not (np.abs(correlation) <= 1.0 + 1e-9).all() or not (errors < 1e40).all():
-            raise Unusable("wanted correlations within -1 and 1 and finite standard errors")
-    return names, values, correlation * np.outer(errors, errors)
 
 
 _SCHEMA = 1
@@ -278,11 +219,6 @@ class StudyTables(Part):
         alias="schema",
     )
     title: str = key(LINE, "Title of figures, tables and the report; one line.", default="")
-    not_identified: tuple[str, ...] | None = optional_key(
-        ListOf(text("a key", "surface.radius"), '["surface.radius"]', (1, 20), single=True),
-        "Keys whose values the identified loops did not determine, as written by "
-        "`microslip identify`. A warning is shown for them until they are removed from this list.",
-    )
     material: dict[str, Any] = key(
         NamedValues(ANY_MATERIAL, '{ mine = { young_modulus = "69 GPa", poisson_ratio = 0.33 } }'),
         "Materials by name. Metals of `microslip materials` need no entry; an entry "

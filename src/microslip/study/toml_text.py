@@ -63,8 +63,8 @@ def apply(
     return _with_comments(text, data, changes), data, changes
 
 
-FILE_KEYS = ("file", "law_file", "scan", "identification")
-"""Keys with the name of a file or a folder."""
+FILE_KEYS = ("file", "law_file", "scan")
+"""Keys with the name of a file."""
 
 
 def edited_text(text: str, values: Mapping[tuple[str, ...], Any]) -> str:

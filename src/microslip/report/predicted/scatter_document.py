@@ -93,18 +93,14 @@ def _half_widths(scatter: PredictionScatter, name: str) -> Floats:
 
 
 def _of_input(decision: Contributions, place: int) -> dict[str, Any]:
-    """Return the contribution of one input to a result, with Sobol' indices if computed."""
+    """Return the contribution of one input to a result."""
     arrays = {"share": decision.shares, "low": decision.low, "high": decision.high}
-    if decision.first is not None and decision.total is not None:
-        arrays |= {"first": decision.first, "total": decision.total}
     return {name: json_value(values[place]) for name, values in arrays.items()}
 
 
 def _ranking(result: Prediction, scatter: PredictionScatter) -> Table:
     columns = (
         Column("share", "Fraction of the variance of ln η", "", write=cells.percent, short="share"),
-        Column("first", "Sobol’ index, first", "", write=cells.ratio, short="first"),
-        Column("total", "Sobol’ index, total", "", write=cells.ratio, short="total"),
         Column("low", "η at its 5 %", "", write=cells.ratio),
         Column("high", "η at its 95 %", "", write=cells.ratio),
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from microslip.friction.sweeps.quantiles import intervals, ranking
 from microslip.study.build import Design, Input
 from microslip.study.description import StudyDescription
 from microslip.study.runs.columns import AmplitudeCurve
-from microslip.study.schema import GROUPS, CurveRange
+from microslip.study.schema import CurveRange
 
 Variables = Mapping[str, Variable]
 Compute = Callable[[StudyDescription], Variables]
@@ -40,8 +40,6 @@ class Contributions:
     explained: float  # fraction of the variance explained by the regression
     low: Floats  # result with one input at its 5 % quantile, the others at their medians
     high: Floats  # result with one input at its 95 % quantile
-    first: Floats | None = None  # first-order Sobol' indices, if requested
-    total: Floats | None = None  # total Sobol' indices, if requested
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,8 +158,6 @@ def scatter(
             by_group = stack[:count].reshape(groups, size, *variable.values.shape)
             ends[name] = intervals(by_group, design.part.quantiles)
     decisions = _decisions(design, stacks, scores, count)
-    if design.part.indices:
-        decisions = _with_indices(design, compute, decisions, workers)
     return PredictionScatter(
         tuple(design.inputs), count, quantiles, bands, ends, decisions, _notes(design, left_out)
     )
@@ -201,32 +197,6 @@ def _decisions(
                     )
                 )  # fmt: skip
     return tuple(decisions)
-
-
-def _with_indices(
-    design: Design, compute: Compute, decisions: Sequence[Contributions], workers: int
-) -> tuple[Contributions, ...]:
-    """Add Sobol' indices of the logarithm of each result, from samples of their own."""
-    from scipy.stats import sobol_indices, uniform
-
-    inputs = len(design.inputs)
-    count = 2 ** max(4, math.ceil(math.log2(design.part.samples / 4)))
-
-    def logs(points: Floats) -> Floats:
-        scores = design.scores(points.T)
-        rows = []
-        for sample in _results(design, compute, scores, workers, lambda share: None):
-            rows.append([float(sample[d.name][d.load, d.amplitude]) for d in decisions])
-        return np.asarray(np.log(np.array(rows).T))
-
-    rng = np.random.default_rng([design.part.seed, GROUPS])
-    indices = sobol_indices(func=logs, n=count, dists=[uniform()] * inputs, rng=rng)
-    return tuple(
-        replace(decision, first=first, total=total)
-        for decision, first, total in zip(
-            decisions, indices.first_order, indices.total_order, strict=True
-        )
-    )
 
 
 def _notes(design: Design, left_out: Sequence[str]) -> tuple[str, ...]:

@@ -239,7 +239,7 @@ def members(name: str, value: Any, kind: type, expected: str) -> list[Any]:
 
 
 def beyond(values: Any, scale: Any) -> Any:
-    """Divide ``values`` by ``scale``; an overflow gives infinity, without a warning."""
+    """Divide ``values`` by ``scale``; return infinity on overflow, without a warning."""
     with np.errstate(over="ignore"):
         return values / scale
 

@@ -337,7 +337,7 @@ def manifest_names(manifest: Upload, uploads: Sequence[Upload]) -> dict[str, str
     Raises
     ------
     InputError
-        If the files in the manifest are not exactly the uploaded ones.
+        If the manifest lists other files than the uploads.
     """
     from microslip.laboratory.manifest import Manifest
 

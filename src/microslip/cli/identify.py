@@ -84,8 +84,8 @@ def identify(
     """Identify a joint from one or more RECORDs, at several loads and amplitudes.
 
     Reports force, energy and damping against amplitude with their intervals, the stiffness at rest
-    and the force limit. A folder stands for its records; files that cannot be read are listed and
-    skipped. --study adds the parameters of the interface. -o writes a report, figures, tables,
+    and the force limit. A RECORD may be a folder of records; files that cannot be read are listed
+    and skipped. --study adds the parameters of the interface. -o writes a report, figures, tables,
     law.json and joint.toml, a study for microslip predict with the same intervals.
 
     If the study describes a bolted structure, each RECORD is a test of one of its modes (ring-down,

@@ -197,9 +197,9 @@ class Output(NamedTuple):
 
     @contextmanager
     def staged(self, kind: str, noun: str) -> Iterator[Path | None]:
-        """Return a context that gives a temporary folder, the later output folder.
+        """Return a context that yields a temporary folder, renamed to the output folder at its end.
 
-        It gives None without an output folder. Enter it before computing, so that errors come
+        It yields None without an output folder. Enter it before computing, so that errors come
         early.
         """
         if self.folder is None:

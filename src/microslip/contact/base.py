@@ -338,7 +338,7 @@ class NormalLaw(Parametric, ABC):
         return -self._derivative(d + u, 1)
 
     def _excess(self, d: Floats | float, u: Floats) -> Floats:
-        """Return half the integral of v (u - v) N''(d + v) over [0, u], not cancelling [N m]."""
+        """Return half the integral of v (u - v) N''(d + v), 0 <= v <= u, without cancellation."""
         if self._spheres is not None:
             return self._spheres.sum(EXCESS, d, u)
         return quadrature.excess(self, d, u, self._by_pieces)

@@ -58,12 +58,12 @@ EXCESS_SLOPE = Kind(1.5, 2, lambda x, q, p: 0.25 * p * p * (2.0 + q), lambda v, 
 class Contacts:
     """Contacts of given summits at one separation, with indentations s and load constants k.
 
-    Sums are functions of a step v of the separation; a summit slips fully at v = s. Few contacts
-    are summed directly. For many, only summits with s near v are summed directly; fully slipped
-    summits are cumulative sums, and the remaining sum, smooth in v, is a polynomial on each panel
-    of v. Polynomials are gathered from coarse to fine panels (as in a fast multipole method): n
-    contacts cost O(n log n) once and O(1) per value. Panels extend to eight times the median of s;
-    summits with larger s have their own panels.
+    Sums are functions of an increment v of the separation; a summit slips fully at v = s. Few
+    contacts are summed directly. For many, only summits with s near v are summed directly; fully
+    slipped summits are cumulative sums, and the remaining sum, smooth in v, is a polynomial on each
+    panel of v. Polynomials are gathered from coarse to fine panels (as in a fast multipole method):
+    n contacts cost O(n log n) once and O(1) per value. Panels extend to eight times the median of
+    s; summits with larger s have separate panels.
     """
 
     def __init__(self, indentations: Floats, constants: Floats) -> None:
@@ -89,7 +89,7 @@ class Contacts:
         self._inside = inside
 
     def sum(self, kind: Kind, v: Floats) -> Floats:
-        """Return the sum of a kind at steps ``v`` >= 0 [m], one-dimensional."""
+        """Return the sum of a kind for increments ``v`` >= 0 [m] of separation, one-dimensional."""
         result = np.empty(v.size)
         if not self._panels:
             everyone = np.arange(self._s.size)
@@ -226,10 +226,10 @@ class Spheres:
         return result.reshape(separation.shape)
 
     def sum(self, kind: Kind, d: Floats | float, v: Floats) -> Floats:
-        """Return the sum of a kind over the contacts at separation ``d`` [m], for steps ``v`` [m].
+        """Return the sum of a kind over the contacts at separation ``d``, for increments ``v`` [m].
 
-        If ``d`` is an array with one separation for each step, every summit is evaluated for every
-        step.
+        If ``d`` is an array with one separation for each increment, every summit is evaluated for
+        every increment.
         """
         if isinstance(d, np.ndarray):
             result = np.zeros(v.size)

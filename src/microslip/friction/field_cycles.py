@@ -347,7 +347,7 @@ class SettledField:
 
 
 def _per_sample(nodes: Nodes, name: str, value: ArrayLike) -> Floats:
-    """Check cycles of shape (samples,) or (nodes, samples) and give one to each node."""
+    """Check cycles of shape (samples,) or (nodes, samples); return shape (nodes, samples)."""
     array = floats(name, value, "m")
     if array.ndim not in (1, 2) or (array.ndim == 2 and array.shape[0] != nodes.size):
         raise InputError(

@@ -248,8 +248,8 @@ class IsotropicField(Locked):
     def load_error(self) -> float:
         """Largest relative error of the piecewise linear load curve [-].
 
-        The range is from the smallest separation to that of the lightest node at rest. The relative
-        error of mu N at both ends of slip bounds that of the forces.
+        The curve covers separations from the smallest one to that of the most lightly loaded node
+        at rest. The relative error of mu N at both ends of slip bounds that of the forces.
         """
         last = float(_places_at_rest(self.field)[self.field.normal_loads > 0.0].max())
         inner = self.knots[:-1][self.knots[1:] <= last]

@@ -45,11 +45,11 @@ class Cycle(NamedTuple):
 
 
 def cycle_of(folded: Folded, even: float = 1.0) -> Cycle:
-    """Return the branches of a folded record, through its bins, corners and turning points.
+    """Return the branches of a folded record, with nodes at bins, corners and turning points.
 
     The nodes of a bin are its samples, if they are known. Otherwise they are two: the mean phase of
-    the bin minus and plus ``even`` times the standard deviation of its phases. With ``even`` the
-    root of 3 they are the ends of a bin whose phases are evenly distributed.
+    the bin minus and plus ``even`` times the standard deviation of its phases. With ``even`` =
+    sqrt(3) they are the ends of a bin whose phases are evenly distributed.
     """
     is_wide = bool(np.any(folded.spread > 0.0))
     width = even * folded.spread

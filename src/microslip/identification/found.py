@@ -435,7 +435,7 @@ class Identification(Locked, Plottable):
 
     @cached_property
     def rig(self) -> Estimate:
-        """Rig stiffness [N/m]: as given, or at least the initial stiffness of the loops."""
+        """Rig stiffness [N/m] as given, or a lower bound: the initial stiffness of the loops."""
         if self.rig_stiffness is not None:
             value, error = self.rig_stiffness
             if math.isinf(value):

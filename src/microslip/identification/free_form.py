@@ -194,7 +194,7 @@ class FreeForm:
     def _thin(self) -> None:
         """Remove thresholds without stiffness if there are many; the fitted minimum is unchanged.
 
-        Neighbours of thresholds with stiffness, and every few of the others, are kept.
+        Not removed are neighbours of thresholds with stiffness, and every few of the others.
         """
         used = self.k[:-1] > 0.0
         kept = used.copy()

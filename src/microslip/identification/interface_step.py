@@ -336,7 +336,8 @@ def _summits(
     """Return name, unit and function of the summits' radius, number, density and contact area.
 
     Loops determine only the density times the root of the radius; ``measured``, such as a contact
-    area (density times radius), separates the two. The functions take the parameters by name.
+    area (density times radius), separates the two. Arguments of the functions are parameters by
+    name.
     """
     name, value, _, load = measured
 

@@ -187,7 +187,7 @@ def _with_columns(fit: FreeForm, signature: Signature) -> float:
 
 
 def _even(fits: Sequence[FreeForm]) -> float:
-    """Return the share of the residual's power [-] that repeats every half cycle."""
+    """Return the fraction of the residual's power [-] that repeats every half cycle."""
     even = total = 0.0
     for fit in fits:
         for rows in fit.rows:

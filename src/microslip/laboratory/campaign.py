@@ -314,7 +314,7 @@ def with_unlogged_cycles(
 ) -> Wear:
     """Fit :func:`proportional` and widen its interval by the error of unlogged cycles.
 
-    The errors [J] are bounds that all records of a contact share, so the change of the coefficient
+    The errors [J] are bounds common to all records of a contact, so the change of the coefficient
     is added to each end of the interval, not in quadrature.
     """
     wear = proportional(names, work, volume, confidence)

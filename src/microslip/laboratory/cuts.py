@@ -199,7 +199,7 @@ def _times(count: int) -> str:
 
 
 def _crossings(x: Floats, band: float) -> tuple[Floats, NDArray[np.bool_]]:
-    """Return the zero crossings [samples] between values beyond a band, and which go upwards."""
+    """Return zero crossings [samples] between values outside a band, and a mask of upward ones."""
     outside = np.flatnonzero(np.abs(x) > band)
     if outside.size == 0:
         return np.zeros(0), np.zeros(0, dtype=bool)

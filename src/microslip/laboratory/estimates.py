@@ -165,7 +165,7 @@ def _of_mean(values: Floats, confidence: float, fitted_count: int) -> tuple[floa
 
 
 def with_gain(estimate: Estimate, relative: float, confidence: float) -> Estimate:
-    """Add a relative gain error that all values share to the interval of a mean."""
+    """Widen the interval of a mean by a relative gain error common to all values."""
     if relative == 0.0 or not math.isfinite(estimate.value):
         return estimate
     error = relative * abs(estimate.value)

@@ -167,8 +167,8 @@ def errors_of_steps(values: Floats, step: float, column: NDArray[np.int64]) -> N
     """Return possible errors of the bin means due to converter steps [half steps] (errors, bins).
 
     If the samples of a bin lie on one or two steps, the mean does not determine the value in
-    between: adjacent bins on one step share a constant error and a linear one. Empty if noise
-    spreads the samples over more steps.
+    between: adjacent bins on one step have a common constant error and a common linear one. Empty
+    if noise spreads the samples over more steps.
     """
     number = np.rint((values - values[0]) / step)
     total = np.bincount(column)

@@ -58,7 +58,8 @@ class Balance:
     def linear(self, coefficients: Floats, omega: float, damping: Floats | float) -> Floats:
         """Return the forces of inertia, damping and sticking stiffness (modes, size).
 
-        ``damping``, -2 zeta omega [rad/s], is a factor of velocities besides the damping matrix.
+        ``damping``, -2 zeta omega [rad/s], multiplies velocities, in addition to the damping
+        matrix.
         """
         orders = self.basis.orders
         square = self.model.squares[:, None] - (orders * omega) ** 2

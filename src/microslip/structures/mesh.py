@@ -72,8 +72,8 @@ class Shank(NamedTuple):
 class JointMesh:
     """Mesh of hexahedra or tetrahedra with its bodies, contact faces and bolts.
 
-    Corners are in VTK's order. Cells that share corners are joined; the two sides of a contact
-    share none.
+    Corners are in VTK's order. Cells with common corners are joined; the two sides of a contact
+    have no common corners.
     """
 
     points: Floats

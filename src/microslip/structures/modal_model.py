@@ -33,8 +33,8 @@ _MODES_KEPT = 40  # modes of a larger structure, besides its answers to each joi
 class ModalModel:
     """Modal equations x = shapes q, q'' + damping q' + squares q + joint forces = modal forces.
 
-    ``squares`` include the stiffness of sticking joints, so joint forces are those beyond sticking.
-    Rigid-body motions that deform no joint are not among the modes.
+    ``squares`` include the stiffness of sticking joints; joint forces are relative to those of
+    sticking joints. Rigid-body motions that deform no joint are not among the modes.
     """
 
     shapes: Floats

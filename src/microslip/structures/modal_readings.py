@@ -228,8 +228,8 @@ def _means_in_time(
 ) -> Values:
     """Return means over time intervals in which the amplitude decreases by a common factor.
 
-    The damping of an interval is the slope of the logarithm of the amplitude, which many cycles
-    determine better than two neighbouring ones.
+    The damping of an interval is the slope of the logarithm of the amplitude over its cycles, which
+    is more accurate than the ratio of two neighbouring amplitudes.
     """
     level = np.log(amplitude)
     lowest = np.minimum.accumulate(level)

@@ -73,7 +73,7 @@ class HarmonicBasis:
 
 
 def harmonic_basis(harmonics: Sequence[int], samples: Any) -> HarmonicBasis:
-    """Validate harmonics and samples; the mean is added."""
+    """Validate harmonics and number of samples; return the basis with the mean added."""
     orders = rising_orders("harmonics", harmonics)
     if 1 not in orders:
         raise InputError(f"harmonics must include 1, got {show(harmonics)}; write harmonics=[1, 3]")

@@ -424,8 +424,8 @@ def random_response(
     Returns
     -------
     RandomResponse
-        Standard deviations, peaks, equivalent frequencies and damping ratios, the power that
-        joints lose, and verdicts on what was assumed.
+        Standard deviations, peaks, equivalent frequencies and damping ratios, power dissipated by
+        the joints, and verdicts on the assumptions.
 
     Notes
     -----

@@ -186,7 +186,8 @@ def _check_joined(mesh: JointMesh) -> None:
 def _axial(mesh: JointMesh, elements: Elements, shank: Any) -> tuple[Floats, float]:
     """Return the elongation of a shank, as a functional of displacements, and its stiffness [N/m].
 
-    Both follow from the mean axial stress. Without the shank's axial stiffness this stress is zero.
+    The elongation is the mean axial stress of the finite elements times the cross-section, divided
+    by the stiffness of the shank under uniaxial strain.
     """
     owner = next(b for b in mesh.bodies if np.isin(shank.cells[:1], b.cells).all())
     heights = mesh.points[mesh.cells[shank.cells]] @ shank.axis

@@ -92,7 +92,7 @@ class TimeSteps:
         return force - self._joints.stuck * motion, self._joints.tangent_matrix(slopes)
 
     def commit(self, motion: Floats, short: Floats) -> None:
-        """Accept the last trial of the joints; store its motion and forces beyond sticking."""
+        """Accept the last trial of the joints, and store its motion and joint forces."""
         for state in self._states:
             state.commit()
         self.motion, self.short = motion, short

@@ -163,7 +163,7 @@ class SubTable(Reader):
         return schemas[0] if len(schemas) == 1 else {"oneOf": schemas}
 
     def tables(self) -> Iterator[tuple[str, type[Part]]]:
-        """Yield the table, or each variant with the key that selects it."""
+        """Yield the single table, or all variants, each with the key that selects the variant."""
         if self.single is not None:
             return iter([("", self.single)])
         words = f' with {self.tag} = "{{}}"' if self.tag else ""

@@ -76,7 +76,7 @@ _ITEM_NUMBER = re.compile(r", item \d+")
 def removed_key(key: str, tables: Mapping[str, Any] = MappingProxyType({})) -> str | None:
     """Return the error message for a key of an earlier version, or None for other keys.
 
-    The message contains converted numbers if ``tables`` of the study has the necessary ones.
+    The message contains converted numbers if ``tables`` of the study give all values they need.
     """
     key = _ITEM_NUMBER.sub("", key)
     remedy = REMOVED_KEYS.get(key)
@@ -103,7 +103,7 @@ def removed_value(
 ) -> str | None:
     """Return the error message for a value of an earlier version, or None for other values.
 
-    The message contains converted numbers if ``table`` has the necessary ones.
+    The message contains converted numbers if ``table`` gives all values they need.
     """
     remedy = REMOVED_VALUES.get((_ITEM_NUMBER.sub("", key), value))
     if remedy is None:

@@ -206,7 +206,10 @@ class HeightMap(Locked, Plottable):
 
     @cached_property
     def noise(self) -> float:
-        """Standard deviation of the white noise of an area [m], at most; includes roughness."""
+        """Upper bound of the standard deviation of white noise in an area [m].
+
+        The estimate includes roughness of wavelengths close to the pixel.
+        """
         return noise_std(self.heights)
 
     @property

@@ -282,7 +282,7 @@ class Statistics:
 
 
 def statistics_of(heights: Floats) -> Statistics:
-    """Return the height parameters of heights as they are, without levelling."""
+    """Return the height parameters of heights, without levelling them first."""
     flat = heights.reshape(-1)
     parts = [flat[start : start + _BLOCK] for start in range(0, flat.size, _BLOCK)]
     count, total, low, high = 0, 0.0, math.inf, -math.inf

@@ -136,7 +136,7 @@ def _fit(
     width: Floats,
     origin: float,
 ) -> tuple[Floats, Any]:
-    """Return Chebyshev series of -N' on pieces, one row each, and True for resolved ones."""
+    """Return Chebyshev series of -N' on pieces, one row each, and a mask of resolved pieces."""
     values = fall(x.reshape(-1)).reshape(x.shape)
     series = values @ TO_SERIES
     left_out = np.abs(series[:, kernels.TERMS - 1 :]).max(axis=1)

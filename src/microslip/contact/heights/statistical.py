@@ -189,9 +189,9 @@ class Statistical(DensityHeights):
         return np.where(np.isfinite(values), values, 0.0)
 
     def _probabilities(self, edges: Floats) -> Floats:
-        """Probabilities of the nodes of each panel, shape (panels, nodes).
+        """Probabilities of the point masses that replace the density of each panel (panels, nodes).
 
-        Near an end with infinite density the sum over a panel is its exact probability.
+        Near an end with infinite density their sum over a panel is its exact probability.
         """
         weights = super()._probabilities(edges)
         if not self._singular:

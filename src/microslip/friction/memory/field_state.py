@@ -216,7 +216,7 @@ class FieldState(Resumable):
         return FieldResponse(force, load, tangent, stiffness)
 
     def _steps(self, separations: ArrayLike) -> tuple[Floats, tuple[float, float]]:
-        """Return the steps from rest of trial separations [m], and the range of the curve used."""
+        """Return trial separations as steps from rest [m], and the range of the curve needed."""
         nodes = self._nodes
         if _is_plain(separations, nodes.size):
             step = np.empty(nodes.size)
@@ -344,7 +344,7 @@ class FieldState(Resumable):
         return state
 
     def _repack(self, kept: Integers, rows: Integers) -> None:
-        """Rebuild the pool with room for the rows of each node and 6 % spare capacity.
+        """Rebuild the pool so that each node has enough rows, with 6 % spare capacity.
 
         Only the rows that remain after the step, ``kept`` per node, are copied.
         """

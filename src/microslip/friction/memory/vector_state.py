@@ -82,12 +82,12 @@ class SliderBank:
         return np.array([*(1.0 / stiffnesses), *axes[:, 0]])
 
     def places(self, displacements: Floats) -> Floats:
-        """Convert displacements [m], nodes on the first axis, to places (see Nodes) [m]."""
+        """Convert displacements [m], nodes on the first axis, to slider coordinates [m]."""
         slips = self.slips.reshape(-1, *[1] * (displacements.ndim - 1))
         return (displacements if self.lay is None else displacements @ self.lay) / slips
 
     def displacements(self, places: Floats) -> Floats:
-        """Convert places [m] to displacements [m], both of shape (nodes, 2)."""
+        """Convert slider coordinates [m] to displacements [m], both of shape (nodes, 2)."""
         moved = places if self.lay is None else np.linalg.solve(self.lay, places.T).T
         return np.asarray(moved * self.slips[:, None])
 

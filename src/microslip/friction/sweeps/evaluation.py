@@ -170,7 +170,7 @@ def _unit_gaussian() -> GreenwoodWilliamson:
 
 
 def _unit(heights: Any) -> GreenwoodWilliamson:
-    """Return a surface of one summit of radius 1 on unit area; others are its multiples."""
+    """Return a surface of one summit of radius 1 on unit area, of which others are multiples."""
     metal = Material(1.0, 0.0)
     surface = GreenwoodWilliamson(MaterialPair(metal, metal), heights, 1.0, 1.0, 1.0)
     # The deepest separation depends on the true radius, so it is not limited here.

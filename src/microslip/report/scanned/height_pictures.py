@@ -136,9 +136,9 @@ _ALONG = (Look(COLORS[1]), Look(COLORS[2], DASHED))
 
 
 def spectrum_plot(findings: Findings) -> Plot:
-    """Plot the spectrum of the levelled scan, and the part within the cut-offs.
+    """Plot the spectrum of the levelled scan, and its part within the cut-offs.
 
-    The spectra are radial and along the axes; for a profile, along it.
+    An area has a radial spectrum and one along each axis, a profile only one along its length.
     """
     unfiltered_spectrum, filtered_spectrum = findings.whole_spectrum, findings.spectrum
     profile, cut = findings.scan.is_profile, findings.request.is_filtered

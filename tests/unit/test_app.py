@@ -283,24 +283,6 @@ def test_a_look_reads_as_the_command_does(
 
 
 @pytest.mark.slow
-def test_a_look_lists_the_columns_of_a_file(bench: Bench) -> None:
-    rows = "".join(f"{i % 7 - 3},{i % 5 - 2},{0.01 * i:.2f}\n" for i in range(90))
-    sent = bench.json("POST", "/api/uploads?name=run.csv", f"a [um],b [N],b [N]\n{rows}".encode())
-    place = f"/api/uploads/{sent['id']}/look"
-    status, _, text = bench.ask("POST", place, {"what": "record"})
-    answer = json.loads(text)
-    assert (status, answer["columns"]) == (422, ["a [um]", "#2", "#3"])
-    assert '"Force"' in answer["error"]
-    options = {"displacement": "a [um]", "force": "#2"}
-    seen = bench.json("POST", place, {"what": "record", "options": options})
-    assert (seen["samples"], seen["columns"]) == (90, ["a [um]", "#2", "#3"])
-    kinds = {field.name: field.kind for field in FORMS["measure"]}
-    assert [name for name, kind in kinds.items() if kind == "column"] == [
-        "displacement", "force", "normal-load", "time",
-    ]  # fmt: skip
-
-
-@pytest.mark.slow
 def test_what_a_look_refuses_names_no_folder(bench: Bench, tmp_path: Path) -> None:
     sent = bench.json("POST", "/api/uploads?name=run.csv", record_text(tmp_path))
     for options in ({"time": "clock"}, {"rows": "x"}, {"sample-rate": "-1"}):
@@ -394,27 +376,6 @@ def test_a_manifest_and_its_files(bench: Bench, tmp_path: Path) -> None:
         assert run["state"] == "done", run["message"]
         assert run["command"] == "microslip measure --manifest=good.csv -o result --"
         assert "campaign.csv" in run["files"]
-
-
-@pytest.mark.slow
-def test_errors_name_the_fields_of_the_form(bench: Bench, tmp_path: Path) -> None:
-    sent = bench.json("POST", "/api/uploads?name=run.csv", record_text(tmp_path))
-    for name, value in (("rig-stiffness", "5 um"), ("delay", "1 N")):
-        asked = {"kind": "measure", "uploads": [sent["id"]], "options": {name: value}}
-        run = bench.finished(bench.json("POST", "/api/runs", asked)["id"])
-        assert run["state"] == "failed"
-        label = next(field.label for field in FORMS["measure"] if field.name == name)
-        assert run["message"].startswith(f'"{label}": wanted a ')
-        assert "--" not in run["message"]
-
-
-@pytest.mark.slow
-def test_an_error_is_the_command_s(bench: Bench) -> None:
-    sent = bench.json("POST", "/api/uploads?name=run.csv", b"a,b\n1,2\n")
-    asked = {"kind": "measure", "uploads": [sent["id"]], "options": {}}
-    run = bench.finished(bench.json("POST", "/api/runs", asked)["id"])
-    assert run["state"] == "failed"
-    assert run["message"].startswith("run.csv: ")
 
 
 @pytest.mark.slow

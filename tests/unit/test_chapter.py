@@ -6,14 +6,12 @@ import csv
 import importlib.util
 import json
 import math
-import re
 import xml.etree.ElementTree as ET
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
 from matplotlib.text import Text
 
 import microslip as ms
@@ -37,7 +35,6 @@ from microslip.chapter.surface import (
     synthetic_profile,
     worked_example,
 )
-from microslip.cli import main
 
 NUMBERS = {plate.number: plate for plate in PLATES}
 all_plates = pytest.mark.parametrize("plate", PLATES, ids=lambda plate: plate.number)
@@ -51,10 +48,6 @@ def drawn(number: str) -> Drawing:
 
 def columns(number: str) -> dict[str, np.ndarray]:
     return drawn(number).columns
-
-
-def run(*words: str) -> Result:
-    return CliRunner().invoke(main, ["figures", *words])
 
 
 # -- the list --------------------------------------------------------------------------------------
@@ -86,21 +79,6 @@ def test_nothing_is_clipped(plate: Plate) -> None:
     assert box.y1 < height + 0.01
     # On a page of 18 cm.
     assert min(text.get_fontsize() for text in figure.findobj(Text)) >= 7.0
-
-
-@all_plates
-def test_axes_have_units(plate: Plate) -> None:
-    figure = drawn(plate.number).figure
-    for axes in figure.axes:
-        if not axes.axison:
-            continue
-        for label in (axes.get_xlabel(), axes.get_ylabel()):
-            assert not label or re.search(r"\[[^\]]+\]$", label), label
-    assert (
-        plate.number in SKETCHES
-        or plate.number == "19.10"
-        or any(axes.get_xlabel() for axes in figure.axes)
-    )
 
 
 @all_plates
@@ -254,24 +232,6 @@ def test_the_ripple_bends_the_loop_of_a_stiff_rig() -> None:
     assert not ms.identify(bare).masing.holds
 
 
-def test_varying_load_figures() -> None:
-    data = columns("coupled-phase")
-    phases = data["phase [deg]"]
-    for name, share in data.items():
-        if name.startswith("energy"):
-            assert share[0] == pytest.approx(share[-1], rel=1e-3)  # opposed is in step, mirrored
-            assert share.max() > 1.0
-            assert share[phases == 90.0] > share[0]
-    smallest = data["energy ratio at 1e-07 m with ripple 0.5"]
-    assert 60.0 < phases[smallest.argmax()] < 90.0
-    assert smallest[phases == 90.0] == pytest.approx(3.126, abs=2e-3)
-    for name, share in columns("coupled-ripple").items():
-        if name.startswith("energy"):
-            assert share[0] == pytest.approx(1.0, rel=2e-3)
-    lifted = columns("coupled-ripple")["force: ripple 1 90 deg [N]"]
-    assert np.abs(lifted).min() == 0.0
-
-
 # -- files -----------------------------------------------------------------------------------------
 
 
@@ -321,26 +281,3 @@ def test_the_page_is_in_step() -> None:
     assert text == module.page(), "python docs/make_figures.py makes it again"
     pictures = {path.name for path in (place / "images" / "chapter").iterdir()}
     assert pictures == {f"{plate.stem}.svg" for plate in PLATES}
-
-
-# -- the command -----------------------------------------------------------------------------------
-
-
-def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    outcome = run("--only", "19.12")
-    assert outcome.exit_code == 0, outcome.output
-    assert outcome.output == (
-        "19.12  loading path of constant amplitude\n\n4 files in microslip-figures\n"
-    )
-    assert len(list(Path("microslip-figures").iterdir())) == 4
-    outcome = run("--only", "19.12")
-    assert outcome.exit_code == 2
-    assert outcome.output == (
-        "error: microslip-figures: exists; replace it with --overwrite, "
-        "or give another folder with -o\n"
-    )
-    outcome = run("--only", "19.9", "--overwrite")
-    assert outcome.exit_code == 0, outcome.output
-    names = sorted(path.name for path in Path("microslip-figures").iterdir())
-    assert names == ["19.9-single-asperity.png", "19.9-single-asperity.svg", "summary.json"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import json
 import os
 import re
@@ -24,10 +23,6 @@ from microslip.cli import main
 def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("joint.toml").write_text(STUDY, encoding="utf-8")
-
-
-def test_version() -> None:
-    assert run("--version").stdout == f"microslip {ms.__version__}\n"
 
 
 COMMANDS = tuple(main.commands)
@@ -99,17 +94,6 @@ def test_an_existing_folder_is_refused_before_anything_is_computed(
     )
     assert fails("predict", "joint.toml", "-o", ".", "--overwrite") == (
         "error: .: not replaced: it contains the current or the home folder"
-    )
-
-
-def test_a_wrong_study_is_one_line() -> None:
-    assert fails("predict", "jiont.toml") == (
-        'error: jiont.toml: no such file; did you mean "joint.toml"?'
-    )
-    Path("joint.toml").write_text(STUDY.replace("0.5 um", "0.5 GPa"), encoding="utf-8")
-    assert fails("predict", "joint.toml") == (
-        'error: joint.toml: surface.heights.std: wanted a length such as "0.5 um", '
-        'got "0.5 GPa" (a pressure)'
     )
 
 
@@ -212,30 +196,6 @@ def printed(text: str) -> str:
     return outcome.stdout
 
 
-def test_numbers_get_no_more_digits_than_known() -> None:
-    start, end = STUDY.index("law ="), STUDY.index("[joint]")
-    sphere = f'{STUDY[:start]}law = "sphere"\nradius = "5 mm"\n\n{STUDY[end:]}'
-    assert re.search(r"\n50 N +1 +0\.0\d+ mm²", printed(sphere.replace("2 kN", "50 N")))
-    heights = 'heights = { kind = "values", values = ["9 um", "8 um", "-9 um"] }'
-    two = f'{STUDY[:start]}law = "population"\nradius = "1 mm"\n{heights}\n{STUDY[end:]}'
-    assert re.search(r"\n50 N +2 +", printed(two.replace("2 kN", "50 N")))
-    text = printed(STUDY.replace('["0.1 um", "1 um"]', '["1 um", "100 um"]'))
-    assert re.search(r"2 kN +1 µm +>0\.999 ", text)
-    assert re.search(r"2 kN +100 µm +1\.000 ", text)
-    far = '"gaussian", mean = "1 mm", std = "0.1 nm"'
-    shown = printed(STUDY.replace('"gaussian", std = "0.5 um"', far))
-    (row,) = re.findall(r"(?m)^2 kN .*GN/m.*$", shown)
-    assert float(row.split()[-1]) < -1000.0
-    assert len(row.split()[-1]) < 10
-
-
-def test_a_title_that_cannot_be_drawn_is_said_once() -> None:
-    text = STUDY.replace("A [bold] joint", "Stoß 接触").replace('["csv"]', '["png"]')
-    said = "title: the font of the figures lacks 接触; they are drawn as boxes."
-    for other, count in ((text, 1), (text.replace("接触", ""), 0), (text.replace("png", "csv"), 0)):
-        assert ms.Study.from_toml(other).run().summary["notes"].count(said) == count
-
-
 WRITING = [
     ["predict", "joint.toml"],
     ["predict", "joint.toml", "--json"],
@@ -293,49 +253,7 @@ def test_streams_may_be_closed(arguments: list[str]) -> None:
         assert ("joint-result" in names()) == (arguments[0] == "predict")
 
 
-@pytest.mark.skipif(os.name == "nt", reason="a current folder cannot be removed there")
-def test_a_current_folder_that_is_gone() -> None:
-    lines = []
-    for command in ("predict ../joint.toml", "new other.toml"):
-        Path("gone").mkdir()
-        script = f"cd gone && rmdir ../gone && {sys.executable} -m microslip.cli {command}"
-        done = subprocess.run(["sh", "-c", script], capture_output=True, text=True, check=False)
-        assert done.returncode == 2
-        lines.append(done.stderr)
-    assert lines == [
-        "error: the current folder no longer exists; change to another folder\n",
-        "error: other.toml: cannot be written: no such file or directory\n",
-    ]
-
-
 # -- tables ----------------------------------------------------------------------------------------
-
-
-def test_many_loads_and_amplitudes_are_thinned_out() -> None:
-    loads = str([f"{n} kN" for n in range(1, 41)])
-    amplitudes = str([f"{n} nm" for n in (10, 20, 30, 39)])
-    text = printed(STUDY.replace('"2 kN"', loads).replace('["0.1 um", "1 um"]', amplitudes))
-    assert "\nJoint (20 of 40 loads; all in summary.json)\n" in text
-    assert "\nCycles (40 of 160 loops; all in summary.json)\n" in text
-    assert len(re.findall(r"(?m)^ ?\d+ kN .*GN/m", text)) == 20
-    assert len(re.findall(r"(?m)^ ?\d+ kN .* nm .* [nµ]J ", text)) == 40
-    for load, amplitude in (("1 kN", "10 nm"), ("1 kN", "39 nm"), ("40 kN", "39 nm")):
-        assert re.search(rf"(?m)^ ?{load} +{amplitude} ", text)
-
-
-def test_numbers_come_before_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Drawing takes seconds; nobody should wait for it to read a number."""
-
-    def stop(*_: object) -> None:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "loops.png")
-
-    monkeypatch.setattr("microslip.report.files.write_csv", stop)
-    outcome = run("predict", "joint.toml")
-    assert outcome.exit_code == 2
-    assert "ζ_mode = ΣE_d / 4πU" in outcome.stdout
-    assert "Written" not in outcome.stdout
-    assert outcome.stderr == "error: joint-result: cannot be written: no space left on device\n"
-    assert names() == ["joint.toml"]
 
 
 def test_a_history_has_a_table() -> None:

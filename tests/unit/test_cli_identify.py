@@ -13,7 +13,6 @@ import pytest
 from command import STUDY, fails, run
 
 import microslip as ms
-from microslip.cli.identify import identify
 from microslip.cli.records import calibration_of, known_of, rig_stiffness_of
 from microslip.friction.law_files import load_law_and_band
 
@@ -182,20 +181,7 @@ def test_without_a_study_and_without_a_folder(folder: Path) -> None:
     assert sorted(folder.iterdir()) == before
 
 
-def test_there_are_at_most_twenty_options() -> None:
-    assert len([one for one in identify.params if one.param_type_name == "option"]) <= 20
-
-
 # -- what it is told -------------------------------------------------------------------------------
-
-
-def test_loads_of_records() -> None:
-    for name in ("light", "heavy"):
-        path = Path(f"{name}.csv")
-        record = ms.Record.read(path)
-        ms.Record(record.displacement, record.force, sample_rate=2560).to_csv(path, overwrite=True)
-    found = summary("light.csv", "heavy.csv", "--normal-load", "500 N", "--normal-load", "2 kN")
-    assert [record["normal_load"] for record in found["records"]] == [500.0, 2000.0]
 
 
 @pytest.mark.parametrize(
@@ -243,16 +229,6 @@ def test_known() -> None:
     assert found["density"]["low"] < JOINT.surface.density < found["density"]["high"]
 
 
-def test_a_folder_and_a_file_that_is_none(folder: Path) -> None:
-    (folder / "all").mkdir()
-    for name in ("light.csv", "heavy.csv"):
-        (folder / name).rename(folder / "all" / name)
-    (folder / "all" / "broken.csv").write_text("nothing\n", encoding="utf-8")
-    found = summary("all")
-    assert len(found["records"]) == 2
-    assert [Path(one["file"]).name for one in found["skipped"]] == ["broken.csv"]
-
-
 # -- what it refuses -------------------------------------------------------------------------------
 
 WRONG = {
@@ -272,16 +248,6 @@ WRONG = {
 @pytest.mark.parametrize("words", WRONG, ids=" ".join)
 def test_command_refuses(words: tuple[str, ...]) -> None:
     assert WRONG[words] in fails("identify", "light.csv", "heavy.csv", "-o", "out", *words)
-
-
-def test_nothing_is_replaced_unasked(folder: Path) -> None:
-    (folder / "out").mkdir()
-    (folder / "out/mine.txt").write_text("mine", encoding="utf-8")
-    assert "out: exists; replace it" in fails("identify", "heavy.csv", "-o", "out")
-    assert "it is not an identification" in fails(
-        "identify", "heavy.csv", "-o", "out", "--overwrite"
-    )
-    assert (folder / "out/mine.txt").read_text("utf-8") == "mine"
 
 
 # -- the study as a model of measure ---------------------------------------------------------------

@@ -15,7 +15,6 @@ from click.testing import CliRunner
 from command import STUDY, fails, run
 
 from microslip.cli import main
-from microslip.cli.lists import SHELLS
 from microslip.contact.materials import metals
 
 
@@ -39,13 +38,6 @@ def test_materials_in_json() -> None:
     assert json.loads(run("materials", "steel", "--json").stdout) == {"steel": every["steel"]}
     assert [*json.loads(run("materials", "S355", "--json").stdout)] == ["steel-s355"]
     assert fails("materials", "al2071").endswith("did you mean 'al2017'?")
-
-
-def test_figures_in_json() -> None:
-    outcome = run("figures", "--only", "19.1", "--json", "-o", "out")
-    assert outcome.exit_code == 0
-    assert json.loads(outcome.stdout) == json.loads(Path("out/summary.json").read_text("utf-8"))
-    assert fails("figures", "--only", "20.1").startswith('error: no figure "20.1" (figures: 19.1')
 
 
 # -- completion ------------------------------------------------------------------------------------
@@ -87,22 +79,6 @@ def test_completion_of_keys() -> None:
     assert completed("microslip", "check", "--set", "joint.n") == []
     Path("joint.toml").write_text("= nonsense", encoding="utf-8")
     assert completed(*predict, "joint.n") == []
-
-
-@pytest.mark.parametrize("shell", SHELLS)
-def test_completion_says_where_it_goes(shell: str) -> None:
-    outcome = run("completion", shell)
-    assert (outcome.exit_code, outcome.stderr) == (0, "")
-    assert f"{shell}_complete" in outcome.stdout
-    line, file = SHELLS[shell]
-    assert outcome.stdout.endswith(
-        f"\n# For completion in every shell, put into {file}:\n#   {line}\n"
-    )
-    if shell == "zsh":
-        assert outcome.stdout.startswith("#compdef microslip\n")
-    found = shutil.which(shell)
-    if found:
-        subprocess.run([found, "-n"], input=outcome.stdout, text=True, check=True)
 
 
 def test_completion_in_bash(tmp_path: Path) -> None:

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import errno
-import io
 import json
 import os
 import re
-import shlex
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -53,49 +49,6 @@ def test_check_shows_what_was_written_in_si_units() -> None:
     )
 
 
-def test_check_says_what_comes_from_the_table_and_from_files() -> None:
-    rows = "\n".join(f"{0.1 * i},{i}" for i in range(30))
-    Path("data.csv").write_text(f"x [um],y [nm]\n{rows}\n", encoding="utf-8")
-    text = STUDY.replace('["al", "al"]', '["steel", "glass"]').replace(
-        'al = { young_modulus = "69 GPa", poisson_ratio = 0.33, hardness = "1.2 GPa" }',
-        "glass.rigid = true",
-    )
-    text = text.replace(
-        'kind = "gaussian", std = "0.5 um"', 'kind = "values", file = "data.csv", column = "y"'
-    )
-    text = text.replace("[output]", 'history = { file = "data.csv", column = "x" }\n\n[output]')
-    Path("files.toml").write_text(text, encoding="utf-8")
-    outcome = run("check", "files.toml")
-    assert outcome.exit_code == 0, outcome.output
-    assert re.search(
-        r"\nmaterial\.steel\.young_modulus +– \(table of metals\) +2\.1e11 Pa\n", outcome.stdout
-    )
-    assert re.search(
-        r'\nsurface\.heights\.values +data\.csv, column "y" +30 values, 0 to 2\.9e-8 m\n',
-        outcome.stdout,
-    )
-    assert re.search(
-        r'\nexcitation\.history +data\.csv, column "x" +30 values, 0 to 2\.9e-6 m\n', outcome.stdout
-    )
-    assert "EN 1993-1-1:2005" in outcome.stdout
-    assert "histories of 30 samples in all" in outcome.stdout
-    found = json.loads(run("check", "files.toml", "--json").stdout)
-    entries = {entry.pop("key"): entry for entry in found["quantities"]}
-    assert entries["surface.heights.values"] == {
-        "written": 'data.csv, column "y"',
-        "count": 30,
-        "smallest": 0.0,
-        "largest": 2.9e-8,
-        "unit": "m",
-    }
-    assert entries["material.steel.young_modulus"] == {
-        "written": None,
-        "value": 210e9,
-        "unit": "Pa",
-    }
-    assert "material.glass.rigid" not in entries
-
-
 def test_check_in_json() -> None:
     outcome = run("check", "joint.toml", "--json")
     assert outcome.exit_code == 0
@@ -116,23 +69,6 @@ def test_check_in_json() -> None:
         "value": [1e-7, 1e-6],
         "unit": "m",
     }
-
-
-def test_a_name_without_its_end_is_completed() -> None:
-    line = 'error: joint: no such file; did you mean "joint.toml"?'
-    assert fails("check", "joint") == line
-    assert fails("predict", "joint") == line
-    Path("joint.csv").touch()  # now it is not clear which
-    assert fails("check", "joint") == "error: joint: no such file"
-
-
-def test_check_finds_what_predict_would_find() -> None:
-    Path("joint.toml").write_text(STUDY.replace("1 mm", "1 mn"), encoding="utf-8")
-    assert fails("check", "joint.toml") == fails("predict", "joint.toml")
-    assert fails("check", "elsewhere") == "error: elsewhere: no such file"
-    assert fails("check", "joint.toml", "--set", "joint.normal_lod=3 kN").startswith(
-        "error: joint.toml: "
-    )
 
 
 # -- new, demo -------------------------------------------------------------------------------------
@@ -231,75 +167,6 @@ def test_new_never_overwrites() -> None:
         Path("link.toml").symlink_to("nowhere.toml")
         assert "link.toml: exists" in fails("new", "link.toml")
     assert Path("joint.toml").read_bytes() == before
-
-
-@pytest.mark.parametrize(
-    ("name", "line"),
-    [
-        ("mine", 'mine: wanted a name that ends in .toml, such as "mine.toml"'),
-        ("mine.tml", 'mine.tml: wanted a name that ends in .toml, such as "mine.toml"'),
-        (".toml", '.toml: wanted a name that ends in .toml, such as "joint.toml"'),
-        ("", '.: wanted a name that ends in .toml, such as "joint.toml"'),
-        ("no/mine.toml", "no/mine.toml: cannot be written: no such file or directory"),
-    ],
-)
-def test_new_with_a_name_that_will_not_do(name: str, line: str) -> None:
-    assert fails("new", name) == f"error: {line}"
-
-
-def test_new_with_another_law() -> None:
-    assert fails("new", "mine.toml", "--law", "sphre") == (
-        "error: --law: wanted greenwood-williamson, population, sphere, table, "
-        'got "sphre"; did you mean "sphere"? (usage: microslip new [OPTIONS] NAME.toml)'
-    )
-    with pytest.raises(ms.StudyError) as caught:
-        template(law="greenwood")
-    assert str(caught.value) == (
-        'law: wanted "greenwood-williamson", "population", "sphere" or "table", got "greenwood"; '
-        'did you mean "greenwood-williamson"?'
-    )
-
-
-def test_new_on_a_full_disk(monkeypatch: pytest.MonkeyPatch) -> None:
-    class Full(io.BytesIO):
-        def write(self, text: Any) -> int:
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    opened = Path.open
-
-    def full(path: Path, mode: str = "r", *rest: Any, **options: Any) -> Any:
-        if "x" not in mode:  # what comes with the package is read
-            return opened(path, mode, *rest, **options)
-        path.touch()
-        return Full()
-
-    monkeypatch.setattr(Path, "open", full)
-    assert fails("new", "mine.toml") == (
-        "error: mine.toml: cannot be written: no space left on device"
-    )
-
-
-@pytest.mark.parametrize("name", ['a "b" \\ c.toml', "Füge.toml", "spaces in it.toml"])
-def test_new_with_a_name_to_be_quoted(name: str) -> None:
-    if os.name == "nt":
-        pytest.skip("no such names there")
-    outcome = run("new", name)
-    assert outcome.exit_code == 0, outcome.output
-    assert ms.Study.load(name).title == name.removesuffix(".toml")
-    *_, last = outcome.stdout.splitlines()
-    assert shlex.split(last) == ["microslip", "predict", name]
-    assert last.split("predict ")[1] in Path(name).read_text("utf-8")
-
-
-def test_new_points_to_the_schema_only_where_it_lies_beside() -> None:
-    assert run("new", "first.toml").exit_code == 0
-    assert "#:schema" not in Path("first.toml").read_text("utf-8")
-    Path("study.schema.json").write_text(run("schema").stdout, encoding="utf-8")
-    assert run("new", "second.toml").exit_code == 0
-    assert (
-        Path("second.toml").read_text("utf-8").startswith("#:schema study.schema.json\n# A study")
-    )
-    assert ms.Study.load("second.toml").title == "second"
 
 
 def test_the_beam_is_the_example_and_fine() -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import json
 import os
-import re
 import tomllib
 from pathlib import Path
 
@@ -24,13 +23,6 @@ FILES = [
     *("heights.png", "heights.svg", "report.html", "spectrum.csv", "spectrum.png", "spectrum.svg"),
     *("summary.json", "summits.csv"),
 ]
-STUDY = """\
-schema = 1
-{surface}
-[joint]
-friction_coefficient = 0.3
-normal_load = "1 N"
-"""
 
 
 @pytest.fixture(name="folder")
@@ -150,13 +142,6 @@ def test_missing_points_are_reported_and_filled(folder: Path) -> None:
         assert found[group][name] == pytest.approx(whole[group][name], rel=near)
 
 
-def test_no_cutoff_can_be_said(folder: Path) -> None:
-    summary = json.loads(run("surface", "ground.npy", *AS_IS, "--cutoff", "none", "--json").stdout)
-    assert (summary["cutoff"], summary["cutoff_given"]) == (None, True)
-    assert not any("was given" in text for text in summary["warnings"])
-    assert summary["notes"][-3].startswith("summits: no short-wave cut-off: the pixel of 1.000 µm")
-
-
 def test_a_profile(folder: Path, undrawn: None) -> None:
     x = np.arange(600)
     rng = np.random.default_rng(1)
@@ -170,93 +155,6 @@ def test_a_profile(folder: Path, undrawn: None) -> None:
     assert "--load requires the scan of an area" in fails(*scan, *joint)
     names = sorted(path.name for path in (folder / "out").iterdir())
     assert names == [name for name in FILES if name != "summits.csv" and not name.endswith(".png")]
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (
-            ("--cutoff", "0.5 um"),
-            "--cutoff must be between two pixels (2 µm) and the size of the scan "
-            "(96 µm), got 500 nm: below two pixels",
-        ),
-        (
-            ("--long-cutoff", "1 m"),
-            "--long-cutoff must be between two pixels (2 µm) and the size of "
-            "the scan (96 µm), got 1 m: beyond the size of the scan",
-        ),
-        (("--valid", "1 mm", "-1 mm"), "--valid: the first height must be the lower one, got 1 mm"),
-        (("--pixel", "1 um", "--pixel", "1 um"), "--pixel: wanted once, or twice for x and y, got"),
-    ],
-)
-def test_wrong_options_are_one_line(folder: Path, options: tuple[str, ...], message: str) -> None:
-    line = fails("surface", "ground.npy", *AS_IS, *options, "-o", "out")
-    assert message in line
-
-
-def test_coordinates_and_heights_have_a_unit_each(folder: Path, undrawn: None) -> None:
-    """As the usual xyz file has them; a study takes them likewise."""
-    z = np.load("ground.npy")[:32, :32]
-    rows = "".join(f"{x},{2 * y},{z[y, x]:.6f}\n" for y in range(32) for x in range(32))
-    Path("pts.xyz").write_text(rows)
-    units = "--unit", "mm", "--unit", "um"
-    assert run("surface", "pts.xyz", *units, "-o", "out").exit_code == 0
-    summary = json.loads((folder / "out/summary.json").read_text("utf-8"))
-    assert summary["pixel"] == pytest.approx([1e-3, 2e-3], rel=1e-12)
-    wanted = ms.Scan.read("pts.xyz", unit=("mm", "um")).condition(level="plane").statistics()
-    assert summary["parameters"]["rms"] == wanted.rms
-    text = (
-        '[surface]\nlaw = "face"\nmaterials = ["steel", "steel"]\nscan = "../pts.xyz"\n'
-        'unit = ["mm", "um"]\npiece = "none"\n'
-    )
-    ms.Study.from_toml(STUDY.format(surface=text), folder=folder / "out")
-    for given, message in (
-        ('["mm", "um", "nm"]', "surface.unit: wanted 1 to 2 values, got 3"),
-        ('["mm", "kg"]', 'wanted a length such as "1 um", got "1 kg"'),
-        ("5", 'wanted text such as "um", got 5'),
-    ):
-        wrong = text.replace('["mm", "um"]', given)
-        with pytest.raises(ms.InputError, match=re.escape(message)):
-            ms.Study.from_toml(STUDY.format(surface=wrong), folder=folder / "out")
-    # The names of the columns are a second witness, and their messages are spelt alike.
-    Path("pts.xyz").write_text("x,y,z [nm]\n" + rows)
-    line = fails("surface", "pts.xyz", "--unit", "um")
-    assert line.endswith('states heights in "nm", not "um"; write --unit "um" --unit "nm"')
-    one = STUDY.format(surface=text.replace('["mm", "um"]', '"um"'))
-    with pytest.raises(ms.InputError, match=re.escape('write unit=("um", "nm")')):
-        ms.Study.from_toml(one, folder=folder / "out")
-
-
-def test_a_number_for_nothing_measured_is_reported(folder: Path) -> None:
-    heights = np.load("ground.npy")
-    heights[10:12, 20:30] = -9999.0
-    np.save("gaps.npy", heights)
-    options = "surface", "gaps.npy", *AS_IS, "--cutoff", "6 um", "--json"
-    mended = json.loads(run(*options).stdout)
-    assert "Repair: 20 points of fill value -9.999 mm set as missing." in mended["warnings"]
-    assert not any("clipped" in text for text in mended["warnings"])
-    whole = json.loads(run("surface", "ground.npy", *options[2:]).stdout)
-    rms = whole["parameters"]["rms"]
-    assert mended["parameters"]["rms"] == pytest.approx(rms, rel=0.01)
-
-
-def test_wrong_files_are_one_line(folder: Path) -> None:
-    assert 'groud.npy: no such file; did you mean "ground.npy"?' in fails("surface", "groud.npy")
-    assert "does not state the unit" in fails("surface", "ground.npy")
-    np.save("flat.npy", np.ones((40, 40)))
-    assert "nothing to measure" in fails("surface", "flat.npy", *AS_IS)
-    np.save("tilted.npy", np.add.outer(np.arange(40.0), np.arange(40.0)))
-    assert "leaves only rounding errors" in fails("surface", "tilted.npy", *AS_IS)
-    np.save("rows.npy", np.load("ground.npy")[:2])
-    assert "need three points along x and y, got 96 x 2" in fails("surface", "rows.npy", *AS_IS)
-    spiky = np.load("ground.npy")
-    spiky[3, 3] = 1e12
-    np.save("spiky.npy", spiky)
-    assert "1 points of fill value 1.000 Mm" in run("surface", "spiky.npy", *AS_IS).stdout
-    np.save("empty.npy", np.full((40, 40), np.nan))
-    assert "missing" in fails("surface", "empty.npy", *AS_IS)
-    Path("cut.npy").write_bytes(Path("ground.npy").read_bytes()[:5000])
-    assert fails("surface", "cut.npy", *AS_IS).startswith("error: cut.npy: ")
 
 
 @pytest.mark.slow

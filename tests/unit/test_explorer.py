@@ -119,35 +119,6 @@ def test_the_page_needs_nothing_else() -> None:
 
 @pytest.mark.slow
 @needs_browser
-def test_the_page_in_a_browser(tmp_path: Path) -> None:
-    file = tmp_path / "explorer.html"
-    assert run("explore", "-o", file).exit_code == 0
-    done = subprocess.run(
-        [
-            str(CHROMIUM), "--headless", "--no-sandbox", "--disable-gpu", "--dump-dom",
-            "--virtual-time-budget=2000", f"{file.as_uri()}#load=5000&amplitude=1e-6",
-        ],
-        capture_output=True, text=True, check=True, timeout=120,
-    )  # fmt: skip
-    pair = ms.MaterialPair(ms.Material.named("al2017"), ms.Material.named("al2017"))
-    surface = ms.GreenwoodWilliamson(pair, ms.Gaussian(5e-7), radius=1e-3, density=1e8, area=2e-4)
-    joint = ms.Interface(surface, 0.55, normal_load=5000.0)
-    assert f"η = {joint.loss_factor(1e-6):.3g}" in done.stdout
-    assert f"{1e3 * joint.dissipated_energy(1e-6):.3g} mJ" in done.stdout
-    assert done.stdout.count('class="line"') == 4
-
-
-def test_a_page_that_is_there_stays(tmp_path: Path) -> None:
-    file = tmp_path / "explorer.html"
-    file.write_text("mine")
-    result = run("explore", "-o", file)
-    assert result.exit_code == 2
-    assert file.read_text() == "mine"
-    assert run("explore", "-o", file, "--overwrite").exit_code == 0
-
-
-@pytest.mark.slow
-@needs_browser
 def test_dragging_redraws_and_the_address_remembers(tmp_path: Path) -> None:
     """As a person: a slider dragged, a reload, the study saved; nothing is fetched."""
     api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")

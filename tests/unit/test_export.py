@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from command import STUDY, fails, run
+from command import STUDY, run
 from exported import JOINT
 
 import microslip as ms
@@ -193,13 +193,6 @@ def test_the_command_writes_what_python_writes(folder):
     assert told["files"] == ["a.tcl"]
 
 
-def test_the_command_says_that_it_holds_the_middle_of_what_is_uncertain(folder):
-    spread = 'joint.normal_load={ mean = "2 kN", cv = 0.1 }'
-    done = run("export", "table", "joint.toml", "-o", "unsure.csv", "--set", spread)
-    assert done.exit_code == 0, done.output
-    assert "Uncertain inputs are at their middle values: joint.normal_load.\n" in done.output
-
-
 def test_the_command_takes_patches_from_a_table(folder):
     (folder / "patches.txt").write_text("# nodes, area, load\n1 2 5e-5 900\n3, 4, 1e-4, 300\n")
     outcome = run("export", "ansys", "joint.toml", "-o", "a.mac", "--nodes", "patches.txt")
@@ -209,31 +202,6 @@ def test_the_command_takes_patches_from_a_table(folder):
     export.write("ansys", field, "b.mac", nodes=[[1, 2], [3, 4]])
     text = (folder / "a.mac").read_text()
     assert text.split("/PREP7")[1] == (folder / "b.mac").read_text().split("/PREP7")[1]
-
-
-@pytest.mark.parametrize(
-    ("words", "says"),
-    [
-        (["c", "joint.toml"], "missing"),
-        (["d", "joint.toml", "-o", "a"], "wanted c, abaqus-user, fmu"),
-        (["c", "joint.toml", "-o", "a.c", "--cells", "1"], "--cells must be an integer from 2"),
-        (
-            ["c", "joint.toml", "-o", "a.c", "--smallest-amplitude", "1 um",
-             "--largest-amplitude", "1 nm"],
-            "--largest-amplitude must be above the smallest",
-        ),
-        (["ansys", "joint.toml", "-o", "a.mac"], "--nodes must be given for ansys"),
-        (["ansys", "joint.toml", "-o", "a.mac", "--nodes", "no.txt"], "no.txt"),
-        (["ansys", "joint.toml", "-o", "a.mac", "--nodes", "joint.toml"], "line 1: wanted lines"),
-        (["c", "joint.toml", "-o", "no/a.c"], "cannot be written"),
-        (
-            ["c", "joint.toml", "-o", "a.c", "--set", 'joint.normal_load=["1 kN", "2 kN"]'],
-            "a file contains one joint, got 2 loads (1000, 2000 N); choose one",
-        ),
-    ],
-)  # fmt: skip
-def test_the_command_says_in_one_line_what_is_wrong(words, says):
-    assert says in fails("export", *words)
 
 
 def test_too_few_sliders_are_refused_with_a_number_that_is_enough(tmp_path):

@@ -59,14 +59,3 @@ def test_a_notebook_shows_the_table_of_a_prediction() -> None:
     assert "264 µJ" in shown
     assert shown.count("<img ") == 1
     assert len(shown) < 200_000
-
-
-def test_a_long_record_has_a_small_figure_with_all_its_extremes() -> None:
-    time = np.arange(400_000) / 1000.0
-    force = 9.0 * np.sign(np.cos(2 * np.pi * time))
-    force[123_457] = 30.0
-    record = ms.Record(time=time, displacement=1e-5 * np.sin(2 * np.pi * time), force=force)
-    assert len(record._repr_html_()) < 200_000
-    lines = [panel.items[0] for panel in record._figure().panels]
-    assert max(lines[1].y) == 30.0
-    assert min(lines[1].y) == -9.0

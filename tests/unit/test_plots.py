@@ -55,17 +55,6 @@ def test_a_loop_in_its_units() -> None:
     assert np.array_equal(y, loop.force)
 
 
-def test_loops_laid_over_each_other_share_units_and_have_their_own_colours() -> None:
-    ax = own_axes()
-    wide, thin = JOINT.loop(3e-6), JOINT.loop(2e-9)
-    assert wide.plot(ax, label="wide") is ax
-    thin.plot(ax, label="thin")
-    lines = [line for line in ax.lines if len(line.get_xdata()) > 2]
-    assert np.allclose(lines[1].get_xdata(), 1e6 * thin.displacement, rtol=1e-14)
-    assert lines[0].get_color() != lines[1].get_color()
-    assert [line.get_label() for line in lines] == ["wide", "thin"]
-
-
 def test_minus_secant_keeps_the_area_and_loses_the_slope() -> None:
     loop = JOINT.loop(2e-7, samples=4001)
     rest = loop.force_minus_secant
@@ -130,17 +119,6 @@ def test_summits_lie_on_the_map_of_their_scan() -> None:
     summits.plot(ax)
     assert ax.images
     assert np.allclose(shown(ax)[0], 1e6 * summits.positions[:, 0])
-
-
-@pytest.mark.parametrize("ax", [3, "axes", [None]])
-def test_something_else_than_axes(ax) -> None:
-    with pytest.raises(ms.InputError, match="ax must be Matplotlib axes, got"):
-        JOINT.plot(ax)
-
-
-def test_an_unknown_quantity() -> None:
-    with pytest.raises(ms.InputError, match=r"quantity must be one of backbone, .*, got 'lost'"):
-        JOINT.plot(quantity="lost")
 
 
 def test_the_style_alone_and_an_import_without_matplotlib() -> None:

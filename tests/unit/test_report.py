@@ -6,20 +6,17 @@ import base64
 import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
-from typing import Any
 
 import pytest
 from html_pages import Page
-from studies import AMPLITUDES, LOADS, MATERIAL, SURFACE, SURFACES, edited
+from studies import LOADS, SURFACE, SURFACES, edited
 
 import microslip as ms
 from microslip.figures.picture import PictureCache
-from microslip.report.cells import quantity_text
 from microslip.report.html import html_page as html_page
 from microslip.report.predicted import document as predicted_document
 from microslip.report.predicted.document import prediction_document
 from microslip.report.predicted.figures import _CAPTIONS, PREDICTION_FIGURES, figure_names_of
-from microslip.study import surfaces
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "al2017.toml"
 
@@ -87,13 +84,6 @@ def test_every_figure_is_on_the_page(text: str, demo: ms.Result) -> None:
     assert set(_CAPTIONS) == set(PREDICTION_FIGURES)
 
 
-def test_the_same_result_gives_the_same_page(demo: ms.Result, text: str) -> None:
-    assert told(ms.Study.load(EXAMPLE).run()) == text
-
-
-# -- what others wrote --------------------------------------------------------------------------
-
-
 # -- numbers ------------------------------------------------------------------------------------
 
 
@@ -145,21 +135,6 @@ def test_the_tables_say_what_the_joint_says(demo: ms.Result) -> None:
     assert rows[7][-1] == "<0.01 %"
 
 
-def test_what_is_not_known_has_no_column() -> None:
-    found = page((SURFACE, SURFACES["table"]), (LOADS, '"50 N"'))
-    assert found.table("kₙ")[0] == ["Load", "kₙ", "kₜ", "μN", "Slip scale"]
-    assert "Sticking share" not in found.table("Amplitude")[0]
-    assert "sticking share" not in found.words["p"]
-
-
-def test_force_amplitudes_come_first_where_they_were_chosen() -> None:
-    found = page((f"amplitudes = {AMPLITUDES}", 'force_amplitudes = ["50 N", "100 N"]'))
-    head, *rows = found.table("Force amplitude")
-    assert head[:3] == ["Load", "Force amplitude", "Amplitude"]
-    assert [row[1] for row in rows] == ["50 N", "100 N"] * 2
-    assert "cycled at 2 force amplitudes, 50 N to 100 N." in found.words["p"]
-
-
 # -- validity -----------------------------------------------------------------------------------
 
 
@@ -183,19 +158,6 @@ def test_the_verdict_comes_first(text: str) -> None:
     assert {row[0] for row in rows[2:]} == {"✓ ok"}
 
 
-def test_no_doubts_and_no_limits_are_said_as_well() -> None:
-    hard = (MATERIAL, f'{MATERIAL}hardness = "6 GPa"\n')
-    light = (LOADS, '"500 N"')
-    assert "✓ All assumptions of the model hold." in page(hard, light).words["strong"]
-    unjudged = page(light)
-    assert "? All judged assumptions hold; not judged:" in unjudged.words["strong"]
-    assert "plasticity index not known (ok up to 0.6): not judged" in unjudged.words["li"]
-    table = (SURFACE, SURFACES["table"])
-    unknown = page(table, (LOADS, '"500 N"'))
-    assert "? No limits are known for this law" in unknown.words["strong"]
-    assert "No limits are known for this law." in unknown.words["p"]
-
-
 # -- study --------------------------------------------------------------------------------------
 
 
@@ -217,32 +179,6 @@ def test_every_surface_has_a_page_with_its_law(name: str) -> None:
     assert ("(19.7), (19.9)" in equations) == (law[1] != "table")
 
 
-def test_the_study_is_there_in_words_and_as_a_file(demo: ms.Result) -> None:
-    found = Page(told(demo))
-    rows = {row[0]: row[1] for rows in found.cells for row in rows if len(row) == 2}
-    assert rows["Young's modulus E"] == "69 GPa"
-    assert rows["Summits per apparent area"] == "100 per mm²"
-    assert rows["Apparent area"] == "2 cm²"
-    assert rows["Normal load"] == "500 N, 2 kN, 5 kN"
-    assert rows["Amplitudes of the curves"] == "1 nm to 100 µm, 200 points"
-    assert rows["Coefficient of friction"] == "0.55"
-    assert found.words["pre"] == demo.study.text
-
-
-@pytest.mark.parametrize(
-    ("value", "unit", "text"),
-    [
-        (5e-7, "m", "500 nm"), (2e-4, "m^2", "2 cm²"), (1e-15, "m^2", "0.001 µm²"),
-        (3e-6, "m^2", "3 mm²"), (1e8, "1/m^2", "100 per mm²"), (20.0, "1/m^2", "20 per m²"),
-        (0.33, "", "0.33"), ("exponential", "", "exponential"),
-        ({"c": 2.0, "a": 1.5}, "", "c = 2, a = 1.5"), ({}, "", "none"),
-        ((1.0, 2.0), "N", "1 N, 2 N"), (tuple(range(1, 12)), "N", "11 values, 1 N to 11 N"),
-    ],
-)  # fmt: skip
-def test_quantities_are_written_for_readers(value: Any, unit: str, text: str) -> None:
-    assert quantity_text(value, unit) == text
-
-
 # -- equations, provenance ----------------------------------------------------------------------
 
 
@@ -258,8 +194,3 @@ def test_equations_are_well_formed_mathml(text: str) -> None:
             if node.tag in ("mi", "mn", "mo", "mtext"):
                 assert not len(node)
                 assert (node.text or "").strip()
-
-
-def test_no_law_is_without_its_words() -> None:
-    laws = {model.tag_value("law") for model in surfaces.SURFACE_TABLES.values()}
-    assert laws == set(predicted_document.LAW_WORDS)

@@ -16,13 +16,11 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray
-from studies import AMPLITUDES, CURVE, LOADS, STUDY, SURFACE, SURFACES, edited
+from studies import AMPLITUDES, CURVE, LOADS, SURFACE, SURFACES, edited
 
 import microslip as ms
-from microslip._core.quantities import QUANTITIES, UNITS
-from microslip.report.files import write_all
+from microslip._core.quantities import UNITS
 from microslip.report.predicted.data import FLAGS
-from microslip.report.predicted.result import files
 
 FORMATS = ('formats = ["csv"]', 'formats = ["netcdf", "csv"]\nreport = false')
 HISTORY = 'history = { file = "record.csv", column = "x" }'
@@ -165,22 +163,6 @@ def test_every_reader_sees_the_numbers_of_the_api(
         assert about["long_name"], name
 
 
-def test_the_verdicts_are_words_by_their_number(result: ms.Result, folder: Path) -> None:
-    with xarray.open_dataset(folder / "result.nc") as file:
-        words = [name for name in file.variables if str(name).endswith("_word")]
-        assert len(words) == len(result.joints[0].validity)
-        for place, name in enumerate(words):
-            variable = file[name]
-            assert variable.attrs["flag_meanings"].replace("_", " ") == " ".join(FLAGS)
-            assert variable.attrs["flag_values"].tolist() == [0, 1, 2, 3]
-            for i, joint in enumerate(result.joints):
-                verdict = joint.validity[place]
-                assert FLAGS[int(variable[i])] == verdict.word
-                about = file[str(name).removesuffix("_word")].attrs
-                assert about["limit"] == verdict.limit
-                assert about["comment"] == verdict.meaning
-
-
 def test_the_provenance_is_in_the_file(result: ms.Result, folder: Path) -> None:
     with xarray.open_dataset(folder / "result.nc") as file:
         about = file.attrs
@@ -193,13 +175,6 @@ def test_the_provenance_is_in_the_file(result: ms.Result, folder: Path) -> None:
         "notes": "\n".join(result.summary["notes"]),
         "schema": 1,
     }
-
-
-def test_xarray_makes_the_same_of_the_file_and_of_the_result(
-    result: ms.Result, folder: Path
-) -> None:
-    with xarray.open_dataset(folder / "result.nc") as file:
-        xarray.testing.assert_identical(file.load(), result.to_xarray())
 
 
 def test_the_file_is_plain_netcdf4(folder: Path) -> None:
@@ -226,16 +201,6 @@ def test_the_file_is_plain_netcdf4(folder: Path) -> None:
             assert data.compression in (None, "gzip")
     with h5netcdf.File(folder / "result.nc", "r", invalid_netcdf=False) as file:
         assert all(file.variables.values())
-
-
-def test_long_arrays_are_packed(result: ms.Result, folder: Path) -> None:
-    with h5py.File(folder / "result.nc") as file:
-        for name, data in file.items():
-            assert (data.compression == "gzip") == (data.nbytes > 4096), name
-        if result.histories:
-            packed = file["history_displacement"]
-            # The same for each load, which shows.
-            assert packed.id.get_storage_size() < 0.9 * packed.nbytes
 
 
 # Of the case that has everything in it; the second is made by a process of its own.
@@ -282,29 +247,6 @@ def test_a_saved_study_runs_where_it_stands(
     assert repeated.summary["joints"] == again.summary["joints"]
     for one, other in zip(repeated.histories, again.histories, strict=True):
         np.testing.assert_array_equal(one.force, other.force)
-
-
-def test_a_long_study_fits_into_the_file(tmp_path: Path) -> None:
-    heights = ", ".join(f'"{0.0001 * i:.4f} um"' for i in range(9000))
-    text = edited(
-        ('{ kind = "gaussian", std = "0.5 um" }', f'{{ kind = "values", values = [{heights}] }}'),
-        FORMATS,
-    )
-    assert len(text) > 100_000
-    ms.Study.from_toml(text).run().save(tmp_path / "result")
-    with netCDF4.Dataset(tmp_path / "result" / "result.nc") as file:
-        assert file.study == text
-
-
-def test_without_xarray_a_line_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    result = ms.Study.from_toml(STUDY).run()
-    monkeypatch.setitem(sys.modules, "xarray", None)
-    with pytest.raises(ms.InputError) as caught:
-        result.to_xarray()
-    assert str(caught.value) == (
-        'to_xarray needs xarray, which is not installed: pip install "microslip[xarray]"; '
-        "save(...) and its result.nc need nothing more"
-    )
 
 
 # -- tables ---------------------------------------------------------------------------------------
@@ -354,28 +296,3 @@ def test_the_loops_are_found_by_what_was_given(result: ms.Result, folder: Path) 
             mine = (found["normal_load"] == joint.normal_load) & (found[by] == amplitude)
             same(found["displacement"][mine], loop.displacement)
             same(found["force"][mine], loop.force)
-
-
-def test_all_columns_and_keys_have_a_unit(result: ms.Result) -> None:
-    assert result.summary["units"] == UNITS
-    for tables in (result.rows, result.histories):
-        for table in tables:
-            assert set(table.columns()) <= set(QUANTITIES)
-
-
-# -- progress -------------------------------------------------------------------------------------
-
-
-def test_progress_rises_to_one_while_files_are_written(result: ms.Result, tmp_path: Path) -> None:
-    shares: list[float] = []
-    write_all(files(result, tmp_path), tmp_path, shares.append)
-    assert shares == sorted(shares)
-    assert shares[0] < 0.5
-    assert shares[-1] == 1.0
-    assert len(shares) > 2 * len(result.summary["files"])
-
-
-def test_arrays_of_one_load_are_not_copied() -> None:
-    result = ms.Study.from_toml(edited((LOADS, '"2 kN"'))).run()
-    labelled = result["curve_loss_factor"].values
-    assert np.shares_memory(labelled, result.curves[0].loss_factor)

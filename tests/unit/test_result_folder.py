@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 
 import pytest
@@ -46,14 +45,6 @@ def test_a_result_is_whole_and_nothing_is_left_beside_it(result: ms.Result, tmp_
     assert [p.name for p in tmp_path.iterdir()] == ["a"]
     assert [p.name for p in (tmp_path / "a").iterdir()] == ["b"]
     assert (tmp_path / "a" / "b" / "study.toml").read_text() == PLAIN
-
-
-@pytest.mark.parametrize("mode", [0o755, 0o2755], ids=["usual", "hands its group down"])
-def test_the_folder_has_the_usual_permissions(result: ms.Result, tmp_path: Path, mode: int) -> None:
-    tmp_path.chmod(mode)
-    result.save(tmp_path / "result")
-    (tmp_path / "usual").mkdir()
-    assert (tmp_path / "result").stat().st_mode == (tmp_path / "usual").stat().st_mode
 
 
 def test_an_existing_folder_is_kept_unless_told(result: ms.Result, tmp_path: Path) -> None:
@@ -117,23 +108,6 @@ def test_only_a_result_is_replaced(
     assert refusal(result, folder) == holds
 
 
-def test_root_is_never_replaced(result: ms.Result) -> None:
-    root = Path(Path.cwd().anchor)
-    with pytest.raises(ms.StudyError, match="not replaced: it contains the current or the home"):
-        result.save(root, overwrite=True)
-
-
-def test_litter_and_empty_folders_do_not_stand_in_the_way(
-    result: ms.Result, tmp_path: Path
-) -> None:
-    folder = tmp_path / "result"
-    folder.mkdir()
-    result.save(folder, overwrite=True)
-    (folder / ".DS_Store").write_text("")
-    result.save(folder, overwrite=True)
-    assert not (folder / ".DS_Store").exists()
-
-
 @pytest.mark.parametrize("error", [OSError(28, "No space left on device"), KeyboardInterrupt()])
 @pytest.mark.parametrize("old", [False, True])
 def test_a_failure_while_writing_leaves_things_as_they_were(
@@ -172,27 +146,6 @@ def test_a_folder_that_appears_meanwhile_is_not_touched(result: ms.Result, tmp_p
         compute()
     assert [p.name for p in tmp_path.iterdir()] == ["result"]
     assert [p.name for p in folder.iterdir()] == ["thesis.tex"]
-
-
-def test_a_place_that_cannot_be_looked_into_is_refused(
-    result: ms.Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    stat = Path.stat
-
-    def refuse(self: Path, *, follow_symlinks: bool = True) -> os.stat_result:
-        if self.name == "secret":
-            raise PermissionError(13, "Permission denied")
-        return stat(self, follow_symlinks=follow_symlinks)
-
-    monkeypatch.setattr(Path, "stat", refuse)
-    with pytest.raises(ms.StudyError, match="cannot be written: permission denied"):
-        result.save(tmp_path / "secret")
-
-
-@pytest.mark.skipif(not Path("/proc/self").exists(), reason="there is no /proc")
-def test_a_place_where_nothing_can_be_made_is_refused(result: ms.Result) -> None:
-    with pytest.raises(ms.StudyError, match=r"^/proc/result: cannot be written: "):
-        result.save("/proc/result")
 
 
 def test_a_result_that_another_run_put_there_meanwhile_is_replaced_if_that_may_be(

@@ -10,7 +10,6 @@ import pytest
 
 from microslip.figures.picture import PictureCache
 from microslip.figures.plot import Line, Panel, Pixels
-from microslip.report.files import with_file_names
 from microslip.report.html import html_page
 from microslip.report.scanned.document import scan_document
 from microslip.report.scanned.height_pictures import height_plot, spectrum_plot
@@ -70,17 +69,6 @@ def test_colours_are_heights(tmp_path: Path, ground: np.ndarray) -> None:
     assert np.corrcoef(np.arange(order.size), grey[there][order])[0, 1] > 0.97
     assert part.x.low > whole.x.low  # type: ignore[operator]
     assert bar.x.low < 0.0 < bar.x.high  # type: ignore[operator]
-
-
-def test_pictures_and_files_of_a_scan_without_a_load(tmp_path: Path) -> None:
-    findings = found(tmp_path, 1e-8 * np.random.default_rng(3).standard_normal((10, 11)))
-    names = [picture.name for picture in scan_document(findings).pictures]
-    assert names == ["heights", "spectrum"]
-    assert with_file_names(scan_document(findings, tmp_path), ("svg", "png")).data["files"] == [
-        *("report.html", "spectrum.csv"),
-        *(f"{name}.{kind}" for name in names for kind in ("svg", "png")),
-        "summary.json",
-    ]
 
 
 @pytest.mark.parametrize("gaps", [True, False])

@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from command import STUDY, names, process, run
+from command import STUDY, names, process
 
 from microslip.cli.options import stoppable
 
@@ -85,28 +85,6 @@ def test_nothing_is_cut_on_a_narrow_terminal(command: str, columns: int) -> None
         for number in ("0.421", "13.6 µJ", "0.0934", "0.0467"):
             assert re.search(rf"(?m)^2 kN +100 nm\b.* {re.escape(number)}(  |$)", text), number
     assert "…" not in text
-
-
-def test_words_are_folded_into_their_column() -> None:
-    text = plain(on_a_terminal("materials", columns=60)[0])
-    assert re.search(r"\nsteel-4340 +Low-alloy .*\n {19}quenched", text)
-    text = plain(on_a_terminal("materials", columns=110)[0])
-    assert re.search(r"\nsteel-4340 +199\.9 GPa .* Low-alloy ", text)
-    loads = "joint.normal_load=" + str([f"{n} kN" for n in range(1, 30)])
-    assert "1 kN, 2 kN … 29 kN (29)" in run("check", "joint.toml", "--set", loads).stdout
-
-
-@pytest.mark.slow
-def test_progress_is_shown_on_a_terminal_after_a_second(monkeypatch: pytest.MonkeyPatch) -> None:
-    slow = "--set", 'output.formats=["png"]'
-    _, shown = on_a_terminal("predict", "joint.toml", *slow)
-    assert "Drawing and writing" in shown
-    assert "100%" in shown
-    assert shown.endswith("\x1b[2K"), "it leaves no trace"
-    _, shown = on_a_terminal("predict", "joint.toml", *slow, "--overwrite", TERM="dumb")
-    assert shown == ""
-    _, shown = on_a_terminal("check", "joint.toml", NO_COLOR="1")
-    assert "\x1b[3" not in shown
 
 
 @pytest.mark.skipif(os.name == "nt", reason="other signals there")

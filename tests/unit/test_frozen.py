@@ -142,15 +142,3 @@ def test_later_changes_of_an_array_do_not_reach_what_was_made(held: str) -> None
         assert not np.shares_memory(mine, array), name
         np.testing.assert_array_equal(mine, theirs)
     assert numbers(thing) == numbers(twin)
-
-
-def test_equality() -> None:
-    assert ms.Gaussian(5e-7) == ms.Gaussian(std=5e-7, mean=0)
-    assert ms.Gaussian(5e-7) != ms.Gaussian(6e-7)
-    assert ms.Exponential(5e-7) == ms.Exponential(5e-7)
-    assert ms.Exponential(1.0) != ms.Gaussian(1.0)
-    assert ms.SphereOnFlat(PAIR, 1e-3) == ms.SphereOnFlat(PAIR, 1e-3)
-    assert len({ms.Gaussian(5e-7), ms.Gaussian(5e-7), ms.Exponential(5e-7)}) == 2
-    joint = ms.Interface.examples()[0]
-    assert joint == joint
-    assert len({joint, joint}) == 1

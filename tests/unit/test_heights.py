@@ -12,18 +12,11 @@ import pytest
 from scipy import special, stats
 
 import microslip as ms
-from microslip.contact.heights import as_heights
 
 ORDERS = (-0.5, 0, 0.5, 1, 1.5, 2, 2.5)
 S = 5e-7
 AL = ms.Material(69e9, 0.33)
 PAIR = ms.MaterialPair(AL, AL)
-
-
-def refusal(call: Callable[..., Any], *args: object, **kwargs: object) -> str:
-    with pytest.raises(ms.InputError) as caught:
-        call(*args, **kwargs)
-    return str(caught.value)
 
 
 def surface(heights: Any) -> ms.GreenwoodWilliamson:
@@ -134,19 +127,6 @@ def test_discrete() -> None:
 # -- what they refuse ------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("order", [[1], np.array([1.0, 1.5]), {}], ids=repr)
-def test_orders_are_single_numbers(order: Any) -> None:
-    assert refusal(ms.Gaussian(S).partial_moment, order, 0.0).startswith("order must be one of")
-
-
-def test_heights_of_every_kind() -> None:
-    assert as_heights(ms.Gaussian(S)) == ms.Gaussian(S)
-    assert isinstance(as_heights([0.0, S]), ms.Discrete)
-    assert isinstance(as_heights((0.0, S)), ms.Discrete)
-    assert isinstance(as_heights(np.array([0.0, S])), ms.Discrete)
-    assert isinstance(as_heights(stats.norm(scale=S)), ms.Statistical)
-
-
 @pytest.mark.parametrize(
     "distribution",
     [stats.pareto(1.9, scale=S), stats.t(2.5, scale=S), stats.lognorm(1.5, scale=S),
@@ -159,76 +139,3 @@ def test_heavy_tails_that_carry_a_load(distribution: Any) -> None:
     assert np.all(np.isfinite(loads))
     assert np.all(np.diff(loads) < 0)
     assert 0.0 < law.heights.spread < math.inf  # also where the variance is infinite
-
-
-DISCRETE = [
-    stats.poisson(3), stats.randint(0, 9), stats.rv_discrete(values=([0, 1], [0.5, 0.5])),
-    stats.binom(9, 0.3),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize("distribution", DISCRETE, ids=lambda d: type(d).__name__)
-def test_discrete_distributions(distribution: Any) -> None:
-    message = refusal(ms.Statistical, distribution)
-    assert message.startswith(
-        "heights must be a frozen continuous scipy.stats distribution such as "
-        "scipy.stats.weibull_min(2.2, scale=1e-6), got <scipy.stats"
-    )
-    # What comes is a frozen distribution: the message has to say what is wrong with it.
-    assert "continuous" in refusal(surface, distribution)
-
-
-@pytest.mark.parametrize(
-    "distribution",
-    [stats.norm(0, math.nan), stats.norm(0, -1.0), stats.uniform(0, 0), stats.t(0)],
-    ids=["nan", "negative", "no width", "t(0)"],
-)
-def test_distributions_without_a_support(distribution: Any) -> None:
-    assert refusal(ms.Statistical, distribution).startswith("heights must have a support")
-
-
-# -- cost ------------------------------------------------------------------------------------------
-
-
-class Counted:
-    """A frozen distribution that counts at how many places its density is asked for."""
-
-    def __init__(self, distribution: Any) -> None:
-        self._distribution = distribution
-        self.places = 0
-
-    def pdf(self, y: Any) -> Any:
-        self.places += np.size(y)
-        return self._distribution.pdf(y)
-
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("__") or name in ("pmf", "_distribution"):
-            raise AttributeError(name)
-        return getattr(self._distribution, name)
-
-
-@pytest.mark.parametrize(
-    "distribution",
-    [stats.norm(scale=S), stats.weibull_min(2.2, scale=S), stats.uniform(-S, 2 * S)],
-    ids=["normal", "Weibull", "uniform"],
-)
-def test_density_is_tabulated_once(distribution: Any) -> None:
-    counted = Counted(distribution)
-    law = surface(counted)
-    joint = ms.Interface(law, 0.55, separation=0.3 * S)
-    joint.loop(1e-7)
-    built = counted.places
-    assert 0 < built < 200_000
-    joint.loop(2e-7)
-    joint.force(1e-7 * np.sin(np.arange(1000.0)))
-    joint.dissipated_energy(np.geomspace(1e-11, 1e-5, 50))
-    joint.displacement(0.5 * joint.force_limit * np.sin(np.arange(20.0)))
-    ms.Interface(law, 0.3, separation=0.5 * S).loop(1e-7)
-    assert counted.places == built
-    joint.at(normal_load=0.5 * joint.normal_load).loop(1e-7)
-    # Towards a heavier load the surface may look below its summits, once.
-    joint.at(normal_load=10.0 * joint.normal_load).loop(1e-7)
-    again = counted.places
-    joint.at(normal_load=12.0 * joint.normal_load).loop(1e-7)
-    assert counted.places == again
-    assert again <= 2 * built

@@ -192,18 +192,6 @@ def test_every_class_is_in_its_list(base: type, listed: tuple[type, ...]) -> Non
         assert getattr(ms, law.__name__) is law
 
 
-@pytest.mark.parametrize("law", [law for _, listed in LISTS for law in listed])
-def test_every_class_has_examples(law: type) -> None:
-    examples = law.examples()  # type: ignore[attr-defined]
-    assert isinstance(examples, tuple)
-    assert examples
-    assert all(type(example) is law for example in examples)
-    again = law.examples()  # type: ignore[attr-defined]
-    assert [repr(a).split(" object at")[0] for a in again] == [
-        repr(a).split(" object at")[0] for a in examples
-    ]
-
-
 @pytest.mark.parametrize("base", [base for base, _ in LISTS])
 def test_abstract_classes_cannot_be_made(base: type) -> None:
     assert base.examples() == ()  # type: ignore[attr-defined]

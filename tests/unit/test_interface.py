@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import pytest
@@ -22,12 +20,6 @@ D = np.linspace(0.0, 1e-6, 11)
 TABLE = ms.TabulatedNormalLaw(PAIR, D, 1e3 * (1.0 - D / 1e-6) ** 2)
 SPHERE = ms.SphereOnFlat(PAIR, 5e-3)
 POPULATION = ms.AsperityPopulation(PAIR, [0.0, 1e-7, 3e-7], 1e-3)
-
-
-def refusal(call: Callable[..., Any], *args: object, **kwargs: object) -> str:
-    with pytest.raises(ms.InputError) as caught:
-        call(*args, **kwargs)
-    return str(caught.value)
 
 
 # -- made by a load or by a separation -------------------------------------------------------------
@@ -63,35 +55,6 @@ def test_at() -> None:
 
 
 # -- what is refused -------------------------------------------------------------------------------
-
-SURFACES = f"({', '.join(kind.__name__ for kind in NORMAL_LAWS)})"
-
-
-@pytest.mark.parametrize(
-    "surface", [None, PAIR, ms.Gaussian(S), ms.SphereOnFlat, "sphere", 1.0, JOINT], ids=repr
-)
-def test_surface_refused(surface: object) -> None:
-    message = refusal(ms.Interface, surface, 0.55, 2000.0)
-    assert message.startswith(f"surface must be a normal load law {SURFACES}, got ")
-    assert len(message) < 250
-
-
-@pytest.mark.parametrize(
-    ("value", "message"),
-    [
-        (math.nan, "must be a finite number in m, got nan"),
-        (-math.inf, "must be a finite number in m, got -inf"),
-        ("1 um", "must be a finite number in m, got '1 um', for example separation=1"),
-        (False, "must be a finite number in m, got False"),
-        ([0.0], "must be a finite number in m, got [0.0]"),
-        (1.0, "must be one at which the surface carries a load, got 1 m, where there is"),
-    ],
-    ids=str,
-)
-def test_separation_refused(value: object, message: str) -> None:
-    for call in (lambda **kw: ms.Interface(SURFACE, 0.55, **kw), JOINT.at):
-        # An example has to be one that works, or none.
-        assert refusal(call, separation=value).startswith(f"separation {message}"[:60])
 
 
 @pytest.mark.parametrize("surface", [SPHERE, POPULATION, SURFACE, TABLE])
@@ -144,13 +107,6 @@ def test_backbone_and_slope_are_enough() -> None:
     assert law.sliders().density(1e-6) == pytest.approx(1e14 * math.exp(-1), rel=1e-6, abs=0)
     response = law.periodic(1e-6 * np.cos(np.arange(8) * np.pi / 4))
     assert response.force[0] == pytest.approx(100 * (1 - math.exp(-1)), rel=1e-12, abs=0)
-
-
-def test_requirements_on_a_law() -> None:
-    with pytest.raises(TypeError, match="_backbone"):
-        type("Nothing", (ms.BackboneLaw,), {})()
-    with pytest.raises(TypeError, match="_derivative"):
-        type("Nothing", (ms.NormalLaw,), {})()
 
 
 @pytest.mark.parametrize("law", LAWS)

@@ -107,20 +107,6 @@ def test_what_is_saved_is_read_again(tmp_path: Path) -> None:
         joint.save(tmp_path / "joint.mat")
 
 
-def test_files_that_hold_no_joint(tmp_path: Path) -> None:
-    with pytest.raises(ms.InputError, match=r"nothing.npz: no such file"):
-        ms.ReducedJoint.load(tmp_path / "nothing.npz")
-    (tmp_path / "text.npz").write_text("no arrays")
-    with pytest.raises(ms.InputError, match=r"text.npz"):
-        ms.ReducedJoint.load(tmp_path / "text.npz")
-    np.savez(tmp_path / "other.npz", mass=np.eye(2))
-    with pytest.raises(ms.InputError, match="holds no reduced joint"):
-        ms.ReducedJoint.load(tmp_path / "other.npz")
-    np.savez(tmp_path / "half.npz", kind=np.array("microslip-reduced-joint"))
-    with pytest.raises(ms.InputError, match='is damaged: "mass" is missing'):
-        ms.ReducedJoint.load(tmp_path / "half.npz")
-
-
 @pytest.mark.parametrize(
     ("name", "value", "message"),
     [
@@ -161,10 +147,6 @@ def test_form_by_function_table_and_patch() -> None:
     reversed_ = joint.with_form(table, -1.0).patch_gaps
     np.testing.assert_allclose(reversed_ + by_table.patch_gaps, np.ptp(by_table.patch_gaps))
     assert not joint.with_form(table, 0.0).patch_gaps.any()
-
-
-def test_other_tensions() -> None:
-    assert small_joint().with_tension(7e3).bolt_tension == [7e3]
 
 
 def test_patches_are_halved_where_the_loss_is() -> None:
@@ -226,16 +208,3 @@ def test_shanks_are_where_the_mesh_has_them() -> None:
     assert contact == 0
     assert meshed.face_area == pytest.approx(0.05 * 0.02, rel=1e-12)
     assert meshed.shank_sections([1e300, 0.0, 0.0]) == meshed.shank_sections([1.0, 0.0, 0.0])
-
-
-def test_meshes_that_cannot_be_read(tmp_path: Path) -> None:
-    with pytest.raises(ms.InputError, match="no such file"):
-        ms.MeshedJoint.read(tmp_path / "none.msh", **NAMED)
-    with pytest.raises(ms.InputError, match="has no names; name its volumes and faces"):
-        ms.MeshedJoint.read(mesh_file(tmp_path / "bare.vtk", nameless=True), **NAMED)
-    (tmp_path / "broken.msh").write_text("$MeshFormat\nnonsense")
-    with pytest.raises(ms.InputError, match=r"broken.msh: not a usable mesh"):
-        ms.MeshedJoint.read(tmp_path / "broken.msh", **NAMED)
-    (tmp_path / "mesh.odd").write_text("")
-    with pytest.raises(ms.InputError, match=r"mesh.odd: not a usable mesh: .*path .mesh.odd"):
-        ms.MeshedJoint.read(tmp_path / "mesh.odd", **NAMED)

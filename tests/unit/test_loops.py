@@ -80,33 +80,7 @@ def test_open_polygon_is_closed_by_its_chord() -> None:
     assert corners.energy_ratio == 1.0
 
 
-def test_open_loop_whose_crossing_lies_in_the_gap() -> None:
-    opened = ms.Loop([1.0, -1.0, -1.0, 1.0], [-1.0, -1.0, 1.0, 1.0])
-    assert opened.energy_ratio == 1.0
-    assert opened.sliding_ratio == 1.0
-
-
 def test_closure_error() -> None:
     assert ms.Loop([0.0, 1.0, 2.0, 0.0], [0.0, 1.0, 2.0, 1.0]).closure_error == 0.5
     assert ms.Loop([0.0, 1.0, 2.0, 0.0], [0.0, 2.0, 1.0, -2.0]).closure_error == 0.5
     assert ms.Loop([0.0, 1.0, 2.0, 0.0], [7.0, 8.0, 9.0, 7.0]).closure_error == 0.0
-
-
-@pytest.mark.parametrize("level", [0.0, 1.0, -5.0])
-def test_constant_force(level: float) -> None:
-    """No force range, no loss: nothing to divide by."""
-    loop = ms.Loop([0.0, 1.0, 0.0, -1.0, 0.0], [level] * 5)
-    assert loop.force_amplitude == 0.0
-    assert loop.dissipated_energy == 0.0
-    assert loop.secant_stiffness == 0.0
-    assert loop.sliding_ratio == 0.0
-    assert loop.closure_error == 0.0
-    for name in ("energy_ratio", "loss_factor", "damping_ratio"):
-        try:
-            value = getattr(loop, name)
-        except ms.InputError:
-            continue
-        assert value == 0.0 or math.isnan(value)
-
-
-# -- wrong samples ---------------------------------------------------------------------------------

@@ -2,53 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
-import numpy as np
 import pytest
 from studies import GAUSSIAN, LINE, LOADS, MATERIAL, wrong
 
-import microslip as ms
 from microslip._core.errors import InputError
-
-JOINT = ms.Interface.examples()[0].at(normal_load=2000.0)
-MESSAGES: dict[str, Callable[[], object]] = {
-    "separation must be a finite number in m, got '5 um', for example separation=1": lambda: (
-        JOINT.at(separation="5 um")
-    ),
-    "normal_load must be above zero [N], got -1": lambda: JOINT.at(normal_load=-1.0),
-    "normal_load must be one number or one for each of the 2 samples, got shape (3,)": lambda: (
-        JOINT.coupled_response(displacement=[1e-7, 2e-7], normal_load=[1.0, 2.0, 3.0])
-    ),
-    "exactly one of normal_load=... [N] or separation=... [m] must be given, got both": lambda: (
-        JOINT.coupled_response(displacement=[1e-7], normal_load=1.0, separation=0.0)
-    ),
-    "displacement must be finite: 1 of 2 values are not, the first is nan at index 1": lambda: (
-        JOINT.backbone([1e-7, np.nan])
-    ),
-    "largest_amplitude must be above the smallest, 1e-05 m, got 1e-06 m": lambda: JOINT.to_iwan(
-        20, smallest_amplitude=1e-5, largest_amplitude=1e-6
-    ),
-    "commit needs a trial; call try_(displacement) first": lambda: JOINT.start().commit(),
-    "poisson_ratio must be in (-1, 0.5], got 0.7": lambda: ms.Material(69e9, 0.7),
-    'units needs a number with its unit, such as "69 GPa", got "3 frob" (no such unit)': lambda: (
-        ms.units("3 frob")
-    ),
-    "cutoff must be above zero": lambda: ms.Scan(np.eye(9), 1e-6).condition(cutoff=0.0),
-    "sample_rate must give at least 16 samples a cycle, 160 Hz at 10 Hz, got 100 Hz": lambda: (
-        ms.VirtualTribometer(JOINT, sample_rate=100).record(amplitude=5e-6, frequency=10.0)
-    ),
-    "stiffness must be 3 x 3, as the mass matrix is, got 2 x 2": lambda: ms.Structure(
-        np.eye(3), np.eye(2)
-    ),
-}
-
-
-@pytest.mark.parametrize("message", MESSAGES)
-def test_wrong_arguments(message: str) -> None:
-    with pytest.raises(InputError) as caught:
-        MESSAGES[message]()
-    assert str(caught.value).startswith(message)
 
 
 @pytest.mark.parametrize(

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import copy
-import pickle
 import re
-from collections.abc import Iterator
 
 import pytest
 
 import microslip as ms
-from microslip.contact.materials import Metal, metals
+from microslip.contact.materials import metals
 
 PSI = 6894.757
 HB = 9.80665e6
@@ -89,33 +86,6 @@ def test_the_pair_of_the_worked_example() -> None:
     assert "Jointed Structures" in metals()["al2017"].sources["young_modulus"]
 
 
-# -- sources ---------------------------------------------------------------------------------------
-
-
-# -- names -----------------------------------------------------------------------------------------
-
-
-# -- errors ----------------------------------------------------------------------------------------
-
-
-# -- frozen ----------------------------------------------------------------------------------------
-
-
-def copies(value: Metal) -> Iterator[Metal]:
-    yield pickle.loads(pickle.dumps(value))
-    yield copy.copy(value)
-    yield copy.deepcopy(value)
-
-
-def test_copies_are_equal() -> None:
-    for metal in metals().values():
-        for other in copies(metal):
-            assert other == metal
-            assert hash(other) == hash(metal)
-            with pytest.raises(TypeError):
-                other.sources["young_modulus"] = "hearsay"  # type: ignore[index]
-
-
 # -- aliases and unlike pairs ----------------------------------------------------------------------
 
 
@@ -136,14 +106,6 @@ def test_copies_are_equal() -> None:
 )
 def test_aliases(alias: str, name: str) -> None:
     assert ms.Material.named(alias) == metals()[name].material
-
-
-def test_no_alias_is_of_two() -> None:
-    found: dict[str, str] = {}
-    for metal in metals().values():
-        for alias in (metal.name, *metal.aliases):
-            key = alias.casefold().replace(" ", "").replace("-", "")
-            assert found.setdefault(key, metal.name) == metal.name, alias
 
 
 def test_dundurs_constant() -> None:

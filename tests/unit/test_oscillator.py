@@ -8,12 +8,10 @@ import numpy as np
 import pytest
 
 import microslip as ms
-from microslip.structures import ring_down as module
 
 CELL = ms.Jenkins(stiffness=5e7, force_limit=100.0)
 MODE = ms.Oscillator(mass=2.0, stiffness=3e7, joint=CELL)
 DAMPED = ms.Oscillator(mass=2.0, stiffness=3e7, joint=CELL, viscous_damping_ratio=0.01)
-METHODS = ("frequency", "angular_frequency", "damping_ratio", "interface_damping_ratio")
 
 
 def refusal(call: Any, *args: Any, **kwargs: Any) -> str:
@@ -23,26 +21,6 @@ def refusal(call: Any, *args: Any, **kwargs: Any) -> str:
 
 
 # -- right use -------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", METHODS)
-def test_a_number_gives_a_float_and_an_array_its_shape(name: str) -> None:
-    method = getattr(DAMPED, name)
-    a = np.array([[0.0, 1e-6], [5e-6, 1e-3]])
-    many = method(a)
-    assert many.shape == (2, 2)
-    for place in np.ndindex(2, 2):
-        one = method(float(a[place]))
-        assert type(one) is float
-        assert one == pytest.approx(many[place], rel=1e-14, abs=0)
-    assert method(a.tolist()).tolist() == many.tolist()
-
-
-def test_harmonic_balance_in_blocks() -> None:
-    a = np.geomspace(1e-7, 1e-3, 4001)
-    whole = DAMPED.frequency(a, method="harmonic-balance", harmonics=[1])
-    some = DAMPED.frequency(a[[0, 1999, 2000, 4000]], method="harmonic-balance", harmonics=[1])
-    np.testing.assert_array_equal(whole[[0, 1999, 2000, 4000]], some)
 
 
 def test_the_dashpot_of_the_oscillator() -> None:
@@ -122,33 +100,6 @@ def test_swings_below_rounding_end() -> None:
 
 
 # -- errors ----------------------------------------------------------------------------------------
-
-
-def test_wrong_ring_downs(monkeypatch: pytest.MonkeyPatch) -> None:
-    for wrong in (7, 100.0, True, "100"):
-        assert refusal(MODE.ring_down, 1e-6, cycles=1, samples_per_cycle=wrong) == (
-            f"samples_per_cycle must be an integer from 8 to 1000000, got {wrong!r}"
-        )
-    assert refusal(MODE.ring_down, 1e-6, cycles=10_000_000) == (
-        "ring_down computes at most 20000000 samples, this one needs 1e+09; "
-        "take fewer, or compute the envelope with decay(...)"
-    )
-    assert refusal(MODE.ring_down, 1e-6, duration=1e9) == (
-        "ring_down computes at most 20000000 samples, this one needs 1.01e+14; "
-        "take fewer, or compute the envelope with decay(...)"
-    )
-    free = ms.Oscillator(2.0, 0.0, ms.Coulomb(force_limit=1.0))
-    assert refusal(free.ring_down, 1e-6, cycles=1) == (
-        "stiffness must be above zero beside a joint that is rigid at rest: without a spring "
-        "there is no oscillation, got 0"
-    )
-    # While it slides the spring alone makes the period: ten times as many samples a cycle.
-    monkeypatch.setattr(module, "_MOST_SAMPLES", 4000)
-    soft = ms.Oscillator(2.0, 5e5, CELL)
-    assert refusal(soft.ring_down, 0.1, cycles=20) == (
-        "ring_down computes at most 4000 samples, and 4 cycles have taken that many; "
-        "take fewer, or compute the envelope with decay(...)"
-    )
 
 
 def test_a_mass_that_creeps() -> None:

@@ -121,15 +121,6 @@ def test_one_sample_under_a_load_touches_one_row() -> None:
     assert force[0] == pytest.approx(whole[-1], abs=2e-15 * np.abs(whole).max())
 
 
-def test_rows_that_are_gone_take_no_room() -> None:
-    state, _, _ = with_rows(SPHERE, 3000)
-    large = len(pickle.dumps(state))
-    state.try_(10.0 * reach(SPHERE), normal_load=SPHERE.normal_load)
-    state.commit()
-    assert state.open_reversals < 3
-    assert len(pickle.dumps(state)) < 0.1 * large
-
-
 # -- trials and copies: tests/physics/test_properties.py has their rules, on every law -------------
 
 
@@ -167,17 +158,6 @@ def test_refused_record_changes_nothing(bad: object) -> None:
     state.commit()  # the trial is still there
     assert (state.displacement, state.force) == (0.3 * reach(HEAVY), force)
     assert np.isfinite(stiffness)
-
-
-def test_another_normal_load() -> None:
-    state = HEAVY.start()
-    plain = state.try_(1e-7)
-    for same in (2000.0, 2000, np.float64(2000.0), np.array(2000.0)):
-        assert state.try_(1e-7, normal_load=same) == plain
-        assert state.try_(1e-7, same) == plain
-    before = snapshot(state)
-    assert "must stay above zero" in refusal(state.try_, 1e-7, 0.0)
-    assert snapshot(state) == before
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import os
-import pickle
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +15,6 @@ import xarray
 from own_laws import LAWS
 
 import microslip as ms
-from microslip._core import netcdf
-from microslip._core.dataset import DataSet, Variable
 
 JOINT = ms.Interface.examples()[0]
 LOADS = [500.0, 2000.0, 5000.0]
@@ -120,32 +117,7 @@ def test_laws_without_a_load(law: ms.BackboneLaw) -> None:
     assert np.shape(ms.sweep(law, amplitude=1e-6)["loss_factor"]) == ()
 
 
-def test_progress() -> None:
-    shares: list[float] = []
-    ms.sweep(
-        JOINT,
-        normal_load=np.geomspace(100.0, 5000.0, 300),
-        amplitude=np.geomspace(1e-9, 1e-5, 300),
-        progress=shares.append,
-    )
-    assert len(shares) > 10
-    assert shares == sorted(shares)
-    assert 0.0 <= shares[0] < 0.1
-    assert shares[-1] == 1.0
-    by_force: list[float] = []
-    ms.sweep(JOINT, normal_load=LOADS, force_amplitude=[1.0, 2.0], progress=by_force.append)
-    assert by_force == sorted(by_force)
-    assert by_force[-1] == 1.0
-
-
 # -- files -----------------------------------------------------------------------------------------
-
-
-def test_copies_hold_the_same_locked_arrays() -> None:
-    copy = pickle.loads(pickle.dumps(SWEPT))
-    np.testing.assert_array_equal(copy["loss_factor"], SWEPT["loss_factor"])
-    assert not copy["loss_factor"].flags.writeable
-    assert repr(copy) == repr(SWEPT)
 
 
 def test_netcdf_is_read_by_all(tmp_path: Path) -> None:
@@ -164,17 +136,6 @@ def test_netcdf_is_read_by_all(tmp_path: Path) -> None:
     with h5py.File(path) as file:
         np.testing.assert_array_equal(file["loss_factor"][:], SWEPT["loss_factor"])
     assert [entry.name for entry in tmp_path.iterdir()] == ["sweep.nc"]
-
-
-def test_xarray() -> None:
-    data = SWEPT.to_xarray()
-    assert list(data.data_vars) == list(SWEPT)
-    assert data["loss_factor"].dims == SWEPT.dims
-    assert (
-        float(data["loss_factor"].sel(normal_load=2000.0, amplitude=1e-7))
-        == (SWEPT["loss_factor"][1, 2])
-    )
-    assert data.attrs == dict(SWEPT.attributes)
 
 
 def test_csv(tmp_path: Path) -> None:
@@ -213,80 +174,3 @@ def test_nothing_is_overwritten_unasked(kind: str, tmp_path: Path) -> None:
     mask = os.umask(0)
     os.umask(mask)
     assert path.stat().st_mode & 0o777 == 0o666 & ~mask
-
-
-@pytest.mark.parametrize("kind", ["to_netcdf", "to_csv"])
-def test_a_file_that_appears_meanwhile_is_kept(
-    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = tmp_path / "mine"
-    link = os.link
-
-    def late(source: Any, target: Any) -> None:
-        path.write_text("mine", encoding="utf-8")
-        link(source, target)
-
-    def without_links(source: Any, target: Any) -> None:
-        raise PermissionError("no links here")
-
-    monkeypatch.setattr(os, "link", late)
-    message = f"{path}: exists; replace it with overwrite=True"
-    assert refusal(getattr(SWEPT, kind), path) == message
-    assert path.read_text(encoding="utf-8") == "mine"
-    path.unlink()
-    monkeypatch.setattr(os, "link", without_links)
-    getattr(SWEPT, kind)(path)
-    assert [entry.name for entry in tmp_path.iterdir()] == ["mine"]
-
-
-def test_a_file_that_fails_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(*_: Any) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("microslip._core.netcdf.store", full)
-    path = tmp_path / "sweep.nc"
-    assert refusal(SWEPT.to_netcdf, path) == f"{path}: cannot be written: no space left on device"
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_the_writer_of_netcdf(tmp_path: Path) -> None:
-    """Text, flags, whole numbers, names of points that are no dimension, a large array."""
-    path = tmp_path / "all.nc"
-    variable = Variable
-    noise = np.random.default_rng(0).normal(size=(2, 3000))
-    data = DataSet(
-        {"load": 2, "point": 3000},
-        {
-            "load": variable(("load",), np.array([1.0, 2.0]), {"units": "N"}),
-            "place": variable(("point",), np.arange(3000.0), {"units": "m"}),
-        },
-        {
-            "noise": variable(("load", "point"), noise, {"units": "1"}),
-            "name": variable(("load",), np.array(["light", "schwer, µ"]), {}),
-            "ok": variable(("load",), np.array([True, False]), {}),
-            "count": variable((), np.array(7), {}),
-            "empty": variable(("load",), np.array([np.nan, np.inf]), {}),
-        },
-        {"title": "µ"},
-    )
-    netcdf.store(path, data)
-    for engine in ("h5netcdf", "netcdf4"):
-        with xarray.open_dataset(path, engine=engine) as file:
-            np.testing.assert_array_equal(file["noise"], noise)
-            assert set(file["noise"].coords) == {"load", "place"}
-            assert file["name"].values.tolist() == ["light", "schwer, µ"]
-            assert file["ok"].values.tolist() == [1, 0]
-            assert int(file["count"]) == 7
-            np.testing.assert_array_equal(file["empty"], [np.nan, np.inf])
-            assert file.attrs == {"title": "µ"}
-    with pytest.raises(FileExistsError):
-        netcdf.store(path, data)
-
-
-# -- errors ----------------------------------------------------------------------------------------
-
-
-def test_wrong_joints() -> None:
-    assert refusal(ms.sweep, JOINT.surface, amplitude=1e-6).startswith(
-        "joint must be an Interface or another backbone law, got GreenwoodWilliamson("
-    )

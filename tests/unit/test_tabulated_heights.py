@@ -114,25 +114,6 @@ def test_chain_and_refinement(steps: list[float], densities: list[float], at: fl
         assert one == pytest.approx(two, rel=1e-11, abs=0)
 
 
-def test_joint_on_a_triangle_is_consistent() -> None:
-    """Across the kinks of a short table, energies hold to the accuracy of the laws."""
-    heights = ms.TabulatedHeights([-1e-6, 2e-7, 5e-7], [0.0, 1.0, 0.0])
-    surface = ms.GreenwoodWilliamson(PAIR, heights, 1e-3, 1e8, 2e-4)
-    joint = ms.Interface(surface, 0.5, separation=1e-7)
-    nodes, weights = np.polynomial.legendre.leggauss(60)
-    for u in (1e-9, 1e-8, 4e-8, 1e-7):
-        kink = joint.slip_per_indentation * (2e-7 - 1e-7)
-        marks = [0.0, *(v for v in (kink,) if v < u), u]
-        area = 0.0
-        for a, b in pairwise(marks):
-            # In the root of the distance to the kink.
-            y = b - (b - a) * (0.5 * (1 + nodes)) ** 2
-            area += float((b - a) * (weights * 0.5 * (1 + nodes)) @ joint.backbone(y))
-        # Masing's rule: 8 times the area under the backbone less 4 times its end.
-        loss = 8.0 * area - 4.0 * u * joint.backbone(u)
-        assert joint.dissipated_energy(u) == pytest.approx(loss, rel=1e-8, abs=1e-13 * area)
-
-
 # -- from samples ----------------------------------------------------------------------------------
 
 

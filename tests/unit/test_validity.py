@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
 import pytest
 
 import microslip as ms
@@ -56,17 +55,6 @@ def test_worked_example_is_sound() -> None:
     assert found[STRAIN].value == pytest.approx(0.05, rel=1e-12, abs=0)
     assert found[SHARE].value == pytest.approx(0.0279, rel=1e-2, abs=0)
     assert found[COUNT].value == pytest.approx(5700, rel=1e-3, abs=0)
-
-
-@pytest.mark.parametrize("product", [0.01, 0.07, 0.4])
-@pytest.mark.parametrize("h", [0.0, 1.0, 5.0])
-def test_values(product: float, h: float) -> None:
-    found = verdicts(exponential(product, h))
-    assert found[STRAIN].value == pytest.approx(product, rel=1e-12, abs=0)
-    assert found[SHARE].value == pytest.approx(math.pi * product * math.exp(-h), rel=1e-12, abs=0)
-    assert found[SPACING].value == pytest.approx(math.sqrt(product), rel=1e-12, abs=0)
-    assert found[COUNT].value == pytest.approx(DENSITY * AREA * math.exp(-h), rel=1e-12, abs=0)
-    assert [found[name].limit for name in (STRAIN, SHARE, SPACING, COUNT)] == [0.1, 0.01, 0.25, 30]
 
 
 # Each assumption with the joint that has a given value of it, and its two thresholds.
@@ -123,26 +111,6 @@ def test_the_softer_body_yields() -> None:
     found = verdicts(ms.Interface(surface, 0.5, 1000.0))
     expected = surface.pair.composite_modulus / 1e9 * math.sqrt(5e-7 / 1e-3)
     assert found[PLASTICITY].value == pytest.approx(expected, rel=1e-14, abs=0)
-
-
-def test_population() -> None:
-    heights, radii = np.array([0.0, 2e-7, -3e-7]), np.array([1e-3, 2e-3, 3e-3])
-    soft = ms.Interface(ms.AsperityPopulation(pair(), heights, radii), 0.5, separation=-4e-7)
-    assert [v.word for v in soft.validity] == ["not judged"]
-    surface = ms.AsperityPopulation(pair(1e9), heights, radii)
-    (verdict,) = ms.Interface(surface, 0.5, separation=-4e-7).validity
-    expected = surface.pair.composite_modulus / 1e9 * math.sqrt(np.std(heights) / 2e-3)
-    assert verdict.name == PLASTICITY
-    assert verdict.value == pytest.approx(expected, rel=1e-14, abs=0)
-
-
-def test_one_summit_has_no_spread_to_judge() -> None:
-    joint = ms.Interface(ms.AsperityPopulation(pair(1e9), [0.0], 1e-3), 0.5, separation=-1e-7)
-    assert joint.validity == ()
-    given = ms.GreenwoodWilliamson(pair(1e9), [0.0, 0.0], 1e-3, DENSITY, AREA)
-    found = verdicts(ms.Interface(given, 0.5, separation=-1e-7))
-    assert PLASTICITY not in found
-    assert found[STRAIN].value == 0.0
 
 
 def test_a_sphere_is_held_to_first_yield() -> None:

@@ -173,23 +173,6 @@ def test_what_embeds_and_what_pulls_in_a_study() -> None:
     assert found == pytest.approx(4 * (12500.0 - 9.5e-6 / (bolt + plates) - 1600.0), rel=1e-4)
 
 
-@pytest.mark.parametrize(
-    ("more", "says"),
-    [
-        ('preload = "12 kN", rz = "6 um", embedding = "8 um"', "wanted embedding or rz, got both"),
-        ('preload = "1 kN", embedding = "8 um"', "wanted a clamp force above zero"),
-        ('preload = "9 kN", load_factor = 0.1', "load_factor: wanted only with axial_load"),
-        ('rz = "6 um"', "rz: wanted only with preload or torque"),
-    ],
-)
-def test_wrong_bolts_of_a_study_are_refused(more: str, says: str) -> None:
-    text = FACE.replace("MORE", more)
-    if "load =" not in more.replace("_load", ""):
-        text = text.replace("[joint]", '[joint]\nnormal_load = "9 kN"')
-    with pytest.raises(ms.StudyError, match=says):
-        ms.Study.from_toml(text)
-
-
 BEAM = """
 schema = 1
 [surface]
@@ -213,26 +196,6 @@ grade = "8.8"
 torque = "20 N m"
 nut_factor = 0.2
 """
-
-
-@pytest.mark.slow
-def test_elastic_summits_under_bolts_lead_to_the_law_that_holds() -> None:
-    """A note with the plasticity index, and the refusal of a tightening load, both name it."""
-    face = BEAM[BEAM.index('law = "face"') : BEAM.index("area")]
-    summits = """law = "greenwood-williamson"
-materials = ["steel-c45", "steel-c45"]
-heights = { kind = "gaussian", std = "0.5 um" }
-radius = "0.1 mm"
-density = "300 1/mm^2"
-"""
-    text = BEAM.replace(face, summits).replace("MU", "0.3")
-    (note,) = [n for n in preview(ms.Study.from_toml(text)).data["notes"] if "plasticity" in n]
-    pair = 2.0 * (1.0 - 0.3**2) / 210e9
-    index = 1.0 / pair / 1.68e9 * np.sqrt(5e-7 / 1e-4)
-    assert f"index of {index:.3g}" in note
-    assert 'law = "face"' in note
-    with pytest.raises(ms.StudyError, match=r'write tightening_pressure = "90 MPa" in \[surface\]'):
-        ms.Study.from_toml(text.replace("[joint]", '[joint]\ntightening_load = "9 kN"'))
 
 
 def test_a_study_by_size_and_torque() -> None:

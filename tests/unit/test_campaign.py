@@ -69,23 +69,6 @@ def test_sticking_cycles_are_called_so_in_noise() -> None:
         assert measured.probability["stick"] > 0.99
 
 
-def test_noise_stiffens_no_contact() -> None:
-    """Behind a rig as compliant as this one noise once made contacts 10 to 60 % stiffer."""
-    pair = ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33))
-    surface = ms.GreenwoodWilliamson(pair, ms.Gaussian(5e-7), 1e-3, 1e8, 2e-4)
-    joint = ms.Interface(surface, 0.55, normal_load=2000.0)
-    for rig, within in ((None, 0.02), (1e9, 0.05)):
-        found = []
-        for seed in range(3):
-            tribometer = ms.VirtualTribometer(
-                joint, rig_stiffness=rig, noise={"force": 11.0, "displacement": 1e-9}, seed=seed
-            )
-            record = tribometer.record(amplitude=2.6e-6, frequency=1.0, cycles=20)
-            measured = ms.measure(record, rig_stiffness=rig)
-            found.append(measured.mean["chord_stiffness"].value)
-        assert np.mean(found) == pytest.approx(joint.tangential_stiffness, rel=within)
-
-
 # -- files as rigs leave them ----------------------------------------------------------------------
 
 
@@ -101,17 +84,6 @@ def test_a_cut_last_line_and_lone_gaps_cost_no_file(tmp_path: Path) -> None:
     path.write_text("displacement [m],force [N]\n1e-6,2\n1e-7\n2e-6,3\n")
     with pytest.raises(ms.InputError, match="line 3: wanted 2 cells"):
         ms.Record.read(path, sample_rate=100.0)
-
-
-@pytest.mark.parametrize(
-    ("unit", "force"), [("g", 9.80665e-3), ("kg", 9.80665), ("kgf", 9.80665), ("oz", 0.27801385)]
-)
-def test_forces_as_weights_and_lengths_in_mil(tmp_path: Path, unit: str, force: float) -> None:
-    path = tmp_path / "odd.csv"
-    path.write_text(f"displacement [mil],force [{unit}]\n1,2\n3,5\n-1,1\n")
-    record = ms.Record.read(path, sample_rate=10.0)
-    assert record.displacement[1] == pytest.approx(3 * 25.4e-6)
-    assert record.force[1] == pytest.approx(5 * force, rel=1e-6)
 
 
 def test_json_parquet_and_uff(tmp_path: Path) -> None:
@@ -160,22 +132,3 @@ def test_uff(tmp_path: Path) -> None:
     record = ms.Record.read(path)
     assert record.sample_rate == pytest.approx(100.0)
     assert np.allclose(record.force, force, rtol=1e-9, atol=1e-11)
-
-
-def test_options_of_rows_and_cycles(tmp_path: Path) -> None:
-    loops(2e-5, 3).to_csv(tmp_path / "run.csv")
-    path = str(tmp_path / "run.csv")
-    outcome = run("measure", path, "--cycles", "3..6", "--rows", "1..5000")
-    assert outcome.exit_code == 0, outcome.output
-    assert "(4 cycles" in outcome.stdout or "cycles" in outcome.stdout
-    for words, said in (
-        (("--cycles", "6..3"), "--cycles: wanted FIRST..LAST"),
-        (("--rows", "0..9"), "--rows: wanted FIRST..LAST"),
-        (("--cycles", "90..99"), "--cycles"),
-    ):
-        outcome = run("measure", path, *words)
-        assert outcome.exit_code == 2
-        assert said in outcome.stderr
-    turned = run("measure", path, "--calibration", "force=-1 N/N", "--json")
-    assert turned.exit_code == 2
-    assert "the wrong way round" in turned.stderr

@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 from cases import folded
@@ -96,13 +95,3 @@ def test_the_source_is_reported(item: Any) -> None:
     for name, member, _ in members(item) if inspect.isclass(item) else ():
         text += (getattr(member, "__doc__", None) or "") if name in vars(item) else ""
     assert item is ms.units or SOURCE.search(text)  # which is arithmetic of the SI
-
-
-def test_headings_stand_on_lines_of_their_own() -> None:
-    """Text that is wrapped together with its heading breaks the pages of the site."""
-    wrapped = [
-        path.name
-        for path in Path(ms.__file__).parent.rglob("*.py")
-        if re.search(r"(?m)^ +[A-Z][a-z]+ -{3,} \S", path.read_text("utf-8"))
-    ]
-    assert wrapped == []

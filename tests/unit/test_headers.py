@@ -84,6 +84,12 @@ HEADS = [
     ("Weg_mm;Reibkraft_N;Normalkraft_N;Zeit_s", "x mm f N n N t s", ";"),
     ("t_s,x_mm,Ft_N,Fn_N", "t s x mm f N n N"),
     ("POS_MM,FRICTION_N,NORMAL_N", "x mm f N n N"),
+    # Read by their units alone, by the unit against the name, and the tangential of two.
+    ("A [ms],B [mm],C [N],D [°C]", "t ms x mm f N other -"),
+    ("Position [s],x [mm],Friction [°C],F [N]", "other - x mm cycle - f N"),
+    ("t [s],T [N],x [m]", "t s f N x m"),
+    ("Normal disp [um],Tangential disp [um],Tangential load [N]", "other - x um f N"),
+    ("Commanded position [mm],Position [mm],Lateral force [N]", "other - x mm f N"),
 ]
 
 

@@ -21,7 +21,6 @@ from microslip.laboratory import (
 )
 from microslip.laboratory.cuts import split
 from microslip.laboratory.estimates import quantile
-from microslip.laboratory.reading import _range
 from microslip.laboratory.regimes import thresholds as thresholds
 from microslip.laboratory.settling import excess_loss_notes
 from microslip.laboratory.spikes import spikes_of
@@ -76,22 +75,6 @@ def test_a_slow_begin_is_no_cycle() -> None:
 # -- measuring -------------------------------------------------------------------------------------
 
 
-def test_effects_of_the_rig() -> None:
-    found = ms.measure(virtual(noise=0.01, load_ripple=0.02, third_harmonic=0.05, cycles=30))
-    assert found.third_harmonic == pytest.approx(0.05, abs=2e-3)
-    assert found.load_ripple == pytest.approx(0.02, abs=3e-3)
-
-
-def test_student() -> None:
-    """Two values: the interval of the mean is 12.706 times half their distance at 95 %."""
-    found = ms.measure(virtual(cycles=2, noise=0.01))
-    a, b = found.cycles["amplitude"]
-    mean = found.mean["amplitude"]
-    assert mean.high - mean.value == pytest.approx(12.7062 * abs(a - b) / 2, rel=1e-5)
-    wide = ms.measure(virtual(cycles=2, noise=0.01), confidence=0.99).mean["amplitude"]
-    assert wide.high > mean.high
-
-
 def test_drift() -> None:
     cycle = np.arange(len(RECORD)) / 512.0
     moved = ms.Record(RECORD.displacement + 1e-8 * cycle, RECORD.force, 2000.0, sample_rate=5120.0)
@@ -115,19 +98,6 @@ def test_turned_around() -> None:
     ):
         with pytest.raises(ms.InputError, match=r"behind the displacement .* swapped"):
             ms.measure(early)
-
-
-def test_ends_of_a_column_that_hardly_moves_can_be_distinguished() -> None:
-    assert _range(-0.110036, -0.109796, "m") == ("-110.036 mm", "-109.796 mm")
-    assert _range(-2.0, 3.0, "N") == ("-2.00 N", "3.00 N")
-    assert _range(5.0, 5.0, "N") == ("5.00 N", "5.00 N")
-
-
-def test_clipped() -> None:
-    clipped = ms.Record(RECORD.displacement, np.clip(RECORD.force, -2000, 800.0), 2000.0)
-    assert any("of the force is exactly 800: cause" in note for note in ms.measure(clipped).notes)
-    stepped = ms.Record(RECORD.displacement, 7.5 * np.round(RECORD.force / 7.5), 2000.0)
-    assert any("converter's steps of 7.50 N" in note for note in ms.measure(stepped).notes)
 
 
 def test_cycles_that_do_not_close_are_left_out_of_the_means() -> None:
@@ -216,13 +186,6 @@ def test_no_loop_is_larger_than_its_rectangle() -> None:
     assert note.startswith("a loss factor above 4/π = 1.27, up to 357, in 1 cycle (2): larger")
 
 
-def test_without_a_load() -> None:
-    found = ms.measure(ms.Record(RECORD.displacement, RECORD.force))
-    assert "friction_peak" not in found.mean
-    assert found.load_ripple is None
-    assert found.frequency is None
-
-
 # -- conditioning ----------------------------------------------------------------------------------
 
 
@@ -294,24 +257,6 @@ def test_command(folder: Path) -> None:
     assert run("measure", "run.csv", "-o", "out", "--overwrite").exit_code == 0
 
 
-def test_command_without_a_folder(folder: Path) -> None:
-    before = sorted(folder.iterdir())
-    words = ("--rig-stiffness", "1e4 N/um", "--unit", "force=mN")
-    (found,) = json.loads(run("measure", "run.csv", "--json", *words).stdout)["records"]
-    assert found["rig_stiffness"] == pytest.approx(1e10, rel=1e-15)
-    assert found["confidence"] == 0.95
-    energy = MEASURED.mean["dissipated_energy"].value
-    assert found["mean"]["dissipated_energy"]["value"] == pytest.approx(energy / 1e3)
-    assert sorted(folder.iterdir()) == before
-
-
-@pytest.mark.parametrize("text", ["stiff", "-1", "5 um"])
-def test_command_wants_a_stiffness(folder: Path, text: str) -> None:
-    outcome = run("measure", "run.csv", "--rig-stiffness", text)
-    assert outcome.exit_code == 2
-    assert outcome.stderr.startswith("error: --rig-stiffness: wanted a ")
-
-
 def test_a_rig_softer_than_the_record_is_refused(folder: Path) -> None:
     SOFT.to_csv("soft.csv")
     outcome = run("measure", "soft.csv", "--rig-stiffness", "40")
@@ -325,38 +270,6 @@ def test_a_rig_softer_than_the_record_is_refused(folder: Path) -> None:
     assert ms.measure(SOFT, rig_stiffness=1e7 / 0.99).mean["amplitude"].value == pytest.approx(
         5e-8, rel=0.02
     )
-
-
-def test_command_speaks_in_options_and_names_the_file(folder: Path) -> None:
-    virtual(cycles=1).to_csv("one.csv")
-    assert "\none: 1 gross slip cycle, " in run("measure", "one.csv").stdout
-    turned = run("measure", "run.csv", "--flip-sign")
-    assert turned.exit_code == 2
-    assert "the force has the opposite sign" in turned.stderr
-    for options, message in (
-        (("--unit", "force=m"), 'run.csv: force: column "force [N]": wanted a unit'),
-        (("--sample-rate", "-1"), "--sample-rate: wanted a number above zero such as 200, got -1"),
-        (("--zero", "time=mean"), "run.csv: --zero: no column is read as time; write --time"),
-        (("--normal-load", "-5 N"), "run.csv: normal_load: wanted a positive force"),
-    ):
-        outcome = run("measure", "run.csv", *options)
-        assert outcome.exit_code == 2
-        assert outcome.stderr.startswith(f"error: {message}")
-        assert outcome.stderr.count("run.csv") == message.count("run.csv")
-
-
-def test_command_errors(folder: Path) -> None:
-    outcome = run("measure", "run.csv", "--unit", "mN", "-o", "out")
-    assert outcome.exit_code == 2
-    assert '--unit: wanted WHAT=VALUE, such as force=..., got "mN"' in outcome.stderr
-    np.savetxt("flat.csv", np.ones((50, 2)), header="displacement [m],force [N]", comments="",
-               delimiter=",")  # fmt: skip
-    outcome = run("measure", "flat.csv", "-o", "out")
-    assert outcome.exit_code == 2
-    assert outcome.stderr == (
-        "error: flat.csv: displacement must move, got 1 m nearly throughout\n"
-    )
-    assert not (folder / "out").exists()
 
 
 def test_the_headline_shows_how_likely_the_regimes_are() -> None:

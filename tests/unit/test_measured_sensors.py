@@ -117,14 +117,6 @@ def test_sizes_beyond_all_rigs_and_wrong_signs_are_reported() -> None:
     assert not small.mean["linear_range"].value > 2.0 * small.mean["amplitude"].value
 
 
-def test_a_wrong_sign_is_refused(tmp_path: Path) -> None:
-    record = record_of(sine())
-    ms.Record(record.displacement, -record.force, LOAD).to_csv(tmp_path / "run.csv")
-    outcome = run("measure", str(tmp_path / "run.csv"))
-    assert outcome.exit_code == 2
-    assert "run the wrong way round" in outcome.stderr
-
-
 LVM = """LabVIEW Measurement\t
 Separator\tTab
 Decimal_Separator\t.

@@ -222,12 +222,3 @@ def test_wrong_keys_are_one_line(study, old, new, message) -> None:
         study((old, new))
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    "law", ["scan", "rough", "drawing", "two-faces", "persson", "elliptic-summits"]
-)
-def test_removed_laws_name_what_replaces_them(study, law) -> None:
-    with pytest.raises(ms.StudyError, match="removed in 0") as caught:
-        study(('"face"', f'"{law}"'))
-    assert 'law = "face"' in str(caught.value)

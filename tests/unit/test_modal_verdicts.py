@@ -11,7 +11,6 @@ import pytest
 from laps import STRIP
 
 import microslip as ms
-from microslip.study.new import template
 from microslip.study.runs.structure import _bands
 from microslip.study.runs.structure_prediction import ModeSamples, joint_damping
 from microslip.study.runs.structure_tests import amplitude_trends, compare_tests
@@ -112,12 +111,6 @@ def test_samples_without_a_solution_give_no_band_and_no_warning() -> None:
     assert bands.unsolved == 32
     assert np.isnan(bands.damping_error)
     assert np.isnan(bands.damping_ratio).all()
-
-
-def test_roughness_must_be_that_of_a_machined_face() -> None:
-    text = template("structure").replace('rq = "1.6 um"', 'rq = "30 mm"')
-    with pytest.raises(ms.StudyError, match=r"surface\.rq: must give an Rq of at most 0.0002 m"):
-        ms.Study.from_toml(text)
 
 
 def test_tests_at_small_amplitude_set_the_base_damping() -> None:

@@ -17,9 +17,6 @@ from nptdms import ChannelObject, TdmsWriter
 from scipy.io import savemat
 
 import microslip as ms
-from microslip.friction import load_law
-from microslip.laboratory import Campaign
-from microslip.laboratory.manifest import Manifest
 from microslip.readers import tables
 from microslip.readers import text as text_reader
 
@@ -43,9 +40,6 @@ def _put(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str, str 
 
 def equal(a: Any, b: Any) -> None:
     np.testing.assert_array_equal(np.asarray(a), np.asarray(b), strict=True)
-
-
-# -- in Python -------------------------------------------------------------------------------------
 
 
 # -- text ------------------------------------------------------------------------------------------
@@ -99,20 +93,6 @@ def test_shapes_that_laboratories_write(shape: str, put: Any) -> None:
         "force",
         "time",
     ]
-
-
-def test_no_names(put: Any) -> None:
-    path = put("bare.dat", "0 1 10\n1 2.5 12.5\n2 -1 -10\n")
-    record = ms.Record.read(
-        path,
-        displacement="#2",
-        force="#3",
-        time="#1",
-        units={"displacement": "um", "force": "mN", "time": "ms"},
-    )
-    np.testing.assert_allclose(record.displacement, X[:3], rtol=4e-16)
-    np.testing.assert_allclose(record.force, T[:3] / 1e3, rtol=4e-16)
-    equal(record.time, np.array([0.0, 0.001, 0.002]))
 
 
 def test_calibration(put: Any) -> None:
@@ -173,68 +153,6 @@ def test_rows(put: Any) -> None:
     record = ms.Record.read(path, rows=slice(1, 4))
     equal(record.displacement, np.array([1.0, 2.0, 3.0]))
     assert "rows 1 to 4 (without) of 7." in record.notes
-
-
-NAMES: dict[str, tuple[str, dict[str, str | None]]] = {
-    "fretting": (
-        "x [um],Q [N],P [N],N",
-        {"displacement": "x", "force": "Q", "normal_load": "P", "time": None},
-    ),
-    "axes": (
-        "Time (s),Fx (N),Fz (N),Stroke (mm),COF",
-        {"displacement": "Stroke", "force": "Fx", "normal_load": "Fz", "time": "Time"},
-    ),
-    "German": (
-        "Zeit [s],Normalkraft [N],Reibkraft [N],Verfahrweg [mm],Reibwert",
-        {
-            "displacement": "Verfahrweg",
-            "force": "Reibkraft",
-            "normal_load": "Normalkraft",
-            "time": "Zeit",
-        },
-    ),
-    "across": (
-        "Normal displacement [um],Tangential displacement [um],Tangential load [N],Load [N]",
-        {
-            "displacement": "Tangential displacement",
-            "force": "Tangential load",
-            "normal_load": "Load",
-            "time": None,
-        },
-    ),
-    "commanded": (
-        "Commanded position [mm],Position [mm],Lateral force [N]",
-        {"displacement": "Position", "force": "Lateral force", "commanded": "Commanded position"},
-    ),
-    "units only": (
-        "A [ms],B [mm],C [N],D [°C]",
-        {"displacement": "B", "force": "C", "normal_load": None, "time": "A"},
-    ),
-    "a unit against the name": (
-        "Position [s],x [mm],Friction [°C],F [N]",
-        {"displacement": "x", "force": "F", "time": None},
-    ),
-    "T is a force": ("t [s],T [N],x [m]", {"displacement": "x", "force": "T", "time": "t"}),
-}
-
-
-@pytest.mark.parametrize("case", NAMES)
-def test_names_that_leave_no_doubt(case: str, put: Any) -> None:
-    header, wanted = NAMES[case]
-    names = [cell.partition(" [")[0].partition(" (")[0] for cell in header.split(",")]
-    columns = np.arange(1.0, 4.0)[:, None] + 10.0 * np.arange(1, len(names) + 1)
-    rows = "\n".join(",".join(map(repr, row)) for row in columns.tolist())
-    record = ms.Record.read(put("names.csv", f"{header}\n{rows}\n"))
-    for role, name in wanted.items():
-        values = getattr(record, role)
-        if name is None:
-            assert values is None, role
-        else:
-            place = names.index(name) + 1
-            assert np.allclose(values / values[0], columns[:, place - 1] / columns[0, place - 1])
-            assert any(note.startswith(f'{role}: column "{name}') for note in record.notes), (
-                record.notes
-            )
 
 
 # -- wrong files -----------------------------------------------------------------------------------
@@ -419,35 +337,6 @@ def test_hdf5(put: Any) -> None:
     assert record.sample_rate == 100.0
     assert record.notes[0] == "a.h5: HDF5 file."
     assert record.notes[1].startswith('displacement: column "run1/displacement" by its name, mm by')
-
-
-def test_hdf5_tables(put: Any) -> None:
-    table = np.zeros(4, dtype=[("position [mm]", "f8"), ("force [N]", "f8"), ("state", "S2")])
-    table["position [mm]"], table["force [N]"] = X * 1e3, T
-    with h5py.File("t.h5", "w") as file:
-        file["log"] = table
-    record = ms.Record.read("t.h5")
-    np.testing.assert_allclose(record.displacement, X, rtol=4e-16)
-    equal(record.force, T)
-
-
-def test_hdf5_rates_that_differ(put: Any) -> None:
-    with h5py.File("r.h5", "w") as file:
-        file["a/x"], file["b/F"] = X, T
-        file["a/dt"], file["b/fs"] = 0.5, 3.0
-    record = ms.Record.read("r.h5", units=UNITS)
-    assert record.sample_rate is None
-    assert record.notes[0] == (
-        'r.h5: HDF5 file; two sample rates, 2 Hz by "a/dt" and 3 Hz by "b/fs", so neither is used.'
-    )
-    with h5py.File("s.h5", "w") as file:
-        file["x"], file["F"] = X, T
-        file["x"].attrs["fs"], file["F"].attrs["fs"] = 2.0, 3.0
-    with pytest.raises(ms.InputError) as caught:
-        ms.Record.read("s.h5", units=UNITS)
-    assert (
-        str(caught.value) == "s.h5: displacement and force differ in sample rate, got 2 Hz and 3 Hz"
-    )
 
 
 def test_hdf5_wrong(put: Any) -> None:
@@ -786,31 +675,3 @@ def test_records_of_numpy(form: str, put: Any) -> None:
     np.save("o.npy", np.array([print, 1], dtype=object), allow_pickle=True)
     with pytest.raises(ms.InputError, match="wanted real numbers, got an array of object"):
         ms.Record.read("o.npy")
-
-
-@pytest.mark.parametrize("path", [3, None, ["run.csv"]])
-def test_a_path_is_the_name_of_a_file(path: Any) -> None:
-    record = ms.Record([0.0, 1.0], [0.0, 1.0])
-    for entrance in (ms.Record.read, record.to_csv, Manifest.read, load_law, ms.Study.load):
-        with pytest.raises(ms.InputError, match="path must be the name of a"):
-            entrance(path)
-
-
-def test_messages_of_long_paths_are_short() -> None:
-    for entrance in (ms.Record.read, Manifest.read, load_law, ms.Study.load, ms.Scan.read):
-        with pytest.raises(ms.InputError) as caught:
-            entrance(10_000 * "a")
-        assert len(str(caught.value)) < 300
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("x",), "measurements must be Measurements, got 'x'"),
-        ((3,), "measurements must be Measurements, got 3"),
-        (((),), "measurements must be Measurements, got none"),
-    ],
-)
-def test_a_campaign_is_of_measurements(arguments: tuple[Any, ...], words: str) -> None:
-    with pytest.raises(ms.InputError, match=words):
-        Campaign(*arguments)

@@ -7,12 +7,10 @@ import json
 import sys
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 import meshio
 import numpy as np
 import pytest
-from scipy import io
 
 ROOT = Path(__file__).parents[2]
 
@@ -63,25 +61,6 @@ def test_quick_cases_predict_the_stored_numbers(name: str) -> None:
     bands = RUN.predict(name)
     for row in RESULTS[name]["rows"]:
         np.testing.assert_allclose(bands[row["name"]], row["predicted"], rtol=1e-9)
-
-
-def test_a_case_whose_data_are_not_here_keeps_its_row(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(RUN, "RESULTS", tmp_path / "results.json")
-    RUN.write_results(RESULTS)
-
-    def lacking(name: str) -> Any:
-        return io.loadmat(tmp_path / "absent.mat")
-
-    monkeypatch.setattr(RUN, "predict", lacking)
-    assert RUN.run(["porter-brake-2023"], again=True) == RESULTS
-    assert "porter-brake-2023: kept, it needs" in capsys.readouterr().out
-    damaged = tmp_path / "damaged.mat"
-    damaged.write_bytes(b"no numbers" * 40)
-    monkeypatch.setattr(RUN, "predict", lambda name: io.loadmat(damaged))
-    with pytest.raises(ValueError, match="mat file"):
-        RUN.run(["porter-brake-2023"], again=True)
 
 
 def test_a_number_is_inside_where_its_range_meets_the_band() -> None:

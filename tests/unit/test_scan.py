@@ -40,14 +40,6 @@ def test_a_profile_is_a_scan_of_one_dimension() -> None:
         _ = scan.area
 
 
-def test_masked_points_and_whole_numbers_are_understood() -> None:
-    masked = ms.Scan(np.ma.masked_greater(np.arange(12).reshape(3, 4), 9), 1.0)
-    assert np.isnan(masked.heights).sum() == 2
-    assert masked.heights.dtype == np.float64
-    assert ms.Scan(HEIGHTS.astype(np.float32), 1.0).heights.dtype == np.float64
-    assert ms.Scan(HEIGHTS.T, 1.0).heights.flags.c_contiguous
-
-
 # -- what cannot be measured -----------------------------------------------------------------------
 
 
@@ -81,19 +73,6 @@ def test_what_stands_on_a_flat_is_no_spike() -> None:
 
 
 # -- conditioning ----------------------------------------------------------------------------------
-
-
-def test_cut_offs_of_two_passes_have_to_fit() -> None:
-    scan = ms.Scan(HEIGHTS, 1e-6)
-    twice = scan.condition(long_cutoff=2e-5).condition(long_cutoff=1e-5)
-    assert twice.long_cutoff == 1e-5
-
-
-def test_too_few_points_for_a_form() -> None:
-    heights = np.full((10, 10), NAN)
-    heights[5] = np.arange(10.0)
-    with pytest.raises(ms.InputError, match='level="plane": 10 points do not determine'):
-        ms.Scan(heights, 1e-6).condition(level="plane")
 
 
 def test_conditioning_leaves_the_scan_alone_and_tells_what_it_did() -> None:

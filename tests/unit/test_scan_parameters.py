@@ -11,9 +11,7 @@ from scipy import stats
 
 from microslip._core.errors import InputError
 from microslip.surfaces import (
-    Moments,
     Scan,
-    SummitStatistics,
     random_surface,
     verdicts,
 )
@@ -72,25 +70,6 @@ def test_white_noise_has_the_moments_of_its_differences() -> None:
     # Variances of sums of squares of coefficients: 1, 2 and 6; 640 000 points.
     assert (found.m0, found.m2, found.m4) == pytest.approx((1.0, 2.0, 6.0), rel=0.01)
     assert found.nayak == pytest.approx(1.5, rel=0.01)
-
-
-@pytest.mark.parametrize("bad", [0.0, -1.0, math.nan, math.inf, "1", None])
-@pytest.mark.parametrize("at", [0, 1, 2])
-def test_moments_must_be_positive(bad: Any, at: int) -> None:
-    numbers: list[Any] = [1.0, 1.0, 3.0]
-    numbers[at] = bad
-    with pytest.raises(InputError, match=f"m{2 * at} must be"):
-        Moments(*numbers)
-
-
-@pytest.mark.parametrize(
-    ("name", "bad"),
-    [("density", 0.0), ("radius", -1e-6), ("std", -1e-9), ("std", "1 um"), ("mean_height", None)],
-)
-def test_summit_statistics_check_their_numbers(name: str, bad: Any) -> None:
-    numbers: dict[str, Any] = {"density": 1e10, "radius": 1e-5, "std": 1e-7} | {name: bad}
-    with pytest.raises(InputError, match=name):
-        SummitStatistics(**numbers)
 
 
 # Spectra.

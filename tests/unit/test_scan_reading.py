@@ -788,29 +788,3 @@ def test_real_scans(
     if rms is not None:  # an independent reckoning, of three digits
         level = scan.condition(level="quadratic").heights
         assert level.std() == pytest.approx(rms, rel=3e-3)
-
-
-@pytest.mark.parametrize("name", ["plu-1.plu", "al3d-1.al3d", "mnt-1.mnt"])
-@pytest.mark.parametrize("share", [0.001, 0.1, 0.4])  # of plu and al3d half is a picture
-def test_truncated_real_scans(name: str, share: float) -> None:
-    content = real(name).read_bytes()
-    put(name, content[: int(share * len(content))])
-    refused("of no format|not a usable (plu|al3d|mnt) file", name)
-
-
-def test_spikes_are_reported() -> None:
-    z = np.random.default_rng(0).normal(size=(20, 20))
-    z[3, 3] = 1e9
-    np.save("a.npy", z)
-    scan = ms.Scan.read("a.npy", **UM)
-    assert any(note.startswith("spikes: 1 points lie more than a million") for note in scan.notes)
-    with pytest.raises(ms.InputError, match="remove them with"):
-        scan.statistics()
-
-
-def test_what_is_in_the_columns_may_be_said() -> None:
-    put("a.txt", "0 0 1\n1 0 2\n0 1 3\n1 1 5\n")
-    assert ms.Scan.read("a.txt", unit="um").heights.tolist() == [[1e-6, 2e-6], [3e-6, 5e-6]]
-    assert ms.Scan.read("a.txt", "matrix", **UM).heights.shape == (4, 3)
-    refused('the coordinates determine the pixel.* format="matrix"', "a.txt", **UM)
-    refused('format="profile": wanted 1 or 2 columns, got 3', "a.txt", "profile", unit="um")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import Any
@@ -219,29 +218,6 @@ def test_same_seed_same_bytes_for_any_number_of_workers(tmp_path: Path) -> None:
         study.run(workers=0)
 
 
-@pytest.mark.slow
-def test_check_shows_what_is_uncertain(tmp_path: Path) -> None:
-    path = tmp_path / "study.toml"
-    text = ROUGH.replace("{ mean = 0.55, cv = 0.15 }", "{ values = [0.5, 0.3, 0.6] }").replace(
-        'amplitudes = ["0.1 um", ', 'amplitudes = [{ of = "surface.heights.std", factor = 0.2 }, '
-    )
-    text = text.replace("cv = 0.03 }", 'cv = 0.03 }\nhardness = "1 GPa"')
-    pair = '[{ between = ["surface.radius", "surface.density"], value = -0.5 }]'
-    path.write_text(f"{text}correlations = {pair}\n")
-    found = CliRunner().invoke(main, ["check", str(path)])
-    assert found.exit_code == 0, found.output
-    told = json.loads(CliRunner().invoke(main, ["check", str(path), "--json"]).output)
-    rows = {row["key"]: row for row in told["quantities"]}
-    assert rows["joint.friction_coefficient"]["value"] == [0.3, 0.6]
-    assert rows["joint.friction_coefficient"]["written"] == "values = 3 values"
-    assert rows["joint.normal_load"]["value"] == 2000.0
-    amplitudes = rows["excitation.amplitudes"]
-    assert amplitudes["value"] == pytest.approx([1e-7, 1e-6])
-    assert amplitudes["written"] == ["of = surface.heights.std, factor = 0.2", "1 um"]
-    assert rows["surface.heights.std"]["written"] == "mean = 0.5 um, cv = 0.15"
-    assert "bands.csv" in told["files"]
-
-
 ANY = """
 schema = 1
 [surface]
@@ -315,35 +291,6 @@ def test_any_number_may_scatter_and_one_may_follow_another() -> None:
         drawn = design.at(row)
         assert drawn.surface.radius == 2000.0 * drawn.surface.heights.std
         assert 1e7 <= drawn.material["al"].hardness <= 1.2e9  # type: ignore[union-attr]
-
-
-def test_an_amplitude_scatters() -> None:
-    """Far below the slip scale the energy goes as nearly the cube of the amplitude."""
-    text = SPHERE.replace('["0.1 um"]', '[{ mean = "1 nm", cv = 0.1 }, "2 nm"]')
-    result = ms.Study.from_toml(text.replace("samples = 128", "samples = 64")).run()
-    found = result.scatter
-    assert found is not None
-    assert [one.key for one in found.inputs][-1] == "excitation.amplitudes, item 1"
-    decision = found.decision("dissipated_energy", 0, 0)
-    ratio = decision.high[-1] / decision.low[-1]
-    assert ratio == pytest.approx(math.exp(3.0 * 2.0 * 1.6449 * math.sqrt(width(0.1))), rel=5e-3)
-
-
-def test_bolts_that_scatter_press_the_joint() -> None:
-    text = (
-        ROUGH.split("[uncertainty]")[0]
-        .replace("2 cm^2", "9 cm^2")
-        .replace('normal_load = { mean = "2 kN", cv = 0.15 }\n', "")
-    )
-    bolt = (
-        'pressure = { kind = "bolt", size = "M8", plates = ["10 mm", "10 mm"], '
-        'torque = { mean = "20 N m", cv = 0.2 } }\n[excitation]'
-    )
-    design = Design(ms.Study.from_toml(text.replace("[excitation]", bolt)))
-    place = [one.key for one in design.inputs].index("joint.pressure.torque")
-    far = [design.at(sign * np.eye(len(design.inputs))[place]).joint for sign in (-1, 1)]
-    ratio = far[1].normal_load[0] / far[0].normal_load[0]
-    assert ratio == pytest.approx(math.exp(2.0 * math.sqrt(width(0.2))), rel=1e-12)
 
 
 @pytest.mark.parametrize(

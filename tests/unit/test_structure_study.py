@@ -16,10 +16,9 @@ from laps import DENSITY, STEEL, STRIP, small_lap
 from scipy import stats
 
 import microslip as ms
-from microslip.figures.plot import Area, Marks
+from microslip.figures.plot import Area
 from microslip.report.document import Verdicts
 from microslip.report.predicted.document import prediction_document
-from microslip.report.predicted.numbers import file_names
 from microslip.report.predicted.preview import preview
 from microslip.report.structure.judged import structure_verdicts
 from microslip.report.structure.pictures import curve_plot, shape_plot
@@ -86,27 +85,6 @@ def drawn() -> ms.ReducedJoint:
         ms.Material.named("steel"), DENSITY, (3, 2), element_size=0.012,
         sensors={"sensor": ((0.1, 0.0, 0.0), "z")},
     )  # fmt: skip
-
-
-def test_the_structure_is_reported_first(result: ms.Result) -> None:
-    told = prediction_document(result)
-    assert [s.title for s in told.sections][:6] == [
-        "Frequency and damping", "Tests beside the bands", "Limits, rise and fall",
-        "Contributions to the scatter", "Structure", "Structure in figures",
-    ]  # fmt: skip
-    assert told.answer.startswith("Mode 1 at ")
-    assert "brackets: 5 to 95 %" in told.answer
-    assert result.structure is not None
-    mode, data = result.structure.modes[0], result.summary["structure"]["modes"][0]
-    assert mode.bands is not None
-    assert told.answer.endswith(
-        f"Errors: truncated harmonics ±{abs(mode.curve.harmonic_error[-1]):.1%}; patches, mesh and "
-        f"reduction not estimated; ends of the band ±{mode.bands.damping_error:.1%} by sampling."
-    )
-    (picture,) = [p for p in told.pictures if p.name == "modal_curves"]
-    assert picture.caption.endswith(told.answer.partition("Errors:")[2])
-    assert data["sampling_error"]["modal_damping_ratio"] == mode.bands.damping_error
-    np.testing.assert_array_equal(data["harmonic_error"], mode.curve.harmonic_error)
 
 
 def test_verdicts_cover_all_that_the_report_shows(result: ms.Result) -> None:
@@ -214,18 +192,6 @@ def test_the_joint_beside_it_bears_the_mean_pressure(result: ms.Result) -> None:
     np.testing.assert_allclose(result.joints[0].normal_load, 5e3 / face * 2e-4)
 
 
-def test_pictures_show_bands_and_the_test(result: ms.Result) -> None:
-    assert result.structure is not None
-    plot = curve_plot(result.structure)
-    for panel in plot.panels:
-        assert sum(isinstance(item, Area) for item in panel.items) == 1
-        (marks,) = [item for item in panel.items if isinstance(item, Marks)]
-        np.testing.assert_allclose(marks.x, [1.0, 10.0])
-    np.testing.assert_allclose(marks.y, [8e-4, 1.1e-3])
-    (panel,) = shape_plot(result.structure).panels
-    assert sum(isinstance(item, Area) for item in panel.items) > 20
-
-
 @pytest.mark.slow
 def test_a_fit_reports_what_the_test_determines(folder: Path, tmp_path: Path) -> None:
     near = TEST.replace("900", "984").replace("899", "983")
@@ -323,21 +289,6 @@ def test_identify_takes_several_tests_of_a_structure(folder: Path, ring: Path) -
     assert [test.band for test in fitted.structure.measured] == [None, (700.0, 1100.0)]
 
 
-def test_the_curves_are_in_the_labelled_arrays(result: ms.Result) -> None:
-    from microslip.report.predicted.data import data_set
-
-    held, found = data_set(result), result.structure
-    assert held.sizes["mode"] == 1
-    assert held.sizes["patch"] == 6
-    for name in ("modal_frequency", "modal_damping_ratio"):
-        assert held.variables[name].dims == ("mode", "structure_amplitude")
-    curve = found.modes[0].curve
-    assert np.array_equal(held.variables["modal_frequency"].values[0], curve.frequency)
-    assert np.array_equal(held.coords["structure_amplitude"].values, curve.amplitude)
-    assert held.variables["modal_damping_ratio_high"].values.shape == (1, 3)
-    assert held.variables["patch_loss_share"].values.sum() == pytest.approx(1.0)
-
-
 def test_the_copy_of_a_study_finds_its_tests(folder: Path, tmp_path: Path) -> None:
     text = STUDY.replace("measured = {", "measured = [{").replace('"test.csv" }', '"test.csv" }]')
     study = ms.Study.from_toml(text, folder=folder)
@@ -360,15 +311,6 @@ def test_files_are_written(result: ms.Result, tmp_path: Path) -> None:
     assert "Frequency and damping" in page
     assert "Joint at rest" not in page
     assert not (tmp_path / "out/loops.csv").exists()
-
-
-def test_cycles_of_the_joint_are_there_where_they_are_asked_for(folder: Path) -> None:
-    text = STUDY.replace("[structure]", '[excitation]\namplitudes = ["1 um"]\n\n[structure]', 1)
-    study = ms.Study.from_toml(text, folder=folder)
-    assert study.asks_for_joint
-    assert not ms.Study.from_toml(STUDY, folder=folder).asks_for_joint
-    assert "loops.csv" in file_names(study)
-    assert "loops.csv" not in file_names(ms.Study.from_toml(STUDY, folder=folder))
 
 
 @pytest.mark.slow
@@ -618,31 +560,6 @@ def test_samples_of_a_modulus_are_multiples_of_one_model() -> None:
         known((header, steel.format(f'"{e} GPa"'))).modes[0].curve.frequency for e in (160, 240)
     )
     np.testing.assert_allclose(bands.frequency[[0, 2]], [low, high], rtol=1e-9)
-
-
-@pytest.mark.slow
-def test_amplitudes_may_be_accelerations() -> None:
-    free = known()
-    slow, fast = (
-        free.modes[0].curve,
-        known(
-            (
-                '{ from = "0.1 um", to = "10 um", points = 3 }',
-                '{ from = "3 m/s^2", to = "300 m/s^2", points = 3 }',
-            )
-        )
-        .modes[0]
-        .curve,
-    )
-    places = fast.amplitude / (2.0 * np.pi * fast.frequency) ** 2
-    np.testing.assert_allclose(
-        np.interp(np.log(places), np.log(slow.amplitude), slow.frequency), fast.frequency, rtol=2e-3
-    )
-    np.testing.assert_allclose(fast.amplitude, [3.0, 30.0, 300.0])
-    with pytest.raises(
-        ms.StudyError, match=r"amplitude\.to: wanted acceleration as in from, got displacement"
-    ):
-        known(('from = "0.1 um"', 'from = "3 m/s^2"'))
 
 
 @pytest.mark.slow

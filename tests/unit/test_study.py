@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import copy
-import pickle
 from pathlib import Path
 
 import numpy as np
 import pytest
-from studies import AMPLITUDES, CURVE, LOADS, STUDY, SURFACE, SURFACES, edited
+from studies import AMPLITUDES, CURVE, LOADS, SURFACE, SURFACES, edited
 
 import microslip as ms
-from microslip.study.runs.columns import AmplitudeCurve, pieces_of
+from microslip.study.runs.columns import AmplitudeCurve
 
 NO_REPORT = "report = false\n"
 RECORD = [0.0, 0.4, -0.2, 0.3, -0.5, 0.0, 2.0, -3.0]
@@ -153,40 +151,3 @@ def test_a_curve_is_the_backbone_of_the_joint_piece_by_piece() -> None:
     for name, array in curve.columns().items():
         wanted = same[name] if name in same else getattr(joint, name)(amplitude)
         np.testing.assert_array_equal(array, wanted, err_msg=name)
-
-
-@pytest.mark.parametrize("size", [1, 63, 64, 65, 1000, 100_003])
-def test_pieces_cover_everything_once(size: int) -> None:
-    pieces = list(pieces_of(size))
-    assert pieces[0].start == 0
-    assert [piece.start for piece in pieces[1:]] == [piece.stop for piece in pieces[:-1]]
-    assert pieces[-1].stop == size
-    assert max(piece.stop - piece.start for piece in pieces) <= 20_000
-
-
-def test_a_result_is_frozen_and_survives_copies(record: Path) -> None:
-    result = ms.Study.from_toml(with_history("x", "displacement"), folder=record).run()
-    for other in (pickle.loads(pickle.dumps(result)), copy.deepcopy(result)):
-        assert repr(other) == repr(result)
-        assert other.summary == result.summary
-        tables = (*other.rows, *other.curves, *other.histories)
-        mine = (*result.rows, *result.curves, *result.histories)
-        for table, own in zip(tables, mine, strict=True):
-            for name, array in table.columns().items():
-                assert not array.flags.writeable, name
-                np.testing.assert_array_equal(array, own.columns()[name])
-    with pytest.raises(AttributeError):
-        result.joints = ()
-
-
-@pytest.mark.parametrize("name", ["exponential", "sphere", "table"])
-def test_the_files_are_known_before_anything_is_computed(name: str, record: Path) -> None:
-    """Without matplotlib, which takes half a second to load: so the names stand twice."""
-    from microslip.report.predicted.figures import figure_names_of
-    from microslip.report.predicted.numbers import file_names
-
-    for text in (with_history("x", "displacement"), STUDY):
-        text = text.replace(SURFACE, SURFACES[name]).replace(LOADS, '"50 N"')
-        study = ms.Study.from_toml(text.replace('["csv"]', '["png"]'), folder=record)
-        drawn = [file.removesuffix(".png") for file in file_names(study) if file.endswith(".png")]
-        assert drawn == list(figure_names_of(study.run()))

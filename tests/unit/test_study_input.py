@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import copy
-import math
 import pickle
 import tomllib
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from studies import AMPLITUDES, GAUSSIAN, LOADS, MATERIAL, STUDY, SURFACE, SURFACES, edited
+from studies import AMPLITUDES, LOADS, MATERIAL, STUDY, edited
 
 import microslip as ms
 from microslip._core.units import (
@@ -25,20 +23,12 @@ from microslip._core.units import (
     PRESSURE,
     STIFFNESS,
     QuantityError,
-    engineering,
-    significant,
     to_si,
 )
 from microslip.contact.materials import metals
 from microslip.study.toml_text import dump
 
 LINE = f"amplitudes = {AMPLITUDES}"
-
-
-def test_a_byte_order_mark_and_windows_line_ends_are_read(tmp_path: Path) -> None:
-    path = tmp_path / "joint.toml"
-    path.write_bytes(STUDY.replace("\n", "\r\n").encode("utf-8-sig"))
-    assert ms.Study.load(path).title == "A joint"
 
 
 # -- what is read ---------------------------------------------------------------------------
@@ -95,22 +85,6 @@ def test_odd_quantities_are_refused_on_one_line(text: str) -> None:
     assert str(caught.value).isprintable()
 
 
-def test_numbers_are_written_for_readers() -> None:
-    for value, text in (
-        *((0.0, "0 N"), (1.0, "1.00 N"), (999.4, "999 N"), (999.6, "1.00 kN"), (-2e3, "-2.00 kN")),
-        *((1.1e3, "1.10 kN"), (3.43e-7, "343 nN"), (5.7e9, "5.70 GN"), (None, "–")),
-        *((1e-22, "1.00e-22 N"), (1e13, "1.00e+13 N")),
-    ):
-        assert engineering(value, "N") == text
-    for value, text in ((1e-6, "1 µm"), (1e-5, "10 µm"), (1e-4, "100 µm"), (1.5e-3, "1.5 mm")):
-        assert engineering(value, "m", trim=True) == text
-    for value, text in (
-        *((0.0, "0"), (1.0, "1.00"), (12345.0, "12345"), (0.0123, "0.0123")),
-        *((1e-9, "1.00e-09"), (math.inf, "inf"), (None, "–")),
-    ):
-        assert significant(value) == text
-
-
 # -- materials --------------------------------------------------------------------------------
 
 
@@ -138,46 +112,6 @@ def test_own_numbers_win_over_the_table() -> None:
     assert study.material["steel"].poisson_ratio == metals()["steel"].poisson_ratio
     assert "young_modulus" not in study.notes[0]
     assert "poisson_ratio 0.3 (" in study.notes[0]
-
-
-def test_what_is_described_in_full_takes_nothing_from_the_table() -> None:
-    assert ms.Study.from_toml(STUDY).notes == ()
-    own = '[material.steel]\nyoung_modulus = "205 GPa"\npoisson_ratio = 0.29\n'
-    own += 'hardness = "2 GPa"\n'
-    study = ms.Study.from_toml(edited((MATERIAL, own), ('["al", "al"]', '["steel", "steel"]')))
-    assert study.notes == ()
-    rigid = "[material.steel]\nrigid = true\n"
-    study = ms.Study.from_toml(edited((MATERIAL, MATERIAL + rigid), ('"al"]', '"steel"]')))
-    assert study.notes == ()
-    assert study.material["steel"].rigid
-
-
-@pytest.mark.parametrize("name", metals())
-def test_every_metal_can_be_named(name: str) -> None:
-    study = ms.Study.from_toml(edited((MATERIAL, ""), ('["al", "al"]', f'["{name}", "{name}"]')))
-    assert study.material[name].young_modulus == metals()[name].young_modulus
-
-
-# -- heights ----------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", SURFACES)
-def test_every_surface_is_read(name: str) -> None:
-    study = ms.Study.from_toml(edited((SURFACE, SURFACES[name]), (LOADS, '"50 N"')))
-    assert study.surface.law in SURFACES[name]
-
-
-def test_scipy_heights_are_the_frozen_distribution() -> None:
-    from scipy import stats
-
-    heights = (
-        '{ kind = "scipy", distribution = "beta", parameters = { a = 2, b = 3.5 }, '
-        'location = "-1 um", scale = "4 um" }'
-    )
-    read = ms.Study.from_toml(edited((GAUSSIAN, heights))).surface.heights
-    assert read.parameters == {"a": 2.0, "b": 3.5}
-    y = np.linspace(-1e-6, 3e-6, 9)
-    assert np.array_equal(read.build().pdf(y), stats.beta(2, 3.5, loc=-1e-6, scale=4e-6).pdf(y))
 
 
 # -- columns ----------------------------------------------------------------------------------
@@ -215,54 +149,6 @@ def test_a_column_is_read_with_its_unit(
     assert ms.Study.from_toml(text, folder=str(tmp_path)).excitation.history == history
 
 
-@given(st.lists(st.decimals(-9999, 9999, places=4), min_size=2, max_size=20))
-def test_columns_and_lists_give_the_same_doubles(
-    tmp_path_factory: pytest.TempPathFactory, numbers: list[Any]
-) -> None:
-    folder = tmp_path_factory.mktemp("column")
-    (folder / "x.csv").write_text("x [um]\n" + "".join(f"{number:f}\n" for number in numbers))
-    column = '{ kind = "values", file = "x.csv", column = "x" }'
-    listed = f'{{ kind = "values", values = {[f"{number:f} um" for number in numbers]} }}'
-    read = [
-        ms.Study.from_toml(edited((GAUSSIAN, heights)), folder=folder).surface.heights.values
-        for heights in (column, listed)
-    ]
-    assert read[0] == read[1]
-
-
-def test_a_force_history_is_in_newtons(tmp_path: Path) -> None:
-    (tmp_path / "x.csv").write_text("F [kN]\n0\n-0.2\n0.274\n")
-    text = edited((LINE, 'history = { file = "x.csv", column = "F", quantity = "force" }'))
-    study = ms.Study.from_toml(text, folder=tmp_path)
-    assert study.excitation.history.values.tolist() == [0.0, -200.0, 274.0]
-    assert study.notes == ('excitation.history: 3 values from x.csv, column "F [kN]", unit kN.',)
-
-
-def test_lists_of_surfaces_may_be_columns(tmp_path: Path) -> None:
-    (tmp_path / "y.csv").write_text("y [um];r [mm];N [kN]\n0,5;1;4\n1;1,5;1,2\n2;2;0\n")
-    population = (
-        'law = "population"\nheights = { kind = "values", file = "y.csv", column = "y" }\n'
-        'radius = { file = "y.csv", column = "r" }\n'
-    )
-    study = ms.Study.from_toml(edited((SURFACE, population)), folder=tmp_path)
-    assert study.surface.heights.values == (5e-7, 1e-6, 2e-6)
-    assert study.surface.radius == (1e-3, 1.5e-3, 2e-3)
-    assert study.notes == (
-        'surface.heights: 3 values from y.csv, column "y [um]", unit um.',
-        'surface.radius: 3 values from y.csv, column "r [mm]", unit mm.',
-    )
-    table = (
-        'law = "table"\nseparation = { file = "y.csv", column = "y" }\n'
-        'load = { file = "y.csv", column = "N" }\n'
-    )
-    study = ms.Study.from_toml(edited((SURFACE, table)), folder=tmp_path)
-    assert study.surface.separation == (5e-7, 1e-6, 2e-6)
-    assert study.surface.load == (4000.0, 1200.0, 0.0)
-    nested = '{ kind = "values", values = { file = "y.csv", column = "y" } }'
-    study = ms.Study.from_toml(edited((GAUSSIAN, nested)), folder=tmp_path)
-    assert study.surface.heights.values == (5e-7, 1e-6, 2e-6)
-
-
 def test_files_are_relative_to_the_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "data").mkdir()
     (tmp_path / "data" / "x.csv").write_text("x [um]\n1\n2\n")
@@ -273,15 +159,6 @@ def test_files_are_relative_to_the_study(tmp_path: Path, monkeypatch: pytest.Mon
     assert ms.Study.from_toml(absolute).excitation.history.values[1] == 2e-6
     monkeypatch.chdir(tmp_path)
     assert ms.Study.from_toml(text).excitation.history.values[1] == 2e-6
-
-
-# -- force amplitudes, output ------------------------------------------------------------------
-
-
-def test_force_amplitudes_stand_in_for_amplitudes() -> None:
-    study = ms.Study.from_toml(edited((LINE, 'force_amplitudes = ["50 N", "0.27 kN"]')))
-    assert study.excitation.force_amplitudes == (50.0, 270.0)
-    assert study.excitation.amplitudes is None
 
 
 # -- overrides --------------------------------------------------------------------------------
@@ -311,17 +188,6 @@ def test_overrides_replace_keys_and_keep_comments() -> None:
     assert again.by_keys() == study.by_keys()
 
 
-def test_of_two_overrides_of_a_key_the_last_one_counts() -> None:
-    overrides = ["joint.normal_load=1 kN", "joint.normal_load=3 kN"]
-    assert ms.Study.from_toml(STUDY, overrides=overrides).joint.normal_load == (3000.0,)
-
-
-def test_an_override_reaches_materials_by_any_name() -> None:
-    text = STUDY.replace("material.al]", 'material."my al"]').replace('"al"', '"my al"')
-    override = ['material."my al".poisson_ratio=0.3']
-    assert ms.Study.from_toml(text, overrides=override).material["my al"].poisson_ratio == 0.3
-
-
 def test_what_is_too_intricate_to_edit_is_written_anew() -> None:
     # A new table among those that do not stand together is where tomlkit is at a loss.
     text = STUDY + "\n[material.anvil]  # last\nrigid = true\n"
@@ -331,13 +197,6 @@ def test_what_is_too_intricate_to_edit_is_written_anew() -> None:
     assert ms.Study.from_toml(study.text).by_keys() == study.by_keys()
     study = ms.Study.from_toml(text, overrides=["material.al.poisson_ratio=0.29"])
     assert "# last" in study.text
-
-
-def test_overrides_of_a_file(tmp_path: Path) -> None:
-    path = tmp_path / "joint.toml"
-    path.write_text(STUDY)
-    assert ms.Study.load(path, overrides=("joint.normal_load=3 kN",)).joint.normal_load == (3e3,)
-    assert path.read_text() == STUDY
 
 
 # -- in Python --------------------------------------------------------------------------------

@@ -117,18 +117,6 @@ def test_noise_of_white_noise() -> None:
     assert noise_std(np.zeros((2, 9))) == 0.0
 
 
-# -- the result ------------------------------------------------------------------------------------
-
-
-def test_statistics() -> None:
-    found = noisy().summits(1e-5, prominence=0.0)
-    counted = found.statistics()
-    assert counted.density == found.density
-    assert counted.radius == found.equivalent_radius
-    assert (counted.std, counted.mean_height) == (found.std, found.mean_height)
-    assert found.equivalent_radius > found.mean_radius
-
-
 # -- joints ----------------------------------------------------------------------------------------
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from studies import GAUSSIAN, LINE, MATERIAL, STUDY, SURFACE, edited
+from studies import LINE, MATERIAL, STUDY, edited
 
 import microslip as ms
 
@@ -67,18 +67,6 @@ def test_a_history_is_limited_by_memory(tmp_path: Path, monkeypatch: pytest.Monk
     )
 
 
-def test_keys_are_text() -> None:
-    assert refused(joint={1: 2, "friction_coefficient": 0.2, "normal_load": "1 N"}).startswith(
-        "joint"
-    )
-    assert refused(material={1: {"rigid": True}}).startswith("material")
-
-
-def test_parts_are_text_in_python_too() -> None:
-    joint = ms.Study.from_toml(STUDY).joint
-    assert refused(joint=joint).startswith("joint: wanted a table")
-
-
 # -- columns of files -----------------------------------------------------------------------
 
 
@@ -91,25 +79,6 @@ def test_a_missing_column_file_is_named_with_the_nearest_one(tmp_path: Path) -> 
         "joint.toml: excitation.history: recrod.csv: no such file in the folder of the study; "
         'did you mean "record.csv"?'
     )
-
-
-def test_wrong_radii_and_loads_in_a_file_are_placed(tmp_path: Path) -> None:
-    (tmp_path / "r.csv").write_text("r [mm],d [um],N [N]\n1,0,4e3\n-2,1,4e3\n3,2,0\n")
-    for surface, message in (
-        (
-            'law = "population"\nheights = { kind = "values", values = ["0 um"] }\n'
-            'radius = { file = "r.csv", column = "r" }\n',
-            'surface.radius: r.csv: line 3, column "r [mm]": wanted a positive length, got "-2"',
-        ),
-        (
-            'law = "table"\nseparation = { file = "r.csv", column = "d" }\n'
-            'load = { file = "r.csv", column = "N" }\n',
-            "surface.load: must fall, got 4000 then 4000 at index 1",
-        ),
-    ):
-        with pytest.raises(ms.StudyError) as caught:
-            ms.Study.from_toml(edited((SURFACE, surface)), "joint.toml", folder=tmp_path)
-        assert str(caught.value) == f"joint.toml: {message}"
 
 
 # -- the file itself ------------------------------------------------------------------------
@@ -150,16 +119,3 @@ def message_of_text(text: str) -> str:
     with pytest.raises(ms.StudyError) as caught:
         ms.Study.from_toml(text)
     return str(caught.value)
-
-
-def test_a_distribution_that_scipy_cannot_compute_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(_: object) -> None:
-        raise OverflowError("math range error")
-
-    heights = '{ kind = "scipy", distribution = "t", parameters = { df = 3 }, scale = "1 um" }'
-    monkeypatch.setattr("microslip.study.heights.Statistical", fail)
-    with pytest.raises(ms.StudyError) as caught:
-        ms.Study.from_toml(edited((GAUSSIAN, heights)), "joint.toml")
-    assert str(caught.value) == (
-        "joint.toml: surface.heights: SciPy fails for t with df = 3: math range error"
-    )

@@ -45,13 +45,13 @@ def joint() -> ms.Interface:
 
 def test_everything_listed_is_there_and_nothing_else(folder: Path, summary: dict[str, Any]) -> None:
     assert summary["files"] == [
-        "summary.json",
-        "study.toml",
         "report.html",
+        "study.toml",
         "result.nc",
         "loops.csv",
         "curves.csv",
         *(f"{name}.svg" for name in FIGURES),
+        "summary.json",
     ]
     assert sorted(p.name for p in folder.iterdir()) == sorted(summary["files"])
     assert (folder / "study.toml").read_bytes() == EXAMPLE.read_bytes()

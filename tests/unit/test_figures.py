@@ -25,10 +25,10 @@ from microslip.figures.plot import (
     Plot,
 )
 from microslip.figures.svg import svg
+from microslip.report.predicted import figures
 from microslip.report.predicted.curves import force_exponent
-from microslip.report.predicted.figures import PREDICTION_FIGURES, figure_names_of, slipping_share
+from microslip.report.predicted.figures import prediction_pictures, slipping_share
 from microslip.report.predicted.history_figure import MOST_DRAWN_SAMPLES, envelope, motion_path
-from microslip.report.predicted.numbers import file_names
 
 PICTURES = ('["csv"]', '["svg", "png"]')
 STRAIGHT = 'law = "table"\nseparation = ["0 um", "1 um", "2 um"]\nload = ["2 kN", "1 kN", "0 N"]\n'
@@ -59,7 +59,11 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> ms.Result:
 
 
 def draw(result: ms.Result, name: str) -> Plot:
-    return PREDICTION_FIGURES[name](result)
+    return getattr(figures, name)(result)
+
+
+def names_drawn(result: ms.Result) -> list[str]:
+    return [picture.name for picture in prediction_pictures(result)]
 
 
 def lines(panel: Panel, dash: tuple[float, ...] = ()) -> list[Line]:
@@ -77,9 +81,9 @@ def by_label(plot: Plot, word: str) -> Panel:
 def test_what_there_is_to_draw_is_what_the_summary_lists(surface: str, result: ms.Result) -> None:
     plain = study((SURFACE, SURFACES[surface]), (LOADS, '"50 N"')).run()
     for drawn in (result, plain):
-        listed = [name[:-4] for name in file_names(drawn.study) if name.endswith(".png")]
-        assert listed == list(figure_names_of(drawn))
-    assert ("contact_state" in figure_names_of(plain)) == (surface == "sphere")
+        listed = [name[:-4] for name in drawn.summary["files"] if name.endswith(".png")]
+        assert listed == names_drawn(drawn)
+    assert ("contact_state" in names_drawn(plain)) == (surface == "sphere")
 
 
 # -- what they draw -----------------------------------------------------------------------------
@@ -184,7 +188,7 @@ def test_nothing_is_cut_off_or_covered(case: str, result: ms.Result, tmp_path: P
         edits = ODD[case]
         record = 0.1 * np.sin(np.linspace(0.0, 20.0, 100)) if case == "far" else None
         result = study(*edits, record=record, folder=tmp_path).run()
-    for name in figure_names_of(result):
+    for name in names_drawn(result):
         check(draw(result, name), name)
 
 
@@ -338,7 +342,7 @@ def test_each_stroke_of_a_long_path_is_drawn_once() -> None:
 
 
 def test_svg_files_are_small_and_well_formed(result: ms.Result) -> None:
-    for name in figure_names_of(result):
+    for name in names_drawn(result):
         plot = draw(result, name)
         data = svg(plot)
         assert data == svg(draw(result, name)), "the same figure gives the same file"

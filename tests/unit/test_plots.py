@@ -15,7 +15,6 @@ from matplotlib.figure import Figure
 
 import microslip as ms
 from microslip.friction.laws import LAWS
-from microslip.report.predicted.numbers import file_names
 from microslip.study.new import demo_text
 
 JOINT = ms.Interface(
@@ -134,7 +133,7 @@ def test_pdf_as_a_format(tmp_path, monkeypatch) -> None:
     """Of a study and of the other commands."""
     monkeypatch.chdir(tmp_path)
     study = ms.Study.from_toml(demo_text().replace('"svg"]', '"pdf"]'))
-    names = file_names(study)
+    names = study.run().summary["files"]
     assert "loops.pdf" in names
     assert not [name for name in names if name.endswith(".svg")]
     rig = ms.VirtualTribometer(JOINT.at(normal_load=200.0), noise={"force": 0.01})

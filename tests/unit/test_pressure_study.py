@@ -10,7 +10,7 @@ from studies import LOADS, edited
 
 import microslip as ms
 from microslip.figures.plot import Line
-from microslip.report.predicted.figures import PREDICTION_FIGURES, figure_names_of
+from microslip.report.predicted.figures import prediction_pictures, pressure
 
 CONE = (LOADS, f'{LOADS}\npressure = {{ kind = "cone", outer = "7 mm", inner = "2 mm" }}')
 BOLT = '{ kind = "bolt", size = "M5", plates = ["3 mm", "4 mm"], count = 2, edge = "10 mm"'
@@ -35,9 +35,9 @@ def test_a_study_equals_the_same_in_python() -> None:
     even = ms.Interface(surface, 0.55, normal_load=2000.0)
     area = {v.name: v.value for v in even.validity}["real over apparent area"]
     assert judged["real over apparent area"] > 1.5 * area  # where most presses
-    shown = figure_names_of(result)
+    shown = [picture.name for picture in prediction_pictures(result)]
     assert "pressure" in shown and "contact_state" not in shown  # noqa: PT018
-    plot = PREDICTION_FIGURES["pressure"](result)
+    plot = pressure(result)
     lines = [item for item in plot.panels[0].items if isinstance(item, Line)]
     assert len(lines) == 2
     slips = [item.y for item in plot.panels[1].items if isinstance(item, Line)]

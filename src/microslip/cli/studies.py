@@ -110,30 +110,29 @@ def predict_into(read: Callable[[], Study], folder: Path, output: Output, worker
         from microslip.report.predicted.numbers import KIND
 
         with staged(folder, output.overwrite, KIND, "result") as stage:
-            from microslip.report.files import write_all
-            from microslip.report.predicted.document import prediction_document
-            from microslip.report.predicted.result import files
+            from microslip.report.files import standard_files, write_all
+            from microslip.report.predicted.result import result_document
             from microslip.report.terminal import print_document, show_files
 
             with progress("Computing") as report:
-                result = study.run(report, workers)
+                document = result_document(study.run(report, workers), folder)
             if not output.as_json:
                 # Print before writing, which may take longer. Files are written even if printing
                 # fails.
                 try:
-                    print_document(prediction_document(result), sys.stdout)
+                    print_document(document, sys.stdout)
                     if sys.stdout is not None:
                         sys.stdout.flush()
                 except OSError as error:
                     unprinted = error
             with progress("Drawing and writing") as report:
-                write_all(files(result, folder), stage, report)
+                write_all(standard_files(document), stage, report)
     if unprinted is not None:
         raise unprinted
     if output.as_json:
-        echo_json(result.summary)
+        echo_json(document.data)
     else:
-        show_files(result.summary["files"], folder, sys.stdout)
+        show_files(document.data["files"], folder, sys.stdout)
 
 
 @click.command(short_help="Check a study without running it.")

@@ -12,7 +12,7 @@ from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from matplotlib import font_manager, style
+from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -26,19 +26,10 @@ from microslip.figures.layout import PAGE, SMALL, TITLE, PanelFrame, entry_width
 from microslip.figures.plot import COLORS, Item, Panel, Plot
 
 STYLE = Path(__file__).parents[1] / "style.mplstyle"
-FONT = "DejaVu Sans"
 _HOUSE: list[Any] = ["default", STYLE]
 _WHITE = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85}
 # Number of panels drawn on each Axes, and the units [SI] of its axes.
 _drawn_before: WeakKeyDictionary[Axes, tuple[int, float, float]] = WeakKeyDictionary()
-
-
-def missing_glyphs(text: str) -> str:
-    """Return the distinct characters of a text that the font of figures does not have."""
-    if text.isascii():
-        return ""
-    font = font_manager.get_font(font_manager.findfont(FONT))
-    return "".join(c for c in dict.fromkeys(text) if not font.get_char_index(ord(c)))
 
 
 def png(plot: Plot) -> bytes:
@@ -55,7 +46,6 @@ def pdf(plot: Plot) -> bytes:
 def _saved(plot: Plot, kind: str, **how: Any) -> bytes:
     file = io.BytesIO()
     with style.context(_HOUSE), warnings.catch_warnings():
-        # The terminal summary reports missing characters once.
         warnings.filterwarnings("ignore", "Glyph .* missing from", UserWarning)
         to_matplotlib(plot).savefig(file, format=kind, **how)
     return file.getvalue()

@@ -37,13 +37,16 @@ def header(kind: str, schema: int, title: str) -> dict[str, Any]:
     }
 
 
-def with_file_names(document: Document, kinds: Sequence[str] = ("svg",)) -> Document:
+def with_file_names(
+    document: Document, kinds: Sequence[str] = ("svg",), *, page: bool = True
+) -> Document:
     """Return the document with the names of all files in its summary.
 
-    ``kinds`` are the formats of the figures.
+    ``kinds`` are the formats of the figures; ``page`` includes the page of the report.
     """
     figures = (f"{picture.name}.{kind}" for picture in document.pictures for kind in kinds)
-    names = ["report.html", *(file.name for file in document.files), *figures, "summary.json"]
+    names = [*["report.html"] * page, *(file.name for file in document.files), *figures]
+    names.append("summary.json")
     return replace(document, data={**document.data, "files": names})
 
 

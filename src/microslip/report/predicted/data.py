@@ -58,7 +58,7 @@ def data_set(result: Prediction) -> DataSet:
 
 def tables(result: Prediction, data: DataSet) -> dict[str, tuple[dict[str, str], tuple[str, ...]]]:
     """Return the columns and dimensions of each CSV table."""
-    by = driven(result)
+    by, alone = driven(result), result.study.asks_for_joint
     load, curve, history = (
         {"normal_load": "load"},
         [item.name for item in fields(AmplitudeCurve)],
@@ -82,7 +82,7 @@ def tables(result: Prediction, data: DataSet) -> dict[str, tuple[dict[str, str],
     return {
         name: ({key: column for key, column in columns.items() if column in data}, dims)
         for name, (columns, dims) in found.items()
-        if set(dims) <= set(data.sizes)
+        if set(dims) <= set(data.sizes) and (alone or name not in ("loops", "curves"))
     }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -37,9 +38,10 @@ from microslip.report.predicted.curves import (
     force_damping,
 )
 from microslip.report.predicted.history_figure import history, pressure
-from microslip.report.predicted.numbers import figure_names
+from microslip.study.measured_face import MeasuredFace
 from microslip.study.runs.columns import AmplitudeCurve
 from microslip.study.runs.prediction import Prediction
+from microslip.study.surfaces import TableSurface
 
 MOST_LOOP_PANELS = 6
 _AREAS = ((1.0, "m²"), (1e-6, "mm²"), (1e-12, "µm²"), (1e-18, "nm²"))
@@ -313,30 +315,30 @@ def face(result: Prediction) -> Plot:
     return face_plot(build_surface(result.study))
 
 
-_LAW_FIGURES = (
-    loops,
-    backbone,
-    energy_damping,
-    force_damping,
-    contact_state,
-    pressure,
-    slider_density,
-)
-PREDICTION_FIGURES: dict[str, Callable[[Prediction], Plot]] = {
-    figure.__name__: figure for figure in (*_LAW_FIGURES, history, face)
-}
-"""Figures by name, in reading order."""
-
-
-def figure_names_of(result: Prediction) -> tuple[str, ...]:
-    """Return the names of the figures of a result."""
-    return tuple(name for name in PREDICTION_FIGURES if name in figure_names(result.study))
+def _drawn(result: Prediction) -> dict[Callable[[Prediction], Plot], bool]:
+    """Return every figure in reading order, and whether it is drawn for a result."""
+    study = result.study
+    # A tabulated normal law has no contacts.
+    has_contacts = study.surface is not None and not isinstance(study.surface, TableSurface)
+    is_pressed = has_contacts and study.joint.pressure is not None
+    alone = study.asks_for_joint
+    return {
+        **dict.fromkeys((loops, backbone, energy_damping, force_damping), alone),
+        contact_state: has_contacts and not is_pressed and alone,
+        pressure: is_pressed,
+        slider_density: alone,
+        history: bool(result.histories),
+        face: isinstance(study.surface, MeasuredFace),
+    }
 
 
 def prediction_pictures(result: Prediction) -> tuple[Picture, ...]:
     """Return the figures of a result, in reading order."""
-    figures = []
-    for name in figure_names_of(result):
+    pictures = []
+    for figure, is_drawn in _drawn(result).items():
+        if not is_drawn:
+            continue
+        name = figure.__name__
         alternative, caption = _CAPTIONS[name]
         if result.scatter is not None:
             between = " to ".join(f"{100.0 * end:g}" for end in result.scatter.quantiles[[0, -1]])
@@ -344,9 +346,8 @@ def prediction_pictures(result: Prediction) -> tuple[Picture, ...]:
             if name in ("loops", "backbone", "energy_damping", "force_damping", "contact_state"):
                 of = "uncertain inputs" if result.scatter.inputs else "identified law"
                 caption += f" {edges}: the {between} % band of the {of}."
-        figure = PREDICTION_FIGURES[name]
-        figures.append(Picture(name, caption, lambda figure=figure: figure(result), alternative))  # type: ignore[misc]
-    return tuple(figures)
+        pictures.append(Picture(name, caption, partial(figure, result), alternative))
+    return tuple(pictures)
 
 
 _PANELS = "one panel for each amplitude and one loop for each load"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -12,21 +11,16 @@ from microslip._core.units import engineering, significant
 from microslip.contact import SphereOnFlat, Verdict
 from microslip.friction import Interface, PressedJoint
 from microslip.report.files import header
-from microslip.report.predicted.scatter_document import SCATTER_FIGURES, scatter_numbers
+from microslip.report.predicted.scatter_document import scatter_numbers
 from microslip.report.structure.bolts import force_numbers, force_rows
-from microslip.report.structure.document import STRUCTURE_FIGURES, structure_numbers
-from microslip.report.structure.driven import FORCED_FIGURE, FORCED_TABLES, RESPONSES
-from microslip.report.structure.fitted_study import FITTED_STUDY
+from microslip.report.structure.document import structure_numbers
 from microslip.structures.bolt_tightening import BoltForces
-from microslip.study.build import is_uncertain
 from microslip.study.description import StudyDescription
-from microslip.study.measured_face import MeasuredFace
 from microslip.study.runs.columns import (
     HistoryResponse,
     ResultColumns,
 )
 from microslip.study.runs.prediction import Defaults, Prediction, leading_inputs, scalars
-from microslip.study.surfaces import TableSurface
 
 KIND = "microslip-result"
 SUMMARY_SCHEMA = 1
@@ -36,69 +30,14 @@ REMINDER = (
 )
 
 
-JOINT_FIGURES = ("loops", "backbone", "energy_damping", "force_damping")
-
-
-def figure_names(study: StudyDescription) -> tuple[str, ...]:
-    """Return the names of the figures of a study."""
-    # A tabulated normal law has no contacts.
-    has_contacts = study.surface is not None and not isinstance(study.surface, TableSurface)
-    is_pressed = has_contacts and study.joint.pressure is not None
-    figures = {
-        **dict.fromkeys(STRUCTURE_FIGURES, study.structure is not None),
-        FORCED_FIGURE: _is_forced(study),
-        **dict.fromkeys(SCATTER_FIGURES, _scatters(study)),
-        **dict.fromkeys(JOINT_FIGURES, study.asks_for_joint),
-        "contact_state": has_contacts and not is_pressed and study.asks_for_joint,
-        "pressure": is_pressed,
-        "slider_density": study.asks_for_joint,
-        "history": study.excitation.history is not None,
-        "face": isinstance(study.surface, MeasuredFace),
-    }
-    return tuple(name for name, is_there in figures.items() if is_there)
-
-
-def _is_forced(study: StudyDescription) -> bool:
-    return study.structure is not None and study.structure.force is not None
-
-
-def _scatters(study: StudyDescription) -> bool:
-    return study.structure is None and is_uncertain(study)
-
-
-def file_names(study: StudyDescription) -> tuple[str, ...]:
-    """Return the names of the files that a study writes, summary.json first."""
-    formats = study.output.formats
-    tables = {
-        "loops": study.asks_for_joint,
-        "curves": study.asks_for_joint,
-        "history": study.excitation.history is not None,
-        "structure": study.structure is not None,
-        **dict.fromkeys(FORCED_TABLES, _is_forced(study)),
-        "bands": _scatters(study) or getattr(study.joint, "band", None) is not None,
-    }
-    pictures = [kind for kind in ("svg", "png", "pdf") if kind in formats]
-    return (
-        "summary.json",
-        "study.toml",
-        *((FITTED_STUDY,) if study.structure is not None and study.structure.fitted else ()),
-        *(("report.html",) if study.output.report else ()),
-        *(("result.nc",) if "netcdf" in formats else ()),
-        *((RESPONSES,) if "uff" in formats else ()),
-        *(f"{name}.csv" for name, there in tables.items() if there and "csv" in formats),
-        *(f"{name}.{kind}" for name in figure_names(study) for kind in pictures),
-    )
-
-
 def prediction_summary(result: Prediction, defaults: Defaults) -> dict[str, Any]:
     """Return the contents of `summary.json`."""
-    study, names, joint = result.study, file_names(result.study), result.joints[0]
+    study, joint = result.study, result.joints[0]
     surface, structure, scatter = study.surface, result.structure, result.scatter
     notes = [
         *(defaults.notes() if study.asks_for_joint else ()),
         *load_notes(study, joint),
         *study.notes,
-        *_title_notes(study, names),
         REMINDER,
     ]
     parts = {
@@ -115,7 +54,7 @@ def prediction_summary(result: Prediction, defaults: Defaults) -> dict[str, Any]
         **{name: numbers for name, numbers in parts.items() if numbers is not None},
         "joints": [_joint(result, index) for index in range(len(result.joints))],
         "units": dict(UNITS),
-        "files": list(names),
+        "files": [],
     }
 
 
@@ -155,19 +94,6 @@ def load_notes(study: StudyDescription, joint: Interface) -> list[str]:
             'law = "face", with rq and rdq of a drawing or with a scan.'
         )
     return notes
-
-
-def _title_notes(study: StudyDescription, names: Sequence[str]) -> list[str]:
-    if study.title.isascii() or not any(name.endswith((".png", ".pdf")) for name in names):
-        return []  # viewers of SVG and HTML have their own fonts
-    from microslip.figures.matplotlib_figure import missing_glyphs
-
-    missing = missing_glyphs(study.title)
-    return (
-        [f"title: the font of the figures lacks {missing}; they are drawn as boxes."]
-        if missing
-        else []
-    )
 
 
 def joint_entry(study: StudyDescription, joint: Interface) -> dict[str, Any]:

@@ -15,7 +15,6 @@ from microslip._version import __version__
 from microslip.report.cells import si
 from microslip.report.document import Column, Document, Facts, Items, Section, Table
 from microslip.report.predicted.numbers import (
-    file_names,
     joint_entry,
     load_notes,
 )
@@ -58,7 +57,6 @@ def preview(study: StudyDescription, progress: Progress | None = None) -> Docume
         "points": loads * points,
         "samples": loads * samples,
         "units": dict(UNITS),
-        "files": list(file_names(study)),
     }
     cost = None if study.structure is None else cost_of(study)
     if cost is not None:
@@ -107,7 +105,7 @@ def next_step(document: Document) -> str:
     elif data["samples"]:
         parts.append(f"histories of {data['samples']} samples in all")
     word = _WORDS.get(document.word, "Ready to run.")
-    return f"{word} To compute {', '.join(parts)}, and write {len(data['files'])} files:"
+    return f"{word} To compute {', '.join(parts)}:"
 
 
 def _quantity_table(quantities: list[dict[str, Any]]) -> Table:

@@ -19,8 +19,15 @@ from microslip._core.checks import Progress, show
 from microslip._core.dataset import DataSet, Variable
 from microslip._core.errors import InputError
 from microslip._version import __version__
-from microslip.report.document import File
-from microslip.report.files import csv_file, netcdf_file, save, standard_files, text_file
+from microslip.report.document import Document, File
+from microslip.report.files import (
+    csv_file,
+    netcdf_file,
+    save,
+    standard_files,
+    text_file,
+    with_file_names,
+)
 from microslip.report.predicted.data import data_set, tables
 from microslip.report.predicted.document import prediction_document
 from microslip.report.predicted.numbers import KIND, SUMMARY_SCHEMA, prediction_summary
@@ -34,27 +41,34 @@ from microslip.study.runs.columns import Limits as Limits
 from microslip.study.runs.prediction import Prediction, run_prediction
 
 
-def files(result: Result, destination: Path) -> tuple[File, ...]:
-    """Return the files of a result.
+def result_document(result: Result, folder: Path) -> Document:
+    """Return the document of a result with its files, as requested by the study.
 
-    Paths in the copied study are relative to ``destination``.
+    Paths in the copied study are relative to ``folder``.
     """
-    study, structure, data = result.study, result.structure, result.data
-    own = [
-        csv_file(f"{name}.csv", data, columns, dims)
-        for name, (columns, dims) in tables(result, data).items()
-    ]
-    if structure is not None:
-        for name, table in forced_tables(structure).items():
-            own.append(csv_file(f"{name}.csv", table, {key: key for key in table}, ("row",)))
-        if responses := structure.frequency_responses:
-            own.append(File(RESPONSES, lambda path, _: write_universal(responses, path)))
-        if structure.identified is not None:
-            text = partial(fitted_text, study, structure, destination)
-            own.append(text_file(FITTED_STUDY, text))
-    own.append(netcdf_file("result.nc", data))
-    own.append(text_file("study.toml", lambda: study.text_for(destination)))
-    return standard_files(replace(prediction_document(result), files=tuple(own)))
+    study, structure, data, output = (
+        result.study,
+        result.structure,
+        result.data,
+        result.study.output,
+    )
+    files = [text_file("study.toml", lambda: study.text_for(folder))]
+    if structure is not None and structure.identified is not None:
+        text = partial(fitted_text, study, structure, folder)
+        files.append(text_file(FITTED_STUDY, text))
+    if "netcdf" in output.formats:
+        files.append(netcdf_file("result.nc", data))
+    if structure is not None and "uff" in output.formats:
+        responses = structure.frequency_responses
+        files.append(File(RESPONSES, lambda path, _: write_universal(responses, path)))
+    if "csv" in output.formats:
+        for name, (columns, dims) in tables(result, data).items():
+            files.append(csv_file(f"{name}.csv", data, columns, dims))
+        for name, table in forced_tables(structure).items() if structure is not None else ():
+            files.append(csv_file(f"{name}.csv", table, {key: key for key in table}, ("row",)))
+    document = replace(prediction_document(result), files=tuple(files))
+    kinds = [kind for kind in ("svg", "png", "pdf") if kind in output.formats]
+    return with_file_names(document, kinds, page=output.report)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -127,7 +141,8 @@ class Result(Prediction):
         tuple of pathlib.Path
             The files written.
         """
-        return save(files(self, Path(folder)), folder, KIND, "result", overwrite, progress)
+        files = standard_files(result_document(self, Path(folder)))
+        return save(files, folder, KIND, "result", overwrite, progress)
 
     def plot(self, name: str = "loops", ax: Any = None, *, title: bool = False) -> Any:
         """Draw one of the figures of the report; axis labels name their units, such as [N].
@@ -202,4 +217,6 @@ class Study(StudyDescription):
         """
         prediction, defaults = run_prediction(self, progress, workers)
         summary = prediction_summary(prediction, defaults)
-        return Result(**{**vars(prediction), "summary": summary})
+        result = Result(**{**vars(prediction), "summary": summary})
+        summary["files"] = result_document(result, Path()).data["files"]
+        return result

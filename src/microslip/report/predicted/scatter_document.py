@@ -23,8 +23,6 @@ from microslip.study.runs.scatter import RANKED, Contributions, PredictionScatte
 _BANDS = ("loss_factor", "dissipated_energy")
 _LOOP = tuple(map(cells.column, ("normal_load", "amplitude")))
 _MOST_BARS = 10
-SCATTER_FIGURES = ("tornado",)
-"""Names of the figures."""
 
 
 def scatter_sections(result: Prediction) -> tuple[Section, ...]:

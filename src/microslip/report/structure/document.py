@@ -45,8 +45,6 @@ from microslip.study.runs.structure_prediction import Mode, ModeBands, Structure
 
 _PATCH = ("x", "y", "area", "gap", "normal_load")
 _TERMINAL_ROWS = 8  # rows of all tables of modes together on a terminal
-STRUCTURE_FIGURES = ("modal_curves", "pressure_map", "slip_map", "loss_map", "mode_shapes")
-"""Names of the figures."""
 
 
 def structure_answer(prediction: StructurePrediction) -> str:

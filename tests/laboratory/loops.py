@@ -338,10 +338,10 @@ FAULTS: dict[str, tuple[Callable[..., tuple[Floats, Floats]], tuple[str, ...]]] 
         lambda r, x: (x + 0.03 * _TOP * TURN[: x.size], respond(x, "iwan")),
         ("drift",),
     ),
-    "wrong sign": (lambda r, x: (x, -respond(x, "iwan")), ("sign", "wrong way")),
+    "wrong sign": (lambda r, x: (x, -respond(x, "iwan")), ("sign", "wrong direction")),
     "swapped columns": (
         lambda r, x: (respond(x, "iwan") * 1e-8, x * 1e8),
-        ("swapped", "wrong way"),
+        ("swapped", "wrong direction"),
     ),
     "millimetres for micrometres": (lambda r, x: (x * 1e6, respond(x, "iwan")), ("unit",)),
     "running in": (

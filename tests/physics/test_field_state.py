@@ -288,12 +288,12 @@ DAMAGE: list[tuple[str, Any, float, str]] = [
     ("now", (0, 0), 1e-3, "rows do not lead"),
     ("now", (0, 2), 1e300, "forces are not those of its rows"),
     ("rows", (0, 0), 99.0, "rows of an unknown node"),
-    ("rows", (0, 2), 1.5, "no memory diagram"),
+    ("rows", (0, 2), 1.5, "not a memory diagram"),
     ("rows", (0, 3), 1e-3, "rows do not lead"),
     ("rows", (0, 4), 1e300, "rows"),
     ("joint", 0, 2.0, "must be of format 1"),
     ("joint", 1, 1.0, "another joint"),
-    ("dissipated", 0, -1.0, "no memory diagram"),
+    ("dissipated", 0, -1.0, "not a memory diagram"),
 ]
 
 

@@ -136,7 +136,7 @@ def test_incomplete_pulses_are_refused() -> None:
     short = ms.Pulse.half_sine(100.0, 1e-4)
     for words, pulse, options in (
         ("pulse must be ms.Pulse", 5.0, {}),
-        ("must rise from 0", ([0.1, 0.2], [1.0, 0.0]), {}),
+        ("must increase from 0", ([0.1, 0.2], [1.0, 0.0]), {}),
         ("one for each of the 2 times", ([0.0, 0.2], [1.0]), {}),
         ("duration must be at most", short, {"duration": 100.0}),
     ):

@@ -54,7 +54,7 @@ def test_torque_by_vdi_2230() -> None:
         ({"patches": (0, 2)}, "patches must be two whole numbers"),
         ({"patches": (2.5, 2)}, "patches must be two whole numbers"),
         ({"patches": (1000, 1000)}, "patches must be at most"),
-        ({"patches": [[0.0, -0.01, 0.0, 0.01]]}, "the bounds of a patch must rise"),
+        ({"patches": [[0.0, -0.01, 0.0, 0.01]]}, "the bounds of a patch must increase"),
         ({"patches": [[1.0, 1.1, 0.0, 0.01]]}, "no patch holds any of the faces"),
         ({"kept_modes": 0}, "kept_modes must be an integer from 1"),
         ({"sensors": {"tip": (9, 9, 9)}}, 'sensor "tip" must be a place and a direction'),

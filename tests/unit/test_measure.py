@@ -106,7 +106,7 @@ def test_cycles_that_do_not_close_are_left_out_of_the_means() -> None:
     found = ms.measure(ms.Record(RECORD.displacement, force, 2000.0))
     assert len(found) == 8
     assert found.mean["dissipated_energy"].number == 7
-    assert found.notes[0].startswith("left out of the means: 1 cycle (1) whose ends differ")
+    assert found.notes[0].startswith("left out of the means: 1 cycle (1) whose end forces differ")
     assert found.mean["dissipated_energy"].value == pytest.approx(
         MEASURED.mean["dissipated_energy"].value, rel=1e-6
     )

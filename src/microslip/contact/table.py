@@ -279,11 +279,13 @@ def _check_table(d: Floats, n: Floats, tail: str | None) -> None:
     steps = np.diff(d)
     if steps.min() <= 0.0:
         i = int(np.argmin(steps))
-        raise InputError(f"`separation` must rise, got {d[i]:g} then {d[i + 1]:g} at index {i + 1}")
+        raise InputError(
+            f"`separation` must increase, got {d[i]:g} then {d[i + 1]:g} at index {i + 1}"
+        )
     drops = -np.diff(n)
     if drops.min() <= 0.0:
         i = int(np.argmin(drops))
-        raise InputError(f"`load` must fall, got {n[i]:g} then {n[i + 1]:g} at index {i + 1}")
+        raise InputError(f"`load` must decrease, got {n[i]:g} then {n[i + 1]:g} at index {i + 1}")
     if n[-1] < 0.0:
         raise InputError(f"`load` must not be negative, got {n[-1]:g} at the end")
     bends = np.diff(-drops / steps)

@@ -209,7 +209,7 @@ class Identification(Locked, Plottable):
         if a.max() > largest * (1.0 + _BEYOND):
             raise InputError(
                 f"`amplitude` must be at most the largest measured, {largest:.4g} m, got "
-                f"{a.max():.4g} m; loops determine nothing beyond it"
+                f"{a.max():.4g} m; the loops contain no information beyond it"
             )
         at = self._at(normal_load)
         ends = np.array([self._one(name, at, float(one)) for one in a.reshape(-1)])

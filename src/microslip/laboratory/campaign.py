@@ -187,11 +187,11 @@ class Campaign(Locked):
                     other.possible_regimes
                 ):
                     notes.append(
-                        f"{weakest.name} slides as a whole at {engineering(limit.value, 'N')}, and "
-                        f"{other.name} carries {engineering(force.value, 'N')} in "
-                        f"{other.regime} at the same load: friction has changed between them, "
-                        "the load was another one, or one has a spring in parallel or spikes; "
-                        "regimes of both are in doubt"
+                        f"{weakest.name} is in gross slip at {engineering(limit.value, 'N')}, but "
+                        f"{other.name} reaches {engineering(force.value, 'N')} in "
+                        f"{other.regime} at the same load: friction or load changed between "
+                        "them, or one of them has a parallel spring or spikes; the regimes of "
+                        "both are uncertain"
                     )
         return notes
 

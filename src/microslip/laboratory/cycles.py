@@ -121,7 +121,7 @@ class Plateau(NamedTuple):
         if self.is_quiet:
             return (
                 f"{words}{UNDECIDED} (friction of a channel without noise, or a sensor at its "
-                "limit); a record of a smaller amplitude would show which"
+                "limit); a record of a smaller amplitude would identify the cause"
             )
         return f"{words}a clipped sensor, since the channel has noise elsewhere"
 
@@ -145,7 +145,7 @@ class Delay(NamedTuple):
         way = "behind" if self.samples > 0.0 else "ahead of"
         return (
             f"the force seems {size} {way} the displacement, by a delay or a filter of its "
-            f"channel, which moves the energy by about {significant(100.0 * self.share, 2)} %; "
+            f"channel, which changes the energy by about {significant(100.0 * self.share, 2)} %; "
             f"{remedy}"
         )
 
@@ -198,8 +198,8 @@ class Cycles:
         is_asked[cycles] = True
         if not (is_asked & self.counted).any():
             raise InputError(
-                f"`cycles` must have some of the {np.count_nonzero(self.counted)} cycles that "
-                f"count, of {self.is_open.size}, got {show(cycles)}"
+                f"`cycles` must include some of the {np.count_nonzero(self.counted)} valid "
+                f"cycles, of {self.is_open.size}, got {show(cycles)}"
             )
         return requested(self.columns, is_asked & self.counted)
 
@@ -243,11 +243,13 @@ class Cycles:
         elif self.spikes:
             notes.append(f"spikes beyond the whole cycles: {texts}")
         if (self.is_open | self.has_spike).all():
-            notes.append("no cycle closes, the ends of each differ by over a quarter of the force")
+            notes.append(
+                "no cycle closes: the end forces of each differ by over a quarter of the range"
+            )
         elif self.is_open.any():
             notes.append(
-                f"left out of the means: {named_cycles(self.is_open)} whose ends differ by over a "
-                "quarter of the force, as in running in"
+                f"left out of the means: {named_cycles(self.is_open)} whose end forces differ by "
+                "over a quarter of the force range, as during running-in"
             )
         return notes
 
@@ -439,7 +441,9 @@ def check_direction(
     ellipse = 2.0 * np.pi * size / x.size
     if not energy < -max(_STANDARD_ERRORS * error, _THIN * ellipse):
         return
-    words = f"{name}: the loops run the wrong way round (energy {engineering(energy, 'J')} a cycle)"
+    words = (
+        f"{name}: the loops run in the wrong direction (energy {engineering(energy, 'J')} a cycle)"
+    )
     if float(away @ against) < _ALIKE * size:
         cause = "the force has the opposite sign (--flip-sign, `sign=-1` in Python, reverses it)"
     elif delay:

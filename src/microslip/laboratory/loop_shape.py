@@ -216,7 +216,7 @@ def shape_notes(shape: Shape | None, is_rippled: bool) -> list[str]:
             found = True
             notes.append(
                 f"lost motion: after each reversal the force stands still over "
-                f"{engineering(width, 'm')}, as of play between the joint and its displacement "
+                f"{engineering(width, 'm')}, as with play between the joint and its displacement "
                 "sensor; energies and amplitudes include it"
             )
         else:
@@ -226,21 +226,21 @@ def shape_notes(shape: Shape | None, is_rippled: bool) -> list[str]:
                 f"does: it is {100.0 * depth:.0f} % of its amplitude too low at "
                 f"{100.0 * place:.0f} % of the way after a reversal; {UNDECIDED} (a load that "
                 "changes within the cycle, stick-slip, a force that depends on the rate, a delay); "
-                f"a record with {load}at another frequency would show which"
+                f"a record with {load}at another frequency would identify the cause"
             )
     if not found and shape.asymmetry > _ASYMMETRIC + _ERRORS * shape.error:
         notes.append(
-            f"both directions of the loop differ by {100.0 * shape.asymmetry:.0f} % of the force "
-            f"amplitude; {UNDECIDED} (a load that changes with the displacement, a tilted or "
+            f"the two directions of the loop differ by {100.0 * shape.asymmetry:.0f} % of the "
+            f"force amplitude; {UNDECIDED} (a load that changes with the displacement, a tilted or "
             "worn specimen, a sensor that is not linear); a record of the normal load within the "
-            "cycle, or with the specimen turned around, would show which"
+            "cycle, or with the specimen turned around, would identify the cause"
         )
     elif abs(shape.offset) > _OFFSET:
         notes.append(
-            f"the middle of the force is off by {100.0 * abs(shape.offset):.0f} % of its "
-            f"amplitude; {UNDECIDED} (a zero of the sensor, or friction that differs with the "
-            "direction); a record without contact, or with the specimen turned around, would show "
-            "which"
+            f"the middle of the force range is {100.0 * abs(shape.offset):.0f} % of its "
+            f"amplitude from zero; {UNDECIDED} (a zero error of the sensor, or friction that "
+            "differs with the direction); a record without contact, or with the specimen turned "
+            "around, would identify the cause"
         )
     if not notes and (spring := parallel_spring(shape)) is not None:
         notes.append(

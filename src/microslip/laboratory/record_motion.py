@@ -58,7 +58,7 @@ class Distortion(NamedTuple):
             f"the displacement has a third harmonic of {100.0 * self.third:.1f} %, in phase with "
             f"it and alone: {UNDECIDED} (the drive, or a displacement sensor that is not linear, "
             "which makes amplitude, energy and stiffness wrong); a calibration of the sensor, or "
-            "a column of the commanded displacement, would show which"
+            "a column of the commanded displacement, would identify the cause"
         )
 
 

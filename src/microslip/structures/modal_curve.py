@@ -342,14 +342,14 @@ SHIFT = Rule(
     watch=2.5,
     outside=6.0,
     meaning=(
-        "Friction shifts the frequency: the shift over the one that belongs to the damping "
-        "added with amplitude (microslip: added damping 0.424 of the relative shift)."
+        "Friction explains the frequency shift: measured shift over the shift expected from the "
+        "added damping (in microslip the added damping ratio is 0.424 times the relative shift)."
     ),
     reason=(
-        "On a bolted beam in microslip the damping added was 0.93 to 1.08 times that; "
-        "a shift far larger, or upwards, comes from geometry (thin or curved parts) or from gaps."
+        "On a bolted beam in microslip the added damping was 0.93 to 1.08 times the expected one; "
+        "a far larger or upward shift is caused by geometry (thin or curved parts) or by gaps."
     ),
-    remedy="Give the structure its geometry, with_geometry(...), or fit smaller amplitudes alone.",
+    remedy="Add the geometric stiffness, with_geometry(...), or fit smaller amplitudes only.",
     missing="The frequency moves by less than 0.05 %, too little to judge.",
 )
 

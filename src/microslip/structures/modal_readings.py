@@ -260,7 +260,7 @@ def _filtered(x: Floats, step: float, low: float, high: float) -> Floats:
 
     if not 0.0 < low < high < 0.5 / step:
         raise InputError(
-            f"`band` must rise from above 0 to below half the sample rate, {0.5 / step:g} "
+            f"`band` must increase from above 0 to below half the sample rate, {0.5 / step:g} "
             f"Hz, got {low:g} to {high:g} Hz"
         )
     longest = x.size * step

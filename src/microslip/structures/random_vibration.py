@@ -52,34 +52,34 @@ OUTSIDE = Rule(
     "joint motion beyond its strongest mode",
     watch=0.05,
     outside=0.3,
-    meaning="One mode moves a joint: the share of others in the variance of its velocity.",
-    reason="Where several modes move one joint its power was underestimated by 15 to 39 %.",
+    meaning="One mode moves each joint: fraction of its velocity variance due to other modes.",
+    reason="If several modes moved one joint, its power was underestimated by 15 to 39 %.",
     remedy="Integrate in time for the power of these joints; standard deviations remain valid.",
 )
 SOFTENING = Rule(
     "loss of a joint's stiffness",
     watch=0.4,
     outside=0.7,
-    meaning="Joints slip partly: the share of its stiffness at rest that a joint loses.",
+    meaning="Joints slip only partly: fraction of its stiffness at rest that a joint loses.",
     reason=(
         "At 0.3 the kurtosis of the motion is 3.1, at 0.6 3.9, at 0.9 4 to 8, and peaks reach 6 to "
         "9 standard deviations where Gaussian ones reach 4.4."
     ),
-    remedy="Integrate in time for peaks, or press the joints harder.",
+    remedy="Integrate in time for peaks, or increase the normal loads of the joints.",
 )
 
 
 MODES = replace(
     OUTSIDE,
     name="motion beyond the strongest mode",
-    meaning="One mode moves the joints: the share of others in the variance of modal velocities.",
+    meaning="One mode moves the joints: fraction of the velocity variance due to other modes.",
 )
 MODAL_SOFTENING = replace(
     SOFTENING,
     name="fall of a mode's stiffness",
     watch=0.1,
     outside=0.3,
-    meaning="Joints slip partly: the share of a mode's stiffness that is lost.",
+    meaning="Joints slip only partly: fraction of its stiffness that a mode loses.",
 )
 
 

@@ -108,12 +108,10 @@ class Convergence(Locked):
             f"{self.joint.patches if self._patches_untried else 'the limit'} the damping changes "
             f"by {self.asked[1]:+.1%} and the frequency by {self.asked[0]:+.2%}"
             + ("; these elements are too large for finer patches" if self._patches_untried else ""),
-            f"refined to {self.joint.patches} patches: {worst.what} ({worst.coarse} to "
-            f"{worst.fine}) leaves {worst.damping_left:+.2%} of the damping, the most of "
-            f"{len(self.changes)} changes tried",
-            f"that is within {self.tolerance:.2g}"
-            if within
-            else f"{self.tolerance:.2g} was wanted",
+            f"refined to {self.joint.patches} patches: of {len(self.changes)} refinements tried, "
+            f"{worst.what} ({worst.coarse} to {worst.fine}) still changes the damping most, by "
+            f"{worst.damping_left:+.2%}",
+            f"{'within' if within else 'outside'} the tolerance {self.tolerance:.2g}",
         ]
         if self.untried:
             words = ", ".join(self.untried)

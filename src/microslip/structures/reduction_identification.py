@@ -55,7 +55,7 @@ MISFIT = Rule(
     "misfit beside the errors of the test",
     1.5, 3.0,
     "The residual is no larger than the errors of the test.",
-    "Square root of chi square per degree of freedom; the intervals are widened by it.",
+    "Root of chi-squared per degree of freedom; the intervals are widened by this factor.",
     "Check form, base damping and patches first: inputs that are not fitted must be right.",
     "there are no more values than parameters",
 )  # fmt: skip
@@ -63,7 +63,7 @@ SEPARATED = Rule(
     "correlation of two parameters",
     0.95, 0.99,
     "The test separates the parameters.",
-    "Largest correlation of the fit by size; friction and tension move the damping alike.",
+    "Largest absolute correlation; friction and tension change the damping in the same way.",
     "Give one of them, or add a mode, or larger amplitudes.",
     "there is one parameter",
 )  # fmt: skip

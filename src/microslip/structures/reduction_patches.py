@@ -221,7 +221,7 @@ def _boxes(layout: Any, contact: int, low: Floats, high: Floats) -> Floats:
     wrong = np.flatnonzero((boxes[:, 0] >= boxes[:, 1]) | (boxes[:, 2] >= boxes[:, 3]))
     if wrong.size:
         row = ", ".join(exact(float(value)) for value in boxes[wrong[0]])
-        raise InputError(f"the bounds of a patch must rise, got [{row}] m")
+        raise InputError(f"the bounds of a patch must increase, got [{row}] m")
     return boxes
 
 

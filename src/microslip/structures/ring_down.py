@@ -281,7 +281,7 @@ def ring_down(
     """Integrate a free oscillation; see :meth:`microslip.Oscillator.ring_down`."""
     if stuck == 0.0:
         raise InputError(
-            "`stiffness` must be above zero beside a joint that is rigid at rest: without a "
+            "`stiffness` must be above zero with a joint that is rigid at rest: without a "
             "spring there is no oscillation, got 0"
         )
     period = 2.0 * math.pi / stuck

@@ -46,7 +46,7 @@ class Pulse:
     def __init__(self, time: ArrayLike, acceleration: ArrayLike) -> None:
         t, a = floats("time", time, "s"), floats("acceleration", acceleration, "m/s^2")
         if t.ndim != 1 or t.size < 2 or t[0] != 0.0 or np.diff(t).min() <= 0.0:
-            raise InputError("time of a pulse must rise from 0, at least two times [s]")
+            raise InputError("time of a pulse must increase from 0, at least two times [s]")
         if a.shape != t.shape or not a.any():
             raise InputError(
                 f"acceleration of a pulse must be one for each of the {t.size} times, not all "

@@ -24,8 +24,8 @@ LINEAR = Rule(
     "misfit of one linear mode a level",
     0.05, 0.2,
     "At constant amplitude the mode is linear and isolated.",
-    "Root of the mean squared residual of force over amplitude, over its least value, which "
-    "is at the resonance; the worst level.",
+    "Rms residual of force over amplitude, relative to its smallest value, which is at the "
+    "resonance; for the worst level.",
     "Narrow the range of frequencies; look for a second mode, or a response that is not "
     "held constant.",
 )  # fmt: skip
@@ -33,15 +33,15 @@ ENOUGH = Rule(
     "values within the half-power bandwidth",
     5.0, 3.0,
     "Each level has values on both sides of its resonance, close to it.",
-    "Values whose phase is within 45 degrees of resonance, in the level that has least of them.",
-    "Step more finely where the phase turns.",
+    "Number of values whose phase is within 45 degrees of resonance, in the level with fewest.",
+    "Use smaller frequency steps near the resonance.",
 )  # fmt: skip
 AGREEING = Rule(
     "modal constants of the levels",
     0.1, 0.3,
-    "All levels are of one mode, under one place of the force.",
-    "Largest over least modal constant less one; each level gives its own.",
-    "Check the unit and the calibration of the force, and whether a level is of another mode.",
+    "All levels belong to one mode and one position of the force.",
+    "Largest over smallest modal constant of the levels, minus one.",
+    "Check the unit and the calibration of the force, and whether a level belongs to another mode.",
     "there is one level",
 )  # fmt: skip
 

@@ -361,7 +361,7 @@ _FREQUENCY = Rule(
     watch=3e4,
     outside=1e6,
     meaning="Matrices in kg and N/m give the frequencies of a real structure [Hz].",
-    reason="Matrices in t, mm and N are 31.6 times off in frequency where they are mixed with SI.",
+    reason="Matrices in t, mm and N mixed with SI give frequencies wrong by a factor of 31.6.",
     remedy="Give the mass in kg and the stiffness in N/m.",
     missing="There is no elastic mode.",
 )
@@ -372,7 +372,7 @@ GROUNDED = Rule(
     outside=1e-8,
     meaning=(
         "A joint between two faces does not move when the structure moves as a whole "
-        "(largest b^T r, beside the motion of the degrees of freedom it ties)."
+        "(largest b^T r, relative to the motion of the degrees of freedom that it connects)."
     ),
     reason="Centroids 0.4 mm apart turned 169 Hz into 317 Hz.",
     remedy=(

@@ -226,7 +226,9 @@ class Diagram:
         end, density, beyond, _ = rows.T
         begin = np.append(end, separation)[1:]
         if np.any(np.abs(density) > 1.0) or np.any(begin > end) or np.any(np.diff(end) >= 0.0):
-            raise InputError("`arrays` must be saved from a state, got rows of no memory diagram")
+            raise InputError(
+                "`arrays` must be saved from a state, got rows that are not a memory diagram"
+            )
         ahead = np.append(0.0, np.cumsum(density * (end - begin)))
         length = float(np.abs(np.append(end - separation, place)).max())
         check_consistent(

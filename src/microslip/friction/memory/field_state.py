@@ -315,7 +315,9 @@ class FieldState(Resumable):
         begin = state._step[owner]
         begin[:-1][inner] = end[1:][inner]
         if (np.abs(density) > 1.0).any() or (begin > end).any() or (lost < 0.0).any():
-            raise InputError("`arrays` must be those of a state, got rows of no memory diagram")
+            raise InputError(
+                "`arrays` must be those of a state, got rows that are not a memory diagram"
+            )
         # Each row of a node begins at the end of the one before; the last one ends at the place.
         ahead = beyond + density * (end - begin)
         reached = state._place[owner]

@@ -220,7 +220,7 @@ def headline(data: Mapping[str, Any]) -> str:
         interval_text(Estimate(*(curve[name][key][-1] for key in Estimate._fields)), unit)
         for name, unit in (("dissipated_energy", "J"), ("damping_ratio", ""))
     )
-    return f"The {data['of']} dissipates at {at} {energy} in a cycle, and ζ is {damping}."
+    return f"At {at} the {data['of']} dissipates {energy} per cycle, and ζ is {damping}."
 
 
 def _number(data: Mapping[str, Any]) -> Headline:
@@ -261,7 +261,7 @@ def _facts(data: Mapping[str, Any]) -> Facts:
         return interval_text(Estimate(*(number[key] for key in Estimate._fields)), number["unit"])
 
     rig = of("rig_stiffness")
-    rig += ", as given" if data["rig_stiffness"]["given"] else ": loops give no more than this"
+    rig += ", as given" if data["rig_stiffness"]["given"] else "; loops alone do not determine it"
     low, high = (engineering(a, "m", 3, trim=True) for a in data["amplitude_range"])
     load = data["curves"][-1]["normal_load"]
     at = "" if load is None else f" at {engineering(load, 'N', 3, trim=True)}"

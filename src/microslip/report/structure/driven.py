@@ -117,8 +117,8 @@ def force_section(prediction: StructurePrediction) -> Section:
         if not np.isfinite(forced.peak[0]):
             most = engineering(forced.largest_force, "N", 2)
             remarks.append(
-                f"{name} exceeds the largest amplitude, which about {most} reach: increase "
-                "amplitude.to."
+                f"{name} exceeds the largest amplitude, which a force of about {most} reaches: "
+                "increase amplitude.to."
                 + (
                     " No sample stays below it, so there are no bands."
                     if prediction.inputs and forced.bands is None

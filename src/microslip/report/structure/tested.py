@@ -49,7 +49,7 @@ def tested_sections(prediction: StructurePrediction) -> list[Section]:
     sections = []
     if prediction.judged:
         notes = tuple(Note(text) for text in verdict_sentences(prediction))
-        sections.append(Section("Tests beside the bands", notes))
+        sections.append(Section("Tests compared with the bands", notes))
     blocks: list[Block] = []
     if prediction.limits:
         rows = tuple(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from microslip.surfaces.checks import absurd
+from microslip.surfaces.checks import implausible
 from microslip.surfaces.faults import faults
 
 SHAPE = (224, 256)
@@ -92,7 +92,7 @@ def clean(kind: str, seed: int) -> np.ndarray:
 
 def named(z: np.ndarray) -> Counter[str]:
     words = [remark.words.partition(":")[0] for remark in faults(z)]
-    return Counter([*words, *("unit" for _ in absurd(z, (PIXEL, PIXEL)))])
+    return Counter([*words, *("unit" for _ in implausible(z, (PIXEL, PIXEL)))])
 
 
 @pytest.mark.slow

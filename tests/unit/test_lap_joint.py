@@ -150,10 +150,10 @@ def test_form_by_function_table_and_patch() -> None:
 
 
 def test_patches_are_halved_where_the_loss_is() -> None:
-    from microslip.structures.reduction_convergence import halved_boxes, losing_patches
+    from microslip.structures.reduction_convergence import dissipating_patches, halved_boxes
 
     loss = np.array([[0.5, 0.1, 0.35, 0.05], [0.1, 0.1, 0.1, 4.0]])
-    np.testing.assert_array_equal(losing_patches(loss), [True, False, True, True])
+    np.testing.assert_array_equal(dissipating_patches(loss), [True, False, True, True])
     boxes = np.array([[7.0, 0.0, 2.0, 0.0, 1.0], [7.0, 2.0, 4.0, 0.0, 1.0]])
     cut = halved_boxes(boxes, np.array([True, False]), 0)
     np.testing.assert_array_equal(cut, [[7, 2, 4, 0, 1], [7, 0, 1, 0, 1], [7, 1, 2, 0, 1]])

@@ -45,7 +45,7 @@ class Field:
     usual: bool  # always shown
 
 
-class Unread(InputError):
+class PreviewError(InputError):
     """Error for a file that cannot be previewed; ``columns`` are the names of its columns."""
 
     def __init__(self, text: str, columns: Sequence[str] = ()) -> None:
@@ -242,9 +242,9 @@ class Workspace:
         request = None if part_upload is None else {"part": part, "save": str(part_upload.path)}
         try:
             view = await preview([kind, *arguments, "--", upload.name], upload.path.parent, request)
-        except Unread as error:
+        except PreviewError as error:
             text = self.in_fields(f"{LOOK} {kind}", error.text)
-            raise Unread(text, error.columns) from None
+            raise PreviewError(text, error.columns) from None
         if view.get("refused"):
             view["refused"] = self.in_fields(f"{LOOK} {kind}", view["refused"])
         return view if part_upload is None else {**view, "upload": part_upload.summary()}
@@ -395,11 +395,11 @@ async def preview(arguments: list[str], folder: Path, request: Any) -> dict[str,
         output, _ = await asyncio.wait_for(process.communicate(text), 120.0)
     except TimeoutError:
         process.kill()
-        raise Unread("reading the file took over two minutes") from None
+        raise PreviewError("reading the file took over two minutes") from None
     try:
         content: dict[str, Any] = json.loads(output)
     except ValueError:
-        raise Unread("the file could not be read") from None
+        raise PreviewError("the file could not be read") from None
     if "error" in content:
-        raise Unread(content["error"], content.get("columns", ()))
+        raise PreviewError(content["error"], content.get("columns", ()))
     return content

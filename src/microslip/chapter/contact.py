@@ -76,7 +76,7 @@ def section(joint: Asperity, *states: AsperityFields) -> Floats:
     return np.concatenate((-half[:0:-1], half))
 
 
-def _look(zone: Zone) -> dict[str, Any]:
+def _fill_style(zone: Zone) -> dict[str, Any]:
     """Return the fill style of a zone; reversed slip is grey with the opposite hatch."""
     if zone.kind == "stick":
         return {"facecolor": STICK}
@@ -91,7 +91,7 @@ def shade(axes: Axes, fields: AsperityFields) -> None:
     """Fill the stick and slip zones of a contact in the background of a diagram."""
     for zone in fields.zones:
         for low, high in ((zone.inner, zone.outer), (-zone.outer, -zone.inner)):
-            axes.axvspan(low / MICRO, high / MICRO, linewidth=0.0, zorder=0, **_look(zone))
+            axes.axvspan(low / MICRO, high / MICRO, linewidth=0.0, zorder=0, **_fill_style(zone))
 
 
 def zone_handles() -> list[Patch]:
@@ -102,7 +102,7 @@ def zone_handles() -> list[Patch]:
         (Zone("stuck", 0.0, 1.0, 1), "stuck again after slip"),
         (Zone("slip", 0.0, 1.0, -1), "reversed slip"),
     )
-    return [Patch(**_look(zone), linewidth=0.0, label=text) for zone, text in kinds]
+    return [Patch(**_fill_style(zone), linewidth=0.0, label=text) for zone, text in kinds]
 
 
 @as_plate(
@@ -204,7 +204,7 @@ def _contact_area(plate: Plate) -> Drawing:
                 "edgecolor": "none",
             }
             for look in (
-                ring | _look(zone),
+                ring | _fill_style(zone),
                 {"fill": False, "linewidth": 0.9, "edgecolor": INK},
             ):
                 axes.add_patch(Wedge((0.0, 0.0), zone.outer / a, 0.0, 360.0, **look))

@@ -151,7 +151,7 @@ EDGE = "#444444"
 SHORT_DASH = (1.0, 1.0)
 
 
-class Look(NamedTuple):
+class LineStyle(NamedTuple):
     """Style of a line; dashes or markers distinguish lines in greyscale."""
 
     color: str = COLORS[0]
@@ -163,10 +163,10 @@ class Look(NamedTuple):
         return Entry(label, self.color, self.dash if line else (), self.marker if marked else None)
 
 
-LOOKS = tuple(map(Look, COLORS, DASHES, MARKERS))
+LOOKS = tuple(map(LineStyle, COLORS, DASHES, MARKERS))
 
 
-def look_of(index: int) -> Look:
+def line_style(index: int) -> LineStyle:
     """Return the style of a line by its number; styles repeat."""
     return LOOKS[index % len(LOOKS)]
 
@@ -241,7 +241,7 @@ class Family(NamedTuple):
 
     name: str
     unit: str
-    lines: Sequence[tuple[Look, Floats]]
+    lines: Sequence[tuple[LineStyle, Floats]]
 
 
 def scale_of_colours(

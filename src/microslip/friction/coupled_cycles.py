@@ -118,7 +118,7 @@ def coupled_cycle(
     return CoupledCycle(x, d, t, n, k_n, k_t, cycles)
 
 
-class NodeRests(SettledField):
+class SingleNode(SettledField):
     """Field of the single node of a joint, with its separation at rest [m]."""
 
     def __init__(self, nodes: Nodes, separations: Floats) -> None:
@@ -162,7 +162,7 @@ def coupled_harmonics(
     if separation is not None and samples is None:
         row = coefficients_of("coefficients", coefficients, basis)[None]
         path = coefficients_of("separation", separation, basis)[None]
-        node = NodeRests(nodes, np.array([nodes.curve.origin]))
+        node = SingleNode(nodes, np.array([nodes.curve.origin]))
         found = node.harmonics(row, basis.orders, separations=path, rest=rest, rtol=rtol)
         return CoupledHarmonics(found.force[0], np.asarray(found.load)[0], found.jacobian[0])
     waves, analysis = basis.sampled(_SAMPLES if samples is None else samples)

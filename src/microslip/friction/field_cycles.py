@@ -308,7 +308,9 @@ class SettledField:
         """
         nodes, basis = self._nodes, Basis(harmonics)
         if samples is None and separations is None:
-            return held_harmonics(nodes, coefficients, basis, rest, checked_tolerance(rtol))
+            return constant_separation_harmonics(
+                nodes, coefficients, basis, rest, checked_tolerance(rtol)
+            )
         # If not sampled, a few samples check the separations and are used for nodes at rest.
         few = max(64, 8 * basis.orders[-1])
         waves, analysis = basis.sampled(few if samples is None else samples)
@@ -421,7 +423,7 @@ def varying_harmonics(
     )
 
 
-def held_harmonics(
+def constant_separation_harmonics(
     nodes: Nodes, coefficients: ArrayLike, basis: Basis, rest: ArrayLike | str, rtol: float
 ) -> FieldHarmonics:
     """Return Fourier coefficients at constant separations, integrated without samples."""

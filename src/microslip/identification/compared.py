@@ -153,7 +153,9 @@ def compare(
     found, rows = fitted_records(records, **options)
     fits = {name: _fits_of(name, found, found.fits, heights) for name in laws}
     failed = {name: fit for name, fit in fits.items() if isinstance(fit, str)}
-    held = _held_back(found, rows, [name for name in laws if name not in failed], heights)
+    held = _excluded_cycle_errors(
+        found, rows, [name for name in laws if name not in failed], heights
+    )
     compared: dict[str, ComparedLaw] = {}
     forces = sum(fit.measured.size for fit in found.fits)
     offsets = len(rows)
@@ -266,7 +268,7 @@ def _cells(fit: FreeForm) -> _Fit:
     )
 
 
-def _held_back(
+def _excluded_cycle_errors(
     found: Identification, rows: Sequence[Rows], laws: Sequence[str], heights: Any
 ) -> dict[str, float]:
     """Return the RMS error of each law over noise [-], for the cycles excluded from its fit."""

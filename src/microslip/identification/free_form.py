@@ -84,7 +84,7 @@ class FreeForm:
             self._follow_loads()
         if self.extra:
             for _ in range(_REGRIDS):
-                self._put_thresholds()
+                self._place_thresholds()
                 self._settle(_ROUGH)
         for _ in range(_REFINEMENTS):
             self._solve()
@@ -440,7 +440,7 @@ class FreeForm:
         """Force of the law in the bins of a record [N], without an offset."""
         return self._columns[id(rows)] @ self.k
 
-    def _put_thresholds(self) -> None:
+    def _place_thresholds(self) -> None:
         """Place thresholds around the shift of each load, as finely as its loops resolve.
 
         The stiffness of each old threshold is distributed to its two neighbours.

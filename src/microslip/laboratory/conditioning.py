@@ -212,7 +212,7 @@ def lag_of(
     return Lag(float(late.mean()), half, error, late.size, is_remedy)
 
 
-def looks_late(x: Floats, force: Floats, cuts: Cuts, smallest: float, most: int) -> bool:
+def lag_exceeds(x: Floats, force: Floats, cuts: Cuts, smallest: float, most: int) -> bool:
     """Return whether a first estimate of the lag exceeds ``smallest`` [samples]."""
     try:
         return abs(_reversals(x, force, cuts, most).shift(slice(None))) > smallest

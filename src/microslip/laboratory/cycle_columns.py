@@ -195,7 +195,7 @@ STIFFNESSES = ("chord_stiffness", "stiffness_left", "stiffness_right")
 """Columns that are averaged as compliances."""
 
 
-class Way(NamedTuple):
+class BranchCompliance(NamedTuple):
     """Chord compliance of the branches after one kind of reversal, per cycle; NaN if unknown."""
 
     compliance: Floats
@@ -206,14 +206,14 @@ class Way(NamedTuple):
     """Displacement [m] at which the force is 5 % below the initial tangent."""
 
 
-def way_of(
+def branch_compliance(
     x: Floats,
     force: Floats,
     start: Reversals,
     end: Floats,
     span: Floats,
     compliance: float,
-) -> Way:
+) -> BranchCompliance:
     """Fit the first part of each branch, between a reversal and sample ``end``; force increases.
 
     Noise of the force in the abscissa of the fit, or in the choice of samples, would bias the
@@ -225,7 +225,7 @@ def way_of(
     begin = np.ceil(start.place + 0.25).astype(np.int64)
     length = int(np.median(end - begin)) if begin.size else 0
     if length < _FEWEST:
-        return Way(nothing, nothing, nothing)
+        return BranchCompliance(nothing, nothing, nothing)
     rows = np.clip(begin[:, None] + np.arange(length), 0, x.size - 1)
     moved = x[rows] - start.x[:, None]
     size = float(np.median(np.ptp(moved, axis=1)))
@@ -234,7 +234,7 @@ def way_of(
         scaled = moved * (size / np.ptp(moved, axis=1))[:, None]
     good = np.isfinite(share).all(axis=1) & np.isfinite(scaled).all(axis=1)
     if not good.any() or size == 0.0:
-        return Way(nothing, nothing, nothing)
+        return BranchCompliance(nothing, nothing, nothing)
     mean_share = share[good].mean(axis=0)
     means = (scaled[good].mean(axis=0) / size, mean_share)
     fits: list[_Fit] = []
@@ -306,7 +306,7 @@ def _fit(
     return _Fit(window, chord, doubt, linear)
 
 
-def _widest_that_agrees(fits: Sequence[_Fit]) -> Way:
+def _widest_that_agrees(fits: Sequence[_Fit]) -> BranchCompliance:
     """Return the fit of the widest window whose mean chord agrees with that of narrower ones.
 
     Means agree within 2.5 standard errors of their difference, or half the ``doubt`` of the wider
@@ -322,7 +322,7 @@ def _widest_that_agrees(fits: Sequence[_Fit]) -> Way:
     if changes:
         change, error = changes[0]
         doubt = np.sqrt(doubt**2 + change**2 + (2.0 * error) ** 2)
-    return Way(wide.chord, doubt, fits[0].range)
+    return BranchCompliance(wide.chord, doubt, fits[0].range)
 
 
 def _mean_and_error(values: Floats) -> tuple[float, float]:
@@ -366,8 +366,8 @@ def stiffness_columns(
     span = peaks.force - troughs.force
     after_highest = Reversals(peaks.place, -peaks.x, -peaks.force)
     next_peaks = np.append(peaks.place[1:], cycles.cuts[-1])
-    right = way_of(-x, -force, after_highest, troughs.place, span, compliance)
-    after_lowest = way_of(x, force, troughs, next_peaks, span, compliance)
+    right = branch_compliance(-x, -force, after_highest, troughs.place, span, compliance)
+    after_lowest = branch_compliance(x, force, troughs, next_peaks, span, compliance)
     if cycles.flipped:
         after_lowest, right = right, after_lowest
     linear = np.full(span.size, np.nan)

@@ -20,7 +20,7 @@ from microslip._core.errors import InputError
 from microslip._core.units import engineering, significant
 from microslip._core.wording import plural
 from microslip.laboratory.blocks import Block, Blocks, Count, blocks_of, count_of
-from microslip.laboratory.conditioning import lag_of, looks_late
+from microslip.laboratory.conditioning import lag_exceeds, lag_of
 from microslip.laboratory.cuts import noise_of
 from microslip.laboratory.cycle_columns import columns_of
 from microslip.laboratory.estimates import trend
@@ -194,14 +194,14 @@ class Cycles:
             return self.settled
         if not isinstance(cycles, slice):
             raise InputError(f"`cycles` must be a slice, such as slice(2, 20), got {show(cycles)}")
-        is_asked = np.zeros(self.is_open.size, dtype=bool)
-        is_asked[cycles] = True
-        if not (is_asked & self.counted).any():
+        is_requested = np.zeros(self.is_open.size, dtype=bool)
+        is_requested[cycles] = True
+        if not (is_requested & self.counted).any():
             raise InputError(
                 f"`cycles` must include some of the {np.count_nonzero(self.counted)} valid "
                 f"cycles, of {self.is_open.size}, got {show(cycles)}"
             )
-        return requested(self.columns, is_asked & self.counted)
+        return requested(self.columns, is_requested & self.counted)
 
     def near(self, is_wanted: NDArray[np.bool_], place: NDArray[np.int64]) -> Settled:
         """Return the cycles whose middle is in a wanted cycle; ``place`` is the cycle by sample."""
@@ -333,7 +333,7 @@ class Cycles:
         if not per_sample > 0.0:
             return None
         smallest = _LATE * max(energy, _LATE * around) / per_sample
-        if not looks_late(x, force, block.cycles, smallest, _LOOKED_AT):
+        if not lag_exceeds(x, force, block.cycles, smallest, _LOOKED_AT):
             return None
         lag = lag_of(x, force, block.cycles, 0.999, most=_LOOKED_AT)
         if abs(lag.value) - lag.half < 0.5 * smallest or abs(lag.value) < smallest:

@@ -209,10 +209,12 @@ def drift_of(values: Floats, cycle: NDArray[np.int64], curve: MeanCycle) -> Slop
     scatter -= progress
     del progress
     noise = curve.noise(scatter, 1)
-    return Slope(slope, noise * math.sqrt(slowness(scatter, cycle, noise, 2) / square))
+    return Slope(slope, noise * math.sqrt(slow_variance_ratio(scatter, cycle, noise, 2) / square))
 
 
-def slowness(residual: Floats, number: NDArray[np.int64], noise: float, fitted_count: int) -> float:
+def slow_variance_ratio(
+    residual: Floats, number: NDArray[np.int64], noise: float, fitted_count: int
+) -> float:
     """Return the variance of cycle means over that of white noise [-]; 1 if not significant."""
     from scipy.special import chdtrc
 
@@ -237,7 +239,7 @@ def error_of_mean(values: Floats, number: NDArray[np.int64], curve: MeanCycle) -
         for piece in stretches(residual.size):
             residual[piece] -= line(place)[number[piece]]
     noise = curve.noise(residual, 1)
-    return noise * math.sqrt(slowness(residual, number, noise, 2) / values.size)
+    return noise * math.sqrt(slow_variance_ratio(residual, number, noise, 2) / values.size)
 
 
 # -- the phase of each sample --------------------------------------------------------------------

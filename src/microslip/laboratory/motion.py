@@ -95,22 +95,24 @@ def phase_derivative(coefficients: Floats, harmonics: NDArray[np.int64]) -> Floa
 def motion_of(phase: Floats, x: Floats, places: int) -> Motion:
     """Fit a motion to displacements ``x`` [m] at phases [rad] with ``places`` distinct values."""
     samples = _Samples(phase, x)
-    most_told = max(1, math.floor(0.4 * places))
-    smooth = _fitted(samples, min(MOST_HARMONICS, most_told), np.zeros(0))
+    most_resolved = max(1, math.floor(0.4 * places))
+    smooth = _fitted(samples, min(MOST_HARMONICS, most_resolved), np.zeros(0))
     if smooth.harmonics.size < _MANY:
         return smooth
-    kinked = _fitted(samples, min(MOST_HARMONICS, most_told), _corners_of(smooth))
-    if kinked.corners.size and _price(kinked, x.size) < _price(smooth, x.size):
+    kinked = _fitted(samples, min(MOST_HARMONICS, most_resolved), _corners_of(smooth))
+    if kinked.corners.size and _information_criterion(kinked, x.size) < _information_criterion(
+        smooth, x.size
+    ):
         return kinked
     # Single harmonics may be below the noise and significant together. A motion that is the same
     # in both directions has odd harmonics only.
     is_odd = bool(np.all(smooth.harmonics % 2 == 1))
-    most = min(MOST_OF_CORNERS if is_odd else MOST_HARMONICS, most_told)
+    most = min(MOST_OF_CORNERS if is_odd else MOST_HARMONICS, most_resolved)
     every_one = np.arange(1, most + 1, 1 + is_odd, dtype=np.int64)
     return _fitted(samples, most, np.zeros(0), np.union1d(every_one, smooth.harmonics))
 
 
-def _price(motion: Motion, count: int) -> float:
+def _information_criterion(motion: Motion, count: int) -> float:
     """Return the Bayesian information criterion of a motion fitted to ``count`` samples."""
     return 2.0 * count * math.log(motion.noise) + motion.coefficients.size * math.log(count)
 

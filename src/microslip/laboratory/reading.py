@@ -235,7 +235,7 @@ def _arrays(
         good = np.flatnonzero(~bad)
         end_row = int(good[-1]) + 1 if good.size else 0
         if bad[:end_row].any():
-            if not _is_lone(bad[:end_row]):
+            if not _is_isolated(bad[:end_row]):
                 _refuse_gaps(table, arrays, names, bad[:end_row], first)
             arrays = {role: _filled(values[:end_row]) for role, values in arrays.items()}
             notes.append(
@@ -250,7 +250,7 @@ def _arrays(
     return arrays, first, notes
 
 
-def _is_lone(bad: Any) -> bool:
+def _is_isolated(bad: Any) -> bool:
     """Return whether the missing numbers of a mask are few and isolated."""
     lengths = np.diff(runs_of(bad), axis=1)
     return not bad[0] and int(lengths.max()) <= _LONGEST_LONE and float(bad.mean()) <= _MOST_LONE

@@ -161,7 +161,7 @@ class ModeResidual(NamedTuple):
     by_omega: float
 
 
-class _Loose(NamedTuple):
+class _NotSticking(NamedTuple):
     """Joints and coordinates of a group whose tangents differ from those of sticking joints."""
 
     directions: Floats
@@ -255,7 +255,7 @@ class _Factors:
         return np.asarray(solved / self._columns)
 
 
-def _loose(balance: Balance, answers: list[HarmonicForces]) -> list[_Loose]:
+def _not_sticking(balance: Balance, answers: list[HarmonicForces]) -> list[_NotSticking]:
     """Return the joints and coordinates of each group that do not stick."""
     result = []
     size = balance.basis.size
@@ -271,7 +271,7 @@ def _loose(balance: Balance, answers: list[HarmonicForces]) -> list[_Loose]:
         selected = blocks[np.ix_(joints, coordinates, harmonics, coordinates, harmonics)]
         width = coordinates.size * size
         columns = directions[:, joints][:, :, coordinates].reshape(directions.shape[0], -1)
-        result.append(_Loose(columns, selected.reshape(joints.size, width, width)))
+        result.append(_NotSticking(columns, selected.reshape(joints.size, width, width)))
     return result
 
 
@@ -333,7 +333,9 @@ class ModeStep:
         """Factorise the system of borders and joints that do not stick; None if singular."""
         modes, size = self.balance.shape
         compliance = _Compliance(self.balance, self.point.omega, self._damping)
-        loose = [part for part in _loose(self.balance, self.current.answers) if part.tangent.size]
+        loose = [
+            part for part in _not_sticking(self.balance, self.current.answers) if part.tangent.size
+        ]
         flat = np.concatenate([np.zeros((modes, 0)), *(part.directions for part in loose)], axis=1)
         # Borders: amplitude and phase, then each coefficient near resonance, which is itself.
         places = np.argwhere(compliance.added)

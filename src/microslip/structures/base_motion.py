@@ -33,7 +33,7 @@ from microslip.structures.joint_groups import Attachment
 from microslip.structures.matrices import dense, factorised, is_sparse, vector
 from microslip.structures.modal_model import ModalModel, modal_model, stuck_stiffness
 from microslip.structures.periodic_motion import Quantity, harmonic_basis, power_of
-from microslip.structures.static import AtRest, answered, static_state
+from microslip.structures.static import AtRest, solver_method, static_state
 
 Frame = Literal["base", "ground"]
 _ROUNDING = 1e-8  # of the sides of a joint: motion that is none
@@ -318,7 +318,7 @@ class BaseResponse(ForcedResponse):
         return np.asarray(self._from_ground(at) / self._base_motion[:, moving])
 
 
-@answered
+@solver_method
 def base_response(
     rest: AtRest,
     *,

@@ -21,14 +21,14 @@ from microslip.figures.plot import Plot
 from microslip.figures.plottable import PlottableAtSensor
 from microslip.structures.balance import Balance
 from microslip.structures.forced_path import Drive, Excitation, follow
-from microslip.structures.modal_model import ModalAnswer, ModalModel
+from microslip.structures.modal_model import ModalModel, ModalResult
 from microslip.structures.periodic_motion import (
     HarmonicBasis,
     Quantity,
     harmonic_basis,
     power_of,
 )
-from microslip.structures.static import AtRest, answered
+from microslip.structures.static import AtRest, solver_method
 
 _DIRECTIONS = {None: 0, "x": 1, "y": 2, "z": 3}  # 0 is a scalar
 _FREQUENCY, _FORCE = 18, 13  # specific data types of the format
@@ -202,7 +202,7 @@ def _set(response: FrequencyResponse) -> dict[str, Any]:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ForcedResponse(ModalAnswer, PlottableAtSensor):
+class ForcedResponse(ModalResult, PlottableAtSensor):
     """Periodic motions along frequencies, the result of ``structure.forced_response(...)``.
 
     By harmonic balance and arc-length continuation, as in Krack and Gross (2019),
@@ -323,7 +323,7 @@ def checked_frequencies(frequencies: ArrayLike) -> Floats:
     return targets
 
 
-@answered
+@solver_method
 def forced_response(
     rest: AtRest,
     force: ArrayLike,

@@ -56,7 +56,7 @@ class GeometryAttachment:
     """Displacements (degrees of freedom,) at which the springs are unloaded; zero by default."""
 
     has_gaps = False
-    held_load = 0.0
+    largest_load_at_rest = 0.0
 
     @property
     def representative_stiffness(self) -> Floats:

@@ -35,7 +35,7 @@ class LawAttachment:
 
     has_gaps = False
     """Whether gaps separate the faces before static forces close them."""
-    held_load = 0.0
+    largest_load_at_rest = 0.0
     """Largest load without static forces [N], the scale of rounding errors."""
 
     @property
@@ -157,7 +157,7 @@ class FieldAttachment:
         return self.field.gaps is not None
 
     @property
-    def held_load(self) -> float:
+    def largest_load_at_rest(self) -> float:
         """Largest normal load at rest of a node [N], a scale of residuals; 0 if gaps were given."""
         return 0.0 if self.has_gaps else float(self.field.normal_loads.max())
 

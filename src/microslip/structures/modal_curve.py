@@ -16,7 +16,7 @@ from microslip._core.errors import InputError
 from microslip._core.verdicts import Rule, Verdict
 from microslip.figures.plot import Plot
 from microslip.figures.plottable import Plottable
-from microslip.structures.modal_model import Answer
+from microslip.structures.modal_model import SolverResult
 
 
 class Resonance(NamedTuple):
@@ -32,7 +32,7 @@ class Resonance(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ModalCurve(Answer, Plottable):
+class ModalCurve(SolverResult, Plottable):
     """Nonlinear mode at a number of amplitudes, the result of ``structure.modes(...)``.
 
     Values at amplitudes that were not reached are NaN; ``message`` gives the reason.

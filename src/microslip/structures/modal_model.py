@@ -208,7 +208,7 @@ def _answers(stiffness: Any, mass: Any, columns: Floats) -> Floats:
     return np.asarray(np.linalg.solve(dense(matrix), columns))
 
 
-class Answer(LockedArrays):
+class SolverResult(LockedArrays):
     """Motion computed by a solver, complete or stopped early."""
 
     message: str
@@ -223,7 +223,7 @@ class Answer(LockedArrays):
         raise NotImplementedError
 
 
-class ModalAnswer(Answer):
+class ModalResult(SolverResult):
     """Motion in modal coordinates on a base that may move."""
 
     _shapes: Floats

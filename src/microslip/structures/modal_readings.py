@@ -187,12 +187,12 @@ def ring_down(time: ArrayLike, signal: ArrayLike, points: Any, quantity: Any, ba
             raise InputError("time must rise in even steps")
         t = even_times  # what differs by less than half a step is rounding of the file
         if band is None:
-            part = _audible(_single_mode(x, step), 0, _noise(x, step, 0.5 / step))
+            part = _above_noise(_single_mode(x, step), 0, _noise(x, step, 0.5 / step))
         else:
             low, high = _band_limits(band)
             raw, x, width = x, _filtered(x, step, low, high), high - low
             room = int(_SETTLING / (width * step))
-            part = _audible(x[: max(x.size - room, 1)], room, _noise(raw, step, width))
+            part = _above_noise(x[: max(x.size - room, 1)], room, _noise(raw, step, width))
         first, last = (math.sqrt(2.0) * float(np.std(half)) for half in np.array_split(x, 2))
         if 2 * x[part].size < x.size and abs(last - first) < _STEADY * first:
             raise _no_decay(first, last)
@@ -304,7 +304,7 @@ def _noise(x: Floats, step: float, width: float) -> float:
     return math.sqrt(float(np.median(power)) / math.log(2.0) * width)
 
 
-def _audible(x: Floats, skipped: int, noise: float) -> slice:
+def _above_noise(x: Floats, skipped: int, noise: float) -> slice:
     """Return the samples from the largest one to the last that clearly exceeds the noise."""
     begin = min(int(np.argmax(np.abs(x))) + skipped, x.size - 1)
     loud = np.flatnonzero(np.abs(x[begin:]) > _ABOVE_NOISE * noise)

@@ -16,15 +16,15 @@ from microslip._core.errors import InputError
 from microslip.figures.plot import Plot
 from microslip.figures.plottable import PlottableAtSensor
 from microslip.structures.matrices import vector
-from microslip.structures.modal_model import Answer, ModalModel
-from microslip.structures.static import AtRest, answered
+from microslip.structures.modal_model import ModalModel, SolverResult
+from microslip.structures.static import AtRest, solver_method
 from microslip.structures.time_steps import ExactSteps, TimeSteps, are_exact
 
 _RADIUS = 0.9  # spectral radius unless given
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Motion(Answer, PlottableAtSensor):
+class Motion(SolverResult, PlottableAtSensor):
     """Motion in time relative to the static state, the result of ``structure.integrate(...)``.
 
     Each mode is integrated exactly if all joints are backbone laws; otherwise by the
@@ -125,7 +125,7 @@ class Motion(Answer, PlottableAtSensor):
         return f"Motion({self.time.size} times to {self.time[-1]:g} s, {self.message}, {errors})"
 
 
-@answered
+@solver_method
 def integrate(
     rest: AtRest,
     force: Any,

@@ -25,8 +25,8 @@ from microslip.structures.periodic_motion import (
     checked_amplitudes,
     harmonic_basis,
 )
-from microslip.structures.quasi_static import QuasiStatic, Track, climb
-from microslip.structures.static import MOST_MODES, AtRest, answered, base_damping
+from microslip.structures.quasi_static import QuasiStatic, Track, continue_in_amplitude
+from microslip.structures.static import MOST_MODES, AtRest, base_damping, solver_method
 
 Method = Literal["harmonic-balance", "quasi-static"]
 LARGEST_DIRECT = 900
@@ -184,7 +184,12 @@ def follow(
         return candidate if near else None
 
     track = [(lowest, first)]
-    return climb(amplitudes, track, attempt, _FINEST), iterations, steps, track[-1][0]
+    return (
+        continue_in_amplitude(amplitudes, track, attempt, _FINEST),
+        iterations,
+        steps,
+        track[-1][0],
+    )
 
 
 def _first_solution(equations: ModeEquations, target: float) -> tuple[Solution | None, int, int]:
@@ -384,7 +389,7 @@ class ModeSolver:
         )
 
 
-@answered
+@solver_method
 def modes(
     rest: AtRest,
     index: int,

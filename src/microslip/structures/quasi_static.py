@@ -43,7 +43,7 @@ Track = list[tuple[float, _Found]]
 """Last three amplitudes solved, in increasing order, with their solutions."""
 
 
-def climb(
+def continue_in_amplitude(
     amplitudes: Floats,
     track: Track[_Found],
     attempt: Callable[[Track[_Found], float], _Found | None],
@@ -117,7 +117,7 @@ class QuasiStatic:
                     return self._cycle(track[-1][1], amplitude, steps)
             return None
 
-        return climb(amplitudes, [(smallest, begin)], attempt, _FINEST)
+        return continue_in_amplitude(amplitudes, [(smallest, begin)], attempt, _FINEST)
 
     def _cycle(self, guess: QuasiStaticPoint, amplitude: float, steps: int) -> QuasiStaticPoint:
         """Compute the first loading and two cycles; the loss is that of the second cycle."""

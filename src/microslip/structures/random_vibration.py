@@ -23,7 +23,7 @@ from microslip._core.wording import quoted
 from microslip.structures.base_motion import BaseMotion, Frame, base_motion
 from microslip.structures.joint_groups import FieldAttachment, LawGroup
 from microslip.structures.modal_curve import ModalCurve
-from microslip.structures.modal_model import ModalAnswer
+from microslip.structures.modal_model import ModalResult
 from microslip.structures.nonlinear_mode import ModeSolver
 from microslip.structures.periodic_motion import (
     Quantity,
@@ -37,7 +37,7 @@ from microslip.structures.spectral_response import (
     Variances,
     linear_structure,
 )
-from microslip.structures.static import MOST_MODES, AtRest, answered, base_damping
+from microslip.structures.static import MOST_MODES, AtRest, base_damping, solver_method
 
 RandomMethod = Literal["joints", "modes"]
 _NODES = 32
@@ -84,7 +84,7 @@ MODAL_SOFTENING = replace(
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RandomResponse(ModalAnswer):
+class RandomResponse(ModalResult):
     """Stationary random motion, the result of ``structure.random_response(...)``.
 
     By statistical linearisation over Rayleigh amplitudes (Caughey 1960, DOI 10.1115/1.3644075).
@@ -387,7 +387,7 @@ class _Along:
         return np.asarray(PchipInterpolator(places, values[self._order])(np.log(self.within)))
 
 
-@answered
+@solver_method
 def random_response(
     rest: AtRest,
     psd: Any,
@@ -441,7 +441,7 @@ def random_response(
         words = quoted(get_args(RandomMethod))
         raise InputError(f"method must be {words}, got {show(method)}")
     share = base_damping(damping_ratio)
-    if (method or ("modes" if fields or rest._bends else "joints")) == "joints":
+    if (method or ("modes" if fields or rest._geometric else "joints")) == "joints":
         if share:
             raise InputError(
                 '`damping_ratio` is that of method="modes"; by joints the structure has its '

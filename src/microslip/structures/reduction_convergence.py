@@ -179,7 +179,7 @@ def converge(
         halved = {axis: finer(current, wide[axis], axis) for axis in (0, 1)}
         moved = {axis: _change(current.curve, fine.curve) for axis, fine in halved.items()}
         worse = max(moved, key=lambda axis: abs(moved[axis][1]))
-        losers = losing_patches(current.curve.loss) & wide[worse]
+        losers = dissipating_patches(current.curve.loss) & wide[worse]
         if not losers.any():  # those are as fine as the elements: then the others
             losers = wide[worse]
         enough = abs(moved[worse][1]) <= tolerance
@@ -243,7 +243,7 @@ def refined(
     sensor = coarse.sensor("sensor")
     loss = state.modes(mode, amplitudes, at=sensor, quantity=quantity).loss
     tell(0.7)
-    losers = losing_patches(loss) & (np.diff(boxes)[:, 1] > narrowest)
+    losers = dissipating_patches(loss) & (np.diff(boxes)[:, 1] > narrowest)
     flat = {**reduction, "form": None}
     try:
         return reducer.reduce(**{**flat, "patches": halved_boxes(boxes, losers, 0)})
@@ -268,7 +268,7 @@ def _largest(frequency: Floats, damping: Floats) -> tuple[float, float]:
     return next(largest), next(largest)
 
 
-def losing_patches(loss: Floats) -> Any:
+def dissipating_patches(loss: Floats) -> Any:
     """Return a mask of the patches that together dissipate 80 % of the loss at some amplitude."""
     selected = np.zeros(loss.shape[1], dtype=bool)
     for row in loss[np.isfinite(loss).all(axis=1)]:

@@ -14,10 +14,10 @@ from microslip._core.checks import Floats, floats, positive
 from microslip._core.errors import InputError
 from microslip._core.frozen import assign, lock
 from microslip.structures.base_motion import Frame, base_motion
-from microslip.structures.modal_model import ModalAnswer
+from microslip.structures.modal_model import ModalResult
 from microslip.structures.motion import march
 from microslip.structures.periodic_motion import Quantity, power_of
-from microslip.structures.static import AtRest, answered, base_damping
+from microslip.structures.static import AtRest, base_damping, solver_method
 
 _STEPS = 200  # a period of the mode that moves most
 _IN_PULSE = 50  # steps at least
@@ -77,7 +77,7 @@ class Pulse:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ShockResponse(ModalAnswer):
+class ShockResponse(ModalResult):
     """Motion under a pulse of the base, the result of ``structure.shock(...)``.
 
     Displacements and velocities are relative to the base, accelerations to the ground. Integrated
@@ -125,7 +125,7 @@ class ShockResponse(ModalAnswer):
         return f"ShockResponse({self.time.size} times to {self.time[-1]:g} s, {self.message})"
 
 
-@answered
+@solver_method
 def shock(
     rest: AtRest,
     pulse: Any,

@@ -26,11 +26,11 @@ from microslip.structures.matrices import (
     linear_modes,
     rigid_count,
 )
-from microslip.structures.modal_model import Answer, ModalModel, modal_model, stuck_stiffness
+from microslip.structures.modal_model import ModalModel, SolverResult, modal_model, stuck_stiffness
 from microslip.structures.periodic_motion import HARMONICS
 
 _P = ParamSpec("_P")
-_Answer = TypeVar("_Answer", bound=Answer)
+_Answer = TypeVar("_Answer", bound=SolverResult)
 MOST_MODES = 100_000
 _ITERATIONS = 100
 _ENOUGH = 1e-12  # unbalanced force, beside the largest of all forces
@@ -85,7 +85,7 @@ def static_state(
         force, stiffness = (np.concatenate([np.zeros(0), *(p[k] for p in pairs)]) for k in (0, 1))
         return force, stiffness
 
-    preloaded = max((a.held_load for a in attachments), default=0.0)
+    preloaded = max((a.largest_load_at_rest for a in attachments), default=0.0)
     x, error, converged = np.zeros(static_force.size), math.inf, False
     force, tangent = joints(x)
     for iterations in range(_ITERATIONS + 1):
@@ -102,7 +102,9 @@ def static_state(
         if iterations == _ITERATIONS:
             break
         step = solver.solve(tangent, gap)
-        x, force, tangent, moved = _search(stiffness, columns, joints, static_force, x, step, gap)
+        x, force, tangent, moved = _line_search(
+            stiffness, columns, joints, static_force, x, step, gap
+        )
         if not moved:
             break
     forces = np.split(force, parts) if attachments else []
@@ -147,7 +149,7 @@ class _Solver:
                 shift = max(10.0 * shift, 1e-14)
 
 
-def _search(
+def _line_search(
     stiffness: Any,
     columns: Floats,
     joints: Any,
@@ -308,7 +310,7 @@ class AtRest:
     # -- its geometry, where it has one ------------------------------------------------------------
 
     @property
-    def _bends(self) -> list[GeometryAttachment]:
+    def _geometric(self) -> list[GeometryAttachment]:
         """Attachments whose stiffness depends on bending."""
         return [a for a in self.attachments if isinstance(a, GeometryAttachment)]
 
@@ -316,10 +318,10 @@ class AtRest:
         """Return the given harmonics, or those required by joints and geometry."""
         if harmonics is not None:
             return harmonics
-        return GEOMETRY_HARMONICS if self._bends else HARMONICS
+        return GEOMETRY_HARMONICS if self._geometric else HARMONICS
 
 
-def answered(
+def solver_method(
     solve: Callable[Concatenate[AtRest, _P], _Answer],
 ) -> Callable[Concatenate[AtRest, _P], _Answer]:
     """Decorate a solver: one thread; an error if motions leave the range of a geometry."""
@@ -328,7 +330,7 @@ def answered(
     @wraps(solve)
     def within_reach(rest: AtRest, /, *args: _P.args, **options: _P.kwargs) -> _Answer:
         answer = solve(rest, *args, **options)
-        for geometry in rest._bends:
+        for geometry in rest._geometric:
             columns = geometry.coordinates
             before = 0.0 if geometry.rest is None else geometry.rest
             geometry.check_reach(np.abs(columns.T @ (rest.displacement - before)))

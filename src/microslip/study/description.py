@@ -46,7 +46,7 @@ class StudyDescription(StudyTables):
         place = Place("", reading)
         read = place.attempt(lambda: self.read(tables, place))
         if read is FAILED:
-            blamed = _blamed(reading.errors[0][0], changes)
+            blamed = _override_of(reading.errors[0][0], changes)
             raise StudyError(f"{name}: {first_error(reading.errors, blamed)}")
         self.__dict__.update(read.__dict__)
         self._name = name
@@ -72,7 +72,7 @@ class StudyDescription(StudyTables):
         return self.structure
 
     @property
-    def asks_for_joint(self) -> bool:
+    def reports_joint(self) -> bool:
         """Whether a study with a structure also requests cycles of the joint alone."""
         joint = self._tables.get("joint", {})
         return self.structure is None or "normal_load" in joint or "excitation" in self._tables
@@ -182,7 +182,7 @@ class StudyDescription(StudyTables):
         return study
 
 
-def _blamed(key: str, changes: Sequence[Override]) -> str:
+def _override_of(key: str, changes: Sequence[Override]) -> str:
     """Return the override that set a key, in parentheses; empty if no override did."""
     path = f"{key.split(', item')[0]}."
     for change in reversed(changes):

@@ -167,12 +167,12 @@ class MeasuredFace(SurfaceTable):
     def face(self) -> Any:
         """Scan after all filters, in the state in which it is solved."""
         scan = self.conditioned
-        if self._form_off:
+        if self._removes_form:
             scan = scan.condition(long_cutoff=self._patch)
         return scan if self.cutoff is None else scan.condition(cutoff=self.cutoff)
 
     @property
-    def _form_off(self) -> bool:
+    def _removes_form(self) -> bool:
         """Whether waves longer than a patch are removed: they are form of the structure."""
         patch = self._patch
         return patch is not None and self.long_cutoff is None and patch < max(self.read_scan.size)
@@ -262,7 +262,7 @@ class MeasuredFace(SurfaceTable):
         if self.long_cutoff is not None:
             ends = f"surface.scan: waves up to {engineering(self.long_cutoff, 'm')} are in the law"
             return [f"{ends} (surface.long_cutoff); patches are {engineering(patch, 'm')} wide."]
-        if self._form_off:
+        if self._removes_form:
             off = float(np.std(self.conditioned.heights - self.face.heights))
             return [
                 f"{ends}; waves longer than a patch, {engineering(off, 'm')} rms of the scan, are "

@@ -87,7 +87,7 @@ def exact_zeros(heights: NDArray[np.float64]) -> int | None:
     return count if count > 10 * int(often.max()) else None
 
 
-def absurd(heights: NDArray[np.float64], pixel: tuple[float, ...]) -> list[str]:
+def implausible(heights: NDArray[np.float64], pixel: tuple[float, ...]) -> list[str]:
     """Return messages about heights or a pixel that are probably in the wrong unit."""
     low, high = np.nanpercentile(heights[:: max(1, heights.shape[0] // 500)], (0.5, 99.5)).tolist()
     height, step = high - low, min(pixel)

@@ -16,10 +16,10 @@ from microslip._core.verdicts import Remark
 from microslip._core.wording import quote, shorten
 from microslip.readers.files import POINTS, reading
 from microslip.surfaces.checks import (
-    absurd,
     exact_zeros,
     far_points,
     height_array,
+    implausible,
     pixel_of,
     repeated,
 )
@@ -114,7 +114,7 @@ def _scan_content(raw: RawHeights, path: Path, options: FileOptions) -> ScanCont
         )
         notes.append(Remark(SUSPECT, words))
     measured = np.where(fill_values(heights), np.nan, heights)
-    notes += [Remark(UNIT_QUESTION, question) for question in absurd(measured, pixel)]
+    notes += [Remark(UNIT_QUESTION, question) for question in implausible(measured, pixel)]
     notes += faults(measured)
     return ScanContent(heights, pixel, name, (first, *raw.notes, *notes))
 

@@ -32,7 +32,7 @@ _POINTS = np.cos(_ANGLES)
 _TRANSFORM = 2.0 / (_DEGREE + 1) * np.cos(np.outer(np.arange(_DEGREE + 1), _ANGLES))
 _TRANSFORM[0] *= 0.5
 NODES, _WEIGHTS = gauss_legendre(20)
-# From so many widths away a panel is so many charges, see `_charges`.
+# From so many widths away a panel is so many charges, see `_panel_masses`.
 _LEVELS = ((60.0, 6), (4.0, 11), (0.125, 20))
 
 
@@ -142,7 +142,7 @@ class DensityHeights(HeightDistribution):
         return _resolve(self._pdf, self._edges)
 
     @cached_property
-    def _charges(self) -> tuple[tuple[float, Floats, Floats], ...]:
+    def _panel_masses(self) -> tuple[tuple[float, Floats, Floats], ...]:
         """Point masses [-] that replace the density of each panel for distant thresholds.
 
         One set for each distance over the panel width: farther away the integrand is a polynomial
@@ -168,7 +168,7 @@ class DensityHeights(HeightDistribution):
         total = np.zeros_like(flat)
         # Of the rising thresholds the first few are so far below a panel.
         end = np.zeros(width.size, dtype=np.intp)
-        for distance, nodes, weights in self._charges:
+        for distance, nodes, weights in self._panel_masses:
             start, end = end, np.searchsorted(flat, edges[:-1] - distance * width)
             if flat.size < _FEW_THRESHOLDS:  # all panels at once, in place of one after the other
                 panel, at = _pairs(start, end)
@@ -205,7 +205,7 @@ class DensityHeights(HeightDistribution):
         tables[4] = tables[2].tail(2.0)
         return tables
 
-    def _cloud(self, octave: int) -> tuple[Floats, Floats]:
+    def _masses_below(self, octave: int) -> tuple[Floats, Floats]:
         """Return heights and probabilities of point masses, for thresholds below all heights.
 
         The threshold is about 2**-octave times the range of heights below the lowest height,
@@ -244,7 +244,7 @@ class DensityHeights(HeightDistribution):
             flat, moments = t.ravel(), result.ravel()
             octaves = np.clip(np.ceil(-np.log2((low - flat[below]) / (high - low))), 0.0, 60.0)
             for octave in np.unique(octaves):
-                y, probability = self._cloud(int(octave))
+                y, probability = self._masses_below(int(octave))
                 mine = below[octaves == octave]
                 for i in range(0, mine.size, 64):
                     s = y - flat[mine[i : i + 64], None]

@@ -170,7 +170,7 @@ class TabulatedHeights(Locked, HeightDistribution):
         return np.append(knots[real], knots[-1]), density[real], density[real + 1]
 
     @cached_property
-    def _suffix(self) -> tuple[Floats, Floats, Floats]:
+    def _moments_about_knots(self) -> tuple[Floats, Floats, Floats]:
         """Moments of order 0, 1 and 2 about each knot of the panels, of the heights above it."""
         knots, left, right = self._panels
         width = np.diff(knots)
@@ -319,7 +319,7 @@ class TabulatedHeights(Locked, HeightDistribution):
 
     def _moment_above(self, twice: int, knot: NDArray[np.intp], distance: Floats) -> Floats:
         """Return the moment of order 0, 1 or 2 above a knot, for a threshold below it [m]."""
-        f0, f1, f2 = (f[knot] for f in self._suffix)
+        f0, f1, f2 = (f[knot] for f in self._moments_about_knots)
         if twice == 0:
             return f0
         if twice == 2:

@@ -12,7 +12,7 @@ from microslip._core.quantities import QUANTITIES
 from microslip._core.units import engineering
 from microslip.figures.kit import (
     LOOKS,
-    Look,
+    LineStyle,
     between,
     common_prefix,
     drawable,
@@ -44,7 +44,7 @@ _MOST_MARKS = 12
 CurveValues = Callable[[AmplitudeCurve], Floats]
 
 
-def drawn_loads(result: Prediction) -> list[tuple[int, Look]]:
+def drawn_loads(result: Prediction) -> list[tuple[int, LineStyle]]:
     """Return the index and the line style of each load that is drawn."""
     return list(zip(evenly(len(result.joints), MOST_LOADS), LOOKS, strict=False))
 

@@ -58,7 +58,7 @@ def data_set(result: Prediction) -> DataSet:
 
 def tables(result: Prediction, data: DataSet) -> dict[str, tuple[dict[str, str], tuple[str, ...]]]:
     """Return the columns and dimensions of each CSV table."""
-    by, alone = driven(result), result.study.asks_for_joint
+    by, alone = driven(result), result.study.reports_joint
     load, curve, history = (
         {"normal_load": "load"},
         [item.name for item in fields(AmplitudeCurve)],

@@ -53,7 +53,7 @@ def prediction_document(result: Prediction) -> Document:
     by_force = study.excitation.force_amplitudes is not None
     sections = [] if result.structure is None else [*structure_sections(result.structure)]
     sections += scatter_sections(result)
-    if study.asks_for_joint:
+    if study.reports_joint:
         sections += [
             rest_section(joints, _law(study)),
             Section("Cycles", (cycle_table(joints, by_force=by_force),)),
@@ -61,12 +61,12 @@ def prediction_document(result: Prediction) -> Document:
     if result.histories:
         sections.append(Section("History", (history_table(joints),)))
     notes = tuple(note for note in summary["notes"] if note != REMINDER)  # shown as a remark
-    computed = [Note(subject(result))] if study.asks_for_joint else []
+    computed = [Note(subject(result))] if study.reports_joint else []
     description: list[Block] = [*computed, *study_facts(study), Listing(study.text)]
     verdicts = validity_verdicts(study, result.joints)
     if result.structure is not None:
         verdicts = with_structure(verdicts, result.structure)
-    reminder = [Note(REMARK)] if study.asks_for_joint else []
+    reminder = [Note(REMARK)] if study.reports_joint else []
     sections += [
         Section("Figures", prediction_pictures(result), brief=False),
         Section("Validity", (verdicts,)),
@@ -215,7 +215,7 @@ def study_facts(study: StudyDescription) -> tuple[Facts, ...]:
         for name, material in study.material.items()
     ]
     joint = _rows(study.joint)
-    if not study.asks_for_joint:  # the bolts determine the load
+    if not study.reports_joint:  # the bolts determine the load
         load = study.joint.keys["normal_load"].heading
         joint = tuple(row for row in joint if row[0] != load)
     if (surface := study.surface) is None:

@@ -321,7 +321,7 @@ def _drawn(result: Prediction) -> dict[Callable[[Prediction], Plot], bool]:
     # A tabulated normal law has no contacts.
     has_contacts = study.surface is not None and not isinstance(study.surface, TableSurface)
     is_pressed = has_contacts and study.joint.pressure is not None
-    alone = study.asks_for_joint
+    alone = study.reports_joint
     return {
         **dict.fromkeys((loops, backbone, energy_damping, force_damping), alone),
         contact_state: has_contacts and not is_pressed and alone,

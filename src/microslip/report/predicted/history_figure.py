@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from microslip._core.units import engineering, prefix
-from microslip.figures.kit import common_prefix, evenly, far_apart, length_prefix, look_of
+from microslip.figures.kit import common_prefix, evenly, far_apart, length_prefix, line_style
 from microslip.figures.plot import GREY, THIN, WIDTH, Axis, Entry, Floats, Panel, Plot
 from microslip.friction import PressedJoint
 from microslip.report.predicted.curves import add_legend, drawn_loads
@@ -159,7 +159,7 @@ def pressure(result: Prediction) -> Plot:
     indices = evenly(amplitudes.size, MOST_AMPLITUDES)
     entries = []
     for number, index in enumerate(indices):
-        color, dash, _ = look_of(number)
+        color, dash, _ = line_style(number)
         shares = first.slip_shares(float(amplitudes[index]))
         slip.line(*_by_position(places, shares), color, dash=dash)
         if shares.size <= 1:

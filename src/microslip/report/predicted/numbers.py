@@ -35,7 +35,7 @@ def prediction_summary(result: Prediction, defaults: Defaults) -> dict[str, Any]
     study, joint = result.study, result.joints[0]
     surface, structure, scatter = study.surface, result.structure, result.scatter
     notes = [
-        *(defaults.notes() if study.asks_for_joint else ()),
+        *(defaults.notes() if study.reports_joint else ()),
         *load_notes(study, joint),
         *study.notes,
         REMINDER,

@@ -11,7 +11,7 @@ from microslip._core.checks import Floats
 from microslip._core.units import engineering, prefix
 from microslip.figures.kit import (
     EDGE,
-    Look,
+    LineStyle,
     between,
     coarse,
     coloured,
@@ -131,7 +131,7 @@ _UNDER = "#8a8a8a"
 _SCATTER = "#c6dbef"
 _BELOW = 1e-3
 """Lowest density shown over the lowest density before the cut-off."""
-_ALONG = (Look(COLORS[1]), Look(COLORS[2], DASHED))
+_ALONG = (LineStyle(COLORS[1]), LineStyle(COLORS[2], DASHED))
 """Line styles along x and y."""
 
 

@@ -12,7 +12,7 @@ from microslip._core.checks import Floats
 from microslip._core.dataset import DataSet, Variable
 from microslip._core.quantities import json_value, named
 from microslip._core.units import engineering, prefix
-from microslip.figures.kit import between, look_of
+from microslip.figures.kit import between, line_style
 from microslip.figures.plot import Axis, Entry, Panel, Plot, stacked
 from microslip.report.document import Column, Note, Section, Table
 from microslip.report.structure.pictures import PALE
@@ -158,11 +158,11 @@ def force_plot(prediction: StructurePrediction) -> Plot:
                 pale = PALE[index % len(PALE)]
                 panel.add(between(forced.frequency, low, high, pale))
         for index, forced in enumerate(mode.forced):
-            look = look_of(index)
+            look = line_style(index)
             panel.line(forced.frequency, forced.response / unit, look.color, dash=look.dash)
         panels.append(panel)
     for index, force in enumerate(prediction.part.force.amplitude if prediction.part.force else ()):
-        look = look_of(index)
+        look = line_style(index)
         scale, letter = prefix(force)
         legend.append(Entry(f"{force / scale:g} {letter}N", look.color, look.dash))
     return stacked(panels, 2.9 * len(panels) + 0.5, legend=legend)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
 from microslip._core.units import prefix
-from microslip.figures.kit import between, box, look_of, scale_of_colours, with_scale
+from microslip.figures.kit import between, box, line_style, scale_of_colours, with_scale
 from microslip.figures.plot import (
     COLORS,
     DOTTED,
@@ -60,7 +60,7 @@ def curve_plot(prediction: StructurePrediction) -> Plot:
             x = mode.curve.amplitude / unit
             panel.add(between(x, low, high, PALE[index % len(PALE)]))
             for edge in (low, high):
-                panel.line(x, edge, look_of(index).color, width=0.6, dash=DOTTED)
+                panel.line(x, edge, line_style(index).color, width=0.6, dash=DOTTED)
     # The band that tests leave for the fitted curves, over the band of the uncertain inputs.
     numbers = [mode.number for mode in prediction.modes]
     fitted = [] if prediction.identified is None else [
@@ -75,14 +75,14 @@ def curve_plot(prediction: StructurePrediction) -> Plot:
             panel.add(between(sensed(curve)[order], low, high, _POSTERIOR[index % len(_POSTERIOR)]))
     legend = []
     for index, mode in enumerate(prediction.modes):
-        color, x = look_of(index).color, mode.curve.amplitude / unit
+        color, x = line_style(index).color, mode.curve.amplitude / unit
         for panel, name in panels:
             panel.line(x, values(mode, mode.curve, name), color)
         text = f"mode {mode.number}, {mode.curve.linear_frequency:.5g} Hz at rest"
         legend.append(Entry(text, color))
     for test in prediction.tests:
         index = numbers.index(test.mode + 1)
-        color, mode = look_of(index).color, prediction.modes[index]
+        color, mode = line_style(index).color, prediction.modes[index]
         if test.motion == "decay":
             x = mode.curve.amplitude / unit
             lower.line(x, mode.curve.decay_damping_ratio, color, width=0.8)
@@ -93,7 +93,7 @@ def curve_plot(prediction: StructurePrediction) -> Plot:
     for test, (index, order, curve, _) in zip(prediction.tests, fitted, strict=False):
         change = values(prediction.modes[index], curve, "frequency")
         for panel, y in ((upper, change), (lower, test.damping_of(curve))):
-            panel.line(sensed(curve)[order], y[order], look_of(index).color, dash=DOTTED)
+            panel.line(sensed(curve)[order], y[order], line_style(index).color, dash=DOTTED)
     if fitted:
         legend.append(Entry("fitted to the tests", COLORS[0], DOTTED))
     return stacked([upper, lower], 6.2, (1.0, 1.3), legend)

@@ -69,10 +69,7 @@ def _loop_axes(axes: Axes, joint: Asperity, reach: float, levels: bool = True) -
 def _branches(
     axes: Axes, record: Floats, force: Floats, *pieces: tuple[int, int, dict[str, Any], str]
 ) -> None:
-    """Draw pieces of a force-displacement history; each is given by its first and last corner.
-
-    All pieces between neighbouring corners have equally many samples.
-    """
+    """Draw pieces of a history, each from one corner to another; corners are equally spaced."""
     size = (record.size - 1) // max(stop for _, stop, *_ in pieces)
     for start, stop, look, label in pieces:
         part = slice(size * start, size * stop + 1)

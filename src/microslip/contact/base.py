@@ -37,10 +37,9 @@ FEWEST_POINTS = 100
 
 
 def plasticity_index(pair: MaterialPair, spread: float, radius: float) -> dict[str, float | None]:
-    """Return the plasticity index (E*/H) sqrt(sigma/rho) [-] as a mapping with its rule name.
+    """Return {rule name: plasticity index (E*/H) sqrt(sigma/rho)}, Greenwood and Williamson (1966).
 
-    Greenwood and Williamson (1966). The mapping is empty if all summits have one height; the value
-    is None for materials without a hardness.
+    Empty for summits of equal height; the index is None without a hardness.
     """
     if not spread > 0.0:
         return {}
@@ -113,10 +112,7 @@ class NormalLaw(Parametric, ABC):
         return {}
 
     def _slip_measure(self) -> tuple[float, str] | None:
-        """Indentation [m] from which the displacement scale of slip follows, and its name in words.
-
-        None if this scale follows from the stiffness and the force limit only.
-        """
+        """Indentation [m] that sets the displacement scale of slip, and its name; or None."""
         return None
 
     def _standardised(self, separation: float) -> float | None:
@@ -292,22 +288,16 @@ class NormalLaw(Parametric, ABC):
     def contact_probability(self, separation: ArrayLike) -> Any:
         """Probability that a summit is in contact (19.5), for separations [m] of any shape.
 
-        Raises an InputError for laws without summits, such as a table, and as :meth:`load` does.
+        Raises InputError for laws without summits, as do `contact_count` and `contact_area`.
         """
         raise self._unknown("contact_probability")
 
     def contact_count(self, separation: ArrayLike) -> Any:
-        """Number of summits in contact (19.6), for separations [m] of any shape.
-
-        Raises an InputError for laws without summits, such as a table, and as :meth:`load` does.
-        """
+        """Number of summits in contact (19.6), for separations [m] of any shape."""
         raise self._unknown("contact_count")
 
     def contact_area(self, separation: ArrayLike) -> Any:
-        """Real contact area [m^2] (19.7), for separations [m] of any shape.
-
-        Raises an InputError for laws without summits, such as a table, and as :meth:`load` does.
-        """
+        """Real contact area [m^2] (19.7), for separations [m] of any shape."""
         raise self._unknown("contact_area")
 
     def _unknown(self, name: str) -> InputError:
@@ -433,7 +423,6 @@ class NormalLaw(Parametric, ABC):
         return d
 
     def _check_fine(self, d: Floats, loads: Floats) -> None:
-        """Raise an InputError for loads so light that rounding of the separation exceeds them."""
         off = np.abs(self._derivative(d, 0) - loads) > 1e-9 * loads
         if off.any():
             raise InputError(

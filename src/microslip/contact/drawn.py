@@ -352,10 +352,7 @@ class DrawnFace(FaceLaw):
         return lock(np.diag([1.0 / (a - (a - 1.0) * c) for c in self._slopes]))
 
     def contact_area(self, separation: ArrayLike) -> Any:
-        """Real contact area [m^2] at separations [m] of any shape.
-
-        The area depends on the shortest waves of the face, and so on the cut-off of ``slope``.
-        """
+        """Real contact area [m^2] at separations [m] of any shape, for the cut-off of ``slope``."""
         loads = np.asarray(self.load(separation), dtype=float) / self._heaviest
         at = np.log(table.SHARES[::-1])
         shares = self._numbers.contacts[0, ::-1]

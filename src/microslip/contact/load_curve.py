@@ -310,7 +310,6 @@ class LoadCurve:
     def _first_refused(
         self, load: Floats, selection: NDArray[np.bool_], error: InputError
     ) -> tuple[int, str]:
-        """Return the index of the first sample with an invalid load, and the error message."""
         samples = np.flatnonzero(selection)
 
         def refusal(loads: Floats) -> str | None:

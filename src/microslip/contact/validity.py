@@ -161,8 +161,6 @@ RULES: tuple[Rule, ...] = (
 
 
 class _Joint(Protocol):
-    """Interface of the object to be judged: a surface under a load."""
-
     @property
     def surface(self) -> NormalLaw: ...
     @property

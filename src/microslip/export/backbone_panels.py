@@ -150,10 +150,7 @@ def _unequal(law: BackboneLaw, smallest: float) -> BackbonePanels:
 def _panel(
     backbone: Callable[[Floats], Floats], low: float, high: float, floor: float, limit: float
 ) -> tuple[Floats, float]:
-    """Return the coefficients of T0 on a panel and their relative truncation error [-].
-
-    Coefficients are of powers of s, from -1 to 1 over the panel; the error is 0 if within rounding.
-    """
+    """Return coefficients of powers of s on a panel and their relative error, 0 if rounding."""
     u = low + 0.5 * (high - low) * (1.0 + NODES)
     force = backbone(u)
     series = (force / u if low == 0.0 else force) @ TO_SERIES

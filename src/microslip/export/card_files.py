@@ -42,8 +42,6 @@ CARD_UNITS = {
 
 @dataclass(frozen=True)
 class _Program:
-    """Finite-element program with contact cards; see ``templates/card_NAME.template``."""
-
     mark: str
     """Comment mark."""
     holds: str

@@ -85,7 +85,6 @@ class CoupledResponse(Locked):
         return np.diff(self.displacement[first::count])
 
     def _cycles(self, samples_per_cycle: int) -> tuple[int, int]:
-        """Return the checked samples per cycle and the first sample of the first full cycle."""
         if not is_whole(samples_per_cycle):
             raise InputError(
                 f"`samples_per_cycle` must be a whole number, got {show(samples_per_cycle)}"

@@ -59,8 +59,6 @@ class Zone(NamedTuple):
 
 
 class _SphereContact(Protocol):
-    """Interface of a sphere pressed on a flat, see :class:`microslip.Asperity`."""
-
     @property
     def pair(self) -> MaterialPair: ...
 

@@ -141,7 +141,6 @@ def _scaled_moduli(pair: MaterialPair, factor: float) -> MaterialPair:
 
 
 def _scaled_heights(surface: Any, factor: float) -> dict[str, Any]:
-    """Return the changed fields of a surface whose heights are multiplied by a factor."""
     heights = surface.heights
     if isinstance(heights, Discrete):
         heights = Discrete(factor * np.asarray(heights.values))

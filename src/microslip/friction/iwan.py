@@ -18,8 +18,6 @@ from microslip.friction.sliders import Sliders
 
 
 class _Cells(NamedTuple):
-    """Cells sorted by yield displacement, with cumulative sums of stiffness and force."""
-
     yields: Floats
     stiffnesses: Floats
     stuck: Floats  # stiffness [N/m] of each cell and all later ones, with a final 0

@@ -14,7 +14,7 @@ from microslip.contact.load_curve import LoadCurve
 class OwnTightening(NamedTuple):
     """Factors by which the normal laws of nodes differ from that of their surface.
 
-    A node at separation d carries ``shares`` times the load of the common curve at step (d -
+    At separation d a node carries ``shares`` times the common curve at (d -
     ``origins``)/``lengths``.
     """
 

@@ -105,8 +105,6 @@ class Comparison(Locked):
 
 
 class _Fit(NamedTuple):
-    """Named law fitted at all loads of a free-form fit."""
-
     misfit: float
     parameters: int
     coefficients: Floats

@@ -181,7 +181,6 @@ def _upper_end(group: Sequence[RecordFit], unit: float) -> float:
 def _draw_pair(
     above: Panel, below: Panel, group: Sequence[RecordFit], x_unit: float, f_unit: float
 ) -> None:
-    """Plot the loops of one load and their residuals, one colour per amplitude."""
     below.add(Band(-2.0, 2.0, "y"))
     dot_count = max(MOST_DOTS // len(group), 40)
     hues = COLORS[1:]

@@ -74,7 +74,6 @@ def stretches_of(record: Record) -> list[Record]:
 
 
 def _turning_samples(x: Floats) -> NDArray[np.int64]:
-    """Return the indices of the peaks and troughs of a displacement, including its ends."""
     low, high = np.percentile(x, (1.0, 99.0))
     away = (x - 0.5 * (low + high)) / (0.5 * (high - low))
     side = np.where(away > _NEAR, 1, np.where(away < -_NEAR, -1, 0))

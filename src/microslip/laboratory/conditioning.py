@@ -138,10 +138,7 @@ class Lag(NamedTuple):
 
 
 class _Reversals(NamedTuple):
-    """Force and displacement around the reversals of each cycle, shape (cycles, samples).
-
-    They are half the difference between the samples around its peak and those around its trough.
-    """
+    """Half the difference of force and displacement around peaks and troughs (cycles, samples)."""
 
     force: Floats
     way: Floats

@@ -270,7 +270,6 @@ def _extended(
 def _extended_turns(
     turns: Places, is_kind: NDArray[np.bool_], period: float, x: Floats, near: float, slack: float
 ) -> Floats:
-    """Add peaks, or troughs, at the ends of the record if a period fits there."""
     places = turns[is_kind].astype(float)
     if places.size == 0:
         turn = float(turns[0])

@@ -386,7 +386,6 @@ def stiffness_columns(
 
 
 def _inverse(compliance: Floats) -> Floats:
-    """Return stiffnesses; negative compliances due to noise are kept to avoid a bias of means."""
     nothing = np.full_like(compliance, np.nan)
     return np.divide(1.0, compliance, out=nothing, where=compliance != 0.0)
 

@@ -90,7 +90,6 @@ _BLOCKS = 1500  # across the width of a figure; longer records show the range of
 
 
 def _envelope(time: Any, values: Any) -> tuple[Any, Any]:
-    """Reduce a long record to the minimum and maximum of each block, in temporal order."""
     size = -(-len(values) // _BLOCKS)
     if size <= 2:
         return time, values

@@ -141,9 +141,9 @@ class MeanCycle:
         return min(total_noise, math.sqrt(square / near_freedom / _WITHIN))
 
     def _scaled(self, residual: Floats) -> Floats:
-        """Return absolute residuals, standardised by the root of their share of the noise variance.
+        """Return absolute residuals over the root of their fraction of the noise variance.
 
-        Samples whose share is too small are left out.
+        Samples for which this fraction is too small are left out.
         """
         scaled, end = np.empty(residual.size), 0
         for piece in stretches(residual.size):

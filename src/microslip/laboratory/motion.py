@@ -130,7 +130,6 @@ class _Samples:
         self.place, self.mean = self.sums(phase) / self.weight, self.sums(x) / self.weight
 
     def sums(self, values: Floats) -> Floats:
-        """Return the sum of the values in each occupied phase bin."""
         sums = np.bincount(self.column, values, minlength=_FINE)[self.full]
         return np.asarray(sums, dtype=np.float64)
 

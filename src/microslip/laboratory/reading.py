@@ -251,7 +251,6 @@ def _arrays(
 
 
 def _is_isolated(bad: Any) -> bool:
-    """Return whether the missing numbers of a mask are few and isolated."""
     lengths = np.diff(runs_of(bad), axis=1)
     return not bad[0] and int(lengths.max()) <= _LONGEST_LONE and float(bad.mean()) <= _MOST_LONE
 

@@ -205,7 +205,6 @@ def _one_amplitude(values: Floats, noise: float) -> list[NDArray[np.intp]]:
 
 
 def _is_level(levels: Floats, begin: int, end: int, widest: float) -> bool:
-    """Return whether successive cycles have one amplitude without a trend."""
     if end - begin < FEWEST:
         # Too few cycles for a trend: the amplitude must jump before and after them.
         inside = float(levels[begin:end].mean())

@@ -55,11 +55,10 @@ class Spike(NamedTuple):
 def spikes_of(record: Record) -> tuple[Spike, ...]:
     """Find the spikes in a record.
 
-    A spike is up to three consecutive samples far from the median of the eight samples around them:
-    by more than five times half the range of these eight (without lowest and highest), by more than
-    five times half the range of the record (5th to 95th percentile), and for a normal load also by
-    five times its median. Growing amplitudes and noise are not spikes. The limits are this
-    project's.
+    A spike is up to three consecutive samples farther from the median of the eight samples around
+    them than five times half the range of these eight (without lowest and highest), five times half
+    the range of the record (5th to 95th percentile) and, for a load, five times its median. Growing
+    amplitudes and noise are not spikes. The limits are this project's.
     """
     spikes: list[Spike] = []
     for channel in ("displacement", "force", "normal_load"):

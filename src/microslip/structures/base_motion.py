@@ -102,8 +102,7 @@ def _columns(name: str, value: ArrayLike, rows: int, what: str) -> Floats:
 def _joint_motion(attachments: tuple[Attachment, ...], carried: Floats) -> tuple[float, int]:
     """Return the largest |B^T carried| / (|B|^T |carried|) over joints [-], and its attachment.
 
-    ``carried`` is the static motion of the structure per unit of each input. The ratio is zero for
-    a joint that the base motion does not deform, and 1 if only one of its sides moves.
+    It is 0 for a joint that the base motion ``carried`` does not deform, 1 if only one side moves.
     """
     worst, place = 0.0, 0
     for i, attachment in enumerate(attachments):

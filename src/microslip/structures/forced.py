@@ -39,8 +39,6 @@ _SI = {
 
 
 class _Measured(NamedTuple):
-    """Quantity of a sensor and its code in the universal file format."""
-
     kind: int
     unit: str
     over_force: str

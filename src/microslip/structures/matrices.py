@@ -291,7 +291,6 @@ def _missing(name: str, content: Mapping[str, Any]) -> str:
 
 
 def _read(file: Path, read: Callable[[Path], Any], limit: int) -> Any:
-    """Read a file; any exception names the file."""
     with reading(file, "matrices", limit), decoded(f"{file.suffix.lower()} file"):
         return read(file)
 

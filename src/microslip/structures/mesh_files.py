@@ -291,7 +291,6 @@ def _axis(mesh: JointMesh, members: Indices) -> Floats:
 
 
 def _meshio(path: Path, limit: int) -> SimpleNamespace:
-    """Return points, cells and names of a mesh."""
     with reading(path, "a mesh", limit):
         content = parsed(
             "mesh", path, read_mesh, libraries=["meshio"], bytes_a_second=_BYTES_A_SECOND

@@ -400,7 +400,6 @@ def _sensed(table: RawTable, roles: Mapping[str, Named]) -> tuple[Floats, str]:
 
 
 def _column(table: RawTable, roles: Mapping[str, Named], role: str) -> Floats:
-    """Return a column in SI units."""
     column, kind = roles[role], KINDS[role]
     (values,) = table.load([column.place])
     bad = np.flatnonzero(~np.isfinite(values))

@@ -117,10 +117,7 @@ class RandomResponse(ModalResult):
     _spectrum: Spectrum
 
     def _sizes(self, columns: Floats) -> Floats:
-        """Return three standard deviations of the motion along columns (n, k), shape (k,) [m].
-
-        One in ninety Rayleigh amplitudes is larger.
-        """
+        """Return three standard deviations of the motion along columns (n, k), shape (k,) [m]."""
         modal = columns.T @ self._shapes
         squares = np.einsum("km,mn,kn->k", modal, self._variances.displacement, modal)
         return np.asarray(3.0 * np.sqrt(squares))

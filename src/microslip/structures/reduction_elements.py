@@ -114,7 +114,6 @@ class Elements:
 
     @property
     def _corner_element(self) -> Any:
-        """Linear element of the same cells."""
         linear = "ElementTetP1" if self.mesh.kind == "tetra" else "ElementHex1"
         return getattr(self._skfem, linear)()
 

@@ -228,10 +228,7 @@ def linear_structure(
 
 
 def _outside(frequencies: Floats, rates: Floats, poles: NDArray[np.complex128]) -> Floats:
-    """Return the fraction of each column's sum [-] outside the band that contributes most.
-
-    There is one frequency band around each pole; limits are midway between poles on a log axis.
-    """
+    """Return the fraction of each column's sum [-] outside the band around its strongest pole."""
     total = rates.sum(axis=0)
     if poles.size < 2:
         return np.zeros(total.size)

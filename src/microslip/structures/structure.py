@@ -324,7 +324,6 @@ class Structure:
         )  # fmt: skip
 
     def _check_rest(self, state: Preload) -> None:
-        """Raise an InputError if static loads exceed the range of the normal law of a surface."""
         for attachment in self.attachments:
             if isinstance(attachment, FieldAttachment):
                 field = attachment.field

@@ -62,7 +62,6 @@ def read(path: Path, options: FileOptions, limit: int = POINTS) -> ScanContent:
 
 
 def _format(name: str | None) -> str | None:
-    """Return the name of a format from a name or suffix, in any capitalisation."""
     if name is None:
         return None
     word = name.strip().lower().removeprefix(".")

@@ -206,10 +206,7 @@ class HeightMap(Locked, Plottable):
 
     @cached_property
     def noise(self) -> float:
-        """Upper bound of the standard deviation of white noise in an area [m].
-
-        The estimate includes roughness of wavelengths close to the pixel.
-        """
+        """Upper bound of the noise of an area [m], as standard deviation; includes roughness."""
         return noise_std(self.heights)
 
     @property

@@ -132,10 +132,7 @@ def direct(
 
 
 def far_series(panels: Panels) -> dict[int, Floats]:
-    """Return Chebyshev series on each panel of the moments of all heights above the next panel.
-
-    The result is a mapping by twice the order of the moment.
-    """
+    """Return series, by twice the order, of the moments of all heights above the next panel."""
     knots = panels[0]
     half = 0.5 * np.diff(knots)
     series = _beyond(panels, -1, knots[:-1, None] + half[:, None] * (1.0 + _NODES)) @ _TO_SERIES

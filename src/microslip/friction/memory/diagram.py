@@ -110,10 +110,7 @@ class Diagram:
         return min(low, self.separation), max(high, self.separation)
 
     def respond(self, separation: Floats, place: Floats, curve: LoadCurve) -> Floats:
-        """Return T/mu [N] along a record and update the diagram.
-
-        ``separation`` and ``place``, displacement/kappa, are one-dimensional [m].
-        """
+        """Update the diagram along separations and displacements/kappa [m]; return T/mu [N]."""
         arguments, result = curve.arguments(*self._reach(separation)), np.empty(separation.size)
         # A curve without a profile is evaluated once per call, which needs memory.
         step = _BLOCK if len(arguments) == 1 else separation.size
@@ -187,10 +184,7 @@ class Diagram:
     # -- one step at a time -------------------------------------------------------------------
 
     def probe(self, separation: float, place: float, curve: LoadCurve) -> Step:
-        """Return the outcome of a step without changing the diagram.
-
-        ``place`` is the displacement/kappa [m] after the step.
-        """
+        """Return the outcome of a step to a separation and displacement/kappa [m], not taken."""
         last = self.separation
         outcome = kernels.compiled.coupled_step(
             separation, place, self.stack, self.values, self.depth, last, self.place,
@@ -250,10 +244,7 @@ class Diagram:
     # -- slip -----------------------------------------------------------------------------------
 
     def runs(self, separation: Floats, places: Floats) -> Floats:
-        """Return the advances of the slip front along a record, one per column.
-
-        The rows are described at :meth:`.exact_curves.SlipLosses.of`.
-        """
+        """Return the advances of the slip front along a record, the argument of SlipLosses.of."""
         return kernels.slip_runs(separation, places, self.stack, *self._last)
 
     def losses(self, separation: Floats, displacement: Floats, curve: LoadCurve) -> Floats:

@@ -86,10 +86,7 @@ class Nodes:
         return checked_separations(self.curve.surface, separations)
 
     def reach(self, *steps: Floats | None) -> tuple[float, float]:
-        """Return the smallest and largest step from the origin of the curve [m], over all nodes.
-
-        Arguments are steps from rest; None is ignored.
-        """
+        """Return the smallest and largest step from the origin [m], given steps from rest."""
         moved = [s + self.rests.reshape(-1, *[1] * (s.ndim - 1)) for s in steps if s is not None]
         low = min(float(s.min()) for s in [self.rests, *moved])
         # A shared curve extends to zero load.

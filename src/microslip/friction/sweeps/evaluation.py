@@ -317,7 +317,6 @@ def evaluated(args: Arguments, names: tuple[str, ...]) -> Mapping[str, Any]:
 
 
 def _blocks(arrays: Sequence[Floats], shape: tuple[int, ...]) -> Iterator[list[Floats]]:
-    """Yield the broadcast arrays in flat blocks of limited size."""
     for block in np.nditer(  # type: ignore[call-overload]
         [np.broadcast_to(array, shape) for array in arrays],
         flags=["external_loop", "buffered"],

@@ -78,15 +78,12 @@ class PanelFrame:
     panel: Panel
     x: AxisScale
     y: AxisScale
-    second: AxisScale | None = None
     left: float = 0.0
     top: float = 0.0
     width: float = 1.0
     height: float = 1.0
     label_left: float = 0.0
     """Centre of the label of the vertical axis [pt]."""
-    second_left: float = 0.0
-    """Centre of the label of the second vertical axis [pt]."""
 
     @property
     def right(self) -> float:
@@ -112,27 +109,6 @@ class PanelFrame:
         across = np.clip(self.x.share(x), -20.0, 21.0)
         up = np.clip(self.y.share(y), -20.0, 21.0)
         return self.left + across * self.width, self.top + (1.0 - up) * self.height
-
-    def name_place(self, name: shapes.LineName) -> tuple[float, float, float] | None:
-        """Return the position [pt] and the angle [rad] of a name along a line.
-
-        None if the visible part of the line is too short for the name.
-        """
-        x, y = self.points(name.x, name.y)
-        visible = (x >= self.left) & (x <= self.right) & (y >= self.top) & (y <= self.bottom)
-        x, y = x[visible], y[visible]
-        if x.size < 2:
-            return None
-        across, down = float(x[-1] - x[0]), float(y[-1] - y[0])
-        if math.hypot(across, down) < 0.4 * self.height:
-            return None
-        start, share = (-1, -0.03) if name.at_end else (0, 0.08)
-        angle = math.atan2(-down, across)
-        return (
-            float(x[start]) + share * across - 4.0 * math.sin(angle),
-            float(y[start]) + share * down - 4.0 * math.cos(angle),
-            angle,
-        )
 
 
 class Handle(NamedTuple):
@@ -172,11 +148,6 @@ def lay_out(plot: Plot) -> Page:
     _place(plot, frames, top, bottom)
     for frame in frames:
         frame.x, frame.y = _scale(frame, "x"), _scale(frame, "y")
-        if frame.panel.second:
-            factor = frame.panel.second[1]
-            low, high = frame.y.low * factor, frame.y.high * factor
-            ticks = round_numbers(low, high, _label_count(frame.height), frame.y.log)
-            frame.second = AxisScale(low, high, frame.y.log, ticks)
     _place(plot, frames, top, bottom)
     return Page(
         PAGE,
@@ -284,11 +255,7 @@ def _place(plot: Plot, frames: list[PanelFrame], top: float, bottom: float) -> N
             _equalise(frame)
         lines = frame.panel.y.label.count("\n") + 1
         half = 0.5 * _LINE * TEXT * lines
-        if frame.panel.y.opposite:
-            frame.label_left = frame.left + frame.width + right[last_column] - half
-        else:
-            frame.label_left = frame.left - left[column] + half
-        frame.second_left = frame.left + frame.width + right[last_column] - 0.5 * _LINE * TEXT
+        frame.label_left = frame.left - left[column] + half
 
 
 def _equalise(frame: PanelFrame) -> None:
@@ -324,14 +291,10 @@ def _label_width(scale: AxisScale) -> float:
 
 
 def _sides(frame: PanelFrame) -> tuple[float, float]:
-    """Return the space for labels on the left and the right of a panel [pt]."""
+    """Return the space on the left, for labels, and on the right of a panel [pt]."""
     axis = frame.panel.y
     lines = axis.label.count("\n") + 1 if axis.label else 0
-    label_side = 4.0 if axis.bare else 9.0 + _label_width(frame.y) + _LINE * TEXT * lines
-    far_side = 9.0
-    if frame.second is not None:
-        far_side = 9.0 + _label_width(frame.second) + _LINE * TEXT
-    return (6.0, label_side) if axis.opposite else (label_side, far_side)
+    return 4.0 if axis.bare else 9.0 + _label_width(frame.y) + _LINE * TEXT * lines, 9.0
 
 
 def _ends_of(frame: PanelFrame) -> tuple[float, float]:

@@ -122,19 +122,6 @@ class Words:
 
 
 @dataclass(frozen=True)
-class LineName:
-    """Name written along a nearly straight line, near its start or its end.
-
-    It is omitted if the visible part of the line is shorter than 40 % of the height of the panel.
-    """
-
-    x: Floats
-    y: Floats
-    text: str
-    at_end: bool = False
-
-
-@dataclass(frozen=True)
 class Pixels:
     """Image of RGB or grey bytes over a rectangle of values, first row at the top."""
 
@@ -145,7 +132,7 @@ class Pixels:
     top: float
 
 
-Item = Line | Marks | Guide | Band | Area | Stems | Words | LineName | Pixels
+Item = Line | Marks | Guide | Band | Area | Stems | Words | Pixels
 
 
 @dataclass
@@ -160,7 +147,6 @@ class Axis:
     ticks: Sequence[tuple[float, str]] | None = None  # values and labels, instead of round numbers
     integer: bool = False  # only whole numbers are labelled
     bare: bool = False  # no labels: a neighbouring panel has the same axis
-    opposite: bool = False  # labels at the top or at the right
     unit: float = 1.0  # divisor of the values [SI], needed to overlay figures
 
 
@@ -172,8 +158,6 @@ class Panel:
     y: Axis = field(default_factory=Axis)
     note: str = ""  # above the panel at the left: what the lines are
     title: str = ""  # above the panel, centred
-    second: tuple[str, float] | None = None
-    """Second vertical axis at the right: label and factor of the values."""
     grid: bool = True  # grid lines at the ticks
     equal: bool = False  # same length per unit on both axes
     cell: tuple[int, int, int, int] = (0, 0, 0, 0)

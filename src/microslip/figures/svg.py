@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import math
 import re
 import struct
 import zlib
@@ -120,11 +119,8 @@ def _frame_and_ticks(
         f"M{frame.across(share):.2f} {frame.bottom:.2f}v{-3.5 if major else -2}"
         for share, _, major in across
     ]
-    side, inward = (frame.right, -1) if frame.panel.y.opposite else (frame.left, 1)
     for share, _, major in up:
-        strokes.append(f"M{side:.2f} {frame.down(share):.2f}h{inward * (3.5 if major else 2)}")
-    for share, _, _ in _ticks(frame.second) if frame.second is not None else ():
-        strokes.append(f"M{frame.right:.2f} {frame.down(share):.2f}h-3.5")
+        strokes.append(f"M{frame.left:.2f} {frame.down(share):.2f}h{3.5 if major else 2}")
     box = f"M{frame.left:.2f} {frame.top:.2f}h{frame.width:.2f}v{frame.height:.2f}"
     box += f"h{-frame.width:.2f}z"
     look = 'stroke="#333" stroke-width=".7" fill="none"'
@@ -151,26 +147,16 @@ def _labels(
         if frame.x.ticks.offset:
             yield _text(right, foot + 0.95 * TEXT, frame.x.ticks.offset, anchor="end")
     if not panel.y.bare:
-        side, anchor = (right + 4.0, "start") if panel.y.opposite else (left - 4.0, "end")
-        yield f'<g data-ticks="y" text-anchor="{anchor}">'
+        yield '<g data-ticks="y" text-anchor="end">'
         for share, label, _ in up:
             if label:
-                yield _text(side, frame.down(share) + drop, label)
+                yield _text(left - 4.0, frame.down(share) + drop, label)
         yield "</g>"
         yield _vertical_text(frame.label_left, middle[1], panel.y.label)
         if frame.y.ticks.offset:
-            side, anchor = (right, "end") if panel.y.opposite else (left, "start")
-            yield _text(side, top - 4.0, frame.y.ticks.offset, anchor=anchor)
-    if frame.second is not None and panel.second is not None:
-        yield '<g data-ticks="second">'
-        for share, label, _ in _ticks(frame.second):
-            yield _text(right + 4.0, frame.down(share) + drop, label)
-        yield "</g>"
-        if frame.second.ticks.offset:
-            yield _text(right, top - 4.0, frame.second.ticks.offset, anchor="end")
-        yield _vertical_text(frame.second_left, middle[1], panel.second[0])
+            yield _text(left, top - 4.0, frame.y.ticks.offset)
     if panel.note:
-        shift = 40.0 if frame.y.ticks.offset and not panel.y.opposite else 0.0
+        shift = 40.0 if frame.y.ticks.offset else 0.0
         yield _text(left + shift, top - 4.5, panel.note)
     if panel.title:
         yield _text(middle[0], top - 5.0, panel.title, TEXT, "middle")
@@ -281,16 +267,6 @@ def _(item: shapes.Words, frame: PanelFrame) -> str:
         for number, line in enumerate(lines)
     ]
     return f"<g{turn}{color}>{''.join(texts)}</g>"
-
-
-@_draw.register
-def _(item: shapes.LineName, frame: PanelFrame) -> str:
-    place = frame.name_place(item)
-    if place is None:
-        return ""
-    x, y, angle = place
-    turn = f'transform="rotate({-math.degrees(angle):.2f} {x:.2f} {y:.2f})"'
-    return _text(x, y, item.text, SMALL, "end" if item.at_end else "start", f"{turn} {_HALO}")
 
 
 @_draw.register

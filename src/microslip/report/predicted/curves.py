@@ -10,6 +10,7 @@ import numpy as np
 
 from microslip._core.quantities import QUANTITIES
 from microslip._core.units import engineering
+from microslip._core.wording import joined
 from microslip.figures.kit import (
     LOOKS,
     LineStyle,
@@ -29,7 +30,6 @@ from microslip.figures.plot import (
     Axis,
     Floats,
     Guide,
-    LineName,
     Panel,
     Plot,
     Words,
@@ -177,9 +177,6 @@ def _label(joint: Any) -> str:
     return engineering(joint.normal_load, "N", trim=True)
 
 
-CUBIC = "cubic limit, ∝ δₘ³"
-CUBIC_IN_FORCE = "cubic limit, ∝ Tₘ³"
-LINEAR_LIMIT = "linear limit, 4μN δₘ"
 MOST_EXPONENT = 6.0
 
 
@@ -208,44 +205,40 @@ def _figure(result: Prediction, axis: AmplitudeAxis) -> Plot:
 
 def _energy(result: Prediction, axis: AmplitudeAxis) -> Panel:
     panel = axis.panel(Axis("Dissipated energy per cycle [J]", log=True))
-    uppermost: dict[str, tuple[float, LineName]] = {}
+    names: dict[str, None] = {}
     for index, look in drawn_loads(result):
-        for x, y, name, height in _limit_lines(result, index, axis):
+        for name, (x, y) in _limit_lines(result, index, axis).items():
             panel.line(x, y, look.color, width=THIN, dash=DASHED)
-            if name not in uppermost or height > uppermost[name][0]:
-                uppermost[name] = height, LineName(x, y, name, at_end=name == LINEAR_LIMIT)
+            names[name] = None
+    panel.note = f"dashed: {joined([*names])}" if names else ""
     energies = draw_curves(panel, result, axis, lambda curve: curve.dissipated_energy)
     if np.isfinite(energies).any():
         panel.y.low, panel.y.high = float(energies.min()) / 5.0, float(energies.max()) * 10.0
-    panel.add(*(name for _, name in uppermost.values()))
     return panel
 
 
 def _limit_lines(
     result: Prediction, index: int, axis: AmplitudeAxis
-) -> list[tuple[Floats, Floats, str, float]]:
-    """Return asymptotes of the energy: abscissae, energies [J], name and coefficient of each.
-
-    Among parallel asymptotes the one with the largest coefficient is drawn uppermost.
-    """
+) -> dict[str, tuple[Floats, Floats]]:
+    """Return asymptotes of the energy by name: abscissae and energies [J]."""
     curve, limit, joint = result.curves[index], result.limits[index], result.joints[index]
     a, energy = curve.amplitude, curve.dissipated_energy
-    lines = []
+    lines = {}
     if axis.column == "force_amplitude":
         if limit.cubic_coefficient is not None:
             # At small amplitudes the displacement is the force over the stiffness at rest.
             force = curve.force_amplitude
             coefficient = limit.cubic_coefficient / joint.tangential_stiffness**3
-            lines.append((force / axis.unit, coefficient * force**3, CUBIC_IN_FORCE, coefficient))
+            lines["cubic limit, ∝ Tₘ³"] = force / axis.unit, coefficient * force**3
         return lines
     if limit.cubic_coefficient is not None:
         cubic = limit.cubic_coefficient * a**3
         near = cubic < 30.0 * energy
-        lines.append((a[near] / axis.unit, cubic[near], CUBIC, limit.cubic_coefficient))
+        lines["cubic limit, ∝ δₘ³"] = a[near] / axis.unit, cubic[near]
     if limit.linear_offset is not None:
         linear = 4.0 * joint.force_limit * a
         near = linear < 30.0 * energy
-        lines.append((a[near] / axis.unit, linear[near], LINEAR_LIMIT, joint.force_limit))
+        lines["linear limit, 4μN δₘ"] = a[near] / axis.unit, linear[near]
     return lines
 
 
@@ -254,8 +247,7 @@ def _limit_lines(
 
 def _damping(result: Prediction, axis: AmplitudeAxis) -> Panel:
     # Logarithmic like the energy, because loss factors are small in the usual range.
-    panel = axis.panel(Axis(QUANTITIES["loss_factor"].label, log=True))
-    panel.second = ("Damping ratio ζ = η/2", 0.5)
+    panel = axis.panel(Axis(f"{QUANTITIES['loss_factor'].label} = 2ζ", log=True))
     top = 4.0 / math.pi
     factors = draw_curves(panel, result, axis, lambda curve: curve.loss_factor)
     drawable = np.isfinite(factors).any()

@@ -54,7 +54,7 @@ def history(result: Prediction) -> Plot:
         )
     path_panel = Panel(
         Axis(panels["displacement"].y.label),
-        Axis(panels["force"].y.label, opposite=True),
+        Axis(panels["force"].y.label),
         cell=(0, len(names) - 1, 1, 1),
     )
     # The given quantity is the same for all loads and is drawn in grey.

@@ -11,7 +11,7 @@ from typing import Any
 
 from microslip._core.errors import InputError
 from microslip._version import __version__
-from microslip.chapter import contact, joint, loops, rig, sketches, surface
+from microslip.chapter import contact, joint, loops, rig, surface
 from microslip.chapter.plate import Drawing, Plate
 
 __all__ = ["KIND", "LEFT_OUT", "PLATES", "Drawing", "Plate", "select", "write"]
@@ -25,14 +25,22 @@ def _chapter_order(plate: Plate) -> float:
     return int(number) if number else math.inf
 
 
-_MODULES = (sketches, contact, loops, surface, joint, rig)
+_MODULES = (contact, loops, surface, joint, rig)
 _ENTRIES = (entry for module in _MODULES for entry in vars(module).values())
 PLATES = tuple(
     sorted((entry for entry in _ENTRIES if isinstance(entry, Plate)), key=_chapter_order)
 )
 """All figures in chapter order, followed by figures that the chapter does not have."""
 
-LEFT_OUT = MappingProxyType({"19.5": "a photograph of the sample"})
+LEFT_OUT = MappingProxyType(
+    {
+        "19.1": "a sketch of joints",
+        "19.4": "a sketch of the tribometer",
+        "19.5": "a photograph of the sample",
+        "19.8": "a sketch of a rough surface",
+        "19.9": "a sketch of one asperity",
+    }
+)
 """Figures of the chapter that are not reproduced, and why."""
 
 

@@ -317,12 +317,6 @@ def test_commands(page: Path, namespace: dict[str, Any]) -> None:
             assert not missing, f"{page.name}:{block.line}: not printed: {missing}"
 
 
-def test_text_blocks_are_below_commands() -> None:
-    for page in PAGES:
-        kinds = [block.language for block in all_blocks(page) if block.language in ("sh", "text")]
-        assert kinds[:1] != ["text"], page.name
-
-
 # -- studies --------------------------------------------------------------------------------------
 
 
@@ -454,16 +448,6 @@ def test_reference_pages_are_those_of_the_declarations(name: str) -> None:
     assert written == reference().PAGES[name](), "python docs/make_reference.py writes it again"
 
 
-def test_no_key_or_quantity_is_without_a_meaning() -> None:
-    for name in ("study-keys.md", "command-options.md", "results-names.md"):
-        rows = re.findall(r"(?m)^\| (`[^|]+`) \|(.*)\|$", (DOCS / name).read_text("utf-8"))
-        assert rows
-        for key, rest in rows:
-            cells = [text.strip() for text in rest.split("|")]
-            meaning = cells[0] if name == "command-options.md" else cells[1]
-            assert meaning, f"{name}: {key}"
-
-
 # -- site -----------------------------------------------------------------------------------------
 
 
@@ -486,11 +470,3 @@ def test_the_site_fetches_nothing() -> None:
     assert "http" not in text
     for page in PAGES:
         assert "$$" not in page.read_text(encoding="utf-8"), "formulas are plain text"
-
-
-def test_built_pages_are_not_kept() -> None:
-    ignored = (ROOT / ".gitignore").read_text(encoding="utf-8").splitlines()
-    kept_out = (ROOT / "MANIFEST.in").read_text(encoding="utf-8").splitlines()
-    for name in MADE:
-        assert f"/docs/{name}/" in ignored
-        assert f"prune docs/{name}" in kept_out

@@ -15,7 +15,6 @@ from pathlib import Path
 import pytest
 from command import STUDY, fails, names, process, run
 
-import microslip as ms
 from microslip.cli import main
 
 
@@ -188,14 +187,6 @@ def test_a_stream_without_greek_gets_plain_letters() -> None:
     assert b" nu " in process("materials", PYTHONIOENCODING="ascii").stdout
 
 
-def printed(text: str) -> str:
-    Path("joint.toml").write_text(text, encoding="utf-8")
-    outcome = run("predict", "joint.toml", "--overwrite")
-    assert outcome.exit_code == 0, outcome.output
-    assert outcome.stderr == ""
-    return outcome.stdout
-
-
 WRITING = [
     ["predict", "joint.toml"],
     ["predict", "joint.toml", "--json"],
@@ -251,19 +242,3 @@ def test_streams_may_be_closed(arguments: list[str]) -> None:
         assert (done.returncode, done.stderr) == (0, b""), closed
         assert bool(done.stdout) == (closed == "2>&-")
         assert ("joint-result" in names()) == (arguments[0] == "predict")
-
-
-# -- tables ----------------------------------------------------------------------------------------
-
-
-def test_a_history_has_a_table() -> None:
-    Path("record.csv").write_text("x [um]\n0\n1\n-1\n1\n-1\n", encoding="utf-8")
-    text = STUDY.replace("[output]", 'history = { file = "record.csv", column = "x" }\n\n[output]')
-    shown = printed(text)
-    joint = ms.Study.from_toml(STUDY).run().joints[0]
-    row = re.search(r"\nHistory\n.*energy\n─+\n2 kN +(\S+) µm +(\S+) kN +(\S+) mJ\n", shown)
-    assert row
-    energy = 2.0 * joint.dissipated_energy(1e-6)
-    assert (row[1], row[2]) == ("1.00", "1.10")
-    # Twice a quarter less: from rest to the first turn it is the first loading curve.
-    assert 0.7 * energy < 1e-3 * float(row[3]) < energy

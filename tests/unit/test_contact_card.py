@@ -91,26 +91,6 @@ def test_each_program_gets_both_stiffnesses_and_what_is_off(tmp_path, program):
     assert ("not run," in words) == (program != "calculix")
 
 
-@pytest.mark.parametrize(
-    ("program", "joint", "options", "says"),
-    [
-        ("abacus", JOINT, {}, "program must be one of abaqus, calculix"),
-        ("abaqus", ms.Jenkins(1e6, 1.0), {}, "joint must be an Interface"),
-        ("abaqus", JOINT, {"units": "cm"}, "units must be one of m, mm"),
-        ("abaqus", JOINT, {"area": 1e-4}, "area must be that of the surface, 0.0002 m^2"),
-        ("abaqus", JOINT, {"thickness": 0.0}, "thickness must be above zero"),
-        ("ls-dyna", JOINT, {}, "density must be given for ls-dyna"),
-        ("abaqus", JOINT, {"name": "1"}, "name must begin with a letter"),
-        ("abaqus", ms.Interface(ms.SphereOnFlat(JOINT.surface.pair, radius=5e-3), 0.3,
-                                normal_load=1.0), {}, "area must be given: SphereOnFlat"),
-    ],
-)  # fmt: skip
-def test_impossible_cards_are_refused(tmp_path, program, joint, options, says):
-    with pytest.raises(ms.InputError, match=re.escape(says)):
-        export.write_card(program, joint, tmp_path / "c", **options)
-    assert not list(tmp_path.iterdir())
-
-
 def test_the_command_writes_a_card(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "joint.toml").write_text(STUDY)

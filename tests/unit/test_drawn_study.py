@@ -47,17 +47,3 @@ def test_a_face_without_a_tightening_pressure_is_tightened_by_its_load() -> None
         ms.Study.from_toml(text).run().joints[0].tangential_stiffness for text in (free, by_load)
     ]
     assert found[0] == pytest.approx(found[1], rel=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ('ra = "0.8 um"\n', "", "surface.scan: missing; write scan = "),
-        ('ra = "0.8 um"', 'ra = "0.8 um"\nrz = "4 um"', "one of ra, rq and rz must be given"),
-        ('ra = "0.8 um"', 'process = "sanded"', "surface.process: wanted"),
-        ('ra = "0.8 um"', 'ra = "0.8 mm"', "surface.ra: must give an Rq of at most 0.0002 m"),
-    ],
-)
-def test_mistakes_are_reported(old: str, new: str, message: str) -> None:
-    with pytest.raises(ms.InputError, match=message):
-        ms.Study.from_toml(TEXT.replace(old, new)).run()

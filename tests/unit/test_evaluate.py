@@ -130,23 +130,6 @@ def test_one_surface_for_all(law: type[ms.NormalLaw]) -> None:
         assert found["loss_factor"][i, 0] == 0.0
 
 
-def test_forces_and_loops() -> None:
-    forces = np.array([0.0, 1e-6, 100.0, 0.999 * 0.55 * 2000.0])
-    joint = joint_of(ONE)
-    found = ms.evaluate(**ONE, force_amplitude=forces)
-    np.testing.assert_allclose(found["amplitude"], joint.backbone_displacement(forces), rtol=1e-13)
-    np.testing.assert_array_equal(found["backbone"], forces)
-    found = ms.evaluate(**ONE, amplitude=[[1e-8, 1e-6]], samples=33, quantities=["loss_factor"])
-    assert list(found) == ["loss_factor", "loop_displacement", "loop_force"]
-    assert found["loop_force"].shape == (1, 2, 33)
-    for i, a in enumerate((1e-8, 1e-6)):
-        loop = joint.loop(a, samples=33)
-        np.testing.assert_array_equal(found["loop_displacement"][0, i], loop.displacement)
-        # Samples near a turn are differences of two forces.
-        scale = 1e-13 * loop.force_amplitude
-        np.testing.assert_allclose(found["loop_force"][0, i], loop.force, rtol=0, atol=scale)
-
-
 def test_shapes_and_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Numbers give numbers; any shape, cut in any blocks, gives the same."""
     from microslip.friction.sweeps import evaluation

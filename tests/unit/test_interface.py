@@ -15,7 +15,6 @@ AL = ms.Material(69e9, 0.33)
 PAIR = ms.MaterialPair(AL, AL)
 S = 5e-7
 SURFACE = ms.GreenwoodWilliamson(PAIR, ms.Gaussian(S), radius=1e-3, density=1e8, area=2e-4)
-JOINT = ms.Interface(SURFACE, friction_coefficient=0.55, normal_load=2000.0)
 D = np.linspace(0.0, 1e-6, 11)
 TABLE = ms.TabulatedNormalLaw(PAIR, D, 1e3 * (1.0 - D / 1e-6) ** 2)
 SPHERE = ms.SphereOnFlat(PAIR, 5e-3)
@@ -37,21 +36,6 @@ def test_values_at_rest() -> None:
         assert joint.force(0.0) == joint.displacement(0.0) == 0.0
         # Cubic microslip, but for a table of straight runs, which sticks.
         assert joint.dissipation_exponent(0.0) == 3.0
-
-
-# -- at() ------------------------------------------------------------------------------------------
-
-
-def test_at() -> None:
-    other = JOINT.at(normal_load=3000.0)
-    assert type(other) is ms.Interface
-    assert other.surface is SURFACE
-    assert other.friction_coefficient == 0.55
-    assert other.normal_load == 3000.0
-    assert JOINT.normal_load == 2000.0
-    assert JOINT.at(separation=1e-7).separation == 1e-7
-    x = np.array([1e-7, -3e-7])
-    np.testing.assert_array_equal(JOINT.at(normal_load=2000.0).force(x), JOINT.force(x))
 
 
 # -- what is refused -------------------------------------------------------------------------------

@@ -13,32 +13,6 @@ from laps import DENSITY, STEEL, fork, small_joint, small_lap
 
 import microslip as ms
 
-GOOD: dict[str, Any] = {
-    "positions": [0.0], "shank": 0.006, "hole": 0.0066, "washer": 0.012,
-}  # fmt: skip
-
-
-# -- bolts -----------------------------------------------------------------------------------------
-
-
-def test_torque_by_a_nut_factor() -> None:
-    bolts = ms.Bolts(**GOOD, torque=12.0, thread=0.006, nut_factor=0.2)
-    np.testing.assert_allclose(bolts.tension, [10e3])
-
-
-def test_torque_by_vdi_2230() -> None:
-    """M8, both frictions 0.12: 0.16 P + 0.58 d2 mu + D mu / 2, D between 9 and 0.9 of 12.8 mm."""
-    given = {"positions": [0.0, 0.03], "shank": 0.008, "hole": 0.009, "washer": 0.013}
-    bolts = ms.Bolts(
-        **given, torque=[24.6, 12.3], thread=0.008, pitch=0.00125, thread_friction=0.12,
-        bearing_friction=0.12,
-    )  # fmt: skip
-    by_hand = 0.16 * 1.25e-3 + 0.58 * 7.188e-3 * 0.12 + 0.5 * 10.26e-3 * 0.12
-    # The rule of thumb is rounded to two digits.
-    np.testing.assert_allclose(bolts.tension, np.array([24.6, 12.3]) / by_hand, rtol=5e-3)
-    assert math.isclose(bolts.tension[0] / bolts.tension[1], 2.0)
-
-
 # -- laps ------------------------------------------------------------------------------------------
 
 

@@ -11,8 +11,6 @@ import pytest
 import microslip as ms
 from microslip.contact import measured_face
 from microslip.contact.boundary_elements import HalfSpace, closing, press
-from microslip.contact.figures import face_plot
-from microslip.figures.plot import Line
 from microslip.friction.input_slopes import input_slopes
 from microslip.surfaces.joints import contact_words
 
@@ -300,28 +298,6 @@ def test_numbers_and_verdicts_go_with_it() -> None:
     assert "mean contact pressure over hardness" in {
         v.name for v in ms.Interface(solve(), 0.3, normal_load=0.1).validity
     }
-
-
-def test_it_is_drawn_with_what_touches_under_lighter_loads() -> None:
-    law = solve(heights(128), piece=64, tightening_pressure=5e8)
-    reach, solution = law.solution.reach, law.solution
-    assert np.array_equal(reach > 0, solution.map > 0.0)
-    touching = [np.mean(reach > k) for k in range(solution.separation.size)]
-    assert np.all(np.diff(touching) <= 0.0)
-    assert touching[-1] < 0.05 * touching[0]
-    plot = face_plot(law, {"past its end": solve()})
-    pressures, contact, loads = plot.panels
-    assert "0 to 2.50 GPa" in pressures.note
-    assert "500 MPa" in contact.note
-    assert [entry.label for entry in plot.legend] == ["its pieces", "point by point"]
-    line = next(item for item in loads.items if isinstance(item, Line))
-    d = np.asarray(law.separation(line.y[[0, -1]] * loads.y.unit * law.area))
-    assert (line.x[-1] - line.x[0]) * loads.x.unit == pytest.approx(d[1] - d[0])
-    assert len(law.plot()) == 3
-    # Pieces that bear nothing have no loads.
-    small = solve(heights(128), piece=16, tightening_pressure=1e8)
-    assert (small.solution.pressure.max(axis=0) == 0.0).any()
-    assert len(face_plot(small).panels) == 3
 
 
 @pytest.mark.parametrize(

@@ -111,24 +111,6 @@ def test_a_study_reports_what_tightened_its_face(study) -> None:
     description.run()
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "words"),
-    [
-        (
-            '"100 MPa"',
-            '"2 GPa"',
-            "surface.tightening_pressure: must be at most 0.7 of the hardness",
-        ),
-        ('"15 kN"', '"25 kN"', "at most the tightening load"),
-        ('unit = "um"', 'unit = "m"', "in metres"),
-        ("piece = 48", "piece = 4", "surface.piece"),
-    ],
-)
-def test_mistakes_are_reported_at_their_key(study, old, new, words) -> None:
-    with pytest.raises(ms.StudyError, match=words):
-        study((old, new)).run()
-
-
 def test_pieces_drawn_anew_are_a_range_of_their_own(study) -> None:
     table = "[uncertainty]\nsamples = 64\n"
     sure = "friction_coefficient = { mean = 0.3, cv = 0.01 }"

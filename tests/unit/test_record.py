@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from decimal import Decimal
 from pathlib import Path
@@ -18,7 +17,6 @@ from scipy.io import savemat
 
 import microslip as ms
 from microslip.readers import tables
-from microslip.readers import text as text_reader
 
 REAL = Path(__file__).parents[3] / "shared/data/reciprocating/test_data_2.txt"
 X = np.array([1e-6, 2.5e-6, -1e-6, 0.0])
@@ -204,28 +202,6 @@ def test_a_wrong_row_among_the_first_is_not_skipped(put: Any) -> None:
                 )
 
 
-def test_too_large(put: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = put("big.csv", PLAIN)
-    monkeypatch.setattr(text_reader, "_MAX_BYTES", 20)
-    with pytest.raises(
-        ms.InputError, match=r"big\.csv: wanted text of at most 0 MB, got 0 MB; save"
-    ):
-        ms.Record.read(path)
-    with h5py.File("big.h5", "w") as file:
-        # Nobody has that much memory, and the file has nothing of it yet.
-        for name, unit in (("displacement", "um"), ("force", "N")):
-            file.create_dataset(name, (10**12,), "f8", chunks=(10**6,)).attrs["units"] = unit
-    with pytest.raises(ms.InputError) as caught:
-        ms.Record.read("big.h5")
-    assert str(caught.value) == (
-        "big.h5: contains 2000000000000 points, more than limit=50000000; "
-        "raise the limit if memory suffices (1.6e+04 GB and a few times that)"
-    )
-    with pytest.raises(ms.InputError) as caught:
-        ms.Record.read("big.h5", limit=10**13)
-    assert str(caught.value) == "big.h5: too large for the memory of this machine"
-
-
 # -- MATLAB, HDF5, TDMS ----------------------------------------------------------------------------
 
 UNITS = {"displacement": "m", "force": "N"}
@@ -339,42 +315,6 @@ def test_hdf5(put: Any) -> None:
     assert record.notes[1].startswith('displacement: column "run1/displacement" by its name, mm by')
 
 
-def test_hdf5_wrong(put: Any) -> None:
-    with h5py.File("two.h5", "w") as file:
-        for run in ("run1", "run2"):
-            file[f"{run}/x"], file[f"{run}/force"] = X, T
-        file["run2/short"] = T[:3]
-    with h5py.File("none.h5", "w") as file:
-        file["a"] = 3.0
-    whole = Path("two.h5").read_bytes()
-    put("cut.h5", whole[: len(whole) // 2])
-    for name, keywords, message in (
-        (
-            "two.h5",
-            {},
-            'displacement: 2 columns could be it, "run1/x" and "run2/x"; '
-            'write displacement="run1/x"',
-        ),
-        (
-            "two.h5",
-            {"displacement": "run1/x", "force": "force"},
-            'force: 2 columns have the name "force", "run1/force" and "run2/force"; '
-            'write force="run1/force"',
-        ),
-        (
-            "two.h5",
-            {"displacement": "run1/x", "force": "short", "units": UNITS},
-            'columns must be of one length, got "run1/x" 4, "run2/short" 3 samples',
-        ),
-        ("none.h5", {}, "wanted arrays of numbers, got none in this HDF5 file"),
-    ):
-        with pytest.raises(ms.InputError) as caught:
-            ms.Record.read(name, **keywords)  # type: ignore[arg-type]
-        assert str(caught.value) == f"{name}: {message}"
-    with pytest.raises(ms.InputError, match=r"^cut\.h5: not a usable HDF5 file: [^\n]*truncated"):
-        ms.Record.read("cut.h5")
-
-
 def test_nan_in_binary_files_names_the_sample(put: Any) -> None:
     with h5py.File("n.h5", "w") as file:
         file["x"], file["F"] = X, np.array([1.0, np.nan, 2.0, 3.0])
@@ -402,26 +342,6 @@ def test_tdms(put: Any) -> None:
     assert record.notes[0] == "a.tdms: TDMS file."
     assert record.notes[1].startswith('displacement: column "Log/Position" by its name, mm by the')
     assert 'sample_rate: 100 Hz by "their channels" of the file.' in record.notes
-
-
-def test_tdms_wrong(put: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    write_tdms("b.tdms", Friction=0.02)
-    with pytest.raises(ms.InputError) as caught:
-        ms.Record.read("b.tdms")
-    assert str(caught.value) == (
-        "b.tdms: displacement and force differ in sample rate, got 100 Hz and 50 Hz"
-    )
-    put("cut.tdms", b"TDSm" + b"\x0e\0\0\0")
-    with pytest.raises(
-        ms.InputError, match=r"^cut\.tdms: (not a usable TDMS file|wanted channels)"
-    ):
-        ms.Record.read("cut.tdms")
-    monkeypatch.setitem(sys.modules, "nptdms", None)
-    with pytest.raises(ms.InputError) as caught:
-        ms.Record.read("b.tdms")
-    assert str(caught.value) == (
-        'b.tdms: TDMS files need npTDMS, which is not installed: pip install "microslip[tdms]"'
-    )
 
 
 # -- out and in again ------------------------------------------------------------------------------

@@ -285,14 +285,3 @@ def test_the_tables_hold_the_numbers_of_the_result(result: ms.Result, folder: Pa
         for column, values in columns.items():
             same(found[column], values)
     assert {p.stem for p in folder.glob("*.csv")} == {*tables, "loops"}
-
-
-def test_the_loops_are_found_by_what_was_given(result: ms.Result, folder: Path) -> None:
-    found, by = read(folder / "loops.csv"), driven(result)
-    given = [] if by == "amplitude" else [by]
-    assert list(found) == ["normal_load", "amplitude", *given, "displacement", "force"]
-    for joint, loops, row in zip(result.joints, result.loops, result.rows, strict=True):
-        for loop, amplitude in zip(loops, getattr(row, by), strict=True):
-            mine = (found["normal_load"] == joint.normal_load) & (found[by] == amplitude)
-            same(found["displacement"][mine], loop.displacement)
-            same(found["force"][mine], loop.force)

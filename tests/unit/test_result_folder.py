@@ -148,24 +148,6 @@ def test_a_folder_that_appears_meanwhile_is_not_touched(result: ms.Result, tmp_p
     assert [p.name for p in folder.iterdir()] == ["thesis.tex"]
 
 
-def test_a_result_that_another_run_put_there_meanwhile_is_replaced_if_that_may_be(
-    result: ms.Result, tmp_path: Path
-) -> None:
-    folder = tmp_path / "result"
-
-    def compute(overwrite: bool) -> None:
-        with folder_module.staged(folder, overwrite) as stage:
-            (stage / "summary.json").write_text("second")
-            if not folder.exists():
-                result.save(folder)
-
-    with pytest.raises(ms.StudyError, match="exists; replace it with --overwrite"):
-        compute(overwrite=False)
-    compute(overwrite=True)
-    assert (folder / "summary.json").read_text() == "second"
-    assert [p.name for p in tmp_path.iterdir()] == ["result"]
-
-
 def test_a_failure_while_moving_leaves_things_as_they_were(
     result: ms.Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -183,20 +165,3 @@ def test_a_failure_while_moving_leaves_things_as_they_were(
     with pytest.raises(ms.StudyError, match="cannot be written: operation not permitted"):
         result.save(folder, overwrite=True)
     assert snapshot(folder) == before
-
-
-def test_a_file_put_there_in_the_last_moment_is_not_lost(
-    result: ms.Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    folder = tmp_path / "result"
-    result.save(folder)
-    move_in = folder_module._move_in
-
-    def late(stage: Path, place: folder_module._Place) -> None:
-        (folder / "thesis.tex").write_text("years of work")
-        move_in(stage, place)
-
-    monkeypatch.setattr(folder_module, "_move_in", late)
-    result.save(folder, overwrite=True)
-    assert (tmp_path / "result.old" / "thesis.tex").read_text() == "years of work"
-    assert refusal(result, folder).startswith("not replaced: result.old exists")

@@ -217,21 +217,6 @@ def test_a_number_for_nothing_measured_is_reported(sentinel: float, told: str, l
     assert not any("suspect" in note for note in (*mended.notes, *_notes_of("whole.npy")))
 
 
-@pytest.mark.parametrize("kind", ["a grating", "clipped", "one point", "two levels and noise"])
-def test_heights_that_are_rightly_repeated_are_not_suspected(kind: str) -> None:
-    z = np.random.default_rng(1).normal(size=(20, 20))
-    if kind == "a grating":
-        z = np.where(np.arange(20) % 10 < 5, 0.0, 1.0) * np.ones((20, 1))
-    elif kind == "clipped":
-        z = np.minimum(np.exp(3.0 * z), 50.0)
-    elif kind == "one point":
-        z[3, 3] = -9999.0
-    else:
-        z = np.round(z, 1) + np.where(np.arange(20) < 10, 0.0, 100.0)
-    np.save("a.npy", z)
-    assert not any("suspect" in note for note in _notes_of("a.npy"))
-
-
 def _notes_of(name: str) -> tuple[str, ...]:
     return ms.Scan.read(name, **UM).notes
 
@@ -306,17 +291,6 @@ def test_the_wrong_format_says_so() -> None:
 def test_objects_are_not_unpickled() -> None:
     np.save("a.npy", np.array([[print, print]] * 2, dtype=object), allow_pickle=True)
     refused("wanted real numbers, got an array of object", "a.npy", **UM)
-
-
-def test_an_npy_file_is_what_it_says() -> None:
-    np.save("a.npy", Z)
-    content = Path("a.npy").read_bytes().replace(b"(4, 3), }", b"(-4, 3),}")
-    refused("not a usable npy file: its header declares -4 x 3", put("b.npy", content), **UM)
-    for name in ("c.npy", "c.npz"):
-        message = refused(
-            f"suffix is .{name[2:]}, but the first bytes are not", put(name, b"\0\1" * 99)
-        )
-        assert message.endswith("write format=...")
 
 
 def _npy(shape: tuple[int, ...], numbers: int) -> bytes:
@@ -447,35 +421,6 @@ def test_the_names_of_columns_say_their_units(head: str, stated: tuple[str, str]
         refused('coordinates in ".m", not "mm"; omit unit', "a.csv", unit="mm")
         refused('states heights in "nm", not "um"; omit unit', "a.csv", unit="um")
         assert ms.Scan.read("a.csv", unit=("um", "nm")).heights[0, 0] == 1e-9
-
-
-def test_units_above_some_columns_only() -> None:
-    put("a.csv", "x, y, z [nm]\n0,0,1\n2,0,2\n0,3,3\n2,3,5\n")
-    refused('heights in "nm", but not .* write for example unit=."mm", "nm".', "a.csv")
-    refused('states heights in "nm", not "um"; write unit=."um", "nm".', "a.csv", unit="um")
-    put("e.csv", "x [mm], y [mm], z\n0,0,1\n2,0,2\n0,3,3\n2,3,5\n")
-    refused('unit of its heights; write for example unit=."mm", "um".', "e.csv")
-    refused('coordinates in "mm", not "um"; write unit=."mm", "um".', "e.csv", unit="um")
-    assert ms.Scan.read("e.csv", unit=("mm", "um")).pixel == pytest.approx((2e-3, 3e-3), rel=1e-14)
-    put("b.csv", "x [mm],y [um],z [nm]\n0,0,1\n2,0,2\n0,3,3\n2,3,5\n")
-    refused('x is in "mm", y in "um": wanted one unit for both', "b.csv")
-    put("c.txt", "z [nm]\n1\n2\n3\n5\n")
-    assert ms.Scan.read("c.txt", pixel="1 um").heights[3] == 5e-9
-    refused('not "um"', "c.txt", unit="um", pixel="1 um")
-    # In another encoding than ours.
-    put("d.csv", "x [µm];z [µm]\n0;1\n1;2\n2;4\n3;3\n".encode("latin-1"))
-    assert ms.Scan.read("d.csv").heights[0] == 1e-6
-
-
-@pytest.mark.parametrize(
-    "head",
-    ["x,y,z", "2 [mm] 3 [mm] 5 [um]", "x [left],y [right],z [um^9^9^9]"],
-)
-def test_what_is_above_the_columns_may_mean_nothing(head: str) -> None:
-    put("a.csv", f"{head}\n0,0,1\n2,0,2\n0,3,3\n2,3,5\n")
-    refused("does not state the unit", "a.csv")
-    assert ms.Scan.read("a.csv", unit="um").heights[0, 0] == 1e-6
-    assert f'skipped header: "{head}".' in ms.Scan.read("a.csv", unit="um").notes
 
 
 def test_points_may_have_more_than_three_columns() -> None:
@@ -634,18 +579,6 @@ def test_archives_may_not_unpack_to_anything(monkeypatch: pytest.MonkeyPatch) ->
     refused("unpacks to 1 MB, more than limit=1000 points can need", "a.x3p", limit=1000)
 
 
-def test_what_is_read_whole_may_not_unpack_to_much(monkeypatch: pytest.MonkeyPatch) -> None:
-    """An XML file grows to a manifold of its size, however many points are allowed."""
-    with zipfile.ZipFile("a.x3p", "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("main.xml", bytes(instruments._XML + 1))
-    refused("main.xml in the archive unpacks to 8 MB, wanted at most 8 MB", "a.x3p")
-    monkeypatch.setattr(instruments, "_XML", 1000)
-    with zipfile.ZipFile("b.x3p", "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("main.xml", b"<a/>")
-        archive.writestr("bindata/data.bin", bytes(10_000))
-    refused("not a usable x3p file", "b.x3p")
-
-
 class Channel(SimpleNamespace):
     """What the library tells of a channel."""
 
@@ -755,18 +688,6 @@ def test_lines_of_instruments(holds: Callable[..., str]) -> None:
     name = holds(Channel(z=np.arange(5.0), is_uniform=False, positions=uneven[[0, 2, 1, 4, 3]]))
     refused("not on a regular grid", name)
     refused("points are not on a regular grid", holds(Channel(is_uniform=False)))
-
-
-@pytest.mark.parametrize("name", ["a.plu", "a.x3p", "a.unknown"])
-def test_without_the_library_the_message_says_how_to_get_it(
-    name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, "SurfaceTopography", None)
-    monkeypatch.setattr(instruments, "parsed", parsed_here)
-    put(name, b"\0\1" * 1000)
-    refused(r'not installed; write: pip install "microslip\[scan\]"', name)
-    np.save("a.npy", Z)
-    assert ms.Scan.read("a.npy", **UM).heights.shape == (4, 3)
 
 
 @pytest.mark.parametrize(

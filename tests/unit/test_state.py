@@ -94,33 +94,6 @@ def test_what_is_stored_grows_with_open_reversals_only() -> None:
     assert len(pickle.dumps(state)) - before < 4096
 
 
-SPHERE = next(joint for joint in JOINTS if isinstance(joint.surface, ms.SphereOnFlat))
-
-
-def with_rows(joint: ms.Interface, count: int) -> tuple[ms.State, np.ndarray, np.ndarray]:
-    """A state with so many rows of new contact that sticks, and where they came from."""
-    load = joint.normal_load * np.linspace(1.0, 2.0, count + 1)[1:]
-    fall = joint.separation - np.asarray(joint.surface.separation(load))
-    share = np.random.default_rng(0).uniform(-0.9, 0.9, count)
-    x = joint.slip_per_indentation * np.cumsum(np.diff(fall, prepend=0.0) * share)
-    state = joint.start()
-    state.advance(x[:-10], normal_load=load[:-10])
-    return state, x, load
-
-
-def test_one_sample_under_a_load_touches_one_row() -> None:
-    """On a law without a profile as well: nothing that is stored is copied."""
-    state, x, load = with_rows(SPHERE, 3000)
-    assert state.open_reversals > 2900
-    state.advance(x[-10:-9], normal_load=load[-10:-9])  # there may be no room for one more
-    stack = state._diagram.stack
-    for place, n in zip(x[-9:], load[-9:], strict=True):
-        force = state.advance([place], normal_load=[n])
-        assert state._diagram.stack is stack
-    whole = SPHERE.coupled_force(x, normal_load=load)
-    assert force[0] == pytest.approx(whole[-1], abs=2e-15 * np.abs(whole).max())
-
-
 # -- trials and copies: tests/physics/test_properties.py has their rules, on every law -------------
 
 

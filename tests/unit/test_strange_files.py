@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import json
-import os
 import re
 import signal
 import struct
@@ -17,7 +16,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from command import STUDY, run
 from laps import small_joint
 from scipy import sparse
 from scipy.io import savemat
@@ -275,25 +273,3 @@ def test_texts_are_read_alike_in_blocks_of_any_size(
     table = text.text_table(Path("run.csv"))
     np.testing.assert_array_equal(np.transpose(table.load([0, 1])), [*values, (nan, nan)])
     assert [table.where(row) for row in (1, 2, 14)] == ["line 3", "line 6", "line 20"]
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="names of files are bytes on Linux alone")
-def test_names_that_are_no_text_and_lists_of_other_encodings(tmp_path: Path) -> None:
-    rows = "\n".join(f"{t},{1e6 * x},{f}" for t, x, f in zip(TIME, MOTION, FORCE, strict=True))
-    record = os.fsdecode(b"run\xe9.csv")
-    Path(record).write_text(f"time [s],displacement [um],force [N]\n{rows}\n")
-    np.save("scan.npy", np.random.default_rng(0).normal(size=(48, 48)) * 1e-6)
-    scan = os.fsdecode(b"scan\xe9.npy")
-    Path("scan.npy").rename(scan)
-    options = ["--unit", "m", "--pixel", "1 um", "--cutoff", "none"]
-    for number, command in enumerate((["measure", record], ["surface", scan, *options])):
-        result = run(*command, "-o", f"out{number}")
-        assert result.exit_code == 0, result.output
-        json.loads(Path(f"out{number}/summary.json").read_text(encoding="utf-8"))
-    Path("study.toml").write_text(STUDY)
-    for encoding in ("latin-1", "utf-16"):
-        Path("list.csv").write_text("name,joint.normal_load\nµ,500 N\n", encoding=encoding)
-        arguments = ["batch", "list.csv", "--study", "study.toml", "-o", encoding]
-        result = run(*arguments)
-        assert result.exit_code == 0, result.output
-        assert "µ" in Path(f"{encoding}/items.csv").read_text(encoding="utf-8")

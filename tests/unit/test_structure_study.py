@@ -538,18 +538,6 @@ def known(*changes: tuple[str, str]) -> Any:
 
 
 @pytest.mark.slow
-def test_base_damping_unless_given_is_a_range_that_is_added() -> None:
-    plain = known().modes[0]
-    assert plain.bands is None
-    mode = known(("base_damping_ratio = 0.0005\n", "")).modes[0]
-    of_joint = plain.curve.damping_ratio - 5e-4
-    assert mode.bands is not None
-    for row, share in zip(mode.bands.damping_ratio, (0.05, 0.5, 0.95), strict=True):
-        np.testing.assert_allclose(row, of_joint + 2e-4 * 5.0**share, rtol=2e-3)
-    np.testing.assert_allclose(mode.bands.frequency, np.tile(plain.curve.frequency, (3, 1)))
-
-
-@pytest.mark.slow
 def test_samples_of_a_modulus_are_multiples_of_one_model() -> None:
     steel = '[material.mine]\nyoung_modulus = {}\npoisson_ratio = 0.3\n\n[surface]\nmaterials = ["mine", "mine"]'
     header = '[surface]\nmaterials = ["steel", "steel"]'

@@ -58,41 +58,10 @@ def test_labels() -> None:
     assert SWEPT.attributes["source"] == f"microslip {ms.__version__}"
 
 
-@pytest.mark.parametrize("friction", [None, 0.3, [0.3], [0.3, 0.6]])
-@pytest.mark.parametrize("load", [None, 700.0, [700.0], LOADS])
-@pytest.mark.parametrize("amplitude", [1e-7, [1e-7], AMPLITUDES])
-def test_shapes_are_those_of_what_is_given(friction: Any, load: Any, amplitude: Any) -> None:
-    swept = ms.sweep(JOINT, normal_load=load, amplitude=amplitude, friction_coefficient=friction)
-    lists = [np.shape(given) for given in (friction, load, amplitude)]
-    shape = tuple(size for given in lists for size in given)
-    assert swept.shape == shape
-    assert list(swept) == [
-        "force_amplitude", "dissipated_energy", "loss_factor", "damping_ratio", "secant_stiffness",
-    ]  # fmt: skip
-    for name in swept:
-        assert np.shape(swept[name]) == shape
-    if not shape:
-        each = ms.Interface(JOINT.surface, friction or 0.55, normal_load=load or 2000.0)
-        assert swept["dissipated_energy"] == pytest.approx(each.dissipated_energy(1e-7), rel=1e-13)
-
-
 def test_a_joint_given_by_its_separation_keeps_it() -> None:
     joint = JOINT.at(separation=4.1e-7)
     swept = ms.sweep(joint, amplitude=1e-7, quantities=["separation"])
     assert swept["separation"] == 4.1e-7
-
-
-def test_amplitudes_that_belong_to_forces() -> None:
-    swept = ms.sweep(JOINT, normal_load=LOADS, force_amplitude=[0.0, 100.0])
-    assert next(iter(swept)) == "amplitude"
-    assert swept.dims == ("normal_load", "force_amplitude")
-    for load, row in zip(LOADS, swept["amplitude"], strict=True):
-        wanted = JOINT.at(normal_load=load).backbone_displacement([0.0, 100.0])
-        np.testing.assert_allclose(row, wanted, rtol=1e-13)
-    alone = ms.sweep(JOINT, force_amplitude=100.0, quantities=["secant_stiffness"])
-    assert alone["secant_stiffness"] == pytest.approx(
-        JOINT.secant_stiffness(force_amplitude=100.0), rel=1e-13
-    )
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,9 @@
 """Check docstrings, messages and commit subjects for plain English: python tools/check_words.py
 
 The check is deliberately narrow: it finds docstrings that start with a pronoun or a preposition
-instead of a verb or a noun, words that personify, overlong sentences in messages, and overlong
-commit subjects. It cannot decide whether a sentence is understood.
+instead of a verb or a noun, words that personify, some idioms, ratios above 100 %, overlong
+sentences in messages, and overlong commit subjects. It cannot decide whether a sentence is
+understood.
 """
 
 from __future__ import annotations
@@ -19,13 +20,24 @@ SOURCES = ROOT / "src" / "microslip"
 # Pronouns, prepositions and conjunctions that leave the subject of a first sentence open.
 UNCLEAR_STARTS = frozenset(
     [
+        "about",
+        "above",
+        "after",
+        "against",
         "and",
         "as",
         "at",
+        "before",
+        "below",
         "beside",
         "besides",
+        "between",
+        "beyond",
         "but",
         "by",
+        "during",
+        "few",
+        "fewer",
         "for",
         "from",
         "he",
@@ -33,6 +45,9 @@ UNCLEAR_STARTS = frozenset(
         "in",
         "it",
         "its",
+        "less",
+        "many",
+        "more",
         "none",
         "not",
         "nothing",
@@ -40,32 +55,51 @@ UNCLEAR_STARTS = frozenset(
         "one",
         "ones",
         "on",
+        "over",
         "same",
+        "share",
         "she",
+        "since",
+        "so",
         "such",
         "that",
         "their",
         "them",
+        "then",
         "there",
         "they",
+        "thing",
+        "things",
         "these",
         "this",
         "those",
         "to",
         "under",
+        "until",
         "up",
+        "way",
         "what",
+        "when",
         "where",
         "which",
         "who",
+        "while",
         "whose",
         "with",
+        "within",
+        "without",
     ]
 )
 UNCLEAR_OPENINGS = re.compile(r"the (same|rest|others?|former|latter)\b", re.IGNORECASE)
 # Words that make a person of a program, a file or a number.
 PERSONIFYING = re.compile(
-    r"\b(told|tells?|asked|asks|says|said|knows|wants|hangs?|honest|cannot tell)\b"
+    r"\b(told|tells?|asked|asks|says|said|knows|wants|hangs?|honest|cannot tell|believes?|feels?"
+    r"|forgets?|happy|insists?|likes|pretends?|promises|remembers?|suffers?|thinks?|unasked)\b"
+)
+# Idioms that a reader with another first language takes literally, and ratios written as percent.
+IDIOMS = re.compile(
+    r"\b(next to nothing|of before|off by|on top of|show which|stands? on something"
+    r"|stands? still|to speak of|wrong way round)\b|(?<![\d.,])(?!100 ?%)[1-9]\d{2,} ?%"
 )
 MOST_WORDS = 40
 MOST_LETTERS = 72
@@ -110,6 +144,8 @@ def problems_of(source: str, path: Path) -> Iterator[str]:
     for line, text in texts(tree):
         if word := PERSONIFYING.search(text):
             yield f'{place}:{line}: "{word[0]}" makes a person of a thing: {text.strip()[:60]!r}'
+        if word := IDIOMS.search(text):
+            yield f'{place}:{line}: "{word[0]}" is an idiom or a ratio in percent: write it plainly'
     for line, text in messages(tree):
         for sentence in re.split(r"[.;:] ", text):
             if (count := len(sentence.split())) > MOST_WORDS:

@@ -119,7 +119,7 @@ def market(folder: Path) -> Path:
         (broken(lambda text: text.replace("*MATRIX,TYPE=MASS", "*MATRIX,TYPE=X")), 'no "mass"'),
         (broken(lambda text: text.replace("*USER ELEMENT", "*ELEMENT")), "wanted rows of node"),
         (twice, "gives an entry twice: wanted assembled matrices"),
-        (market, "is a Matrix Market file: name its folder"),
+        (market, "is a Matrix Market file: give its folder"),
     ],
 )
 def test_what_holds_no_matrices(

@@ -141,7 +141,7 @@ def test_too_little_memory_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
         raise MemoryError
 
     monkeypatch.setattr("microslip.report.predicted.result.run_prediction", fail)
-    assert fails("predict", "joint.toml") == "error: not enough memory for this"
+    assert fails("predict", "joint.toml") == "error: not enough memory"
 
 
 def test_interrupts_leave_no_trace(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -50,7 +50,7 @@ PENS: tuple[dict[str, Any], ...] = tuple(
 
 # Text as outlines, because it has subscripts in mathtext.
 _LOOK: list[Any] = ["default", STYLE, {"hatch.linewidth": 0.5, "svg.fonttype": "path"}]
-"""Style on top of Matplotlib's defaults, independent of the user's matplotlibrc."""
+"""Style in addition to Matplotlib's defaults, independent of the user's matplotlibrc."""
 
 
 class Drawing(NamedTuple):

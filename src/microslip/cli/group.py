@@ -52,7 +52,7 @@ class Group(click.Group):
         except (click.Abort, KeyboardInterrupt):
             fail("interrupted", EXIT_INTERRUPTED)
         except MemoryError:
-            fail("not enough memory for this", EXIT_USER)
+            fail("not enough memory", EXIT_USER)
         except Exception as error:
             if os.environ.get("MICROSLIP_DEBUG"):
                 raise

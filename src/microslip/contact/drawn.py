@@ -183,14 +183,14 @@ class DrawnFace(FaceLaw):
         if self.rms > HIGHEST:
             raise InputError(
                 f"`rms` must be at most {HIGHEST:g} m, more than any machined face has, got "
-                f"{exact(self.rms)} m; check its unit, or take form and waviness off"
+                f"{exact(self.rms)} m; check its unit, or remove form and waviness"
             )
         share = self.tightening_pressure / hardness
         most = table.TIGHTENED[1]
         if share > most * (1.0 + 1e-9):
             raise InputError(
                 f"`tightening_pressure` must be at most {most:g} of the hardness "
-                f"{hardness:.4g} Pa, beyond which no face was solved, got "
+                f"{hardness:.4g} Pa, the largest of the solved faces, got "
                 f"{exact(self.tightening_pressure)} Pa; use a larger area or a harder material"
             )
         limit = table.PRESSURE * modulus * self.gradient

@@ -404,7 +404,6 @@ def _table(solution: FaceSolution) -> tuple[Floats, Floats]:
 
 
 def _waves() -> Floats:
-    """Return the heights [m] of a face with a lay along y, like a milled one, shape (64, 64)."""
     from scipy import fft
 
     n = 64

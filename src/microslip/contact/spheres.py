@@ -34,7 +34,7 @@ class Kind(NamedTuple):
     order: int
     """Leading power of v at small v, 0 to 3."""
     share: Callable[[Floats, Floats, Floats], Floats]
-    """Share as a function of x, q = sqrt(1 - x) and 1 - q; past x = 1 q is 0."""
+    """Factor as a function of x, q = sqrt(1 - x) and 1 - q; q is 0 for x > 1."""
     slipped: Callable[[Floats, Floats, Floats], Floats]
     """The sum over wholly slipped contacts, of v, their sums of k s^(3/2) and of k s^(5/2)."""
 

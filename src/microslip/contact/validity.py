@@ -29,7 +29,7 @@ RULES: tuple[Rule, ...] = (
         outside=0.5,
         meaning="summits are apart and few of them overlap",
         reason="Greenwood and Williamson (1966) measured 0.03 to 0.05",
-        remedy="check the summits' radius and density, which a scan finds together",
+        remedy="check the radius and density of the summits; a scan gives both",
     ),
     Rule(
         name="real over apparent area",
@@ -63,7 +63,7 @@ RULES: tuple[Rule, ...] = (
         outside=1.0,
         meaning="summits deform elastically",
         reason="Greenwood and Williamson (1966): elastic below 0.6, plastic above 1",
-        remedy='take a face that yields: law = "face" by its drawing or a scan, ms.DrawnFace or '
+        remedy='use a face that yields: law = "face" with a drawing or a scan, ms.DrawnFace or '
         "ms.MeasuredContact in Python",
         missing="give the hardness of the softer material [Pa]",
     ),
@@ -150,7 +150,7 @@ RULES: tuple[Rule, ...] = (
         name="Dundurs' constant of the pair",
         watch=0.1,
         outside=0.3,
-        meaning="the two bodies are elastically alike: normal and tangential contact are not "
+        meaning="the two bodies are elastically similar: normal and tangential contact are not "
         "coupled",
         reason="with full stick the load grows by beta^2/3 (Spence 1968), but summits slip under "
         "normal load alone near their edges where friction is below about beta",

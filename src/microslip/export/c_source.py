@@ -138,9 +138,9 @@ def write_c(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
     header = order.header()
     if order.bank is None:
         memory = [
-            f"Up to {order.depth} rows of memory are kept. Where there are more, the oldest loops",
-            f"are lumped together, and {order.name}_error() bounds the error of a motion that",
-            "returns to their amplitude. Stiffnesses are those of the table.",
+            f"Up to {order.depth} rows of memory are stored. If more are needed, the oldest loops",
+            f"are merged, and {order.name}_error() bounds the error of a motion that returns to",
+            "their amplitude. Stiffnesses are those of the table.",
         ]
     else:
         memory = [f"{len(order.bank.tops)} sliders, each with a vector, share the memory."]

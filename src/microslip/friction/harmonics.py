@@ -491,7 +491,6 @@ class _Cycle:
         )
 
     def _jumps(self) -> Floats:
-        """Return the Jacobian of force jumps at turning points, whose times vary."""
         size = self.motion.basis.size
         if math.isfinite(self.law.tangential_stiffness):
             return np.zeros((size, size))

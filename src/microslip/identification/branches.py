@@ -41,7 +41,7 @@ class Cycle(NamedTuple):
     bin: NDArray[np.int64]
     """Bin of each piece."""
     share: Floats
-    """Share of each piece in its bin [-]."""
+    """Weight of each piece in its bin [-]."""
 
 
 def cycle_of(folded: Folded, even: float = 1.0) -> Cycle:

@@ -22,7 +22,7 @@ from microslip.identification.rows import Rows
 from microslip.laboratory.motion import phase_derivative
 
 NAMED = 0.9
-"""Share of the misfit that a signature must remove for its cause to be named."""
+"""Fraction of the misfit that a signature must remove for its cause to be named."""
 UNDETERMINED = "not determined"
 _TIE = 12.0
 """Difference of sums of squares below which two signatures explain the misfit alike."""
@@ -44,12 +44,12 @@ class Masing(Locked):
     """Interval in which noise alone has it with a probability of 99 % [-]."""
     even: float
     odd: float
-    """Shares of the residual that repeat and that change sign in the other half cycle [-]."""
+    """Fractions of the residual that repeat and that change sign in the other half cycle [-]."""
     cause: str
     """Cause of the misfit, several joined by "or" where they explain it alike; "not determined", or
     empty where the residual is noise."""
     removed: Mapping[str, float]
-    """Share of the misfit that each signature removes [-]; empty where the residual is noise."""
+    """Fraction of the misfit that each signature removes [-]; empty where the residual is noise."""
 
     @property
     def holds(self) -> bool:
@@ -109,8 +109,8 @@ def _clearance(fit: FreeForm, rows: Rows, size: float) -> Floats:
 def _lost_motion(fit: FreeForm, rows: Rows, size: float) -> Floats:
     """Return the change of force per metre of lost motion [N/m] (bins, 1), at a size [m].
 
-    After a reversal the rig moves over this distance while the joint stands still; then the joint
-    lags by it.
+    After a reversal the rig moves over this distance while the joint does not move; from
+    then on the joint lags by it.
     """
     y, cycle = fit.y + fit.shifts[fit.level[rows.load]], rows.cycle
     rise = -rows.stiffness(y, fit.k)

@@ -21,7 +21,7 @@ _ALIKE = 0.05
 _FEWEST = 4
 """Smallest number of cycles of a piece: one of running-in and three settled ones."""
 _NEAR, _MOST_CYCLES = 0.5, 3.0
-"""Share of the amplitude beyond which a run has a turning point; cycles of a digitised loop."""
+"""Fraction of the amplitude beyond which a run has a turning point; cycles of a digitised loop."""
 
 
 def _part(record: Record, first: int, last: int, label: str) -> Record:

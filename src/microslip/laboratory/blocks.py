@@ -276,7 +276,7 @@ class Count(NamedTuple):
             return (
                 f"no cumulative energy: {self.source}; name the column of the rig's counter "
                 '("cycle column" in a manifest, `cycle_number=...` in Python), or give the '
-                "`frequency=...` at which the rig ran on in Python",
+                "`frequency=...` at which the rig continued, in Python",
             )
         missing = int(self.numbers[-1] - self.numbers[0]) + 1 - self.numbers.size
         if missing < 1:

@@ -189,8 +189,8 @@ def no_cycle(motion: Motion) -> InputError:
     """Return the error for a displacement that has no whole cycle."""
     return InputError(
         f"no full cycle: the displacement crosses its middle {motion.middle:g} m "
-        f"{_times(motion.crossings)}, and no cycle is whole from one turning "
-        "point or crossing to the next like it"
+        f"{_times(motion.crossings)}, and no cycle is complete between "
+        "turning points or crossings of one kind"
     )
 
 

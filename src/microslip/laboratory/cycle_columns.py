@@ -412,7 +412,7 @@ def checked_gains(errors: Mapping[str, float] | None) -> dict[str, float]:
     for role, error in checked.items():
         if error >= 1.0:
             raise InputError(
-                f"`gain_errors`: that of {role} must be a share below 1, such as 0.01 for 1 %, got "
-                f"{exact(error)}"
+                f"`gain_errors`: that of {role} must be a fraction below 1, such as 0.01 for 1 %, "
+                f"got {exact(error)}"
             )
     return checked

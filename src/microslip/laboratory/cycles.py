@@ -98,7 +98,7 @@ class Plateau(NamedTuple):
     channel: str
     extreme: float
     share: float
-    """Share of all samples [-]."""
+    """Fraction of all samples [-]."""
     step: float | None
     """Converter step; None if the samples are not on steps."""
     is_neared: bool

@@ -215,7 +215,7 @@ def shape_notes(shape: Shape | None, is_rippled: bool) -> list[str]:
         elif (width := lost_motion_of(shape)) is not None:
             found = True
             notes.append(
-                f"lost motion: after each reversal the force stands still over "
+                f"lost motion: after each reversal the force does not change over "
                 f"{engineering(width, 'm')}, as with play between the joint and its displacement "
                 "sensor; energies and amplitudes include it"
             )

@@ -83,7 +83,6 @@ class MeanCycle:
         return sums
 
     def _curve(self, factors: Floats, piece: slice) -> Floats:
-        """Evaluate the polynomial of each sample's bin at the sample, lowest power first."""
         column, about = self.column[piece], self._offsets(piece)
         curve: Floats = factors[-1][column]
         for row in factors[-2::-1]:

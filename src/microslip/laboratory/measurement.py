@@ -368,10 +368,9 @@ def measure(
     if rig_stiffness is None and is_gross and sliding < 0.9:
         notes.append(
             f"gross slip by B, though only {sliding:.0%} of the displacement slides: the rest is "
-            f"elastic, {UNDECIDED} (contact, rig, or crosstalk between the sensors), and stiffness "
-            "is of all of them; a record of a rigid specimen would show which; give "
-            "`rig_stiffness` to "
-            "subtract the rig"
+            f"elastic, {UNDECIDED} (contact, rig, or crosstalk between the sensors), and the "
+            "stiffness is that of all of them in series; a record of a rigid specimen would "
+            "identify the cause; give `rig_stiffness` to subtract the rig"
         )
     steps = judged.step_errors
     shared = {k: math.hypot(steps.get(k, 0.0), gains.get(k, 0.0)) for k in {**steps, **gains}}

@@ -142,7 +142,7 @@ def _counted(arrays: dict[str, Floats], counter: Named, how: str) -> ChannelNote
     if float(np.diff(values).min()) < 0.0 or float(values[0]) < 0.0:
         if how == "as stated":
             text = ChannelNote(CYCLE_NUMBER, heading, how)
-            raise InputError(f"`cycle_number` must not fall, nor be negative; {text}")
+            raise InputError(f"`cycle_number` must not decrease, nor be negative; {text}")
         del arrays[CYCLE_NUMBER]
         return ChannelNote(CYCLE_NUMBER, heading, f"{how}, not used, since it decreases.")
     ends = f"from {values[0]:.12g} to {values[-1]:.12g}"

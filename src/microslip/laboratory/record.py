@@ -130,7 +130,7 @@ class Record(Locked, Plottable):
         counter = arrays.get("cycle_number")
         if counter is not None and (counter[0] < 0.0 or float(np.diff(counter).min()) < 0.0):
             raise InputError(
-                "`cycle_number` must not fall, nor be negative; give the rig's counter"
+                "`cycle_number` must not decrease, nor be negative; give the rig's counter"
             )
         if not isinstance(name, str):
             raise InputError(f"`name` must be text, got {show(name)}")

@@ -159,7 +159,9 @@ class VirtualTribometer:
         for name in ("load_ripple", "third_harmonic"):
             value = number(name, getattr(self, name), "", 0.02)
             if not 0.0 <= value < 1.0:
-                raise InputError(f"`{name}` must be a share from 0 to below 1, got {exact(value)}")
+                raise InputError(
+                    f"`{name}` must be a fraction from 0 to below 1, got {exact(value)}"
+                )
             keep(self, name, value)
         keep(self, "ripple_phase", number("ripple_phase", self.ripple_phase, "rad"))
         if self.load_ripple > 0.0 and self.joint._load_curve is None:
@@ -259,7 +261,6 @@ class VirtualTribometer:
         )
 
     def _history(self, size: int, step: float) -> tuple[Floats, NDArray[np.bool_]]:
-        """Return the phase angles of samples and turning points, and the mask of samples."""
         last, share = (size - 1.0) * step, self.third_harmonic
         between, parts = turning_angles(0.0, last, share), 1
         if self.load_ripple > 0.0:

@@ -36,7 +36,6 @@ class _Place(NamedTuple):
 
     @property
     def old(self) -> Path:
-        """Path to which an earlier result is renamed while it is replaced."""
         return self.target.with_name(f"{self.target.name}.old")
 
 

@@ -202,7 +202,6 @@ def _sections(
 
 
 def _total_text(measured: Measurement) -> str:
-    """Describe the energy of all cycles if only some were logged; otherwise empty."""
     up_to, count = measured.dissipated(), measured.count
     if up_to is None or not up_to.error or count is None or count.numbers is None:
         return ""

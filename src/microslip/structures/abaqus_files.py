@@ -70,7 +70,9 @@ def read_abaqus(path: Path) -> dict[str, Any]:
     """Return the matrices of a file by type, with the node and degree of freedom of each row."""
     lines = path.read_text(encoding="latin-1").splitlines()
     if lines and lines[0].startswith("%%MatrixMarket"):
-        raise InputError("is a Matrix Market file: name its folder, of mass.mtx and stiffness.mtx")
+        raise InputError(
+            "is a Matrix Market file: give its folder, with mass.mtx and stiffness.mtx"
+        )
     if any(line[:13].upper().replace(" ", "") == "*USERELEMENT" for line in lines):
         return _substructure(lines)
     rows = [line for line in lines if line.strip() and not line.lstrip().startswith(("*", "%"))]

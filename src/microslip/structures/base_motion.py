@@ -154,8 +154,8 @@ def _drag_of_mass(rest: AtRest, carried: Floats, frame: Frame | None) -> Floats 
         return None
     if frame is None:
         raise InputError(
-            "damping has a part proportional to the mass, whose dashpots stand on something: write "
-            'damping_frame="base" or damping_frame="ground"'
+            "damping has a part proportional to the mass, whose dashpots are fixed to the base or "
+            'to the ground: write damping_frame="base" or damping_frame="ground"'
         )
     if frame == "base":
         return None
@@ -217,8 +217,8 @@ def _at_supports(
         elif frame is None and _is_rigid(rest, carried):
             raise InputError(
                 "damping resists the base's rigid motion, as a part proportional to the mass does, "
-                'whose dashpots stand on something: write damping_frame="base" or '
-                'damping_frame="ground"'
+                "whose dashpots are fixed to the base or to the ground: write "
+                'damping_frame="base" or damping_frame="ground"'
             )
     inertia = np.asarray(rest.mass @ carried)
     return BaseMotion(model, carried, inertia, drag, not _is_rigid(rest, carried), rest)

@@ -350,7 +350,7 @@ class BoltedBeam(Drawing):
     rise: float = field(
         default=0.0,
         metadata=parameter(
-            "h", "m", "how far the middle of a part between two laps stands above its ends",
+            "h", "m", "height of the middle of a part between two laps above its ends",
             least=0.0, example="2 mm",
         ),
     )  # fmt: skip

@@ -248,7 +248,6 @@ def follow(drive: Drive, targets: Floats) -> Followed:
 
 
 def _follow(drive: Drive, omegas: Floats) -> tuple[list[_Solved], list[bool], int, str]:
-    """Return the points, which of them are targets, the iterations, and the reason for stopping."""
     direction = 1.0 if omegas[-1] > omegas[0] else -1.0
     span = abs(float(omegas[-1] - omegas[0]))
     start = drive.linear_response(float(omegas[0]), 1.0)
@@ -278,7 +277,7 @@ def _follow(drive: Drive, omegas: Floats) -> tuple[list[_Solved], list[bool], in
         if ahead is None or path.distance(ahead.point, here.point) > 2.0 * step:
             step *= 0.5
             if step < _FINEST:
-                return points, marks, iterations, "the arc's steps became too short"
+                return points, marks, iterations, "the steps along the path became too short"
             continue
         iterations += ahead.iterations
         if float(ahead.tangent @ here.tangent) < 0.0:

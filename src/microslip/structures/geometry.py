@@ -227,7 +227,6 @@ def _tensor(name: str, value: ArrayLike | None, p: int, order: int) -> Floats:
 
 
 def _powers(forms: Floats, order: int) -> Floats:
-    """Return the tensors of the powers of directions (directions, entries)."""
     result = np.ones((len(forms), 1))
     for _ in range(order):
         result = (result[:, :, None] * forms[:, None, :]).reshape(len(forms), -1)
@@ -263,7 +262,7 @@ def _fit(z: Floats, forces: Floats, reach: Floats, forms: Floats) -> tuple[Sprin
     if left > _LEFT * beyond and left > 1e-9 * np.linalg.norm(right):
         raise InputError(
             f"forces of the cases must follow one potential of third and fourth order: "
-            f"{100.0 * left / beyond:.2g} % of what is not linear is left over; take smaller "
+            f"{100.0 * left / beyond:.2g} % of the nonlinear part remains; take smaller "
             "displacements, or check that the forces belong to the coordinates"
         )
     return Springs(c3, c4), forms / reach

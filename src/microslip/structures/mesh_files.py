@@ -411,7 +411,6 @@ class _Names:
             )
 
     def listed(self) -> str:
-        """Names in the file, formatted."""
         names = sorted({*self._sets, *self._nodes})
         return quoted(names[:12], "and") + (" and more" if len(names) > 12 else "")
 

@@ -115,7 +115,6 @@ def _signal(time: ArrayLike, signal: ArrayLike) -> tuple[Floats, Floats]:
 
 
 def _crossings(t: Floats, x: Floats) -> Floats:
-    """Return the times of the rising zero crossings, by the cubic through four samples."""
     low = np.flatnonzero((x[:-1] < 0.0) & (x[1:] >= 0.0))
     low = low[(low > 0) & (low < x.size - 2)]
     share = -x[low] / (x[low + 1] - x[low])

@@ -272,8 +272,8 @@ def check_draws(study: StudyDescription) -> None:
         first = refused[0]
         raise StudyError(
             f"{study.name}: {first.key}: {len(refused)} of {len(points)} draws cannot be "
-            f"predicted, the first: {first}; narrow what scatters, or let one number follow the "
-            'other, such as { of = "joint.normal_load", factor = 1.5 }'
+            f"predicted, the first: {first}; narrow the uncertain inputs, or let one number follow "
+            'the other, such as { of = "joint.normal_load", factor = 1.5 }'
         )
 
 

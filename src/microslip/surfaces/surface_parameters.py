@@ -189,7 +189,7 @@ class ProfileParameters:
     """NaN without two elements: hills and dales that exceed a tenth of Rp and Rv."""
     rms_gradient: float = declared("Rdq", "", "root mean square gradient")
     plateau_rms: float = declared("Rpq", "m", "plateau rms height")
-    """Over all lines together; NaN for a face without valleys below a plateau."""
+    """Computed over all lines together; NaN for a face without valleys below a plateau."""
     section: float = declared("lsc", "m", "section length")
     sections: float = declared("nsc", "", "sections")
 

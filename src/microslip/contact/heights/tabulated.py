@@ -85,7 +85,7 @@ class TabulatedHeights(Locked, HeightDistribution):
         steps = np.diff(height)
         if steps.size == 0 or steps.min() < 0.0 or not steps.max() > 0.0:
             raise InputError(
-                "`height` must be at least two heights [m] in rising order, got "
+                "`height` must be at least two heights [m] in increasing order, got "
                 + (
                     f"{height.size} of which {int(np.count_nonzero(steps < 0.0))} fall"
                     if steps.size and steps.min() < 0.0

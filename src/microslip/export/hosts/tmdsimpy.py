@@ -208,7 +208,7 @@ class FieldForce(_Force):
         The nodes; their ``gaps`` are the separations at zero displacement.
     sliders, nearest : optional
         See :meth:`microslip.JointField.two_directions`, for two tangential directions: cycles below
-        the amplitude ``resolution`` [m] dissipate next to nothing; more sliders reduce it. One
+        the amplitude ``resolution`` [m] hardly dissipate energy; more sliders reduce it. One
         tangential direction uses neither sliders nor samples.
     balanced : bool, optional
         Subtract the normal load at zero displacement, so that forces are changes from it.

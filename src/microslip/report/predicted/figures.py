@@ -262,7 +262,6 @@ def slider_density(result: Prediction) -> Plot:
 
 
 def _peak(curve: AmplitudeCurve) -> float:
-    """Return the largest finite slider density; at slip limits of given summits it is infinite."""
     density = curve.slider_density
     return float(density[np.isfinite(density)].max(initial=0.0))
 

@@ -38,8 +38,8 @@ def structure_arrays(prediction: StructurePrediction) -> DataSet:
         AMPLITUDE: _named(
             (AMPLITUDE,), amplitude, part.unit, f"{part.quantity} amplitude at the sensor"
         ),
-        "patch_x": _named((PATCH,), centres[:, 0], "m", "place along the lap"),
-        "patch_y": _named((PATCH,), centres[:, 1], "m", "place across the lap"),
+        "patch_x": _named((PATCH,), centres[:, 0], "m", "position along the lap"),
+        "patch_y": _named((PATCH,), centres[:, 1], "m", "position across the lap"),
     }
     of_modes = [curves(mode) for mode in modes]
     variables = {
@@ -56,9 +56,9 @@ def structure_arrays(prediction: StructurePrediction) -> DataSet:
     largest = "at the largest amplitude"
     for name, values, unit, meaning in (
         ("area", joint.patch_areas, "m^2", "area of a patch"),
-        ("gap", joint.patch_gaps, "m", "gap of a patch where nothing presses"),
+        ("gap", joint.patch_gaps, "m", "gap of a patch between the unloaded faces"),
         ("normal_load", state.normal_loads, "N", "normal load of a patch after tightening"),
-        ("loss_share", loss, "1", f"share of a patch in the loss of a cycle {largest}"),
+        ("loss_share", loss, "1", f"fraction of the loss per cycle in a patch {largest}"),
         ("slip", slip, "m", f"relative tangential amplitude of a patch {largest}"),
     ):
         along = ("mode", PATCH)[2 - values.ndim :]

@@ -74,8 +74,9 @@ def _place(prediction: StructurePrediction) -> str:
 def _outside(prediction: StructurePrediction) -> str:
     """State how many tested quantities lie outside their bands, and gaps in the responses."""
     away = [verdict for verdict in prediction.judged if verdict.word != "inside"]
-    text = f" {len(away)} of {len(prediction.judged)} tested quantities are not inside." * bool(
-        away
+    text = (
+        f" {len(away)} of {len(prediction.judged)} tested quantities lie outside their bands."
+        * bool(away)
     )
     beyond = [f for mode in prediction.modes for f in mode.forced if f.beyond]
     if beyond:
@@ -168,8 +169,8 @@ def structure_pictures(prediction: StructurePrediction) -> tuple[Picture, ...]:
         ),
         "loss_map": (
             loss_plot,
-            "Share of each patch in the energy lost per cycle, at the largest amplitude: patches "
-            "should be fine where it is large, and form and friction matter there.",
+            "Fraction of the energy dissipated per cycle in each patch, at the largest amplitude: "
+            "patches should be fine where it is large, and form and friction matter there.",
             "Loss of the contact patches",
         ),
         "mode_shapes": (
@@ -288,7 +289,7 @@ def _form(prediction: StructurePrediction) -> str:
         return "faces taken as flat"
     words = [] if form.table is None else [f"table of {form.file}"]
     if form.is_random:
-        words.append("random faces in the samples, flat in the middle")
+        words.append("random faces in the samples, flat for the central values")
     if form.rim is not None:
         words.append("rims around the holes")
     return ", ".join(words)
@@ -319,7 +320,6 @@ def _table(mode: Mode, unit: str, few: int) -> Table:
 
 
 def _patches_remark(prediction: StructurePrediction) -> list[str]:
-    """Warn of patches too large for the waves of random faces."""
     form, joint = prediction.part.form, prediction.joint
     if form is None or not form.is_random:
         return []
@@ -361,7 +361,6 @@ _SAME_SHAPE = 0.99
 
 
 def _resonance(mode: Mode, other: Resonance) -> str:
-    """Warn of another mode near a multiple of the frequency of a mode."""
     times = "the frequency" if other.multiple == 1 else f"{other.multiple} times the frequency"
     return (
         f"Mode {other.mode + 1} is {other.distance:+.1%} away from {times} of mode {mode.number}: "
@@ -421,7 +420,7 @@ def _ranking(modes: tuple[Mode, ...]) -> tuple[Note, Table]:
     """Return the largest contributions to the scatter of ln ζ in words, and all in a table."""
     shares = {mode.number: dict(mode.bands.ranking) for mode in modes if mode.bands is not None}
     listed = (
-        Column("input", "Share in the scatter of ln ζ"),
+        Column("input", "Fraction of the variance of ln ζ"),
         *(Column(f"mode_{n}", f"Mode {n}", "", write=cells.percent) for n in shares),
     )
     names = dict.fromkeys(name for share in shares.values() for name in share)

@@ -119,7 +119,7 @@ def slip_plot(prediction: StructurePrediction) -> Plot:
 def loss_plot(prediction: StructurePrediction) -> Plot:
     """Plot the fraction of the dissipated energy in each patch."""
     losses = [(f"Mode {mode.number}", 100.0 * mode.loss()) for mode in prediction.modes]
-    return _maps(prediction, losses, "Share of the loss [%]")
+    return _maps(prediction, losses, "Fraction of the loss [%]")
 
 
 def _maps(prediction: StructurePrediction, maps: list[tuple[str, Floats]], label: str) -> Plot:

@@ -66,8 +66,8 @@ def tested_sections(prediction: StructurePrediction) -> list[Section]:
             ),
         )
         caption = (
-            "A test near one of the limits shows what the lap does; a test outside of them shows "
-            "that an input is wrong, such as a size, a modulus or a mass."
+            "A test near one limit indicates the state of the lap; a test outside the limits "
+            "indicates a wrong input, such as a size, a modulus or a mass."
         )
         blocks.append(
             Table("Limits of the frequencies", listed, rows, caption=caption, noun="modes")

@@ -14,7 +14,6 @@ from studies import LOADS, SURFACE, SURFACES, edited
 import microslip as ms
 from microslip.figures.picture import PictureCache
 from microslip.report.html import html_page as html_page
-from microslip.report.predicted import document as predicted_document
 from microslip.report.predicted.document import prediction_document
 from microslip.report.predicted.figures import prediction_pictures
 
@@ -91,7 +90,6 @@ def test_every_surface_has_a_page_with_its_law(name: str) -> None:
     found = page((SURFACE, SURFACES[name]), (LOADS, '"50 N"'))
     law = re.search(r'law = "([\w-]+)"', SURFACES[name])
     assert law
-    assert predicted_document.LAW_WORDS[law[1]][0] in found.words["td"]
     equations = found.words["span"]
     numbers = {
         "greenwood-williamson": "(19.8)",

@@ -19,15 +19,6 @@ from microslip.report.document import Column, Judged, Table, Value, Verdicts
 UNKNOWN = "–"
 Wording = Callable[[str], str]  # adapts argument names in a message, such as to options
 
-# Powers of a length use a suitable unit instead of a prefix.
-_POWERS = {
-    "m^2": ((1.0, "m²"), (1e-4, "cm²"), (1e-6, "mm²"), (1e-12, "µm²")),
-    "1/m": ((1e9, "per nm"), (1e6, "per µm"), (1e3, "per mm"), (1.0, "per m")),
-    "1/m^2": ((1e12, "per µm²"), (1e6, "per mm²"), (1e4, "per cm²"), (1.0, "per m²")),
-}
-_MOST_VALUES = 8
-_PRINTED = {"^2": "²", "^3": "³", "^4": "⁴", "*": " "}
-
 
 def trimmed(unit: str, digits: int = 4) -> Callable[[float], str]:
     """Return a function that formats values with a unit, without trailing zeros."""
@@ -87,35 +78,7 @@ def area(value: float) -> str:
     """Format an area [m²] in a suitable unit."""
     if value >= 1e-9:
         return f"{significant(1e6 * value)} mm²"
-    return quantity_text(float(f"{value:.2e}"), "m^2")
-
-
-def quantity_text(value: Any, unit: str) -> str:
-    """Format values of a study: a number with its unit, several numbers, or count and range.
-
-    For example "0.5 µm" or "20 values, 500 N to 5 kN".
-    """
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, str):
-        return value
-    if isinstance(value, dict):
-        return ", ".join(f"{key} = {number:g}" for key, number in value.items()) or "none"
-    if isinstance(value, (tuple, list)):
-        if len(value) <= _MOST_VALUES:
-            return ", ".join(quantity_text(item, unit) for item in value)
-        ends = " to ".join(quantity_text(end, unit) for end in (min(value), max(value)))
-        return f"{len(value)} values, {ends}"
-    if unit in _POWERS:
-        factor, unit = next(
-            ((f, u) for f, u in _POWERS[unit] if abs(value) >= 0.9999 * f), _POWERS[unit][-1]
-        )
-        return f"{value / factor:.6g} {unit}"
-    for written, printed in _PRINTED.items():
-        unit = unit.replace(written, printed)
-    if not unit or unit.startswith("kg"):  # kg already has a prefix
-        return f"{value:.6g} {unit}".rstrip()
-    return engineering(value, unit, 6, trim=True)
+    return f"{1e12 * float(f'{value:.2e}'):.6g} µm²"
 
 
 def si(value: float) -> str:

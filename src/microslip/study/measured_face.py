@@ -61,10 +61,6 @@ COARSER = option(
 )
 
 
-NO_CUTOFF = "none: limited by the pixel"
-"""Text of reports for an absent cut-off."""
-
-
 class _Channel(Reader):
     """Reader of a channel of an instrument file, given by name or number."""
 

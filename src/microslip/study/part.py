@@ -6,14 +6,12 @@ the error messages, and the JSON Schema.
 
 from __future__ import annotations
 
-import re
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 from microslip._core.errors import StudyError
-from microslip._core.options import Option
 from microslip._core.parameters import REQUIRED, JsonSchema, Number
 from microslip._core.wording import did_you_mean, nearest, quote, quoted
 from microslip.study.readers import (
@@ -30,7 +28,6 @@ from microslip.study.readers import (
 from microslip.study.removed import removed_key, removed_value
 
 _MOST_HINTS = 100  # unknown keys of a table that get a suggestion
-_CLAUSE_ENDS = re.compile(r"[,;:.](?: |$)")
 
 
 @dataclass
@@ -61,12 +58,6 @@ class Key:
     def unit(self) -> str:
         """SI unit of the value; "" if it has none."""
         return "" if self.declared is None else self.declared.unit
-
-    @property
-    def heading(self) -> str:
-        """Heading in tables: the label, or the first clause of the help text."""
-        label = self.declared.label if isinstance(self.declared, Option) else ""
-        return label or _CLAUSE_ENDS.split(self.help, maxsplit=1)[0]
 
     def schema(self, name: str) -> JsonSchema:
         """Return the JSON Schema of the value, with title and description for editors."""

@@ -9,12 +9,9 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.units import engineering, significant
-from microslip._core.wording import shorten
-from microslip.report.cells import quantity_text
 from microslip.report.document import (
     Block,
     Document,
-    Facts,
     Headline,
     Items,
     Listing,
@@ -24,6 +21,7 @@ from microslip.report.document import (
 )
 from microslip.report.predicted.figures import prediction_pictures
 from microslip.report.predicted.numbers import KIND, REMINDER
+from microslip.report.predicted.preview import quantities, quantity_table
 from microslip.report.predicted.scatter_document import scatter_sections
 from microslip.report.predicted.tables import (
     cycle_table,
@@ -36,8 +34,6 @@ from microslip.report.structure.document import structure_headline as structure_
 from microslip.report.structure.judged import with_structure
 from microslip.study.consistency import unit_warnings
 from microslip.study.description import StudyDescription
-from microslip.study.measured_face import NO_CUTOFF
-from microslip.study.part import Part
 from microslip.study.runs.prediction import Prediction
 
 REMARK = (
@@ -62,7 +58,7 @@ def prediction_document(result: Prediction) -> Document:
         sections.append(Section("History", (history_table(joints),)))
     notes = tuple(note for note in summary["notes"] if note != REMINDER)  # shown as a remark
     computed = [Note(subject(result))] if study.reports_joint else []
-    description: list[Block] = [*computed, *study_facts(study), Listing(study.text)]
+    description: list[Block] = [*computed, quantity_table(quantities(study)), Listing(study.text)]
     verdicts = validity_verdicts(study, result.joints)
     if result.structure is not None:
         verdicts = with_structure(verdicts, result.structure)
@@ -156,7 +152,7 @@ def _of(study: StudyDescription) -> str:
     if not study.joint.loads:
         return f"by the friction law {study.joint.law}"
     law = study.surface.law
-    _, surface = LAW_WORDS.get(law, ("", f"of the surface {law}"))
+    surface = LAW_WORDS.get(law, f"of the surface {law}")
     loads = _range_text("normal load", [*study.joint.loads], "N")
     if study.joint.pressure is not None:
         surface += f" under a pressure spread as {study.joint.pressure.kind}"
@@ -191,74 +187,10 @@ def _law(study: StudyDescription) -> str:
 
 
 LAW_WORDS = {
-    "greenwood-williamson": ("Greenwood–Williamson", "of a Greenwood–Williamson surface"),
-    "population": ("given summits", "of a given population of summits"),
-    "sphere": ("one sphere on a flat", "of one sphere on a flat"),
-    "table": ("a table", "with a tabulated normal law"),
-    "face": ("a rough face", "of a rough face"),
+    "greenwood-williamson": "of a Greenwood–Williamson surface",
+    "population": "of a given population of summits",
+    "sphere": "of one sphere on a flat",
+    "table": "with a tabulated normal law",
+    "face": "of a rough face",
 }
-"""Normal laws as a label, and in a sentence about the joint."""
-_KIND = "Summit heights"
-# Keys shown elsewhere or in the notes.
-_ELSEWHERE = (
-    "rigid", "materials", "law", "file", "column", "unit", "start", "to", "points", "measured",
-    "x", "y", "gap", "time",
-)  # fmt: skip
-_BESIDE = {"interfaces": "rz"}
-"""Keys that are only shown together with another key."""
-
-
-def study_facts(study: StudyDescription) -> tuple[Facts, ...]:
-    """Return the given values of the study: materials, surface, joint and excitation."""
-    groups = [
-        Facts(f"Material {name}", _rows(material) or (("Body", "rigid"),))
-        for name, material in study.material.items()
-    ]
-    joint = _rows(study.joint)
-    if not study.reports_joint:  # the bolts determine the load
-        load = study.joint.keys["normal_load"].heading
-        joint = tuple(row for row in joint if row[0] != load)
-    if (surface := study.surface) is None:
-        joint = (("Friction law", shorten(repr(study.joint.build()), 200)), *joint)
-    else:
-        law, _ = LAW_WORDS.get(surface.law, (surface.law, ""))
-        bodies = (("Bodies", " on ".join(surface.materials)), ("Normal law", law))
-        groups.append(Facts("Surface", bodies + _rows(surface)))
-    groups += [Facts("Joint", joint), Facts("Excitation", _rows(study.excitation))]
-    if study.structure is not None:
-        groups.append(Facts("Structure", _rows(study.structure)))
-    return tuple(group for group in groups if group.rows)
-
-
-def _rows(part: Part) -> tuple[tuple[str, str], ...]:
-    rows: list[tuple[str, str]] = []
-    for name, key in ((part.attributes[name], key) for name, key in part.keys.items()):
-        value = getattr(part, name)
-        if name == "cutoff" and value is None:
-            rows.append((key.heading, NO_CUTOFF))
-        if value is None or value == () or name in _ELSEWHERE:
-            continue
-        if name in _BESIDE and not getattr(part, _BESIDE[name]):
-            continue
-        if name == "curve":
-            ends = " to ".join(quantity_text(x, "m") for x in (value.start, value.to))
-            rows.append(("Amplitudes of the curves", f"{ends}, {value.points} points"))
-        elif name == "history":
-            text = f'{len(value.values)} {value.quantity}s, column "{value.column}"'
-            rows.append(("Own history", f"{text} of {value.file}"))
-        elif name == "mesh":
-            contacts = ", ".join(f"{a} on {b}" for a, b in value.contacts)
-            rows += [("Mesh", value.file), ("Its bodies", ", ".join(value.bodies))]
-            rows += [("Its contacts", contacts), ("Its bolts", ", ".join(value.bolts))]
-        elif name == "pressure" and isinstance(value, Part):
-            rows.append(("Pressure spread as", str(value.kind)))  # type: ignore[attr-defined]
-            rows += [item for item in _rows(value) if item[0] != _KIND]
-        elif isinstance(value, tuple) and isinstance(value[0], Part):
-            word = name.removesuffix("s").capitalize()
-            for count, item in enumerate(value, start=1):
-                rows += [(f"{word} {count}: {label}", text) for label, text in _rows(item)]
-        elif isinstance(value, Part):
-            rows += _rows(value)
-        else:
-            rows.append((_KIND if name == "kind" else key.heading, quantity_text(value, key.unit)))
-    return tuple(rows)
+"""Normal laws in a sentence about the joint."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -49,7 +49,7 @@ def preview(study: StudyDescription, progress: Progress | None = None) -> Docume
         "generator": {"name": "microslip", "version": __version__},
         "title": study.title,
         "study": study.plain(),
-        "quantities": list(_quantities(study)),
+        "quantities": list(quantities(study)),
         "notes": [*study.notes, *default_notes, *load_notes(study, joints[0])],
         "questions": unit_warnings(study),
         "joints": [joint_entry(study, joint) for joint in joints],
@@ -64,7 +64,7 @@ def preview(study: StudyDescription, progress: Progress | None = None) -> Docume
     law = (study.joint if study.surface is None else study.surface).law
     sections = [
         *(() if cost is None else [Section("Structure", (_size(cost),))]),
-        Section("Quantities", (_quantity_table(data["quantities"]),)),
+        Section("Quantities", (quantity_table(data["quantities"]),)),
         # In a structure the patches, not the surface, have areas, and there is no single joint.
         *(() if cost is not None else [rest_section(data["joints"], law)]),
         Section("Validity", (validity_verdicts(study, joints),)),
@@ -108,9 +108,10 @@ def next_step(document: Document) -> str:
     return f"{word} To compute {', '.join(parts)}:"
 
 
-def _quantity_table(quantities: list[dict[str, Any]]) -> Table:
+def quantity_table(numbers: Iterable[dict[str, Any]]) -> Table:
+    """Return the table of the numbers of a study, as written and in SI units."""
     rows = []
-    for quantity in quantities:
+    for quantity in numbers:
         written, unit = quantity["written"], quantity["unit"]
         if "count" in quantity:
             ends = (si(quantity[end]) for end in ("smallest", "largest"))
@@ -132,7 +133,7 @@ def _list(value: Any, write: Callable[[Any], str]) -> str:
     return f"{first}, {second} … {last} ({len(value)})"
 
 
-def _quantities(study: StudyDescription) -> Iterator[dict[str, Any]]:
+def quantities(study: StudyDescription) -> Iterator[dict[str, Any]]:
     """Yield each number of a study: its key, its text in the study, and its value [SI unit]."""
     source = tomllib.loads(study.text)
     values = study.by_keys()
@@ -147,7 +148,7 @@ def _quantities(study: StudyDescription) -> Iterator[dict[str, Any]]:
     for key, written, value in _walk({"material": material, **source}, values):
         unit = units.get(key) or "-"
         if key == "excitation.history" and history is not None:
-            value, unit = history.values.tolist(), "N" if history.quantity == "force" else "m"
+            value, unit = history.values, "N" if history.quantity == "force" else "m"
         if isinstance(written, dict) and "file" not in written:
             written = _pairs(written)
             spread = value[0] if isinstance(value, tuple) else value
@@ -157,7 +158,8 @@ def _quantities(study: StudyDescription) -> Iterator[dict[str, Any]]:
             quantity: dict[str, Any] = {"value": list(ends) if len(ends) > 1 else ends[0]}
         elif isinstance(written, dict):
             written = f'{written.get("file")}, column "{written.get("column")}"'
-            quantity = {"count": len(value), "smallest": min(value), "largest": max(value)}
+            low, high = float(np.min(value)), float(np.max(value))
+            quantity = {"count": len(value), "smallest": low, "largest": high}
         elif isinstance(written, list):
             written = [_pairs(item) if isinstance(item, dict) else item for item in written]
             quantity = {"value": list(value)}

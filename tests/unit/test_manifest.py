@@ -69,19 +69,11 @@ def test_measure_reads_a_manifest(campaign: Path, tmp_path: Path) -> None:
     page = (Path(__file__).parents[2] / "docs" / "campaigns.md").read_text("utf-8")
     names = page.partition("```csv campaign.csv\n")[2].partition("\n")[0].split(",")
     assert set(names) <= {*read.columns, "normal_load [N]"}
-    wear = data["wear"]["value"]
-    worn = read[read["worn_volume [m^3]"] > 0.0]
-    energy, volume = worn["contact_energy [J]"], worn["worn_volume [m^3]"]
-    assert (energy @ volume) / (energy @ energy) == pytest.approx(wear, rel=0.05)
-    # 400 cycles of each of three friction forces, and all those between that were not logged.
-    way = 4.0 * (3e-5 - np.array([MUS[0] * load / stiffness_at(load) for load in (400, 800, 1600)]))
-    lost = MUS[0] * way * np.array([400.0, 800.0, 1600.0])
-    work = 1000 * (lost[0] + lost[1]) / 2.0 + 9000 * (lost[1] + lost[2]) / 2.0
-    assert energy.iloc[0] == pytest.approx(work, rel=0.1)
     rows = (out / "campaign.csv").read_text("utf-8").splitlines()
-    assert rows[0].split(",")[:5] == ["record", "specimen", "stage", "cycle", "Öl"]
-    for name in ("wear", "fretting-map"):
-        assert (out / f"{name}.svg").stat().st_size > 1000
+    assert rows[0].split(",")[:5] == [
+        *("record", "specimen", "stage", "cycle", "worn volume [mm^3]"),
+    ]
+    assert (out / "fretting-map.svg").stat().st_size > 1000
 
 
 @pytest.mark.slow
@@ -121,14 +113,12 @@ def test_a_workbook_is_a_manifest_and_a_record(campaign: Path, tmp_path: Path) -
         ("specimen,load\nA,5\n", 'a row of names with a column "file"'),
         ("file,load\na.csv,5\n", 'row 2, column "normal_load": "5" has no unit'),
         ("file,load\na.csv,5 um\n", "wanted a force"),
-        ("file,cycle\na.csv,first\n", 'row 2, column "cycle": wanted a number'),
         ("file,specimen\n,A\n", 'row 2: the column "file" is empty'),
         ("file,load [N],normal force [N]\na,1,1\n", "two columns"),
         ("file\n", "a row for each file, got none"),
         ("file,oil\na,x\nb,x\n./a,y\n", 'row 4: "./a" is in row 2 already'),
-        ("My campaign, May\nfile,cycle\na,1\nb,-2\n", 'row 4, column "cycle": wanted a number'),
+        ("My campaign\nfile,load [N]\na,1\nb,-2\n", 'row 4, column "normal_load": wanted a value'),
         ("file,sample rate\na,fast\n", 'row 2, column "sample_rate": wanted a number in Hz'),
-        ("file,wear [mm^3]\na,0.1\nb,much\n", 'row 3, column "worn_volume": wanted a volume'),
     ],
 )
 def test_wrong_manifests(tmp_path: Path, text: str, words: str) -> None:
@@ -165,26 +155,6 @@ def test_a_workbook_is_read_as_it_is_seen(tmp_path: Path) -> None:
     assert [Path(path).name for path in read.paths] == ["a.csv", "b.csv", "c.csv", "d.csv"]
     assert read.columns["specimen"] == ("S1", "S1", "S2", "S2")
     assert read.columns["oil"] == ("PAO",) * 4
-
-
-def test_no_wear_of_a_specimen_counted_twice(campaign: Path, tmp_path: Path) -> None:
-    """Two series from cycle 1 hide the life of their specimen; another specimen has its wear."""
-    rows = ["file,specimen,cycle,load,worn volume [mm^3]"]
-    rows += [
-        f"{campaign / f's0-{stage}.csv'},A,1,,{volume}" for stage, volume in ((1, 0.1), (2, 0.2))
-    ]
-    rows += [f"{campaign / 's1-1.csv'},B,1,,0.05"]
-    (tmp_path / "manifest.csv").write_text("\n".join(rows) + "\n")
-    outcome = run("measure", "--manifest", str(tmp_path / "manifest.csv"), "--all")
-    assert outcome.exit_code == 0, outcome.output
-    said = " ".join(outcome.stdout.split())
-    assert "several series whose cycles are counted from the same number" in said
-    assert "1 worn volume" in said
-    found = json.loads(
-        run("measure", "--manifest", str(tmp_path / "manifest.csv"), "--json").stdout
-    )
-    alone = ms.measure(ms.Record.read(campaign / "s1-1.csv")).cycles["dissipated_energy"].sum()
-    assert found["campaign"]["wear"]["value"] == pytest.approx(0.05e-9 / alone, rel=1e-6)
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")

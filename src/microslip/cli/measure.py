@@ -69,9 +69,9 @@ def measure(
     """Measure every cycle in each RECORD: CSV, TXT, Excel, MAT, TDMS or HDF5 files, or folders.
 
     Reports energy, damping, friction, stiffness and regime with confidence intervals of the means;
-    for several records also one row per record, the evolution over cycles and energy, and a
-    fretting map. Files that cannot be measured are listed and skipped. Columns and units are
-    detected unless given, and reported. Files are not changed.
+    for several records also one row per record and a fretting map. Files that cannot be measured
+    are listed and skipped. Columns and units are detected unless given, and reported. Files are
+    not changed.
 
     A RECORD can also be a test of a mode of a structure: a ring-down (time and sensor signal), a
     stepped sine (frequency, amplitude, phase) or a curve. It gives frequency and damping against
@@ -117,7 +117,7 @@ def measure(
                     skipped.append((path, in_options(error.text).removeprefix(f"{path}: ")))
                 else:
                     if files.manifest is not None:
-                        result = files.manifest.counted(result, index)
+                        result = files.manifest.compared(result, index)
                     results.append(result)
                     places.append(index)
                 report((index + 1) / len(paths))
@@ -127,7 +127,6 @@ def measure(
             campaign = Campaign(
                 tuple(results),
                 [files.runs[i] for i in places] if files.runs else None,
-                [files.volumes[i] for i in places] if files.volumes else None,
                 columns=files.columns(places),
             )
             result_document = measurement_document(campaign, in_options, skipped)

@@ -92,7 +92,7 @@ def _or_none(column: str | None) -> Any:
 MANIFEST_OPTION = option(
     "--manifest", "FILE",
     "CSV or Excel sheet with a row per record: file, and optionally specimen, load, amplitude, "
-    "stage, number of the first cycle, worn volume, temperature and other columns.",
+    "stage, temperature, columns to read and other data.",
     type=ANY_PATH,
 )  # fmt: skip
 
@@ -219,17 +219,19 @@ class Listed(NamedTuple):
     paths: list[str]
     runs: tuple[str, ...]
     """Labels of the runs; may be empty."""
-    volumes: list[float | None]
-    """Worn volumes [m^3]; may be empty."""
     manifest: Manifest | None
 
     def columns(self, rows: Sequence[int]) -> dict[str, list[Any]]:
         """Return manifest columns of further data, such as "specimen", for the given files."""
         if self.manifest is None:
             return {}
-        elsewhere = ("normal_load", "amplitude", "worn_volume", "run", "rig")
-        columns = self.manifest.columns
-        return {name: [columns[name][i] for i in rows] for name in columns if name not in elsewhere}
+        elsewhere = ("normal_load", "amplitude", "run", "rig")
+        columns, units = self.manifest.columns, self.manifest.units
+        return {
+            f"{name} [{units[name]}]" if units[name] else name: [columns[name][i] for i in rows]
+            for name in columns
+            if name not in elsewhere
+        }
 
 
 def list_records(names: Sequence[str], manifest: Path | None) -> Listed:
@@ -245,12 +247,11 @@ def list_records(names: Sequence[str], manifest: Path | None) -> Listed:
             if (place := Path(path).resolve()) in seen:
                 raise click.UsageError(f"{shorten(path, 200)} is named twice")
             seen.add(place)
-        return Listed(paths, labels, [], None)
+        return Listed(paths, labels, None)
     from microslip.laboratory.manifest import Manifest
 
     read = Manifest.read(manifest)
-    worn = [v if isinstance(v, float) else None for v in read.columns.get("worn_volume", ())]
-    return Listed(list(read.paths), read.texts("run"), worn, read)
+    return Listed(list(read.paths), read.texts("run"), read)
 
 
 def each_of(

@@ -248,7 +248,7 @@ def folded_records(
     stated = None if noise is None else stated_noise(noise)
     folded = []
     for record in listed if stated is not None else whole_records(listed):
-        one = fold(record, None, bins) if stated is None else loop_of(record, stated, bins)
+        one = fold(record, bins) if stated is None else loop_of(record, stated, bins)
         x, force, way = one.displacement(one.phase), one.force, one.way
         error = one.force_noise * float(np.linalg.norm(way / np.sqrt(one.count)))
         check_direction(one.name, float(force @ way), error, x, force)

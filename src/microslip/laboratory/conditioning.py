@@ -1,4 +1,4 @@
-"""Corrections of a record before its evaluation, and the lag of force behind displacement."""
+"""Lag of the force behind the displacement of a record: its removal, and its estimate."""
 
 from __future__ import annotations
 
@@ -12,100 +12,50 @@ import numpy as np
 from microslip._core.checks import Floats, exact, number, show
 from microslip._core.errors import InputError
 from microslip.laboratory.blocks import gaps_of
-from microslip.laboratory.cuts import Cuts, noise_of, split
-from microslip.laboratory.estimates import quantile, trend
-from microslip.laboratory.record import Record
-
-EVEN_STEPS = 1e-6
-"""Largest relative difference of time steps that are treated as even."""
+from microslip.laboratory.cuts import Cuts, noise_of
+from microslip.laboratory.estimates import quantile
+from microslip.laboratory.record import UNITS, Record
 
 
-def condition(
-    record: Record,
-    *,
-    delay: float = 0.0,
-    drift: bool = False,
-) -> Record:
-    """Return a corrected copy of a record, with notes on the changes.
+def condition(record: Record, *, delay: float) -> Record:
+    """Return a copy of a record without a delay of its force, with a note on the change.
 
     Parameters
     ----------
     record : Record
-        Record to correct.
-    delay : float, optional
+        Record to correct, without gaps in its time.
+    delay : float
         Time [s] by which the force lags behind the displacement, as stated by a note of `measure`.
-    drift : bool
-        Whether to subtract the linear trend of the cycle means from both channels.
 
     Returns
     -------
     Record
-        Channels at even time steps, one-dimensional, in SI units.
-
-    Notes
-    -----
-    A record with uneven time steps is first interpolated linearly to even ones.
+        The samples that have a force after its shift, interpolated linearly.
     """
     if not isinstance(record, Record):
         raise InputError(f"`record` must be a Record, got {show(record)}")
-    channels = {
-        key: values
-        for key in ("displacement", "force", "normal_load", "commanded", "cycle_number")
+    delay = number("delay", delay, "s", 1e-4)
+    time = record.time
+    if time is None:
+        if record.sample_rate is None:
+            raise InputError("delay needs a record with time or sample_rate")
+        time = np.arange(float(len(record))) / record.sample_rate
+    elif (gaps := gaps_of(record)).size:
+        raise InputError(
+            f"{record.name}: the time has a gap after {exact(time[gaps[0]])} s, and no delay can "
+            "be removed across it; take the samples of one block"
+        )
+    if abs(delay) > 0.25 * float(time[-1] - time[0]):
+        raise InputError(f"`delay` must be less than a quarter of the record, got {delay:g} s")
+    has_force = (time + delay >= time[0]) & (time + delay <= time[-1])
+    channels: dict[str, Any] = {
+        key: values[has_force]
+        for key in UNITS
         if isinstance(values := getattr(record, key), np.ndarray)
     }
-    notes, rate = list(record.notes), record.sample_rate
-    delay = number("delay", delay, "s", 1e-4)
-    if record.time is not None:
-        steps = np.diff(record.time)
-        _without_gaps(record)
-        jitter = float(steps.std() / steps.mean())
-        rate = 1.0 / float(steps.mean())
-        if jitter > EVEN_STEPS:
-            even_time = np.linspace(record.time[0], record.time[-1], len(record))
-            for key, values in channels.items():
-                channels[key] = np.interp(even_time, record.time, values)
-            notes.append(f"uneven time steps, {jitter:.2g} of their mean, were resampled evenly")
-    if delay != 0.0:
-        if rate is None:
-            raise InputError("delay needs a record with time or sample_rate")
-        shift, size = delay * rate, len(record)
-        if abs(shift) > 0.25 * (size - 1):
-            raise InputError(f"`delay` must be less than a quarter of the record, got {delay:g} s")
-        place = np.arange(size)
-        channels["force"] = np.interp(place + shift, place, channels["force"])
-        # Channels without a force of their own are dropped.
-        lost = math.ceil(abs(shift))
-        inner = slice(0, size - lost) if shift > 0.0 else slice(lost, None)
-        channels = {key: values[inner] for key, values in channels.items()}
-        notes.append(f"the force was shifted forward by {delay:.6g} s")
-    if drift:
-        cycles, slopes = split(channels["displacement"], channels["force"]), []
-        for key in ("displacement", "force"):
-            channels[key], slope = _without_trend(channels[key], cycles)
-            slopes.append(slope)
-        notes.append(f"drift of {slopes[0]:.3g} m and {slopes[1]:.3g} N a cycle was removed")
-    changes: dict[str, Any] = {**channels, "time": None, "sample_rate": rate, "notes": tuple(notes)}
-    return replace(record, **changes)
-
-
-def _without_trend(values: Floats, cycles: Cuts) -> tuple[Floats, float]:
-    """Remove the linear trend of the cycle means; return the values and the trend per cycle."""
-    first, last = cycles.cuts[:-1], cycles.cuts[1:]
-    if first.size < 2:
-        raise InputError("drift needs at least two cycles, got 1")
-    means = np.add.reduceat(values[: cycles.cuts[-1]], first) / (last - first)
-    middle: Floats = 0.5 * (first + last - 1).astype(np.float64)
-    slope = trend(middle, means, 0.95).value
-    return values - slope * (np.arange(values.size) - middle.mean()), slope * cycles.period
-
-
-def _without_gaps(record: Record) -> None:
-    gaps = gaps_of(record)
-    if gaps.size and record.time is not None:
-        raise InputError(
-            f"{record.name}: the time has a gap after {exact(record.time[gaps[0]])} s, and nothing "
-            "can be resampled, filtered or shifted across it; take the samples of one block"
-        )
+    channels["force"] = np.interp(time[has_force] + delay, time, record.force)
+    note = f"the force was shifted forward by {delay:.6g} s"
+    return replace(record, **channels, notes=(*record.notes, note))
 
 
 # -- the lag of the force ------------------------------------------------------------------------

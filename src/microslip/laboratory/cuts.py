@@ -171,15 +171,6 @@ def candidates(displacement: Floats, motion: Motion) -> tuple[Cuts | None, ...]:
     )
 
 
-def split(displacement: Floats, force: Floats) -> Cuts:
-    """Cut a record without gaps so that the number of whole cycles is largest."""
-    motion = motion_of(displacement, force)
-    splits = [cycles for cycles in candidates(displacement, motion) if cycles is not None]
-    if not splits:
-        raise no_cycle(motion)
-    return max(splits, key=len_of)
-
-
 def len_of(cycles: Cuts | None) -> int:
     """Return the number of cycles; 0 for None."""
     return 0 if cycles is None else cycles.cuts.size - 1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -15,14 +15,15 @@ from microslip._core.errors import InputError
 from microslip._core.wording import did_you_mean
 from microslip.laboratory.blocks import blocks_of
 from microslip.laboratory.cuts import Cuts
+from microslip.laboratory.estimates import trend
 from microslip.laboratory.record import Record
 from microslip.laboratory.reversals import Branches, Reversals, branches_of
-
-_FEW_BEYOND = 0.05
+from microslip.laboratory.settling import is_certain
 
 _MOVED, _PUSHED = ("displacement",), ("force",)
 _WORK, _RATIO = ("force", "displacement"), ("force", "normal_load")
 _COLUMNS: dict[str, tuple[str, tuple[str, ...], str]] = {
+    "cycle_number": ("-", (), ""),
     "start": ("-", (), ""),
     "period": ("-", (), ""),
     "frequency": ("Hz", (), ""),
@@ -41,9 +42,6 @@ _COLUMNS: dict[str, tuple[str, tuple[str, ...], str]] = {
     "friction_peak": ("-", _RATIO, "friction T_m/N"),
     "friction_energy": ("-", _RATIO, "friction E_d/4Nδ_g"),
     "chord_stiffness": ("N/m", _WORK, "stiffness after reversal, first 5 %"),
-    "stiffness_left": ("N/m", _WORK, "stiffness, left reversal"),
-    "stiffness_right": ("N/m", _WORK, "stiffness, right reversal"),
-    "linear_range": ("m", _MOVED, "linear range"),
     "closure_error": ("-", (), "closure error"),
 }
 """Columns of the cycles: SI unit, sensors whose gain errors they share, and label in tables."""
@@ -67,13 +65,21 @@ def block_columns(
     """Evaluate the cycles of a block: the columns of :data:`UNITS` and ``force_rms`` [N].
 
     ``compliance`` [m/N] is that of the rig, whose deflection is subtracted from the displacement
-    ``moved`` [m]. Frequencies are given if the ``time`` [s] of the samples is.
+    ``moved`` [m]. Frequencies are given if the ``time`` [s] of the samples is. A significant linear
+    drift of a channel is subtracted, except from the offsets.
     """
+    branches = branches_of(moved, force, cycles)
+    middles = 0.5 * (branches.peaks.place + branches.troughs.place)
+    drifts = _drift(branches, "x", middles), _drift(branches, "force", middles)
+    if any(drifts):
+        # The energy of a loop that does not close depends on where it is cut.
+        away = np.arange(float(moved.size)) - middles.mean()
+        moved, force = moved - drifts[0] * away, force - drifts[1] * away
+        branches = branches_of(moved, force, cycles)
     x = moved - compliance * force if compliance else moved
     cuts, first, last = cycles.cuts, cycles.cuts[:-1], cycles.cuts[1:]
     begin, end = int(cuts[0]), int(cuts[-1])
     count = (last - first).astype(float)
-    branches = branches_of(moved, force, cycles)
     high, low = branches.peaks.force, branches.troughs.force
     top, bottom = branches.peaks.x - compliance * high, branches.troughs.x - compliance * low
     amplitude, force_amplitude = 0.5 * (top - bottom), 0.5 * (high - low)
@@ -93,9 +99,9 @@ def block_columns(
         "start": first.astype(float),
         "period": count,
         "amplitude": amplitude,
-        "displacement_offset": 0.5 * (top + bottom),
+        "displacement_offset": 0.5 * (top + bottom) + drifts[0] * (middles - middles.mean()),
         "force_amplitude": force_amplitude,
-        "force_offset": 0.5 * (high + low),
+        "force_offset": 0.5 * (high + low) + drifts[1] * (middles - middles.mean()),
         "force_rms": np.sqrt(np.maximum(square - mean**2, 0.0)),
     }
     if time is not None:
@@ -122,15 +128,16 @@ def block_columns(
         columns["friction_peak"] = _ratio(force_amplitude, pressed)
         columns["friction_energy"] = _ratio(energy, 4.0 * pressed * sliding)
     columns |= stiffness_columns(moved, force, cycles, branches, compliance)
-    # From one reversal to the next a contact has no further to go.
-    with np.errstate(invalid="ignore"):
-        is_beyond = columns["linear_range"] > 2.0 * np.abs(amplitude)
-    if np.mean(is_beyond) > _FEW_BEYOND:
-        is_beyond[:] = True  # those that are left would be the small ones
-    columns["linear_range"][is_beyond] = np.nan
     gap = np.abs(force[last] - force[first])
     columns["closure_error"] = _ratio(gap, 2.0 * np.abs(force_amplitude))
     return columns
+
+
+def _drift(branches: Branches, channel: str, middles: Floats) -> float:
+    """Return the change of the mid-range of a channel per sample; 0 if not significant."""
+    high, low = getattr(branches.peaks, channel), getattr(branches.troughs, channel)
+    line = trend(middles, 0.5 * (high + low), 0.95, independent=False)
+    return line.value if is_certain(line) else 0.0
 
 
 def columns_of(record: Record, compliance: float) -> dict[str, Floats]:
@@ -148,6 +155,9 @@ def columns_of(record: Record, compliance: float) -> dict[str, Floats]:
             time = np.arange(float(at.stop - at.start)) / record.sample_rate
         parts.append(block_columns(x[at], force[at], pressed, block.cycles, compliance, time))
         parts[-1]["start"] += block.first
+        if record.cycle_number is not None:
+            cuts = block.first + block.cycles.cuts
+            parts[-1]["cycle_number"] = record.cycle_number[(cuts[:-1] + cuts[1:]) // 2]
     columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     for name in ("displacement_offset", "force_offset"):
         columns[name] *= sign
@@ -179,20 +189,21 @@ def _sliding_distance(x: Floats, force: Floats, cycles: Cuts) -> Floats:
     return distance * (-1.0 if finite.size and np.median(finite) < 0.0 else 1.0)
 
 
-# -- stiffness after a reversal, and the range over which it holds --------------------------------
+# -- stiffness after a reversal -------------------------------------------------------------------
 
 CHORD = 0.05
 """Fraction of the force range after a reversal over which the chord extends."""
 SHARES = (0.25, 0.15, 0.1, 0.07)
 """Fractions of the force range whose samples are fitted: the largest that agrees with the smaller
 ones."""
-BENT = 0.05
-"""Relative deviation from the initial tangent at the end of the linear range."""
+_KINK = 0.002
+"""Relative error of a chord on a branch with kinks: those of 24 equal sliders change it by 0.2 to
+0.4 % where one is at the end of the chord."""
 _FEWEST, _MOST_SHARE = 3, 0.9
 """Fewest samples in the window, and largest fraction of the force range in it."""
 
-STIFFNESSES = ("chord_stiffness", "stiffness_left", "stiffness_right")
-"""Columns that are averaged as compliances."""
+STIFFNESS = "chord_stiffness"
+"""Column that is averaged as a compliance."""
 
 
 class BranchCompliance(NamedTuple):
@@ -201,9 +212,8 @@ class BranchCompliance(NamedTuple):
     compliance: Floats
     """Compliance of the chord [m/N]."""
     doubt: Floats
-    """Systematic error of the chord [m/N]: 0.8 times its range over three shapes of the branch."""
-    range: Floats
-    """Displacement [m] at which the force is 5 % below the initial tangent."""
+    """Systematic error of the chord [m/N]: 0.8 times its range over three shapes of the branch, and
+    that of kinks, which none of the shapes has."""
 
 
 def branch_compliance(
@@ -225,7 +235,7 @@ def branch_compliance(
     begin = np.ceil(start.place + 0.25).astype(np.int64)
     length = int(np.median(end - begin)) if begin.size else 0
     if length < _FEWEST:
-        return BranchCompliance(nothing, nothing, nothing)
+        return BranchCompliance(nothing, nothing)
     rows = np.clip(begin[:, None] + np.arange(length), 0, x.size - 1)
     moved = x[rows] - start.x[:, None]
     size = float(np.median(np.ptp(moved, axis=1)))
@@ -234,28 +244,18 @@ def branch_compliance(
         scaled = moved * (size / np.ptp(moved, axis=1))[:, None]
     good = np.isfinite(share).all(axis=1) & np.isfinite(scaled).all(axis=1)
     if not good.any() or size == 0.0:
-        return BranchCompliance(nothing, nothing, nothing)
+        return BranchCompliance(nothing, nothing)
     mean_share = share[good].mean(axis=0)
     means = (scaled[good].mean(axis=0) / size, mean_share)
-    fits: list[_Fit] = []
+    windows: list[int] = []
     for part in SHARES:
         window = max(_window(mean_share, part), min(_FEWEST, length))
         while window > 1 and mean_share[window - 1] > _MOST_SHARE:
             window -= 1
-        if not fits or _FEWEST <= window < fits[-1].window:
-            fit = _fit(moved, share, window, means, span, compliance, good)
-            if not fits or np.isfinite(fit.chord).any():
-                fits.append(fit)
-    return _widest_that_agrees(fits)
-
-
-class _Fit(NamedTuple):
-    """Fit of the first ``window`` samples of a branch, with a value per cycle; NaN if unknown."""
-
-    window: int
-    chord: Floats
-    doubt: Floats
-    range: Floats
+        if not windows or _FEWEST <= window < windows[-1]:
+            windows.append(window)
+    chords = (_fit(moved, share, window, means, span, compliance, good) for window in windows)
+    return _widest_that_agrees(chords)
 
 
 def _fit(
@@ -266,7 +266,8 @@ def _fit(
     span: Floats,
     compliance: float,
     good: NDArray[np.bool_],
-) -> _Fit:
+) -> BranchCompliance:
+    """Fit three shapes to the first ``window`` samples of each branch."""
     good, nothing = good.copy(), np.full(span.size, np.nan)
     place, gone = moved[:, :window], share[:, :window]
     if window > 4:
@@ -293,36 +294,29 @@ def _fit(
         factors = np.linalg.solve(normal, right[..., None])[..., 0]
         chords.append(factors @ z_there ** np.array([1.0, power])[:terms] / (CHORD * span))
     high, low = np.max(chords, axis=0), np.min(chords, axis=0)
-    linear = nothing
-    if terms > 1:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            # x = span (a z + b z^2), with z = f + f^2/2 + ...: bent by (1/2 + b/a) f.
-            bend = 0.5 + factors[:, 1] / factors[:, 0]
-            linear = np.where(good & (factors[:, 0] > 0.0), factors[:, 0] * BENT / bend, np.nan)
-            linear = np.where(bend > 0.0, linear, np.nan)
-    chord, doubt = (
-        np.where(good, ends, nothing) for ends in (0.5 * (high + low), 0.8 * (high - low))
-    )
-    return _Fit(window, chord, doubt, linear)
+    chord = 0.5 * (high + low)
+    doubt = np.hypot(0.8 * (high - low), _KINK * chord)
+    return BranchCompliance(np.where(good, chord, nothing), np.where(good, doubt, nothing))
 
 
-def _widest_that_agrees(fits: Sequence[_Fit]) -> BranchCompliance:
-    """Return the fit of the widest window whose mean chord agrees with that of narrower ones.
+def _widest_that_agrees(fits: Iterator[BranchCompliance]) -> BranchCompliance:
+    """Return the fit of the widest window whose mean chord agrees with that of the next narrower.
 
     Means agree within 2.5 standard errors of their difference, or half the ``doubt`` of the wider
-    window. The difference from the next narrower window, and twice its standard error, are added to
-    the ``doubt`` in quadrature.
+    window. Their difference and twice its standard error are added to the ``doubt`` in quadrature.
     """
-    for at, wide in enumerate(fits):
-        changes = [_mean_and_error(wide.chord - narrow.chord) for narrow in fits[at + 1 :]]
+    wide = next(fits)
+    for narrow in fits:
+        change, error = _mean_and_error(wide.compliance - narrow.compliance)
+        if math.isnan(change):  # no solution in the narrower window
+            continue
         doubt = np.abs(wide.doubt)
         allowed = 0.5 * float(np.nanmean(doubt)) if np.isfinite(doubt).any() else 0.0
-        if all(not abs(mean) > max(2.5 * error, allowed) for mean, error in changes):
+        wide = wide._replace(doubt=np.sqrt(doubt**2 + change**2 + (2.0 * error) ** 2))
+        if abs(change) <= max(2.5 * error, allowed):
             break
-    if changes:
-        change, error = changes[0]
-        doubt = np.sqrt(doubt**2 + change**2 + (2.0 * error) ** 2)
-    return BranchCompliance(wide.chord, doubt, fits[0].range)
+        wide = narrow
+    return wide
 
 
 def _mean_and_error(values: Floats) -> tuple[float, float]:
@@ -357,35 +351,27 @@ def _window(share: Floats, part: float) -> int:
 def stiffness_columns(
     x: Floats, force: Floats, cycles: Cuts, branches: Branches, compliance: float
 ) -> dict[str, Floats]:
-    """Return the chord stiffness [N/m] of each cycle and its linear range [m], by column name.
+    """Return the chord stiffness [N/m] of each cycle and its doubt [-], by column name.
 
-    The stiffness is that after displacement maxima ("right"), after minima ("left"), and from the
-    mean compliance of both; its doubt is relative [-].
+    The stiffness is from the mean compliance after displacement maxima and minima.
     """
     peaks, troughs = branches.peaks, branches.troughs
     span = peaks.force - troughs.force
     after_highest = Reversals(peaks.place, -peaks.x, -peaks.force)
     next_peaks = np.append(peaks.place[1:], cycles.cuts[-1])
-    right = branch_compliance(-x, -force, after_highest, troughs.place, span, compliance)
-    after_lowest = branch_compliance(x, force, troughs, next_peaks, span, compliance)
-    if cycles.flipped:
-        after_lowest, right = right, after_lowest
-    linear = np.full(span.size, np.nan)
-    known = np.isfinite(after_lowest.range) | np.isfinite(right.range)
-    linear[known] = np.nanmean(np.array([after_lowest.range, right.range])[:, known], axis=0)
-    chord = 0.5 * (after_lowest.compliance + right.compliance)
-    doubt = 0.5 * np.abs(after_lowest.doubt + right.doubt)
+    falling = branch_compliance(-x, -force, after_highest, troughs.place, span, compliance)
+    rising = branch_compliance(x, force, troughs, next_peaks, span, compliance)
+    chord = 0.5 * (falling.compliance + rising.compliance)
+    doubt = 0.5 * np.abs(falling.doubt + rising.doubt)
     with np.errstate(divide="ignore", invalid="ignore"):
         return {
             "chord_stiffness": _inverse(chord),
-            "stiffness_left": _inverse(after_lowest.compliance),
-            "stiffness_right": _inverse(right.compliance),
-            "linear_range": linear,
             "chord_doubt": doubt / np.abs(chord),
         }
 
 
 def _inverse(compliance: Floats) -> Floats:
+    """Return stiffnesses; negative compliances due to noise are kept to avoid a bias of means."""
     nothing = np.full_like(compliance, np.nan)
     return np.divide(1.0, compliance, out=nothing, where=compliance != 0.0)
 

@@ -19,7 +19,7 @@ from microslip._core.checks import Floats, exact, show
 from microslip._core.errors import InputError
 from microslip._core.units import engineering, significant
 from microslip._core.wording import plural
-from microslip.laboratory.blocks import Block, Blocks, Count, blocks_of, count_of
+from microslip.laboratory.blocks import Block, Blocks, blocks_of
 from microslip.laboratory.conditioning import lag_exceeds, lag_of
 from microslip.laboratory.cuts import noise_of
 from microslip.laboratory.cycle_columns import columns_of
@@ -50,8 +50,6 @@ STEADY = 0.02
 """Relative range of the mean loads of the cycles above which it is reported."""
 _LATE, _LOOKED_AT = 0.02, 40
 """Smallest relative effect of a lag on the energy, and number of cycles it is estimated from."""
-_BESIDE = 0.1
-"""Margin around a selected cycle [cycles]."""
 _STANDARD_ERRORS, _ALIKE, _THIN = 5.0, 0.2, 1e-3
 """Standard errors of a significant energy; smallest correlation of force and displacement if
 a delay has inverted a loop; energy over that of the surrounding ellipse, below which a loop is a
@@ -83,12 +81,12 @@ class Drift(NamedTuple):
     share: float
     """Change relative to the range of the channel [-]."""
 
-    def note(self, remedy: str) -> str:
-        """Format the drift and a ``remedy`` as a sentence for the user."""
+    def note(self, treatment: str) -> str:
+        """Format the drift and its ``treatment`` as a sentence for the user."""
         total = engineering(self.total, UNITS[self.channel])
         return (
             f"the {self.channel} drifts by {total} over the evaluated cycles, "
-            f"{significant(100.0 * self.share, 2)} % of its range; {remedy}"
+            f"{significant(100.0 * self.share, 2)} % of its range; {treatment}"
         )
 
 
@@ -166,11 +164,6 @@ class Cycles:
     is_open: NDArray[np.bool_]
     """Mask of cycles whose end forces differ by over a quarter of the force range."""
 
-    @cached_property
-    def count(self) -> Count:
-        """Cycle numbers, counted from the first cycle of the contact or of the record."""
-        return count_of(self.record, self.blocks.having_cycles)
-
     @property
     def counted(self) -> NDArray[np.bool_]:
         """Mask of closed cycles without a spike; if no cycle closes, of all without a spike."""
@@ -203,22 +196,14 @@ class Cycles:
             )
         return requested(self.columns, is_requested & self.counted)
 
-    def near(self, is_wanted: NDArray[np.bool_], place: NDArray[np.int64]) -> Settled:
-        """Return the cycles whose middle is in a wanted cycle; ``place`` is the cycle by sample."""
-        first, last = (self.columns["start"] + edge * self.columns["period"] for edge in (0.0, 1.0))
-        middle = np.rint(0.5 * (first + last)).astype(int)
-        number = place[np.clip(middle, 0, place.size - 1)]
-        selection = (number >= 0) & is_wanted[np.clip(number, 0, is_wanted.size - 1)]
-        return requested(self.columns, selection & self.counted)
-
-    def samples(self, selection: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return the mask of the samples of the selected cycles and of a margin around each."""
-        inside = np.zeros(len(self.record), dtype=bool)
-        starts, periods = (self.columns[name][selection] for name in ("start", "period"))
-        for start, period in zip(starts.astype(int), periods.astype(int), strict=True):
-            margin = int(_BESIDE * period)
-            inside[max(start - margin, 0) : start + period + margin] = True
-        return inside
+    @property
+    def cycle_of_sample(self) -> NDArray[np.int64]:
+        """Index of the cycle of each sample; -1 outside the cycles."""
+        place = np.full(len(self.record), -1, dtype=np.int64)
+        starts, periods = (self.columns[name].astype(int) for name in ("start", "period"))
+        for i, (start, period) in enumerate(zip(starts.tolist(), periods.tolist(), strict=True)):
+            place[start : start + period] = i
+        return place
 
     def notes(self, counting: Settled) -> list[str]:
         """Return the notes for the user on a record that is evaluated over the given cycles."""

@@ -7,19 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.units import engineering, prefix, significant
+from microslip._core.units import engineering, prefix
 from microslip._core.wording import shorten
 from microslip.figures.kit import evenly, force_prefix, length_prefix
 from microslip.figures.plot import (
     COLORS,
     DASHES,
-    MARKERS,
     Axis,
     Entry,
     Marker,
     Panel,
     Plot,
-    beside,
     stacked,
 )
 
@@ -125,75 +123,12 @@ def record_figure(record: Any) -> Plot:
 
 # -- campaigns -----------------------------------------------------------------------------------
 
-MOST_COLORS = len(COLORS)
 _REGIMES: dict[str, tuple[Marker, str]] = {
     "stick": ("o", COLORS[1]),
     "partial slip": ("s", COLORS[3]),
     "mixed": ("D", COLORS[5]),
     "gross slip": ("^", COLORS[2]),
 }
-
-
-def evolution(campaign: Any) -> Plot:
-    """Draw friction, stiffness and energy of each cycle, and cumulative energy, against cycles."""
-    measurements = campaign.measurements
-    drawn_rows = evenly(len(measurements), MOST_COLORS)
-    totals = campaign.cumulative()
-    energies_known = np.concatenate([totals[i] for i in drawn_rows])
-    energies_known = np.abs(energies_known[np.isfinite(energies_known)])
-    largest = float(energies_known.max(initial=0.0)) or 1.0
-    unit, letter = prefix(largest)
-    loaded = all("friction_peak" in measurements[i].cycles for i in drawn_rows)
-    rows = [
-        ("friction_peak", "Friction T_m/N [–]") if loaded else ("force_amplitude", "Force"),
-        ("chord_stiffness", "Stiffness"),
-        ("dissipated_energy", "Energy per cycle"),
-    ]
-    panels = []
-    for row, (name, label) in enumerate(rows):
-        values = [np.abs(measurements[i].cycles[name]) for i in drawn_rows]
-        finite = np.concatenate([value[np.isfinite(value)] for value in values])
-        si = {"force_amplitude": "N", "chord_stiffness": "N/m", "dissipated_energy": "J"}
-        scale = 1.0
-        if name in si:
-            scale, letters = prefix(float(np.median(finite)) if finite.size else 1.0)
-            label = f"{label} [{letters}{si[name]}]"
-        for column in range(2):
-            panel = Panel(
-                Axis(
-                    ("Cycle", f"Dissipated so far [{letter}J]")[column]
-                    if row == len(rows) - 1
-                    else "",
-                    log=True,
-                    unit=(1.0, unit)[column],
-                ),
-                Axis(label if column == 0 else "", log=name != "friction_peak", unit=scale),
-                cell=(row, row, column, column),
-            )
-            for at, i in enumerate(drawn_rows):
-                color, dash = COLORS[at % MOST_COLORS], DASHES[at % len(DASHES)]
-                numbers = measurements[i].count and measurements[i].count.numbers
-                if numbers is None:
-                    numbers = np.arange(1.0, values[at].size + 1.0)
-                x = np.maximum(numbers, 1.0) if column == 0 else totals[i] / unit
-                y = values[at] / scale
-                if not np.isfinite(x).all():
-                    continue  # what was dissipated between is not known
-                if x.size < 4:
-                    panel.marks(x, y, color, marker=MARKERS[at % len(MARKERS)])
-                panel.line(x, y, color, dash=dash)
-            panels.append(panel)
-    runs = campaign.runs
-    names = [m.name if runs is None else f"{runs[i]}: {m.name}" for i, m in enumerate(measurements)]
-    legend = tuple(
-        Entry(shorten(names[i], 40), COLORS[at % MOST_COLORS], DASHES[at % len(DASHES)])
-        for at, i in enumerate(drawn_rows)
-    )
-    undrawn = len(measurements) - len(drawn_rows)
-    title = f"{undrawn} more records are in the tables" if undrawn else ""
-    return Plot(
-        panels, 7.2, heights=(1.0,) * 3, widths=(1.0, 1.0), legend=legend, legend_title=title
-    )
 
 
 def fretting_map(campaign: Any) -> Plot:
@@ -224,17 +159,3 @@ def fretting_map(campaign: Any) -> Plot:
             panel.marks(x, y, color, marker=marker, filled=True, size=6.0)
             legend.append(Entry(regime, color, marker=marker, filled=True, line=False))
     return Plot([panel], 4.4, legend=tuple(legend))
-
-
-def worn(wear: Any) -> Plot:
-    """Draw worn volume against dissipated energy, with the fitted energy wear coefficient."""
-    unit, letter = prefix(float(wear.energy.max()))
-    panel = Panel(
-        Axis(f"Dissipated energy [{letter}J]", low=0.0, unit=unit),
-        Axis("Worn volume [mm³]", low=0.0, unit=1e-9),
-        note=f"α = {significant(1e18 * wear.coefficient.value, 4)} µm³/J",
-    )
-    x = np.array([0.0, 1.1 * float(wear.energy.max())])
-    panel.line(x / unit, wear.coefficient.value * x / 1e-9, COLORS[1])
-    panel.marks(wear.energy / unit, wear.volume / 1e-9, COLORS[0], filled=True)
-    return beside([panel], 3.8)

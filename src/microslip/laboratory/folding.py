@@ -20,7 +20,6 @@ from microslip.laboratory.cycles import Cycles, cycles_of, step_of
 from microslip.laboratory.estimates import Estimate, trend
 from microslip.laboratory.mean_cycle import (
     MeanCycle,
-    Turns,
     all_turns,
     drift_of,
     error_of_mean,
@@ -30,7 +29,6 @@ from microslip.laboratory.mean_cycle import (
 )
 from microslip.laboratory.motion import QUIET, basis, motion_of
 from microslip.laboratory.record import Record
-from microslip.laboratory.spikes import Spike
 
 FEWEST_CYCLES = 3
 _MOST_BINS = 512
@@ -170,22 +168,15 @@ class Folded(Locked):
         return f"Folded({self.name!r}, {self.cycles} cycles, {self.phase.size} bins)"
 
 
-def fold(
-    record: Record, cycles: slice | None = None, bins: int = _MOST_BINS, *, running_in: int = 1
-) -> Folded:
-    """Fold a record onto one cycle of phase; cycles with spikes are left out.
+def fold(record: Record, bins: int = _MOST_BINS) -> Folded:
+    """Fold the settled cycles of a record, except the first of the record, onto one cycle of phase.
 
     Parameters
     ----------
     record : Record
         Displacement, force and, if measured, normal load.
-    cycles : slice, optional
-        Range of whole cycles, counted from 0. By default all except those of the running-in and
-        open cycles, whose end forces differ by over a quarter of the force range.
     bins : int, optional
         Number of phase bins for the force, at least 16; fewer if a cycle has fewer samples.
-    running_in : int, optional
-        Number of initial cycles left out.
 
     Returns
     -------
@@ -208,17 +199,14 @@ def fold(
     phases = all_turns(time, x, judgement.blocks)
     del time
     rate, samples_a_cycle = phases.rate, phases.samples_a_cycle
-    is_settled = _settled_cycles(judgement, phases, cycles, running_in)
-    is_settled, spike_notes = _without_spikes(is_settled, judgement.spikes, phases.place)
-    counting = judgement.settled if cycles is None else judgement.near(is_settled, phases.place)
-    rows = np.flatnonzero(is_settled)
-    inside = np.append(is_settled, False)[phases.place]
-    cycle = phases.place[inside]
-    phase = phases.turns[inside]
+    is_folded, spike_notes = _folded_cycles(judgement)
+    counting = judgement.settled
+    rows = np.flatnonzero(is_folded)
+    place = judgement.cycle_of_sample
+    inside = np.append(is_folded, False)[place]
+    place = (np.cumsum(is_folded) - 1)[place[inside]]
+    phase = 2.0 * math.pi * phases.turns[inside]
     del phases
-    phase -= cycle
-    phase *= 2.0 * math.pi
-    place = (np.cumsum(is_settled) - 1)[cycle]
     x, force = x[inside], force[inside]
     places = places_of(phase, samples_a_cycle)
     size = int(min(bins, max(16, places.number)))
@@ -226,10 +214,10 @@ def fold(
     # Where a cycle has a whole number of samples they lie in the middle of the bins.
     width = 2.0 * math.pi / size
     edge = float(phase[0]) % width - 0.5 * width
-    column = np.empty(phase.size, dtype=np.int64)
+    cycle, column = np.empty((2, phase.size), dtype=np.int64)
     for piece in stretches(phase.size):
         wrapped = edge + np.mod(phase[piece] - edge, 2.0 * math.pi)
-        cycle[piece] += np.rint((phase[piece] - wrapped) / (2.0 * math.pi)).astype(np.int64)
+        cycle[piece] = np.rint((phase[piece] - wrapped) / (2.0 * math.pi)).astype(np.int64)
         column[piece] = np.clip(((wrapped - edge) / width).astype(np.int64), 0, size - 1)
         phase[piece] = wrapped
     cycle -= cycle.min()
@@ -328,50 +316,25 @@ def _growth(sums: Floats, counts: Floats, mean: Floats) -> Estimate:
     return trend(np.linspace(0.0, 1.0, number), factors, 0.95)
 
 
-def _settled_cycles(
-    judgement: Cycles, phases: Turns, cycles: slice | None, running_in: int
-) -> NDArray[np.bool_]:
-    name, cycle_count = judgement.record.name, phases.cycle_count
-    if cycle_count < 1:
-        raise InputError(f"{name}: no whole cycle from one peak to the next")
-    is_chosen = np.zeros(cycle_count, dtype=bool)
-    if cycles is not None:
-        if not isinstance(cycles, slice):
-            raise InputError(f"`cycles` must be a slice, such as slice(2, 20), got {show(cycles)}")
-        is_chosen[cycles] = True
+def _folded_cycles(judged: Cycles) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
+    """Select the cycles to fold: settled ones, or closed ones if too few are settled.
+
+    The first cycle of the record is left out, and cycles with spikes if enough have none.
+    """
+    closed, spared = ~judged.is_open, ~judged.has_spike
+    closed[0] = False  # it begins at rest
+    for chosen in (judged.settled.selection & closed & spared, closed & spared, closed):
+        if np.count_nonzero(chosen) >= FEWEST_CYCLES:
+            break
     else:
-        place = phases.place[of_cycle := phases.place >= 0]
-        closed = ~judgement.is_open
-        for inside in (
-            judgement.samples((judgement.settled.selection | judgement.has_spike) & closed),
-            judgement.samples(closed),
-            ~judgement.samples(judgement.is_open),  # blocks may hold hardly a cycle
-        ):
-            outside = np.bincount(place, ~inside[of_cycle], minlength=cycle_count)
-            is_chosen = outside == 0
-            is_chosen[: min(running_in, cycle_count)] = False
-            if np.count_nonzero(is_chosen) >= FEWEST_CYCLES:
-                break
-    if np.count_nonzero(is_chosen) < FEWEST_CYCLES:
         raise InputError(
-            f"{name}: at least {FEWEST_CYCLES} settled whole cycles are needed for an estimate of "
-            f"the noise, got {np.count_nonzero(is_chosen)} of {cycle_count} (left out: "
-            f"{running_in} of running-in, and open cycles)"
+            f"{judged.record.name}: at least {FEWEST_CYCLES} closed cycles after the first one are "
+            f"needed for an estimate of the noise, got {np.count_nonzero(closed)} of {closed.size}"
         )
-    return is_chosen
-
-
-def _without_spikes(
-    is_counted: NDArray[np.bool_], spikes: tuple[Spike, ...], cycle: NDArray[np.int64]
-) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
-    is_spared = is_counted.copy()
-    for spike in spikes:
-        of = cycle[spike.first : spike.last + 1]
-        is_spared[of[(of >= 0) & (of < is_counted.size)]] = False
-    if np.count_nonzero(is_spared) >= FEWEST_CYCLES or is_spared.all():
-        return is_spared, ()
-    lost = int(np.count_nonzero(is_counted) - np.count_nonzero(is_spared))
-    return is_counted, (f"too few cycles without spikes: {plural(lost, 'cycle')} with spikes used",)
+    lost = int(np.count_nonzero(chosen & ~spared))
+    if not lost:
+        return chosen, ()
+    return chosen, (f"too few cycles without spikes: {plural(lost, 'cycle')} with spikes used",)
 
 
 def _mean_load(

@@ -11,9 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from microslip._core.errors import InputError
-from microslip._core.units import FORCE, LENGTH, VOLUME, Kind, QuantityError, engineering, to_si
+from microslip._core.units import FORCE, LENGTH, Kind, QuantityError, engineering, to_si
 from microslip._core.wording import quote, quoted
-from microslip.laboratory.blocks import Count
 from microslip.laboratory.measurement import Measurement
 from microslip.laboratory.record import Record, checked_path, path_text
 from microslip.readers.files import file_kind, head_of, usable
@@ -26,10 +25,8 @@ _WORDS = {
     "run": ("run", "laboratory", "lab", "operator", "versuch", "essai"),
     "rig": ("rig", "tribometer", "prüfstand", "banc"),
     "stage": ("stage", "step", "phase", "stufe", "étape", "etape"),
-    "cycle": ("cycle", "cycles", "cycle number", "first cycle", "zyklus", "lastwechsel"),
     "normal_load": ("load", "normal load", "normal force", "normalkraft", "normallast", "last"),
     "amplitude": ("amplitude", "displacement amplitude", "wegamplitude"),
-    "worn_volume": ("worn volume", "wear volume", "wear", "verschleißvolumen", "volume usé"),
     "displacement_column": ("displacement column", "column of displacement"),
     "force_column": ("force column", "column of force"),
     "load_column": ("load column", "normal load column", "column of load"),
@@ -39,8 +36,8 @@ _WORDS = {
     "temperature": ("temperature", "temperatur", "température", "temp"),
 }
 """Names of columns in English, German and French; others keep their names."""
-_KINDS: Mapping[str, Kind] = {"normal_load": FORCE, "amplitude": LENGTH, "worn_volume": VOLUME}
-_EXAMPLES = {"normal_load": "500 N", "amplitude": "20 um", "worn_volume": "0.12 mm^3"}
+_KINDS: Mapping[str, Kind] = {"normal_load": FORCE, "amplitude": LENGTH}
+_EXAMPLES = {"normal_load": "500 N", "amplitude": "20 um"}
 _READING = {
     "displacement_column": "displacement",
     "force_column": "force",
@@ -50,8 +47,6 @@ _READING = {
     "sample_rate": "sample_rate",
 }
 """Columns with reading options, and the arguments of Record.read."""
-_LEAST = {"cycle": (0.0, "a number"), "sample_rate": (1e-9, "a number in Hz above zero")}
-"""Numeric columns: smallest value, and description for messages."""
 _FILE = "file"
 _NONE = ("", "-", "–", "none", "nan", "n/a")
 _BESIDE = 0.25
@@ -68,8 +63,8 @@ class Manifest:
     """Files of the records; relative paths are relative to the manifest."""
     columns: Mapping[str, tuple[Cell, ...]]
     """A value for each file: numbers where all are, texts otherwise, None where there is none; by
-    "specimen", "stage", "cycle" (number of the first one in the file), "normal_load" [N],
-    "amplitude" [m], "worn_volume" [m^3], "temperature", "run", "rig", or what else it is called."""
+    "specimen", "stage", "normal_load" [N], "amplitude" [m], "temperature", "run", "rig", or the
+    name in the file."""
     units: Mapping[str, str]
     """Units of the numeric columns."""
 
@@ -167,24 +162,18 @@ class Manifest:
             if (value := self._cell(name, row)) is not None
         }
 
-    def counted(self, measured: Measurement, row: int) -> Measurement:
-        """Number cycles from the one in a manifest row; note a different load or amplitude."""
+    def compared(self, measured: Measurement, row: int) -> Measurement:
+        """Note a measured load or amplitude that differs from the nominal one of a row."""
         notes = list(measured.notes)
-        cycle = self._cell("cycle", row)
-        count = measured.count
-        known = None if count is None or count.is_of_contact else count.numbers
-        if isinstance(cycle, float) and known is not None:
-            numbers = known + (cycle - float(known[0]))
-            count = Count(numbers, "by the manifest", is_of_contact=True)
         for name, unit in (("normal_load", "N"), ("amplitude", "m")):
-            said, mean = self._cell(name, row), measured.mean.get(name)
-            if said is None or mean is None or abs(mean.value - said) <= _BESIDE * said:
+            nominal, mean = self._cell(name, row), measured.mean.get(name)
+            if nominal is None or mean is None or abs(mean.value - nominal) <= _BESIDE * nominal:
                 continue
             notes.append(
-                f"{name.replace('_', ' ')} {engineering(said, unit)} by the manifest, measured "
+                f"{name.replace('_', ' ')} {engineering(nominal, unit)} by the manifest, measured "
                 f"{engineering(mean.value, unit)}"
             )
-        return replace(measured, count=count, notes=tuple(notes))
+        return replace(measured, notes=tuple(notes))
 
 
 def text_of(value: Cell) -> str:
@@ -211,11 +200,13 @@ def _column(name: str, unit: str | None, texts: list[str], rows: list[int]) -> t
     if name in ("specimen", "run", "rig"):
         return tuple(text or None for text in texts)
     is_given = [text.casefold() not in _NONE for text in texts]
-    if name in _LEAST:
-        least, wanted = _LEAST[name]
+    if name == "sample_rate":
         for row, text, number, here in zip(rows, texts, numbers, is_given, strict=True):
-            if here and (number is None or number < least):
-                raise ValueError(f'row {row}, column "{name}": wanted {wanted}, got {quote(text)}')
+            if here and (number is None or not number > 0.0):
+                raise ValueError(
+                    f'row {row}, column "{name}": wanted a number in Hz above zero, got '
+                    f"{quote(text)}"
+                )
         return tuple(numbers)
     given = [number for number, here in zip(numbers, is_given, strict=True) if here]
     if given and None not in given:
@@ -226,15 +217,13 @@ def _column(name: str, unit: str | None, texts: list[str], rows: list[int]) -> t
 def _quantity(name: str, unit: str | None, text: str, row: int) -> float:
     kind, number = _KINDS[name], _number(text)
     where = f'row {row}, column "{name}": '
-    if name == "worn_volume" and number == 0.0:
-        return 0.0  # nothing worn yet, in any unit
     if number is not None and unit is None:
         example = _EXAMPLES[name]
         raise ValueError(
             f'{where}{quote(text)} has no unit; write "{example}", or '
             f'"{name} [{example.split()[1]}]" above the column'
         )
-    if number is not None and (number < 0.0 or (number == 0.0 and name != "worn_volume")):
+    if number is not None and not number > 0.0:
         raise ValueError(f"{where}wanted a value above zero, got {quote(text)}")
     written = text if number is None else f"{number!r} {spelt(unit or '')}"
     try:

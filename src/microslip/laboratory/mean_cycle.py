@@ -326,28 +326,14 @@ def _from_first_cut(turn: Floats, cycles: Cuts) -> Floats:
 
 
 class Turns(NamedTuple):
-    """Phase of each sample of a record [cycles since the first cut]."""
+    """Phase of each sample of a record."""
 
     turns: Floats
-    """Cycles, continued over gaps; NaN outside the blocks."""
-    place: NDArray[np.int64]
-    """Index of the whole cycle of each sample; -1 for none."""
-    ends: tuple[tuple[slice, int, int], ...]
-    """Samples of each block, its first cycle and number of cycles."""
+    """Phase [cycles], an integer at peaks, continued over gaps; NaN outside the blocks."""
     rate: float
     """Cycles per second, or per sample without a time."""
-
-    @property
-    def samples_a_cycle(self) -> float:
-        """Samples per cycle, averaged over the blocks."""
-        edges = [(samples.start, samples.stop - 1) for samples, _, _ in self.ends]
-        span = sum(float(self.turns[last] - self.turns[first]) for first, last in edges)
-        return float(sum(last - first for first, last in edges)) / span
-
-    @property
-    def cycle_count(self) -> int:
-        """Number of whole cycles in all blocks."""
-        return sum(count for _, _, count in self.ends)
+    samples_a_cycle: float
+    """Samples per cycle, averaged over the blocks."""
 
 
 def all_turns(time: Floats, x: Floats, blocks: Blocks) -> Turns:
@@ -360,25 +346,16 @@ def all_turns(time: Floats, x: Floats, blocks: Blocks) -> Turns:
     weight = np.array([float(block.cycle_count) ** 3 for block in blocks.having_cycles])
     rate = float(np.dot(weight, [part[1] for part in parts]) / weight.sum())
     turns = np.full(x.size, np.nan)
-    place = np.full(x.size, -1, dtype=np.int64)
-    ends, before = [], 0
+    before, steps, span = 0, 0, 0.0
     for block, (turn, own_rate) in zip(blocks.having_cycles, parts, strict=True):
         is_alike = abs(own_rate - rate) < _SAME_RATE * rate
         if len(parts) > 1 and block.cycle_count < _OWN_RATE and is_alike:
             turn = _at_rate(time[block.samples], x[block.samples], block.cycles, rate)
-        cycle_count = math.floor(turn[-1] + (turn[-1] - turn[-2]) + 1e-6)
-        if cycle_count < 1:
-            continue
-        for piece in stretches(turn.size):
-            block_cycle = np.floor(turn[piece] + 1e-9).astype(np.int64)
-            here = slice(block.first + piece.start, block.first + piece.stop)
-            turns[here] = turn[piece] + before
-            place[here] = np.where(
-                (block_cycle >= 0) & (block_cycle < cycle_count), block_cycle + before, -1
-            )
-        ends.append((block.samples, before, cycle_count))
-        before += cycle_count
-    return Turns(turns, place, tuple(ends), rate)
+        turns[block.samples] = turn + before
+        before += block.cycle_count
+        steps += turn.size - 1
+        span += float(turn[-1] - turn[0])
+    return Turns(turns, rate, steps / span)
 
 
 def _at_rate(time: Floats, x: Floats, cycles: Cuts, rate: float) -> Floats:

@@ -20,12 +20,12 @@ from microslip._core.wording import plural
 from microslip.figures.plot import Plot
 from microslip.figures.plottable import Plottable
 from microslip.friction import BackboneLaw
-from microslip.laboratory.blocks import Blocks, Count, Dissipated, dissipated
+from microslip.laboratory.blocks import Blocks
 from microslip.laboratory.conditioning import condition
 from microslip.laboratory.cuts import noise_of, one_loop
 from microslip.laboratory.cycle_columns import (
     LABELS,
-    STIFFNESSES,
+    STIFFNESS,
     UNITS,
     checked_gains,
     columns_of,
@@ -119,9 +119,6 @@ class Measurement(Plottable):
         Whether the averaged cycles are settled; if not, intervals are the range of the cycles.
     levels : tuple of AmplitudeLevel
         Settled cycles and means at each amplitude of a record with stepped amplitudes; else empty.
-    count : Count
-        ``numbers`` of the cycles since the contact was new, None if gaps make them unknown, and
-        the ``source`` of the numbers.
     gain_errors : mapping of str to float
         Relative standard deviations [-] of the gains of the sensors, included in ``mean``.
 
@@ -152,7 +149,6 @@ class Measurement(Plottable):
 
     probability: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     levels: tuple[AmplitudeLevel, ...] = ()
-    count: Count | None = None
     gain_errors: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
 
     def __len__(self) -> int:
@@ -179,13 +175,6 @@ class Measurement(Plottable):
                 possible[name] = share
         return possible
 
-    def dissipated(self) -> Dissipated | None:
-        """Cumulative energy [J] at each cycle, unlogged cycles included; None if unknown."""
-        energies = self.cycles["dissipated_energy"]
-        if self.count is None:
-            return dissipated(np.arange(1.0, energies.size + 1.0, dtype=np.float64), energies)
-        return None if self.count.numbers is None else dissipated(self.count.numbers, energies)
-
     def drift(self, column: str) -> Estimate:
         """Return the change of a column per cycle, fitted by least squares.
 
@@ -197,17 +186,13 @@ class Measurement(Plottable):
         Returns
         -------
         Estimate
-            Change per cycle, unlogged cycles included, in the unit of the column; NaN if cycle
-            numbers are unknown.
+            Change per logged cycle, in the unit of the column.
         """
         if not isinstance(column, str) or column not in self.cycles:
             raise InputError(f"column must be one of {', '.join(self.cycles)}, got {show(column)}")
         y = self.cycles[column]
         fine = np.isfinite(y)
-        numbers = np.arange(1.0, y.size + 1.0) if self.count is None else self.count.numbers
-        if numbers is None:
-            return Estimate(math.nan, math.nan, math.nan, math.nan, int(np.count_nonzero(fine)))
-        return trend(numbers[fine], y[fine], self.confidence)
+        return trend(np.arange(float(y.size))[fine], y[fine], self.confidence)
 
     def table(self) -> str:
         """Return the table of means as text: quantity, mean, confidence interval and unit."""
@@ -228,8 +213,6 @@ class Measurement(Plottable):
             }
             for level in self.levels
         ]
-        up_to = self.dissipated()
-        total = None if up_to is None else {"value": up_to.energy[-1], "error": up_to.error}
         summary: dict[str, Any] = json_value(
             {
                 "name": self.name,
@@ -244,7 +227,6 @@ class Measurement(Plottable):
                 **{key: getattr(self, key) for key in ("load_ripple", "rig_stiffness")},
                 "drift": {name: self.drift(name).value for name in self.mean},
                 "mean": _with_units(self.mean),
-                "cumulative_energy": total and {"unit": "J", **total},
                 "levels": levels,
                 "notes": self.notes,
             }
@@ -342,14 +324,14 @@ def measure(
     coarse = sampling_errors(
         record, largest, columns, 0.0 if rig_stiffness is None else 1.0 / rig_stiffness
     )
-    notes = [*record.notes, *judged.count.notes, *judged.notes(counting)]
+    notes = [*record.notes, *judged.notes(counting)]
     if any(np.isnan(columns["chord_stiffness"])):
         notes.append(
             "in some cycles the first quarter of the force after a reversal has too few samples "
             "for a stiffness"
         )
-    remedy = "in Python `condition(record, drift=True)` removes it"
-    notes += [drift.note(remedy) for drift in judged.drifts(counting.selection)]
+    treatment = "a linear trend is removed"
+    notes += [drift.note(treatment) for drift in judged.drifts(counting.selection)]
     shape = judged.shape(counting.selection)
     if judged.delay is not None:
         notes.append(judged.delay.note())
@@ -390,7 +372,6 @@ def measure(
         loop=mean_loop_of(x, force, columns, np.flatnonzero(counting.selection)),
         notes=tuple(notes),
         is_settled=not counting.is_moving,
-        count=judged.count,
         levels=tuple(
             AmplitudeLevel(
                 lock(stretch.selection),
@@ -412,9 +393,9 @@ def _means(
 ) -> Mapping[str, Estimate]:
     means = {}
     for name, values in columns.items():
-        if name == "start":
+        if name in ("start", "cycle_number"):
             continue
-        average = mean_of_inverses if name in STIFFNESSES else mean_of
+        average = mean_of_inverses if name == STIFFNESS else mean_of
         mean = average(values[rows], level, is_moving)
         error = gain_error(name, gains)
         if mean.number > 1:

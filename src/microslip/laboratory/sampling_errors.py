@@ -10,7 +10,7 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip.laboratory.blocks import Block
 from microslip.laboratory.cuts import Cuts
-from microslip.laboratory.cycle_columns import STIFFNESSES, block_columns
+from microslip.laboratory.cycle_columns import STIFFNESS, block_columns
 from microslip.laboratory.record import Record
 
 _MOST_SAMPLES, _MOST_CYCLES, _FEWEST = 400.0, 64, 16.0
@@ -20,7 +20,7 @@ _ORDER = 2.0
 """Change from all samples to half of them over the error of all: 3 at a kink of the branch, 15
 where it is smooth; less, since the position of the kink between samples is random."""
 _NO_LENGTH = (
-    *("start", "period", "frequency", "displacement_offset", "force_offset"),
+    *("cycle_number", "start", "period", "frequency", "displacement_offset", "force_offset"),
     *("normal_load", "closure_error"),
 )
 _ENCLOSED = (
@@ -56,7 +56,7 @@ def sampling_errors(
             load_part = pressed[parity::2] if isinstance(pressed, np.ndarray) else pressed
             part = block_columns(x[parity::2], force[parity::2], load_part, half, compliance)
             for name in names:
-                change = _relative(whole[name], part[name], name in STIFFNESSES)
+                change = _relative(whole[name], part[name], name == STIFFNESS)
                 errors[name] = max(errors[name], change / _ORDER)
     else:
         errors = dict.fromkeys(names, polygon)
@@ -66,8 +66,8 @@ def sampling_errors(
             errors[name] = max(errors[name], 0.5 * polygon)
     doubt = columns["chord_doubt"]
     fine = doubt[np.isfinite(doubt)]
-    for name in STIFFNESSES:
-        errors[name] = math.hypot(errors[name], float(np.median(fine)) if fine.size else 0.0)
+    chord_doubt = float(np.median(fine)) if fine.size else 0.0
+    errors[STIFFNESS] = math.hypot(errors[STIFFNESS], chord_doubt)
     return errors
 
 

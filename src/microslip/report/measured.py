@@ -52,7 +52,6 @@ def measurement_document(
     """
     campaign = measurements if isinstance(measurements, Campaign) else Campaign(tuple(measurements))
     measurements = campaign.measurements
-    level = measurements[0].confidence
     names = [shorten(measured.name, 200) for measured in measurements]
     title = names[0] if len(names) == 1 else f"{len(names)} measured records"
     heading = header(KIND, 1, title)
@@ -68,10 +67,10 @@ def measurement_document(
         for part in _sections(measured, adapt, len(measurements) == 1)
     ]
     last: list[Section] = []
-    if len(measurements) > 1 or skipped or campaign.worn_volumes is not None:
-        first, last = together.campaign_sections(campaign, skipped, level)
+    if len(measurements) > 1 or skipped:
+        first, last = together.campaign_sections(campaign, skipped)
         sections[:0] = first
-        data["campaign"] = together.campaign_data(campaign, skipped, level)
+        data["campaign"] = together.campaign_data(campaign, skipped)
     caption = (
         "Mean cycles of the records without offsets, as in Fig. 19.7 of the chapter, and the "
         "energy of each cycle."
@@ -189,7 +188,6 @@ def _sections(
     blocks: tuple[Block, ...] = (
         Note(f"{shorten(measured.name, 200)}: {', '.join(facts)}."),
         _means(measured),
-        *((Note(total),) if (total := _total_text(measured)) else ()),
         *((_levels(measured),) if measured.levels else ()),
         *((Note(_channels_text(channels)),) if channels else ()),
         Items(tuple(adapt(note) for note in measured.notes if note not in channels)),
@@ -198,18 +196,6 @@ def _sections(
     return (
         Section(title, blocks, brief=is_alone),
         Section(f"{title}, as read", (Note(regimes), Items(tuple(channels))), brief=False),
-    )
-
-
-def _total_text(measured: Measurement) -> str:
-    up_to, count = measured.dissipated(), measured.count
-    if up_to is None or not up_to.error or count is None or count.numbers is None:
-        return ""
-    total, first, last = float(up_to.energy[-1]), count.numbers[0], count.numbers[-1]
-    ends = _joules(total - up_to.error, total + up_to.error)
-    return (
-        f"Cycles {first:.12g} to {last:.12g} dissipate {_joules(total)} ({ends}, for any energies "
-        "that are monotonic between logged cycles)."
     )
 
 

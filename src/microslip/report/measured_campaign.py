@@ -1,18 +1,16 @@
-"""Records of a campaign: table, evolution, fretting map, wear."""
+"""Records of a campaign: table, contradictions, fretting map."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
 from microslip._core.quantities import json_value, named
-from microslip._core.units import significant
 from microslip._core.wording import shorten
 from microslip.figures.picture import Picture
 from microslip.laboratory import figures
-from microslip.laboratory.campaign import Campaign, Wear
+from microslip.laboratory.campaign import Campaign
 from microslip.laboratory.cycle_columns import LABELS, UNITS
 from microslip.laboratory.manifest import text_of
 from microslip.report.document import Column, Items, Note, Section, Table
@@ -23,9 +21,7 @@ _COLUMNS_SHOWN = (
     "normal_load",
     "friction_peak",
     "friction_energy",
-    "stiffness_left",
-    "stiffness_right",
-    "linear_range",
+    "chord_stiffness",
     "dissipated_energy",
     "loss_factor",
 )
@@ -45,7 +41,6 @@ def _columns(campaign: Campaign) -> tuple[Column, ...]:
             Column(name, LABELS[name], UNITS[name].replace("-", ""), brief=name in _BRIEF)
             for name in _COLUMNS_SHOWN
         ),
-        Column("cumulative_energy", "energy, all cycles", "J"),
         Column("settled", "settled"),
     )
 
@@ -53,7 +48,6 @@ def _columns(campaign: Campaign) -> tuple[Column, ...]:
 def campaign_rows(campaign: Campaign) -> list[tuple[Any, ...]]:
     """Return one row for each record: plain values in SI units, None if unknown."""
     rows = []
-    energies = campaign.energies()
     for i, measured in enumerate(campaign.measurements):
         means = {name: json_value(mean.value) for name, mean in measured.mean.items()}
         rows.append(
@@ -65,7 +59,6 @@ def campaign_rows(campaign: Campaign) -> list[tuple[Any, ...]]:
                 measured.regime,
                 measured.probability.get(measured.regime),
                 *(means.get(name) for name in _COLUMNS_SHOWN),
-                json_value(energies[i]),
                 "yes" if measured.is_settled else "no",
             )
         )
@@ -73,20 +66,16 @@ def campaign_rows(campaign: Campaign) -> list[tuple[Any, ...]]:
 
 
 def csv_of(campaign: Campaign) -> str:
-    """Return the rows as text of campaign.csv, with frequency, wear and ends of intervals."""
+    """Return the rows as text of campaign.csv, with frequency and ends of intervals."""
     heads = [c.key if c.unit is None else f"{c.key} [{c.unit or '-'}]" for c in _columns(campaign)]
-    heads += ["frequency [Hz]", "worn_volume [m^3]", "contact_energy [J]"]
+    heads += ["frequency [Hz]"]
     heads += [f"{name} {end} [{UNITS[name]}]" for name in _COLUMNS_SHOWN for end in ("low", "high")]
-    volumes = campaign.worn_volumes or [None] * len(campaign.measurements)
-    energies, _ = campaign.worn_by()
     behind = [
         [
-            *(measured.frequency, volume, energy),
+            measured.frequency,
             *(end for name in _COLUMNS_SHOWN for end in measured.mean.get(name, _NO_MEAN)[1:3]),
         ]
-        for measured, volume, energy in zip(
-            campaign.measurements, volumes, energies.tolist(), strict=True
-        )
+        for measured in campaign.measurements
     ]
     return csv_text(
         heads,
@@ -98,7 +87,7 @@ def csv_of(campaign: Campaign) -> str:
 
 
 def campaign_sections(
-    campaign: Campaign, skipped: Sequence[tuple[str, str]], confidence: float
+    campaign: Campaign, skipped: Sequence[tuple[str, str]]
 ) -> tuple[list[Section], list[Section]]:
     """Return the sections to place before and after those of the single records."""
     table = Table("Records", _columns(campaign), tuple(campaign_rows(campaign)), noun="records")
@@ -109,14 +98,7 @@ def campaign_sections(
         first.append(Section("Skipped files", (words, Items(texts))))
     if contradictions := campaign.contradictions():
         first.append(Section("Contradictions", (Items(tuple(contradictions)),)))
-    picture = Picture(
-        "evolution",
-        "Every cycle of the records against its number, and against the cumulative dissipated "
-        "energy of the run; logarithmic axes.",
-        partial(figures.evolution, campaign),
-        "Friction, stiffness and energy over cycles and cumulative energy",
-    )
-    last = [Section("Evolution", (picture,), brief=False)]
+    last = []
     if campaign.fretting_map():
         caption = (
             "Regimes over amplitude and normal load (Vingsbo and Söderberg 1988); mixed if a "
@@ -125,48 +107,16 @@ def campaign_sections(
         plot = partial(figures.fretting_map, campaign)
         picture = Picture("fretting-map", caption, plot, "Regimes over amplitude and normal load")
         last.append(Section("Fretting map", (picture,), brief=False))
-    if (wear := campaign.wear(confidence)) is not None:
-        caption = "Worn volume over dissipated energy, with a straight line through zero."
-        plot = partial(figures.worn, wear)
-        picture = Picture("wear", caption, plot, "Worn volume over dissipated energy")
-        last.append(Section("Wear", (Note(_wear_text(wear)), picture)))
-    if campaign.worn_volumes is not None and (uncounted := campaign.uncounted()):
-        texts = tuple(f"{shorten(name, 80)}: {why}" for name, why in uncounted.items())
-        words = Note("No energy wear coefficient for records with unknown dissipated energy:")
-        last.append(Section("Worn volumes without an energy", (words, Items(texts))))
     return first, last
 
 
-def _ends(estimate: Any, write: Callable[[float], str]) -> str:
-    if not math.isfinite(estimate.low):
-        return write(estimate.value)
-    return f"{write(estimate.value)} ({write(estimate.low)} … {write(estimate.high)})"
-
-
-def _wear_text(wear: Wear) -> str:
-    # In cubic micrometres per joule, as usual in the literature.
-    text = _ends(wear.coefficient, lambda value: f"{float(f'{1e18 * value:.3g}'):g}")
-    count = f"{wear.coefficient.number} worn volume{'s' * (wear.coefficient.number > 1)}"
-    beside = (
-        "" if math.isnan(wear.scatter) else f", scatter {significant(1e9 * wear.scatter, 2)} mm³"
-    )
-    return (
-        f"Energy wear coefficient: {text} µm³/J, {count}{beside}; after Fouvry et al. (2003): "
-        "worn volume over energy dissipated in all cycles."
-    )
-
-
-def campaign_data(
-    campaign: Campaign, skipped: Sequence[tuple[str, str]], confidence: float
-) -> dict[str, Any]:
+def campaign_data(campaign: Campaign, skipped: Sequence[tuple[str, str]]) -> dict[str, Any]:
     """Return the numbers of a campaign as plain values in SI units."""
-    wear = campaign.wear(confidence)
     keys = [column.key for column in _columns(campaign)]
     data = {
         "skipped": [{"file": name, "reason": why} for name, why in skipped],
         "table": [dict(zip(keys, row, strict=True)) for row in campaign_rows(campaign)],
         "fretting_map": list(map(named, campaign.fretting_map())),
         "contradictions": campaign.contradictions(),
-        "wear": None if wear is None else {"unit": "m^3/J", **named(wear.coefficient)},
     }
     return {key: json_value(values) for key, values in data.items()}

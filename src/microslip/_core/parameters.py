@@ -226,7 +226,6 @@ class Number:
             raise InputError(f"`{self.name}` must be {error.expected}, got {error.came}") from None
 
     def _allowed_instead(self, value: float) -> str:
-        """Return the allowed values in words if ``value`` is invalid, otherwise ""."""
         in_unit = f" [{self.unit}]" if self.unit else ""
         if not self.holds(value):
             return self.allowed + (f" ({self.why})" if self.why else "")

@@ -186,7 +186,7 @@ def mark(axes: Axes, text: str, x: float, y: float, dx: float, dy: float) -> Non
 
 
 class _Powers(Formatter):
-    """Tick labels of a logarithmic axis: plain decimals or powers of ten, alike on one axis.
+    """Tick labels of a logarithmic axis: plain decimals or powers of ten, in one style per axis.
 
     Plain text, because Matplotlib's mathtext would take most of the time of a figure.
     """

@@ -85,7 +85,6 @@ def rig_stiffness_of(text: str | None) -> tuple[float, float] | None:
 
 
 def _or_none(column: str | None) -> Any:
-    """Return the name of a column, or False if the text is "none"."""
     return False if column == "none" else column
 
 

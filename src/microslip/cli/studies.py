@@ -47,7 +47,6 @@ def _writes_into(default: str, *options: Decorator) -> Decorator:
 
 def _with_figures(load: Callable[[tuple[str, ...]], Study], overrides: tuple[str, ...],
                   kinds: tuple[str, ...]) -> Study:  # fmt: skip
-    """Load a study and add figure formats to its output."""
     study = load(overrides)
     formats = study.output.formats
     requested = [kind for kind in kinds if kind != "svg" and kind not in formats]

@@ -87,7 +87,6 @@ def main() -> None:
 
 
 def _columns() -> list[str]:
-    """Return the column names of the previewed record; an empty list if it cannot be read."""
     from microslip.readers.files import POINTS, reading
     from microslip.readers.table_files import read_table
     from microslip.readers.tables import understood

@@ -77,7 +77,6 @@ def write_fmu(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
 
 
 def _arrays(order: Order) -> dict[str, object]:
-    """Return dimensions and start values of the arrays of FMI 3; nodes are the first dimension."""
     components = components_of(order.element)
     node = f'<Dimension start="{order.size}"/>'
     component = f'<Dimension start="{components}"/>' * (components > 1)
@@ -89,7 +88,6 @@ def _arrays(order: Order) -> dict[str, object]:
 
 
 def _binaries(name: str, source: str, third: bool) -> dict[str, bytes]:
-    """Compile the source for this machine, and with ziglang for all other platforms."""
     compiler = shutil.which(os.environ.get("CC", "cc"))
     native = sys.platform if sys.maxsize > 2**32 else ""
     if platform.machine() not in ("x86_64", "AMD64", "arm64"):

@@ -138,7 +138,6 @@ def log_label(x: float, low: float, high: float) -> str:
 
 
 def _decimal(value: float, step: float) -> str:
-    """Format a tick value with the decimals that distinguish it from neighbouring ticks."""
     digits = max(0, -math.floor(math.log10(step) + 1e-9))
     if abs(step * 10**digits - round(step * 10**digits)) > 1e-6:  # steps of 2.5
         digits += 1

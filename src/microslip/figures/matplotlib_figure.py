@@ -105,7 +105,6 @@ def _draw_panel(axes: Axes, panel: Panel, color: str | None, label: str) -> None
 
 
 def _prepare(axes: Axes, panel: Panel) -> None:
-    """Set scales, limits, labels and ticks of axes; keep labels of the user."""
     axes.margins(panel.x.margin, panel.y.margin)
     for side, axis, mine in (("x", panel.x, axes.xaxis), ("y", panel.y, axes.yaxis)):
         if axis.log:

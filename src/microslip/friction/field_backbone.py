@@ -126,6 +126,5 @@ class FieldBackbone(Locked, BackboneLaw):
 
 
 def _between(table: Table, low: Floats, high: Floats) -> Floats:
-    """Integrate a table from ``low`` to ``high`` within one panel; terms have the same sign."""
     places = low[:, None] + (high - low)[:, None] * _NODES
     return np.asarray((high - low) * (table.value(places) @ _WEIGHTS))

@@ -50,7 +50,6 @@ def input_slopes(joint: Interface, amplitude: float) -> dict[str, dict[str, floa
 
 
 def _inputs(joint: Interface) -> dict[str, Callable[[float], Interface]]:
-    """Return functions by input name; each multiplies that input of the joint by a factor."""
     surface, mu, load = joint.surface, joint.friction_coefficient, joint.normal_load
 
     def on(law: NormalLaw) -> Interface:

@@ -87,7 +87,6 @@ class Parallel(Locked, BackboneLaw):
 
     @cached_property
     def _compliant(self) -> Parallel | None:
-        """Sum of the laws with finite stiffness at rest, None if all laws are rigid."""
         soft = [law for law in self.laws if math.isfinite(law.tangential_stiffness)]
         return Parallel(soft) if soft else None
 

@@ -52,8 +52,8 @@ class VectorCycle(Locked):
 
         ``directions``, shape (samples, directions), are derivatives of a displacement by each
         parameter [m per unit], common to all nodes. They are applied to the first displacement,
-        then to the second, as separate parameters. ``separations``, of like shape, are those of the
-        separation by more parameters.
+        then to the second, as separate parameters. ``separations``, shape (samples, k), are
+        derivatives of the separation by k further parameters.
 
         The result has the shape (nodes, samples, 2, columns), without the first axis for a single
         joint: force components on the third axis; on the last, the columns of the first

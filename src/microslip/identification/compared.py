@@ -192,7 +192,6 @@ def _parts(name: str, fits: Sequence[FreeForm]) -> list[FreeForm]:
 def _fits_of(
     name: str, found: Identification, fits: Sequence[FreeForm], heights: Any
 ) -> list[_Fit] | str:
-    """Return the fits of a law, or the reason why it cannot be fitted."""
     try:
         return [_fit(name, found, fit, heights) for fit in _parts(name, fits)]
     except InputError as error:

@@ -168,7 +168,6 @@ def loops(result: Any) -> Plot:
 
 
 def _upper_end(group: Sequence[RecordFit], unit: float) -> float:
-    """Return the upper end of the force axis, with room for the labels of the amplitudes."""
     low, high = (
         float(end(np.concatenate([cycle.measured for cycle in group]))) for end in (np.min, np.max)
     )
@@ -221,7 +220,6 @@ def _levels(sizes: Floats) -> NDArray[np.int64]:
 
 
 def _amplitude_names(amplitudes: Sequence[float]) -> list[str]:
-    """Format amplitudes with the fewest digits that distinguish them."""
     texts = [[engineering(size, "m", digits) for size in amplitudes] for digits in (2, 3, 4)]
     return next((names for names in texts if len(set(names)) == len(names)), texts[-1])
 

@@ -101,7 +101,6 @@ class FreeForm:
     # -- the convex problem -----------------------------------------------------------------------
 
     def _assemble(self) -> None:
-        """Assemble the least-squares problem of all records: Gram matrix and columns."""
         count = self.y.size
         self.blocks: list[Floats] = []
         used = np.flatnonzero(self.k)
@@ -236,7 +235,6 @@ class FreeForm:
         self.y, self.k = high.y.copy(), high.k.copy()
 
     def _settle(self, still: float) -> None:
-        """Iterate the shifts, or the friction coefficient, by the Gauss-Newton method."""
         last, share = np.zeros(self.extra), np.ones(self.extra)
         before = math.inf
         for _ in range(_SHIFT_ROUNDS):
@@ -405,7 +403,7 @@ class FreeForm:
         return other
 
     def shift_gradient(self, level: int) -> Floats:
-        """Return the derivatives of a load's shift [m] by the coefficients beside stiffnesses."""
+        """Return derivatives of a load's shift [m] by the coefficients other than stiffnesses."""
         gradient = np.zeros(self.extra)
         if self.friction is not None:
             gradient[0] = self.friction_gradient(self.loads[level])

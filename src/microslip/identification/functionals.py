@@ -24,9 +24,9 @@ def quantity_of(name: str, force: float, energy: float, a: float) -> tuple[float
 def joint_alone(y: Floats, k: Floats, compliance: float) -> tuple[Floats, Floats]:
     """Return the sliders of the joint from those of joint and rig in series.
 
-    The displacement of the joint is u - c B(u), with u and the backbone B of both and the
-    compliance c of the rig [m/N]. A piecewise linear B stays one; a segment whose stiffness is that
-    of the rig becomes 1e3 times as stiff as the rig.
+    The displacement of the joint is u - c B(u), with the displacement u and the backbone B of both
+    and the compliance c of the rig [m/N]. If B is piecewise linear, so is the backbone of the
+    joint; a segment with the stiffness of the rig becomes 1e3 times as stiff as the rig.
     """
     corners = np.append(0.0, y)
     force = np.minimum(corners[:, None], y) @ k

@@ -103,10 +103,10 @@ def objective(cone: Cone, h: Floats, g: Floats) -> float:
 
 
 class Path:
-    """Minima of g'Gg - 2 (h - l c)'g for l >= 0, which are piecewise linear in l.
+    """Minima of g'Gg - 2 (h - l c)'g over g >= 0 for increasing multipliers l >= 0 of c'g.
 
-    On the set P of positive coefficients g = a - l b, with G_PP a = h_P and G_PP b = c_P. So the
-    rise of g'Gg - 2 h'g over its minimum, and the l of a given rise, are known in closed form.
+    They are piecewise linear in l: on the set P of positive coefficients g = a - l b, with G_PP a =
+    h_P and G_PP b = c_P. The rise of g'Gg - 2 h'g and the l of a given rise have a closed form.
     """
 
     def __init__(self, cone: Cone, h: Floats, g: Floats, c: Floats) -> None:

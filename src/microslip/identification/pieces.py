@@ -127,5 +127,5 @@ def loop_of(record: Record, noise: tuple[float, float], bins: int) -> Folded:
 
 
 def whole_records(records: Sequence[Record]) -> list[Record]:
-    """Return the records; each one of several amplitudes or frequencies is cut into parts."""
+    """Return the records, with those of several amplitudes or frequencies cut into parts."""
     return [piece for record in records for piece in stretches_of(record)]

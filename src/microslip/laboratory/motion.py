@@ -134,7 +134,6 @@ class _Samples:
         return np.asarray(sums, dtype=np.float64)
 
     def solved(self, design: Any) -> tuple[Floats, Floats]:
-        """Return the least-squares coefficients of a design matrix, and its normal matrix."""
         normal = design.T @ (self.weight[:, None] * design)
         return np.linalg.solve(normal, design.T @ (self.weight * self.mean)), normal
 

@@ -324,7 +324,6 @@ def _add_stated(
     statements: Statements,
     notes: list[str],
 ) -> None:
-    """Add the sample rate, frequency and load stated by the file, unless given otherwise."""
     if parts["sample_rate"] is not None:
         if "time" in by_part:
             raise InputError("`time` and `sample_rate` are redundant; write one of them")

@@ -317,7 +317,6 @@ _WORDS = {
 
 
 def _span(columns: Mapping[str, Floats], places: NDArray[np.intp], names: tuple[str, ...]) -> str:
-    """Format means over the first and last tenth of cycles: "force amplitude 300 N to 500 N"."""
     tenth = max(1, places.size // 10)
     texts = []
     for name in names:

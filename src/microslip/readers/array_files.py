@@ -58,7 +58,6 @@ def _text_checked(array: np.ndarray) -> np.ndarray:
 
 
 def _entries(path: Path) -> list[tuple[str, tuple[int, ...], np.dtype[Any], int]]:
-    """Return name, shape, type and stored bytes of each array of an .npz archive."""
     entries = []
     with decoded("npz file"), zipfile.ZipFile(path) as archive:
         for entry in archive.infolist():

@@ -273,7 +273,6 @@ def _heading_cells(
 
 
 def _is_number(cell: str) -> bool:
-    """Return whether a heading is a number, apart from text in brackets after it."""
     name = re.split(r"\s*[\[(]", cell, maxsplit=1)[0]
     return bool(_POINT.fullmatch(name) or _COMMA.fullmatch(name))
 

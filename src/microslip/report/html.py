@@ -134,7 +134,6 @@ def _sections(
 
 
 def _provenance(document: Document) -> Iterator[Section]:
-    """Yield a section with program, version, and the files next to the page."""
     generator = document.data.get("generator")
     names = [name for name in document.data.get("files", ()) if name != "report.html"]
     blocks: list[Block] = []

@@ -95,7 +95,6 @@ def _joules(*ends: float, digits: int = 0) -> str:
 
 
 def _answer(measurements: Sequence[Measurement]) -> str:
-    """Describe the regime and the energy per cycle of the records in a sentence."""
     energies = [measured.mean["dissipated_energy"] for measured in measurements]
     if len(measurements) > 1:
         values = [energy.value for energy in energies]
@@ -116,7 +115,6 @@ def _answer(measurements: Sequence[Measurement]) -> str:
 
 
 def _regime(measured: Measurement) -> str:
-    """Describe the regime, such as "mostly gross slip", or the possible regimes if uncertain."""
     possible = measured.possible_regimes
     if len(possible) < 2:
         is_same = measured.regimes.count(measured.regime) == len(measured)
@@ -133,7 +131,7 @@ def _campaign_regimes(measurements: Sequence[Measurement]) -> str:
 
 
 def _ends(measured: Measurement) -> str:
-    """Describe the energy per cycle at the smallest and largest amplitude of a record in steps."""
+    """Describe the energy per cycle at the smallest and largest amplitude of a stepped record."""
     levels = sorted(measured.levels, key=lambda level: level.mean["amplitude"].value)
     low, high = (
         f"{_joules(level.mean['dissipated_energy'].value)} at "
@@ -164,7 +162,6 @@ def _number(measurements: Sequence[Measurement]) -> Headline:
 def _sections(
     measured: Measurement, adapt: cells.Wording, is_alone: bool
 ) -> tuple[Section, Section]:
-    """Return the sections of a record: regimes, means, notes and sources of its numbers."""
     summary = measured.summary()
     counts = [f"{n} {name}" for name, n in summary["regimes"].items() if n]
     facts = [f"{', '.join(counts)} cycle{'s' * (len(measured) > 1)}"]
@@ -259,7 +256,6 @@ def _levels(measured: Measurement) -> Table:
 
 
 def _drift(measured: Measurement, name: str) -> str:
-    """Format the trend of a column over the cycles, if significant."""
     drift = measured.drift(name)
     return _written(drift.value, name) if is_certain(drift) else "–"
 

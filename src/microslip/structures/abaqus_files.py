@@ -117,7 +117,6 @@ def _mirrored(row: Any, column: Any, values: Floats, size: int) -> Any:
 
 
 def _substructure(lines: list[str]) -> dict[str, Any]:
-    """Return the matrices of a linear user element, and its degrees of freedom."""
     blocks: list[tuple[str, list[str]]] = []
     for line in lines:
         if line.startswith("*") and not line.startswith("**"):

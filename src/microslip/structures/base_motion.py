@@ -165,7 +165,6 @@ def _drag_of_mass(rest: AtRest, carried: Floats, frame: Frame | None) -> Floats 
 def _at_supports(
     rest: AtRest, directions: ArrayLike, supports: Sequence[int], frame: Frame | None
 ) -> BaseMotion:
-    """Return the base motion for supports given by their degrees of freedom."""
     size = rest.static_force.size
     given = np.asarray(supports)
     if (

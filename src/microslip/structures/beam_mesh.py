@@ -244,7 +244,6 @@ def _between(
 
 
 def _grid(columns: np.ndarray[Any, Any], rows: np.ndarray[Any, Any]) -> tuple[Any, Any]:
-    """Return the points and quadrilaterals of a grid in plan."""
     xs, ys = np.meshgrid(columns, rows, indexing="ij")
     index = np.arange(xs.size).reshape(xs.shape)
     corners = (index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:])

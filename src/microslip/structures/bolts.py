@@ -361,7 +361,6 @@ def _lever(
 
 
 def _places(positions: ArrayLike) -> Floats:
-    """Return the positions along and across the lap, one row per bolt."""
     array = floats("positions", positions, "m")
     if array.ndim <= 1:
         array = np.stack([np.atleast_1d(array), np.zeros(array.size)], axis=1)

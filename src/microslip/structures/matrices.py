@@ -296,7 +296,6 @@ def _read(file: Path, read: Callable[[Path], Any], limit: int) -> Any:
 
 
 def _npz(file: Path) -> dict[str, Any]:
-    """Return the arrays of a file, and its sparse matrices as coordinates."""
     arrays = archived(file)
     result: dict[str, Any] = {name: array for name, array in arrays.items() if "." not in name}
     for name in {name.partition(".")[0] for name in arrays if "." in name}:

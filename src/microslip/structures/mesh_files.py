@@ -422,7 +422,6 @@ class _Names:
         )
 
     def volume(self, name: str) -> Indices:
-        """Return the indices of the solid cells in a named group."""
         if name not in self._sets:
             raise self._missing(name, "volume")
         pairs = zip(self._numbers, self._sets[name], strict=True)
@@ -433,7 +432,6 @@ class _Names:
         return np.asarray(result, dtype=np.int64)
 
     def nodes(self, name: str, kind: str, cells: Indices) -> Indices:
-        """Return the corners of a volume, or of the facets of a face."""
         try:
             return cells[self.volume(name)]
         except InputError:

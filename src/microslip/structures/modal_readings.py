@@ -104,7 +104,6 @@ def read_decay(time: ArrayLike, signal: ArrayLike) -> FreeDecay:
 
 
 def _signal(time: ArrayLike, signal: ArrayLike) -> tuple[Floats, Floats]:
-    """Validate times and signal, of one length and without implausibly large values."""
     t, x = np.atleast_1d(record("time", time, "s")), np.atleast_1d(record("signal", signal))
     if t.size != x.size:
         raise InputError(f"signal must have one value for each of the {t.size} times, got {x.size}")
@@ -206,7 +205,6 @@ def ring_down(time: ArrayLike, signal: ArrayLike, points: Any, quantity: Any, ba
 
 
 def _check_decay(amplitude: Floats) -> None:
-    """Refuse a signal that does not decay, such as a record of steady hysteresis loops."""
     logarithm, place = np.log(amplitude), np.linspace(-0.5, 0.5, amplitude.size)
     fall = -float(place @ logarithm) / float(place @ place)
     beside = logarithm - logarithm.mean() + fall * place

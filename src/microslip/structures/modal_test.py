@@ -384,7 +384,6 @@ def _stepped_sine(table: RawTable, roles: dict[str, Named], points: Any) -> Step
 
 
 def _sensed(table: RawTable, roles: Mapping[str, Named]) -> tuple[Floats, str]:
-    """Return the signal of the sensor in SI units, and its quantity."""
     signals = [role for role in POWERS if role in roles]
     if len(signals) > 1:
         raise InputError(

@@ -278,7 +278,6 @@ class Oscillator:
         return self._mode(amplitude, method, harmonics)[1]
 
     def _mode(self, amplitude: ArrayLike, method: str, harmonics: Sequence[int]) -> tuple[Any, Any]:
-        """Return angular frequency and damping ratio in the shape of the amplitude."""
         if method not in get_args(Method):
             raise InputError(f"`method` must be {quoted(get_args(Method))}, got {show(method)}")
         shaped = self.joint._amplitudes(amplitude, None)

@@ -154,7 +154,7 @@ class QuasiStatic:
         return QuasiStaticPoint(amplitude, square, shape, lost[-1] - lost[-3])
 
     def _loaded(self, laws: Laws, force: Floats, largest: Floats, motion: Floats) -> Floats:
-        """Return joint motions (coordinates,) [m] under modal forces, as uncommitted trials."""
+        """Solve for the joint motions (coordinates,) [m] under modal forces; trials stay open."""
         aim = self._compliance.T @ force
         unit = float(np.abs(self._compliance.T @ largest).max(initial=0.0)) or 1.0
 
@@ -214,7 +214,6 @@ class QuasiStatic:
         return y[:modes], float(y[modes])
 
     def _solved(self, system: System, y: Floats, units: Floats) -> Floats:
-        """Solve by Newton's method, keeping the Jacobian while it converges."""
         from scipy.linalg.lapack import dgetrf, dgetrs
 
         factors: tuple[Floats, Floats, int] | None = None

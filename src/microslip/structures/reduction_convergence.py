@@ -257,13 +257,11 @@ def _step(trial: _Trial) -> tuple[int, float, float]:
 
 
 def _change(coarse: ModalCurve, fine: ModalCurve) -> tuple[float, float]:
-    """Return relative changes of frequency and damping from a coarser to a finer model."""
     pairs = (fine.frequency, coarse.frequency), (fine.damping_ratio, coarse.damping_ratio)
     return _largest(*(finer / coarser - 1.0 for finer, coarser in pairs))
 
 
 def _largest(frequency: Floats, damping: Floats) -> tuple[float, float]:
-    """Return the changes of frequency and damping of largest magnitude over the amplitudes."""
     largest = (float(change[np.argmax(abs(change))]) for change in (frequency, damping))
     return next(largest), next(largest)
 

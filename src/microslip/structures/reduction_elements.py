@@ -152,7 +152,6 @@ class Elements:
         )
 
     def _map(self, local: Floats, cells: Indices) -> tuple[Floats, Floats]:
-        """Return positions and Jacobians of local points, each in its cell."""
         element = self._corner_element
         corners = self._corner_places[cells]
         places, jacobians = np.zeros((len(cells), 3)), np.zeros((len(cells), 3, 3))

@@ -287,7 +287,6 @@ def gaps_at(form: Any, places: Floats) -> Floats:
 
 
 def _interpolated(table: Floats, places: Floats) -> Floats:
-    """Interpolate a table linearly; use the nearest value just outside of it."""
     from scipy.interpolate import LinearNDInterpolator
     from scipy.spatial import Delaunay, cKDTree
 

@@ -184,7 +184,6 @@ class _Motion:
         return _propagator(step, self.square, self.dashpot / self.mass, self.mass)
 
     def step(self, step: float, propagator: tuple[float, ...], time: float) -> None:
-        """Advance the record by one step from ``time``, including a turning point in it."""
         if not self._turns_in(step, propagator):
             end = self._solve(step, propagator)
             if end[1] * self.way > 0.0:

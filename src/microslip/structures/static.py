@@ -274,7 +274,6 @@ class AtRest:
 
     @property
     def _elastic(self) -> ModalModel:
-        """Modal model; an InputError if it has no elastic mode."""
         if not self.model.size:
             raise InputError(
                 "the structure has no elastic mode; give it a stiffness, or joints that restrain it"
@@ -324,7 +323,7 @@ class AtRest:
 def solver_method(
     solve: Callable[Concatenate[AtRest, _P], _Answer],
 ) -> Callable[Concatenate[AtRest, _P], _Answer]:
-    """Decorate a solver: one thread; an error if motions leave the range of a geometry."""
+    """Decorate a solver: run it in one thread; refuse motions beyond the range of a geometry."""
 
     @single_threaded
     @wraps(solve)

@@ -332,7 +332,6 @@ class Structure:
 
     @cached_property
     def _undeformed(self) -> Preload:
-        """Static state without applied forces; an error for fields with gaps, which have none."""
         if any(attachment.has_gaps for attachment in self.attachments):
             raise InputError(
                 "a field with gaps has no loads before a static solution: write "

@@ -182,7 +182,6 @@ class Numbers(ListOf):
 
 
 def _unit(column: Named, stated_unit: str | None, kind: Kind) -> str:
-    """Return the unit of a column from its header or the study; conflicting units are an error."""
     in_head = column.unit if column.unit and is_unit(column.unit) else None
     where, usual = f'column "{shorten(column.heading, 40)}": ', kind.usual[1]
     # A header such as "x (left)" contains no unit; this is fine if the study gives one.
@@ -201,7 +200,6 @@ def _unit(column: Named, stated_unit: str | None, kind: Kind) -> str:
 
 
 def _values(file: TextFile, place: int, factor: Decimal, declared: Number) -> list[float]:
-    """Return the numbers of one column in SI units, each rounded to the nearest double."""
     _, digits, exponent = factor.normalize().as_tuple()
     power = f"e{exponent}" if digits == (1,) else None
     values = list[float]()

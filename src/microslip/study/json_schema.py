@@ -33,7 +33,6 @@ def schema_tree() -> JsonSchema:
 
 
 def _folded(schema: JsonSchema) -> JsonSchema:
-    """Replace repeated parts of a schema by references to definitions."""
     uses: Counter[str] = Counter()
     definitions: dict[str, JsonSchema] = {}
     names: dict[str, str] = {}

@@ -76,7 +76,6 @@ class _Channel(Reader):
 
 
 def _single(values: Any) -> Any:
-    """Return the item of a list of length one; otherwise the argument unchanged."""
     return values[0] if values and len(values) == 1 else values
 
 

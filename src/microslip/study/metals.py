@@ -43,7 +43,6 @@ def with_metals(tables: dict[str, Any], reading: ReadState) -> dict[str, Any]:
 
 
 def _completed(entry: dict[str, Any], metal: Metal, notes: list[str], name: str) -> dict[str, Any]:
-    """Return a material with missing values taken from a metal, with all digits."""
     entry, additions = dict(entry), []
     for key in _KEYS:
         value = getattr(metal, key)

@@ -143,8 +143,6 @@ class Constant(Reader):
 
 
 class _Several(Reader):
-    """Base of the readers of several values that share one reader."""
-
     item: Reader
 
     def tables(self) -> Iterator[tuple[str, Any]]:

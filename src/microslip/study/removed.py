@@ -162,7 +162,6 @@ def _length(value: Any) -> float:
 
 
 def _si(value: Any, kind: Kind) -> float | None:
-    """Return a number in SI units; None if it is missing or uncertain."""
     try:
         return to_si(value, kind, "")
     except ValueError:

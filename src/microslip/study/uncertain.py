@@ -69,7 +69,7 @@ class Spread(float):
         return value
 
     def following(self, key: str, factor: float) -> Spread:
-        """Return this number times a factor, linked to this number by its key."""
+        """Return a multiple of this number, which follows the samples of this number by its key."""
         value = type(self)(factor * float(self))
         value.of, value.factor, value.unit = key, factor, self.unit
         return value

@@ -228,7 +228,6 @@ def _is_number(cell: str) -> bool:
 
 
 def _length_unit(heading: str, unit: str | None) -> tuple[str, str | None]:
-    """Return the name in a column heading, and its unit if that is a length."""
     name, heading_unit = name_and_unit(heading)
     unit = unit or heading_unit
     if unit is None and (match := _BY_SLASH.fullmatch(heading.strip())):

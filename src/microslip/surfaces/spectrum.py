@@ -36,7 +36,7 @@ class AxisSpectrum(Locked):
 
     @property
     def wavelength(self) -> Floats:
-        """Wavelengths of the density [m], in decreasing order."""
+        """Wavelengths [m] at which the density is given, in decreasing order."""
         return 2.0 * math.pi / self.wavenumber
 
     def moment(self, order: int, *, differences: bool = False) -> float:
@@ -196,7 +196,6 @@ def _axis(power: Floats, count: int, step: float) -> AxisSpectrum:
 
 
 def _rings(full: Floats, steps: tuple[float, float], columns: int) -> tuple[Floats, Floats, Floats]:
-    """Return mean wavenumber, total power and number of waves of each ring of wavenumbers."""
     rows = full.shape[0]
     qx = 2.0 * math.pi * np.fft.rfftfreq(columns, steps[0])
     qy = 2.0 * math.pi * np.fft.fftfreq(rows, steps[1])

@@ -105,7 +105,7 @@ def slip_runs(
 
 @cache
 def _moment_coefficients(twice_order: int) -> Floats:
-    """Return the coefficients of F_n by piece and term, see tools/make_gaussian_tables.py."""
+    """Return the coefficients of the fits of F_n by piece; see :func:`gaussian_moment`."""
     # Load by path, since importing importlib.resources is slow.
     tables = np.load(Path(__file__).with_name("gaussian_moments.npy"), allow_pickle=False)
     return np.ascontiguousarray(tables[twice_order + 1].ravel())

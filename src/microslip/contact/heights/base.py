@@ -31,7 +31,6 @@ class HeightDistribution(Parametric, ABC):
     """Height [m] of the lower end of a bounded distribution, where the moments are not smooth."""
 
     def _scaled(self, factor: float) -> HeightDistribution:
-        """Return the distribution of heights multiplied by ``factor``."""
         kind = type(self)
         if not is_fully_declared(kind):
             raise InputError(

@@ -226,7 +226,7 @@ class DensityHeights(HeightDistribution):
 
     @cached_property
     def _breaks(self) -> Floats:
-        """Edges of the table of order -1/2, and points that accumulate below it."""
+        """Edges [m] of the table of order -1/2, and points that accumulate below the first."""
         edges = self._tables[-1].edges
         below = edges[0] - self.spread * 2.0 ** np.arange(12.0, -48.0, -1.0)
         distinct = np.append(np.diff(edges) > _MIN_WIDTH * self.spread, True)

@@ -357,5 +357,4 @@ class TabulatedHeights(Locked, HeightDistribution):
 
 
 def _above(terms: Floats) -> Floats:
-    """Return the cumulative sums from each term to the last, followed by zero."""
     return np.append(np.cumsum(terms[::-1])[::-1], 0.0)

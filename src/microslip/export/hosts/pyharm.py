@@ -67,7 +67,6 @@ class _Element(NodeToNodeElement):  # type: ignore[misc]
         self.flag_AFT = True
 
     def read_law(self, law: Any) -> None:
-        """Store the law given in the data of the connector."""
         self.law: Any = law
 
     def response(self, motion: Floats) -> tuple[Floats, Floats]:

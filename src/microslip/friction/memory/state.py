@@ -407,7 +407,7 @@ class State(Resumable):
         return self._accumulator
 
     def _step(self, normal_load: float | None) -> float | None:
-        """Return the trial separation from that of the joint, None if the load never varied."""
+        """Return the trial separation relative to the joint's; None if the load never varied."""
         if normal_load is None:
             return None if self._diagram is None else self._diagram.separation
         if normal_load < 0.0:

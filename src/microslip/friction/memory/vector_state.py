@@ -58,7 +58,7 @@ class SliderBank:
 
     @cached_property
     def scales(self) -> Floats:
-        """Force of each node over the sum of the slider forces, times kappa of the node."""
+        """Factor from the sum of the slider forces, times kappa, to the force of each node."""
         return np.ones(self.size) if self.nodes is None else self.nodes.weights
 
     @cached_property

@@ -28,8 +28,8 @@ def intervals(samples: Floats, shares: Sequence[float], draws: int | None = None
     is infinite if there are too few samples. Groups are unbiased and independent whatever the
     dependence within a group (L'Ecuyer and Lemieux 2002, DOI 10.1007/0-306-48102-2_20). The points
     of a single group are treated as independent, with a binomial number below the quantile, which
-    is conservative for quasi-random points. ``draws`` is the number of draws if each has several
-    points.
+    is conservative for quasi-random points; give their number as ``draws`` if several samples
+    belong to one point.
     """
     from scipy.special import stdtrit
 

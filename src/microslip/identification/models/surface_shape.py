@@ -133,7 +133,7 @@ class Template:
     # -- back to surfaces ------------------------------------------------------------------------
 
     def bounds(self) -> tuple[float, float]:
-        """Return the smallest and largest normalised separation [-] of a joint."""
+        """Return the smallest and largest normalised separation [-] that a fit may assume."""
         low, high = (end / self.unit for end in self.law._span)
         if isinstance(self.law, TabulatedNormalLaw):
             grid = np.linspace(low, high, 4001)

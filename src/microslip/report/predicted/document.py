@@ -79,7 +79,6 @@ def prediction_document(result: Prediction) -> Document:
 
 
 def _middle(result: Prediction) -> tuple[int, int]:
-    """Return the indices of the load and amplitude in the middle, used for the headline."""
     return len(result.joints) // 2, (len(result.rows[0].amplitude) - 1) // 2
 
 
@@ -88,14 +87,12 @@ def _written(value: float, unit: str) -> str:
 
 
 def _excitation(result: Prediction) -> tuple[str, str, list[Floats]]:
-    """Return name and unit of the given amplitudes, and their values for each load."""
     if result.study.excitation.force_amplitudes is not None:
         return "force amplitude", "N", [row.force_amplitude for row in result.rows]
     return "displacement amplitude", "m", [row.amplitude for row in result.rows]
 
 
 def _case(result: Prediction) -> str:
-    """Format the amplitude and load of the headline, such as "±300 nm and 2 kN"."""
     load, place = _middle(result)
     _, unit, amplitudes = _excitation(result)
     case = f"±{_written(float(amplitudes[load][place]), unit)}"

@@ -126,7 +126,6 @@ def _remark(scatter: PredictionScatter) -> str:
 
 
 def _confidence_text(scatter: PredictionScatter) -> str:
-    """Describe the confidence of the quantiles, and the samples needed for a smaller interval."""
     widths = _half_widths(scatter, "loss_factor")
     widest, count = float(np.max(widths, initial=0.0)), scatter.samples
     text = (

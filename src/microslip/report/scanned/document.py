@@ -174,7 +174,6 @@ def _remarks(findings: Findings) -> list[str]:
 
 
 def _size_text(findings: Findings) -> str:
-    """Describe the size of the scan: "768 x 576 points, pixel 1.66 µm, 1.27 x 0.956 mm"."""
     scan = findings.scan
     points = " x ".join(str(n) for n in scan.heights.shape[::-1])
     pixel = " x ".join(engineering(step, "m", 4) for step in dict.fromkeys(scan.pixel))

@@ -110,7 +110,6 @@ def _mark_highest(panel: Panel, summits: Summits | None, unit: float) -> str:
 
 
 def _mark(panel: Panel, places: Floats, size: float) -> None:
-    """Draw hollow rings at positions, visible on dark and light ground."""
     panel.marks(places[:, 0], places[:, 1], size=size)
 
 
@@ -208,7 +207,6 @@ def _fill(
     after: list[Line],
     unfiltered: list[Line] | None = None,
 ) -> None:
-    """Draw lines in a panel, with the removed waves on a grey background."""
     low_x, right = 2.0 * min(findings.scan.pixel) / unit, 1.05 * max(findings.scan.size) / unit
     low, high = _ends([*before, *after], low_x, right)
     # Densities far below the original ones after a filter are not shown.

@@ -66,13 +66,11 @@ def structure_answer(prediction: StructurePrediction) -> str:
 
 
 def _place(prediction: StructurePrediction) -> str:
-    """Format the largest amplitude for which the first mode was solved."""
     mode = prediction.modes[0]
     return engineering(float(mode.curve.amplitude[mode.last]), prediction.part.unit, 3)
 
 
 def _outside(prediction: StructurePrediction) -> str:
-    """State how many tested quantities lie outside their bands, and gaps in the responses."""
     away = [verdict for verdict in prediction.judged if verdict.word != "inside"]
     text = (
         f" {len(away)} of {len(prediction.judged)} tested quantities lie outside their bands."
@@ -85,7 +83,6 @@ def _outside(prediction: StructurePrediction) -> str:
 
 
 def _errors(prediction: StructurePrediction) -> str:
-    """Describe the errors due to the model, to truncated harmonics and to few samples."""
     mode, convergence = prediction.modes[0], prediction.convergence
     model = "not estimated"
     if convergence is not None:
@@ -283,7 +280,6 @@ def _model(prediction: StructurePrediction) -> Facts:
 
 
 def _form(prediction: StructurePrediction) -> str:
-    """Describe the gaps between the unloaded faces."""
     form = prediction.part.form
     if form is None:
         return "faces taken as flat"
@@ -335,7 +331,6 @@ def _patches_remark(prediction: StructurePrediction) -> list[str]:
 
 
 def _methods(prediction: StructurePrediction) -> str:
-    """Describe how bands of the curves were computed, and their errors."""
     errors = np.concatenate([abs(m.curve.harmonic_error) for m in prediction.modes])
     harmonics = ", ".join(map(str, prediction.part.harmonics))
     text = f"The effect of harmonics beyond {harmonics} is not known."
@@ -369,7 +364,6 @@ def _resonance(mode: Mode, other: Resonance) -> str:
 
 
 def _bands_remark(mode: Mode, meshed: bool) -> str:
-    """Describe the method and the sampling error of the bands of a mode."""
     if mode.bands is None:
         return ""
     error = mode.bands.damping_error

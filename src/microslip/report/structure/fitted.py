@@ -73,7 +73,6 @@ def fitted_section(prediction: StructurePrediction, identified: ModalIdentificat
 
 
 def _linear(prediction: StructurePrediction, identified: ModalIdentification) -> Table:
-    """Compare the frequencies of the fitted linear model with tests at small amplitudes."""
     listed = (
         Column("mode", "Mode"),
         *(
@@ -105,7 +104,6 @@ _COMPARED = (
 
 
 def _compared(test: ModalTest, curve: ModalCurve, band: Floats) -> Table:
-    """Compare a test with its fitted curve and with the band of the parameters, in words."""
     columns = (
         test.amplitude, test.frequency, curve.frequency, test.damping_ratio,
         test.damping_of(curve), *band[1],

@@ -211,7 +211,6 @@ def _shape(prediction: StructurePrediction, mode: Mode) -> Panel:
 
 
 def _isometric(points: Floats, motion: Floats, facets: NDArray[np.int32], mode: Mode) -> Panel:
-    """Plot a mode of a mesh in isometric view with the axes of the mesh file."""
     view = np.array([[-0.866, 0.866, 0.0], [-0.5, -0.5, 1.0]])
     eye = np.array([1.0, 1.0, 1.0])
     size = float(np.ptp(points, axis=0).max())

@@ -189,7 +189,6 @@ def _samples(result: Prediction, driven: str) -> dict[str, Variable]:
 def _columns(
     tables: Sequence[ResultColumns], prefix: str, dim: str, leave_out: str = ""
 ) -> dict[str, Variable]:
-    """Return the columns of the tables by name, stacked along a first axis of the loads."""
     return {
         prefix + name: variable_of(
             ("load", dim),
@@ -365,7 +364,6 @@ def amplitude_rows(study: StudyDescription) -> list[dict[str, float]]:
 def _computed(
     study: StudyDescription, progress: Progress | None = None
 ) -> tuple[Prediction, Defaults]:
-    """Return all results of a study except those of its structure."""
     begin = _solving(study)
     joints = build_joints(study, _part(progress, 0, 1, 0.0, begin))
     progress = _part(progress, 0, 1, begin, 1.0)

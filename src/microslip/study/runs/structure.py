@@ -156,7 +156,6 @@ def _all_tight(
 
 
 def _reduced(study: StudyDescription, patches: Floats | None = None) -> ReducedJoint:
-    """Return the reduced model of a study without uncertain inputs."""
     part = study.bolted
     reduction = part.reduction if patches is None else part.reduction | {"patches": patches}
     with naming_key(study, "structure"):
@@ -237,7 +236,6 @@ def _identified(
     joint: ReducedJoint,
     tests: tuple[ModalTest, ...],
 ) -> ModalIdentification:
-    """Return the fit of the joint to the tests, starting from the values of the study."""
     part = study.bolted
     body = study.surface.materials[0]
 

@@ -15,11 +15,11 @@ HEAD = """\
 # The chapter's figures
 
 Here you find the figures of chapter 19 of *The Mechanics of Jointed Structures*
-([doi:10.1007/978-3-319-56818-8_19](https://doi.org/10.1007/978-3-319-56818-8_19)) with numbers,
-drawn with this library, followed by some figures that the chapter does not have. The
-axes of the chapter have no numbers, so each figure states its assumptions. Where the chapter shows
-measurements (19.6, 19.7, 19.22) the data are synthetic and labelled so. One command draws all
-figures as SVG and PNG, with their data as CSV; `--only` selects figures:
+([doi:10.1007/978-3-319-56818-8_19](https://doi.org/10.1007/978-3-319-56818-8_19)), all but a
+photograph and the sketches, drawn with this library. The axes of the chapter have no numbers, so
+each figure states its assumptions. Where the chapter shows measurements (19.6, 19.7, 19.22) the
+data are synthetic and labelled so. One command draws all figures as SVG and PNG, with their data as
+CSV; `--only` selects figures:
 
 ```sh
 microslip figures -o figures
@@ -35,8 +35,7 @@ def page() -> str:
     """Return the page with titles, captions and assumptions of the figures."""
     parts = [HEAD]
     for plate in PLATES:
-        number = f"Fig. {plate.number}: " if plate.number[0].isdigit() else ""
-        title = number + plate.title
+        title = f"Fig. {plate.number}: {plate.title}"
         parts.append(
             f"## {title}\n\n![{title}](images/chapter/{plate.stem}.svg)\n\n"
             f"{plate.caption}\n\n*{plate.parameters}* `{plate.command}`\n"

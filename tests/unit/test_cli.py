@@ -100,7 +100,7 @@ def test_a_wrong_command_is_one_line() -> None:
     assert fails("predcit") == (
         'error: no command "predcit"; did you mean "predict"? '
         "(commands: demo, new, check, predict, batch, measure, identify, surface, "
-        "export, materials, schema, figures, explore, app, completion)"
+        "export, materials, schema, figures, explore, app)"
     )
     usage = "(usage: microslip predict [OPTIONS] STUDY)"
     assert fails("predict") == f"error: missing STUDY {usage}"
@@ -117,10 +117,6 @@ def test_a_wrong_command_is_one_line() -> None:
     assert fails("--verison") == (
         'error: no option "--verison"; did you mean "--version"? '
         "(usage: microslip [OPTIONS] [COMMAND] [ARGS]...)"
-    )
-    assert fails("completion", "bsh") == (
-        'error: SHELL: wanted bash, zsh, fish, got "bsh"; did you mean "bash"? '
-        "(usage: microslip completion [OPTIONS] SHELL)"
     )
 
 
@@ -193,7 +189,6 @@ WRITING = [
     ["check", "joint.toml"],
     ["materials", "steel"],
     ["schema"],
-    ["completion", "zsh"],
     ["--help"],
 ]
 # That no way of writing goes round the streams.

@@ -1,4 +1,4 @@
-"""Data set of a result: named arrays with dimensions and units; rows for JSON, lines for CSV."""
+"""Data set of a result: named arrays with dimensions and units; lines for CSV."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from microslip._core.errors import InputError
 from microslip._core.packages import needed_for
-from microslip._core.quantities import json_value
 from microslip._core.wording import quote
 
 _BLOCK = 20_000  # rows of a CSV file formatted at once
@@ -73,18 +72,6 @@ class DataSet(Mapping[str, Variable]):
         places = tuple(slice(None) if dim in variable.dims else None for dim in dims)
         values = variable.values.transpose(order)[places] if places else variable.values
         return np.broadcast_to(values, tuple(self.sizes[dim] for dim in dims))
-
-    def rows(
-        self, columns: Mapping[str, str], dims: tuple[str, ...], **at: int
-    ) -> list[dict[str, Any]]:
-        """Return rows for JSON: a dictionary for each point along ``dims``.
-
-        ``columns`` maps the keys of a row to names of variables; ``at`` gives the index along some
-        dimensions, which are then not varied.
-        """
-        fixed = tuple(at.get(dim, slice(None)) for dim in dims)
-        flat = [json_value(self.spread(name, dims)[fixed].reshape(-1)) for name in columns.values()]
-        return [dict(zip(columns, row, strict=True)) for row in zip(*flat, strict=True)]
 
     def csv_lines(
         self, columns: Mapping[str, str], dims: tuple[str, ...]

@@ -30,10 +30,6 @@ _NUMBER = re.compile(
 _UNIT = re.compile(r"[\w%°^*/·⋅().⁻⁰¹²³⁴⁵⁶⁷⁸⁹ +-]{1,60}")
 
 
-# Adjacent keys of a keyboard.
-_NEIGHBOURS = [{*pair} for pair in ("mn", "mk", "as", "po", "ui", "cv", "cx", "hg", "gf")]
-
-
 # Patterns of text after a number that indicate a mistake in the number, with the mistake.
 _NOT_A_UNIT = (
     (r",\d", 'the decimal sign is the point, "."'),
@@ -255,14 +251,13 @@ def factor_of(unit: str, kind: Kind, message: str) -> Decimal:
     near = usual.get(unit.casefold().replace(" ", ""))
     parsed = _parse(unit)
     if parsed is None:
-        near = near or _mistyped_unit(unit, kind.usual) or nearest(unit, kind.usual)
+        near = near or nearest(unit, kind.usual)
         hint = f'; did you mean "{near}"?' if near else ""
         raise QuantityError(f'{message} (unknown unit "{shorten(unit, 24)}"{hint})')
     factor, dimension = parsed
     if (expected := _parse(kind.unit)) is None or dimension != expected[1]:
         # "2 kn" is a velocity in pint (knots); suggest the unit with other case.
         name = _dimension_name(dimension)
-        near = near or _mistyped_unit(unit, kind.usual)
         if near is None and name.startswith("of dimension"):
             near = nearest(unit, kind.usual)
         hint = f'; did you mean "{near}"?' if near else ""
@@ -270,19 +265,6 @@ def factor_of(unit: str, kind: Kind, message: str) -> Decimal:
     if kind.pattern and not re.fullmatch(kind.pattern, unit):
         raise QuantityError(f"{message} (wanted in {' or '.join(kind.usual[:2])})")
     return factor
-
-
-def _mistyped_unit(unit: str, usual: tuple[str, ...]) -> str | None:
-    """Return the usual unit of which ``unit`` is a misspelling: adjacent key or swapped letters.
-
-    Most units are too short for a comparison by similarity of words.
-    """
-    for text in usual:
-        if len(unit) == len(text) > 1 and unit[0] == text[0]:
-            wrong = [{*pair} for pair in zip(unit, text, strict=True) if pair[0] != pair[1]]
-            if len(wrong) == 1 and wrong[0] in _NEIGHBOURS:
-                return text
-    return next((text for text in usual if len(text) == 2 and text[::-1] == unit), None)
 
 
 @lru_cache(maxsize=1)

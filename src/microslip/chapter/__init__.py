@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from types import MappingProxyType
@@ -20,17 +19,15 @@ KIND = "microslip-figures"
 """Kind of a folder of figures, stored in summary.json."""
 
 
-def _chapter_order(plate: Plate) -> float:
-    number = plate.number.partition(".")[2]
-    return int(number) if number else math.inf
-
-
 _MODULES = (contact, loops, surface, joint, rig)
 _ENTRIES = (entry for module in _MODULES for entry in vars(module).values())
 PLATES = tuple(
-    sorted((entry for entry in _ENTRIES if isinstance(entry, Plate)), key=_chapter_order)
+    sorted(
+        (entry for entry in _ENTRIES if isinstance(entry, Plate)),
+        key=lambda plate: int(plate.number.removeprefix("19.")),
+    )
 )
-"""All figures in chapter order, followed by figures that the chapter does not have."""
+"""All figures in chapter order."""
 
 LEFT_OUT = MappingProxyType(
     {

@@ -1,4 +1,4 @@
-"""Figures of the whole interface, 19.19 to 19.24, its damping, and a varying normal load."""
+"""Figures of the whole interface, 19.19 to 19.24."""
 
 from __future__ import annotations
 
@@ -20,8 +20,6 @@ from microslip.chapter.plate import (
     KILO,
     LIGHT,
     MICRO,
-    MILLI,
-    NANO,
     PENS,
     RED,
     STROKE,
@@ -34,7 +32,7 @@ from microslip.chapter.plate import (
 )
 from microslip.chapter.surface import SPREAD, worked_example
 from microslip.contact import GreenwoodWilliamson
-from microslip.friction import CoupledResponse, Interface, Iwan
+from microslip.friction import Interface, Iwan
 
 
 def joint_note(addition: str = "") -> str:
@@ -243,153 +241,4 @@ def _damping(plate: Plate) -> Drawing:
     right = axes.secondary_yaxis("right", functions=to_ratio)
     right.set_ylabel("Damping ratio ζ = η/2 [–]")
     body.legend(loc="outside lower center", ncols=3, title="Normal load")
-    return Drawing(figure, columns)
-
-
-@as_plate(
-    "damping",
-    "measures",
-    "Measures of damping compared, for one asperity",
-    "All describe the same loop. Those of energy and loss vanish in microslip; B tends to 2/3 "
-    "there, because the width of the loop vanishes as well.",
-    one_summit(),
-)
-def _measures(plate: Plate) -> Drawing:
-    joint = summit()
-    x = np.union1d(np.geomspace(0.03, 30.0, 300), [1.0])
-    a = x * joint.slip_limit
-    force, lost = joint.backbone(a), joint.dissipated_energy(a)
-    # Masing: the branch from the peak reaches T = 0 at twice the displacement of half the force.
-    width: Floats = a - 2.0 * joint.backbone_displacement(0.5 * force)
-    columns: dict[str, Floats] = {
-        "amplitude over slip limit": x,
-        "energy ratio A": joint.energy_ratio(a),
-        "sliding ratio D": width / a,
-        "B": lost / (4.0 * force * width),
-        "loss factor": joint.loss_factor(a),
-        "damping ratio": joint.damping_ratio(a),
-    }
-    labels = (
-        "energy ratio A = $E_d/4δ_mT_m$",
-        "sliding ratio D = $δ_g/δ_m$",
-        "B = $E_d/4T_mδ_g$",
-        "loss factor η = (4/π) A, the chapter's ξ",
-        "damping ratio ζ = η/2",
-    )
-    figure, body, axes = plate.sheet(4.6)
-    at = int(np.searchsorted(x, 1.0))
-    for values, label, look in zip(list(columns.values())[1:], labels, PENS, strict=True):
-        axes.plot(x, values, label=label, **look)
-        axes.plot([1.0], [values[at]], "o", color=look["color"], markersize=4.0, zorder=4)
-    marks = zip("ADBηζ", list(columns.values())[1:], strict=True)
-    listed = "\n".join(f"{name} = {values[at]:.4f}" for name, values in marks)
-    words(axes, f"at the slip limit\n{listed}", 0.055, 1.0, ha="left")
-    axes.axvline(1.0, color=LIGHT, linestyle=STROKE, linewidth=0.9, zorder=1)
-    log_scale(axes, "x")
-    axes.set(xlabel=r"Amplitude over slip limit $δ_m/δ_L$ [–]", ylabel="Measure of damping [–]")
-    axes.set_ylim(0.0, 1.4)
-    body.legend(loc="outside lower center", ncols=2)
-    return Drawing(figure, columns)
-
-
-LOOP_SAMPLES = 180
-
-
-def _last_cycle_energy(response: CoupledResponse) -> float:
-    lost = response.dissipated_energy
-    return float(lost[-1] - lost[-1 - LOOP_SAMPLES])
-
-
-def cycles(joint: Interface, amplitude: float, ripple: float, phase: float) -> CoupledResponse:
-    """Return two cycles of displacement [m] and load [N]; the load leads by ``phase`` [degrees].
-
-    The maxima of both lie in the first cycle, so that the second is periodic.
-    """
-    turn = 2.0 * math.pi * np.arange(1, 2 * LOOP_SAMPLES + 1) / LOOP_SAMPLES
-    load = joint.normal_load * (1.0 + ripple * np.sin(turn + math.radians(phase)))
-    # At full ripple the smallest load is exactly zero; remove rounding errors.
-    load[load < 1e-12 * joint.normal_load] = 0.0
-    return joint.coupled_response(amplitude * np.sin(turn), normal_load=load)
-
-
-@as_plate(
-    "coupled-phase",
-    "energy",
-    "Energy of a cycle under a varying normal load",
-    "Out of phase more energy is dissipated, as Putignano, Ciavarella and Barber (2011) found: "
-    "most with the load ahead by a little less than a quarter cycle, least nearly in phase or in "
-    "antiphase. The effect grows towards small displacements and is small in gross slip.",
-    joint_note("Displacement amplitude · sin θ, load N (1 + ripple · sin(θ + ψ)); settled cycle."),
-)
-def _by_phase(plate: Plate) -> Drawing:
-    joint = worked_example()
-    phases: Floats = np.arange(0.0, 181.0, 4.5)
-    figure, body = plate.page(4.2)
-    first, right = body.subplots(1, 2, sharey=True)
-    columns = {"phase [deg]": phases}
-    cases = (
-        (first, [(a, 0.5) for a in (1e-7, 2e-7, 5e-7, 1e-6)], "(a) ripple 50 %"),
-        (right, [(2e-7, r) for r in (0.75, 0.5, 0.25)], "(b) amplitude 0.2 µm"),
-    )
-    for axes, pairs, title in cases:
-        for (amplitude, ripple), look in zip(pairs, PENS, strict=False):
-            constant = float(joint.dissipated_energy(amplitude))
-            lost = [_last_cycle_energy(cycles(joint, amplitude, ripple, phase)) for phase in phases]
-            share = np.array(lost) / constant
-            columns[f"energy ratio at {amplitude:g} m with ripple {ripple:g}"] = share
-            label = (
-                f"{amplitude / MICRO:g} µm" if axes is first else f"{ripple:.0%}".replace("%", " %")
-            )
-            axes.plot(phases, share, label=label, **look)
-        axes.axhline(1.0, color=LIGHT, linestyle=STROKE, linewidth=0.9, zorder=1)
-        axes.set(xlabel="Phase ψ of the load before δ [°]", title=title)
-        axes.set_xlim(0.0, 180.0)
-        axes.set_xticks(np.arange(0.0, 181.0, 45.0))
-        axes.legend(loc="upper right", title="Amplitude" if axes is first else "Ripple")
-    first.set(ylabel="Energy per cycle over that at constant load [–]")
-    first.set_ylim(0.0, 4.0)
-    return Drawing(figure, columns)
-
-
-@as_plate(
-    "coupled-ripple",
-    "energy",
-    "One asperity under a normal load that varies up to lift-off",
-    "With the load ahead by an eighth or a quarter of the cycle the ripple increases the "
-    "dissipated energy, in phase it reduces it (a). At full ripple the contact separates once per "
-    "cycle; there the force is 0 at any displacement (b).",
-    one_summit("Amplitude 0.8 δL, load N (1 + ripple · sin(θ + ψ)); settled cycle."),
-)
-def _by_ripple(plate: Plate) -> Drawing:
-    joint = summit()
-    top = 0.8 * joint.slip_limit
-    constant = float(joint.dissipated_energy(top))
-    ripples: Floats = np.linspace(0.0, 1.0, LOOP_SAMPLES // 2 + 1)
-    figure, body = plate.page(4.2)
-    first, right = body.subplots(1, 2)
-    columns = {"ripple": ripples}
-    for phase, look in zip((0.0, 45.0, 90.0, 135.0), PENS[1:], strict=True):
-        share = (
-            np.array([_last_cycle_energy(cycles(joint, top, ripple, phase)) for ripple in ripples])
-            / constant
-        )
-        columns[f"energy ratio at {phase:g} deg"] = share
-        first.plot(ripples, share, label=f"{phase:g}°", **look)
-    first.axhline(1.0, color=LIGHT, linestyle=STROKE, linewidth=0.9, zorder=1)
-    first.set(xlabel="Load ripple ΔN/N [–]", title="(a) energy of a cycle")
-    first.set(ylabel="Energy per cycle over that at constant load [–]")
-    first.set(xlim=(0.0, 1.0), ylim=(0.0, 3.5))
-    first.legend(loc="upper left", title="ψ, load before δ")
-    for ripple, phase, look in ((0.0, 0.0, PENS[0]), (1.0, 0.0, PENS[1]), (1.0, 90.0, PENS[3])):
-        response = cycles(joint, top, ripple, phase)
-        x, force = (v[LOOP_SAMPLES - 1 :: 2] for v in (response.displacement, response.force))
-        name = f"ripple 1, {phase:g} deg" if ripple else "constant load"
-        columns[f"displacement: {name} [m]".replace(",", "")] = x
-        columns[f"force: {name} [N]".replace(",", "")] = force
-        label = f"lift-off, {phase:g}°" if ripple else "constant load"
-        right.plot(x / NANO, force / MILLI, label=label, **look)
-    cross(right)
-    right.set(xlabel="Tangential displacement δ [nm]", ylabel="Tangential force T [mN]")
-    right.set_title("(b) loops, up to full ripple")
-    right.legend(loc="upper left")
     return Drawing(figure, columns)

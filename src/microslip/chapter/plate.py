@@ -69,7 +69,7 @@ class Plate:
     Parameters
     ----------
     number : str
-        Number in the chapter, such as "19.13", or a word for a figure that the chapter lacks.
+        Number in the chapter, such as "19.13".
     name : str
         Stem of the file names, joined by hyphens.
     title : str
@@ -111,8 +111,7 @@ class Plate:
         foot = 0.06 + 0.14 * len(text.splitlines())
         parts = figure.subfigures(2, 1, height_ratios=[height - foot, foot])
         body, below = np.ravel(np.asarray(parts))
-        number = f"Fig. {self.number}: " if self.number[0].isdigit() else ""
-        body.suptitle(number + self.title, fontsize=10)
+        body.suptitle(f"Fig. {self.number}: {self.title}", fontsize=10)
         below.text(0.5, 0.5, subscripts(text), fontsize=7.5, color=GREY, ha="center", va="center")
         return figure, body
 

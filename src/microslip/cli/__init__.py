@@ -11,7 +11,7 @@ from microslip._version import __version__
 from microslip.cli.export import export
 from microslip.cli.group import Group
 from microslip.cli.identify import identify
-from microslip.cli.lists import app, completion, explore, figures, materials, schema
+from microslip.cli.lists import app, explore, figures, materials, schema
 from microslip.cli.measure import measure
 from microslip.cli.studies import batch, check, demo, new, predict
 from microslip.cli.surface import surface
@@ -53,6 +53,6 @@ def main(context: click.Context) -> None:
 # Order of the commands in the help.
 for _command in (
     *(demo, new, check, predict, batch, measure, identify, surface, export),
-    *(materials, schema, figures, explore, app, completion),
+    *(materials, schema, figures, explore, app),
 ):
     main.add_command(_command)

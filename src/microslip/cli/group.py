@@ -21,8 +21,6 @@ else:  # not generic before click 8.2
     _Choice = click.Choice
 
 _LONGEST = 1000  # characters of a message
-_FORMER = {"--turn": "--flip-sign"}
-"""Former option names, accepted but not shown in the help."""
 EXIT_OK, EXIT_INTERNAL, EXIT_USER, EXIT_INTERRUPTED = 0, 1, 2, 130
 
 
@@ -72,9 +70,8 @@ class Group(click.Group):
         **extra: Any,
     ) -> click.Context:
         """Create the click context; handle errors of output, since --help prints here."""
-        words = [_FORMER.get(word, word) for word in args]
         with _printing():
-            return super().make_context(info_name, words, parent, **extra)
+            return super().make_context(info_name, args, parent, **extra)
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command; handle errors of standard output."""

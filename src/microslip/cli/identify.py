@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from microslip.cli.lists import complete_study
 from microslip.cli.options import (
     ANY_PATH,
     Output,
@@ -41,7 +40,7 @@ if TYPE_CHECKING:
     "--study", "STUDY",
     "Study with materials, area and height distribution, to identify the parameters of the "
     "interface.",
-    type=ANY_PATH, shell_complete=complete_study,
+    type=ANY_PATH,
 )  # fmt: skip
 @writes(
     "Folder for report, tables, figures, law.json and joint.toml; without it nothing is written.",

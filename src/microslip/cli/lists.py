@@ -1,111 +1,23 @@
-"""Commands that list metals, schema and figures, open pages, or complete words in shells."""
+"""Commands that list metals, schema and figures, or open pages."""
 
 from __future__ import annotations
 
-import os
 import re
 import sys
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
-from click.shell_completion import (
-    BashComplete,
-    CompletionItem,
-    FishComplete,
-    ZshComplete,
-    split_arg_string,
-)
 
 from microslip._core.errors import InputError
 from microslip._core.quantities import named
 from microslip._core.units import engineering
-from microslip.cli.group import OneOf, echo_json
+from microslip.cli.group import echo_json
 from microslip.cli.options import option, output_option, progress, stoppable, switch
 
 if TYPE_CHECKING:
     from microslip.contact.materials import Metal
-
-
-SHELLS = {
-    "bash": ('eval "$(microslip completion bash)"', "~/.bashrc (bash 4.4 or newer)"),
-    "zsh": ('eval "$(microslip completion zsh)"', "~/.zshrc, below compinit"),
-    "fish": ("microslip completion fish | source", "~/.config/fish/config.fish"),
-}
-"""Line that enables completion, and the file for it, by shell."""
-
-_CLASSES = {"bash": BashComplete, "zsh": ZshComplete, "fish": FishComplete}
-
-
-@click.command(short_help="Print the completion script of a shell.")
-@click.argument("shell", type=OneOf(tuple(SHELLS)), metavar="SHELL")
-@click.pass_context
-def completion(context: click.Context, shell: str) -> None:
-    """Print the completion of commands, studies and metals for SHELL: bash, zsh or fish.
-
-    The last lines explain the installation.
-    """
-    kind = _CLASSES[shell]
-    completer = kind(context.find_root().command, {}, "microslip", "_MICROSLIP_COMPLETE")
-    line, file = SHELLS[shell]
-    # source() would require a recent bash on this machine; the script may be for another one.
-    script = completer.source_template % completer.source_vars()
-    # At the end, where it is visible and zsh accepts comments.
-    click.echo(f"{script}\n# For completion in every shell, put into {file}:\n#   {line}")
-
-
-def complete_study(
-    context: click.Context, parameter: click.Parameter, begun: str
-) -> list[CompletionItem]:
-    """Return the study files that complete a word, or any files if no study matches."""
-    folder, slash, start = begun.rpartition("/")
-    try:
-        names = sorted(
-            f"{folder}{slash}{path.name}"
-            for path in Path(folder + slash or ".").iterdir()
-            if path.suffix == ".toml" and path.name.startswith(start)
-        )
-    except (OSError, ValueError):
-        names = []
-    return [CompletionItem(name) for name in names] or [CompletionItem(begun, type="file")]
-
-
-def complete_key(
-    context: click.Context, parameter: click.Parameter, begun: str
-) -> list[CompletionItem]:
-    """Return the keys of the study on the command line that complete a word."""
-    if "=" in begun:
-        return []
-    # While an option lacks its value, click has no parameters: use the words of the line.
-    words = split_arg_string(os.environ.get("COMP_WORDS", ""))
-    named = [word for word in words if word.endswith(".toml")]
-    try:
-        keys = _keys(tomllib.loads(Path(named[0]).read_text(encoding="utf-8")))
-    except (IndexError, OSError, ValueError, RecursionError):
-        return []
-    return [CompletionItem(f"{key}=") for key in keys if key.startswith(begun)]
-
-
-def _keys(table: dict[str, Any], path: str = "") -> list[str]:
-    keys: list[str] = []
-    for key, value in table.items():
-        keys += _keys(value, f"{path}{key}.") if isinstance(value, dict) else [f"{path}{key}"]
-    return keys
-
-
-def complete_metal(
-    context: click.Context, parameter: click.Parameter, begun: str
-) -> list[CompletionItem]:
-    """Return the names of metals that complete a word."""
-    from microslip.contact.materials import metals
-
-    return [
-        CompletionItem(metal.name, help=metal.description)
-        for metal in metals().values()
-        if metal.name.startswith(begun)
-    ]
 
 
 _KEYS = {"young_modulus": "E", "poisson_ratio": "ν", "hardness": "hardness"}
@@ -114,7 +26,7 @@ _DOCUMENT = re.compile(r".*?(?::|, )(?:19|20)\d\d\b")
 
 
 @click.command(short_help="List the metals that a study can name.")
-@click.argument("name", required=False, shell_complete=complete_metal)
+@click.argument("name", required=False)
 @switch("--json", "Print them as JSON, in SI units.", "as_json")
 def materials(name: str | None, as_json: bool) -> None:
     """List the metals that a study can name, or show all values of the metal NAME.

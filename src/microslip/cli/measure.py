@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import click
 
-from microslip.cli.lists import complete_study
 from microslip.cli.options import (
     ANY_PATH,
     FORMATS,
@@ -49,7 +48,7 @@ if TYPE_CHECKING:
 @offers(RIG_STIFFNESS, DELAY)
 @option(
     "--model", "STUDY", "Study of the joint that defines the regimes; by default one sphere.",
-    type=ANY_PATH, shell_complete=complete_study,
+    type=ANY_PATH,
 )  # fmt: skip
 @CYCLES
 @BAND_OPTION

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import click
 
 from microslip.cli.group import OneOf, echo_json
-from microslip.cli.lists import complete_key, complete_study
 from microslip.cli.options import (
     ANY_PATH,
     FORMATS,
@@ -32,11 +31,11 @@ if TYPE_CHECKING:
     from microslip.report import Study
 
 
-study_argument = click.argument("study", type=ANY_PATH, shell_complete=complete_study)
+study_argument = click.argument("study", type=ANY_PATH)
 overridable = option(
     "--set", "KEY=VALUE",
     'Override a key of the study, such as joint.normal_load="3 kN"; may be repeated.',
-    "overrides", multiple=True, shell_complete=complete_key,
+    "overrides", multiple=True,
 )  # fmt: skip
 
 
@@ -214,7 +213,7 @@ def new(name: Path, kind: str, law: str, process: str | None) -> None:
 @option(
     "--study", "STUDY",
     "Base study for a table or for scans; for records the joint that defines the regimes.",
-    type=ANY_PATH, shell_complete=complete_study,
+    type=ANY_PATH,
 )  # fmt: skip
 @output_option("Folder of the results; by default SOURCE-batch in the current folder.")
 @click.option(

@@ -147,7 +147,6 @@ def _decimal(value: float, step: float) -> str:
 
 EDGE = "#444444"
 """Color of a line that marks a position on an axis."""
-SHORT_DASH = (1.0, 1.0)
 
 
 class LineStyle(NamedTuple):
@@ -233,14 +232,6 @@ def in_rows(panels: Sequence[Panel], columns: int) -> tuple[float, ...]:
         row, column = divmod(number, columns)
         panel.cell = (row, row, column, column)
     return (1.0,) * math.ceil(len(panels) / columns)
-
-
-class Family(NamedTuple):
-    """Lines to be drawn in one of several panels with a common x axis, with quantity and unit."""
-
-    name: str
-    unit: str
-    lines: Sequence[tuple[LineStyle, Floats]]
 
 
 def scale_of_colours(

@@ -165,6 +165,11 @@ class NormalLaw(Parametric, ABC):
         return np.union1d(self._breaks, edge)
 
     @property
+    def _is_spline(self) -> bool:
+        """Whether the law is polynomials between :attr:`_kinks`, which all kernels evaluate."""
+        return False
+
+    @property
     def _spheres(self) -> Spheres | None:
         return None
 

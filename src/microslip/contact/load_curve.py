@@ -82,9 +82,16 @@ class LoadCurve:
         return self._covering(low, high)
 
     def arguments(self, low: float, high: float) -> tuple[Any, ...]:
-        """Return the curve over the steps `low` to `high` as arguments of the compiled kernels."""
+        """Return the curve over the steps `low` to `high` as arguments of the compiled kernels.
+
+        A table without a profile is given as its polynomials; other curves call Python.
+        """
         profile = self.profile(low, high)
-        return kernels.curve_arguments(self) if profile is None else profile.arguments
+        if profile is not None:
+            return profile.arguments
+        if self.shared and self.surface._is_spline:
+            return self.smooth_parts(low, high).arguments
+        return kernels.curve_arguments(self)
 
     def _covering(self, low: float, high: float) -> Profile | None:
         profile = self._profile

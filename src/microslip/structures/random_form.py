@@ -38,7 +38,9 @@ def random_face(
     """
     numbers = rng.standard_normal((2, _WAVES)) / correlation
     phases = rng.uniform(0.0, 2.0 * np.pi, _WAVES)
-    heights = np.cos(places @ numbers + phases).sum(axis=1)
+    # Single precision suffices, and its cosine takes a quarter of the time.
+    angles = (places @ numbers + phases).astype(np.float32)
+    heights = np.cos(angles, out=angles).sum(axis=1, dtype=np.float64)
     plane = np.column_stack([np.ones(len(places)), places / np.ptp(places, axis=0).max()])
     root = np.sqrt(weights)[:, None]
     solved = np.linalg.lstsq(plane * root, heights * root[:, 0], rcond=None)[0]

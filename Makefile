@@ -100,7 +100,7 @@ test: $(READY) $(EXTRA)  ## run the tests, but for the slow ones
 	@"$(PY)" -m pytest $(PYTEST_ARGS) $(TESTS)
 
 slow: $(READY) $(EXTRA)  ## run the slow tests
-	@"$(PY)" -m pytest -m slow $(PYTEST_ARGS) $(TESTS) || { \
+	@"$(PY)" -m pytest -m slow --durations=40 $(PYTEST_ARGS) $(TESTS) || { \
 	    code=$$?; [ $$code -eq 5 ] || exit $$code; echo "There are no slow tests."; }
 
 # make attack INPUTS=1000000 TABLE=docs/attack.md writes the table of the page

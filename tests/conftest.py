@@ -17,7 +17,7 @@ _COMMON = {"deadline": None, "suppress_health_check": [HealthCheck.function_scop
 settings.register_profile("quick", max_examples=12, derandomize=True, **_COMMON)
 # Where the same code runs again, on another Python or from another compiler.
 settings.register_profile("few", max_examples=4, derandomize=True, **_COMMON)
-settings.register_profile("slow", max_examples=30, derandomize=True, **_COMMON)
+settings.register_profile("slow", max_examples=20, derandomize=True, **_COMMON)
 # For a search by hand: other examples each time.
 settings.register_profile("explore", max_examples=500, print_blob=True, **_COMMON)
 

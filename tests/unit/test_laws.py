@@ -81,16 +81,3 @@ def test_segalman() -> None:
         [2.5, 2.5, 2.5], rel=1e-14, abs=0
     )
     assert SEGALMAN.dissipation_exponent(1e3 * phi) == pytest.approx(1, abs=1e-3)
-
-
-# -- as cells, and as four parameters --------------------------------------------------------------
-
-
-def test_many_cells_gather_into_few() -> None:
-    many = ms.Iwan.examples()[2]
-    few = many.to_iwan(np.int64(7))
-    assert few.cell_count == 7
-    assert few.force_limit == pytest.approx(many.force_limit, rel=1e-14, abs=0)
-    assert few.tangential_stiffness == pytest.approx(many.tangential_stiffness, rel=1e-14, abs=0)
-    u = np.linspace(0, 1e-6, 1001)
-    assert np.abs(few.backbone(u) - many.backbone(u)).max() < 0.01 * many.force_limit

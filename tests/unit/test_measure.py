@@ -191,17 +191,6 @@ def test_no_loop_is_larger_than_its_rectangle() -> None:
 # -- conditioning ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("samples", [-7.0, 3.0])
-def test_a_delay_is_removed(samples: float) -> None:
-    record = virtual(amplitude=2e-5, rig_stiffness=1e8, cycles=30, noise=0.01)
-    place = np.arange(len(record))
-    force = np.interp(place - samples, place, record.force)
-    late = ms.Record(record.displacement, force, record.normal_load, sample_rate=5120.0)
-    back = ms.measure(condition(late, delay=samples / 5120.0))
-    expected = ms.measure(record).mean["dissipated_energy"].value
-    assert back.mean["dissipated_energy"].value == pytest.approx(expected, rel=2e-3)
-
-
 def test_uneven_time() -> None:
     time = np.arange(len(RECORD)) / 5120.0
     uneven = time + 2e-5 * np.random.default_rng(0).uniform(-1, 1, time.size)
@@ -210,17 +199,6 @@ def test_uneven_time() -> None:
     back = condition(ms.Record(x, late, 2000.0, time=uneven), delay=5e-4)
     inner = slice(10, 4000)
     np.testing.assert_allclose(back.force[inner], force[inner], rtol=0, atol=0.02 * np.ptp(force))
-
-
-def test_rig_taken_off() -> None:
-    record = virtual(amplitude=15e-6, rig_stiffness=1e8)
-    x, force = record.displacement, record.force
-    off = ms.measure(ms.Record(x - force / 1e8, force, record.normal_load, sample_rate=5120.0))
-    same = ms.measure(record, rig_stiffness=1e8)
-    assert off.mean["amplitude"].value == pytest.approx(same.mean["amplitude"].value, rel=1e-3)
-    assert off.mean["dissipated_energy"].value == pytest.approx(
-        same.mean["dissipated_energy"].value, rel=1e-3
-    )
 
 
 # -- the command -----------------------------------------------------------------------------------

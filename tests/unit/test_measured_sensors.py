@@ -68,21 +68,6 @@ def test_gains_of_sensors_are_in_all_intervals(tmp_path: Path) -> None:
             ms.measure(record_of(sine()), gain_errors=wrong)
 
 
-def test_a_delay_is_reported_and_removed(tmp_path: Path) -> None:
-    x = 0.4 * sine()  # twice the way to slip: partial slip would be hidden
-    late = record_of(x, lag=2.0)
-    assert any("behind the displacement" in note for note in ms.measure(late).notes)
-    right = ms.measure(record_of(x)).mean["dissipated_energy"].value
-    taken = ms.measure(late, delay=2.0 / 2000.0).mean["dissipated_energy"].value
-    assert taken == pytest.approx(right, rel=0.01)
-    late.to_csv(tmp_path / "run.csv")
-    outcome = run("measure", str(tmp_path / "run.csv"))
-    assert "--delay" in outcome.stdout
-    outcome = run("measure", str(tmp_path / "run.csv"), "--delay", "1 ms", "--json")
-    mean = json.loads(outcome.stdout)["records"][0]["mean"]["dissipated_energy"]
-    assert mean["value"] == pytest.approx(taken, rel=1e-9)
-
-
 @pytest.mark.parametrize("where", [0, 37, 50, 90])
 def test_a_stop_while_logging_ruins_nothing(where: int) -> None:
     """A fit to these once found 23 N for 100 N and said that it ended at a minimum."""

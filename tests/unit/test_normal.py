@@ -31,19 +31,6 @@ def refusal(call: Callable[..., Any], *args: object, **kwargs: object) -> str:
     return str(caught.value)
 
 
-# -- closed forms ----------------------------------------------------------------------------------
-
-
-def test_table_meets_its_points_and_is_exact_for_a_parabola() -> None:
-    np.testing.assert_allclose(PARABOLA.load(D), N, rtol=1e-12, atol=1e-12)
-    d = np.linspace(0.0, 1e-6, 101)
-    np.testing.assert_allclose(PARABOLA.load(d), 1e3 * (1 - d / 1e-6) ** 2, rtol=1e-9, atol=1e-9)
-    assert PARABOLA.load(1e-3) == 0.0
-    assert PARABOLA.stiffness(1e-3) == 0.0
-    np.testing.assert_array_equal(PARABOLA.separations, D)
-    np.testing.assert_array_equal(PARABOLA.loads, N)
-
-
 # -- loads that cannot be carried ------------------------------------------------------------------
 
 

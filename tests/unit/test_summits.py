@@ -29,20 +29,6 @@ def noisy(seed: int = 0, shape: tuple[int, int] = (60, 80)) -> ms.Scan:
 # -- what counts -----------------------------------------------------------------------------------
 
 
-def test_one_summit() -> None:
-    scan = ms.Scan(dome(), 1e-6)
-    found = scan.summits(None)
-    assert found.count == 1
-    np.testing.assert_allclose(found.positions, [[5e-6, 4e-6]], atol=1e-15)
-    np.testing.assert_allclose(found.radii, [5e-4], rtol=1e-9)
-    np.testing.assert_allclose(found.heights, [-scan.heights.mean()], rtol=1e-12)
-    np.testing.assert_allclose(found.prominences, [-scan.heights.min()], rtol=1e-12)
-    assert found.area == pytest.approx(7 * 9 * 1e-12, rel=1e-12)
-    assert found.density == pytest.approx(1.0 / found.area, rel=1e-12)
-    assert found.std == 0.0
-    assert found.mean_radius == pytest.approx(5e-4, rel=1e-9)
-
-
 def test_edges_of_gaps_have_no_summits() -> None:
     heights = np.concatenate([dome(), dome()], axis=1)
     heights[3, 4] = np.nan  # a neighbour of the first top
@@ -212,16 +198,3 @@ def test_noise_is_that_before_the_cutoff_wherever_it_was_applied() -> None:
     # Of heights that came filtered from elsewhere nothing else is known.
     other = ms.Scan(once.heights, 1e-6, cutoff=6e-6).summits(None)
     assert other.threshold < 0.5 * wanted.threshold
-
-
-def test_a_longer_cutoff_is_the_one_of_both() -> None:
-    """Half the amplitude passes at it, as if it were applied alone; edges and pixels apart."""
-    scan = noisy(shape=(120, 120))
-    two = scan.condition(cutoff=1e-5).summits(2e-5, prominence=0.0)
-    one = scan.summits(2e-5, prominence=0.0)
-    assert two.cutoff == pytest.approx(2e-5, rel=1e-12)
-    inner = (slice(30, -30),) * 2
-    apart = two.scan.heights[inner] - one.scan.heights[inner]
-    # Each filter leaves out what is beyond a cut-off, 1e-6 of its weight.
-    assert np.abs(apart).max() < 1e-4 * one.scan.heights.std()
-    assert two.scan.moments().m2 == pytest.approx(one.scan.moments().m2, rel=0.02)

@@ -16,20 +16,6 @@ JOINT = ms.Interface.examples()[0]  # milled Al 2017 at 2 kN
 RIG = 1e8
 
 
-def test_clean_record_is_the_law() -> None:
-    record = ms.VirtualTribometer(JOINT, sample_rate=5120).record(
-        amplitude=5e-6, frequency=10, cycles=3
-    )
-    assert len(record) == 3.25 * 512 + 1
-    assert record.sample_rate == 5120.0
-    assert record.frequency == 10.0
-    np.testing.assert_array_equal(record.displacement, record.commanded)
-    np.testing.assert_array_equal(record.force, JOINT.force(record.displacement))
-    np.testing.assert_array_equal(record.normal_load, 2000.0)
-    assert record.displacement.max() == pytest.approx(5e-6, rel=1e-12)
-    assert record.displacement[-1] == pytest.approx(5e-6, rel=1e-12)
-
-
 # Samples a cycle: all peaks lie between samples, just beside them, or at them.
 RATES = [50.5, 16.01, 128.0]
 

@@ -22,15 +22,13 @@ from microslip.contact.finish import HIGHEST, STEEPEST, Finish, combined
 from microslip.contact.materials import MaterialPair
 
 STIFFNESS_ERROR = 0.21
-"""Standard deviation of ln k_n against boundary elements [-], from `tests/faces`.
-
-It is 0.05 of Gaussian faces. The rest is the difference between kinds of machined faces of equal
-rms height and slope, which also have other height distributions and textures.
-"""
+"""Standard deviation of ln k_n against boundary elements [-], from `tests/faces`. For Gaussian
+faces it is 0.05. The rest is the difference between kinds of machined faces of equal rms height and
+slope, which also have other height distributions and textures."""
 ENERGY_ERRORS = MappingProxyType({0.1: 0.58, 0.3: 0.32, 1.0: 0.14})
 """Standard deviation of the logarithm of the energy of a cycle by amplitude over mu N/k_t [-]."""
 SHAPE_ERROR = 0.45
-"""Standard deviation of the logarithm of the bends, by which bands draw the energies."""
+"""Standard deviation of the logarithm of the bends [-], for random draws of the energy."""
 _BREADTH_SPREAD = 0.1  # of ln(breadth), where it is not known
 _LOADINGS = 40
 _STEP = 0.02  # of logarithms, for slopes

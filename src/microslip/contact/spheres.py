@@ -36,7 +36,7 @@ class Kind(NamedTuple):
     share: Callable[[Floats, Floats, Floats], Floats]
     """Factor as a function of x, q = sqrt(1 - x) and 1 - q; q is 0 for x > 1."""
     slipped: Callable[[Floats, Floats, Floats], Floats]
-    """The sum over wholly slipped contacts, of v, their sums of k s^(3/2) and of k s^(5/2)."""
+    """Sum over fully slipped contacts, from v and their sums of k s^(3/2) and k s^(5/2)."""
 
 
 # Closed forms of Cattaneo and Mindlin's sphere that do not cancel for small x.

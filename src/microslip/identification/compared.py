@@ -30,7 +30,7 @@ FREE = "free form"
 LAWS = ("interface", "jenkins", "segalman", "iwan")
 _CELLS = 8
 _HELD = 4
-"""Every such cycle is held back."""
+"""Every fourth cycle is excluded from the fit."""
 _DECIDED = 6.0
 """Difference of Akaike's criteria from which on a law is preferred."""
 
@@ -49,7 +49,7 @@ class ComparedLaw(NamedTuple):
     bic: float
     """Schwarz's criterion (DOI 10.1214/aos/1176344136)."""
     held_back: float | None
-    """RMS error over noise [-] with which a fit of the other cycles predicts those held back."""
+    """RMS error over noise [-] of the excluded cycles, as predicted by a fit of the others."""
     values: Mapping[str, float]
     """Best values of the parameters, in SI units."""
 
@@ -64,9 +64,9 @@ class Comparison(Locked):
     """
 
     found: Identification
-    """The fit of free form: whether the loops obey Masing's rules at all."""
+    """Fit of free form, the reference for all laws."""
     laws: Mapping[str, ComparedLaw]
-    """The laws by name, the least criterion of Akaike first."""
+    """The laws by name, in increasing order of Akaike's criterion."""
     failed: Mapping[str, str]
     """Laws that do not suit the records, and why."""
 

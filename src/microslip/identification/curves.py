@@ -15,7 +15,7 @@ from microslip.identification.estimate import Estimate
 from microslip.identification.loads import groups_of
 
 CONFIDENCE = 0.95
-"""Confidence level of each interval by itself."""
+"""Confidence level of each single interval."""
 SHOWN = ("force", "dissipated_energy", "damping_ratio")
 """Quantities against amplitude."""
 _POINTS = 20

@@ -13,7 +13,7 @@ class Estimate(NamedTuple):
     low: Any
     """Lower end."""
     high: Any
-    """Upper end; infinity where the loops give none."""
+    """Upper end; infinite if the loops give no upper bound."""
 
 
 def as_pair(datum: Any) -> Any:

@@ -48,7 +48,7 @@ class _At(NamedTuple):
     y: Floats
     """Thresholds [m]."""
     by_shift: Floats
-    """Weights of the shifts of the fit in the shift at this load."""
+    """Weights of the fitted shifts in the shift at this load [-]."""
     by_stiffness: Floats
     """Derivatives of the shift by the stiffnesses [m^2/N]."""
 

@@ -15,9 +15,9 @@ from microslip.identification.nonnegative import Cone, cone_of, minimum
 from microslip.identification.rows import Rows
 
 THRESHOLDS = 110
-"""Thresholds of the first grid, in geometric steps."""
+"""Number of thresholds of the first grid, which are geometrically spaced."""
 _MOST_THRESHOLDS = 240
-"""Thresholds above which some without stiffness are left out."""
+"""Number of thresholds above which some without stiffness are left out."""
 _FINEST = 150.0
 """Smallest amplitude over the finest threshold."""
 _REFINEMENTS, _BETWEEN, _VISIBLE = 2, 3, 1.0

@@ -25,10 +25,10 @@ NAMED = 0.9
 """Fraction of the misfit that a signature must remove for its cause to be named."""
 UNDETERMINED = "not determined"
 _TIE = 12.0
-"""Difference of sums of squares below which two signatures explain the misfit alike."""
+"""Difference of sums of squares below which two signatures explain the misfit equally well."""
 _ROUNDS, _LESS = 4, 0.9
-"""Most rounds in which a signature is computed from the density fitted beside it, and the sum of
-squares over that of the round before above which they end."""
+"""Largest number of rounds in which signature and density are computed in turn, and the ratio of
+successive sums of squares above which the rounds end."""
 _TAIL = 0.005
 """Probability on each side of the interval of chi-squared."""
 
@@ -41,13 +41,13 @@ class Masing(Locked):
     """Sum of squares over degrees of freedom [-]."""
     low: float
     high: float
-    """Interval in which noise alone has it with a probability of 99 % [-]."""
+    """Ends of the 99 % interval of reduced chi-squared for noise alone [-]."""
     even: float
     odd: float
     """Fractions of the residual that repeat and that change sign in the other half cycle [-]."""
     cause: str
-    """Cause of the misfit, several joined by "or" where they explain it alike; "not determined", or
-    empty where the residual is noise."""
+    """Cause of the misfit, several joined by "or" if they explain it equally well; "not
+    determined", or empty where the residual is noise."""
     removed: Mapping[str, float]
     """Fraction of the misfit that each signature removes [-]; empty where the residual is noise."""
 
@@ -127,7 +127,7 @@ def _twice(fit: FreeForm, rows: Rows, size: float) -> Floats:
 
 
 Signature = Callable[[FreeForm, Rows, float], Floats]
-"""Columns of a fit and a record, about a size that was found before."""
+"""Function that returns the columns of a disturbance for a fit and a record, about a given size."""
 
 
 def _of(shape: Callable[[Rows], Floats]) -> Signature:

@@ -16,7 +16,7 @@ from microslip.identification.whitening import Metric, metric_of
 from microslip.laboratory.folding import Folded, load_basis
 
 _FLOOR = 1e-5
-"""Noise of a force over its range below which the grid of thresholds counts more."""
+"""Noise of a force over its range below which the threshold grid is the larger error."""
 
 
 @dataclass(eq=False)

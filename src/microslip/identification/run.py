@@ -146,7 +146,7 @@ def fitted_records(
     for one in folded:
         late = (one.late,) if one.late else ()
         doubts = (f"the law is {one.doubt}",) if one.doubt else ()
-        notes += [f"{one.name}: {text}" for text in (*one.said, *late, *doubts)]
+        notes += [f"{one.name}: {text}" for text in (*one.fold_notes, *late, *doubts)]
     return _check_rig(result_of(fits, rows, rig, gains, notes)), rows
 
 

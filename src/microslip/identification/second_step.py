@@ -97,7 +97,7 @@ class SecondStep(Locked):
     law: str
     """Name of the law."""
     parameters: Mapping[str, Parameter]
-    """Parameters and what follows from them, by name."""
+    """Parameters and quantities derived from them, by name."""
     misfit: float
     """Rise of the sum of squares over that of the free form [-]."""
     misfit_limit: float
@@ -105,11 +105,12 @@ class SecondStep(Locked):
     chi_squared: float
     """Sum of squares of the residuals over their noise [-]."""
     degrees_of_freedom: int
-    """Number of forces less the parameters."""
+    """Number of forces minus number of parameters."""
     aic: float
     """Akaike's criterion: chi-squared plus twice the number of parameters."""
     bic: float
-    """Schwarz's criterion: chi-squared plus their number times the logarithm of the forces."""
+    """Schwarz's criterion: chi-squared plus the number of parameters times the logarithm of the
+    number of forces."""
     values: Mapping[str, float] = field(default_factory=dict)
     """Best values of the free parameters."""
 

@@ -84,7 +84,7 @@ class Lag(NamedTuple):
     number: int
     """Number of groups of cycles averaged."""
     is_remedy: bool
-    """Whether its removal takes most of the misfit at the reversals away."""
+    """Whether its removal reduces most of the misfit at the reversals."""
 
 
 class _Reversals(NamedTuple):

@@ -38,7 +38,7 @@ class Cuts(NamedTuple):
     troughs: Places
     """Second reversal of each cycle."""
     flipped: bool
-    """Whether peaks are lowest places and troughs highest ones."""
+    """Whether peaks are minima and troughs maxima of the displacement."""
     window: int
     """Half-width of the windows around the turning points, chosen by the noise [samples]."""
     period: float

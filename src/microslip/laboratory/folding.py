@@ -82,11 +82,11 @@ class Folded(Locked):
     normal_load: float | None
     """Mean normal load [N]; None without one."""
     frequency: float | None
-    """Cycles a second [Hz]; None without a time base."""
+    """Frequency of the cycles [Hz]; None without a time base."""
     cycles: int
     """Number of settled cycles."""
     notes: tuple[str, ...]
-    said: tuple[str, ...] = ()
+    fold_notes: tuple[str, ...] = ()
     """Notes on the folding, in addition to those on the record."""
     late: str = ""
     """Note on a delay of the force that shows in its cycles."""
@@ -247,7 +247,7 @@ def fold(record: Record, bins: int = _MOST_BINS) -> Folded:
     load, load_error = _mean_load(record, inside, place, curve)
     load_terms = _load_terms(record, inside, curve)
     drifts = judgement.drifts(counting.selection)
-    said = (
+    fold_notes = (
         *(note for note in judgement.notes(counting) if note not in judgement.excess_loss),
         *spike_notes,
         *(drift_there.note("a linear trend is removed") for drift_there in drifts),
@@ -291,8 +291,8 @@ def fold(record: Record, bins: int = _MOST_BINS) -> Folded:
         normal_load=load,
         frequency=rate if timed else None,
         cycles=int(rows.size),
-        notes=(*record.notes, *said),
-        said=said,
+        notes=(*record.notes, *fold_notes),
+        fold_notes=fold_notes,
         late="" if judgement.delay is None else judgement.delay.note(),
         load_error=load_error,
         load_terms=lock(load_terms),
@@ -430,7 +430,7 @@ def averaged(record: Record, noise: tuple[float, float], bins: int = _MOST_BINS)
     count = np.bincount(column).astype(float)
     places = np.bincount(column, phase) / count
     sums = np.bincount(column, force)
-    said = (
+    fold_notes = (
         f"read as one averaged cycle with the given noise, {engineering(noise[0], 'N')} in force "
         f"and {engineering(noise[1], 'm')} in displacement",
     )
@@ -450,8 +450,8 @@ def averaged(record: Record, noise: tuple[float, float], bins: int = _MOST_BINS)
         normal_load=float(load.mean()) if isinstance(load, np.ndarray) else load,
         frequency=rate,
         cycles=1,
-        notes=(*record.notes, *said),
-        said=said,
+        notes=(*record.notes, *fold_notes),
+        fold_notes=fold_notes,
         corners=lock(motion.corners),
         samples=lock(np.stack((phase, column, np.zeros(size)))),
     )

@@ -41,7 +41,7 @@ SLOWER = 0.25
 _DISTINCT = 3.0
 """Standard errors by which rates differ significantly."""
 _FEW_FREE = 5
-"""Degrees of freedom up to which the mean of wandering cycles is unknown."""
+"""Degrees of freedom up to which the mean of correlated cycles is unknown."""
 _HALVES, _MOST_STRETCHES = 6, 64
 _JITTER = 4.0
 """Largest range of irregular amplitudes over that of like ones."""

@@ -24,7 +24,7 @@ AROUND = 8
 _NOISES, _PART = 20.0, 0.1
 """Smallest size of a spike within the range, over the noise and over the range."""
 _COARSE = 40.0
-"""Samples a cycle below which a turning point of a sine stands out from its neighbours."""
+"""Samples per cycle below which a turning point of a sine stands out from its neighbours."""
 
 
 class Spike(NamedTuple):

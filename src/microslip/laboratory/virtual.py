@@ -25,7 +25,7 @@ SAMPLES_A_CYCLE = 512
 _FEWEST_SAMPLES = 16
 _MOST_SAMPLES = 100_000_000
 STEPS_A_CYCLE = 1024
-"""Fewest steps a cycle in which a joint is followed under a load that ripples."""
+"""Smallest number of steps per cycle of a joint under a varying load."""
 
 LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType(
     {

@@ -48,7 +48,7 @@ class Drawing:
     ground: Sequence[str] = ()
     """Ends that are bolted to rigid ground."""
     rise: float = 0.0
-    """Height of the middles of parts between two laps above their ends [m]."""
+    """Height of the middle of each part between two laps above its ends [m]."""
     _names: tuple[str, ...] = ()
 
     def _check(self) -> None:

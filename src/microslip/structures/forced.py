@@ -374,7 +374,7 @@ def complex_amplitudes(name: str, value: Any) -> NDArray[np.complex128]:
     try:
         array = np.asarray(value)
         parts = np.stack([array.real, array.imag]) if np.iscomplexobj(array) else value
-    except Exception:  # an object's own conversion may raise anything; said below
+    except Exception:  # an object's own conversion may raise any error; reported below
         parts = value
     numbers = floats(name, parts)
     if parts is value:

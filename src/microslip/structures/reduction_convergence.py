@@ -54,7 +54,7 @@ class Convergence(Locked):
     """
 
     joint: ReducedJoint
-    """The model with the last patches."""
+    """Model with the patches of the last refinement."""
     curve: ModalCurve
     """Mode of the model at the amplitudes."""
     changes: tuple[Change, ...]

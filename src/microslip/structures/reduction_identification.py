@@ -114,7 +114,7 @@ class ModalIdentification(LockedArrays):
     joint: ReducedJoint
     """Reduced joint with the identified tension and form."""
     verdicts: tuple[Verdict, ...]
-    """Verdicts on what the tests determine."""
+    """Verdicts on the fit and on the determination of the parameters."""
 
 
 def identify_modal(

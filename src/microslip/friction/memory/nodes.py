@@ -32,7 +32,7 @@ class Nodes:
     scales: Floats
     """Normal load of a node over that of the curve."""
     slips: Floats
-    """Displacement over place [-], kappa times ``lengths``."""
+    """Displacement over coordinate of the load curve [-], kappa times ``lengths``."""
     rests: Floats
     """Steps at rest relative to the origin of the curve."""
     origins: Floats | None = None

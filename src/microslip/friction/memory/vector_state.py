@@ -48,7 +48,8 @@ class SliderBank:
     weights: Floats
     """Slider weights."""
     nodes: Nodes | None
-    """The nodes, or None for a law at constant load, whose place is the displacement."""
+    """The nodes, or None for a law at constant load, whose slider coordinate is the displacement.
+    """
     size: int
     """Number of nodes."""
     nearest: float = 0.0

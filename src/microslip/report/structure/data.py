@@ -10,7 +10,7 @@ from microslip._core.quantities import QUANTITIES
 from microslip.study.runs.structure_prediction import Mode, StructurePrediction
 
 AMPLITUDE, PATCH = "structure_amplitude", "patch"
-"""Dimensions beside `mode`."""
+"""Dimensions in addition to `mode`."""
 
 
 def curves(mode: Mode) -> dict[str, Floats]:

@@ -15,11 +15,11 @@ HEAD = """\
 # The chapter's figures
 
 Here you find the figures of chapter 19 of *The Mechanics of Jointed Structures*
-([doi:10.1007/978-3-319-56818-8_19](https://doi.org/10.1007/978-3-319-56818-8_19)), all but a
-photograph and the sketches, drawn with this library. The axes of the chapter have no numbers, so
-each figure states its assumptions. Where the chapter shows measurements (19.6, 19.7, 19.22) the
-data are synthetic and labelled so. One command draws all figures as SVG and PNG, with their data as
-CSV; `--only` selects figures:
+([doi:10.1007/978-3-319-56818-8_19](https://doi.org/10.1007/978-3-319-56818-8_19)), all but one
+photograph, drawn with this library. The axes of the chapter have no numbers, so each figure states
+its assumptions. Where the chapter shows measurements (19.6, 19.7, 19.22) the data are synthetic and
+labelled so. One command draws all figures as SVG and PNG, with their data as CSV (sketches have
+none); `--only` selects figures:
 
 ```sh
 microslip figures -o figures

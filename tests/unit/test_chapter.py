@@ -38,6 +38,7 @@ from microslip.chapter.surface import (
 
 NUMBERS = {plate.number: plate for plate in PLATES}
 all_plates = pytest.mark.parametrize("plate", PLATES, ids=lambda plate: plate.number)
+SKETCHES = {"19.1", "19.4", "19.8", "19.9"}
 
 
 @lru_cache
@@ -83,7 +84,7 @@ def test_nothing_is_clipped(plate: Plate) -> None:
 @all_plates
 def test_data(plate: Plate) -> None:
     data = columns(plate.number)
-    assert data
+    assert bool(data) == (plate.number not in SKETCHES)
     assert len({values.shape for values in data.values()}) <= 1
     for name, values in data.items():
         assert "," not in name
@@ -236,13 +237,13 @@ def test_the_ripple_bends_the_loop_of_a_stiff_rig() -> None:
 
 def test_files(tmp_path: Path) -> None:
     progress: list[float] = []
-    summary = write_figures(select(["19.13", "19.2"]), tmp_path, progress.append)
+    summary = write_figures(select(["19.13", "19.9"]), tmp_path, progress.append)
     assert progress == [0.5, 1.0]
     assert summary == json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(summary["files"])
     assert (summary["kind"], summary["version"]) == (KIND, ms.__version__)
-    assert [figure["number"] for figure in summary["figures"]] == ["19.2", "19.13"]
-    assert [len(figure["files"]) for figure in summary["figures"]] == [3, 3]
+    assert [figure["number"] for figure in summary["figures"]] == ["19.9", "19.13"]
+    assert [len(figure["files"]) for figure in summary["figures"]] == [2, 3]
     assert summary["left_out"]["19.5"] == "a photograph of the sample"
     stem = tmp_path / NUMBERS["19.13"].stem
     root = ET.parse(f"{stem}.svg").getroot()
@@ -260,7 +261,7 @@ def test_the_same_files_each_time(tmp_path: Path) -> None:
     folders = [tmp_path / name for name in ("first", "second")]
     # Alone, and after another one.
     drawn_twice = ["19.12", "19.22", "19.23"]
-    for folder, numbers in zip(folders, (drawn_twice, ["19.2", *drawn_twice]), strict=True):
+    for folder, numbers in zip(folders, (drawn_twice, ["19.9", *drawn_twice]), strict=True):
         folder.mkdir()
         write_figures(select(numbers), folder)
     stems = [NUMBERS[number].stem for number in drawn_twice]

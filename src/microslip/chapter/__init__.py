@@ -10,7 +10,7 @@ from typing import Any
 
 from microslip._core.errors import InputError
 from microslip._version import __version__
-from microslip.chapter import contact, joint, loops, rig, surface
+from microslip.chapter import contact, joint, loops, rig, sketches, surface
 from microslip.chapter.plate import Drawing, Plate
 
 __all__ = ["KIND", "LEFT_OUT", "PLATES", "Drawing", "Plate", "select", "write"]
@@ -19,7 +19,7 @@ KIND = "microslip-figures"
 """Kind of a folder of figures, stored in summary.json."""
 
 
-_MODULES = (contact, loops, surface, joint, rig)
+_MODULES = (sketches, contact, loops, surface, joint, rig)
 _ENTRIES = (entry for module in _MODULES for entry in vars(module).values())
 PLATES = tuple(
     sorted(
@@ -29,15 +29,7 @@ PLATES = tuple(
 )
 """All figures in chapter order."""
 
-LEFT_OUT = MappingProxyType(
-    {
-        "19.1": "a sketch of joints",
-        "19.4": "a sketch of the tribometer",
-        "19.5": "a photograph of the sample",
-        "19.8": "a sketch of a rough surface",
-        "19.9": "a sketch of one asperity",
-    }
-)
+LEFT_OUT = MappingProxyType({"19.5": "a photograph of the sample"})
 """Figures of the chapter that are not reproduced, and why."""
 
 

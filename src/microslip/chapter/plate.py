@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 
 from microslip.figures.kit import log_label
 from microslip.figures.matplotlib_figure import STYLE
-from microslip.report.files import csv_text
 
 Columns = dict[str, NDArray[np.float64]]
 NANO, MICRO, MILLI, KILO, MEGA = 1e-9, 1e-6, 1e-3, 1e3, 1e6
@@ -59,7 +58,7 @@ class Drawing(NamedTuple):
     figure: Figure
     """The figure, with a canvas."""
     columns: Columns
-    """Columns of equal length by heading with unit."""
+    """Columns of equal length by heading with unit; empty for a sketch."""
 
 
 @dataclass(frozen=True)
@@ -134,9 +133,11 @@ class Plate:
             _fix_layout(figure)
             figure.savefig(folder / names[0], metadata={"Date": None, "Creator": None})
             figure.savefig(folder / names[1], metadata={"Software": None})
-        names.append(f"{self.stem}.csv")
-        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-        (folder / names[2]).write_bytes(csv_text(columns, rows).encode("utf-8"))
+        if columns:
+            names.append(f"{self.stem}.csv")
+            rows = zip(*(map(repr, column.tolist()) for column in columns.values()), strict=True)
+            lines = [",".join(columns), *map(",".join, rows)]
+            (folder / names[2]).write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
         return names
 
 

@@ -80,7 +80,7 @@ def test_a_field_is_sets_of_elements_between_the_nodes_of_a_mesh(kind):
 def test_nodes_of_the_mesh_are_not_made_anew(kind, first):
     given = {"nodes": [[3, 41]], "cells": 6, "first_number": first}
     with pytest.raises(
-        ms.InputError, match=r"first_number.* between \d.*first_number=42"
+        ms.InputError, match=r"first_number.* connects \d.*first_number=42"
     ) as caught:
         export.write(kind, JOINT, "taken", **given, **_RANGE)
     assert f"adds nodes {first} to" in str(caught.value)

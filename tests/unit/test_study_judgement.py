@@ -60,7 +60,7 @@ def test_hardness_numbers(text: str, value: float) -> None:
 
 
 def test_hardness_without_an_area_is_refused() -> None:
-    with pytest.raises(QuantityError, match="turn it into HB or HV"):
+    with pytest.raises(QuantityError, match="convert it to HB or HV"):
         to_si("60 HRC", HARDNESS, "1.2 GPa")
 
 

@@ -243,7 +243,7 @@ def factor_of(unit: str, kind: Kind, message: str) -> Decimal:
             return Decimal("9.80665e6")
         if _NO_STRESS.fullmatch(unit):
             raise QuantityError(
-                f"{message} (no force over an area: turn it into HB or HV, as ISO 18265 does)"
+                f"{message} (not a force per area: convert it to HB or HV by ISO 18265)"
             )
     if kind is TORQUE:  # "Nm" is a yarn count in pint
         unit = unit.replace("Nm", "N m")

@@ -121,7 +121,7 @@ def identified() -> Identification:
     "alone follows from the stiffness of the rig, which is given to 2 %. Friction comes out with "
     "a narrow interval; the slip scale is only bounded, because the rig is softer than the joint "
     "by a factor of 57: a second load or a stiffer rig would determine it. The fit follows the "
-    "ripple of the load: the residual is noise (reduced χ² 1.08), and so it is with a rig of "
+    "ripple of the load: the residual is noise (reduced χ² 1.09), as it is with a rig of "
     "10 000 N/µm and 1.5 µm, where the ripple bends the branches.",
     _assumed(
         f"Amplitude {OVERLAY / MICRO:g} µm, {_FREQUENCY:g} Hz, {CYCLES} cycles, the first left out."

@@ -195,8 +195,8 @@ class NormalLaw(Parametric, ABC):
         if direction is None:
             return self
         raise InputError(
-            f"`direction` must be left out: a {type(self).__name__} has no lay in the plane, as a "
-            "MeasuredContact has"
+            f"`direction` must be omitted: a {type(self).__name__} has no lay; a MeasuredContact "
+            "has one"
         )
 
     def _check_rest(self, loads: Floats) -> None:

@@ -416,7 +416,6 @@ def _partly_slipped(
 
 
 def _closed(a0: Floats, a1: Floats, b0: Floats, b1: Floats) -> Floats:
-    """Return the mean of :func:`_partly_slipped` in closed form, for ends that differ."""
     p, r = np.sqrt(b0), np.sqrt(b1)
     total = p + r
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -429,7 +428,6 @@ def _closed(a0: Floats, a1: Floats, b0: Floats, b1: Floats) -> Floats:
 
 
 def _rule(b0: Floats, b1: Floats, g0: Floats, g1: Floats) -> Floats:
-    """Return the mean of :func:`_partly_slipped` by quadrature, for ends within a factor of two."""
     u = _SUMMIT_NODES[:, None]
     b, g = b0 + (b1 - b0) * u, g0 + (g1 - g0) * u
     first, second = np.sqrt(b + g), np.sqrt(b)

@@ -151,9 +151,8 @@ class _Face:
                 break
             d = new
         raise InputError(
-            "the face comes into full contact, or all of it to the hardness, before it bears the "
-            f"tightening pressure (it bears {p / pressure:.3g} of it); lower the "
-            "`tightening_pressure`"
+            "the face is in full contact, or at its hardness everywhere, below the tightening "
+            f"pressure (at {p / pressure:.3g} of it); lower the `tightening_pressure`"
         )
 
     def first_loading(self, d: float, hardness: float, loads: int, ratio: float) -> Floats:

@@ -42,7 +42,6 @@ _ALL_TOUCH = 0.345  # N N'' / N'^2, which is 1 for an exponential and 1/3 where 
 
 
 def _by_rows(law: NormalLaw, points: int, rows: int) -> bool:
-    """Return True if a table for each distinct separation should be faster than single pairs."""
     if law._spheres is not None:
         count = law._spheres.heights.size
         build = 4e-5 + (5e-6 * count if count > 24 else 0.0)

@@ -360,8 +360,6 @@ def shared_curve(surface: NormalLaw, nearest: float) -> LoadCurve:
 
 
 class _Identity:
-    """Key that compares surfaces by identity, since user-defined ones may lack a hash."""
-
     def __init__(self, surface: NormalLaw) -> None:
         self.surface = surface
 

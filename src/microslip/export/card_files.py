@@ -182,14 +182,14 @@ def _limits_of(card: ContactCard, holds: str) -> list[str]:
     normal = (
         f"table, relative error up to {errors.pressure:.1g} between its points"
         if "table" in holds
-        else f"constant, up to {errors.normal_stiffness:.0%} off from {half:.3g} to {twice:.3g} Pa"
+        else f"constant, error up to {errors.normal_stiffness:.0%}, {half:.3g} to {twice:.3g} Pa"
     )
     lines = [
         f"At the joint's pressure, {card.pressure:.6g} Pa: normal stiffness "
         f"{card.normal_stiffness:.6g} Pa/m, tangential stiffness at rest "
         f"{card.stick_stiffness:.6g} Pa/m, elastic slip {card.elastic_slip:.6g} m.",
         f"Normal: {normal}.",
-        f"Tangential stiffness: up to {stick:.0%} off from {half:.3g} to {twice:.3g} Pa.",
+        f"Tangential stiffness: error up to {stick:.0%} from {half:.3g} to {twice:.3g} Pa.",
     ]
     if "layer" not in holds:
         damping = "; ".join(

@@ -42,7 +42,7 @@ def numbered_cells(
         if connected and not patch.nodes:
             raise InputError(
                 f"`nodes` must be given for {order.kind}: the two nodes of the mesh that the "
-                "joint lies between, for example nodes=[[1, 2]]"
+                "joint connects, for example nodes=[[1, 2]]"
             )
         columns = (np.asarray(c).tolist() for c in (model.stiffnesses, model.force_limits))
         pairs = enumerate(zip(*columns, strict=True), number)
@@ -58,9 +58,9 @@ def _own_nodes(order: Order, count: int) -> None:
     made_anew = sorted(node for node in joined if first <= node < end)
     if made_anew:
         raise InputError(
-            f"`first_number` must leave the nodes of the mesh alone: {order.kind} adds nodes "
-            f"{first} to {end - 1}, and the joint lies between {', '.join(map(str, made_anew))}; "
-            f"for example first_number={max(joined) + 1}"
+            f"`first_number` must not repeat nodes of the mesh: {order.kind} adds nodes {first} to "
+            f"{end - 1}, and the joint connects {', '.join(map(str, made_anew))}; for example "
+            f"first_number={max(joined) + 1}"
         )
 
 

@@ -50,7 +50,7 @@ def law_figure(law: Any, quantity: Any, amplitudes: Any) -> Plot:
         near = stuck < 4.0 * law.force_limit
         panel.line(a[near] / x_unit, stuck[near] / unit, width=THIN, dash=DASHED)
         panel.add(Guide(law.force_limit / unit))
-        panel.note = "dashed: all stick, T = kₜ δ, and all slip"
+        panel.note = "dashed: full stick, T = kₜ δ, and gross slip"
     elif quantity in ("loss_factor", "damping_ratio"):
         factor = 4.0 if quantity == "loss_factor" else 2.0
         panel.add(Guide(factor / math.pi))

@@ -125,9 +125,9 @@ def _under_the_structure(
     share, place = _joint_motion(joints, carried)
     if share > _ROUNDING and not joints_on_base:
         raise InputError(
-            f"directions must not move the joints, but the base moves those of attachment {place} "
-            f"by {share:.2g} of what their sides move; write joints_on_base=True where they hold "
-            "the structure to the base, or name the degrees of freedom of the base by supports="
+            f"directions must not deform joints, but the base deforms those of attachment {place} "
+            f"by {share:.2g} of the motion of their sides; write joints_on_base=True for joints of "
+            "the structure with the base, or give the degrees of freedom of the base by supports="
         )
     drag = None
     if rest.damping is not None:

@@ -315,7 +315,7 @@ def checked_frequencies(frequencies: ArrayLike) -> Floats:
     ways = np.sign(np.diff(targets.reshape(-1)))
     if targets.ndim != 1 or targets.size < 2 or targets.min() <= 0.0 or abs(ways.sum()) < ways.size:
         raise InputError(
-            "frequencies must be at least two above zero that rise or fall [Hz], such as "
+            "frequencies must be at least two above zero that increase or decrease [Hz], such as "
             "np.linspace(150.0, 200.0, 101)"
         )
     return targets

@@ -220,8 +220,9 @@ def _tensor(name: str, value: ArrayLike | None, p: int, order: int) -> Floats:
         if float(gap.max()) > 1e-8 * float(np.abs(tensor).max()):
             place = tuple(int(i) for i in np.unravel_index(int(np.argmax(gap)), shape))
             raise InputError(
-                f"{name} must be symmetric in all its indices, as a potential's is, but at {place} "
-                f"two orders of them differ by {gap[place]:.3g}; take the mean over all orders"
+                f"{name} must be symmetric in all its indices, as derivatives of a potential are, "
+                f"but at {place} two permutations differ by {gap[place]:.3g}; take the mean over "
+                "all permutations"
             )
     return tensor
 
@@ -234,7 +235,6 @@ def _powers(forms: Floats, order: int) -> Floats:
 
 
 def _as_powers(tensor: Floats, forms: Floats, order: int) -> Floats:
-    """Return coefficients with which powers of directions add up to a tensor."""
     return np.asarray(np.linalg.lstsq(_powers(forms, order).T, tensor.reshape(-1))[0])
 
 

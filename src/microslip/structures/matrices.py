@@ -274,7 +274,6 @@ def load_matrices(
 
 
 def _pick(file: Path, content: Mapping[str, Any], kind: str, name: str | None) -> Any:
-    """Return the matrix with the given name in the file, or with one of the usual names."""
     if name is not None:
         if name not in content:
             raise InputError(f"{file.name}: {_missing(name, content)}")

@@ -438,7 +438,6 @@ class _Names:
             return self.face(name, kind, cells)
 
     def face(self, name: str, kind: str, cells: Indices) -> Indices:
-        """Return the corners of the facets in a named group, as node indices of the file."""
         if name in self._sets:
             parts = []
             for block, index in zip(self._file.cells, self._sets[name], strict=True):

@@ -78,7 +78,7 @@ def read_decay(time: ArrayLike, signal: ArrayLike) -> FreeDecay:
         )
     steps = np.diff(t)
     if steps.min() <= 0.0 or np.ptp(steps) > 1e-6 * steps.mean():
-        raise InputError("time must rise in even steps")
+        raise InputError("time must increase in even steps")
     rising = _crossings(t, x)
     if rising.size < 7 or (rising[-1] - rising[0]) / (rising.size - 1) < 8.0 * steps.mean():
         raise InputError(
@@ -147,7 +147,6 @@ def _peaks(t: Floats, x: Floats, rising: Floats) -> Floats:
 
 
 def _analytic(t: Floats, x: Floats, middle: Floats, period: Floats) -> tuple[Floats, Floats]:
-    """Return frequency and damping by the analytic signal, each over one cycle."""
     from scipy.signal import hilbert
 
     signal = hilbert(x)
@@ -182,7 +181,7 @@ def ring_down(time: ArrayLike, signal: ArrayLike, points: Any, quantity: Any, ba
         step = float(t[-1] - t[0]) / (t.size - 1)
         even_times = np.linspace(t[0], t[-1], t.size)
         if not step > 0.0 or float(np.abs(t - even_times).max()) > 0.5 * step:
-            raise InputError("time must rise in even steps")
+            raise InputError("time must increase in even steps")
         t = even_times  # what differs by less than half a step is rounding of the file
         if band is None:
             part = _above_noise(_single_mode(x, step), 0, _noise(x, step, 0.5 / step))

@@ -190,7 +190,7 @@ SURFACE_TABLES: dict[str, type[Any]] = {
 
 
 class _AnySurface(SubTable):
-    """Table of a surface, selected by ``law``; without it a scan is measured, else drawn."""
+    """Table of a surface, selected by ``law``, or for a face by the presence of a scan."""
 
     def read(self, raw_value: object, place: Place) -> Any:
         if isinstance(raw_value, Mapping) and raw_value.get("law") == "face":

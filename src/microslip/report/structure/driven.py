@@ -103,9 +103,9 @@ def force_section(prediction: StructurePrediction) -> Section:
         listed += [Column("peak_low", "Peak, 5 %", unit, 3), Column("peak_high", "95 %", unit, 3)]
     rows = []
     remarks = [
-        "Near each resonance by its modal curve; other modes are left out here, and where a "
-        "frequency has several motions the largest is given. Over the force, with the other modes "
-        "linear: frf.csv."
+        "Computed near each resonance from its modal curve, without other modes; if a frequency "
+        "has several motions, the largest is given. frf.csv has the response per unit force, with "
+        "the other modes linear."
     ]
     for mode, forced in modes:
         ends = [] if forced.peak_bands is None else forced.peak_bands[[0, 2], 0].tolist()

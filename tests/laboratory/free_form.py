@@ -11,7 +11,7 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -402,8 +402,3 @@ def table(counts: Coverage) -> list[str]:
             cells.append(f"{counts.held[source, quantity]}/{given}{share}" if given else "–")
         lines.append(f"| {source} | {' | '.join(cells)} |")
     return lines
-
-
-def with_options(loops: Loops, **options: Any) -> Loops:
-    """Return the same records with other options of the fit."""
-    return replace(loops, options={**loops.options, **options})

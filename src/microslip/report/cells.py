@@ -31,7 +31,7 @@ def hertz(value: float) -> str:
 
 
 def value(number: float | None, unit: str, digits: int = 4) -> str:
-    """Format a number with its unit; with the unit "", without."""
+    """Format a number with its unit, or without one if the unit is ""."""
     if number is None or not math.isfinite(number):
         return UNKNOWN
     return significant(number, digits) if unit in ("", "-") else engineering(number, unit, digits)

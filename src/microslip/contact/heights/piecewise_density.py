@@ -149,7 +149,7 @@ def far_series(panels: Panels) -> dict[int, Floats]:
 def _beyond(panels: Panels, twice: int, places: Floats) -> Floats:
     """Return moments at ``places`` in each panel (rows) of the pieces above the next panel.
 
-    Pieces farther from a block of panels than half its width are one series for the block.
+    Pieces farther from a block of panels than half the block's width are summed as one series.
     """
     knots = panels[0]
     count = knots.size - 1

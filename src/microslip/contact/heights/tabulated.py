@@ -52,10 +52,10 @@ class TabulatedHeights(Locked, HeightDistribution):
     -----
     As a function of the square root of y - t, with the threshold t, (y - t)^n times a linear
     density is a polynomial, which Gauss-Legendre quadrature with 2 to 5 nodes integrates exactly,
-    with positive terms only. For orders 0, 1 and 2 the pieces above the threshold are polynomials
-    of it, whose coefficients are summed once. For half-integer orders the moments are Chebyshev
-    series on each piece, with errors of 1e-13, so that the time of a value grows with the logarithm
-    of the length of the table.
+    with positive terms only. For orders 0, 1 and 2 the pieces above the threshold contribute
+    polynomials in the threshold, whose coefficients are summed once. For half-integer orders the
+    moments are Chebyshev series on each piece, with errors of 1e-13, so that the time of a value
+    grows with the logarithm of the length of the table.
 
     For the series, a piece more than twice as wide as the next is divided into panels, one for each
     factor of two. The number of panels determines the time of the first evaluation and is limited,

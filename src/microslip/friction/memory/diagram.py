@@ -265,7 +265,7 @@ class Diagram:
 
 
 class EnergyAccumulator:
-    """Accumulator of the energy dissipated up to a diagram [J].
+    """Accumulator of the energy dissipated along a record [J].
 
     Up to 1024 steps are collected, since computing their losses together is far cheaper.
     """

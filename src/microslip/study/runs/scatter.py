@@ -89,7 +89,7 @@ def _start(design: Design, compute: Compute) -> None:
 
 
 def _run(scores: Floats) -> dict[str, Floats] | str:
-    """Return the results for one row of normal scores, or the error message."""
+    """Compute one sample, a row of normal scores; return its results or the error message."""
     design, compute = _worker
     try:
         arrays = compute(design.at(scores))

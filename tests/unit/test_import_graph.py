@@ -70,7 +70,7 @@ def statements(node: ast.AST, how: str = "") -> Iterator[tuple[ast.stmt, str]]:
             yield from statements(child, "late")
         elif isinstance(child, ast.If) and "TYPE_CHECKING" in ast.unparse(child.test):
             yield from statements(child, "for types")
-        else:
+        elif isinstance(child, (ast.stmt, ast.excepthandler, ast.match_case)):
             yield from statements(child, how)
 
 

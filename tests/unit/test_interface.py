@@ -65,34 +65,6 @@ def test_light_joints_hold_together(surface: ms.NormalLaw, load: float) -> None:
 # -- laws of one's own -----------------------------------------------------------------------------
 
 
-class Exponential(ms.BackboneLaw):
-    """A law that gives no more than it must: T0 = F (1 - exp(-k u / F))."""
-
-    force_limit = 100.0
-
-    def _backbone(self, u: np.ndarray) -> np.ndarray:
-        return -100.0 * np.expm1(-1e6 * u)
-
-    def _slope(self, u: np.ndarray) -> np.ndarray:
-        return 1e8 * np.exp(-1e6 * u)
-
-
-def test_backbone_and_slope_are_enough() -> None:
-    law = Exponential()
-    assert law.tangential_stiffness == 1e8
-    x = np.array([1e-3, 0.1, 1.0, 7.0])
-    energy = 1e-4 * (4 * x - 8 + (8 + 4 * x) * np.exp(-x))
-    np.testing.assert_allclose(law.dissipated_energy(1e-6 * x[1:]), energy[1:], rtol=1e-9)
-    assert law.dissipated_energy(1e-12) == pytest.approx(2 / 3 * 1e14 * 1e-36, rel=1e-5, abs=0)
-    force = np.array([60.0, -50.0, 20.0, 90.0, -99.0])
-    displacement = law.displacement(force)
-    np.testing.assert_allclose(law.force(displacement), force, rtol=1e-12, atol=1e-10)
-    assert law.loop(1e-6, 20_001).dissipated_energy == pytest.approx(energy[2], rel=1e-6, abs=0)
-    assert law.sliders().density(1e-6) == pytest.approx(1e14 * math.exp(-1), rel=1e-6, abs=0)
-    response = law.periodic(1e-6 * np.cos(np.arange(8) * np.pi / 4))
-    assert response.force[0] == pytest.approx(100 * (1 - math.exp(-1)), rel=1e-12, abs=0)
-
-
 @pytest.mark.parametrize("law", LAWS)
 def test_examples_reach_every_surface(law: type[ms.BackboneLaw]) -> None:
     if law is ms.Interface:

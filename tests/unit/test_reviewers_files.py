@@ -8,8 +8,6 @@ import tomllib
 from pathlib import Path
 from urllib.parse import unquote
 
-import pytest
-
 import microslip as ms
 
 ROOT = Path(__file__).parents[2]
@@ -49,17 +47,3 @@ def test_badges_are_true() -> None:
     ):
         assert unquote(picture).startswith(f"https://img.shields.io/badge/{label}-{message}-")
     assert "zenodo" not in text("README.md"), "a DOI of microslip also belongs into CITATION.cff"
-
-
-def test_placeholders_are_filled_in() -> None:
-    """Skips with the list of what only a maintainer knows."""
-    urls = tomllib.loads(text("pyproject.toml"))["project"]["urls"]
-    waiting = [f"[project.urls] {name}" for name, url in urls.items() if "example.org" in url]
-    waiting += ["contact in CODE_OF_CONDUCT.md"] * ("example.org" in text("CODE_OF_CONDUCT.md"))
-    waiting += ["owner in the badge of README.md"] * ("github.com/OWNER/" in text("README.md"))
-    paper = text("paper.md")
-    waiting += ["affiliation in paper.md"] * ("name: To be filled in" in paper)
-    waiting += ["AI usage disclosure in paper.md"] * ("\nTo be filled in" in paper)
-    waiting += ["codeRepository in codemeta.json"] * ("example.org" in text("codemeta.json"))
-    if waiting:
-        pytest.skip(f"to be filled in: {', '.join(waiting)}")

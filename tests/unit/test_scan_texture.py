@@ -31,6 +31,9 @@ def test_a_sine_has_its_slopes_and_its_length() -> None:
     # A pixel is a fiftieth of the wave: 1/6 (q h/2)^2 of its slopes, and the ends of the rows.
     assert found.developed_area_ratio == pytest.approx(area, rel=3e-3)
     assert found.rms_gradient == pytest.approx(m / math.sqrt(2.0), rel=1.5e-3)
+    across = ms.Scan(sine.heights.T, (2.0 * PIXEL, PIXEL)).areal_parameters()
+    for name in ("developed_area_ratio", "rms_gradient"):
+        assert getattr(across, name) == pytest.approx(getattr(found, name), rel=1e-9)
     # The 0.2 of the correlation, which begins to fall along x first; along y it never does.
     assert found.autocorrelation_length == pytest.approx(math.acos(0.2) / Q, rel=0.02)
     assert math.isnan(found.texture_aspect_ratio)

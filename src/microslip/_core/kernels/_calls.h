@@ -135,6 +135,8 @@ static int take_curve(Frame *f, PyObject *const *given, Py_ssize_t count, char l
         !take_real(given[1], &p->anchor) || !take_real(given[2], &p->inverse_width) ||
         !take_whole(given[3], &p->first))
         return 0;
+    p->least = (double)-p->first;
+    p->most = (double)(p->panels - p->first);
     f->a[f->arguments].curve = p;
     return 4;
 }

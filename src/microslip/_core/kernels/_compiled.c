@@ -16,6 +16,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#ifdef __GNUC__
+#define INLINED static inline __attribute__((always_inline))
+#else
+#define INLINED static inline
+#endif
+
 #define TERMS 12         /* coefficients a panel of a table; fixed so that the polynomial unrolls */
 #define PROFILE_TERMS 14 /* coefficients a panel of a load curve */
 #define MOMENT_TERMS 30  /* coefficients a piece of a Gaussian moment */

@@ -12,7 +12,7 @@ typedef struct Questions Questions;
 struct Profile {
     const double *coefficients;
     Py_ssize_t panels, first;
-    double anchor, inverse_width;
+    double anchor, inverse_width, least, most; /* first place and end of the panels, in widths */
     Questions *questions; /* NULL for panels */
     const double *edges;  /* of pieces, see _pieces.h; NULL for panels of equal width */
     const double *breaks; /* kinks, increasing */
@@ -26,30 +26,29 @@ static double ask_load(Questions *q, double x, double *fall);
 
 static inline double curve_value(const double *c, double s)
 {
-    double q = s * s, even = c[12], odd = c[13];
-    for (int k = 10; k >= 0; k -= 2) even = even * q + c[k];
-    for (int k = 11; k >= 1; k -= 2) odd = odd * q + c[k];
-    return odd * s + even;
+    double q = s * s;
+    Pair p = pair_of(c + 12);
+    for (int k = 10; k >= 0; k -= 2) p = pair_next(p, q, pair_of(c + k));
+    return ODD(p) * s + EVEN(p);
 }
 
 static inline double curve_slope(const double *c, double s)
 {
-    double q = s * s, even = 13 * c[13], odd = 12 * c[12];
-    for (int k = 11; k >= 1; k -= 2) even = even * q + k * c[k];
-    for (int k = 10; k >= 2; k -= 2) odd = odd * q + k * c[k];
-    return odd * s + even;
+    double slope;
+    powers_at(c, PROFILE_TERMS, s, &slope);
+    return slope;
 }
 
 static inline double first_difference(const double *c, double s0, double s1)
 {
-    double q0 = s0 * s0, q1 = s1 * s1, even = c[12], odd = c[13], even_rise = 0.0, odd_rise = 0.0;
-    for (int k = 10; k >= 0; k -= 2) {
-        even_rise = even_rise * q1 + even;
-        odd_rise = odd_rise * q1 + odd;
-        even = even * q0 + c[k];
-        odd = odd * q0 + c[k + 1];
+    double q0 = s0 * s0, q1 = s1 * s1;
+    Pair p = pair_of(c + 12), rise = p;
+    for (int k = 10; k > 0; k -= 2) {
+        p = pair_next(p, q0, pair_of(c + k));
+        rise = pair_next(rise, q1, p);
     }
-    return (s0 + s1) * (even_rise + s1 * odd_rise) + odd;
+    p = pair_next(p, q0, pair_of(c));
+    return (s0 + s1) * (EVEN(rise) + s1 * ODD(rise)) + ODD(p);
 }
 
 static inline double second_difference(const double *c, double s0, double s1)
@@ -77,11 +76,11 @@ static inline double slope_difference(const double *c, double s0, double s1)
  * it. */
 static inline Py_ssize_t find_panel(const Profile *p, double z, double *s)
 {
-    if (!(z < (double)(p->panels - p->first))) {
+    if (!(z < p->most)) {
         *s = 0.0;
         return p->panels;
     }
-    if (!(z >= (double)-p->first)) z = (double)-p->first; /* checked by the caller */
+    if (!(z >= p->least)) z = p->least; /* checked by the caller */
     Py_ssize_t whole = (Py_ssize_t)z;
     whole -= z < (double)whole; /* no branch: the sign of z changes from node to node */
     *s = 2.0 * (z - (double)whole) - 1.0;
@@ -105,8 +104,10 @@ static inline double load_at(const Profile *p, double x, double *fall)
         return 0.0;
     }
     const double *c = panel_at(p, panel);
-    if (fall) *fall = -2.0 * p->inverse_width * curve_slope(c, s);
-    return curve_value(c, s);
+    if (!fall) return curve_value(c, s);
+    double slope, load = powers_at(c, PROFILE_TERMS, s, &slope);
+    *fall = -2.0 * p->inverse_width * slope;
+    return load;
 }
 
 static inline double fall_at(const Profile *p, double x)
@@ -125,17 +126,19 @@ static inline double fall_at(const Profile *p, double x)
     return -2.0 * p->inverse_width * curve_slope(panel_at(p, panel), s);
 }
 
-/* N(base) - N(base + width) */
-static double drop_at(const Profile *p, double base, double width)
+/* N(base) - N(base + width), where `there` is N(base + width), or NAN; over half a panel a difference
+ * of two values loses no digits. */
+static double drop_to(const Profile *p, double base, double width, double there)
 {
     if (p->questions) return ask_drop(p->questions, base, width);
     if (p->edges) return piece_drop(p, base, width);
     double s0, s1, z = (base - p->anchor) * p->inverse_width;
     Py_ssize_t low = find_panel(p, z, &s0);
     if (low >= p->panels) return 0.0;
-    Py_ssize_t high = find_panel(p, z + width * p->inverse_width, &s1);
     const double *c = panel_at(p, low);
     double step = 2.0 * width * p->inverse_width;
+    if (step >= 1.0 && there >= 0.0) return curve_value(c, s0) - there;
+    Py_ssize_t high = find_panel(p, (base + width - p->anchor) * p->inverse_width, &s1);
     if (high == low) return -step * first_difference(c, s0, s1);
     if (high >= p->panels) return curve_value(c, s0);
     const double *d = panel_at(p, high);
@@ -147,8 +150,13 @@ static double drop_at(const Profile *p, double base, double width)
     return curve_value(c, s0) - curve_value(d, s1);
 }
 
+static double drop_at(const Profile *p, double base, double width)
+{
+    return drop_to(p, base, width, NAN);
+}
+
 /* N(base) - N(base + width) with -N' at base + width: together, since both wait for the same panel.
- * `load` is N(base), or NAN; over half a panel a difference of two values loses no digits. */
+ * `load` is N(base), or NAN. */
 static inline double front_at(const Profile *p, double base, double width, double load, double *fall)
 {
     double s0, s1, z = (base - p->anchor) * p->inverse_width;
@@ -157,17 +165,16 @@ static inline double front_at(const Profile *p, double base, double width, doubl
         return width > 0.0 ? drop_at(p, base, width) : 0.0;
     }
     *fall = 0.0;
+    Py_ssize_t high = find_panel(p, (base + width - p->anchor) * p->inverse_width, &s1);
+    if (high >= p->panels) return load >= 0.0 ? load : load_at(p, base, NULL);
+    const double *d = panel_at(p, high);
+    double slope, there = powers_at(d, PROFILE_TERMS, s1, &slope), step = 2.0 * width * p->inverse_width;
+    *fall = -2.0 * p->inverse_width * slope;
+    if (step >= 1.0 && load >= 0.0) return load - there;
     Py_ssize_t low = find_panel(p, z, &s0);
-    if (low >= p->panels) return 0.0;
-    Py_ssize_t high = find_panel(p, z + width * p->inverse_width, &s1);
-    const double *c = panel_at(p, low), *d = panel_at(p, high);
-    if (high >= p->panels) return curve_value(c, s0);
-    double far = (base + width - p->anchor) * p->inverse_width - (double)(high - p->first);
-    *fall = -2.0 * p->inverse_width * curve_slope(d, 2.0 * far - 1.0);
-    double step = 2.0 * width * p->inverse_width;
-    if (step >= 1.0 && load > 0.0) return load - curve_value(d, s1);
+    const double *c = panel_at(p, low);
     if (high == low) return -step * first_difference(c, s0, s1);
-    if (high > low + 1) return curve_value(c, s0) - curve_value(d, s1);
+    if (high > low + 1) return curve_value(c, s0) - there;
     double left = 1.0 - s0, right = step - left;
     return -(left * first_difference(c, s0, 1.0) + right * first_difference(d, -1.0, right - 1.0));
 }

@@ -24,23 +24,25 @@ static inline Py_ssize_t step_front(double separation, double place, const Row *
         *kind = 0;
         return depth;
     }
-    if (fall >= 0.0) {
-        sign = move > 0.0 ? 1.0 : -1.0;
-        *q = last_separation;
-    } else {
+    *q = last_separation;
+    sign = copysign(1.0, move);
+    if (fall != 0.0) {
         while (depth && stack[depth - 1].end <= separation) depth--;
         double held = 0.0;
         if (depth) {
             const Row *row = &stack[depth - 1];
             held = row->density * (row->end - separation) + row->beyond;
         }
-        *q = separation;
+        /* Selected without branches, which processors could not foresee: the separation rises about
+         * as often as it falls. */
+        held = fall > 0.0 ? last_place : held;
+        *q = separation > last_separation ? separation : last_separation;
         if (place == held) {
             *density = 0.0;
             *kind = 2;
             return depth;
         }
-        sign = place > held ? 1.0 : -1.0;
+        sign = copysign(1.0, place - held);
     }
     *density = sign;
     *kind = 1;
@@ -115,8 +117,8 @@ static inline void value_move(const Profile *p, double rest, const Row *rows, co
     if (mark->base == step)
         m->value = mark->value + (m->density - row->density) * drop;
     else
-        m->value += mark->value -
-                    row->density * drop_at(p, rest + mark->base, m->front - mark->base);
+        m->value += mark->value - row->density * drop_to(p, rest + mark->base,
+                                                         m->front - mark->base, load - drop);
 }
 
 static inline void make_move(const Profile *p, double rest, const Row *rows, const Mark *marks,

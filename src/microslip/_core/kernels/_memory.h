@@ -72,9 +72,11 @@ static int run_respond(const Argument *a, Result *out)
     int direction = (int)a[6].n;
     const Table own = *a[7].table, *t = &own; /* a copy stays in registers beside the forces written */
     if (a[1].n < n || depth < 0 || depth > a[2].n / 2 - n) return TOO_SHORT;
+    int smooth = 0; /* above zero if one of the last four branches had several samples, unlike noise */
     for (Py_ssize_t i = 0; i < n;) {
         double x = xs[i];
         int pushed;
+        Py_ssize_t opened = i;
         depth = locate(stack, 2, depth, last, &direction, x, &pushed);
         if (pushed) {
             stack[2 * depth - 2] = last;
@@ -94,7 +96,7 @@ static int run_respond(const Argument *a, Result *out)
             double u = share * (y - begin), z = u * t->inverse_width;
             Py_ssize_t first = i++;
             previous = y;
-            if (t->power == 1 && z < (double)t->panels) {
+            if (smooth && t->power == 1 && z < (double)t->panels) {
                 double panel = (double)(Py_ssize_t)z;
                 for (; i < n; i++) {
                     double next = way * xs[i];
@@ -109,6 +111,7 @@ static int run_respond(const Argument *a, Result *out)
             }
             if (i < n) y = way * xs[i];
         } while (i < n && y > previous && y < end);
+        smooth = i - opened > 8 ? 4 : smooth > 0 ? smooth - 1 : 0;
         last_force = force[i - 1];
         last = way * previous;
     }

@@ -6,13 +6,14 @@
 static int rows_fit(const Argument *rows, const Argument *marks, const Argument *begin,
                     const Argument *count, Py_ssize_t nodes)
 {
-    const long long *b = begin->integers, *n = count->integers;
+    const unsigned long long *b = (const unsigned long long *)begin->integers,
+                             *n = (const unsigned long long *)count->integers;
     if (begin->n < nodes || count->n < nodes) return 0;
-    long long most = rows->n / 3;
-    if (marks && marks->n / 2 < most) most = marks->n / 2;
-    for (Py_ssize_t i = 0; i < nodes; i++)
-        if (b[i] < 0 || n[i] < 0 || n[i] > most || b[i] > most - n[i]) return 0;
-    return 1;
+    unsigned long long most = (unsigned long long)rows->n / 3, bad = 0;
+    if (marks && (unsigned long long)marks->n / 2 < most) most = (unsigned long long)marks->n / 2;
+    for (Py_ssize_t i = 0; i < nodes; i++) /* the highest bits alone: no branch in the loop */
+        bad |= b[i] | n[i] | (most - n[i]) | (most - n[i] - b[i]);
+    return bad >> 63 == 0;
 }
 
 /* Steps of separations from those at rest. Returns whether a separation is not finite, the smallest
@@ -58,16 +59,19 @@ enum { TRIAL_PLACE, TRIAL_FRONT, TRIAL_DENSITY, TRIAL_VALUE, TRIAL_STEP, TRIAL_L
 
 /* Trials of all nodes, at held steps where `step` is None. Codes are four times the remaining rows
  * plus the kind of the move. Returns 1, with nothing computed, if a displacement is not finite. */
-static int run_field_try(const Argument *a, Result *out)
+INLINED int try_nodes(const Argument *a, Result *out, int varies)
 {
     enum { DISPLACEMENT, STEP, REST, SLIP, WEIGHT, SCALE, LENGTH, NOW, ROWS, MARKS, BEGIN, DEPTH,
            TRIAL, CODE, FORCE, LOAD, TANGENT, STIFFNESS, CURVE };
     Py_ssize_t n = a[DISPLACEMENT].n;
     const Profile *p = a[CURVE].curve;
-    const double *x = a[DISPLACEMENT].reals, *d = a[STEP].reals, *now = a[NOW].reals,
-                 *length = a[LENGTH].reals;
+    const double *x = a[DISPLACEMENT].reals, *d = varies ? a[STEP].reals : NULL, *now = a[NOW].reals,
+                 *length = a[LENGTH].reals, *rests = a[REST].reals, *slips = a[SLIP].reals,
+                 *weights = a[WEIGHT].reals, *scales = a[SCALE].reals;
     const Row *rows = (const Row *)a[ROWS].reals;
     const Mark *marks = (const Mark *)a[MARKS].reals;
+    const long long *begin = a[BEGIN].integers, *depth = a[DEPTH].integers;
+    long long *code = a[CODE].integers;
     double *trial = a[TRIAL].reals, *force = a[FORCE].reals, *load = a[LOAD].reals,
            *tangent = a[TANGENT].reals, *stiffness = a[STIFFNESS].reals;
     if ((d && a[STEP].n < n) || !all_have(a, REST, SCALE, n) || (length && a[LENGTH].n < n) ||
@@ -85,15 +89,14 @@ static int run_field_try(const Argument *a, Result *out)
             for (Py_ssize_t k = i; k < n && k < i + BLOCK; k++) {
                 Move *m = &moves[k - i];
                 double last = now[NOW_STEP * n + k];
-                trial[TRIAL_PLACE * n + k] = x[k] / a[SLIP].reals[k];
+                trial[TRIAL_PLACE * n + k] = x[k] / slips[k];
                 m->depth = step_front(d ? d[k] : last, trial[TRIAL_PLACE * n + k],
-                                      rows + a[BEGIN].integers[k],
-                                      (Py_ssize_t)a[DEPTH].integers[k], last,
+                                      rows + begin[k], (Py_ssize_t)depth[k], last,
                                       now[NOW_PLACE * n + k], &m->front, &m->density, &m->kind);
             }
-        long long first = a[BEGIN].integers[i];
-        double rest = a[REST].reals[i], last = now[NOW_STEP * n + i], weight = a[WEIGHT].reals[i];
-        double step = d ? d[i] : last, slip = a[SLIP].reals[i];
+        long long first = begin[i];
+        double rest = rests[i], last = now[NOW_STEP * n + i], weight = weights[i];
+        double step = d ? d[i] : last, slip = slips[i];
         double here = now[NOW_FALL * n + i], carried = now[NOW_LOAD * n + i];
         Move m = moves[i % BLOCK];
         if (d) carried = load_at(p, rest + step, &here);
@@ -101,16 +104,16 @@ static int run_field_try(const Argument *a, Result *out)
         trial[TRIAL_FRONT * n + i] = m.front;
         trial[TRIAL_DENSITY * n + i] = m.density;
         trial[TRIAL_VALUE * n + i] = m.value;
-        a[CODE].integers[i] = 4 * (long long)m.depth + m.kind;
+        code[i] = 4 * (long long)m.depth + m.kind;
         if (d) {
             trial[TRIAL_STEP * n + i] = step;
             trial[TRIAL_LOAD * n + i] = carried;
             trial[TRIAL_FALL * n + i] = here;
         }
         double by_step = weight * (turn_of(rows + first, step, &m) * (m.fall - here));
-        double by_place = m.fall * (weight / slip), grip = a[SCALE].reals[i] * here;
+        double by_place = m.fall * (weight / slip), grip = scales[i] * here;
         force[i] = m.value * weight;
-        load[i] = a[SCALE].reals[i] * carried;
+        load[i] = scales[i] * carried;
         tangent[4 * i] = by_place;
         tangent[4 * i + 1] = length ? by_step / length[i] : by_step;
         tangent[4 * i + 2] = 0.0;
@@ -118,6 +121,12 @@ static int run_field_try(const Argument *a, Result *out)
         if (stiffness) stiffness[i] = by_place;
     }
     return FINE;
+}
+
+static int run_field_try(const Argument *a, Result *out)
+{
+    /* A copy of the loop for held steps, and one for others. */
+    return a[1].reals ? try_nodes(a, out, 1) : try_nodes(a, out, 0);
 }
 
 /* Before a commit of nodes with at most `limit` rows each, whose error state has five numbers. */

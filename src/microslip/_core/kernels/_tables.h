@@ -11,6 +11,33 @@ struct Table {
     int power;
 };
 
+/* Coefficients of an even power and of the next odd one, which processors multiply and add
+ * together. */
+#ifdef __GNUC__
+typedef double Pair __attribute__((vector_size(16)));
+#define EVEN(pair) (pair)[0]
+#define ODD(pair) (pair)[1]
+static inline Pair pair_next(Pair p, double q, Pair c) { return p * q + c; }
+#else
+typedef struct {
+    double even, odd;
+} Pair;
+#define EVEN(pair) (pair).even
+#define ODD(pair) (pair).odd
+static inline Pair pair_next(Pair p, double q, Pair c)
+{
+    Pair next = {p.even * q + c.even, p.odd * q + c.odd};
+    return next;
+}
+#endif
+
+static inline Pair pair_of(const double *c)
+{
+    Pair p;
+    memcpy(&p, c, sizeof(p));
+    return p;
+}
+
 static inline double shape(const double *c, double s)
 {
     double q = s * s;
@@ -27,6 +54,20 @@ static inline double shape_slope(const double *c, double s)
     return (even * q + c[1]) + odd * s;
 }
 
+/* Sum of an even number of powers of s, and its derivative. */
+static inline double powers_at(const double *c, int terms, double s, double *slope)
+{
+    double q = s * s;
+    Pair p = pair_of(c + terms - 2), d = p;
+    for (int k = terms - 4; k > 0; k -= 2) {
+        p = pair_next(p, q, pair_of(c + k));
+        d = pair_next(d, q, p);
+    }
+    p = pair_next(p, q, pair_of(c));
+    *slope = ODD(p) + 2.0 * s * (EVEN(d) + s * ODD(d));
+    return ODD(p) * s + EVEN(p);
+}
+
 static inline double evaluate_at(const Table *t, double u, double *slope)
 {
     double z = u * t->inverse_width;
@@ -38,20 +79,20 @@ static inline double evaluate_at(const Table *t, double u, double *slope)
     Py_ssize_t panel = (Py_ssize_t)z;
     double s = 2.0 * (z - (double)panel) - 1.0;
     const double *c = t->coefficients + panel * TERMS;
-    double value = shape(c, s);
+    double rise, value = powers_at(c, TERMS, s, &rise);
     if (t->power == 0) {
-        if (slope) *slope = 2.0 * t->inverse_width * shape_slope(c, s);
+        if (slope) *slope = 2.0 * t->inverse_width * rise;
         return value;
     }
     if (t->power == 1) {
-        if (slope) *slope = value + u * (2.0 * t->inverse_width * shape_slope(c, s));
+        if (slope) *slope = value + u * (2.0 * t->inverse_width * rise);
         return u * value;
     }
     if (t->power == 2) {
-        if (slope) *slope = u * (2.0 * value + u * (2.0 * t->inverse_width * shape_slope(c, s)));
+        if (slope) *slope = u * (2.0 * value + u * (2.0 * t->inverse_width * rise));
         return u * (u * value);
     }
-    if (slope) *slope = u * u * (3.0 * value + u * (2.0 * t->inverse_width * shape_slope(c, s)));
+    if (slope) *slope = u * u * (3.0 * value + u * (2.0 * t->inverse_width * rise));
     return u * (u * (u * value));
 }
 

@@ -99,38 +99,22 @@ def demo(beam: bool, output: Output) -> None:
 
 
 def predict_into(read: Callable[[], Study], folder: Path, output: Output, workers: int = 1) -> None:
-    """Run a study, print its tables and write the output folder."""
-    from microslip.report.folder import staged
-
-    unprinted: OSError | None = None
+    """Run a study, write the output folder and print its tables."""
+    output = output._replace(folder=folder)
     with stoppable():
         study = read()
         from microslip.report.predicted.numbers import KIND
 
-        with staged(folder, output.overwrite, KIND, "result") as stage:
+        with output.staged(KIND, "result") as stage:
             from microslip.report.files import standard_files, write_all
             from microslip.report.predicted.result import result_document
-            from microslip.report.terminal import print_document, show_files
 
             with progress("Computing") as report:
                 document = result_document(study.run(report, workers), folder)
-            if not output.as_json:
-                # Print before writing, which may take longer. Files are written even if printing
-                # fails.
-                try:
-                    print_document(document, sys.stdout)
-                    if sys.stdout is not None:
-                        sys.stdout.flush()
-                except OSError as error:
-                    unprinted = error
+            assert stage is not None
             with progress("Drawing and writing") as report:
                 write_all(standard_files(document), stage, report)
-    if unprinted is not None:
-        raise unprinted
-    if output.as_json:
-        echo_json(document.data)
-    else:
-        show_files(document.data["files"], folder, sys.stdout)
+    output.show(document)
 
 
 @click.command(short_help="Check a study without running it.")

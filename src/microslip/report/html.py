@@ -28,15 +28,8 @@ from microslip.report.document import (
     Table,
     Verdicts,
 )
-from microslip.report.terminal import file_groups
 
 _SIGNS = {"ok": "✓", "watch": "!", "outside": "✗", "not judged": "?", "none": "?"}
-_FILES = {
-    "tables": "Numbers",
-    "summary": "Summary",
-    "figures": "Figures",
-    "study": "Study",
-}
 
 
 def html_page(document: Document, cache: PictureCache, progress: Progress | None = None) -> str:
@@ -141,11 +134,7 @@ def _provenance(document: Document) -> Iterator[Section]:
         kernel = f" ({generator['kernel']} kernel)" if "kernel" in generator else ""
         blocks.append(Note(f"Written by {generator['name']} {generator['version']}{kernel}."))
     if names:
-        blocks.append(Note("Files next to this page, numbers in SI units:"))
-        groups = file_groups(names)
-        texts = [f"{_FILES[k]}: {', '.join(groups[k])}" for k in _FILES if k in groups]
-        texts = [text.replace(", (", " (") for text in texts]  # the formats of figures
-        blocks.append(Items(tuple(texts)))
+        blocks.append(Note(f"Files next to this page, numbers in SI units: {', '.join(names)}."))
     if blocks:
         yield Section("Provenance and files", tuple(blocks))
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Container, Iterable, Sequence
 from functools import singledispatch
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from rich.box import ASCII, SIMPLE_HEAD
@@ -15,7 +14,6 @@ from rich.measure import Measurement
 from rich.table import Table as Grid
 from rich.text import Text
 
-from microslip._core.wording import shorten
 from microslip.report.cells import as_text, is_text, judgements
 from microslip.report.document import Block, Document, Facts, Items, Note, Table, Verdicts
 
@@ -100,18 +98,6 @@ class Printer:
     def path(self, text: str) -> None:
         """Print text that must not be folded, such as a path."""
         self._wide.print(Text(self._fit(text)), soft_wrap=True)
-
-    def words(self, head: str, words: Iterable[str], indent: int) -> None:
-        """Print a heading and words after it, which are not split at line ends."""
-        line = self._fit(head).ljust(indent - 1)
-        empty = True
-        for word in map(self._fit, words):
-            if not empty and cell_len(line) + 2 + cell_len(word) > self.width:
-                self._wide.print(Text(line), soft_wrap=True)
-                line, empty = " " * (indent - 1), True
-            line += f" {word}" if empty else f"  {word}"
-            empty = False
-        self._wide.print(Text(line.rstrip()), soft_wrap=True)
 
     def hanging(self, head: str, text: str, indent: int, style: str = "") -> None:
         """Print a heading and text after it, folded with a hanging indent."""
@@ -233,29 +219,6 @@ def show_command(text: str, command: str, stream: TextIO | None) -> None:
     out = Printer(stream)
     out.line(text)
     out.path(f"  {command}")
-
-
-def show_files(names: Sequence[str], folder: Path, stream: TextIO | None) -> None:
-    """Print the names of the written files by purpose, each figure once with its formats."""
-    out = Printer(stream)
-    out.path(f"Written to {shorten(str(folder), 1000)}:")
-    for head, group in file_groups(names).items():
-        out.words(f"  {head}", group, 11)
-
-
-def file_groups(names: Sequence[str]) -> dict[str, list[str]]:
-    """Group file names by purpose, the most important first; figures without suffixes."""
-    split = [name.rpartition(".") for name in names if name.endswith((".svg", ".png", ".pdf"))]
-    figures = list(dict.fromkeys(stem for stem, _, _ in split))
-    kinds = ", ".join(dict.fromkeys(f".{kind}" for _, _, kind in split))
-    groups = {
-        "report": [name for name in names if name.endswith(".html")],
-        "figures": [*figures, f"({kinds})"] if figures else [],
-        "tables": [name for name in names if name.endswith((".nc", ".csv"))],
-        "summary": [name for name in names if name.endswith(".json")],
-        "study": [name for name in names if name.endswith(".toml")],
-    }
-    return {head: group for head, group in groups.items() if group}
 
 
 @singledispatch

@@ -26,7 +26,6 @@ from microslip.figures.plot import (
     DASHED,
     DOTTED,
     THIN,
-    WIDTH,
     Axis,
     Floats,
     Guide,
@@ -132,9 +131,7 @@ def draw_curves(
     for number, (index, look) in enumerate(loads):
         curve, row = result.curves[index], result.rows[index]
         x, y = lines[number]
-        # A line that others cover is drawn wider, so that it stays visible.
-        above = sum(_coincide(lines[number], cover) for cover in lines[number + 1 :])
-        panel.line(x, y, look.color, width=WIDTH + 1.3 * above)
+        panel.line(x, y, look.color)
         inside = (row.amplitude >= curve.amplitude[0]) & (row.amplitude <= curve.amplitude[-1])
         marked = np.flatnonzero(inside)
         if marked.size:
@@ -163,12 +160,6 @@ def _band(
     area = between(axis.of(curve), edges[0], edges[1], pale(look.color))
     panel.items.insert(0, area)
     return area.y
-
-
-def _coincide(line: Floats, cover: Floats) -> bool:
-    overlap = np.isfinite(line[1]) & np.isfinite(cover[1])
-    near = np.allclose(line[:, overlap], cover[:, overlap], rtol=5e-3, atol=0.0)
-    return bool(overlap.any() and near)
 
 
 def _label(joint: Any) -> str:

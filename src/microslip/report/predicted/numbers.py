@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import asdict
 from typing import Any
 
 from microslip._core.quantities import UNITS, json_value, named
 from microslip._core.units import engineering, significant
-from microslip.contact import SphereOnFlat, Verdict
+from microslip.contact import Verdict
 from microslip.friction import Interface, PressedJoint
 from microslip.report.files import header
 from microslip.report.predicted.scatter_document import scatter_numbers
@@ -103,40 +102,7 @@ def joint_entry(study: StudyDescription, joint: Interface) -> dict[str, Any]:
         **{name: json_value(value) for name, value in scalars(study, joint).items()},
         "slip_scale_meaning": joint._slip_scale[1],
         "sensitivities": leading_inputs(study, joint),
-        **hertz_numbers(joint, study),
         "validity": [json_value(verdict._asdict()) for verdict in joint_verdicts(study, joint)],
-    }
-
-
-def hertz_numbers(joint: Any, study: StudyDescription) -> dict[str, Any]:
-    """Return the Hertz and Cattaneo numbers of a sphere; empty for other surfaces."""
-    surface = getattr(joint, "surface", None)
-    if not isinstance(surface, SphereOnFlat):
-        return {}
-    depth = -joint.separation
-    radius = math.sqrt(surface.radius * depth)
-    pressure = surface.hertz_pressure(joint.separation)
-    limit = joint.slip_per_indentation * depth
-    amplitudes = study.excitation.amplitudes or ()
-    inner = {a: math.sqrt(max(1.0 - a / limit, 0.0)) for a in amplitudes}
-    return {
-        "hertz": {
-            "approach": depth,
-            "contact_radius": radius,
-            "largest_pressure": pressure,
-            "slip_limit": limit,
-            "sticking": [
-                {
-                    "amplitude": a,
-                    "stick_radius_over_contact_radius": share,
-                    # Cattaneo's traction is largest at the edge of the stick zone.
-                    "edge_traction": joint.friction_coefficient
-                    * pressure
-                    * math.sqrt(1.0 - share * share),
-                }
-                for a, share in inner.items()
-            ],
-        }
     }
 
 

@@ -85,9 +85,8 @@ def joint_table(joints: JointRows, law: str) -> Table:
 
 
 def rest_section(joints: JointRows, law: str) -> Section:
-    """Return the section on the joint at rest, with Hertz numbers and sensitivities."""
-    tables = (joint_table(joints, law), *hertz_table(joints), *sensitivity_table(joints))
-    return Section("Joint at rest", tables)
+    """Return the section on the joint at rest, with sensitivities."""
+    return Section("Joint at rest", (joint_table(joints, law), *sensitivity_table(joints)))
 
 
 def sensitivity_table(joints: JointRows) -> tuple[Table, ...]:
@@ -120,34 +119,6 @@ def sensitivity_table(joints: JointRows) -> tuple[Table, ...]:
         noun="quantities",
     )  # fmt: skip
     return (table,) if rows else ()
-
-
-def hertz_table(joints: JointRows) -> tuple[Table, ...]:
-    """Return Hertz and Cattaneo numbers of a sphere, one row per load and amplitude."""
-    rows = [
-        {**joint, **joint["hertz"], **cycle}
-        for joint in joints
-        if "hertz" in joint
-        for cycle in joint["hertz"]["sticking"] or [{}]
-    ]
-    if not rows:
-        return ()
-    share = "stick_radius_over_contact_radius"
-    columns = (
-        cells.column("normal_load"),
-        Column("largest_pressure", "p₀", "Pa"),
-        Column("contact_radius", "Contact radius a", "m", short="a"),
-        Column("approach", "Approach", "m", short="approach"),
-        Column("slip_limit", "Slip limit", "m", short="slip limit"),
-        cells.column("amplitude"),
-        Column(share, "Stick radius c/a", "", write=cells.ratio, short="c/a"),
-        Column("edge_traction", "Traction at c", "Pa", short="traction at c"),
-    )
-    caption = (
-        "p₀ is the largest Hertz pressure, at the centre. At the largest force of a cycle a "
-        "circle of radius c sticks; the tangential traction is largest at its edge."
-    )
-    return (_table("Hertz and Cattaneo", "loads", columns, rows, caption),)
 
 
 def cycle_table(joints: JointRows, *, by_force: bool) -> Table:

@@ -124,8 +124,6 @@ def naming_key(study: StudyDescription, key: str, names: Iterable[str] = ()) -> 
         raise StudyError(f"{study.name}: {key}: {message}") from error
 
 
-_NEAR = 0.25  # normal scores on either side of the median, for finite-difference slopes
-_QUARTILE, _FURTHEST = 0.6744897501960817, 6.0  # scores for the slopes of discrete values
 _REPLICATES = 4096  # bootstrap replicates of the pieces of a scan
 
 
@@ -192,26 +190,6 @@ class Design:
             key: float(spread.quantiles(shares[i : i + 1])[0])
             for i, (key, spread) in enumerate(self.spreads.items())
         }
-
-    def near(self) -> tuple[Floats, Floats]:
-        """Return offsets of the scores for finite differences, and factors on the differences.
-
-        The change of a result per standard deviation of an input is the difference of results
-        between plus and minus the offset, times the factor. Discrete inputs use their quartiles, or
-        their extremes if the quartiles are equal. Both arrays have shape (inputs,).
-        """
-        from scipy.special import ndtr
-
-        reach, ratios = np.full(len(self.inputs), _NEAR), np.full(len(self.inputs), 0.5 / _NEAR)
-        for place, spread in enumerate(self.spreads.values()):
-            for score in (_QUARTILE, _FURTHEST) if spread.values else (_NEAR,):
-                ends = spread.quantiles(ndtr(np.array([-score, score]))).tolist()
-                distance = spread.measure(ends[1]) - spread.measure(ends[0])
-                reach[place] = score
-                ratios[place] = spread.deviation / distance if distance else 0.0
-                if distance:
-                    break
-        return reach, ratios
 
     def at(self, scores: Floats) -> StudyDescription:
         """Return the study for one row of normal scores, shape (inputs,)."""

@@ -92,21 +92,6 @@ class Spread(float):
         width = math.log1p(cv**2)
         return np.asarray(float(self) * np.exp(math.sqrt(width) * ndtri(shares) - 0.5 * width))
 
-    def measure(self, value: float) -> float:
-        """Return the value, or its logarithm for a logarithmic distribution."""
-        return math.log(value) if self.log or (self.cv is not None and not self.normal) else value
-
-    @property
-    def deviation(self) -> float:
-        """Standard deviation of :meth:`measure`: of the value, or of its logarithm."""
-        if self.values:
-            return float(np.std(self.values))
-        if self.low is not None and self.high is not None:
-            width = math.log(self.high / self.low) if self.log else self.high - self.low
-            return width / math.sqrt(12.0)
-        cv = float(self.cv or 0.0)
-        return cv * float(self) if self.normal else math.sqrt(math.log1p(cv**2))
-
     def _text(self, value: float | None) -> str:
         if not self.unit or "^" in self.unit:  # prefixes of powers would be ambiguous
             return f"{value:g} {self.unit}".rstrip()

@@ -114,13 +114,11 @@ def _ranking(result: Prediction, scatter: PredictionScatter) -> Table:
 
 
 def _remark(scatter: PredictionScatter) -> str:
-    """Compare the scatter of the samples with that of the delta method, in words."""
+    """Describe how much of the scatter the regression explains, and the error of quantiles."""
     decisions = [d for d in scatter.decisions if d.name == "loss_factor"]
-    worst = max(decisions, key=lambda d: abs(d.scatter - d.delta))
     return (
-        f"Standard deviation of ln η over the samples and by the delta method: "
-        f"{worst.scatter:.3g} and {worst.delta:.3g} where they differ most; a regression on the "
-        f"inputs explains {min(d.explained for d in decisions):.0%} or more. "
+        "A regression on the inputs explains "
+        f"{min(d.explained for d in decisions):.0%} or more of the variance of ln η. "
         f"{_confidence_text(scatter)}"
     )
 
@@ -196,7 +194,6 @@ def scatter_numbers(scatter: PredictionScatter) -> dict[str, Any]:
                 "quantity": d.name,
                 **named(d, "load", "amplitude"),
                 "standard_deviation_of_logarithm": json_value(d.scatter),
-                "delta_method": json_value(d.delta),
                 "explained": json_value(d.explained),
                 "inputs": {entry.key: _of_input(d, k) for k, entry in enumerate(scatter.inputs)},
             }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -35,7 +34,6 @@ class Contributions:
     load: int  # index of the load
     amplitude: int  # index of the amplitude
     scatter: float  # standard deviation of its logarithm over the samples [-]
-    delta: float  # scatter by the delta method, from slopes at the central values
     shares: Floats  # fraction of the variance due to each input, by regression on normal scores
     explained: float  # fraction of the variance explained by the regression
     low: Floats  # result with one input at its 5 % quantile, the others at their medians
@@ -138,10 +136,8 @@ def scatter(
     points = design.points()
     groups, size, inputs = points.shape
     scores = design.scores(points.reshape(-1, inputs))
-    # Also vary each input alone: far out for the tornado chart, and near for slopes.
-    far, (near, _) = np.full(inputs, _FAR), design.near()
-    alone = np.concatenate([np.diag(reach) for reach in (-far, far, -near, near)])
-    all_scores = np.concatenate([scores, alone])
+    # Also vary each input alone, for the tornado chart.
+    all_scores = np.concatenate([scores, -_FAR * np.eye(inputs), _FAR * np.eye(inputs)])
     count = groups * size
     names, left_out = _with_bands(nominal, count)
     stacks = {name: np.empty((len(all_scores), *nominal[name].values.shape)) for name in names}
@@ -157,7 +153,7 @@ def scatter(
         if "point" not in variable.dims and not variable.dims[-1].endswith("sample"):
             by_group = stack[:count].reshape(groups, size, *variable.values.shape)
             ends[name] = intervals(by_group, design.part.quantiles)
-    decisions = _decisions(design, stacks, scores, count)
+    decisions = _decisions(stacks, scores, count)
     return PredictionScatter(
         tuple(design.inputs), count, quantiles, bands, ends, decisions, _notes(design, left_out)
     )
@@ -175,9 +171,8 @@ def _with_bands(nominal: Variables, count: int) -> tuple[list[str], list[str]]:
 
 
 def _decisions(
-    design: Design, stacks: Mapping[str, Floats], scores: Floats, count: int
+    stacks: Mapping[str, Floats], scores: Floats, count: int
 ) -> tuple[Contributions, ...]:
-    _, ratios = design.near()
     decisions = []
     for name in RANKED:
         stack = stacks[name]
@@ -186,13 +181,11 @@ def _decisions(
                 values = stack[:, load, amplitude]
                 with np.errstate(divide="ignore", invalid="ignore"):
                     logs = np.log(values)
-                low, high, before, after = logs[count:].reshape(4, -1)
-                slopes = (after - before) * ratios
-                delta = math.sqrt(max(float(slopes @ design.correlation @ slopes), 0.0))
+                low, high = logs[count:].reshape(2, -1)
                 shares, explained = ranking(scores, logs[:count])
                 decisions.append(
                     Contributions(
-                        name, load, amplitude, float(logs[:count].std()), delta, shares, explained,
+                        name, load, amplitude, float(logs[:count].std()), shares, explained,
                         np.exp(low), np.exp(high),
                     )
                 )  # fmt: skip

@@ -16,8 +16,11 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "al2017.toml"
 LOADS = (500.0, 2000.0, 5000.0)
 AMPLITUDES = (1e-7, 3e-7, 1e-6, 1e-5)
 FIGURES = (
-    *("loops", "backbone", "energy_damping", "force_damping"),
-    *("contact_state", "slider_density"),
+    "loops",
+    "backbone",
+    "energy_damping",
+    "force_damping",
+    "contact_state",
 )
 
 

@@ -5,11 +5,8 @@ from __future__ import annotations
 import asyncio
 import io
 import json
-import os
 import shutil
 import socket
-import subprocess
-import sys
 import threading
 import time
 import zipfile
@@ -25,7 +22,6 @@ import pytest
 import microslip as ms
 from microslip.app.jobs import Workspace, check_study, safe_name
 from microslip.app.preview import record_view
-from microslip.app.server import remove_abandoned
 from microslip.cli import main
 from microslip.cli.workbench import COMMANDS, forms
 
@@ -176,17 +172,6 @@ def test_uploads_have_a_limit_together(bench: Bench, monkeypatch: pytest.MonkeyP
     assert [status for status, _, _ in sent] == [200, 200, 413]
     assert "uploads are limited" in json.loads(sent[2][2])["error"]
     assert sum(path.is_file() for path in bench.folder.rglob("*")) == 2
-
-
-@pytest.mark.skipif(os.name != "posix", reason="only there processes can be asked for safely")
-def test_leftovers_of_a_killed_workbench_are_removed(tmp_path: Path) -> None:
-    ended = subprocess.run([sys.executable, "-c", "import os; print(os.getpid())"],
-                           capture_output=True, text=True, check=True).stdout.strip()  # fmt: skip
-    for name in (f"microslip-app-{ended}-x", f"microslip-app-{os.getpid()}-x", "microslip-app-x"):
-        (tmp_path / name / "runs").mkdir(parents=True)
-    remove_abandoned(tmp_path)
-    left = sorted(path.name for path in tmp_path.iterdir())
-    assert left == sorted([f"microslip-app-{os.getpid()}-x", "microslip-app-x"])
 
 
 NAMES_A_FILE = '[excitation]\nhistory = { file = "/etc/passwd", column = "x" }\n'

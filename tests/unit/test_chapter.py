@@ -15,7 +15,7 @@ import pytest
 from matplotlib.text import Text
 
 import microslip as ms
-from microslip.chapter import KIND, LEFT_OUT, PLATES, Drawing, Plate, select, write_figures
+from microslip.chapter import KIND, LEFT_OUT, PLATES, DrawnFigure, Plate, select, write_figures
 from microslip.chapter.contact import summit
 from microslip.chapter.joint import with_summits
 from microslip.chapter.rig import (
@@ -42,7 +42,7 @@ SKETCHES = {"19.1", "19.4", "19.8", "19.9"}
 
 
 @lru_cache
-def drawn(number: str) -> Drawing:
+def drawn(number: str) -> DrawnFigure:
     return NUMBERS[number].draw()
 
 

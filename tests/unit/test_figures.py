@@ -28,7 +28,7 @@ from microslip.figures.plot import (
 from microslip.figures.svg import svg
 from microslip.report.predicted import figures
 from microslip.report.predicted.curves import force_exponent
-from microslip.report.predicted.figures import prediction_pictures, slipping_share
+from microslip.report.predicted.figures import prediction_pictures
 from microslip.report.predicted.history_figure import MOST_DRAWN_SAMPLES, envelope, motion_path
 
 PICTURES = ('["csv"]', '["svg", "png"]')
@@ -138,15 +138,6 @@ def test_the_exponent_in_the_force_is_its_logarithmic_slope(joint: ms.Interface)
     curve = AmplitudeCurve.of(joint, 0.05 * scale * np.array([1.0 - 1e-4, 1.0, 1.0 + 1e-4]))
     rise, run = (np.log(y[2] / y[0]) for y in (curve.dissipated_energy, curve.force_amplitude))
     assert force_exponent(curve)[1] == pytest.approx(rise / run, rel=2e-3)
-
-
-def test_the_share_of_sliders_is_their_sum() -> None:
-    """Exponential heights: the density is known, and its first moment in closed form."""
-    result = study((SURFACE, SURFACES["exponential"]), (LOADS, '"50 N"')).run()
-    joint, curve = result.joints[0], result.curves[0]
-    x = curve.amplitude / (joint.slip_per_indentation * 0.8e-6)
-    wanted = 1.0 - (1.0 + x) * np.exp(-x)
-    np.testing.assert_allclose(slipping_share(curve), wanted, rtol=1e-7, atol=1e-12)
 
 
 # -- that it can be read ------------------------------------------------------------------------

@@ -131,15 +131,10 @@ def test_a_history_of_forces_is_held_by_displacements(record: Path) -> None:
     )
 
 
-def test_a_curve_is_the_backbone_of_the_joint_piece_by_piece() -> None:
-    """However it is cut into pieces, each number is the one of the interface."""
+def test_a_curve_is_the_backbone_of_the_joint() -> None:
     joint = ms.Interface.examples()[0]
     amplitude = np.geomspace(1e-10, 1e-4, 300)
-    shares: list[float] = []
-    curve = AmplitudeCurve.of(joint, amplitude, shares.append)
-    assert len(shares) > 2
-    assert shares == sorted(shares)
-    assert shares[-1] == 1.0
+    curve = AmplitudeCurve.of(joint, amplitude)
     same = {
         "force_amplitude": joint.backbone(amplitude),
         "force_ratio": joint.backbone(amplitude) / joint.force_limit,

@@ -21,7 +21,7 @@ from microslip.study.toml_text import FILE_KEYS, read_text, tables_of
 
 LOOK = "look"
 """Prefix of the form names for file previews: "look record", "look scan"."""
-LONGEST = 200
+LONGEST_TEXT = 200
 _JOB_LIMIT = 20
 _WORKERS = max(1, (os.cpu_count() or 2) - 1)
 RESULT = "result"
@@ -378,8 +378,8 @@ def _text(name: str, value: Any) -> str:
     if isinstance(value, bool) or not isinstance(value, (str, int, float)):
         raise InputError(f"{name} must be text or a number")
     text = str(value).strip()
-    if not text or len(text) > LONGEST or not text.isprintable():
-        raise InputError(f"{name} must be 1 to {LONGEST} printable characters")
+    if not text or len(text) > LONGEST_TEXT or not text.isprintable():
+        raise InputError(f"{name} must be 1 to {LONGEST_TEXT} printable characters")
     return text
 
 

@@ -312,21 +312,6 @@ def _archive(run: Run) -> bytes:
     return file.getvalue()
 
 
-def remove_abandoned(temporary: Path) -> None:
-    """Remove temporary folders of workbenches whose process has ended."""
-    if os.name != "posix":  # os.kill(pid, 0) ends the process on Windows
-        return
-    for folder in temporary.glob(f"{_PREFIX}*-*"):
-        number = folder.name.removeprefix(_PREFIX).partition("-")[0]
-        try:
-            if number.isdecimal() and folder.stat().st_uid == os.getuid():
-                os.kill(int(number), 0)
-        except ProcessLookupError:
-            shutil.rmtree(folder, ignore_errors=True)
-        except (OSError, OverflowError):
-            continue  # owned by another user, or removed in the meantime
-
-
 def serve(forms: Forms, port: int = 0, open_browser: bool = True, say: Any = print) -> None:
     """Serve the workbench on this machine until interrupted."""
     with needed_for("the workbench needs", "app"):
@@ -338,7 +323,6 @@ def serve(forms: Forms, port: int = 0, open_browser: bool = True, say: Any = pri
         listening.close()
         raise InputError(f"port {port} cannot be used: {error.strerror}") from None
     port, token = listening.getsockname()[1], token_urlsafe(32)
-    remove_abandoned(Path(tempfile.gettempdir()))
     with tempfile.TemporaryDirectory(prefix=f"{_PREFIX}{os.getpid()}-") as folder:
         app = build(Workspace(Path(folder), forms), token, port)
         address = f"http://127.0.0.1:{port}/?token={token}"

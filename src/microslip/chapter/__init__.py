@@ -11,9 +11,9 @@ from typing import Any
 from microslip._core.errors import InputError
 from microslip._version import __version__
 from microslip.chapter import contact, joint, loops, rig, sketches, surface
-from microslip.chapter.plate import Drawing, Plate
+from microslip.chapter.plate import DrawnFigure, Plate
 
-__all__ = ["KIND", "LEFT_OUT", "PLATES", "Drawing", "Plate", "select", "write"]
+__all__ = ["KIND", "LEFT_OUT", "PLATES", "DrawnFigure", "Plate", "select", "write"]
 
 KIND = "microslip-figures"
 """Kind of a folder of figures, stored in summary.json."""

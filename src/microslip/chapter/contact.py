@@ -26,7 +26,7 @@ from microslip.chapter.plate import (
     STICK,
     STROKE,
     STUCK,
-    Drawing,
+    DrawnFigure,
     Plate,
     arrow,
     as_plate,
@@ -113,7 +113,7 @@ def zone_handles() -> list[Patch]:
     "by μ times the pressure of the circle alone.",
     contact_note("Displacement 0.6 δL from rest."),
 )
-def _cattaneo(plate: Plate) -> Drawing:
+def _cattaneo(plate: Plate) -> DrawnFigure:
     joint = summit()
     fields = joint.fields(0.6 * joint.slip_limit)
     x = section(joint, fields)
@@ -134,7 +134,7 @@ def _cattaneo(plate: Plate) -> Drawing:
     above.set_xticks([-a, -c, 0.0, c, a], ["−a", "−c", "0", "c", "a"])
     body.legend(loc="outside lower center", ncols=2)
     columns = {"x [m]": x, "friction times pressure [Pa]": bound, "tangential traction [Pa]": q}
-    return Drawing(figure, columns)
+    return DrawnFigure(figure, columns)
 
 
 @as_plate(
@@ -145,7 +145,7 @@ def _cattaneo(plate: Plate) -> Drawing:
     "traction would be infinite at the edge under any force.",
     contact_note("First loading."),
 )
-def _mindlin(plate: Plate) -> Drawing:
+def _mindlin(plate: Plate) -> DrawnFigure:
     joint = summit()
     shares = (0.25, 0.5, 0.75)
     states = [joint.fields(force=share * joint.force_limit) for share in shares]
@@ -173,7 +173,7 @@ def _mindlin(plate: Plate) -> Drawing:
     above = axes.secondary_xaxis("top")
     above.set_xticks([-a / MICRO, 0.0, a / MICRO], ["−a", "0", "a"])
     body.legend(loc="outside lower center", ncols=3)
-    return Drawing(figure, columns)
+    return DrawnFigure(figure, columns)
 
 
 @as_plate(
@@ -184,7 +184,7 @@ def _mindlin(plate: Plate) -> Drawing:
     "while the ring that slipped before moves with the stick circle.",
     contact_note(),
 )
-def _contact_area(plate: Plate) -> Drawing:
+def _contact_area(plate: Plate) -> DrawnFigure:
     joint = summit()
     a = joint.contact_radius
     top, down = 0.75, 0.0
@@ -226,4 +226,4 @@ def _contact_area(plate: Plate) -> Drawing:
     body.legend(handles=zone_handles(), loc="outside lower center", ncols=4)
     names = ("state", "inner radius [m]", "outer radius [m]", "direction", "slips now")
     columns = dict(zip(names, np.array(rows, dtype=float).T, strict=True))
-    return Drawing(figure, columns)
+    return DrawnFigure(figure, columns)

@@ -23,7 +23,7 @@ from microslip.chapter.plate import (
     PENS,
     RED,
     STROKE,
-    Drawing,
+    DrawnFigure,
     Plate,
     as_plate,
     cross,
@@ -55,7 +55,7 @@ def joint_note(addition: str = "") -> str:
     "gross slip is smooth.",
     joint_note(),
 )
-def _loops(plate: Plate) -> Drawing:
+def _loops(plate: Plate) -> DrawnFigure:
     joint = worked_example()
     amplitudes = (0.15e-6, 0.4e-6, 1e-6, 2e-6)
     figure, body, axes = plate.sheet(4.3)
@@ -74,7 +74,7 @@ def _loops(plate: Plate) -> Drawing:
     axes.set(xlabel="Tangential displacement δ [µm]", ylabel="Tangential force T [kN]")
     axes.set_xlim(-2.55, 2.55)
     body.legend(loc="outside lower center", ncols=4)
-    return Drawing(figure, columns)
+    return DrawnFigure(figure, columns)
 
 
 def with_summits(joint: Interface, count: float) -> Interface:
@@ -99,7 +99,7 @@ def with_summits(joint: Interface, count: float) -> Interface:
     "E_d/4μNδ, from 0.001 to 0.670.",
     joint_note("Amplitude 1 µm. The density of summits is changed, nothing else."),
 )
-def _many_summits(plate: Plate) -> Drawing:
+def _many_summits(plate: Plate) -> DrawnFigure:
     joint = worked_example()
     top = 1e-6
     figure, body, axes = plate.sheet(4.6)
@@ -120,7 +120,7 @@ def _many_summits(plate: Plate) -> Drawing:
     cross(axes)
     axes.set(xlabel="Tangential displacement δ [µm]", ylabel="Tangential force T [kN]")
     body.legend(loc="outside lower center", ncols=3, title="Asperities in contact")
-    return Drawing(figure, columns)
+    return DrawnFigure(figure, columns)
 
 
 def _even_cells(joint: Interface, count: int) -> Iwan:
@@ -143,7 +143,7 @@ def _even_cells(joint: Interface, count: int) -> Iwan:
     "that of a single asperity.",
     one_summit("Amplitude 1.6 δL; 1, 3 and 12 cells as Asperity.to_iwan gives them."),
 )
-def _likeness(plate: Plate) -> Drawing:
+def _likeness(plate: Plate) -> DrawnFigure:
     joint = summit()
     top = 1.6 * joint.slip_limit
     figure, body, axes = plate.sheet(4.6)
@@ -172,7 +172,7 @@ def _likeness(plate: Plate) -> Drawing:
     axes.set(xlabel="Tangential displacement δ [µm]", ylabel="Tangential force T [N]")
     axes.set_ylim(-1.15 * joint.force_limit, 1.15 * joint.force_limit)
     body.legend(loc="outside lower center", ncols=3)
-    return Drawing(figure, columns)
+    return DrawnFigure(figure, columns)
 
 
 @as_plate(
@@ -183,7 +183,7 @@ def _likeness(plate: Plate) -> Drawing:
     "passes the chapter's parabola, exponent 2, at one amplitude only.",
     joint_note(),
 )
-def _energy(plate: Plate) -> Drawing:
+def _energy(plate: Plate) -> DrawnFigure:
     joint = worked_example()
     a: Floats = np.geomspace(1e-9, 1e-4, 400)
     lost, exponent = joint.dissipated_energy(a), joint.dissipation_exponent(a)
@@ -213,7 +213,7 @@ def _energy(plate: Plate) -> Drawing:
     body.align_ylabels([above, below])
     body.legend(loc="outside lower center", ncols=3)
     columns = {"amplitude [m]": a, "dissipated energy [J]": lost, "local exponent": exponent}
-    return Drawing(figure, columns)
+    return DrawnFigure(figure, columns)
 
 
 @as_plate(
@@ -224,7 +224,7 @@ def _energy(plate: Plate) -> Drawing:
     "the loss factor; the ratio to critical damping is half of it (scale on the right).",
     joint_note("Other loads: the same surface."),
 )
-def _damping(plate: Plate) -> Drawing:
+def _damping(plate: Plate) -> DrawnFigure:
     a = np.geomspace(1e-9, 1e-4, 400)
     figure, body, axes = plate.sheet(4.2)
     columns = {"amplitude [m]": a}
@@ -241,4 +241,4 @@ def _damping(plate: Plate) -> Drawing:
     right = axes.secondary_yaxis("right", functions=to_ratio)
     right.set_ylabel("Damping ratio ζ = η/2 [–]")
     body.legend(loc="outside lower center", ncols=3, title="Normal load")
-    return Drawing(figure, columns)
+    return DrawnFigure(figure, columns)

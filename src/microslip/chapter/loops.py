@@ -20,7 +20,7 @@ from microslip.chapter.plate import (
     MICRO,
     RED,
     STROKE,
-    Drawing,
+    DrawnFigure,
     Plate,
     arrow,
     as_plate,
@@ -92,7 +92,7 @@ _FIRST, _BACK, _AGAIN, _CLOSING = (
     "C is the mirror image of A.",
     contact_note("Force between ±0.95 μN."),
 )
-def _johnson(plate: Plate) -> Drawing:
+def _johnson(plate: Plate) -> DrawnFigure:
     joint = summit()
     peak = 0.95 * joint.force_limit
     top = joint.backbone_displacement(peak)
@@ -140,7 +140,7 @@ def _johnson(plate: Plate) -> Drawing:
         else:
             panel.set_xlabel("Position along the force x [µm]")
     body.legend(handles=zone_handles(), loc="outside lower center", ncols=4)
-    return Drawing(figure, columns)
+    return DrawnFigure(figure, columns)
 
 
 def _draw_path(
@@ -168,13 +168,13 @@ def _draw_path(
     "The displacement of Fig. 19.13: from rest at O, then cycles between A and C.",
     contact_note("Amplitude 0.8 δL."),
 )
-def _constant_path(plate: Plate) -> Drawing:
+def _constant_path(plate: Plate) -> DrawnFigure:
     joint = summit()
     letters = {"O": (0.0, 1), "A": (1.0, -1), "B": (1.5, 1), "C": (2.0, 1), "D": (2.5, 1)}
     figure, _, axes = plate.sheet(3.3)
     time, record = _draw_path(axes, joint, [0.0, 0.8, -0.8, 0.8, -0.8, 0.8], letters)
     mark(axes, "A", 3.0, record.max() / MICRO, 0, -11)
-    return Drawing(figure, {"time [half cycles]": time, "displacement [m]": record})
+    return DrawnFigure(figure, {"time [half cycles]": time, "displacement [m]": record})
 
 
 @as_plate(
@@ -185,7 +185,7 @@ def _constant_path(plate: Plate) -> Drawing:
     "twice its size. The force does not reach μN, yet the loop dissipates energy.",
     contact_note("Amplitude 0.8 δL."),
 )
-def _partial_loop(plate: Plate) -> Drawing:
+def _partial_loop(plate: Plate) -> DrawnFigure:
     joint = summit()
     top = 0.8 * joint.slip_limit
     record = path(0.0, top, -top, top)
@@ -206,7 +206,7 @@ def _partial_loop(plate: Plate) -> Drawing:
     ):
         mark(axes, name, x / MICRO, y, dx, dy)
     body.legend(loc="outside lower center", ncols=3)
-    return Drawing(figure, {"displacement [m]": record, "force [N]": force})
+    return DrawnFigure(figure, {"displacement [m]": record, "force [N]": force})
 
 
 @as_plate(
@@ -217,7 +217,7 @@ def _partial_loop(plate: Plate) -> Drawing:
     "has to cover 2 δL before it slides back.",
     contact_note("Amplitude 1.7 δL, of which δ₀ = 0.7 δL is sliding."),
 )
-def _total_loop(plate: Plate) -> Drawing:
+def _total_loop(plate: Plate) -> DrawnFigure:
     joint = summit()
     limit = joint.slip_limit
     top = 1.7 * limit
@@ -235,7 +235,7 @@ def _total_loop(plate: Plate) -> Drawing:
     words(axes, "sliding", 0.5 * (limit + top) / MICRO, 0.87 * joint.force_limit, color=GREY)
     words(axes, "sliding", -0.5 * (limit + top) / MICRO, -0.87 * joint.force_limit, color=GREY)
     body.legend(loc="outside lower center", ncols=3)
-    return Drawing(figure, {"displacement [m]": record, "force [N]": force})
+    return DrawnFigure(figure, {"displacement [m]": record, "force [N]": force})
 
 
 @as_plate(
@@ -245,7 +245,7 @@ def _total_loop(plate: Plate) -> Drawing:
     "The tips of all loops lie on the first-loading curve; from the third on there is gross slip.",
     contact_note("Amplitudes 0.35, 0.7, 1.05 and 1.6 δL."),
 )
-def _growing(plate: Plate) -> Drawing:
+def _growing(plate: Plate) -> DrawnFigure:
     joint = summit()
     levels = (0.35, 0.7, 1.05, 1.6)
     corners = [0.0, *(v for level in levels for v in (level, -level)), levels[-1]]
@@ -258,7 +258,7 @@ def _growing(plate: Plate) -> Drawing:
     path_axes.set_title("(a)")
     right.set_title("(b)")
     columns = {"time [half cycles]": time, "displacement [m]": record, "force [N]": force}
-    return Drawing(figure, columns)
+    return DrawnFigure(figure, columns)
 
 
 VARIABLE = (0.0, 0.95, -0.6, 0.6, -0.85, 1.5, -1.5)
@@ -271,12 +271,12 @@ VARIABLE = (0.0, 0.95, -0.6, 0.6, -0.85, 1.5, -1.5)
     "The displacement of Fig. 19.17: two small cycles, then larger ones.",
     contact_note("Turns at 0.95, −0.6, 0.6, −0.85, 1.5 and −1.5 δL."),
 )
-def _variable_path(plate: Plate) -> Drawing:
+def _variable_path(plate: Plate) -> DrawnFigure:
     joint = summit()
     letters = {"O": (0.0, -1), "A": (1.0, -1), "B": (2.0, 1), "C": (3.0, -1), "D": (4.0, 1)}
     figure, _, axes = plate.sheet(3.3)
     time, record = _draw_path(axes, joint, list(VARIABLE), letters)
-    return Drawing(figure, {"time [half cycles]": time, "displacement [m]": record})
+    return DrawnFigure(figure, {"time [half cycles]": time, "displacement [m]": record})
 
 
 @as_plate(
@@ -287,7 +287,7 @@ def _variable_path(plate: Plate) -> Drawing:
     "not occurred. From D the curve passes A, follows the first-loading curve and slides at μN.",
     contact_note("Turns at 0.95, −0.6, 0.6, −0.85, 1.5 and −1.5 δL."),
 )
-def _variable_loop(plate: Plate) -> Drawing:
+def _variable_loop(plate: Plate) -> DrawnFigure:
     joint = summit()
     corners = [v * joint.slip_limit for v in VARIABLE]
     record = path(*corners, samples=160)
@@ -303,4 +303,4 @@ def _variable_loop(plate: Plate) -> Drawing:
     for index, (name, (dx, dy)) in enumerate(offsets.items()):
         mark(axes, name, corners[index] / MICRO, force[159 * index], dx, dy)
     body.legend(loc="outside lower center", ncols=5)
-    return Drawing(figure, {"displacement [m]": record, "force [N]": force})
+    return DrawnFigure(figure, {"displacement [m]": record, "force [N]": force})

@@ -52,7 +52,7 @@ _LOOK: list[Any] = ["default", STYLE, {"hatch.linewidth": 0.5, "svg.fonttype": "
 """Style in addition to Matplotlib's defaults, independent of the user's matplotlibrc."""
 
 
-class Drawing(NamedTuple):
+class DrawnFigure(NamedTuple):
     """Figure and the numbers that are plotted in it."""
 
     figure: Figure
@@ -86,7 +86,7 @@ class Plate:
     title: str
     caption: str
     parameters: str
-    drawing: Callable[[Plate], Drawing]
+    drawing: Callable[[Plate], DrawnFigure]
 
     @property
     def stem(self) -> str:
@@ -119,7 +119,7 @@ class Plate:
         figure, body = self.page(height)
         return figure, body, body.subplots()
 
-    def draw(self) -> Drawing:
+    def draw(self) -> DrawnFigure:
         """Draw the figure."""
         with style.context(_LOOK):
             return self.drawing(self)
@@ -157,7 +157,7 @@ def _fix_layout(figure: Figure) -> None:
 
 def as_plate(
     number: str, name: str, title: str, caption: str, parameters: str
-) -> Callable[[Callable[[Plate], Drawing]], Plate]:
+) -> Callable[[Callable[[Plate], DrawnFigure]], Plate]:
     """Decorate a drawing function to make it a figure of the chapter."""
     return lambda drawing: Plate(number, name, title, caption, parameters, drawing)
 

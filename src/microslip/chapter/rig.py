@@ -21,7 +21,7 @@ from microslip.chapter.plate import (
     PENS,
     RED,
     STROKE,
-    Drawing,
+    DrawnFigure,
     Plate,
     as_plate,
     cross,
@@ -77,7 +77,7 @@ def _assumed(addition: str) -> str:
     "reach gross slip within a micrometre.",
     _assumed("Amplitude 40 µm, 10 Hz; other loads: the same surface."),
 )
-def _normalised(plate: Plate) -> Drawing:
+def _normalised(plate: Plate) -> DrawnFigure:
     top = 4e-5
     figure, body, axes = plate.sheet(4.6)
     columns: dict[str, Floats] = {}
@@ -102,7 +102,7 @@ def _normalised(plate: Plate) -> Drawing:
     axes.set(xlim=(-46.0, 46.0), ylim=(-0.68, 0.68))
     words(axes, "synthetic", -45.0, 0.62, ha="left", color=GREY, fontstyle="italic")
     body.legend(loc="outside lower center", ncols=4, title="Static normal load N")
-    return Drawing(figure, columns)
+    return DrawnFigure(figure, columns)
 
 
 @lru_cache(maxsize=1)
@@ -127,7 +127,7 @@ def identified() -> Identification:
         f"Amplitude {OVERLAY / MICRO:g} µm, {_FREQUENCY:g} Hz, {CYCLES} cycles, the first left out."
     ),
 )
-def _overlay(plate: Plate) -> Drawing:
+def _overlay(plate: Plate) -> DrawnFigure:
     result = identified()
     record = result.records[0]
     x, force, model, residual = record.displacement, record.measured, record.model, record.residual
@@ -175,7 +175,7 @@ def _overlay(plate: Plate) -> Drawing:
         "force of model and rig [N]": model,
         "residual [N]": residual,
     }
-    return Drawing(figure, columns)
+    return DrawnFigure(figure, columns)
 
 
 def _identified_text(result: Identification) -> str:

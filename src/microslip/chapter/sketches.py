@@ -16,7 +16,7 @@ from microslip.chapter.plate import (
     LIGHT,
     RED,
     STROKE,
-    Drawing,
+    DrawnFigure,
     Plate,
     arrow,
     as_plate,
@@ -65,7 +65,7 @@ def _interface(axes: Axes, start: tuple[float, float], end: tuple[float, float])
     "they slide.",
     "A sketch.",
 )
-def _joints(plate: Plate) -> Drawing:
+def _joints(plate: Plate) -> DrawnFigure:
     figure, body = plate.page(2.45)
     first, second, third = body.subplots(1, 3)
 
@@ -106,7 +106,7 @@ def _joints(plate: Plate) -> Drawing:
         arrow(axes, (5.1, 2.2), (5.9, 2.2))
         words(axes, "F", 0.5, 3.1)
         words(axes, "F", 5.5, 2.5)
-    return Drawing(figure, {})
+    return DrawnFigure(figure, {})
 
 
 @as_plate(
@@ -118,7 +118,7 @@ def _joints(plate: Plate) -> Drawing:
     "A sketch of the principle after the chapter's section 2.1, not of the machine; the place "
     "of the force cell is assumed.",
 )
-def _tribometer(plate: Plate) -> Drawing:
+def _tribometer(plate: Plate) -> DrawnFigure:
     figure, _, axes = plate.sheet(3.7)
     _blank(axes, 12.0, 5.6)
     _support(axes, 0.3, 0.55, 11.4)
@@ -156,7 +156,7 @@ def _tribometer(plate: Plate) -> Drawing:
         arrowprops={"arrowstyle": "-", "color": RED, "linewidth": 0.9},
         bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none"},
     )  # fmt: skip
-    return Drawing(figure, {})
+    return DrawnFigure(figure, {})
 
 
 def _cap(center: float, top: float, radius: float, floor: float) -> tuple[Floats, Floats]:
@@ -172,7 +172,7 @@ def _cap(center: float, top: float, radius: float, floor: float) -> tuple[Floats
     "Only summits above the separation touch; each is indented by its height above it.",
     "A sketch: heights are exaggerated against widths.",
 )
-def _rough_surface(plate: Plate) -> Drawing:
+def _rough_surface(plate: Plate) -> DrawnFigure:
     figure, _, axes = plate.sheet(3.1)
     _blank(axes, 12.0, 4.3)
     plane, mean, floor, radius = 2.9, 1.75, 0.7, 0.55
@@ -212,7 +212,7 @@ def _rough_surface(plate: Plate) -> Drawing:
     low = float(centers[7])
     arrow(axes, (low, tops[7] - radius), (low + 0.3, tops[7] - 0.075), linewidth=0.9)
     words(axes, "ρ", low - 0.08, tops[7] - 0.35)
-    return Drawing(figure, {})
+    return DrawnFigure(figure, {})
 
 
 @as_plate(
@@ -223,7 +223,7 @@ def _rough_surface(plate: Plate) -> Drawing:
     "where the plane would cut it.",
     "A sketch.",
 )
-def _single_asperity(plate: Plate) -> Drawing:
+def _single_asperity(plate: Plate) -> DrawnFigure:
     figure, _, axes = plate.sheet(3.9)
     _blank(axes, 10.0, 5.6)
     radius, plane, depth, center = 2.6, 3.3, 0.42, 4.6
@@ -262,4 +262,4 @@ def _single_asperity(plate: Plate) -> Drawing:
     arrow(axes, (0.9, 0.7), (0.9, 1.7), linewidth=0.9)
     words(axes, "x", 2.1, 0.7)
     words(axes, "y", 0.9, 1.95)
-    return Drawing(figure, {})
+    return DrawnFigure(figure, {})

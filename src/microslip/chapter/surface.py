@@ -20,7 +20,7 @@ from microslip.chapter.plate import (
     SLIP,
     STICK,
     STROKE,
-    Drawing,
+    DrawnFigure,
     Plate,
     as_plate,
     words,
@@ -62,7 +62,7 @@ def _heights_assumed() -> str:
     "minus the value in (b).",
     _heights_assumed(),
 )
-def _heights(plate: Plate) -> Drawing:
+def _heights(plate: Plate) -> DrawnFigure:
     joint, law = worked_example(), Gaussian(SPREAD)
     d = joint.separation
     share = float(law.probability_above(d))
@@ -98,7 +98,7 @@ def _heights(plate: Plate) -> Drawing:
             textcoords="offset points", ha="left", va="top", color=GREY,
         )  # fmt: skip
     columns = {"height [m]": y, "density [1/m]": density, "distribution function": below}
-    return Drawing(figure, columns)
+    return DrawnFigure(figure, columns)
 
 
 def synthetic_profile(seed: int = 19) -> tuple[Floats, Floats]:
@@ -174,7 +174,7 @@ def _assumed_profile() -> str:
     "worked example; they are somewhat sharper, and their heights spread a quarter less.",
     _assumed_profile(),
 )
-def _roughness(plate: Plate) -> Drawing:
+def _roughness(plate: Plate) -> DrawnFigure:
     x, z = synthetic_profile()
     edges = np.linspace(-1.6e-6, 1.6e-6, 17)
     peaks = is_peak(z)
@@ -217,4 +217,4 @@ def _roughness(plate: Plate) -> Drawing:
         "density of peaks at this height [1/m]": peak_density(z),
         "density of heights at this height [1/m]": law.pdf(z),
     }
-    return Drawing(figure, columns)
+    return DrawnFigure(figure, columns)

@@ -228,28 +228,13 @@ def _nodes_of(file: str) -> Floats:
     path = Path(file)
     try:
         with usable(path, "a table of nodes"):
-            text = path.read_text(encoding="utf-8-sig")
+            text = path.read_text(encoding="utf-8-sig").replace(",", " ")
+        lines = [line for line in text.splitlines() if line.split("#")[0].strip()]
+        table = np.loadtxt(lines, ndmin=2) if lines else np.empty((0, 0))
     except ValueError as error:
-        problem = (
-            f"wanted {_LINE_FORMAT}, got binary data" if isinstance(error, UnicodeError) else error
-        )
-        raise InputError(f"{path}: {problem}") from None
-    rows: list[list[float]] = []
-    for number, line in enumerate(text.splitlines(), 1):
-        words = line.split("#")[0].replace(",", " ").split()
-        if not words:
-            continue
-        try:
-            row = [float(word) for word in words]
-        except ValueError:
-            raise InputError(
-                f"{path}: line {number}: wanted {_LINE_FORMAT}, got {line!r}"
-            ) from None
-        if len(row) not in (2, 4) or (rows and len(row) != len(rows[0])):
-            raise InputError(
-                f"{path}: line {number}: wanted {_LINE_FORMAT}, got {len(row)} numbers"
-            )
-        rows.append(row)
-    if not rows:
-        raise InputError(f"{path}: wanted {_LINE_FORMAT}, got none")
-    return np.array(rows)
+        came = "binary data" if isinstance(error, UnicodeError) else str(error)
+        raise InputError(f"{path}: wanted {_LINE_FORMAT}, got {came}") from None
+    if table.shape[1] not in (2, 4):
+        came = f"{table.shape[1]} numbers" if lines else "none"
+        raise InputError(f"{path}: wanted {_LINE_FORMAT}, got {came}")
+    return table

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -21,8 +20,6 @@ if TYPE_CHECKING:
 
 
 _KEYS = {"young_modulus": "E", "poisson_ratio": "ν", "hardness": "hardness"}
-# Document and year without the section, for example in "EN 1993-1-1:2005, 3.2.6".
-_DOCUMENT = re.compile(r".*?(?::|, )(?:19|20)\d\d\b")
 
 
 @click.command(short_help="List the metals that a study can name.")
@@ -39,56 +36,27 @@ def materials(name: str | None, as_json: bool) -> None:
     if as_json:
         keys = ("description", "aliases", *_KEYS)
         echo_json({m.name: {**named(m, *keys), "sources": dict(m.sources)} for m in selection})
-    elif name is None:
-        _show_all(selection)
     else:
-        _show_one(selection[0])
+        _show(selection)
 
 
-def _show_all(metals: Sequence[Metal]) -> None:
+def _show(metals: Sequence[Metal]) -> None:
     from microslip.report.terminal import Printer
 
     out = Printer(sys.stdout)
-    documents = [_document(source) for metal in metals for source in metal.sources.values()]
-    numbers = {document: n for n, document in enumerate(dict.fromkeys(documents), start=1)}
-    out.table(
-        "",
-        ["metal", *_KEYS.values(), "sources", "description"],
-        [
-            [
-                metal.name,
-                *(_value(metal, key) for key in _KEYS),
-                " ".join(dict.fromkeys(str(numbers[_document(s)]) for s in metal.sources.values())),
-                metal.description,
-            ]
-            for metal in metals
-        ],
-        text=(0, 5),
-    )
-    for document, n in numbers.items():
-        out.hanging(f"  {n}", document, 5)
-    out.line()
-    out.line("`microslip materials NAME` lists the source of each value.")
-    out.line(
-        'In a study: materials = ["steel", "al2017"]. Keys of [material.NAME] take precedence.'
-    )
-
-
-def _show_one(metal: Metal) -> None:
-    from microslip.report.terminal import Printer
-
-    out = Printer(sys.stdout)
-    out.line(f"{metal.name}: {metal.description}", style="bold")
-    out.line()
+    rows = [[m.name, *(_value(m, key) for key in _KEYS), m.description] for m in metals]
+    out.table("", ["metal", *_KEYS.values(), "description"], rows, text=(0, 4))
+    if len(metals) > 1:
+        out.line("`microslip materials NAME` lists the source of each value.")
+        out.line('In a study: materials = ["steel", "al2017"].')
+        out.line("Keys of [material.NAME] take precedence.")
+        return
+    (metal,) = metals
     for key in _KEYS:
-        source = metal.sources.get(key, "no source; give your own value")
-        out.hanging(f"  {key:<13}  {_value(metal, key):>9}", source, 28)
-    out.line()
+        out.hanging(f"  {key}", metal.sources.get(key, "no source; give your own value"), 18)
     if metal.aliases:
-        out.hanging("  also", ", ".join(metal.aliases), 8)
-        out.line()
-    out.line(f'In a study: materials = ["{metal.name}", "{metal.name}"]')
-    out.line(f'In Python:  microslip.Material.named("{metal.name}")')
+        out.hanging("  also", ", ".join(metal.aliases), 18)
+    out.line(f'In Python: microslip.Material.named("{metal.name}")')
 
 
 def _value(metal: Metal, key: str) -> str:
@@ -96,11 +64,6 @@ def _value(metal: Metal, key: str) -> str:
     if key == "poisson_ratio":
         return f"{value:g}"
     return engineering(value, "Pa", 4, trim=True)
-
-
-def _document(source: str) -> str:
-    match = _DOCUMENT.match(source)
-    return match[0] if match else source
 
 
 @click.command(short_help="Print the JSON Schema of the study file.")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -21,28 +20,8 @@ from microslip.cli.options import (
 )
 from microslip.surfaces import options as offered
 
-_TWICE = {"unit": "coordinates and heights", "pixel": "x and y", "crop": "x and y"}
 
-
-class _EachOptionOnce(click.Command):
-    """Command that rejects a repeated option, where click would use the last value."""
-
-    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        if not ctx.resilient_parsing:
-            _, _, order = self.make_parser(ctx).parse_args(args=list(args))
-            for option, count in Counter(order).items():
-                if not isinstance(option, click.Option) or option.is_flag:
-                    continue
-                twice = _TWICE.get(option.name or "")
-                if count > (1 if twice is None else 2):
-                    allowance = "once" if twice is None else f"once, or twice for {twice}"
-                    raise click.UsageError(
-                        f"{option.opts[-1]}: wanted {allowance}, got {count} times", ctx
-                    )
-        return super().parse_args(ctx, args)
-
-
-@click.command(cls=_EachOptionOnce, short_help="Measure a scan, and solve the joint of its face.")
+@click.command(short_help="Measure a scan, and solve the joint of its face.")
 @click.argument("scan", type=ANY_PATH)
 @offers(offered.CUTOFF.but(default=None), *offered.CONDITIONING[1:])
 @offers(offered.SCAN_AREA, *offered.JOINT, *offered.READING)

@@ -16,7 +16,7 @@ from typing import Any
 import click
 
 from microslip._core.errors import InputError
-from microslip.app.jobs import LONGEST, LOOK, MANIFEST_NAME, Field
+from microslip.app.jobs import LONGEST_TEXT, LOOK, MANIFEST_NAME, Field
 from microslip.cli.options import CommandOption, in_options, offers
 from microslip.cli.records import Reading, reads
 from microslip.surfaces import options as offered
@@ -30,10 +30,10 @@ def look() -> None:
     """Preview a file, or save a part of it given on standard input."""
 
 
-@look.command()
+@look.command("record")
 @click.argument("path")
 @reads()
-def record(path: str, reading: Reading) -> None:
+def look_at_record(path: str, reading: Reading) -> None:
     """Preview a record."""
     from microslip.app.preview import record_view, save_record
 
@@ -44,10 +44,12 @@ def record(path: str, reading: Reading) -> None:
         _print_json({**record_view(read, _message), "columns": _columns()})
 
 
-@look.command()
+@look.command("scan")
 @click.argument("path")
 @offers(offered.LEVEL, *offered.READING)
-def scan(path: str, level: str | None, valid: tuple[float, float] | None, **options: Any) -> None:
+def look_at_scan(
+    path: str, level: str | None, valid: tuple[float, float] | None, **options: Any
+) -> None:
     """Preview a scan."""
     from microslip.app.preview import save_scan, scan_view
     from microslip.surfaces import Scan
@@ -71,7 +73,7 @@ def _print_json(values: dict[str, Any]) -> None:
     json.dump(values, sys.stdout)
 
 
-def main() -> None:
+def run_preview() -> None:
     """Run the command ``record`` or ``scan``: print a preview of the file as JSON, or save a part.
 
     Errors are also printed as JSON, with the message under the key ``error``.
@@ -98,7 +100,7 @@ def _columns() -> list[str]:
     except (InputError, OSError, ValueError):
         return []
     counts = Counter(column.heading for column in columns)
-    is_plain = [counts[c.heading] == 1 and len(c.heading) <= LONGEST for c in columns[:_MOST]]
+    is_plain = [counts[c.heading] == 1 and len(c.heading) <= LONGEST_TEXT for c in columns[:_MOST]]
     return [c.heading if is_plain[i] else f"#{i + 1}" for i, c in enumerate(columns[:_MOST])]
 
 
@@ -109,7 +111,7 @@ def _message(error: InputError) -> str:
 
 
 if __name__ == "__main__":
-    main()
+    run_preview()
 
 
 COMMANDS = ("measure", "identify", "surface", "predict")
@@ -127,10 +129,12 @@ _USUAL = {
 
 def forms(commands: Mapping[str, click.Command]) -> dict[str, tuple[Field, ...]]:
     """Return the fields of each command offered by the workbench, and of the file previews."""
-    looks = {f"{LOOK} {command.name}": command for command in (record, scan)}
+    looks = {f"{LOOK} {command.name}": command for command in (look_at_record, look_at_scan)}
     offered = {name: commands[name] for name in COMMANDS} | looks
     looked = {
-        name: {param.name for param in (scan if name == "surface" else record).params}
+        name: {
+            param.name for param in (look_at_scan if name == "surface" else look_at_record).params
+        }
         for name in offered
     }
     return {

@@ -189,10 +189,8 @@ def _ends(panel: Panel, direction: AxisName) -> tuple[float, float]:
 def _values_drawn(panel: Panel, direction: AxisName) -> Floats:
     parts: list[Floats] = []
     for item in panel.items:
-        if isinstance(item, (shapes.Line, shapes.Marks, shapes.Area, shapes.Stems)):
+        if isinstance(item, (shapes.Line, shapes.Marks, shapes.Area)):
             parts.append(item.x if direction == "x" else item.y)
-            if isinstance(item, shapes.Stems) and direction == "y":
-                parts.append(np.zeros(1))
         elif isinstance(item, shapes.Pixels):
             sides = (item.left, item.right) if direction == "x" else (item.bottom, item.top)
             parts.append(np.array(sides))

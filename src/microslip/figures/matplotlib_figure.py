@@ -96,7 +96,7 @@ def _draw_panel(axes: Axes, panel: Panel, color: str | None, label: str) -> None
         _prepare(axes, panel)
     for number, item in enumerate(panel.items):
         here = _scaled(item, panel.x.unit / x_unit, panel.y.unit / y_unit)
-        if isinstance(here, (shapes.Line, shapes.Marks, shapes.Stems)) and here.color == COLORS[0]:
+        if isinstance(here, (shapes.Line, shapes.Marks)) and here.color == COLORS[0]:
             here = replace(here, color=color or COLORS[count % len(COLORS)])
         paint(here, axes, 1.5 + 0.01 * number)
         if label and isinstance(here, (shapes.Line, shapes.Marks)):
@@ -173,8 +173,6 @@ def paint(item: Item, axes: Axes, order: float) -> None:
             span(item.low, item.high, lw=0.0, **look)
         case shapes.Area():
             axes.fill(item.x, item.y, lw=0.0, **look)
-        case shapes.Stems():
-            axes.vlines(item.x, 0.0, item.y, lw=item.width, **look)
         case shapes.Words():
             axes.annotate(
                 _plain(item.text), (item.x, item.y),

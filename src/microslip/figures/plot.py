@@ -92,16 +92,6 @@ class Area:
 
 
 @dataclass(frozen=True)
-class Stems:
-    """Vertical lines from zero to each value."""
-
-    x: Floats
-    y: Floats
-    color: str = COLORS[0]
-    width: float = 1.0
-
-
-@dataclass(frozen=True)
 class Words:
     """Text on a white background at a point of the panel.
 
@@ -132,7 +122,7 @@ class Pixels:
     top: float
 
 
-Item = Line | Marks | Guide | Band | Area | Stems | Words | Pixels
+Item = Line | Marks | Guide | Band | Area | Words | Pixels
 
 
 @dataclass

@@ -240,15 +240,6 @@ def _(item: shapes.Area, frame: PanelFrame) -> str:
 
 
 @_draw.register
-def _(item: shapes.Stems, frame: PanelFrame) -> str:
-    x, y = frame.points(item.x, item.y)
-    foot = frame.points(item.x, np.zeros_like(item.y))[1]
-    strokes = zip(x.tolist(), y.tolist(), foot.tolist(), strict=True)
-    path = "".join(f"M{a:.2f} {c:.2f}V{b:.2f}" for a, b, c in strokes if a == a and b == b)
-    return f'<path d="{path}" fill="none" stroke="{item.color}" stroke-width="{item.width:g}"/>'
-
-
-@_draw.register
 def _(item: shapes.Words, frame: PanelFrame) -> str:
     if item.data:
         xs, ys = frame.points(np.array([item.x]), np.array([item.y]))

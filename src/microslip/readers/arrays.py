@@ -64,7 +64,7 @@ def arrays_in(node: Any) -> Any:
         if node.dtype.kind not in "iuf":
             return None
         return node.item() if node.size == 1 else Leaf(node.shape, lambda: node)
-    return node if isinstance(node, str) or is_number(node) else None
+    return node if isinstance(node, str) or is_numeric(node) else None
 
 
 def leaves(arrays: Arrays) -> dict[str, Leaf]:
@@ -109,7 +109,7 @@ def single_array(arrays: Mapping[str, Leaf], channel: str | int | None, kind: st
     return able[0]
 
 
-def values_of(name: str, leaf: Leaf) -> Any:
+def values_of_leaf(name: str, leaf: Leaf) -> Any:
     """Load the numbers of an array."""
     try:
         return np.asarray(leaf.get())
@@ -145,7 +145,7 @@ def array_table(arrays: Arrays) -> RawTable:
         refuse_long(slots[place].column for place in places)
         for place in places:
             slot = slots[place]
-            matrix = np.squeeze(values_of(slot.column.heading, slot.leaf))
+            matrix = np.squeeze(values_of_leaf(slot.column.heading, slot.leaf))
             if slot.place is not None:
                 long = matrix.shape[0] >= matrix.shape[1]
                 matrix = matrix[:, slot.place] if long else matrix[slot.place]
@@ -155,7 +155,7 @@ def array_table(arrays: Arrays) -> RawTable:
     return RawTable(kind, tuple(slot.column for slot in slots), load, stated=stated)
 
 
-def is_number(value: Any) -> bool:
+def is_numeric(value: Any) -> bool:
     """Return whether a value is a real number; False for a Boolean."""
     return isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
 
@@ -163,7 +163,7 @@ def is_number(value: Any) -> bool:
 def rate_by(name: str, value: Any) -> Stated | None:
     """Return the sampling rate [Hz] if the name is that of a rate or time step, else None."""
     plain = re.sub(r"[\W_]", "", name.rpartition("/")[2].rpartition(".")[2]).casefold()
-    if not is_number(value) or not 0.0 < float(value) < math.inf:
+    if not is_numeric(value) or not 0.0 < float(value) < math.inf:
         return None
     if plain in _RATES:
         return Stated(float(value), name)

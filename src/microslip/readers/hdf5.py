@@ -15,7 +15,7 @@ import numpy as np
 from microslip._core.errors import InputError
 from microslip._core.packages import needed_for
 from microslip._core.wording import shorten
-from microslip.readers.arrays import Arrays, Leaf, is_number, rate_by
+from microslip.readers.arrays import Arrays, Leaf, is_numeric, rate_by
 from microslip.readers.child import parsed
 from microslip.readers.files import refuse_beyond
 
@@ -25,10 +25,10 @@ _TEXT: Final = 1 << 16  # largest size of a text attribute [bytes]
 
 def read_hdf5(path: Path) -> Arrays:
     """Return data sets by path, such as "run1/force", with units from the attribute "units"."""
-    return Arrays("HDF5 file", stored(path, "HDF5 file", hdf5_tree), "/")
+    return Arrays("HDF5 file", stored_arrays(path, "HDF5 file", hdf5_tree), "/")
 
 
-def stored(path: Path, kind: str, reader: Callable[[Path], Any]) -> Any:
+def stored_arrays(path: Path, kind: str, reader: Callable[[Path], Any]) -> Any:
     """Return the arrays that a child process finds in a file; numbers are loaded on demand."""
 
     def leaf(shape: list[int], where: str, field: str | None, unit: Any, rate: Any) -> Leaf:
@@ -73,7 +73,7 @@ def leaf_of(item: Any, field: str | None = None, unit: Any = None, rate: Any = N
     return {_LEAF: [list(item.shape), item.name, field, unit, rate]}
 
 
-def members(group: Any, skip: str = "\0") -> Iterator[tuple[str, Any]]:
+def group_members(group: Any, skip: str = "\0") -> Iterator[tuple[str, Any]]:
     """Yield name and object of each member of a group; skip dangling links.
 
     Links to other files are an error.
@@ -123,7 +123,7 @@ def _node(item: Any, visited: set[int]) -> Any:
         if address in visited:
             return None
         visited.add(address)
-        below = {name: _node(child, visited) for name, child in members(item)}
+        below = {name: _node(child, visited) for name, child in group_members(item)}
         return _attributes(item) | below
     fields = item.dtype.names
     if fields:
@@ -162,4 +162,4 @@ def _attribute(value: Any) -> Any:
         value = value.flat[0]
     if isinstance(value, bytes):
         return value.decode("utf-8", "replace")
-    return value if isinstance(value, str) or is_number(value) else None
+    return value if isinstance(value, str) or is_numeric(value) else None

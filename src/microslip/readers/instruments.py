@@ -179,7 +179,7 @@ def read_channel(path: Path, format_name: Any, channel: Any) -> Heights:
     content = parsed(
         "instrument file",
         path,
-        read_heights,
+        read_height_channel,
         libraries=["SurfaceTopography.IO", "scipy.sparse", "scipy.io"],
         bytes_a_second=_BYTES_A_SECOND,
         format_name=format_name,
@@ -189,7 +189,7 @@ def read_channel(path: Path, format_name: Any, channel: Any) -> Heights:
     return Heights(**{**content, "notes": (*sums, *content["notes"])})
 
 
-def read_heights(path: Path, format_name: str | None, channel_name: str | int | None) -> Any:
+def read_height_channel(path: Path, format_name: str | None, channel_name: str | int | None) -> Any:
     """Read a height channel with SurfaceTopography, in a child process, as a mapping."""
     with warnings.catch_warnings(record=True) as messages:
         warnings.simplefilter("always")

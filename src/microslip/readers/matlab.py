@@ -12,7 +12,7 @@ from microslip._core.errors import InputError
 from microslip.readers.arrays import Arrays, Leaf, arrays_in
 from microslip.readers.child import parsed
 from microslip.readers.files import allowed_points, refuse_beyond
-from microslip.readers.hdf5 import leaf_of, members, opened, stored
+from microslip.readers.hdf5 import group_members, leaf_of, opened, stored_arrays
 
 _LARGE = 1_000_000
 _LARGE_ARRAY = "the shape of a large array"
@@ -96,7 +96,9 @@ def read_matlab(path: Path) -> Arrays:
     if not new:
         tree = {name: _in_file(path, name, value) for name, value in variables(path).items()}
         return Arrays("MAT-file", tree, ".", _ADVICE)
-    return Arrays("MAT-file of version 7.3", stored(path, "MAT-file", read_new), ".", _ADVICE)
+    return Arrays(
+        "MAT-file of version 7.3", stored_arrays(path, "MAT-file", read_new), ".", _ADVICE
+    )
 
 
 def _in_file(path: Path, name: str, value: Any) -> Any:
@@ -111,14 +113,14 @@ def _in_file(path: Path, name: str, value: Any) -> Any:
 def read_new(path: Path) -> Any:
     """Read variables of a MAT-file of version 7.3 (HDF5), in the child process."""
     with opened(path) as file:
-        return {name: _hdf_node(file, item) for name, item in members(file, skip="#")}
+        return {name: _hdf_node(file, item) for name, item in group_members(file, skip="#")}
 
 
 def _hdf_node(file: Any, item: Any) -> Any:
     import h5py
 
     if isinstance(item, h5py.Group):
-        fields = {name: _hdf_node(file, below) for name, below in members(item)}
+        fields = {name: _hdf_node(file, below) for name, below in group_members(item)}
         lists = {name: node for name, node in fields.items() if isinstance(node, list)}
         if lists and len(lists) == len(fields) and len({*map(len, lists.values())}) == 1:
             rows = zip(*lists.values(), strict=True)

@@ -28,13 +28,13 @@ from microslip._core.units import (
 from microslip._core.wording import quote, quoted, shorten
 from microslip.readers.tables import Named, fits, headings, unique_name
 
-TIME = Kind("time", "s", ("us", "ms", "s", "min", "h"))
+RECORD_TIME = Kind("time", "s", ("us", "ms", "s", "min", "h"))
 
 ROLE_KINDS = {
     "displacement": LENGTH,
     "force": FORCE,
     "normal_load": FORCE,
-    "time": TIME,
+    "time": RECORD_TIME,
     "commanded": LENGTH,
 }
 """Quantities of a record, in the order of messages."""

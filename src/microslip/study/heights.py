@@ -29,14 +29,6 @@ from microslip.study.fields import (
 from microslip.study.part import Part, SubTable, key, optional_key, tag
 from microslip.study.readers import FAILED, KeyedError, NamedValues, Place
 
-_ALSO_CALLED = {
-    "gaussian": "norm",
-    "normal": "norm",
-    "exponential": "expon",
-    "lognormal": "lognorm",
-    "weibull": "weibull_min",
-}
-
 
 def distribution_names() -> list[str]:
     """Return the names of the continuous distributions of scipy.stats."""
@@ -140,8 +132,7 @@ def _expected_name(name: str, candidate: Any) -> str:
     example = 'a continuous distribution of scipy.stats such as "weibull_min"'
     if isinstance(candidate, stats.rv_discrete):
         return f"{example}, got {quote(name)} (a discrete one)"
-    synonym = _ALSO_CALLED.get(name.casefold())
-    return f"{example}, got {quote(name)}{did_you_mean(synonym or name, distribution_names())}"
+    return f"{example}, got {quote(name)}{did_you_mean(name, distribution_names())}"
 
 
 def _check_names(name: str, shapes: list[str], parameters: Mapping[str, float]) -> None:
@@ -180,22 +171,7 @@ HEIGHTS_TABLES: dict[str, type[Any]] = {
 """Tables of all exported heights, by kind."""
 
 
-class _AnyHeights(SubTable):
-    """Table of heights, selected by ``kind``; SciPy names as kind give a helpful error."""
-
-    def read(self, raw_value: object, place: Place) -> Any:
-        try:
-            return super().read(raw_value, place)
-        except KeyedError as error:
-            kind = raw_value.get("kind") if isinstance(raw_value, dict) else None
-            if error.key != ".kind" or kind not in distribution_names():
-                raise
-            message = str(error).partition(", got ")[0]
-            hint = f'write kind = "scipy", distribution = "{kind}"'
-            raise KeyedError(".kind", f"{message}, got {quote(kind)}; {hint}") from None
-
-
-ANY_HEIGHTS = _AnyHeights(*HEIGHTS_TABLES.values(), tag="kind")
+ANY_HEIGHTS = SubTable(*HEIGHTS_TABLES.values(), tag="kind")
 
 # Generated classes must be found by name to be pickled.
 globals().update({table.__name__: table for table in HEIGHTS_TABLES.values()})

@@ -84,10 +84,10 @@ def _metal(metal: Metal) -> JsonSchema:
     }
 
 
-def main() -> None:
+def print_schema() -> None:
     """Print the schema."""
     print(json.dumps(json_schema(), indent=1))
 
 
 if __name__ == "__main__":
-    main()
+    print_schema()

@@ -13,7 +13,7 @@ from microslip._core.errors import InputError
 from microslip._core.units import LENGTH, QuantityError, is_unit, to_si
 from microslip._core.wording import shorten
 from microslip.readers import array_files, hdf5, matlab
-from microslip.readers.arrays import Arrays, leaves, single_array, values_of
+from microslip.readers.arrays import Arrays, leaves, single_array, values_of_leaf
 from microslip.readers.dialect import is_comment, split_line
 from microslip.readers.files import file_kind, head_of, refuse_beyond
 from microslip.readers.instruments import evenly_spaced, on_grid, read_channel
@@ -111,7 +111,7 @@ def _of_arrays(arrays: Arrays, options: FileOptions) -> RawHeights:
     name = next(iter(named)) if alone else single_array(named, options.channel, arrays.kind)
     leaf = named[name]
     refuse_beyond(*leaf.shape)
-    values = values_of(name, leaf)
+    values = values_of_leaf(name, leaf)
     if arrays.kind.startswith("MAT") and 1 in values.shape:  # MATLAB has no vectors
         values = values.ravel()
     if leaf.unit is not None and is_unit(leaf.unit) and not fits(leaf.unit, LENGTH):

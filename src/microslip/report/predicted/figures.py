@@ -25,7 +25,6 @@ from microslip.figures.plot import (
     Guide,
     Panel,
     Plot,
-    Stems,
     stacked,
 )
 from microslip.report.predicted.curves import (
@@ -241,71 +240,6 @@ def _stick(result: Prediction) -> Panel:
     return panel
 
 
-# -- sliders -------------------------------------------------------------------------------------
-
-
-def slider_density(result: Prediction) -> Plot:
-    """Plot slider density, discrete sliders, and fraction of the force limit up to a slider."""
-    axis = displacement_axis(result, "Yield displacement of the slider")
-    panels = []
-    if any(_peak(result.curves[index]) > 0.0 for index, _ in drawn_loads(result)):
-        panels.append(_density(result, axis))
-    if (stems := _stems(result, axis)) is not None:
-        panels.append(stems)
-    share = axis.panel(
-        Axis("Fraction of the force limit", 0.0, 1.05),
-        "force of the sliders up to this yield displacement in gross slip, over μN",
-    )
-    draw_curves(share, result, axis, slipping_share)
-    panels.append(share)
-    return add_legend(stacked(panels, 1.2 + 2.9 * len(panels)), result)
-
-
-def _peak(curve: AmplitudeCurve) -> float:
-    density = curve.slider_density
-    return float(density[np.isfinite(density)].max(initial=0.0))
-
-
-def _density(result: Prediction, axis: AmplitudeAxis) -> Panel:
-    panel = axis.panel(
-        Axis("Slider density −T₀″ [N/m²]", log=True),
-        "stiffness of the distributed sliders per yield displacement",
-    )
-    values = draw_curves(panel, result, axis, lambda curve: curve.slider_density)
-    peaks = [_peak(result.curves[index]) for index, _ in drawn_loads(result)]
-    floor = 1e-6 * min(peak for peak in peaks if peak > 0.0)
-    panel.y.low, panel.y.high = max(0.3 * float(values.min()), floor), 3.0 * max(peaks)
-    return panel
-
-
-def slipping_share(curve: AmplitudeCurve) -> Floats:
-    """Return the fraction of the force limit due to sliders with yield displacements up to u [-].
-
-    It is (T0 - u T0')/mu N, which is finite for every surface, unlike the density; it jumps at
-    discrete sliders.
-    """
-    share = curve.force_ratio * (1.0 - curve.tangent_stiffness / curve.secant_stiffness)
-    return np.maximum(share, 0.0)
-
-
-def _stems(result: Prediction, axis: AmplitudeAxis) -> Panel | None:
-    sliders = {index: result.joints[index].sliders() for index, _ in drawn_loads(result)}
-    # A rigid slider yields at zero displacement and cannot be drawn.
-    sizes = [float(k.max()) for s in sliders.values() if (k := s.stiffnesses).size]
-    if not sizes or not np.isfinite(sizes).all():
-        return None
-    unit, letter = prefix(max(sizes))
-    panel = axis.panel(
-        Axis(f"Slider stiffness [{letter}N/m]", 0.0, 1.05 * max(sizes) / unit), "discrete sliders"
-    )
-    for index, look in drawn_loads(result):
-        x = sliders[index].yield_displacements / axis.unit
-        y = sliders[index].stiffnesses / unit
-        panel.add(Stems(x, y, look.color))
-        panel.marks(x, y, look.color, marker=look.marker)
-    return panel
-
-
 def face(result: Prediction) -> Plot:
     """Plot pressures, contacts and loads of a measured face."""
     from microslip.contact.figures import face_plot
@@ -325,7 +259,6 @@ def _drawn(result: Prediction) -> dict[Callable[[Prediction], Plot], bool]:
         **dict.fromkeys((loops, backbone, energy_damping, force_damping), alone),
         contact_state: has_contacts and not is_pressed and alone,
         pressure: is_pressed,
-        slider_density: alone,
         history: bool(result.histories),
         face: isinstance(study.surface, MeasuredFace),
     }
@@ -392,11 +325,6 @@ _CAPTIONS = {
         "Distribution of the normal load over the faces; below, the local force over the local "
         "slip limit after a displacement from rest: regions of low pressure slide first, and "
         "slip spreads from there as the displacement grows.",
-    ),
-    "slider_density": (
-        "Slider density and fraction of the force limit against yield displacement",
-        "The joint as a parallel Iwan model: stiffness of its sliders per yield displacement, and "
-        "fraction of the force limit carried by sliders up to a yield displacement.",
     ),
     "history": (
         "Displacement, force and dissipated energy along the history, and its path",

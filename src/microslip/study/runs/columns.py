@@ -2,32 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields
-from typing import Literal, TypeVar
+from typing import Literal
 
 import numpy as np
 
-from microslip._core.checks import Floats, Progress
+from microslip._core.checks import Floats
 from microslip._core.frozen import Locked, lock
 from microslip.friction import Interface
 from microslip.friction.energies import dissipated_along
-
-_Columns = TypeVar("_Columns", bound="ResultColumns")
-
-_BLOCK = 20_000
-
-
-def pieces_of(
-    size: int, progress: Progress | None = None, largest: int = _BLOCK
-) -> Iterator[slice]:
-    """Yield slices that cover ``size`` items; the first ones are short, for early progress."""
-    start, length = 0, min(largest, 64)
-    while start < size:
-        yield slice(start, min(start + length, size))
-        start, length = start + length, min(largest, 2 * length)
-        if progress is not None:
-            progress(min(start / size, 1.0))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -47,17 +30,6 @@ class ResultColumns(Locked):
         columns = self.columns()
         size = len(next(iter(columns.values())))
         return f"{type(self).__name__}({size} of {', '.join(columns)})"
-
-    @classmethod
-    def _by_pieces(
-        cls: type[_Columns], make: Callable[[slice], _Columns], size: int, progress: Progress | None
-    ) -> _Columns:
-        """Compute long arrays in slices with ``make`` and join them."""
-        arrays: dict[str, Floats] = {}
-        for piece in pieces_of(size, progress):
-            for name, array in make(piece).columns().items():
-                arrays.setdefault(name, np.empty(size))[piece] = array
-        return cls(**{field.name: arrays.get(field.name) for field in fields(cls)})
 
 
 _BY_METHOD = (
@@ -93,24 +65,14 @@ class AmplitudeCurve(ResultColumns):
     stick_share: Floats | None
 
     @classmethod
-    def of(
-        cls, joint: Interface, amplitude: Floats, progress: Progress | None = None
-    ) -> AmplitudeCurve:
-        """Return the quantities of a joint at displacement amplitudes [m]."""
-        return cls._by_pieces(
-            lambda piece: cls._at(joint, amplitude[piece]), amplitude.size, progress
-        )
-
-    @classmethod
     def of_forces(cls, joint: Interface, force_amplitude: Floats) -> AmplitudeCurve:
         """Return the quantities of a joint at force amplitudes [N] > 0, one-dimensional."""
         amplitude = np.asarray(joint.backbone_displacement(force_amplitude))
-        return cls._at(joint, amplitude, force_amplitude)
+        return cls.of(joint, amplitude, force_amplitude)
 
     @classmethod
-    def _at(
-        cls, joint: Interface, amplitude: Floats, force: Floats | None = None
-    ) -> AmplitudeCurve:
+    def of(cls, joint: Interface, amplitude: Floats, force: Floats | None = None) -> AmplitudeCurve:
+        """Return the quantities of a joint at displacement amplitudes [m] and their forces [N]."""
         if force is None:
             force = np.asarray(joint.backbone(amplitude))
         contact = getattr(joint, "contact_area", None)  # a friction law from a file has none

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -30,7 +29,6 @@ from microslip.study.runs.columns import (
     HistoryResponse,
     Limits,
     ResultColumns,
-    pieces_of,
 )
 from microslip.study.runs.scatter import PredictionScatter, scatter, with_amplitudes
 from microslip.study.runs.structure import run_structure
@@ -375,17 +373,17 @@ def _computed(
     rows, curves, limits = [], [], []
     histories = []
     for index, joint in enumerate(joints):
-        steps = partial(_part, progress, index, len(joints))
         row = _row(study, joint, amplitudes)
         rows.append(row)
-        loops.append(_loops(study, joint, row, steps(0.0, 0.1)))
+        with naming_key(study, "excitation.amplitudes"):
+            loops.append(tuple(joint.loop(a) for a in row.amplitude.tolist()))
         with naming_key(study, "excitation.curve"):
-            curves.append(AmplitudeCurve.of(joint, grid, steps(0.1, 0.7)))
+            curves.append(AmplitudeCurve.of(joint, grid))
         if history is not None and record is not None:
             with naming_key(study, "excitation.history"):
                 histories.append(HistoryResponse.of(joint, record, history.quantity))
         limits.append(_limits(joint, joint._slip_scale[0]))
-        steps(0.0, 1.0)(1.0)
+        progress((index + 1) / len(joints))
     result = Prediction(
         study=study,
         joints=tuple(joints),
@@ -415,16 +413,6 @@ def _row(study: StudyDescription, joint: Interface, amplitudes: Floats) -> Ampli
             return AmplitudeCurve.of(joint, amplitudes)
     with naming_key(study, "excitation.force_amplitudes"):
         return AmplitudeCurve.of_forces(joint, amplitudes)
-
-
-def _loops(
-    study: StudyDescription, joint: Interface, row: AmplitudeCurve, progress: Progress
-) -> tuple[Loop, ...]:
-    loops: list[Loop] = []
-    with naming_key(study, "excitation.amplitudes"):
-        for piece in pieces_of(row.amplitude.size, progress):
-            loops += [joint.loop(a) for a in row.amplitude[piece].tolist()]
-    return tuple(loops)
 
 
 def _amplitudes(study: StudyDescription, defaults: Defaults) -> Floats:

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import microslip as ms
-from microslip.laboratory.regimes import thresholds
+from microslip.laboratory.regimes import GROSS, STICK
 
 JOINT = ms.Interface.examples()[0]  # milled Al 2017 at 2 kN
 RIG = 1e8
@@ -54,7 +55,7 @@ def test_clean_records_converge(amplitude: float, rig: float | None) -> None:
             record = ms.VirtualTribometer(
                 JOINT, rig_stiffness=rig, sample_rate=stretch * rate
             ).record(amplitude=amplitude, frequency=1.0, cycles=6)
-            mean = ms.measure(record, model=JOINT, rig_stiffness=rig).mean
+            mean = ms.measure(record, rig_stiffness=rig).mean
             found.append([abs(mean[name].value / value - 1.0) for name, value in expected.items()])
         errors.append(np.mean(found, axis=0))
     worst = dict(zip(expected, np.transpose(errors), strict=True))
@@ -110,7 +111,7 @@ def test_energies_of_cycles_that_turn_between_samples(
 @pytest.mark.parametrize("joint", [JOINT, JOINT.at(normal_load=100.0), JOINT.at(normal_load=5e3)])
 def test_chord_after_reversal(joint: ms.Interface, amplitude: float) -> None:
     record = ms.VirtualTribometer(joint, sample_rate=4096).record(amplitude=amplitude, cycles=3)
-    found = ms.measure(record, model=joint).mean["chord_stiffness"].value
+    found = ms.measure(record).mean["chord_stiffness"].value
     top = float(joint.backbone(amplitude))
     chord = 0.05 * top / float(joint.backbone_displacement(0.05 * top))  # Masing
     assert found == pytest.approx(chord, rel=0.01)
@@ -152,7 +153,7 @@ def test_results_independent_of_the_rig() -> None:
     record = ms.VirtualTribometer(JOINT, rig_stiffness=RIG, sample_rate=2000).record(
         amplitude=15e-6, cycles=4
     )
-    found, expected = ms.measure(record, model=JOINT), truth(JOINT, a)
+    found, expected = ms.measure(record), truth(JOINT, a)
     for name in ("dissipated_energy", "force_amplitude", "sliding_distance", "fouvry_ratio"):
         assert found.mean[name].value == pytest.approx(expected[name], rel=1e-4)
     assert found.mean["energy_ratio"].value < 0.5 * expected["energy_ratio"]
@@ -160,15 +161,18 @@ def test_results_independent_of_the_rig() -> None:
     assert any("give `rig_stiffness`" in note for note in found.notes)
 
 
-def test_thresholds_of_one_sphere() -> None:
-    """THEORY: B = 0.7695 at the slip limit; and the law of one sphere says the same."""
-    general = thresholds()
-    assert general.gross == pytest.approx(0.7695, abs=5e-5)
+def test_thresholds_are_those_of_one_sphere() -> None:
+    """THEORY: B = 0.7695 at the slip limit; A where the backbone is 1 % below its first tangent."""
     pair = JOINT.surface.pair  # type: ignore[attr-defined]
     sphere = ms.Interface(ms.SphereOnFlat(pair, 5e-3), 0.4, 50.0)
-    own = thresholds(sphere)
-    assert own.gross == pytest.approx(general.gross, rel=1e-4)
-    assert own.stick == pytest.approx(general.stick, rel=1e-4)
+    slip = sphere.slip_per_indentation * -sphere.separation
+    lost, peak = sphere.dissipated_energy(slip), sphere.force_limit
+    width = slip - 2.0 * sphere.backbone_displacement(0.5 * peak)
+    assert abs(lost / (4.0 * peak * width)) == pytest.approx(GROSS, rel=1e-4)
+    bent = brentq(
+        lambda u: sphere.backbone(u) / (sphere.tangential_stiffness * u) - 0.99, 1e-4 * slip, slip
+    )
+    assert sphere.energy_ratio(bent) == pytest.approx(STICK, rel=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -181,7 +185,6 @@ def test_regimes_of_one_sphere(share: float, regime: str) -> None:
     limit = sphere.slip_per_indentation * -sphere.separation
     rig = ms.VirtualTribometer(sphere, sample_rate=1000, limits={"amplitude": (0.0, 1.0)})
     record = rig.record(amplitude=share * limit, cycles=3)
-    assert ms.measure(record, model=sphere).regime == regime
     assert ms.measure(record).regime == regime
 
 
@@ -206,7 +209,7 @@ def covered(amplitude: float, seeds: int, confidence: float) -> dict[str, float]
     for seed in range(seeds):
         rig = ms.VirtualTribometer(JOINT, seed=seed, **IMPERFECT)
         record = rig.record(amplitude=amplitude, frequency=1.0, cycles=20)
-        mean = ms.measure(record, model=JOINT, confidence=confidence).mean
+        mean = ms.measure(record, confidence=confidence).mean
         for name in READ:
             hits[name] += mean[name].low <= expected[name] <= mean[name].high
     return {name: count / seeds for name, count in hits.items()}

@@ -250,19 +250,6 @@ def test_command_refuses(words: tuple[str, ...]) -> None:
     assert WRONG[words] in fails("identify", "light.csv", "heavy.csv", "-o", "out", *words)
 
 
-# -- the study as a model of measure ---------------------------------------------------------------
-
-
-def test_measure_takes_thresholds_from_a_study() -> None:
-    outcome = run("measure", "heavy.csv", "--model", "study.toml", "--json")
-    assert outcome.exit_code == 0, outcome.output
-    thresholds = json.loads(outcome.stdout)["records"][0]["thresholds"]
-    load = float(np.mean(ms.Record.read("heavy.csv").normal_load))
-    wanted = ms.measure(ms.Record.read("heavy.csv"), model=JOINT.at(normal_load=load)).thresholds
-    assert thresholds["source"] == wanted.source
-    assert thresholds["gross"] == pytest.approx(wanted.gross, rel=1e-6)
-
-
 # -- a real record ---------------------------------------------------------------------------------
 
 REAL = Path(__file__).parents[3] / "shared/data/reciprocating/test_data_2.txt"

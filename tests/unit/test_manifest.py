@@ -166,7 +166,6 @@ def test_a_workbook_is_read_as_it_is_seen(tmp_path: Path) -> None:
         ("measure", "--manifest", "manifest.csv"),
         ("identify", "pipe"),
         ("identify", "--manifest", "pipe"),
-        ("measure", "run.csv", "--model", "pipe"),
         ("check", "pipe"),
         ("predict", "pipe"),
         ("predict", "law.toml"),

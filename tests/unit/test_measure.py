@@ -21,7 +21,7 @@ from microslip.laboratory import (
 )
 from microslip.laboratory.blocks import blocks_of
 from microslip.laboratory.estimates import quantile
-from microslip.laboratory.regimes import thresholds as thresholds
+from microslip.laboratory.regimes import GROSS, STICK
 from microslip.laboratory.settling import excess_loss_notes
 from microslip.laboratory.spikes import spikes_of
 from microslip.report.measured import measurement_document
@@ -36,7 +36,7 @@ def virtual(amplitude: float = 5e-6, load: float = 2000.0, cycles: int = 8, **ho
 
 
 RECORD = virtual()
-MEASURED = ms.measure(RECORD, model=JOINT)
+MEASURED = ms.measure(RECORD)
 WAVE = np.sin(2.0 * np.pi * np.arange(801) / 100)
 SOFT = ms.Record(5e-6 * WAVE, 50.0 * np.tanh(5.0 * WAVE), name="soft")
 
@@ -265,12 +265,11 @@ def test_the_headline_shows_how_likely_the_regimes_are() -> None:
         counts = measured.cycles["closure_error"] <= 0.25
         columns = {name: values[counts] for name, values in measured.cycles.items()}
         energy, size = columns["dissipated_energy"], 4.0 * columns["force_amplitude"]
-        ends = measured.thresholds
         sticks, slips = (
             ttest_1samp(away[np.isfinite(away)], 0.0, alternative="greater").pvalue
             for away in (
-                energy - ends.stick * size * columns["amplitude"],
-                energy - ends.gross * size * columns["sliding_distance"],
+                energy - STICK * size * columns["amplitude"],
+                energy - GROSS * size * columns["sliding_distance"],
             )
         )
         expected = {"stick": sticks, "gross slip": (1.0 - sticks) * (1.0 - slips)}

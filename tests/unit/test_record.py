@@ -138,8 +138,8 @@ def test_stated_units_go_before_those_of_the_file(put: Any) -> None:
 
 def test_time_may_be_left_out(put: Any) -> None:
     path = put("t.csv", PLAIN)
-    record = ms.Record.read(path, sample_rate=50.0, frequency=2.0)
-    assert (record.time, record.sample_rate, record.frequency) == (None, 50.0, 2.0)
+    record = ms.Record.read(path, sample_rate=50.0)
+    assert (record.time, record.sample_rate) == (None, 50.0)
     assert 'not read: "Time [s]".' in record.notes
     record = ms.Record.read(path, time=False)
     assert (record.time, record.sample_rate) == (None, None)
@@ -367,8 +367,6 @@ def records(draw: st.DrawFn) -> ms.Record:
         keywords["normal_load"] = draw(st.floats(1e-3, 1e6))
     if draw(st.booleans()):
         keywords["commanded"] = draw(series)
-    if draw(st.booleans()):
-        keywords["frequency"] = draw(st.floats(1e-3, 1e6))
     notes = tuple(draw(st.lists(st.text(max_size=30), max_size=2)))
     return ms.Record(draw(series), draw(series), notes=notes, **keywords)
 
@@ -379,7 +377,7 @@ def same(a: ms.Record, b: ms.Record) -> None:
         assert (first is None) == (second is None), key
         if first is not None:
             assert np.asarray(first).tobytes() == np.asarray(second).tobytes(), key
-    assert (a.sample_rate, a.frequency) == (b.sample_rate, b.frequency)
+    assert a.sample_rate == b.sample_rate
 
 
 unhurried = settings(

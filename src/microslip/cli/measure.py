@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from microslip.cli.options import (
-    ANY_PATH,
     FORMATS,
     Output,
     in_options,
     offers,
-    option,
     progress,
     stoppable,
     switch,
@@ -31,10 +28,6 @@ from microslip.cli.records import (
 from microslip.cli.structures import BAND_OPTION, are_modal, measure_modes
 from microslip.laboratory.options import DELAY, RIG_STIFFNESS
 
-if TYPE_CHECKING:
-    from microslip.friction import Interface
-    from microslip.laboratory import Record
-
 
 @click.command(short_help="Measure the loops in a tribometer's records.")
 @click.argument("records", metavar="RECORD...", nargs=-1, type=click.Path())
@@ -46,10 +39,6 @@ if TYPE_CHECKING:
 @MANIFEST_OPTION
 @reads()
 @offers(RIG_STIFFNESS, DELAY)
-@option(
-    "--model", "STUDY", "Study of the joint that defines the regimes; by default one sphere.",
-    type=ANY_PATH,
-)  # fmt: skip
 @CYCLES
 @BAND_OPTION
 @switch("--all", "Print every table.", "every_table")
@@ -60,7 +49,6 @@ def measure(
     reading: Reading,
     rig_stiffness: float | None,
     delay: float | None,
-    model: Path | None,
     cycles: str | None,
     band: str | None,
     every_table: bool,
@@ -91,7 +79,6 @@ def measure(
         from microslip.report.measured import KIND, measurement_document
 
         with output.staged(KIND, "measurement") as stage, progress("Measuring") as report:
-            joints = [] if model is None else _joints(model)
             files = list_records(records, manifest)
             paths = files.paths
             _, gain_errors = calibration_of(reading.calibration)
@@ -102,7 +89,6 @@ def measure(
                     record = reading.read(path, index, files.manifest)
                     result = measured(
                         record,
-                        model=_joint_at_load_of(record, joints),
                         rig_stiffness=rig_stiffness,
                         cycles=slice_of("--cycles", cycles),
                         delay=delay or 0.0,
@@ -132,28 +118,3 @@ def measure(
             if stage is not None:
                 result_document = write_document(result_document, stage, output.kinds)
     output.show(result_document, full=every_table)
-
-
-def _joints(study: Path) -> list[Interface]:
-    from microslip.study.build import build_joints
-    from microslip.study.description import StudyDescription
-
-    return build_joints(StudyDescription.load(study))
-
-
-def _joint_at_load_of(record: Record, joints: list[Interface]) -> Interface | None:
-    """Return the study's joint at the normal load of a record, or at its own if unknown."""
-    from microslip._core.errors import InputError
-
-    if not joints:
-        return None
-    if record.normal_load is None:
-        if len(joints) > 1:
-            raise InputError(
-                "the study has several normal loads and the record has none; give "
-                '`normal_load="500 N"`'
-            )
-        return joints[0]
-    import numpy as np
-
-    return joints[0].at(normal_load=float(np.mean(record.normal_load)))

@@ -4,5 +4,4 @@ from .estimates import Estimate as Estimate
 from .measurement import Measurement as Measurement
 from .measurement import measure as measure
 from .record import Record as Record
-from .regimes import Thresholds as Thresholds
 from .virtual import VirtualTribometer as VirtualTribometer

@@ -19,7 +19,6 @@ from microslip._core.units import engineering, significant
 from microslip._core.wording import plural
 from microslip.figures.plot import Plot
 from microslip.figures.plottable import Plottable
-from microslip.friction import BackboneLaw
 from microslip.laboratory.blocks import Blocks
 from microslip.laboratory.conditioning import condition
 from microslip.laboratory.cuts import noise_of, one_loop
@@ -44,11 +43,10 @@ from microslip.laboratory.loop_shape import UNDECIDED, parallel_spring, shape_no
 from microslip.laboratory.record import Record
 from microslip.laboratory.record_motion import (
     distortion_of,
-    frequency_of,
     load_ripple_of,
     mean_loop_of,
 )
-from microslip.laboratory.regimes import REGIMES, Thresholds, regimes_of, thresholds
+from microslip.laboratory.regimes import GROSS, REGIMES, STICK, regimes_of
 from microslip.laboratory.sampling_errors import sampling_errors
 
 _NOISE_SAMPLES = 1 << 17
@@ -93,8 +91,6 @@ class Measurement(Plottable):
         ``friction_peak``, ``friction_energy``, ``chord_stiffness`` [N/m] and ``closure_error`` [-].
     regimes : tuple of str
         "stick", "partial slip" or "gross slip", for each cycle.
-    thresholds : Thresholds
-        Thresholds of the regimes.
     mean : mapping of str to Estimate
         Means of the columns with their confidence intervals (Student), over the cycles that are
         closed (end forces differ by at most a quarter of the force range), have no spike and are
@@ -131,7 +127,6 @@ class Measurement(Plottable):
     name: str
     cycles: Mapping[str, NDArray[np.float64]]
     regimes: tuple[str, ...]
-    thresholds: Thresholds
     mean: Mapping[str, Estimate]
     confidence: float
     frequency: float | None
@@ -194,14 +189,6 @@ class Measurement(Plottable):
         fine = np.isfinite(y)
         return trend(np.arange(float(y.size))[fine], y[fine], self.confidence)
 
-    def table(self) -> str:
-        """Return the table of means as text: quantity, mean, confidence interval and unit."""
-        lines = [f"{self.name}: {plural(len(self), 'cycle')}, {self.regime}"]
-        for name, mean in self.mean.items():
-            interval = f"[{mean.low:.6g}, {mean.high:.6g}]" if mean.number > 1 else "-"
-            lines.append(f"{name:<20} {mean.value:>13.6g}  {interval:<30} {UNITS[name]}")
-        return "\n".join(lines)
-
     def summary(self) -> dict[str, Any]:
         """Return the contents of summary.json: results without the columns; NaN becomes None."""
         levels = [
@@ -220,7 +207,7 @@ class Measurement(Plottable):
                 "regime": self.regime,
                 "regimes": {name: self.regimes.count(name) for name in REGIMES},
                 "probability": self.probability,
-                "thresholds": self.thresholds._asdict(),
+                "thresholds": {"stick": STICK, "gross": GROSS},
                 "confidence": self.confidence,
                 "settled": self.is_settled,
                 **{key: getattr(self, key) for key in ("frequency", "third_harmonic")},
@@ -240,7 +227,6 @@ class Measurement(Plottable):
 def measure(
     record: Record,
     *,
-    model: BackboneLaw | None = None,
     rig_stiffness: float | None = None,
     confidence: float = 0.95,
     cycles: slice | None = None,
@@ -253,8 +239,6 @@ def measure(
     ----------
     record : Record
         Displacement, force and, if measured, normal load.
-    model : BackboneLaw, optional
-        Law whose thresholds separate the regimes; by default that of one sphere.
     rig_stiffness : float, optional
         Stiffness k of the rig in series [N/m], above zero: its deflection T/k is subtracted from
         the displacement. Energy, force, sliding distance and B do not depend on it.
@@ -289,10 +273,10 @@ def measure(
     ``friction_energy`` is E_d/(4 P delta_g).
 
     With the force amplitude T_m, B = E_d/(4 T_m delta_g). The regime is "stick" up to the energy
-    ratio A at which the backbone of the model is 1 % below its initial tangent, and "gross slip"
-    from the B at which the model reaches its limit, or 99 % of an asymptotic limit (one sphere:
-    0.7695). Settled cycles have the regime of their mean, with a probability from their scatter. D
-    and B are those of Fouvry, Kapsa and Vincent (1995, DOI 10.1016/0043-1648(94)06582-9).
+    ratio A at which the backbone of one sphere is 1 % below its initial tangent (0.0034), and
+    "gross slip" from the B at which a sphere reaches its limit (0.7695). Settled cycles have the
+    regime of their mean, with a probability from their scatter. D and B are those of Fouvry,
+    Kapsa and Vincent (1995, DOI 10.1016/0043-1648(94)06582-9).
     """
     if not isinstance(record, Record):
         raise InputError(
@@ -300,7 +284,6 @@ def measure(
             "write Record(displacement, force) or Record.read(path)"
         )
     level = checked_confidence(confidence)
-    limits = thresholds(model)
     gains = checked_gains(gain_errors)
     record = condition(record, delay=delay) if delay else record
     judged = cycles_of(_turned_to_its_peak(record))
@@ -343,7 +326,7 @@ def measure(
     columns = {name: columns[name] for name in UNITS if name in columns}
     spring = None if shape is None or judged.delay is not None else parallel_spring(shape)
     of_contact = columns if not (shape and spring) else without_spring(columns, shape, spring)
-    record_regimes = regimes_of(of_contact, limits, counting.selection, counting.is_moving)
+    record_regimes = regimes_of(of_contact, counting.selection, counting.is_moving)
     slid = columns["sliding_ratio"][np.isfinite(columns["sliding_ratio"])]
     sliding = float(np.median(slid)) if slid.size else math.nan
     is_gross = record_regimes.of_each.count("gross slip") > len(record_regimes.of_each) / 2
@@ -354,18 +337,18 @@ def measure(
             "stiffness is that of all of them in series; a record of a rigid specimen would "
             "identify the cause; give `rig_stiffness` to subtract the rig"
         )
+    rates = columns.get("frequency")
     steps = judged.step_errors
     shared = {k: math.hypot(steps.get(k, 0.0), gains.get(k, 0.0)) for k in {**steps, **gains}}
     return Measurement(
         name=record.name,
         cycles=MappingProxyType({name: lock(values) for name, values in columns.items()}),
         regimes=record_regimes.of_each,
-        thresholds=limits,
         mean=_means(columns, counting.selection, level, counting.is_moving, shared, coarse),
         gain_errors=MappingProxyType(gains),
         probability=MappingProxyType(record_regimes.probability),
         confidence=level,
-        frequency=frequency_of(record, blocks),
+        frequency=None if rates is None else float(1.0 / np.mean(1.0 / rates)),
         third_harmonic=distortion.third,
         load_ripple=load_ripple_of(record, judged.largest_block),
         rig_stiffness=rig_stiffness,

@@ -47,7 +47,6 @@ class Statements:
 
     columns: Mapping[str, Any]
     sample_rate: float | None
-    frequency: float | None
     units: Any
     calibration: Any
     sign: Any
@@ -122,7 +121,7 @@ def read(path: Path, statements: Statements) -> dict[str, Any]:
     if "time" in by_part:
         _check_time(table, arrays["time"], first)
     parts: dict[str, Any] = dict.fromkeys(ROLES) | {k: lock(v) for k, v in arrays.items()}
-    parts["sample_rate"], parts["frequency"] = statements.sample_rate, statements.frequency
+    parts["sample_rate"] = statements.sample_rate
     if load is not None:
         parts["normal_load"] = load
         notes.append(f"normal_load: {engineering(load, 'N')} throughout, as stated.")
@@ -324,6 +323,7 @@ def _add_stated(
     statements: Statements,
     notes: list[str],
 ) -> None:
+    """Add the sample rate and the load stated by the file, unless given otherwise."""
     if parts["sample_rate"] is not None:
         if "time" in by_part:
             raise InputError("`time` and `sample_rate` are redundant; write one of them")
@@ -340,9 +340,7 @@ def _add_stated(
         if rate is not None:
             parts["sample_rate"] = rate
             notes.append(f'sample_rate: {rate:g} Hz by "{where}" of the file.')
-    for key in ("frequency", "normal_load"):
-        stated = table.stated.get(key)
-        if stated and parts[key] is None and statements.columns.get(key) is None:
-            parts[key] = stated.value
-            unit = "N" if key == "normal_load" else "Hz"
-            notes.append(f'{key}: {stated.value:g} {unit} by "{stated.where}" of the file.')
+    load = table.stated.get("normal_load")
+    if load and parts["normal_load"] is None and statements.columns.get("normal_load") is None:
+        parts["normal_load"] = load.value
+        notes.append(f'normal_load: {load.value:g} N by "{load.where}" of the file.')

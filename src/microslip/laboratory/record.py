@@ -57,8 +57,6 @@ class Record(Locked, Plottable):
         Time [s] of each sample, strictly increasing.
     sample_rate : float, optional
         Sampling rate [Hz], as an alternative to `time`.
-    frequency : float, optional
-        Frequency [Hz] of the excitation.
     commanded : array_like, optional
         Commanded displacement of the rig [m], one for each sample.
     cycle_number : array_like, optional
@@ -75,7 +73,6 @@ class Record(Locked, Plottable):
     normal_load: NDArray[np.float64] | float | None
     time: NDArray[np.float64] | None
     sample_rate: float | None
-    frequency: float | None
     commanded: NDArray[np.float64] | None
     cycle_number: NDArray[np.float64] | None
     name: str
@@ -89,7 +86,6 @@ class Record(Locked, Plottable):
         time: ArrayLike | None = None,
         sample_rate: float | None = None,
         *,
-        frequency: float | None = None,
         commanded: ArrayLike | None = None,
         cycle_number: ArrayLike | None = None,
         name: str = "record",
@@ -138,8 +134,7 @@ class Record(Locked, Plottable):
             raise InputError(f"`notes` must be a tuple of texts, got {show(notes)}")
         fields: dict[str, Any] = dict.fromkeys(UNITS) | arrays
         fields |= {"normal_load": load, "name": name, "notes": tuple(notes)}
-        for key, rate in (("sample_rate", sample_rate), ("frequency", frequency)):
-            fields[key] = _frequency(key, rate)
+        fields["sample_rate"] = _frequency(sample_rate)
         for key, value in fields.items():
             object.__setattr__(self, key, value)
 
@@ -169,7 +164,6 @@ class Record(Locked, Plottable):
         commanded: str | bool | None = None,
         cycle_number: str | bool | None = None,
         sample_rate: float | None = None,
-        frequency: float | None = None,
         units: Mapping[str, str] | None = None,
         calibration: Mapping[str, str | float] | None = None,
         sign: int | Mapping[str, int] | None = None,
@@ -200,8 +194,6 @@ class Record(Locked, Plottable):
             Name of the column; False for none.
         sample_rate : float, optional
             Sampling rate [Hz], as an alternative to a column of time.
-        frequency : float, optional
-            Frequency [Hz] of the excitation.
         units : mapping, optional
             Units of columns by quantity, such as ``{"force": "mN"}``. They take precedence over
             those in the file.
@@ -239,8 +231,7 @@ class Record(Locked, Plottable):
                 "commanded": commanded,
                 "cycle_number": cycle_number,
             },
-            sample_rate=_frequency("sample_rate", sample_rate),
-            frequency=_frequency("frequency", frequency),
+            sample_rate=_frequency(sample_rate),
             units=units,
             calibration=calibration,
             sign=sign,
@@ -268,7 +259,7 @@ class Record(Locked, Plottable):
             for key in UNITS
             if isinstance(values := getattr(self, key), np.ndarray)
         }
-        numbers = {"sample_rate": "Hz", "frequency": "Hz"}
+        numbers = {"sample_rate": "Hz"}
         if isinstance(self.normal_load, float):
             numbers["normal_load"] = "N"
         head = [
@@ -313,8 +304,8 @@ def _locked_series(key: str, raw_values: Any) -> Floats:
     return lock(values.copy())
 
 
-def _frequency(key: str, raw_value: Any) -> float | None:
-    return None if raw_value is None else positive(key, raw_value, "Hz", 1000.0)
+def _frequency(raw_value: Any) -> float | None:
+    return None if raw_value is None else positive("sample_rate", raw_value, "Hz", 1000.0)
 
 
 def _check_time(time: Floats, sample_rate: float | None) -> None:

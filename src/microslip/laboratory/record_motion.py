@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
 from microslip._core.frozen import lock
-from microslip.laboratory.blocks import Block, Blocks
+from microslip.laboratory.blocks import Block
 from microslip.laboratory.cuts import Cuts
 from microslip.laboratory.loop_shape import UNDECIDED
 from microslip.laboratory.record import Record
@@ -20,17 +20,6 @@ _FOLDS = 64
 _THIRD, _FIFTH, _IN_PHASE = 0.02, 0.15, 0.2
 """Least third harmonic over the fundamental, largest fifth over the third, and part of the third
 out of phase, of a sine seen by a sensor that is not linear."""
-
-
-def frequency_of(record: Record, blocks: Blocks) -> float | None:
-    """Return the frequency [Hz] of the cycles, without the time in gaps; None without a time."""
-    cuts = [block.first + block.cycles.cuts for block in blocks.having_cycles]
-    cycle_count = sum(block.cycle_count for block in blocks.having_cycles)
-    if record.time is not None:
-        return cycle_count / float(sum(record.time[cut[-1]] - record.time[cut[0]] for cut in cuts))
-    if record.sample_rate is not None:
-        return cycle_count * record.sample_rate / float(sum(cut[-1] - cut[0] for cut in cuts))
-    return None
 
 
 def _angles(cycles: Cuts, sample_limit: int = 1 << 18) -> tuple[slice, Floats]:

@@ -256,7 +256,6 @@ class VirtualTribometer:
             normal_load=noisy.get("normal_load"),
             sample_rate=rate,
             commanded=clean["displacement"],
-            frequency=frequency,
             name="virtual tribometer",
         )
 

@@ -17,6 +17,7 @@ from microslip.laboratory.campaign import Campaign
 from microslip.laboratory.cycle_columns import LABELS, UNITS
 from microslip.laboratory.figures import measured_loops
 from microslip.laboratory.reading import ChannelNote
+from microslip.laboratory.regimes import GROSS, STICK
 from microslip.laboratory.settling import is_certain
 from microslip.report import cells
 from microslip.report import measured_campaign as together
@@ -176,10 +177,8 @@ def _sections(
         facts.append(f"load ripple {significant(100.0 * measured.load_ripple)} %")
     if measured.rig_stiffness is not None:
         facts.append(f"rig of {engineering(measured.rig_stiffness, 'N/m')} subtracted")
-    ends = measured.thresholds
     regimes = (
-        f"Regimes: stick up to A = {ends.stick:.3g}, gross slip from B = {ends.gross:.3g} "
-        f"({ends.source})."
+        f"Regimes: stick up to A = {STICK:.3g}, gross slip from B = {GROSS:.3g}, as of one sphere."
     )
     channels = [note for note in measured.notes if isinstance(note, ChannelNote)]
     blocks: tuple[Block, ...] = (

@@ -153,7 +153,6 @@ def _heading(item: BatchItem) -> Outcome:
 
 def _rows(item: BatchItem) -> Any:
     from microslip.laboratory import Record, measure
-    from microslip.study.build import build_joints
     from microslip.study.description import StudyDescription
     from microslip.study.runs.prediction import amplitude_rows as rows_at_amplitudes
 
@@ -161,8 +160,7 @@ def _rows(item: BatchItem) -> Any:
         scan = (f"surface.scan={json.dumps(item.path)}",) * (item.work == "scan")
         study = StudyDescription.load(item.study or item.path, (*item.changes, *scan))
         return rows_at_amplitudes(study)
-    joint = build_joints(StudyDescription.load(item.study))[0] if item.study else None
-    means = measure(Record.read(item.path), model=joint).mean
+    means = measure(Record.read(item.path)).mean
     return [{name: float(mean.value) for name, mean in means.items()}]
 
 

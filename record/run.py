@@ -5,7 +5,7 @@ Each folder beside this file is a case: ``case.toml`` has the measured numbers w
 ``predict.py`` the frozen inputs and a function ``predict`` that returns 5, 50 and 95 % of each
 number, ``frozen.sha256`` the checksums of the inputs. A case is computed again when its files or
 the version of microslip have changed. One that needs data that this machine lacks keeps its
-earlier row. CONTRIBUTING.md says how to add a case.
+earlier row. CONTRIBUTING.md describes how to add a case.
 
 Usage: run.py [CASE ...] [--again] [--freeze CASE]
 """
@@ -192,7 +192,7 @@ def page(results: dict[str, Any]) -> str:
             "model adds a case with a new date. A prediction is *blind* only if it is dated before "
             "the data were seen; all others are *retrospective*. A number is inside if its "
             "measured range meets the predicted band of 5 to 95 %. `make record` computes the "
-            "page; [Contributing](contributing.md) says how to add a case."
+            "page; [Contributing](contributing.md) describes how to add a case."
         ),
         "",
         "| case | numbers | inside | median of predicted / measured | label |",

@@ -315,6 +315,71 @@ def test_hdf5(put: Any) -> None:
     assert record.notes[1].startswith('displacement: column "run1/displacement" by its name, mm by')
 
 
+def test_hdf5_tables(put: Any) -> None:
+    table = np.zeros(4, dtype=[("position [mm]", "f8"), ("force [N]", "f8"), ("state", "S2")])
+    table["position [mm]"], table["force [N]"] = X * 1e3, T
+    with h5py.File("t.h5", "w") as file:
+        file["log"] = table
+    record = ms.Record.read("t.h5")
+    np.testing.assert_allclose(record.displacement, X, rtol=4e-16)
+    equal(record.force, T)
+
+
+def test_hdf5_rates_that_differ(put: Any) -> None:
+    with h5py.File("r.h5", "w") as file:
+        file["a/x"], file["b/F"] = X, T
+        file["a/dt"], file["b/fs"] = 0.5, 3.0
+    record = ms.Record.read("r.h5", units=UNITS)
+    assert record.sample_rate is None
+    assert record.notes[0] == (
+        'r.h5: HDF5 file; two sample rates, 2 Hz by "a/dt" and 3 Hz by "b/fs", so neither is used.'
+    )
+    with h5py.File("s.h5", "w") as file:
+        file["x"], file["F"] = X, T
+        file["x"].attrs["fs"], file["F"].attrs["fs"] = 2.0, 3.0
+    with pytest.raises(ms.InputError) as caught:
+        ms.Record.read("s.h5", units=UNITS)
+    assert (
+        str(caught.value) == "s.h5: displacement and force differ in sample rate, got 2 Hz and 3 Hz"
+    )
+
+
+def test_hdf5_wrong(put: Any) -> None:
+    with h5py.File("two.h5", "w") as file:
+        for run in ("run1", "run2"):
+            file[f"{run}/x"], file[f"{run}/force"] = X, T
+        file["run2/short"] = T[:3]
+    with h5py.File("none.h5", "w") as file:
+        file["a"] = 3.0
+    whole = Path("two.h5").read_bytes()
+    put("cut.h5", whole[: len(whole) // 2])
+    for name, keywords, message in (
+        (
+            "two.h5",
+            {},
+            'displacement: 2 columns could be it, "run1/x" and "run2/x"; '
+            'write displacement="run1/x"',
+        ),
+        (
+            "two.h5",
+            {"displacement": "run1/x", "force": "force"},
+            'force: 2 columns have the name "force", "run1/force" and "run2/force"; '
+            'write force="run1/force"',
+        ),
+        (
+            "two.h5",
+            {"displacement": "run1/x", "force": "short", "units": UNITS},
+            'columns must be of one length, got "run1/x" 4, "run2/short" 3 samples',
+        ),
+        ("none.h5", {}, "wanted arrays of numbers, got none in this HDF5 file"),
+    ):
+        with pytest.raises(ms.InputError) as caught:
+            ms.Record.read(name, **keywords)  # type: ignore[arg-type]
+        assert str(caught.value) == f"{name}: {message}"
+    with pytest.raises(ms.InputError, match=r"^cut\.h5: not a usable HDF5 file: [^\n]*truncated"):
+        ms.Record.read("cut.h5")
+
+
 def test_nan_in_binary_files_names_the_sample(put: Any) -> None:
     with h5py.File("n.h5", "w") as file:
         file["x"], file["F"] = X, np.array([1.0, np.nan, 2.0, 3.0])

@@ -165,3 +165,20 @@ def test_a_failure_while_moving_leaves_things_as_they_were(
     with pytest.raises(ms.StudyError, match="cannot be written: operation not permitted"):
         result.save(folder, overwrite=True)
     assert snapshot(folder) == before
+
+
+def test_a_file_put_there_in_the_last_moment_is_not_lost(
+    result: ms.Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "result"
+    result.save(folder)
+    move_in = folder_module._move_in
+
+    def late(stage: Path, place: folder_module._Place) -> None:
+        (folder / "thesis.tex").write_text("years of work")
+        move_in(stage, place)
+
+    monkeypatch.setattr(folder_module, "_move_in", late)
+    result.save(folder, overwrite=True)
+    assert (tmp_path / "result.old" / "thesis.tex").read_text() == "years of work"
+    assert refusal(result, folder).startswith("not replaced: result.old exists")

@@ -305,3 +305,18 @@ def test_faces_that_hardly_touch_are_pressed_however_far_a_first_step_goes() -> 
     assert rest.equilibrium_error < 1e-10
     load = surface.load(1e-3 + rest.displacement[2])
     assert load == pytest.approx(1.0 + 1e-3 * rest.displacement[2], rel=1e-9)
+
+
+def test_joints_are_attached_to_a_new_structure(chain: ms.Structure) -> None:
+    plain = ms.Structure(MASS, STIFFNESS)
+    more = plain.attach(LAW, directions=BETWEEN)
+    assert plain.attachments == ()
+    assert len(more.attachments) == 1
+    with pytest.raises(ms.InputError, match=r"shape \(3,\) or \(3, joints\).*got \(2,\)"):
+        plain.attach(LAW, directions=[1.0, -1.0])
+    with pytest.raises(ms.InputError, match=r"column \(1,\) is all zeros"):
+        plain.attach(LAW, directions=[[1.0, 0.0], [0.0, 0.0], [0.0, 0.0]])
+    with pytest.raises(ms.InputError, match="Coulomb friction is rigid there"):
+        plain.attach(ms.Coulomb(10.0), directions=BETWEEN)
+    with pytest.raises(ms.InputError, match="joint must be a backbone law"):
+        plain.attach(5.0, directions=BETWEEN)  # type: ignore[arg-type]

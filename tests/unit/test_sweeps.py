@@ -143,3 +143,27 @@ def test_nothing_is_overwritten_unasked(kind: str, tmp_path: Path) -> None:
     mask = os.umask(0)
     os.umask(mask)
     assert path.stat().st_mode & 0o777 == 0o666 & ~mask
+
+
+@pytest.mark.parametrize("kind", ["to_netcdf", "to_csv"])
+def test_a_file_that_appears_meanwhile_is_kept(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "mine"
+    link = os.link
+
+    def late(source: Any, target: Any) -> None:
+        path.write_text("mine", encoding="utf-8")
+        link(source, target)
+
+    def without_links(source: Any, target: Any) -> None:
+        raise PermissionError("no links here")
+
+    monkeypatch.setattr(os, "link", late)
+    message = f"{path}: exists; replace it with overwrite=True"
+    assert refusal(getattr(SWEPT, kind), path) == message
+    assert path.read_text(encoding="utf-8") == "mine"
+    path.unlink()
+    monkeypatch.setattr(os, "link", without_links)
+    getattr(SWEPT, kind)(path)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["mine"]

@@ -15,6 +15,7 @@ from command import run
 from numpy.typing import NDArray
 
 import microslip as ms
+from microslip.laboratory.campaign import Campaign
 
 Floats = NDArray[np.float64]
 
@@ -102,3 +103,28 @@ def test_the_command_reads_the_counter(tmp_path: Path, monkeypatch: pytest.Monke
     )
     total = float(energy(np.arange(1.0, STARTS[-1] + TEN)).sum())
     assert np.trapezoid(lost, number) == pytest.approx(total, rel=5e-3)
+
+
+def test_wear_coefficient_of_all_cycles() -> None:
+    """Cycles that were not logged count, with the error of a monotonic course of their energy."""
+    worn = 1e-12
+    wear = Campaign((ms.measure(logged(True)),), worn_volumes=(worn,)).wear()
+    assert wear is not None
+    assert wear.coefficient is not None
+    assert wear.coefficient.value == pytest.approx(worn / total(), rel=5e-3)
+    assert wear.coefficient.low < worn / total() < wear.coefficient.high
+    unknown = Campaign((ms.measure(logged(False)),), worn_volumes=(worn,)).wear()
+    assert unknown is not None
+    assert unknown.coefficient is None
+    assert "were not logged" in unknown.unknown["record"]
+
+
+def test_wear_of_a_specimen_in_several_files() -> None:
+    measured = []
+    for first in STARTS:
+        time, x, force, _ = burst(first, first)
+        measured.append(ms.measure(ms.Record(x, force, time=time, name=f"stage {first}")))
+    last = [None] * (len(STARTS) - 1) + [1e-12]
+    wear = Campaign(tuple(measured), ["a"] * len(STARTS), last, STARTS).wear()
+    assert wear is not None
+    assert float(wear.energy[-1]) == pytest.approx(total(), rel=5e-3)

@@ -53,7 +53,8 @@ def test_a_folder_has_a_row_a_record(folder: Path, tmp_path: Path) -> None:
     assert rows[1]["chord_stiffness"] == pytest.approx(5e7, rel=0.03)
     assert campaign["skipped"][0]["file"].endswith("notes.txt")
     assert {point["regime"] for point in campaign["fretting_map"]} == {"stick", "gross slip"}
-    assert [row["worn volume [mm^3]"] for row in rows] == ["–", "0.001", "–", "0.001"]
+    # Files of one run are not in the order of its cycles unless the manifest numbers them.
+    assert all("first cycle" in reason for reason in campaign["wear"]["unknown"].values())
     for name in ("campaign.csv", "fretting-map.svg", "report.html"):
         assert (out / name).stat().st_size > 100
     assert len((out / "campaign.csv").read_text("utf-8").splitlines()) == 5

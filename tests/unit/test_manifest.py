@@ -59,6 +59,10 @@ def test_measure_reads_a_manifest(campaign: Path, tmp_path: Path) -> None:
     data = json.loads((out / "summary.json").read_text("utf-8"))["campaign"]
     pandas = pytest.importorskip("pandas")
     read = pandas.read_csv(out / "campaign.csv")
+    # Each specimen has one volume that was not zero, over the energy of all its cycles.
+    assert [row["worn_volume"] for row in data["wear"]["records"][1::2]] == [6e-11, 7e-11, 8e-11]
+    worn = [read["worn_volume [m^3]"].to_numpy()[3 * i + 2] for i in range(3)]
+    assert worn == [6e-11, 7e-11, 8e-11]
     # Of one cell E_d/4Nδ_g is its friction.
     friction = {
         row["specimen"]: row["friction_energy"] for row in data["table"] if row["stage"] == "3"
@@ -71,7 +75,7 @@ def test_measure_reads_a_manifest(campaign: Path, tmp_path: Path) -> None:
     assert set(names) <= {*read.columns, "normal_load [N]"}
     rows = (out / "campaign.csv").read_text("utf-8").splitlines()
     assert rows[0].split(",")[:5] == [
-        *("record", "specimen", "stage", "cycle", "worn volume [mm^3]"),
+        *("record", "specimen", "stage", "Öl", "cycles"),
     ]
     assert (out / "fretting-map.svg").stat().st_size > 1000
 
@@ -206,3 +210,28 @@ def test_a_record_is_named_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         outcome = run("measure", *words)
         assert (outcome.exit_code, outcome.stdout) == (2, "")
         assert "a.csv is named twice" in outcome.stderr
+
+
+def test_no_wear_of_a_specimen_counted_twice(campaign: Path, tmp_path: Path) -> None:
+    """Two series from cycle 1 hide the life of their specimen; another specimen has its wear."""
+    rows = ["file,specimen,cycle,load,worn volume [mm^3]"]
+    rows += [
+        f"{campaign / f's0-{stage}.csv'},A,1,,{volume}" for stage, volume in ((1, 0.1), (2, 0.2))
+    ]
+    rows += [f"{campaign / 's1-1.csv'},B,1,,0.05", f"{campaign / 's2-1.csv'},C,900,,0.05"]
+    (tmp_path / "manifest.csv").write_text("\n".join(rows) + "\n")
+    outcome = run("measure", "--manifest", str(tmp_path / "manifest.csv"), "--all")
+    assert outcome.exit_code == 0, outcome.output
+    text = " ".join(outcome.stdout.split())
+    assert text.count("several series whose cycles are counted from the same number") == 2
+    assert "begins at cycle 900" in text
+    assert "of 1 worn volume over" in text
+    found = json.loads(
+        run("measure", "--manifest", str(tmp_path / "manifest.csv"), "--json").stdout
+    )
+    alone = ms.measure(ms.Record.read(campaign / "s1-1.csv")).cycles["dissipated_energy"].sum()
+    assert found["campaign"]["wear"]["value"] == pytest.approx(0.05e-9 / alone, rel=1e-6)
+    # Without the column the order of two records of one specimen is unknown.
+    (tmp_path / "manifest.csv").write_text("\n".join(row.replace(",1,", ",,") for row in rows))
+    text = " ".join(run("measure", "--manifest", str(tmp_path / "manifest.csv")).stdout.split())
+    assert 'in a column "first cycle"' in text

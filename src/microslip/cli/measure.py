@@ -112,6 +112,8 @@ def measure(
             campaign = Campaign(
                 tuple(results),
                 [files.runs[i] for i in places] if files.runs else None,
+                files.numbers("worn_volume", places),
+                files.numbers("first_cycle", places),
                 columns=files.columns(places),
             )
             result_document = measurement_document(campaign, in_options, skipped)

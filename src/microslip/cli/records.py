@@ -91,7 +91,7 @@ def _or_none(column: str | None) -> Any:
 MANIFEST_OPTION = option(
     "--manifest", "FILE",
     "CSV or Excel sheet with a row per record: file, and optionally specimen, load, amplitude, "
-    "stage, temperature, columns to read and other data.",
+    "stage, number of the first cycle, worn volume, temperature, columns to read and other data.",
     type=ANY_PATH,
 )  # fmt: skip
 
@@ -220,11 +220,18 @@ class Listed(NamedTuple):
     """Labels of the runs; may be empty."""
     manifest: Manifest | None
 
+    def numbers(self, name: str, rows: Sequence[int]) -> list[float | None] | None:
+        """Return a numeric manifest column for the given files; None without the column."""
+        if self.manifest is None or name not in self.manifest.columns:
+            return None
+        values = [self.manifest.columns[name][i] for i in rows]
+        return [value if isinstance(value, float) else None for value in values]
+
     def columns(self, rows: Sequence[int]) -> dict[str, list[Any]]:
         """Return manifest columns of further data, such as "specimen", for the given files."""
         if self.manifest is None:
             return {}
-        elsewhere = ("normal_load", "amplitude", "run", "rig")
+        elsewhere = ("normal_load", "amplitude", "worn_volume", "first_cycle", "run", "rig")
         columns, units = self.manifest.columns, self.manifest.units
         return {
             f"{name} [{units[name]}]" if units[name] else name: [columns[name][i] for i in rows]

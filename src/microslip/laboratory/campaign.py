@@ -1,4 +1,4 @@
-"""Evaluation of several measured records together: fretting map and contradictions."""
+"""Evaluation of several measured records together: fretting map, wear, contradictions."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from microslip._core import checks
-from microslip._core.checks import show
+from microslip._core.checks import positive, show
 from microslip._core.errors import InputError
 from microslip._core.frozen import Locked
 from microslip._core.units import engineering
 from microslip.laboratory.manifest import Cell, text_of
 from microslip.laboratory.measurement import Measurement
+from microslip.laboratory.wear import Wear, wear_of
 
 _CARRIED, _SAME_LOAD = 1.05, 0.03
 """Ratio of forces above which two records contradict each other; relative width of one load."""
@@ -45,6 +46,10 @@ class Campaign(Locked):
     runs : sequence of str, optional
         Label of the run, the rig or the laboratory of each record. Records with the same label are
         of one contact, unless ``columns`` has a "specimen".
+    worn_volumes : sequence of float or None, optional
+        Worn volume [m^3] measured after each record; None if it was not measured.
+    first_cycles : sequence of float or None, optional
+        Number of the first cycle of each record in the life of its specimen [-]; None if unknown.
     columns : mapping of str to sequence, optional
         Other data of each record, as in a manifest: "specimen", "stage" and others.
 
@@ -55,18 +60,48 @@ class Campaign(Locked):
 
     measurements: Sequence[Measurement]
     runs: Sequence[str] | None = None
+    worn_volumes: Sequence[float | None] | None = None
+    first_cycles: Sequence[float | None] | None = None
     columns: Mapping[str, Sequence[Cell]] = field(default_factory=lambda: MappingProxyType({}))
 
     def __post_init__(self) -> None:
         count = len(checks.members("measurements", self.measurements, Measurement, "Measurements"))
         if not isinstance(self.columns, Mapping):
             raise InputError(f"`columns` must be a mapping of names, got {show(self.columns)}")
-        for name, values in {"runs": self.runs, **self.columns}.items():
+        given = {
+            "runs": self.runs,
+            "worn_volumes": self.worn_volumes,
+            "first_cycles": self.first_cycles,
+        }
+        for name, values in {**given, **self.columns}.items():
             is_right = isinstance(values, Sequence) and not isinstance(values, str)
             if values is not None and not (is_right and len(values) == count):
                 raise InputError(
                     f"`{name}` must be one for each of {count} records, got {show(values)}"
                 )
+
+        for volume in self.worn_volumes or ():
+            if volume is not None and volume != 0.0:
+                positive("worn_volumes", volume, "m^3", 1e-12)
+        for first in self.first_cycles or ():
+            if first is not None:
+                positive("first_cycles", first, "", 1.0)
+
+    def wear(self, confidence: float = 0.95) -> Wear | None:
+        """Fit the energy wear coefficient to the worn volumes; None without."""
+        unknown: list[float | None] = [None] * len(self.measurements)
+        specimens = self._contacts() or tuple(map(str, range(len(self.measurements))))
+        return wear_of(
+            self.measurements,
+            specimens,
+            self.worn_volumes or unknown,
+            self.first_cycles or unknown,
+            confidence,
+        )
+
+    def _contacts(self) -> tuple[str, ...]:
+        """Label of the contact of each record, empty if there are none."""
+        return tuple(map(text_of, self.columns.get("specimen", ()))) or tuple(self.runs or ())
 
     def contradictions(self) -> list[str]:
         """Return notes on records of one contact and load that contradict each other.
@@ -97,7 +132,7 @@ class Campaign(Locked):
 
     def _by_load(self) -> dict[tuple[str, int], list[Measurement]]:
         """Group records by contact and load; unlabelled records are taken as one contact."""
-        labels = tuple(map(text_of, self.columns.get("specimen", ()))) or self.runs
+        labels = self._contacts()
         by_load: dict[tuple[str, int], list[Measurement]] = {}
         for i, measured in enumerate(self.measurements):
             load = measured.mean.get("normal_load")

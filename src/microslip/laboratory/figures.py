@@ -159,3 +159,17 @@ def fretting_map(campaign: Any) -> Plot:
             panel.marks(x, y, color, marker=marker, filled=True, size=6.0)
             legend.append(Entry(regime, color, marker=marker, filled=True, line=False))
     return Plot([panel], 4.4, legend=tuple(legend))
+
+
+def worn(wear: Any) -> Plot:
+    """Draw worn volume against dissipated energy, with the line of the wear coefficient."""
+    unit, letter = prefix(float(wear.energy.max()))
+    panel = Panel(
+        Axis(f"Dissipated energy [{letter}J]", low=0.0, unit=unit),
+        Axis("Worn volume [mm³]", low=0.0, unit=1e-9),
+        note=f"α = {1e18 * wear.coefficient.value:.3g} µm³/J",
+    )
+    x = np.array([0.0, 1.1 * float(wear.energy.max())])
+    panel.line(x / unit, wear.coefficient.value * x / 1e-9, COLORS[1])
+    panel.marks(wear.energy / unit, wear.volume / 1e-9, COLORS[0], filled=True)
+    return stacked([panel], 3.8)

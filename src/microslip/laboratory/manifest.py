@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from microslip._core.errors import InputError
-from microslip._core.units import FORCE, LENGTH, Kind, QuantityError, engineering, to_si
+from microslip._core.units import FORCE, LENGTH, VOLUME, Kind, QuantityError, engineering, to_si
 from microslip._core.wording import quote, quoted
 from microslip.laboratory.measurement import Measurement
 from microslip.laboratory.record import Record, checked_path, path_text
@@ -27,6 +27,8 @@ _WORDS = {
     "stage": ("stage", "step", "phase", "stufe", "étape", "etape"),
     "normal_load": ("load", "normal load", "normal force", "normalkraft", "normallast", "last"),
     "amplitude": ("amplitude", "displacement amplitude", "wegamplitude"),
+    "worn_volume": ("worn volume", "wear volume", "wear", "verschleißvolumen", "volume usé"),
+    "first_cycle": ("first cycle", "number of the first cycle", "cycle", "zyklus"),
     "displacement_column": ("displacement column", "column of displacement"),
     "force_column": ("force column", "column of force"),
     "load_column": ("load column", "normal load column", "column of load"),
@@ -36,8 +38,8 @@ _WORDS = {
     "temperature": ("temperature", "temperatur", "température", "temp"),
 }
 """Names of columns in English, German and French; others keep their names."""
-_KINDS: Mapping[str, Kind] = {"normal_load": FORCE, "amplitude": LENGTH}
-_EXAMPLES = {"normal_load": "500 N", "amplitude": "20 um"}
+_KINDS: Mapping[str, Kind] = {"normal_load": FORCE, "amplitude": LENGTH, "worn_volume": VOLUME}
+_EXAMPLES = {"normal_load": "500 N", "amplitude": "20 um", "worn_volume": "0.12 mm^3"}
 _READING = {
     "displacement_column": "displacement",
     "force_column": "force",
@@ -47,6 +49,8 @@ _READING = {
     "sample_rate": "sample_rate",
 }
 """Columns with reading options, and the arguments of Record.read."""
+_POSITIVE = {"sample_rate": "a number in Hz", "first_cycle": "a number"}
+"""Columns of positive numbers, and their description."""
 _FILE = "file"
 _NONE = ("", "-", "–", "none", "nan", "n/a")
 _BESIDE = 0.25
@@ -63,8 +67,8 @@ class Manifest:
     """Files of the records; relative paths are relative to the manifest."""
     columns: Mapping[str, tuple[Cell, ...]]
     """A value for each file: numbers where all are, texts otherwise, None where there is none; by
-    "specimen", "stage", "normal_load" [N], "amplitude" [m], "temperature", "run", "rig", or the
-    name in the file."""
+    "specimen", "stage", "normal_load" [N], "amplitude" [m], "worn_volume" [m^3],
+    "first_cycle", "temperature", "run", "rig", or the name in the file."""
     units: Mapping[str, str]
     """Units of the numeric columns."""
 
@@ -200,11 +204,11 @@ def _column(name: str, unit: str | None, texts: list[str], rows: list[int]) -> t
     if name in ("specimen", "run", "rig"):
         return tuple(text or None for text in texts)
     is_given = [text.casefold() not in _NONE for text in texts]
-    if name == "sample_rate":
+    if name in _POSITIVE:
         for row, text, number, here in zip(rows, texts, numbers, is_given, strict=True):
             if here and (number is None or not number > 0.0):
                 raise ValueError(
-                    f'row {row}, column "{name}": wanted a number in Hz above zero, got '
+                    f'row {row}, column "{name}": wanted {_POSITIVE[name]} above zero, got '
                     f"{quote(text)}"
                 )
         return tuple(numbers)
@@ -216,6 +220,8 @@ def _column(name: str, unit: str | None, texts: list[str], rows: list[int]) -> t
 
 def _quantity(name: str, unit: str | None, text: str, row: int) -> float:
     kind, number = _KINDS[name], _number(text)
+    if name == "worn_volume" and number == 0.0:
+        return 0.0
     where = f'row {row}, column "{name}": '
     if number is not None and unit is None:
         example = _EXAMPLES[name]

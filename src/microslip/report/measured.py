@@ -69,9 +69,9 @@ def measurement_document(
     ]
     last: list[Section] = []
     if len(measurements) > 1 or skipped:
-        first, last = together.campaign_sections(campaign, skipped)
+        first, last = together.campaign_sections(campaign, skipped, measurements[0].confidence)
         sections[:0] = first
-        data["campaign"] = together.campaign_data(campaign, skipped)
+        data["campaign"] = together.campaign_data(campaign, skipped, measurements[0].confidence)
     caption = (
         "Mean cycles of the records without offsets, as in Fig. 19.7 of the chapter, and the "
         "energy of each cycle."

@@ -1,7 +1,8 @@
-"""Records of a campaign: table, contradictions, fretting map."""
+"""Records of a campaign: table, contradictions, fretting map, energy wear coefficient."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import partial
 from typing import Any
@@ -13,7 +14,8 @@ from microslip.laboratory import figures
 from microslip.laboratory.campaign import Campaign
 from microslip.laboratory.cycle_columns import LABELS, UNITS
 from microslip.laboratory.manifest import text_of
-from microslip.report.document import Column, Items, Note, Section, Table
+from microslip.laboratory.wear import Wear
+from microslip.report.document import Block, Column, Items, Note, Section, Table
 from microslip.report.files import csv_text, text_cell
 
 _COLUMNS_SHOWN = (
@@ -68,14 +70,20 @@ def campaign_rows(campaign: Campaign) -> list[tuple[Any, ...]]:
 def csv_of(campaign: Campaign) -> str:
     """Return the rows as text of campaign.csv, with frequency and ends of intervals."""
     heads = [c.key if c.unit is None else f"{c.key} [{c.unit or '-'}]" for c in _columns(campaign)]
-    heads += ["frequency [Hz]"]
+    extra = {
+        "first_cycle [-]": campaign.first_cycles,
+        "worn_volume [m^3]": campaign.worn_volumes,
+    }
+    stated = {head: values for head, values in extra.items() if values is not None}
+    heads += ["frequency [Hz]", *stated]
     heads += [f"{name} {end} [{UNITS[name]}]" for name in _COLUMNS_SHOWN for end in ("low", "high")]
     behind = [
         [
             measured.frequency,
+            *(values[i] for values in stated.values()),
             *(end for name in _COLUMNS_SHOWN for end in measured.mean.get(name, _NO_MEAN)[1:3]),
         ]
-        for measured in campaign.measurements
+        for i, measured in enumerate(campaign.measurements)
     ]
     return csv_text(
         heads,
@@ -87,7 +95,7 @@ def csv_of(campaign: Campaign) -> str:
 
 
 def campaign_sections(
-    campaign: Campaign, skipped: Sequence[tuple[str, str]]
+    campaign: Campaign, skipped: Sequence[tuple[str, str]], confidence: float
 ) -> tuple[list[Section], list[Section]]:
     """Return the sections to place before and after those of the single records."""
     table = Table("Records", _columns(campaign), tuple(campaign_rows(campaign)), noun="records")
@@ -107,16 +115,60 @@ def campaign_sections(
         plot = partial(figures.fretting_map, campaign)
         picture = Picture("fretting-map", caption, plot, "Regimes over amplitude and normal load")
         last.append(Section("Fretting map", (picture,), brief=False))
+    if (wear := campaign.wear(confidence)) is not None:
+        last.append(_wear_section(wear))
     return first, last
 
 
-def campaign_data(campaign: Campaign, skipped: Sequence[tuple[str, str]]) -> dict[str, Any]:
+def _wear_section(wear: Wear) -> Section:
+    parts: list[Block] = []
+    if wear.coefficient is not None:
+        # In cubic micrometres per joule, as usual in the literature.
+        value, low, high = (1e18 * end for end in wear.coefficient[:3])
+        ends = "" if math.isnan(low) else f" ({low:.3g} to {high:.3g})"
+        count = len(wear.records)
+        parts.append(
+            Note(
+                f"Energy wear coefficient: {value:.3g} µm³/J{ends}, of {count} worn volume"
+                f"{'s' * (count > 1)} over the energy dissipated since the specimen was new "
+                "(Fouvry et al. 2003)."
+            )
+        )
+        plot = partial(figures.worn, wear)
+        caption = "Worn volume over dissipated energy, with the line through zero."
+        parts.append(Picture("wear", caption, plot, "Worn volume over dissipated energy"))
+    if wear.unknown:
+        parts.append(Note("Not used for the energy wear coefficient:"))
+        texts = (f"{shorten(name, 80)}: {reason}" for name, reason in wear.unknown.items())
+        parts.append(Items(tuple(texts)))
+    return Section("Wear", tuple(parts))
+
+
+def campaign_data(
+    campaign: Campaign, skipped: Sequence[tuple[str, str]], confidence: float
+) -> dict[str, Any]:
     """Return the numbers of a campaign as plain values in SI units."""
     keys = [column.key for column in _columns(campaign)]
+    wear = campaign.wear(confidence)
     data = {
         "skipped": [{"file": name, "reason": why} for name, why in skipped],
         "table": [dict(zip(keys, row, strict=True)) for row in campaign_rows(campaign)],
         "fretting_map": list(map(named, campaign.fretting_map())),
         "contradictions": campaign.contradictions(),
+        "wear": None if wear is None else _wear_data(wear),
     }
     return {key: json_value(values) for key, values in data.items()}
+
+
+def _wear_data(wear: Wear) -> dict[str, Any]:
+    coefficient = {} if wear.coefficient is None else named(wear.coefficient)
+    rows = zip(wear.records, wear.energy.tolist(), wear.volume.tolist(), strict=True)
+    return {
+        "unit": "m^3/J",
+        **coefficient,
+        "records": [
+            {"record": name, "energy": energy, "worn_volume": volume}
+            for name, energy, volume in rows
+        ],
+        "unknown": dict(wear.unknown),
+    }

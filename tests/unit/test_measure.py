@@ -160,6 +160,13 @@ def test_a_spike_is_reported_and_its_cycle_left_out(
     assert found.third_harmonic == pytest.approx(sound.third_harmonic, abs=1e-4)
 
 
+@pytest.mark.parametrize("channel", ["displacement", "force"])
+def test_a_spike_within_the_range_of_its_channel_is_found(channel: str) -> None:
+    peak = 1000 + int(np.argmax(CHANNELS[channel][1000:1500]))
+    (found,) = spikes_of(spiked(channel, (peak, -0.9 * CHANNELS[channel][peak])))
+    assert (found.channel, found.first, found.last) == (channel, peak, peak)
+
+
 def test_what_is_no_spike() -> None:
     """Noise, growing amplitudes, a burst, a step, four samples; two short ones far apart are."""
     noise = np.random.default_rng(1).normal(size=(2, 200_000))

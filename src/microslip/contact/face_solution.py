@@ -34,7 +34,7 @@ NEAR_REST = (0.985, 0.95, 0.87, 0.72)
 
 @dataclass(frozen=True, eq=False)
 class FaceSolution(ByValue, LockedArrays):
-    """Solution of a face, heaviest load first; pressures in E*, lengths in pixels along x."""
+    """Solution of a face, largest load first; pressures in E*, lengths in pixels along x."""
 
     separation: Floats
     """Separations, increasing."""

@@ -105,7 +105,7 @@ def load_panel(law: Any, other_laws: Mapping[str, NormalLaw]) -> tuple[Panel, Se
 
 
 def _opened(law: NormalLaw, loads: Floats) -> Floats | None:
-    """Return the increase of separation [m] from the first load to each; None outside."""
+    """Return the increases of separation [m] from the first load; None if out of range."""
     try:
         d = np.asarray(law.separation(loads), dtype=float)
     except InputError:

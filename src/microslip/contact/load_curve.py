@@ -140,7 +140,7 @@ class LoadCurve:
         return self._kinked[depth]
 
     def smooth_parts(self, low: float, high: float) -> Profile | Pieces:
-        """Return N over at least the steps `low` to `high`, divided where it is not smooth.
+        """Return the normal load over at least the steps `low` to `high`, split at its kinks.
 
         This is the profile if it has no kinks; otherwise pieces between the kinks of N'', on which
         N and -N' of the surface are evaluated.

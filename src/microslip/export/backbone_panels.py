@@ -150,7 +150,7 @@ def _unequal(law: BackboneLaw, smallest: float) -> BackbonePanels:
 def _panel(
     backbone: Callable[[Floats], Floats], low: float, high: float, floor: float, limit: float
 ) -> tuple[Floats, float]:
-    """Return coefficients of powers of s on a panel and their relative error, 0 if rounding."""
+    """Return coefficients of powers of s on a panel and their relative error, 0 below rounding."""
     u = low + 0.5 * (high - low) * (1.0 + NODES)
     force = backbone(u)
     series = (force / u if low == 0.0 else force) @ TO_SERIES

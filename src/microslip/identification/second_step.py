@@ -168,7 +168,10 @@ class Statistics:
         return Statistics(self.fit.about(friction, k), self.bands, self.rig, self.free_rig)
 
     def sliders(self, curve: Callable[[Floats, float | None], Floats], compliance: float) -> Floats:
-        """Return the scaled coefficients g of a law in series with a compliance [m/N]."""
+        """Return the scaled coefficients of the sliders that approximate a law.
+
+        The law is in series with a ``compliance`` [m/N].
+        """
         fit = self.fit
         y = fit.y[:-1]
         reach = np.append(y, [y[-1] * 1.001, y[-1]])

@@ -8,7 +8,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 
-_SMALL = 0.02  # of the noise: a nuisance that moves the answer less is left where it is
+_SMALL = 0.02  # of the noise: nuisance parameters of smaller effect are not eliminated
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,10 +24,10 @@ class Metric:
 
 
 def metric_of(flat: Floats, uncertain: Floats) -> Metric:
-    """Return the whitening that eliminates nuisance parameters.
+    """Return the whitening of residuals after elimination of nuisance parameters.
 
-    Columns (bins, parameters) are the weighted effects of the parameters, which are unbounded in
-    ``flat`` and have the variance 1 in ``uncertain``.
+    The columns of both arrays, shape (bins, parameters), are the weighted effects of one parameter
+    each. The parameters of ``flat`` are free; those of ``uncertain`` have the variance 1.
     """
     basis, _ = np.linalg.qr(flat)
     uncertain = uncertain - basis @ (basis.T @ uncertain)

@@ -57,7 +57,7 @@ def basis(
 
 
 def corner_terms(phase: Floats, corners: Floats, order: int = 0) -> NDArray[np.float64]:
-    """Evaluate K and K' of each corner, or derivatives, at phases [rad]; at a jump the mean."""
+    """Return K and K' of each corner (see :class:`Motion`) at phases [rad], or derivatives."""
     turn = np.mod(phase[:, None] - corners, 2.0 * math.pi)
     away = np.where(turn > 0.0, turn - math.pi, 0.0) / (2.0 * math.pi)
     steps = [math.pi * away**2 - math.pi / 12.0, away, np.full(turn.shape, 0.5 / math.pi)]

@@ -9,8 +9,9 @@ import microslip as ms
 from microslip.report.predicted.preview import preview
 from microslip.report.structure.bolts import force_rows
 from microslip.structures.bolt_tightening import ClampedBolt, Thread, proof_stress, tension_band
-from microslip.study.build import Design, at_central_values, build_surface
+from microslip.study.build import Design, build_surface
 from microslip.study.runs.structure import keys_of_model
+from microslip.study.uncertain import at_central_values
 
 # Fine threads by VDI 2230 (2001): diameter, pitch [mm], mu, F_M [kN] of 8.8, 10.9 and 12.9.
 PRINTED = (

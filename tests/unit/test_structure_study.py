@@ -22,10 +22,11 @@ from microslip.report.predicted.document import prediction_document
 from microslip.report.predicted.preview import preview
 from microslip.report.structure.judged import structure_verdicts
 from microslip.report.structure.pictures import curve_plot, shape_plot
-from microslip.study.build import Design, at_central_values, build_surface
+from microslip.study.build import Design, build_surface
 from microslip.study.consistency import unit_warnings
 from microslip.study.new import template
 from microslip.study.runs.structure_prediction import ForcedMode
+from microslip.study.uncertain import at_central_values
 
 STUDY = STRIP
 for _plain, _changed in (

@@ -15,9 +15,10 @@ from microslip._core.units import HARDNESS, QuantityError, to_si
 from microslip.contact import NORMAL_LAWS
 from microslip.friction.input_slopes import input_slopes
 from microslip.report.predicted.preview import preview
-from microslip.study.build import at_central_values, build_joints
+from microslip.study.build import build_joints
 from microslip.study.description import StudyDescription
 from microslip.study.runs.scatter import RANKED, scatter
+from microslip.study.uncertain import at_central_values
 
 
 def study(*edits: tuple[str, str]) -> ms.Study:

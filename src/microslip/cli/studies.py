@@ -133,6 +133,7 @@ def check(study: Path, overrides: tuple[str, ...], as_json: bool) -> None:
 
         description = StudyDescription.load(study, overrides)
         look = preview(description, report)
+        step = next_step(look)
         check_draws(description)
     if as_json:
         echo_json(look.data)
@@ -142,7 +143,7 @@ def check(study: Path, overrides: tuple[str, ...], as_json: bool) -> None:
         words = [word for override in overrides for word in ("--set", override)]
         print_document(look, sys.stdout)
         command = command_line("microslip", "predict", study, *words)
-        show_command(next_step(look), command, sys.stdout)
+        show_command(step, command, sys.stdout)
 
 
 def _list_templates(context: click.Context, param: click.Parameter, value: bool) -> None:

@@ -23,7 +23,13 @@ from microslip.study.joints import Joint
 from microslip.study.measured_face import MeasuredFace
 from microslip.study.readers import KeyedError
 from microslip.study.schema import GROUPS, UncertaintyPart
-from microslip.study.uncertain import changed, linked_keys, spreads_of, with_values
+from microslip.study.uncertain import (
+    at_central_values,
+    changed,
+    linked_keys,
+    spreads_of,
+    with_values,
+)
 
 
 def build_surface(study: StudyDescription, progress: Progress | None = None) -> NormalLaw:
@@ -239,7 +245,8 @@ def check_draws(study: StudyDescription) -> None:
     refused: list[KeyedError] = []
     points = np.concatenate(design.points())
     for scores in design.scores(points):
-        draw = with_values(study, design.values(ndtr(scores)))
+        values = design.values(ndtr(scores))
+        draw = with_values(study, values)
         try:
             check_consistency(
                 draw.copy(uncertainty=None)
@@ -253,9 +260,3 @@ def check_draws(study: StudyDescription) -> None:
             f"predicted, the first: {first}; narrow the uncertain inputs, or let one number follow "
             'the other, such as { of = "joint.normal_load", factor = 1.5 }'
         )
-
-
-def at_central_values(study: StudyDescription) -> StudyDescription:
-    """Return the study with each uncertain number replaced by its central value."""
-    middle: StudyDescription = with_values(study, {})
-    return middle

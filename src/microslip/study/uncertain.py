@@ -313,6 +313,11 @@ def with_values(part: Any, values: Mapping[str, float], path: str = "") -> Any:
     return copy
 
 
+def at_central_values(part: Any) -> Any:
+    """Return a study or table with each uncertain number replaced by its central value."""
+    return with_values(part, {})
+
+
 def changed(part: Any, change: Callable[[Any, str], Any], path: str = "") -> Any:
     """Return a table with a function applied to all its values; the table itself if unchanged."""
     before = {name: (value, key) for name, key, value in _entries(part, path)}

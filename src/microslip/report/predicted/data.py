@@ -8,10 +8,10 @@ from dataclasses import fields
 import numpy as np
 
 from microslip._core.dataset import DataSet, Variable
-from microslip.report.predicted.numbers import joint_verdicts
 from microslip.report.structure.data import AMPLITUDE, structure_arrays
 from microslip.study.runs.columns import AmplitudeCurve, HistoryResponse
 from microslip.study.runs.prediction import Prediction, variable_of, variables_of
+from microslip.study.runs.rest import joint_verdicts
 
 FLAGS = ("ok", "watch", "outside", "not judged")
 """Verdict words; a variable contains their index."""

@@ -7,7 +7,6 @@ from typing import Any
 
 from microslip._core.quantities import UNITS, json_value, named
 from microslip._core.units import engineering, significant
-from microslip.contact import Verdict
 from microslip.friction import Interface, PressedJoint
 from microslip.report.files import header
 from microslip.report.predicted.scatter_document import scatter_numbers
@@ -19,7 +18,8 @@ from microslip.study.runs.columns import (
     HistoryResponse,
     ResultColumns,
 )
-from microslip.study.runs.prediction import Defaults, Prediction, leading_inputs, scalars
+from microslip.study.runs.prediction import Defaults, Prediction
+from microslip.study.runs.rest import joint_entry
 
 KIND = "microslip-result"
 SUMMARY_SCHEMA = 1
@@ -93,22 +93,6 @@ def load_notes(study: StudyDescription, joint: Interface) -> list[str]:
             'law = "face", with rq and rdq of a drawing or with a scan.'
         )
     return notes
-
-
-def joint_entry(study: StudyDescription, joint: Interface) -> dict[str, Any]:
-    """Return the numbers of the joint at rest and its verdicts, for the summary."""
-    return {
-        "normal_load": json_value(getattr(joint, "normal_load", None)),
-        **{name: json_value(value) for name, value in scalars(study, joint).items()},
-        "slip_scale_meaning": joint._slip_scale[1],
-        "sensitivities": leading_inputs(study, joint),
-        "validity": [json_value(verdict._asdict()) for verdict in joint_verdicts(study, joint)],
-    }
-
-
-def joint_verdicts(study: StudyDescription, joint: Interface) -> list[Verdict]:
-    """Return the verdicts on a joint; none for a law without a normal load."""
-    return [*joint.validity] if study.joint.loads else []
 
 
 def _joint(result: Prediction, index: int) -> dict[str, Any]:

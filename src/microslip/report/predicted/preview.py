@@ -15,7 +15,6 @@ from microslip._version import __version__
 from microslip.report.cells import si
 from microslip.report.document import Column, Document, Facts, Items, Section, Table
 from microslip.report.predicted.numbers import (
-    joint_entry,
     load_notes,
 )
 from microslip.report.predicted.tables import rest_section, validity_verdicts
@@ -24,6 +23,7 @@ from microslip.study.consistency import unit_warnings
 from microslip.study.description import StudyDescription
 from microslip.study.part import Part
 from microslip.study.runs.prediction import DEFAULT_AMPLITUDES, DEFAULT_POINTS, Defaults
+from microslip.study.runs.rest import joint_entry
 from microslip.study.runs.structure_cost import Cost, cost_of
 from microslip.study.uncertain import Spread
 

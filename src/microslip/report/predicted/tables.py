@@ -10,8 +10,8 @@ from microslip._core.units import engineering, significant
 from microslip.friction import Interface
 from microslip.report import cells
 from microslip.report.document import Column, Section, Table, Verdicts
-from microslip.report.predicted.numbers import joint_verdicts
 from microslip.study.description import StudyDescription
+from microslip.study.runs.rest import joint_verdicts
 
 COUNTED = ("population", "sphere")
 """Normal laws with individually counted contacts."""

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from microslip._version import __version__
-from microslip.study.build import at_central_values
 from microslip.study.description import StudyDescription
 from microslip.study.runs.structure_prediction import StructurePrediction
 from microslip.study.toml_text import edited_text
+from microslip.study.uncertain import at_central_values
 
 FITTED_STUDY = "fitted.toml"
 """File name of the fitted study in a result folder."""

@@ -24,7 +24,7 @@ from microslip.structures import (
 from microslip.structures.periodic_motion import moving_modes
 from microslip.structures.reduction_convergence import refined
 from microslip.structures.tie_limits import tie_limits
-from microslip.study.build import Design, at_central_values, build_surface, is_uncertain, naming_key
+from microslip.study.build import Design, build_surface, is_uncertain, naming_key
 from microslip.study.description import StudyDescription
 from microslip.study.measured_face import MeasuredFace
 from microslip.study.runs.structure_prediction import (
@@ -43,7 +43,7 @@ from microslip.study.runs.structure_responses import (
 )
 from microslip.study.runs.structure_tests import amplitude_trends, compare_tests
 from microslip.study.structure import StructurePart
-from microslip.study.uncertain import Spread, value_at
+from microslip.study.uncertain import Spread, at_central_values, value_at
 from microslip.study.vibration import MeasuredPart
 
 _NAMES = {

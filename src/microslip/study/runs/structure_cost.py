@@ -7,10 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from microslip.study.build import Design, at_central_values, is_uncertain, naming_key
+from microslip.study.build import Design, is_uncertain, naming_key
 from microslip.study.description import StudyDescription
 from microslip.study.runs.structure import BASE, keys_of_model, tightened
 from microslip.study.structure import USUAL_PATCHES
+from microslip.study.uncertain import at_central_values
 
 _TRIALS = 20  # reductions of a convergence study
 _EVALUATIONS, _DRAWS = 12, 32  # modal curves per fitted parameter, and for its interval
@@ -60,7 +61,7 @@ def cost_of(study: StudyDescription) -> Cost:
             part.modes[0] - 1,
             part.amplitudes[-2:],
             at=joint.sensor("sensor"),
-            quantity=part.quantity,  # type: ignore[arg-type]
+            quantity=part.quantity,
             damping_ratio=part.base_damping_ratio,
             harmonics=part.harmonics,
         )

@@ -29,7 +29,7 @@ from microslip.figures.svg import svg
 from microslip.report.predicted import figures
 from microslip.report.predicted.curves import force_exponent
 from microslip.report.predicted.figures import prediction_pictures
-from microslip.report.predicted.history_figure import MOST_DRAWN_SAMPLES, envelope, motion_path
+from microslip.report.predicted.history_figure import MOST_DRAWN_SAMPLES, envelope
 
 PICTURES = ('["csv"]', '["svg", "png"]')
 STRAIGHT = 'law = "table"\nseparation = ["0 um", "1 um", "2 um"]\nload = ["2 kN", "1 kN", "0 N"]\n'
@@ -304,22 +304,6 @@ def test_the_envelope_of_a_long_record_has_all_its_extremes(size: int) -> None:
         seen = (places >= start - width) & (places <= start + 2 * width)
         assert drawn[seen].max() >= values[start : start + width].max()
         assert drawn[seen].min() <= values[start : start + width].min()
-
-
-def test_each_stroke_of_a_long_path_is_drawn_once() -> None:
-    """Ten thousand equal cycles are one, and a stroke is never drawn where there was none."""
-    cycle = np.array([0.0, 1.0, 0.5, -1.0])
-    x = np.tile(cycle, 10_000)
-    y = np.append(x[1:], 7.0)  # the last stroke is its own
-    drawn_x, drawn_y = motion_path(x, y)
-    assert drawn_x.size < 20
-    strokes = {
-        (a, b, c, d)
-        for a, b, c, d in zip(drawn_x[:-1], drawn_y[:-1], drawn_x[1:], drawn_y[1:], strict=True)
-        if not np.isnan([a, b, c, d]).any()
-    }
-    wanted = set(zip(x[:-1], y[:-1], x[1:], y[1:], strict=True))
-    assert strokes == wanted
 
 
 # -- files --------------------------------------------------------------------------------------

@@ -15,7 +15,7 @@ from microslip.study.runs.prediction import Prediction
 
 MOST_DRAWN_SAMPLES = 20_000
 """Largest number of samples per load that is drawn in full."""
-_STRETCHES, _GRID = 750, 1500
+_STRETCHES = 750
 _LABELS = {
     "displacement": ("Displacement", "m"),
     "force": ("Force", "N"),
@@ -73,9 +73,12 @@ def history(result: Prediction) -> Plot:
         for name, values in columns.items():
             if name != common:
                 panels[name].line(*envelope_of(values[number]), look.color, width=width, dash=dash)
-        paths = (columns[name][number] for name in ("displacement", "force"))
-        path_panel.line(*motion_path(*paths), look.color, width=width, dash=dash)
+        ends = slice(-MOST_DRAWN_SAMPLES, None)
+        x, y = (columns[name][number][ends] for name in ("displacement", "force"))
+        path_panel.line(x, y, look.color, width=width, dash=dash)
     path_panel.cross()
+    if count > MOST_DRAWN_SAMPLES:
+        path_panel.note = f"the last {MOST_DRAWN_SAMPLES} samples"
     plot = Plot(
         [*panels.values(), path_panel],
         5.4,
@@ -106,28 +109,6 @@ def envelope(values: Floats) -> tuple[Floats, Floats]:
     ends = np.sort(np.stack([stretches.argmin(axis=1), stretches.argmax(axis=1)]), axis=0) + starts
     places = np.concatenate(([0], ends.T.ravel(), np.arange(stretches.size, values.size)))
     return places.astype(np.float64), values[places]
-
-
-def motion_path(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Return the points of a path; in a long path repeated strokes are drawn once.
-
-    Strokes are compared on a fine grid; NaN separates the remaining pieces.
-    """
-    if x.size <= MOST_DRAWN_SAMPLES:
-        return x, y
-    cells = np.stack([np.round((v - v.min()) / (np.ptp(v) or 1.0) * _GRID) for v in (x, y)])
-    strokes = np.concatenate((cells[:, :-1], cells[:, 1:])).astype(np.int64)
-    keys = ((strokes[0] * 2048 + strokes[1]) * 2048 + strokes[2]) * 2048 + strokes[3]
-    first = np.sort(np.unique(keys, return_index=True)[1])
-    # Consecutive strokes form one line; a gap separates lines.
-    ends = np.flatnonzero(np.diff(first, append=x.size + 1) > 1)
-    places = np.repeat(ends + 1, 2)
-    lines = []
-    for values in (x, y):
-        gaps = np.full(2 * ends.size, np.nan)
-        gaps[::2] = values[first[ends] + 1]
-        lines.append(np.insert(values[first], places, gaps))
-    return lines[0], lines[1]
 
 
 MOST_AMPLITUDES = 6

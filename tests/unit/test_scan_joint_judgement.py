@@ -20,6 +20,8 @@ ARGUMENTS = ("surface", "worn.npy", "--unit", "um", "--pixel", "1 um", "--cutoff
         (("--materials", "steel", "steel"), '--materials requires --load "500 N"'),
         (("--amplitude", "1 um"), '--amplitude requires --materials "steel" "steel" and --load'),
         (("--materials", "steel", "cheese", "--load", "5 N"), "no metal is named 'cheese'"),
+        (("--materials", "steel, steel", "--load", "5 N"), "--materials takes 2 values"),
+        (("--materials", "steel", "--load", "5 N"), "--materials takes 2 values"),
         (("--load", "5 kg"), "--load: wanted a force"),
     ],
 )

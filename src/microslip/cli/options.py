@@ -48,6 +48,13 @@ class _Value(_ParamType):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if not isinstance(value, str):
             return value
+        if param is not None and param.nargs > 1 and (value.startswith("--") or "," in value):
+            what = self.option.metavar or "VALUE VALUE"
+            raise click.UsageError(
+                f"{param.opts[-1]} takes {param.nargs} values, {param.opts[-1]} {what}, separated "
+                f"by a space, got {value!r} among them",
+                ctx,
+            )
         try:
             return self.option.read_text(value)
         except ValueError as error:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats
 from microslip._core.errors import InputError
 from microslip._core.frozen import lock
-from microslip.laboratory.cycle_columns import columns_of
+from microslip.laboratory.blocks import blocks_of
 from microslip.laboratory.folding import Folded, averaged
 from microslip.laboratory.record import Record
 
@@ -46,10 +46,17 @@ def stretches_of(record: Record) -> list[Record]:
     A record is not cut if its cycles are alike, or if fewer than two parts have enough cycles.
     """
     try:
-        columns = columns_of(record, 0.0)
+        blocks = blocks_of(record).having_cycles
     except (InputError, ValueError):
         return [record]
-    start, period, amplitude = (columns[name] for name in ("start", "period", "amplitude"))
+    cuts = [block.first + np.asarray(block.cycles.cuts) for block in blocks]
+    start = np.concatenate([cut[:-1] for cut in cuts])
+    period = np.concatenate([np.diff(cut) for cut in cuts])
+    # The standard deviation within a cycle, which noise changes less than the range.
+    sums = np.cumsum(np.append(0.0, record.displacement - record.displacement.mean()))
+    squares = np.cumsum(np.append(0.0, (record.displacement - record.displacement.mean()) ** 2))
+    mean, square = ((c[start + period] - c[start]) / period for c in (sums, squares))
+    amplitude = np.sqrt(np.maximum(square - mean**2, 0.0))
     groups: list[list[int]] = []
     for i in range(start.size):
         if groups:

@@ -18,6 +18,9 @@ from microslip.laboratory.folding import Folded, load_basis
 _FLOOR = 1e-5
 """Noise of a force over its range below which the threshold grid is the larger error."""
 
+_AT_ONCE = 128
+"""Thresholds whose columns are computed together."""
+
 
 @dataclass(eq=False)
 class Rows:
@@ -78,6 +81,9 @@ class Rows:
 
         The deflection is averaged over the phases of the bin, also if the element yields inside it.
         """
+        if y.size > _AT_ONCE:  # large temporary arrays cost more than the arithmetic
+            parts = [y[i : i + _AT_ONCE] for i in range(0, y.size, _AT_ONCE)]
+            return np.hstack([self.columns(part) for part in parts])
         cycle = self.cycle
         reach = np.maximum(y, 0.0)
         half, sign = cycle.half[:, None], cycle.sign[:, None]

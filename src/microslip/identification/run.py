@@ -27,7 +27,7 @@ from microslip.laboratory.folding import fold as fold
 from microslip.laboratory.folding import stated_noise
 from microslip.laboratory.record import Record
 
-_MOST_FORCES = 1 << 14
+_MOST_FORCES = 1 << 13
 """Largest number of phase bins of all records together."""
 _MOST_BINS = 256
 """Largest number of phase bins of one record."""

@@ -47,27 +47,65 @@ static double move_stop(double *state, double move, double first, double last, d
            sign * (1.0 - stuck) * limit_bend;
 }
 
+/* Least of two and larger of two numbers that are not NaN: unlike fmin, one instruction. */
+static inline double lesser(double a, double b) { return a < b ? a : b; }
+static inline double larger(double a, double b) { return a > b ? a : b; }
+
+/* The same step for elements from `j` on, whose limits stay above zero: without branches. */
+static void move_stops(const double *from, const double *y, Py_ssize_t j, Py_ssize_t columns,
+                       double move, double before, double now, double *to)
+{
+    for (; j < columns; j++) {
+        double first = y[j] + before, last = y[j] + now;
+        double trial = lesser(larger(from[j], -first), first) + move;
+        to[j] = lesser(larger(trial, -last), last);
+    }
+}
+
+static void mean_stops(const double *state, const double *y, Py_ssize_t j, Py_ssize_t columns,
+                       double move, double before, double now, double bend, double limit_bend,
+                       double *to, double *mean)
+{
+    for (; j < columns; j++) {
+        double first = y[j] + before, last = y[j] + now;
+        double from = lesser(larger(state[j], -first), first), trial = from + move;
+        double sign = trial > 0.0 ? 1.0 : -1.0, over = larger(sign * trial - last, 0.0);
+        double slack = first - sign * from + 1e-300, t = slack / (slack + over);
+        double stuck = part_of_bend(t);
+        to[j] = lesser(larger(trial, -last), last);
+        mean[j] = 0.5 * (from + to[j]) + sign * 0.5 * t * over + stuck * bend +
+                  sign * (1.0 - stuck) * limit_bend;
+    }
+}
+
 static int run_stops(const Argument *a, Result *out)
 {
     const double *move = a[0].reals, *bend = a[1].reals, *shift = a[2].reals;
     const double *shift_bend = a[3].reals, *y = a[4].reals;
-    double start = a[5].x, *value = a[6].reals, *mean = a[7].reals;
-    Py_ssize_t n = a[0].n, columns = a[4].n;
+    double start = a[5].x, *value = a[6].reals, *mean = a[7].reals, lowest = 0.0;
+    Py_ssize_t n = a[0].n, columns = a[4].n, above = columns;
     if (n == 0) return FINE;
     if (!all_have(a, 1, 3, n) || !all_have(a, 6, 7, n * columns)) return TOO_SHORT;
     for (Py_ssize_t j = 0; j < columns; j++)
         value[j] = fmin(fmax(y[j] + shift[0], 0.0), start);
+    for (Py_ssize_t i = 0; i < n; i++) lowest = lesser(lowest, shift[i]);
+    while (above > 0 && y[above - 1] + lowest > 0.0) above--;
     /* From the largest displacement on; what the second cycle leaves is settled. */
     for (Py_ssize_t step = 1; step <= 2 * n; step++) {
         Py_ssize_t i = step % n, before = (step - 1) % n;
         double *to = value + i * columns, *to_mean = mean + i * columns;
         const double *from = value + before * columns;
-        for (Py_ssize_t j = 0; j < columns; j++) {
+        for (Py_ssize_t j = 0; j < above; j++) {
             double state = from[j];
             to_mean[j] = move_stop(&state, move[i], y[j] + shift[before], y[j] + shift[i], bend[i],
                                    shift_bend[i]);
             to[j] = state;
         }
+        if (step < n)
+            move_stops(from, y, above, columns, move[i], shift[before], shift[i], to);
+        else
+            mean_stops(from, y, above, columns, move[i], shift[before], shift[i], bend[i],
+                       shift_bend[i], to, to_mean);
     }
     return FINE;
 }

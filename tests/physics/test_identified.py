@@ -297,6 +297,35 @@ def test_lost_motion_is_named(gap: float) -> None:
     assert found.odd > 0.9
 
 
+@pytest.mark.parametrize("share", [0.01, 0.03])
+def test_clearance_is_named(share: float) -> None:
+    """At zero force the displacement runs free over a share of its amplitude to either side."""
+
+    def with_clearance(angle: Floats, u: Floats, force: Floats) -> tuple[Floats, Floats]:
+        gap, a = share * 1e-6, (1.0 - share) * 1e-6
+        x = np.linspace(-a, a, 20001)
+        rising = 2.0 * np.asarray(JOINT.backbone(0.5 * (x + a))) - JOINT.backbone(a)
+        both = x + gap * np.sign(rising)
+        way = np.where(np.cos(angle) >= 0.0, 1.0, -1.0)
+        return u, way * np.interp(way * u, both, rising)
+
+    found = ms.identify(record(JOINT, 1e-6, 5, change=with_clearance, noise=0.001)).masing
+    assert found.cause == "clearance at zero force"
+
+
+@pytest.mark.parametrize(("power", "is_open"), [(0.7, True), (1.0, False)])
+def test_stiffness_at_rest_is_open_for_a_steep_density(power: float, is_open: bool) -> None:
+    """First loading by u^0.7 is infinitely stiff at rest; that of a cell is its stiffness."""
+    u = np.concatenate(([0.0], np.geomspace(1e-12, 1e-6, 400)))
+    force = 100.0 * np.minimum(u / 6e-7, 1.0) ** power
+    slope = np.append(np.diff(force) / np.diff(u), 0.0)
+    cells = -np.diff(slope)
+    law = ms.Iwan(stiffnesses=cells[cells > 0.0], force_limits=(cells * u[1:])[cells > 0.0])
+    stiffness = ms.identify([record(law, a, n) for n, a in enumerate((2e-7, 1e-6))]).stiffness
+    assert (stiffness.high == math.inf) == is_open
+    assert stiffness.low <= slope[0] * (1.0 + 1e-9)
+
+
 def test_another_cause_is_detected_and_not_named() -> None:
     """A force that falls once a cycle by a step is none of the signatures."""
 
@@ -447,6 +476,21 @@ def test_laws_are_compared_under_a_load_that_varies() -> None:
     )
     laws = ms.compare(record, laws=["jenkins", "interface"]).laws
     assert np.isfinite([one.chi_squared for one in laws.values()]).all()
+
+
+def test_cycles_held_back_follow_the_load() -> None:
+    """A cell whose friction limit follows a load of 10 % ripple is predicted to within noise."""
+    angle = 2.0 * math.pi * np.arange(8.25 * 200.0) / 200.0
+    load = 2000.0 * (1.0 + 0.1 * np.cos(2.0 * angle + 1.0))
+    u, y, state = 3e-6 * np.sin(angle), 0.55e-9 * load, 0.0
+    force = np.empty(u.size)
+    for i, step in enumerate(np.diff(u, prepend=0.0)):
+        state = min(max(state + step, -y[i]), y[i])
+        force[i] = 1e9 * state
+    made = record(JOINT, 3e-6, 3, change=lambda *_: (u, force))
+    held_back = ms.compare(replace(made, normal_load=load), ["jenkins"]).laws["jenkins"].held_back
+    assert held_back is not None
+    assert 0.8 < held_back < 1.3  # 7 with the mean load
 
 
 @pytest.mark.parametrize("rig", [None, (4e7, 4e5)])

@@ -68,20 +68,10 @@ class Bands:
             scatter.append(rows.whitened(apart.T).T)
         return scatter
 
-    @cached_property
-    def _growths(self) -> list[Floats]:
-        """Drift of each record: half the change of its force over its cycles, whitened (bins,)."""
-        growths = []
-        for rows in self.fit.rows:
-            force = rows.folded.force
-            half = 0.5 * rows.folded.growth * (force - force.mean())
-            growths.append(rows.whitened(half[:, None])[:, 0])
-        return growths
-
     def _by_cycles(self, direction: Floats) -> float:
         """Return the variance of a functional between cycles, relative to that from noise [-]."""
         total, grown, freedom, at = 0.0, 0.0, 0, 0
-        for scatter, growth in zip(self._cycles, self._growths, strict=True):
+        for rows, scatter in zip(self.fit.rows, self._cycles, strict=True):
             count, bins = scatter.shape
             along = direction[at : at + bins]
             if count:
@@ -91,8 +81,9 @@ class Bands:
                 wider = one.factor * (quantile(0.95, one.freedom) / quantile(0.95, count)) ** 2
                 total += float(part @ part) * wider * count / (count - 1)
                 freedom += count - 1
-                # The last cycles may be meant and not their mean.
-                grown += float(growth @ along) ** 2
+                if rows.folded.growth:  # the last cycles may be meant, half of the drift away
+                    half = 0.5 * rows.folded.growth * rows.folded.force
+                    grown += float(rows.whitened(half[:, None])[:, 0] @ along) ** 2
             at += bins
         norm = float(direction @ direction)
         if not freedom or norm <= 0.0:

@@ -32,8 +32,6 @@ class Cycle(NamedTuple):
     """Phase of each place [rad]."""
     first: NDArray[np.int64]
     """Index of the first node of each bin."""
-    second: NDArray[np.int64]
-    """Index of the last node of each bin; equal to ``first`` if the bin has a single phase."""
     begin: NDArray[np.int64]
     """Start nodes of the pieces of the bins; empty if the bins are points."""
     end: NDArray[np.int64]
@@ -44,15 +42,15 @@ class Cycle(NamedTuple):
     """Weight of each piece in its bin [-]."""
 
 
-def cycle_of(folded: Folded, even: float = 1.0) -> Cycle:
+def cycle_of(folded: Folded) -> Cycle:
     """Return the branches of a folded record, with nodes at bins, corners and turning points.
 
     The nodes of a bin are its samples, if they are known. Otherwise they are two: the mean phase of
-    the bin minus and plus ``even`` times the standard deviation of its phases. With ``even`` =
-    sqrt(3) they are the ends of a bin whose phases are evenly distributed.
+    the bin minus and plus sqrt(3) times the standard deviation of its phases, which are the ends of
+    a bin whose phases are evenly distributed.
     """
     is_wide = bool(np.any(folded.spread > 0.0))
-    width = even * folded.spread
+    width = math.sqrt(3.0) * folded.spread
     low, high = folded.phase - width, folded.phase + width
     corners = low[0] + np.mod(folded.corners - low[0], 2.0 * math.pi)
     sampled = is_wide and folded.samples.size > 0
@@ -82,7 +80,7 @@ def cycle_of(folded: Folded, even: float = 1.0) -> Cycle:
     pieces = [np.zeros(0, dtype=np.int64)] * 3
     share = np.zeros(0)
     if sampled:
-        first = second = place[: folded.samples.shape[1]]
+        first = place[: folded.samples.shape[1]]
         bins = folded.samples[1].astype(np.int64)
         pieces, share = [first, first, bins], 1.0 / np.bincount(bins)[bins]
     elif is_wide:
@@ -112,7 +110,6 @@ def cycle_of(folded: Folded, even: float = 1.0) -> Cycle:
         np.ascontiguousarray(np.roll(basis, -root, axis=0).T),
         phase,
         first,
-        second,
         pieces[0],
         pieces[1],
         pieces[2],

@@ -271,16 +271,11 @@ def _excluded_cycle_errors(
     """Return the RMS error of each law over noise [-], for the cycles excluded from its fit."""
     if any(one.folded.cycles < _HELD for one in rows):
         return {}
-    masks = []
+    seen, back = {}, {}
     for one in rows:
-        mask = np.ones(one.folded.cycles, dtype=bool)
-        mask[_HELD - 1 :: _HELD] = False
-        masks.append(mask)
-    seen = {
-        id(one): Rows(one.folded.part(mask), one.load)
-        for one, mask in zip(rows, masks, strict=True)
-    }
-    away = {id(one): one.folded.part(~mask) for one, mask in zip(rows, masks, strict=True)}
+        mask = np.arange(one.folded.cycles) % _HELD == _HELD - 1
+        seen[id(one)] = Rows(one.folded.part(~mask), one.load)
+        back[id(seen[id(one)])] = one.folded.part(mask)
     fits = [FreeForm([seen[id(one)] for one in fit.rows], fit.loads) for fit in found.fits]
     result = {}
     for name in laws:
@@ -288,15 +283,19 @@ def _excluded_cycle_errors(
         if isinstance(parts, str):
             continue
         total, count = 0.0, 0
-        back = {id(seen[key]): folded for key, folded in away.items()}
         for fit, part in zip(_parts(name, fits), parts, strict=True):
             x = part.coefficients / fit.scale
             k, moved = x[: fit.y.size], x[fit.y.size :]
             for one in fit.rows:
-                level = fit.level[one.load]
-                shift = fit.shifts[level] + fit.shift_gradient(level) @ moved
                 held = Rows(back[id(one)], one.load)
-                force = held.columns(fit.y + shift) @ k
+                if fit.friction is not None and held.loads is not None:
+                    friction = fit.friction + float(moved[0])
+                    y = fit.carried(fit.y, friction)
+                    force = held.varying_columns(y, *fit.path(held, friction)) @ k
+                else:
+                    level = fit.level[one.load]
+                    shift = fit.shifts[level] + fit.shift_gradient(level) @ moved
+                    force = held.columns(fit.y + shift) @ k
                 miss = held.folded.force - force
                 miss = (miss - np.average(miss, weights=held.folded.count)) * held.weight
                 total += float(miss @ miss)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, plain, positive, positives
 from microslip._core.errors import InputError
-from microslip._core.frozen import Locked, lock
+from microslip._core.frozen import Locked
 from microslip.contact.materials import MaterialPair
 from microslip.figures.plot import Plot
 from microslip.figures.plottable import Plottable
@@ -25,7 +25,6 @@ from microslip.identification.functionals import joint_alone, quantity_of
 from microslip.identification.interface_step import InterfaceStep, interface_step
 from microslip.identification.masing import Masing, masing_of
 from microslip.identification.record_fit import RecordFit as RecordFit
-from microslip.identification.rows import Rows
 from microslip.identification.second_step import Parameter, Statistics
 
 _STEP = 0.02
@@ -34,8 +33,12 @@ _BEYOND = 0.01
 """Tolerance by which an amplitude may exceed the largest one, relative to it."""
 _NOTHING = 1e-9
 """Ratio to the upper end below which a lower end is set to zero."""
-_NEAR = 4.0
+_NEAR = 8.0
 """Range of thresholds, over the smallest one, whose density is extrapolated below it."""
+_STEEPEST, _LESS, _SPARE = 0.55, 0.5, 0.1
+"""Stiffness below the smallest threshold over that within _NEAR of it, for a density y^-0.5; ratio
+of the latter to that up to _NEAR times as far below which the density is less steep; and increase
+of the stiffness that is reported without this test."""
 _FLAT = 0.02
 """Relative increase of the force between amplitudes below which gross slip is assumed."""
 
@@ -301,15 +304,22 @@ class Identification(Locked, Plottable):
     def stiffness_at(self, normal_load: float | None) -> Estimate:
         """Return the tangential stiffness at rest [N/m] at a normal load [N]."""
         at = self._at(normal_load)
-        _, low, _ = self._interval(at, lambda y: np.where(y > 0.0, 1.0, 0.0))
+        near = at.fit.finest * _NEAR
+
+        def rest(further: float) -> tuple[float, float, float]:
+            return self._interval(at, lambda y: (y > 0.0) + further * ((y > 0.0) & (y <= near)))
+
+        low = rest(0.0)[1]
         # Sliders below the finest threshold stand there with the same force, and so with about half
         # of their stiffness: their density is that of the thresholds next to it.
-        near = at.fit.finest * _NEAR
-        further = 0.5 / (_NEAR - 0.5)
-        value, _, high = self._interval(
-            at,
-            lambda y: np.where(y > 0.0, 1.0, 0.0) + np.where((y > 0.0) & (y <= near), further, 0),
-        )
+        value = rest(0.5 / (_NEAR - 0.5))[0]
+        high = rest(_STEEPEST)[2]
+        if high > (1.0 + _SPARE) * value:
+            # Open, unless the density of sliders demonstrably rises less steeply towards zero.
+            rises = self._interval(
+                at, lambda y: (y > 0.0) * np.where(y <= near, 1.0, -_LESS * (y <= _NEAR * near))
+            )
+            high = high if rises[2] <= 0.0 else math.inf
         gains = [self.gain_errors.get(key, 0.0) * value for key in ("force", "displacement")]
         value, low, high = widened(value, low, high, gains)
         if self.rig_stiffness is None:
@@ -476,25 +486,3 @@ class Identification(Locked, Plottable):
 def _sum(at: _At, u: Floats) -> Floats:
     y = np.maximum(at.y, 0.0)
     return np.minimum(u[:, None], y) @ at.fit.k
-
-
-def result_of(
-    fits: Sequence[FreeForm],
-    rows: Sequence[Rows],
-    rig: tuple[float, float] | None,
-    gains: Mapping[str, float],
-    notes: Sequence[str],
-) -> Identification:
-    """Return the result of free-form fits, with the records in the order of ``rows``."""
-    of = {id(one): fit for fit in fits for one in fit.rows}
-    records = []
-    for one in rows:
-        fit = of[id(one)]
-        force = fit.force_of(one)
-        away = one.folded.force - force
-        offset = float(np.average(away, weights=one.folded.count))
-        records.append(RecordFit(one.folded, lock(force + offset)))
-    return Identification(tuple(fits), tuple(records), rig, dict(gains), tuple(notes))
-
-
-__all__ = ["Estimate", "Identification", "RecordFit", "result_of"]

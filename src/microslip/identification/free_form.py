@@ -113,13 +113,13 @@ class FreeForm:
             by_extra = np.zeros((rows.weight.size, self.extra))
             by_path = np.zeros((rows.weight.size, count))
             if self.friction is not None and rows.loads is not None:
-                path = self._path(rows, self.friction)
+                path = self.path(rows, self.friction)
                 columns = rows.varying_columns(self.y, *path)
                 if self.is_exact:
                     by_path = self._by_path(rows, path, columns @ self.k)
                 step = _FRICTION_STEP * self.friction
                 more, less = (
-                    rows.varying_columns(self.carried(self.y[used], mu), *self._path(rows, mu))
+                    rows.varying_columns(self.carried(self.y[used], mu), *self.path(rows, mu))
                     @ self.k[used]
                     for mu in (self.friction + step, self.friction - step)
                 )
@@ -274,7 +274,7 @@ class FreeForm:
         u = np.append(0.0, self.y)
         return backbone_of(self.y, self.k, u), u
 
-    def _path(self, rows: Rows, friction: float) -> tuple[Floats, Floats]:
+    def path(self, rows: Rows, friction: float) -> tuple[Floats, Floats]:
         """Return the shift s [m] at nodes and midway: B(-s) = mu (N_reference - N)."""
         assert self.reference is not None
         assert rows.loads is not None

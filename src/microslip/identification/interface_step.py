@@ -80,15 +80,12 @@ class InterfaceStep(SecondStep):
                 f"the loops do not determine {', '.join(undetermined)}: they cannot separate the "
                 "joint from the rig; give `rig_stiffness=(value, error)`"
             )
-        load = (
-            max(self._loads)
-            if normal_load is None
-            else positive("normal_load", normal_load, "N", 500.0)
-        )
-        radius = self.parameters.get("radius")
+        load = max(self._loads)
+        if normal_load is not None:
+            load = positive("normal_load", normal_load, "N", 500.0)
         materials = self._materials
-        if radius is not None:
-            materials = materials._replace(radius=radius.value)
+        if "radius" in self.parameters:
+            materials = materials._replace(radius=self.parameters["radius"].value)
         joint: Interface = self._model.build(self.values, load, materials)
         return joint
 
@@ -148,7 +145,6 @@ def interface_step(
         if name in parameters:
             parameters[name] = replace(parameters[name], verdict=ASSUMED)
     values = problem.values(q)
-    free = [one.name for one in problem.unknowns]
     for name, unit, is_log, function in _derived(model, materials, list(loads), measured, known):
         parameters[name] = _propagated(
             name,
@@ -156,7 +152,6 @@ def interface_step(
             is_log,
             function,
             values,
-            free,
             problem.unknowns,
             covariance,
             statistics,
@@ -307,13 +302,7 @@ def _derived(
     top = max(loads)
 
     def of(name: str) -> Function:
-        def function(values: Mapping[str, float]) -> float:
-            for one in model.derived(values, top, materials):
-                if one.name == name:
-                    return float(one.value)
-            return math.nan
-
-        return function
+        return lambda values: model.derived(values, top, materials).get(name, math.nan)
 
     names = [("force_limit", "N"), ("tangential_stiffness", "N/m")]
     if materials.pair is not None:
@@ -454,7 +443,6 @@ def _propagated(
     is_log: bool,
     function: Function,
     values: Mapping[str, float],
-    free: Sequence[str],
     unknowns: Sequence[Unknown],
     covariance: Floats,
     statistics: Statistics,
@@ -462,16 +450,12 @@ def _propagated(
 ) -> Parameter:
     """Return a function of the fitted parameters, with its interval from their covariance."""
     value = function(values)
-    by = np.zeros(len(free))
+    by = np.zeros(len(unknowns))
     for i, one in enumerate(unknowns):
-        step = 1e-3
+        step, old = 1e-3, values[one.name]
         ends = []
-        for way in (1.0, -1.0):
-            moved = dict(values)
-            if one.is_log:
-                moved[one.name] *= math.exp(way * step)
-            else:
-                moved[one.name] += way * step
+        for way in (step, -step):
+            moved = {**values, one.name: old * math.exp(way) if one.is_log else old + way}
             ends.append(math.log(function(moved)) if is_log else function(moved))
         by[i] = (ends[0] - ends[1]) / (2.0 * step)
     variance = float(by @ covariance @ by) * statistics.level / QUANTILE
@@ -482,9 +466,7 @@ def _propagated(
         )
         variance += ((up - down) / 2e-3 * error / datum) ** 2
     half = math.sqrt(QUANTILE * max(variance, 0.0))
-    low, high = (
-        (value * math.exp(-min(half, 700.0)), value * math.exp(min(half, 700.0)))
-        if is_log
-        else (value - half, value + half)
-    )
+    low, high = value - half, value + half
+    if is_log:
+        low, high = (value * math.exp(way * min(half, 700.0)) for way in (-1.0, 1.0))
     return Parameter(name, unit, value, low, high, verdict_of(value, low, high, is_log))

@@ -11,7 +11,6 @@ import numpy as np
 from scipy.linalg import block_diag
 from scipy.special import chdtri
 
-from microslip._core import kernels
 from microslip._core.checks import Floats
 from microslip._core.frozen import Locked
 from microslip._core.units import significant
@@ -29,6 +28,8 @@ _TIE = 12.0
 _ROUNDS, _LESS = 4, 0.9
 """Largest number of rounds in which signature and density are computed in turn, and the ratio of
 successive sums of squares above which the rounds end."""
+_NEAR_ZERO, _LEAST = 0.1, 0.005
+"""Force over its amplitude beside a clearance, and smallest clearance over the displacement."""
 _TAIL = 0.005
 """Probability on each side of the interval of chi-squared."""
 
@@ -97,13 +98,30 @@ def _delay(fit: FreeForm, rows: Rows, size: float) -> Floats:
 
 
 def _clearance(fit: FreeForm, rows: Rows, size: float) -> Floats:
-    cycle = rows.cycle
-    y = fit.y + fit.shifts[fit.level[rows.load]]
-    reach = np.maximum(y, 0.0)
-    rise = (np.minimum(cycle.half[:, None], reach) @ fit.k) * cycle.sign
-    force = rise[:, None].copy()
-    kernels.compiled.accumulate(cycle.parent, force, np.zeros(1))
-    return _moved(fit, rows, -np.sign(force[:, 0]))[:, None]
+    """Return the change of force per metre of clearance [N/m] (bins, 1), at a size [m].
+
+    While the force is zero the displacement runs free over twice the clearance, about the middle
+    between its values where the force is _NEAR_ZERO of its amplitude on either side.
+    """
+    cycle, phase, size = rows.cycle, rows.folded.phase, max(size, _LEAST * rows.amplitude)
+    force = _centred(rows.folded.force)
+    force = force / (_NEAR_ZERO * force.max())
+    beyond = np.flatnonzero(np.abs(force) > 1.0)
+    changes = force[beyond] * force[np.roll(beyond, -1)] < 0.0
+    places = []
+    for at, step in ((beyond[changes], 1), (np.roll(beyond, -1)[changes], -1)):
+        inner = (at + step) % force.size
+        way = (phase[inner] - phase[at] + math.pi) % (2.0 * math.pi) - math.pi
+        places.append(
+            phase[at] + way * (force[at] - np.sign(force[at])) / (force[at] - force[inner])
+        )
+    middle = places[0] + 0.5 * ((places[1] - places[0]) % (2.0 * math.pi))
+    centre = 0.5 * (rows.folded.displacement(places[0]) + rows.folded.displacement(places[1]))
+    away = np.abs((cycle.phase[:, None] - middle + math.pi) % (2.0 * math.pi) - math.pi)
+    lost = cycle.basis.T @ rows.folded.coefficients - centre[away.argmin(axis=1)]
+    lost = np.clip(lost, -size, size)
+    above = np.where(cycle.parent < 0, 0, cycle.parent)
+    return _shortened(fit, rows, 0.5 * np.abs(lost - lost[above]), size)
 
 
 def _lost_motion(fit: FreeForm, rows: Rows, size: float) -> Floats:
@@ -112,13 +130,18 @@ def _lost_motion(fit: FreeForm, rows: Rows, size: float) -> Floats:
     After a reversal the rig moves over this distance while the joint does not move; from
     then on the joint lags by it.
     """
-    y, cycle = fit.y + fit.shifts[fit.level[rows.load]], rows.cycle
-    rise = -rows.stiffness(y, fit.k)
     if size > 0.0:
-        y, lagging = np.maximum(y, 0.0), np.maximum(cycle.half - size, 0.0)
-        rise = backbone_of(y, fit.k, lagging) - backbone_of(y, fit.k, cycle.half)
-        rise /= size
-    return rows.sums((rise * cycle.sign)[:, None])
+        return _shortened(fit, rows, np.full(rows.cycle.half.size, size), size)
+    y = fit.y + fit.shifts[fit.level[rows.load]]
+    return rows.sums((-rows.stiffness(y, fit.k) * rows.cycle.sign)[:, None])
+
+
+def _shortened(fit: FreeForm, rows: Rows, lost: Floats, size: float) -> Floats:
+    """Return the change of force over a size [N/m] (bins, 1) where branches lose length [m]."""
+    y, cycle = fit.thresholds(fit.level[rows.load]), rows.cycle
+    less = np.maximum(cycle.half - lost, 0.0)
+    rise = backbone_of(y, fit.k, less) - backbone_of(y, fit.k, cycle.half)
+    return rows.sums((rise / size * cycle.sign)[:, None])
 
 
 def _twice(fit: FreeForm, rows: Rows, size: float) -> Floats:

@@ -97,11 +97,6 @@ def minimum(cone: Cone, h: Floats, passive: NDArray[np.bool_] | None = None) -> 
     return g
 
 
-def objective(cone: Cone, h: Floats, g: Floats) -> float:
-    """Return the quadratic g'Gg - 2 h'g."""
-    return float(g @ (cone.gram @ g) - 2.0 * (h @ g))
-
-
 class Path:
     """Minima of g'Gg - 2 (h - l c)'g over g >= 0 for increasing multipliers l >= 0 of c'g.
 
@@ -111,7 +106,7 @@ class Path:
 
     def __init__(self, cone: Cone, h: Floats, g: Floats, c: Floats) -> None:
         self.cone, self.h, self.c, self.g = cone, h, c, g
-        self.start = objective(cone, h, g)
+        self.start = float(g @ (cone.gram @ g) - 2.0 * (h @ g))
         self.passive = (g > 0.0) | cone.free
 
     def until(self, level: float | None = None, value: float | None = None) -> tuple[float, float]:

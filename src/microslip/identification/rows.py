@@ -12,7 +12,7 @@ from scipy.sparse import csr_array
 from microslip._core import kernels
 from microslip._core.checks import Floats
 from microslip.identification.branches import Cycle, cycle_of
-from microslip.identification.whitening import Metric, metric_of
+from microslip.identification.whitening import directions_of
 from microslip.laboratory.folding import Folded, load_basis
 
 _FLOOR = 1e-5
@@ -31,9 +31,9 @@ class Rows:
     """Index of the normal load among the distinct loads, 0 for the highest."""
 
     def __post_init__(self) -> None:
-        self.cycle: Cycle = cycle_of(self.folded, math.sqrt(3.0))
+        self.cycle: Cycle = cycle_of(self.folded)
         self.weight = np.sqrt(self.folded.count) / self.noise
-        self.metric: Metric = metric_of(self.weight[:, None], np.zeros((self.weight.size, 0)))
+        self._lost = directions_of(self.weight[:, None], np.zeros((self.weight.size, 0)))
 
     @cached_property
     def noise(self) -> float:
@@ -180,8 +180,10 @@ class Rows:
         rows = [root.T @ self.by_displacement(y, k)]
         rows += [np.atleast_2d(part) for part in (folded.drifted, folded.stepped) if part.size]
         uncertain = (np.vstack(rows) * self.weight).T
-        self.metric = metric_of(self.weight[:, None], np.asarray(uncertain))
+        self._lost = directions_of(self.weight[:, None], np.asarray(uncertain))
 
     def whitened(self, columns: Floats) -> Floats:
         """Return weighted columns (bins, columns), with nuisance parameters eliminated."""
-        return self.metric.apply((columns * self.weight[:, None]).T).T
+        directions, share = self._lost
+        rows = (columns * self.weight[:, None]).T
+        return (rows - ((rows @ directions) * share) @ directions.T).T

@@ -12,14 +12,16 @@ from scipy.special import chdtri
 
 from microslip._core.checks import floats, members, number, positive, show
 from microslip._core.errors import InputError
+from microslip._core.frozen import lock
 from microslip._core.threads import single_threaded
 from microslip.contact.materials import MaterialPair
 from microslip.identification.estimate import as_pair
-from microslip.identification.found import Identification, result_of
+from microslip.identification.found import Identification
 from microslip.identification.free_form import FreeForm
 from microslip.identification.interface_step import pair_of
 from microslip.identification.loads import groups_of
 from microslip.identification.pieces import loop_of, whole_records
+from microslip.identification.record_fit import RecordFit
 from microslip.identification.rows import Rows
 from microslip.laboratory.cycles import check_direction
 from microslip.laboratory.folding import Folded as Folded
@@ -147,7 +149,7 @@ def fitted_records(
         late = (one.late,) if one.late else ()
         doubts = (f"the law is {one.doubt}",) if one.doubt else ()
         notes += [f"{one.name}: {text}" for text in (*one.fold_notes, *late, *doubts)]
-    return _check_rig(result_of(fits, rows, rig, gains, notes)), rows
+    return _check_rig(_result_of(fits, rows, rig, gains, notes)), rows
 
 
 def _fitted(rows: list[Rows], loads: list[float | None]) -> tuple[list[FreeForm], list[str]]:
@@ -167,6 +169,25 @@ def _fitted(rows: list[Rows], loads: list[float | None]) -> tuple[list[FreeForm]
         "wear or the rig differ between the loads"
     )
     return list(alone), [note]
+
+
+def _result_of(
+    fits: Sequence[FreeForm],
+    rows: Sequence[Rows],
+    rig: tuple[float, float] | None,
+    gains: Mapping[str, float],
+    notes: Sequence[str],
+) -> Identification:
+    """Return the result of free-form fits, with the records in the order of ``rows``."""
+    of = {id(one): fit for fit in fits for one in fit.rows}
+    records = []
+    for one in rows:
+        fit = of[id(one)]
+        force = fit.force_of(one)
+        away = one.folded.force - force
+        offset = float(np.average(away, weights=one.folded.count))
+        records.append(RecordFit(one.folded, lock(force + offset)))
+    return Identification(tuple(fits), tuple(records), rig, dict(gains), tuple(notes))
 
 
 def _rig(given: Any) -> tuple[float, float] | None:

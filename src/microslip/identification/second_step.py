@@ -102,15 +102,6 @@ class SecondStep(Locked):
     """Rise of the sum of squares over that of the free form [-]."""
     misfit_limit: float
     """Rise that noise explains with a probability of 99 % [-]."""
-    chi_squared: float
-    """Sum of squares of the residuals over their noise [-]."""
-    degrees_of_freedom: int
-    """Number of forces minus number of parameters."""
-    aic: float
-    """Akaike's criterion: chi-squared plus twice the number of parameters."""
-    bic: float
-    """Schwarz's criterion: chi-squared plus the number of parameters times the logarithm of the
-    number of forces."""
     values: Mapping[str, float] = field(default_factory=dict)
     """Best values of the free parameters."""
 
@@ -265,16 +256,13 @@ class _Problem:
 
     @property
     def bounds(self) -> tuple[Floats, Floats]:
-        low, high = [], []
-        for one in self.unknowns:
-            if one.is_log:
-                low.append(math.log(one.low) if one.low > 0.0 else math.log(one.start) - 30.0)
-                high.append(
-                    math.log(one.high) if one.high < math.inf else math.log(one.start) + 30.0
-                )
-            else:
-                low.append(one.low)
-                high.append(one.high)
+        def end(one: Unknown, value: float, far: float) -> float:
+            if not one.is_log:
+                return value
+            return math.log(value) if 0.0 < value < math.inf else math.log(one.start) + far
+
+        low = [end(one, one.low, -30.0) for one in self.unknowns]
+        high = [end(one, one.high, 30.0) for one in self.unknowns]
         return np.array(low), np.array(high)
 
     def coefficients(self, values: Values) -> Floats:
@@ -466,26 +454,12 @@ def step_of(
     parameters: Mapping[str, Parameter],
     q: Floats,
 ) -> SecondStep:
-    """Return the result of a fit: law, parameters, misfit, and Akaike's and Schwarz's criteria.
+    """Return the result of a fit: law, parameters and misfit.
 
     ``q`` are the fitted unknowns, as logarithms where ``Unknown.is_log``. ``least`` is the sum of
     squares of the residuals at ``q``; the misfit is its excess over that of the free form.
     """
-    fit, count = statistics.fit, len(problem.unknowns)
+    told = statistics.dimension - len(problem.unknowns)
+    limit = float(chdtri(max(told, 1), 0.01)) * statistics.level / QUANTILE - statistics.least
     misfit = max(least - statistics.least, 0.0)
-    told = statistics.dimension - count
-    limit = float(chdtri(max(told, 1), 0.01)) * statistics.level / QUANTILE
-    limit = max(limit - statistics.least, 0.0)
-    chi = fit.chi_squared + misfit
-    forces = fit.measured.size
-    return SecondStep(
-        law=law.name,
-        parameters=dict(parameters),
-        misfit=misfit,
-        misfit_limit=limit,
-        chi_squared=chi,
-        degrees_of_freedom=max(forces - len(fit.rows) - count, 1),
-        aic=chi + 2.0 * count,
-        bic=chi + count * math.log(forces),
-        values=problem.values(q),
-    )
+    return SecondStep(law.name, dict(parameters), misfit, max(limit, 0.0), problem.values(q))

@@ -38,14 +38,6 @@ class Materials(NamedTuple):
     """Radius of the summits [m]."""
 
 
-class Derived(NamedTuple):
-    """Value of a quantity computed from the parameters, such as the force limit."""
-
-    name: str
-    unit: str
-    value: float
-
-
 @dataclass(frozen=True, eq=False)
 class InterfaceModel:
     """Interface whose first-loading force is T0 = mu N [1 - n(h + x)/n(h)], x = u/slip_scale.
@@ -136,32 +128,24 @@ class InterfaceModel:
         surface = self.template.surface(pair, length, constant, area, radius)
         return Interface(surface, mu, normal_load=load)
 
-    def derived(self, values: Values, load: float, given: Materials) -> tuple[Derived, ...]:
+    def derived(self, values: Values, load: float, given: Materials) -> dict[str, float]:
         """Return force limit and stiffness at a load [N], and values that need pair and area."""
         pair, area, _ = given
         mu, scale, h = self._values(values)
         template = self.template
         here = template.separation(h, load / self.reference_load)
-        found = [
-            Derived("force_limit", "N", mu * load),
-            Derived("tangential_stiffness", "N/m", mu * load * template.rate(here) / scale),
-        ]
-        if pair is not None:
-            law = template.law  # a lay has a ratio of its own
-            ratio = (law if isinstance(law, MeasuredContact) else pair).stiffness_ratio
-            length = scale / (mu * ratio)
-            if self.is_sphere:
-                stiff = 4.0 / 3.0 * pair.composite_modulus
-                radius = (self.reference_load / (length**1.5 * stiff)) ** 2
-                return (
-                    *found,
-                    Derived("radius", "m", radius),
-                    Derived("approach", "m", -here * length),
-                )
-            found.append(Derived("std", "m", length))
-            if area is not None and isinstance(law, GreenwoodWilliamson):
-                stiff = 4.0 / 3.0 * pair.composite_modulus * area
-                constant = self.reference_load / template.load(h)
-                product = float(np.divide(constant, length**1.5 * stiff))
-                found.append(Derived("density_root_radius", "m^-1.5", product))
-        return tuple(found)
+        stiffness = mu * load * template.rate(here) / scale
+        found = {"force_limit": mu * load, "tangential_stiffness": stiffness}
+        if pair is None:
+            return found
+        law = template.law  # a lay has a ratio of its own
+        length = scale / (mu * (law if isinstance(law, MeasuredContact) else pair).stiffness_ratio)
+        stiff = 4.0 / 3.0 * pair.composite_modulus
+        if self.is_sphere:
+            radius = (self.reference_load / (length**1.5 * stiff)) ** 2
+            return found | {"radius": radius, "approach": -here * length}
+        found["std"] = length
+        if area is not None and isinstance(law, GreenwoodWilliamson):
+            constant = self.reference_load / template.load(h)
+            found["density_root_radius"] = float(np.divide(constant, length**1.5 * stiff * area))
+        return found

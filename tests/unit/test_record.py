@@ -146,6 +146,19 @@ def test_time_may_be_left_out(put: Any) -> None:
     assert "time: none; frequencies are not known." in record.notes
 
 
+def test_an_export_of_a_tribometer_lacks_the_unit_of_its_last_force(put: Any) -> None:
+    path = put("umt.csv", "T,X,Fx,Fz\ns,mm,N,\nStep No. 1\n0,0.1,2,-9\n1,0.3,4,-11\n")
+    record = ms.Record.read(path)
+    equal(record.normal_load, np.array([9.0, 11.0]))
+    (note,) = [note for note in record.notes if note.startswith("normal_load")]
+    assert 'N as "Fx", sign reversed' in note
+    turned = ms.Record.read(path, calibration={"normal_load": "-1 N/N"})
+    equal(turned.normal_load, np.array([9.0, 11.0]))
+    path = put("own.csv", "x [mm],Ft [N],normal load\n1,2,3\n3,4,5\n")
+    with pytest.raises(ms.InputError, match=r'"normal load": no unit; write units='):
+        ms.Record.read(path)
+
+
 def test_rows(put: Any) -> None:
     path = put("r.csv", "x [m],F [N]\nNaN,1\n1,2\n2,3\n3,4\nNaN,1\n4,5\n5,6\n")
     record = ms.Record.read(path, rows=slice(1, 4))

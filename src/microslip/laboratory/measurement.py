@@ -99,7 +99,7 @@ class Measurement(Plottable):
     confidence : float
         Level of the intervals [-].
     frequency : float or None
-        Measured frequency [Hz]; None for a record without time.
+        Median frequency of the cycles [Hz]; None for a record without time.
     third_harmonic, load_ripple : float or None
         Third harmonic of the displacement over its fundamental [-]; half the range of the normal
         load within the mean cycle over its mean [-], None if the load was not recorded.
@@ -348,7 +348,7 @@ def measure(
         gain_errors=MappingProxyType(gains),
         probability=MappingProxyType(record_regimes.probability),
         confidence=level,
-        frequency=None if rates is None else float(1.0 / np.mean(1.0 / rates)),
+        frequency=None if rates is None else float(np.median(rates)),
         third_harmonic=distortion.third,
         load_ripple=load_ripple_of(record, judged.largest_block),
         rig_stiffness=rig_stiffness,

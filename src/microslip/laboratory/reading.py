@@ -31,6 +31,7 @@ from microslip.readers.roles import (
     is_coefficient,
     scale_of,
     sign_of,
+    with_unit_of_other_force,
     zero_of,
 )
 from microslip.readers.table_files import read_table
@@ -81,6 +82,10 @@ def read(path: Path, statements: Statements) -> dict[str, Any]:
     loads = statements.columns["normal_load"]
     load = _one_load(columns, loads)
     by_part, how = _columns_by_part(columns, statements, skip_load=load is not None)
+    if {"force", "normal_load"} <= by_part.keys():
+        force, across = by_part["force"], by_part["normal_load"]
+        by_part["force"] = with_unit_of_other_force(force, across)
+        by_part["normal_load"] = with_unit_of_other_force(across, force)
     stated = {
         "units": by_role("units", statements.units, '{"force": "mN"}'),
         "calibration": by_role("calibration", statements.calibration, '{"force": "12.5 N/V"}'),
@@ -107,6 +112,10 @@ def read(path: Path, statements: Statements) -> dict[str, Any]:
     signs = {role: sign_of(stated["sign"].get(role, 1), role) for role in by_part}
     arrays, first, notes = _arrays(table, by_part, statements.rows)
     notes = [f"{shorten(path.name, 100)}: {table.kind}.", *notes]
+    is_stated = any("normal_load" in stated[name] for name in ("sign", "zero", "calibration"))
+    if "normal_load" in arrays and not is_stated:
+        # Some rigs count compression as negative.
+        signs["normal_load"] = -1 if float(arrays["normal_load"].mean()) < 0.0 else 1
     counter = by_part.pop(CYCLE_NUMBER, None)
     texts = {}
     for role in sorted(by_part, key=lambda role: is_ratio and role == "force"):
@@ -128,7 +137,8 @@ def read(path: Path, statements: Statements) -> dict[str, Any]:
     _add_stated(parts, table, by_part, statements, notes)
     if "time" not in by_part and parts["sample_rate"] is None:
         notes.append("time: none; frequencies are not known.")
-    unread = [c.heading for c in columns if c not in by_part.values() and c != counter]
+    read_places = {c.place for c in (*by_part.values(), counter) if c is not None}
+    unread = [c.heading for c in columns if c.place not in read_places]
     if unread:
         remainder = f" and {len(unread) - 20} more" if len(unread) > 20 else ""
         headings = ", ".join(f'"{shorten(text, 40)}"' for text in unread[:20])

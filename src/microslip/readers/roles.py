@@ -198,6 +198,18 @@ def _by_symbol(column: Named) -> str | None:
     return role if role is not None and fits(column.unit, ROLE_KINDS[role]) else None
 
 
+def with_unit_of_other_force(column: Named, other: Named) -> Named:
+    """Return a force column without a unit in the unit of another one, if both are symbols.
+
+    Exports of tribometers leave the last cell of their row of units empty, as of Fx and Fz.
+    """
+    symbols = {"force", "normal_load"}
+    is_pair = all(_SYMBOLS.get(one.short) in symbols for one in (column, other))
+    if not is_pair or column.unit is not None or not fits(other.unit, FORCE):
+        return column
+    return column._replace(unit=other.unit, where=f'as "{shorten(other.heading, 40)}"')
+
+
 # -- from numbers to SI ----------------------------------------------------------------------------
 
 ZEROS = ("mean", "middle", "first")

@@ -353,7 +353,11 @@ def _cells(file: TextFile, block: _Block) -> Iterator[tuple[int, list[str] | Non
             yield index, None
             continue
         if len(cells) < width or any(cells[width:]):
-            content = f", {quote(text.strip())}" if len(cells) == 1 else ""
+            content = ""
+            if len(cells) == 1:
+                content = f", {quote(text.strip())}"
+                if not NUMBER[file.decimal].fullmatch(text.strip()):
+                    content += "; put what follows there into a file of its own"
             short = ValueError(
                 f"line {index + 1}: wanted {width} cells as in line {layout.first + 1}, "
                 f"got {len(cells)}{content}"

@@ -222,7 +222,7 @@ def half_space() -> Iterator[Row]:
             f"normal stiffness at a real area of {100.0 * row['gaussian area']:.2g} %",
             "boundary elements on the same rough surface (256 x 256, periodic)", "one surface",
             f"{ratio:.2f} times", f"differs: the half space is {off} "
-            f"{'stiffer' if ratio > 1.0 else 'softer'}; the verdict on the real area says so",
+            f"{'stiffer' if ratio > 1.0 else 'softer'}; see the verdict on the real area",
         )  # fmt: skip
 
 

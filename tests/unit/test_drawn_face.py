@@ -174,6 +174,11 @@ def test_two_faces_and_what_a_drawing_leaves_open() -> None:
     law = ms.DrawnFace.from_finish(PAIR, exact, open_, area=1e-4, tightening_pressure=1e8)
     assert set(law.spreads) == {"slope"}
     assert law.errors.inputs > 1.5 * known.inputs
+    # Mean slopes 0.076 Rq^0.52 and 0.124 Rq^0.743, Rq in um, each 1.5 times beyond.
+    ends = math.sqrt(math.pi / 2.0) * np.array([0.076 * 4.0**0.52 / 1.5, 0.124 * 4.0**0.743 * 1.5])
+    slope = ms.Finish(rq=4e-6).slope
+    quantiles = slope.middle * np.exp(1.6449 * slope.spread * np.array([-1.0, 1.0]))
+    assert quantiles == pytest.approx(ends, rel=1e-3)
 
 
 def test_drawn_faces_scatter_as_their_errors_say() -> None:

@@ -55,6 +55,14 @@ def test_two_faces_part_and_rims_close() -> None:
     # The middle patches of three by two lie around the hole.
     assert set(np.argsort(rim)[:2]) == {2, 3}
     assert not rim_gaps(joint, [(0.0, 0.0, 0.0066, 1)], 1e-5).any()
+    # Its volume is that of the cone from the edge of the hole to the end of its reach.
+    hole = 0.5 * 0.0066
+    for reach in (0.0, 0.4):
+        end = (0.95 + 0.72 * reach) * 0.0066
+        cone = end * (end**2 - hole**2) / 2.0 - (end**3 - hole**3) / 3.0
+        volume = 2.0 * np.pi * 1e-5 * cone / (end - hole)
+        gaps = rim_gaps(joint, [(0.0, 0.0, 0.0066, 0)], 1e-5, reach)
+        assert -(gaps @ joint.patch_areas) == pytest.approx(volume, rel=0.03)
 
 
 def test_a_study_draws_faces_for_samples_and_none_for_the_middle() -> None:

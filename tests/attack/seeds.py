@@ -116,13 +116,6 @@ def _records(here: Path) -> Iterator[Seed]:
                 ChannelObject("run", "force", FORCE, rate | {"unit_string": "N"}),
             ])  # fmt: skip
         yield _of(here / "record.tdms", ms.Record.read)
-    if find_spec("pyarrow"):
-        import pyarrow
-        from pyarrow import parquet
-
-        frame = pyarrow.table({"displacement [um]": MOTION * 1e6, "force [N]": FORCE})
-        parquet.write_table(frame, here / "record.parquet")
-        yield _of(here / "record.parquet", ms.Record.read)
     if find_spec("pyuff"):
         yield Seed("record.uff", _universal(), ms.Record.read)
     if find_spec("openpyxl"):

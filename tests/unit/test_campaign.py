@@ -85,7 +85,7 @@ def test_a_cut_last_line_and_lone_gaps_cost_no_file(tmp_path: Path) -> None:
         ms.Record.read(path, sample_rate=100.0)
 
 
-def test_json_parquet_and_uff(tmp_path: Path) -> None:
+def test_json(tmp_path: Path) -> None:
     x, force = 1e-6 * np.sin(0.1 * np.arange(200)), np.cos(0.1 * np.arange(200))
     path = tmp_path / "run.json"
     columns = {"displacement [um]": list(1e6 * x), "force [N]": list(force), "fs": 100.0}
@@ -99,11 +99,6 @@ def test_json_parquet_and_uff(tmp_path: Path) -> None:
     path.write_text("{ not json")
     with pytest.raises(ms.InputError, match="not a usable JSON file"):
         ms.Record.read(path)
-    pyarrow = pytest.importorskip("pyarrow", reason="the extra parquet is not installed")
-    parquet = pytest.importorskip("pyarrow.parquet")
-    table = pyarrow.table({"displacement [m]": x, "force [N]": force})
-    parquet.write_table(table, tmp_path / "run.parquet")
-    assert np.array_equal(ms.Record.read(tmp_path / "run.parquet", sample_rate=1.0).force, force)
 
 
 def data_set(name: str, unit: str, values: np.ndarray) -> str:

@@ -111,7 +111,6 @@ GROSS = [
     (GAUSSIAN, '{ kind = "values" }'),
     (GAUSSIAN, '{ kind = "values", values = [] }'),
     (GAUSSIAN, '{ kind = "values", values = [1e-6] }'),
-    (GAUSSIAN, '{ kind = "values", file = "x.csv" }'),
     (GAUSSIAN, '{ kind = "values", values = ["1 um"], file = "x.csv", column = "x" }'),
     (GAUSSIAN, '{ kind = "scipy", scale = "1 um" }'),
     (GAUSSIAN, '{ kind = "scipy", distribution = "expon", parameters = { c = "2" } }'),

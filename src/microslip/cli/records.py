@@ -181,7 +181,7 @@ def reads(*names: str, many_loads: bool = False) -> Decorator:
 
 SUFFIXES = (
     *(".csv", ".tsv", ".txt", ".dat", ".mat", ".tdms", ".h5", ".hdf5", ".nc", ".npy", ".npz"),
-    *(".json", ".parquet", ".uff", ".unv", ".xlsx", ".xlsm", ".lvm"),
+    *(".json", ".uff", ".unv", ".xlsx", ".xlsm", ".lvm"),
 )
 """Suffixes of files in a folder that are read as records."""
 

@@ -126,7 +126,7 @@ def read_json(path: Path) -> Arrays:
     if (size := path.stat().st_size) > _MAX_BYTES:
         raise ValueError(
             f"wanted JSON of at most {_MAX_BYTES // 1_000_000} MB, got {size // 1_000_000} MB; "
-            "save it as HDF5 or Parquet"
+            "save it as HDF5"
         )
     return Arrays("JSON file", arrays_in(parsed("JSON file", path, json_tree)), ".")
 

@@ -37,6 +37,7 @@ _limit: ContextVar[int] = ContextVar("limit", default=POINTS)
 _UNSUPPORTED = (
     (b"PK\x03\x04", "an Excel workbook or another archive"),
     (b"\xd0\xcf\x11\xe0", "an old Excel workbook or another Office file"),
+    (b"PAR1", "a Parquet file"),
 )
 
 
@@ -60,8 +61,6 @@ def file_kind(head: bytes, suffix: str) -> str | None:
         return "npz"
     if head.startswith(b"PK\x03\x04") and suffix in (".xlsx", ".xlsm"):
         return "excel"
-    if head.startswith(b"PAR1"):
-        return "parquet"
     if suffix == ".json":
         return "json"
     if suffix in (".uff", ".unv"):

@@ -1,4 +1,4 @@
-"""Tables read by other libraries: TDMS, Parquet, UFF and Excel; spreadsheet cells as text."""
+"""Tables read by other libraries: TDMS, UFF and Excel; spreadsheet cells as text."""
 
 from __future__ import annotations
 
@@ -57,40 +57,6 @@ def _of_channel(channel: Any) -> RawColumn | None:
         rate = 1.0 / float(step)
     unit = str(channel.properties.get("unit_string", "")).strip() or None
     return RawColumn(f"{channel.group_name}/{channel.name}", unit, len(channel), rate, channel.name)
-
-
-def parquet_table(path: Path) -> RawTable:
-    """Return the numeric columns of a Parquet file, with units from the field metadata."""
-    parquet = library("pyarrow.parquet", "Parquet", "pyarrow", "parquet")
-    with decoded("Parquet file"):
-        file = parquet.ParquetFile(path)
-        fields, rows = file.schema_arrow, int(file.metadata.num_rows)
-    names = [field.name for field in fields if _is_number(field)]
-    columns = tuple(RawColumn(name, _unit(fields.field(name)), rows) for name in names)
-    if not columns:
-        raise ValueError("wanted columns of numbers, got none in this Parquet file")
-
-    def load(places: Sequence[int]) -> list[Floats]:
-        refuse_long(columns[place] for place in places)
-        selection = [names[place] for place in places]
-        with decoded("Parquet file"):
-            table = parquet.read_table(path, columns=selection)
-            return [np.array(table.column(name).to_numpy(), dtype=float) for name in selection]
-
-    return RawTable("Parquet file", columns, load)
-
-
-def _is_number(field: Any) -> bool:
-    try:
-        return np.dtype(field.type.to_pandas_dtype()).kind in "iuf"
-    except (NotImplementedError, TypeError):
-        return False
-
-
-def _unit(field: Any) -> str | None:
-    metadata = field.metadata or {}
-    unit = next((metadata[key] for key in (b"unit", b"units") if key in metadata), b"")
-    return unit.decode("utf-8", "replace").strip() or None
 
 
 def uff_table(path: Path) -> RawTable:

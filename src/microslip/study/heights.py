@@ -14,20 +14,16 @@ from microslip._core.parameters import key_of
 from microslip._core.wording import did_you_mean, quote, quoted, shorten
 from microslip.contact.heights import HEIGHTS, Statistical
 from microslip.study.fields import (
-    COLUMN,
-    COLUMN_UNIT,
-    FILE,
     HEIGHT,
     UNCERTAIN_LENGTH,
-    CsvColumn,
     Numbers,
     can_be_described,
     scalar,
     table_of,
     text,
 )
-from microslip.study.part import Part, SubTable, key, optional_key, tag
-from microslip.study.readers import FAILED, KeyedError, NamedValues, Place
+from microslip.study.part import Part, SubTable, key, tag
+from microslip.study.readers import KeyedError, NamedValues, Place
 
 
 def distribution_names() -> list[str]:
@@ -38,35 +34,12 @@ def distribution_names() -> list[str]:
 
 
 class GivenHeights(Part):
-    """Individual summit heights [m], all equally likely, in the study or a CSV file."""
-
-    rules = {  # noqa: RUF012
-        "required": ["kind"],
-        "oneOf": [{"required": ["values"]}, {"required": ["file", "column"]}],
-    }
+    """Individual summit heights [m], all equally likely."""
 
     kind: str = tag("values", "Given heights, all equally likely.")
     values: tuple[float, ...] = key(
-        Numbers(HEIGHT, '["0.4 um", "0.7 um"]'), "Heights, unless `file` is given."
+        Numbers(HEIGHT, '["0.4 um", "0.7 um"]'), "Heights: a list or a column of a CSV file."
     )
-    file: str | None = optional_key(FILE, "CSV file of the heights.", '"heights.csv"')
-    column: str | None = optional_key(COLUMN, "Column of the heights.", '"y"')
-    unit: str | None = key(COLUMN_UNIT)
-
-    @classmethod
-    def prepare(cls, raw: dict[str, Any], place: Place) -> dict[str, Any]:
-        """Replace a file name in the raw table by the values of the file."""
-        if not raw.keys() & {"file", "column", "unit"}:
-            return raw
-        if "values" in raw:
-            if "file" not in raw:
-                name = "column" if "column" in raw else "unit"
-                raise KeyedError(f".{name}", "wanted only with file, got values")
-            raise KeyedError(".file", "wanted values or a file, got both")
-        column = CsvColumn.read({name: raw[name] for name in raw if name != "kind"}, place)
-        if column is FAILED:
-            return {"kind": "values", "values": FAILED}
-        return {**raw, "values": column.values(HEIGHT, place)}
 
     def build(self) -> Any:
         """Return the heights as an array."""

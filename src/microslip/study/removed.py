@@ -48,6 +48,8 @@ REMOVED_KEYS: dict[str, str] = {
     "joint.yield_stress": "write hardness of the material, 2.84 times the yield stress",
     "joint.tightening_model": "leave it out: faces yield at the hardness of their material",
     "uncertainty.scan_patches": 'use law = "face", whose pieces are resampled',
+    "surface.heights.file": 'write values = { file = "heights.csv", column = "y [um]" }',
+    "surface.heights.column": 'write values = { file = "heights.csv", column = "y [um]" }',
     "uncertainty.identification": "use the joint.toml that identify writes: it carries the "
     "intervals of the law",
     "uncertainty.indices": "use scipy.stats.sobol_indices over ms.evaluate in Python",

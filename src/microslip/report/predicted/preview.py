@@ -189,8 +189,6 @@ def _walk(source: Any, values: Any, path: str = "") -> Iterator[tuple[str, Any, 
     for key, written in source.items():
         here, value = f"{path}{key}", values.get(key)
         if isinstance(written, dict) and "file" in written and path != "structure.":
-            if "values" in (value or {}):  # heights
-                here, value = f"{here}.values", value["values"]
             yield here, written, value
         elif isinstance(written, dict) and isinstance(value, dict):
             yield from _walk(written, value, f"{here}.")

@@ -159,7 +159,7 @@ static double drop_at(const Profile *p, double base, double width)
  * `load` is N(base), or NAN. */
 static inline double front_at(const Profile *p, double base, double width, double load, double *fall)
 {
-    double s0, s1, z = (base - p->anchor) * p->inverse_width;
+    double s0, s1;
     if (p->questions || p->edges) {
         *fall = fall_at(p, base + width);
         return width > 0.0 ? drop_at(p, base, width) : 0.0;
@@ -171,7 +171,7 @@ static inline double front_at(const Profile *p, double base, double width, doubl
     double slope, there = powers_at(d, PROFILE_TERMS, s1, &slope), step = 2.0 * width * p->inverse_width;
     *fall = -2.0 * p->inverse_width * slope;
     if (step >= 1.0 && load >= 0.0) return load - there;
-    Py_ssize_t low = find_panel(p, z, &s0);
+    Py_ssize_t low = find_panel(p, (base - p->anchor) * p->inverse_width, &s0);
     const double *c = panel_at(p, low);
     if (high == low) return -step * first_difference(c, s0, s1);
     if (high > low + 1) return curve_value(c, s0) - there;

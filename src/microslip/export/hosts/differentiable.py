@@ -135,3 +135,36 @@ class DifferentiableLaw:
 
     def _call(self, quantity: Quantity, parameters: Mapping[str, Any], x: Any) -> Any:
         raise NotImplementedError
+
+
+class DifferentiableField:
+    """Base class of the fields of contact nodes for JAX and PyTorch.
+
+    Parameters
+    ----------
+    field : JointField
+        The nodes. Derivatives are with respect to the motion only, not to parameters of the field.
+    """
+
+    def __init__(self, field: JointField) -> None:
+        self.field = field
+
+    def harmonics(
+        self,
+        coefficients: Any,
+        separations: Any = None,
+        harmonics: tuple[int, ...] = (0, 1),
+        rest: Any = 0.0,
+    ) -> Any:
+        """Return Fourier coefficients of the settled forces [N], shape (nodes, coefficients).
+
+        The coefficients of the displacements [m] and those of the ``separations`` [m] have the same
+        shape, as in :meth:`microslip.JointField.harmonics`. With separations a pair is returned:
+        coefficients of the forces and of the normal loads [N].
+        """
+        motion = [coefficients] if separations is None else [coefficients, separations]
+        found = self._call(motion, lambda row: field_harmonics(self.field, harmonics, rest, row))
+        return found[:, 0] if separations is None else (found[:, 0], found[:, 1])
+
+    def _call(self, motion: list[Any], quantity: Callable[[Floats], tuple[Floats, Floats]]) -> Any:
+        raise NotImplementedError

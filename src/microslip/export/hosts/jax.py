@@ -16,13 +16,8 @@ import numpy as np
 from jax.custom_derivatives import SymbolicZero
 
 from microslip._core.errors import InputError
-from microslip.export.hosts.differentiable import (
-    FIRST_ONLY,
-    DifferentiableLaw,
-    Quantity,
-    field_harmonics,
-)
-from microslip.friction import JointField
+from microslip.export.hosts import differentiable
+from microslip.export.hosts.differentiable import FIRST_ONLY, DifferentiableLaw, Quantity
 
 
 def _called(
@@ -114,40 +109,11 @@ class DifferentiableJoint(DifferentiableLaw):
         return _called(answer, shapes, _product, values, place)
 
 
-class DifferentiableField:
-    """Functions of JAX for a field of contact nodes; JAX must use 64-bit numbers.
+class DifferentiableField(differentiable.DifferentiableField):
+    """Functions of JAX for a field of contact nodes; JAX must use 64-bit numbers."""
 
-    Parameters
-    ----------
-    field : JointField
-        The nodes. Derivatives are with respect to the motion only, not to parameters of the field.
-    """
-
-    def __init__(self, field: JointField) -> None:
-        self.field = field
-
-    def harmonics(
-        self,
-        coefficients: Any,
-        separations: Any = None,
-        harmonics: tuple[int, ...] = (0, 1),
-        rest: Any = 0.0,
-    ) -> Any:
-        """Return Fourier coefficients of the settled forces [N], shape (nodes, coefficients).
-
-        The coefficients of the displacements [m] and those of the ``separations`` [m] have the same
-        shape, as in :meth:`microslip.JointField.harmonics`. With separations a pair is returned:
-        coefficients of the forces and of the normal loads [N].
-        """
-        given = [jnp.asarray(coefficients, dtype=float)]
-        if separations is not None:
-            given.append(jnp.asarray(separations, dtype=float))
-        motion = jnp.stack(given, axis=1)
-        nodes, kinds, size = motion.shape
-
-        def answer(row: Any, wanted: tuple[bool, ...]) -> Any:
-            return field_harmonics(self.field, harmonics, rest, row[0])
-
-        shapes = [motion.shape, (nodes, kinds, kinds, size, size)]
-        found = _called(answer, shapes, _by_nodes, motion)
-        return found[:, 0] if separations is None else (found[:, 0], found[:, 1])
+    def _call(self, motion: list[Any], quantity: Callable[[Any], Any]) -> Any:
+        place = jnp.stack([jnp.asarray(part, dtype=float) for part in motion], axis=1)
+        nodes, kinds, size = place.shape
+        shapes = [place.shape, (nodes, kinds, kinds, size, size)]
+        return _called(lambda row, wanted: quantity(row[0]), shapes, _by_nodes, place)

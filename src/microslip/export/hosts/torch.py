@@ -1,4 +1,4 @@
-"""Joints in PyTorch: forces, harmonics and energies with exact first derivatives.
+"""Joints and fields in PyTorch: forces, harmonics and energies with exact first derivatives.
 
 ``backward``, ``torch.func.grad``, ``jacrev`` and ``vmap`` are supported. Values come from the
 compiled kernel.
@@ -6,12 +6,13 @@ compiled kernel.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import torch
 
 from microslip._core.errors import InputError
+from microslip.export.hosts import differentiable
 from microslip.export.hosts.differentiable import FIRST_ONLY, DifferentiableLaw, Quantity
 
 _REAL = torch.float64
@@ -23,10 +24,10 @@ class _Gradients(torch.autograd.Function):  # type: ignore[misc]
     generate_vmap_rule = True
 
     @staticmethod
-    def forward(weights: Any, values: Any, place: Any, by_parameter: Any, by_place: Any) -> Any:
-        if not weights.ndim:
-            return by_parameter * weights, by_place * weights
-        return weights @ by_parameter, weights @ by_place
+    def forward(
+        weights: Any, product: Any, values: Any, place: Any, by_parameter: Any, by_place: Any
+    ) -> Any:
+        return product(weights, by_parameter), product(weights, by_place)
 
     @staticmethod
     def setup_context(ctx: Any, inputs: Any, output: Any) -> None:
@@ -38,8 +39,13 @@ class _Gradients(torch.autograd.Function):  # type: ignore[misc]
 
 
 class _Evaluate(torch.autograd.Function):  # type: ignore[misc]
+    """Value and derivatives of a NumPy function of parameter values and a place.
+
+    ``product`` multiplies output weights by derivatives.
+    """
+
     @staticmethod
-    def forward(values: Any, place: Any, quantity: Any) -> Any:
+    def forward(values: Any, place: Any, quantity: Any, product: Any) -> Any:
         parts = quantity(values.detach().cpu().numpy(), place.detach().cpu().numpy())
         return tuple(torch.from_numpy(part.copy()).to(place.device) for part in parts)
 
@@ -47,19 +53,28 @@ class _Evaluate(torch.autograd.Function):  # type: ignore[misc]
     def setup_context(ctx: Any, inputs: Any, output: Any) -> None:
         ctx.mark_non_differentiable(*output[1:])
         ctx.save_for_backward(*inputs[:2], *output[1:])
+        ctx.product = inputs[3]
 
     @staticmethod
     def backward(ctx: Any, weights: Any, *_: Any) -> Any:
-        return *_Gradients.apply(weights, *ctx.saved_tensors), None
+        return *_Gradients.apply(weights, ctx.product, *ctx.saved_tensors), None, None
 
     @staticmethod
-    def vmap(info: Any, in_dims: Any, values: Any, place: Any, quantity: Any) -> Any:
+    def vmap(info: Any, in_dims: Any, values: Any, place: Any, *functions: Any) -> Any:
         rows = [
             [array] * info.batch_size if axis is None else array.unbind(axis)
             for array, axis in zip((values, place), in_dims[:2], strict=True)
         ]
-        found = [_Evaluate.apply(*row, quantity) for row in zip(*rows, strict=True)]
+        found = [_Evaluate.apply(*row, *functions) for row in zip(*rows, strict=True)]
         return tuple(torch.stack(parts) for parts in zip(*found, strict=True)), (0, 0, 0)
+
+
+def _product(weights: Any, by: Any) -> Any:
+    return torch.tensordot(weights, by, dims=weights.ndim)
+
+
+def _by_nodes(weights: Any, by: Any) -> Any:
+    return torch.einsum("nai,nabij->nbj", weights, by) if by.ndim else by
 
 
 class DifferentiableJoint(DifferentiableLaw):
@@ -79,4 +94,17 @@ class DifferentiableJoint(DifferentiableLaw):
         def evaluate(p: Any, at: Any) -> Any:
             return self._evaluated(quantity, names, p, at, True)
 
-        return _Evaluate.apply(values, place, evaluate)[0]
+        return _Evaluate.apply(values, place, evaluate, _product)[0]
+
+
+class DifferentiableField(differentiable.DifferentiableField):
+    """Functions of PyTorch for a field of contact nodes; inputs and outputs are 64-bit."""
+
+    def _call(self, motion: list[Any], quantity: Callable[[Any], Any]) -> Any:
+        place = torch.stack([torch.as_tensor(part, dtype=_REAL) for part in motion], dim=1)
+
+        def evaluate(none: Any, at: Any) -> Any:
+            value, slopes = quantity(at)
+            return value, none, slopes
+
+        return _Evaluate.apply(place.new_zeros(()), place, evaluate, _by_nodes)[0]

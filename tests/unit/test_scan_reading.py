@@ -423,6 +423,24 @@ def test_the_names_of_columns_say_their_units(head: str, stated: tuple[str, str]
         assert ms.Scan.read("a.csv", unit=("um", "nm")).heights[0, 0] == 1e-9
 
 
+def test_units_above_some_columns_only() -> None:
+    put("a.csv", "x, y, z [nm]\n0,0,1\n2,0,2\n0,3,3\n2,3,5\n")
+    refused('heights in "nm", but not .* write for example unit=."mm", "nm".', "a.csv")
+    refused('states heights in "nm", not "um"; write unit=."um", "nm".', "a.csv", unit="um")
+    put("e.csv", "x [mm], y [mm], z\n0,0,1\n2,0,2\n0,3,3\n2,3,5\n")
+    refused('unit of its heights; write for example unit=."mm", "um".', "e.csv")
+    refused('coordinates in "mm", not "um"; write unit=."mm", "um".', "e.csv", unit="um")
+    assert ms.Scan.read("e.csv", unit=("mm", "um")).pixel == pytest.approx((2e-3, 3e-3), rel=1e-14)
+    put("b.csv", "x [mm],y [um],z [nm]\n0,0,1\n2,0,2\n0,3,3\n2,3,5\n")
+    refused('x is in "mm", y in "um": wanted one unit for both', "b.csv")
+    put("c.txt", "z [nm]\n1\n2\n3\n5\n")
+    assert ms.Scan.read("c.txt", pixel="1 um").heights[3] == 5e-9
+    refused('not "um"', "c.txt", unit="um", pixel="1 um")
+    # In another encoding than ours.
+    put("d.csv", "x [µm];z [µm]\n0;1\n1;2\n2;4\n3;3\n".encode("latin-1"))
+    assert ms.Scan.read("d.csv").heights[0] == 1e-6
+
+
 def test_points_may_have_more_than_three_columns() -> None:
     rows = "0 0 1 9\n1 0 2 9\n0 1 3 9\n1 1 5 9\n"
     for name, content in (

@@ -53,7 +53,7 @@ assert run("check", "law.toml")
 (joint,) = json.loads(run("predict", "law.toml", "--json"))["joints"]
 energies = [row["dissipated_energy"] for row in joint["amplitudes"]]
 assert energies == list(LAW.dissipated_energy([2e-6, 3e-5])), energies
-assert "Hyperbola" in open("law-result/report.html").read()
+assert "the friction law hyperbola" in open("law-result/report.html").read()
 
 open("heights.toml", "w").write('''schema = 1
 [surface]

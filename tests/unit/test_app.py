@@ -246,7 +246,7 @@ def test_forms_leave_out_nothing_but_where_results_go() -> None:
         assert all(field.label and field.help for field in FORMS[name])
     kinds = {field.name: field.kind for name in COMMANDS for field in FORMS[name]}
     # What names a file in the command is a file that was sent.
-    assert {name for name, kind in kinds.items() if kind == "study"} == {"model", "study"}
+    assert {name for name, kind in kinds.items() if kind == "study"} == {"study"}
     assert {name for name, kind in kinds.items() if kind == "file"} == {"manifest"}
 
 

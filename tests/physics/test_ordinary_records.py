@@ -372,3 +372,21 @@ def test_few_cycles_that_jitter_are_alike(cycles: int) -> None:
         measured = ms.measure(run_of(amplitude, np.full(cycles + 1, LIMIT), seed))
         assert measured.is_settled
         assert not measured.levels
+
+
+@pytest.mark.parametrize(("samples", "noise"), [(33.3, 1e-3), (33.3, 5e-3), (300.7, 2e-2)])
+@pytest.mark.parametrize("rising", [0.5, 0.3])
+def test_corners_in_noise_and_with_few_samples(samples: float, noise: float, rising: float) -> None:
+    """The amplitude of triangles was up to 2.5 % low: a quartic rounds their corners."""
+    errors = []
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        turn = np.arange(0.3, 14.3, 1.0 / samples) % 1.0
+        x = np.where(
+            turn < rising, 2.0 * turn / rising - 1.0, 1.0 - 2.0 * (turn - rising) / (1.0 - rising)
+        )
+        force = 50.0 * x + 8.0 * np.where(turn < rising, 1.0, -1.0)
+        x = 1e-5 * (x + noise * rng.normal(size=x.size))
+        mean = ms.measure(ms.Record(x, force + noise * rng.normal(size=x.size))).mean["amplitude"]
+        errors.append(mean.value / 1e-5 - 1.0)
+    assert abs(np.mean(errors)) < 2e-3 + 0.1 * noise

@@ -225,7 +225,8 @@ def shape_notes(shape: Shape | None, is_rippled: bool) -> list[str]:
                 f"the force does not rise along concave branches, as friction at a constant load "
                 f"does: it is {100.0 * depth:.0f} % of its amplitude too low at "
                 f"{100.0 * place:.0f} % of the way after a reversal; {UNDECIDED} (a load that "
-                "changes within the cycle, stick-slip, a force that depends on the rate, a delay); "
+                "changes within the cycle, stick-slip, play in the drive, a force that depends on "
+                "the rate, a delay); "
                 f"a record with {load}at another frequency would identify the cause"
             )
     if not found and shape.asymmetry > _ASYMMETRIC + _ERRORS * shape.error:

@@ -52,6 +52,8 @@ from microslip.laboratory.sampling_errors import sampling_errors
 _NOISE_SAMPLES = 1 << 17
 MOST_OF_LOOP = 1 << 17
 """Largest number of samples of a single averaged loop."""
+_MOSTLY = 0.9
+"""Share of the displacement below which gross slip has a considerable elastic part."""
 _TWO_SIDED = 1.96
 """Normal quantile by which half-widths become standard errors."""
 _MOST = {
@@ -317,9 +319,10 @@ def measure(
     notes += [drift.note(treatment) for drift in judged.drifts(counting.selection)]
     shape = judged.shape(counting.selection)
     if judged.delay is not None:
-        notes.append(judged.delay.note())
+        disturbances = [judged.delay.note()]
     else:
-        notes += shape_notes(shape, isinstance(record.normal_load, np.ndarray))
+        disturbances = shape_notes(shape, isinstance(record.normal_load, np.ndarray))
+    notes += disturbances
     distortion = distortion_of(record, largest)
     notes += [distortion.note()] if distortion.is_cubic else []
     notes += _beyond_all_rigs(columns)
@@ -330,7 +333,7 @@ def measure(
     slid = columns["sliding_ratio"][np.isfinite(columns["sliding_ratio"])]
     sliding = float(np.median(slid)) if slid.size else math.nan
     is_gross = record_regimes.of_each.count("gross slip") > len(record_regimes.of_each) / 2
-    if rig_stiffness is None and is_gross and sliding < 0.9:
+    if rig_stiffness is None and is_gross and sliding < _MOSTLY and not disturbances:
         notes.append(
             f"gross slip by B, though only {sliding:.0%} of the displacement slides: the rest is "
             f"elastic, {UNDECIDED} (contact, rig, or crosstalk between the sensors), and the "

@@ -15,9 +15,12 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats
 from microslip.laboratory.cuts import Cuts, noise_of
 
-_CORNER, _OF_RANGE = 0.7, 1e-4
+_CORNER, _OF_RANGE = 0.85, 1e-4
 """Largest sum of squares of a corner over that of a smooth turn; smallest residual over the range
 of the displacement of a turn that is not smooth."""
+_EIGHTH, _OF_FLANK, _STRAIGHT = 0.125, 0.7, 1.2
+"""Largest half-width of the window around a corner over the period and over the shorter flank, and
+largest residual of two lines over the noise in it."""
 _FLAT = 0.05
 """Smallest ratio of the slopes on both sides of a corner, or it is the end of a rest."""
 _NEAR = 0.5
@@ -52,20 +55,19 @@ def reversals_of(
     t = np.arange(-half, half + 1.0)
     rows = _reflected(x, places, half)
     shift, height, smooth, unsure = _smooth_turns(rows, t, noise)
-    is_corner = False
-    if t.size > 5:
-        misfit = np.mean((rows - smooth) ** 2, axis=1)
-        corners = _corners(rows, t)
-        off = np.mean((rows - corners.shape) ** 2, axis=1)
-        limit = (_OF_RANGE * float(np.median(np.ptp(rows, axis=1)))) ** 2
-        is_corner = float(np.median(misfit)) > limit and bool(
-            np.median(off) < _CORNER * np.median(misfit)
-        )
+    wide = _corner_window(x, places, cycles, half, noise)
+    is_corner = wide > 0
     if is_corner:
+        half = max(half, 3)
+        wide = max(wide, half)
+        t = np.arange(-wide, wide + 1.0)
         # Smoothing moves the highest sample of a corner with unequal slopes.
+        corners = _corners(_reflected(x, places, wide), t, noise)
         places = places + np.rint(corners.shift).astype(np.int64)
-        rows = _reflected(x, places, half)
-        shift, height, smooth = _corners(rows, t)
+        rows = _reflected(x, places, wide)
+        is_wide = wide > half
+        shift, height, smooth = _flanks(rows, t, noise) if is_wide else _corners(rows, t, noise)
+        smooth = smooth[:, wide - half : wide + half + 1]
         unsure = 0.0
     # Before the reversal the force is a smooth function of the remaining displacement. Samples that
     # may lie after the reversal are left out.
@@ -88,6 +90,32 @@ def reversals_of(
         nearest = np.clip(np.rint(places + shift), 0, x.size - 1).astype(np.int64)
         ends = np.where(begins, force[nearest], ends)
     return Reversals(places + shift, height, np.asarray(ends, dtype=np.float64))
+
+
+def _corner_window(
+    x: Floats, places: NDArray[np.int64], cycles: Cuts, half: int, noise: float
+) -> int:
+    """Return the half-width of the window in which reversals are corners; 0 if they are smooth.
+
+    Two lines must fit better than a quartic. A wide window shows it in noise, if both flanks are
+    straight there; a narrow one shows it if they are not.
+    """
+    turns = np.sort(np.concatenate((cycles.peaks, cycles.troughs)))
+    flank = int(np.diff(turns).min(initial=int(cycles.period)))
+    for width in (min(int(_EIGHTH * cycles.period), int(_OF_FLANK * flank)), max(half, 3)):
+        if width < 3:
+            continue
+        t = np.arange(-width, width + 1.0)
+        rows = _reflected(x, places, width)
+        smooth, lines = _smooth_turns(rows, t, noise)[2], _corners(rows, t, noise).shape
+        curved, straight = (
+            float(np.median(np.mean((rows - fit) ** 2, axis=1))) for fit in (smooth, lines)
+        )
+        limit = (_OF_RANGE * float(np.median(np.ptp(rows, axis=1)))) ** 2
+        is_noise = straight < (_STRAIGHT * noise) ** 2 or width == max(half, 3)
+        if curved > limit and is_noise and straight < _CORNER * curved:
+            return width
+    return 0
 
 
 def _reflected(x: Floats, places: NDArray[np.int64], half: int) -> Floats:
@@ -129,8 +157,12 @@ class _Corner(NamedTuple):
     shape: Floats
 
 
-def _corners(rows: Floats, t: Floats) -> _Corner:
-    """Fit two straight lines to each row of samples, split where the sum of squares is smallest."""
+def _corners(rows: Floats, t: Floats, noise: float) -> _Corner:
+    """Fit two straight lines to each row of samples, split where the sum of squares is smallest.
+
+    The lines meet between the samples at the split, or beside them by twice the standard error of
+    the position: at the nearest sample the lower of both lines would be too low in noise.
+    """
     splits = np.arange(2, t.size - 1)
     powers = np.array([np.ones_like(t), t, t * t])
     sums = np.cumsum(powers, axis=1)
@@ -154,13 +186,35 @@ def _corners(rows: Floats, t: Floats) -> _Corner:
     with np.errstate(divide="ignore", invalid="ignore"):
         shift = (c - a) / (b - d)
         is_turn = np.minimum(b, -d) > _FLAT * np.maximum(b, -d)
-    low, high = t[splits[best] - 1] - 0.5, t[splits[best]] + 0.5
+    with np.errstate(divide="ignore"):
+        unsure = np.minimum(4.0 * noise / np.sqrt(t[-1]) / np.abs(b - d), t[-1] / 3.0)
+    low, high = t[splits[best] - 1] - 0.5 - unsure, t[splits[best]] + 0.5 + unsure
     # At the end of a rest both lines say little about the place, which stays near the sample.
     near = np.clip(np.where(np.isfinite(shift), shift, 0.0), -1.5, 1.5)
     shift = np.where(is_turn, np.clip(shift, low, high), near)
     shape = np.where(t < t[splits[best]], a + b * t, c + d * t)
     height = np.minimum(a + b * shift, c + d * shift)
     return _Corner(shift[:, 0], height[:, 0], shape)
+
+
+def _flanks(rows: Floats, t: Floats, noise: float) -> _Corner:
+    """Fit straight lines on both sides of corners near the middle of rows of noisy samples.
+
+    Samples between which the noise may place the corner are left out: a split where the sum of
+    squares is smallest follows the noise, and makes the corner too low.
+    """
+    gap = 1.0
+    for _ in range(2):
+        lines = []
+        for side in (t < -gap, t > gap):
+            powers = t[side, None] ** np.arange(2)
+            lines += [*(rows[:, side] @ np.linalg.pinv(powers).T).T[:, :, None]]
+        a, b, c, d = lines
+        bend = max(float(np.median(b - d)), 1e-300)
+        gap = min(1.0 + 4.0 * noise / np.sqrt(t[-1]) / bend, 0.5 * t[-1])
+    shift = np.clip((c - a) / (b - d), -gap, gap)
+    height = 0.5 * (a + b * shift + c + d * shift)
+    return _Corner(shift[:, 0], height[:, 0], np.where(t < shift, a + b * t, c + d * t))
 
 
 class Branches(NamedTuple):

@@ -60,6 +60,8 @@ def sampling_errors(
                 errors[name] = max(errors[name], change / _ORDER)
     else:
         errors = dict.fromkeys(names, polygon)
+    # The reversal is extrapolated from samples beside it: an error of the next order remains.
+    errors = {name: max(error, 2.0 * polygon**2) for name, error in errors.items()}
     for name in _ENCLOSED:
         # A kink of the branch between two samples costs up to three times the mean of a polygon.
         if name in errors:

@@ -175,7 +175,6 @@ COMMANDS = {
     "bolt_pressure": ("predict examples/bolted_joint.toml", "pressure"),
     "tornado": ("predict scatter.toml", "tornado"),
     "measured_loops": ("measure run0.csv run1.csv run2.csv run3.csv", "loops"),
-    "batch": ("batch changes.csv --study examples/al2017.toml", "batch"),
 }
 """A command, and the figure of its result."""
 

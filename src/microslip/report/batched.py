@@ -1,4 +1,4 @@
-"""Document of a batch: counts, failures with reasons, a table and figures over all items."""
+"""Document of a batch: counts, failures with reasons, and a table over all items."""
 
 from __future__ import annotations
 
@@ -12,8 +12,6 @@ from microslip._core.checks import Floats
 from microslip._core.files import atomic_file
 from microslip._core.quantities import UNITS
 from microslip._core.units import SMALLEST, significant
-from microslip.figures.picture import Picture
-from microslip.figures.plot import Axis, Panel, Plot, stacked
 from microslip.report import cells
 from microslip.report.document import (
     Block,
@@ -37,7 +35,6 @@ from microslip.study.runs.batch import Batch, Outcome
 KIND = "microslip-batch"
 BATCH_SCHEMA = 1
 _QUANTILES = {"q5": 0.05, "q50": 0.5, "q95": 0.95}
-_PANELS = {"loss_factor": "Loss factor η", "dissipated_energy": "Energy [J]"}
 
 
 def batch_document(batch: Batch) -> Document:
@@ -62,13 +59,6 @@ def batch_document(batch: Batch) -> Document:
     sections = [Section("Items", tuple(blocks))]
     if done:
         sections.append(Section("All items", (_table(statistics),)))
-    amplitude = columns.get("amplitude", columns.get("displacement_amplitude"))
-    is_drawn = "loss_factor" in columns and amplitude is not None
-    if is_drawn:
-        caption = "Loss factor and energy of all items against the amplitude."
-        drawn = {"amplitude": amplitude, **{name: columns.get(name) for name in _PANELS}}
-        picture = Picture("batch", caption, lambda: plot(drawn), "Results of all items")
-        sections.append(Section("Figures", (picture,), brief=False))
     number = _number(statistics)
     answer = f"{len(done)} of {len(batch.outcomes)} items done, {len(failed)} failed"
     answer += f"; the median {number.name} is {number.value}." if number else "."
@@ -88,9 +78,8 @@ def batch_document(batch: Batch) -> Document:
             lambda: csv_text(("item", "reason"), (map(text_cell, row) for row in reasons)),
         ),
     )
-    figure = "batch" if is_drawn else ""
     return with_file_names(
-        Document(KIND, "Batch", answer, tuple(sections), data, (), number, figure, files)
+        Document(KIND, "Batch", answer, tuple(sections), data, number=number, files=files)
     )
 
 
@@ -141,17 +130,6 @@ def _table(statistics: dict[str, Any]) -> Table:
         for name, n in statistics.items()
     )
     return Table("All rows of all items", columns, rows, noun="quantities")
-
-
-def plot(columns: dict[str, Any]) -> Plot:
-    """Plot the loss factor and energy of all rows against amplitude."""
-    panels = []
-    for name, label in _PANELS.items():
-        if columns[name] is not None:
-            panel = Panel(Axis("Displacement amplitude [µm]", log=True), Axis(label, log=True))
-            panel.marks(columns["amplitude"] * 1e6, columns[name], "#2b7bba", size=2.5, filled=True)
-            panels.append(panel)
-    return stacked(panels, 3.2 * len(panels) + 0.6)
 
 
 def _items(completed: list[Outcome], columns: dict[str, Floats]) -> str:

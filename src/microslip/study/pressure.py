@@ -9,6 +9,8 @@ from typing import Any
 
 from microslip._core.quantities import named
 from microslip._core.units import AREA, FORCE, LENGTH, PRESSURE
+from microslip.contact.half_space import solid_stiffness
+from microslip.contact.materials import MaterialPair
 from microslip.friction.pressure import BOLTS, RINGS, Pressure
 from microslip.structures.bolt_tightening import (
     GRADES,
@@ -165,6 +167,13 @@ class PressurePart(Part):
         """Return the pressure distribution, axisymmetric ones divided into ``rings``."""
         raise NotImplementedError
 
+    def solid_stiffness(self, pair: MaterialPair, area: float) -> tuple[float, float]:
+        """Return the normal and tangential stiffness of the half-spaces behind the contact [N/m].
+
+        By default the contact is a disc of the apparent area [m^2].
+        """
+        return solid_stiffness(pair, area)
+
     def check(self, place: Place) -> None:
         """Record an error for an invalid distribution."""
         self.spread()
@@ -184,6 +193,13 @@ class _Round(PressurePart):
             self.outer, self.inner or 0.0, count=self.count, **options
         )
         return pressure
+
+    def solid_stiffness(self, pair: MaterialPair, area: float) -> tuple[float, float]:
+        """Return the stiffnesses behind all discs or annuli between the radii [N/m]."""
+        hole = (self.inner or 0.0) / self.outer
+        one = math.pi * self.outer**2 * (1.0 - hole**2)
+        normal, tangential = solid_stiffness(pair, one, hole)
+        return self.count * normal, self.count * tangential
 
 
 class ConePressure(_Round):
@@ -215,6 +231,12 @@ class RectanglePressure(PressurePart):
     def spread(self, rings: int = RINGS) -> Pressure:
         """Return the uniform pressure on the total area of all rectangles."""
         return Pressure.patches([self.count * self.length * self.width], [1.0])
+
+    def solid_stiffness(self, pair: MaterialPair, area: float) -> tuple[float, float]:
+        """Return the stiffnesses behind all rectangles [N/m]."""
+        sides = self.length, self.width
+        normal, tangential = solid_stiffness(pair, math.prod(sides), aspect=max(sides) / min(sides))
+        return self.count * normal, self.count * tangential
 
 
 class TablePressure(PressurePart):

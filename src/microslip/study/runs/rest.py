@@ -14,7 +14,6 @@ from microslip.contact.materials import MaterialPair
 from microslip.friction import Interface
 from microslip.friction.input_slopes import input_slopes
 from microslip.study.description import StudyDescription
-from microslip.study.pressure import RectanglePressure
 
 
 def joint_entry(study: StudyDescription, joint: Interface) -> dict[str, Any]:
@@ -80,18 +79,11 @@ def _at_rig(
     if area is None or study.structure is not None or not isinstance(pair, MaterialPair):
         return dict.fromkeys(names)
     alone = joint.normal_stiffness, joint.tangential_stiffness
-    pressure, hole, count, aspect = getattr(study.joint, "pressure", None), 0.0, 1, None
-    outer = getattr(pressure, "outer", None)
-    if pressure is not None and outer is not None:
-        hole, count = float(pressure.inner or 0.0) / outer, pressure.count
-        area = count * math.pi * outer**2 * (1.0 - hole**2)
-    if isinstance(pressure, RectanglePressure):
-        count, sides = pressure.count, (pressure.length, pressure.width)
-        area, aspect = count * math.prod(sides), max(sides) / min(sides)
-    solid = solid_stiffness(pair, area / count, hole, aspect)
+    pressure = getattr(study.joint, "pressure", None)
+    behind = solid_stiffness if pressure is None else pressure.solid_stiffness
     return {
-        name: in_series(stiff, count * behind)
-        for name, stiff, behind in zip(names, alone, solid, strict=True)
+        name: in_series(stiff, solid)
+        for name, stiff, solid in zip(names, alone, behind(pair, area), strict=True)
     }
 
 

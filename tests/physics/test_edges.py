@@ -46,10 +46,28 @@ def losses(face: str, power: float, edges: np.ndarray, share: float) -> np.ndarr
     raise AssertionError("the plate is not in balance")
 
 
+def graded(count: int) -> np.ndarray:
+    """Return edges at cosines of equal angles [m]: short patches at both ends."""
+    return 0.5 * LENGTH * (1.0 - np.cos(np.pi * np.arange(count + 1) / count))
+
+
 @functools.cache
 def energies(face: str, power: float, count: int) -> np.ndarray:
     edges = np.linspace(0.0, LENGTH, count + 1)
     return np.array([losses(face, power, edges, share).sum() for share in SHARES])
+
+
+@pytest.mark.parametrize("face", FACES)
+@pytest.mark.parametrize("power", [0.0, 1.0, 2.0])
+def test_graded_patches_resolve_any_edge(face: str, power: float) -> None:
+    """15 patches within 3 % and 30 within 0.6 % of a fine chain, of second order or better."""
+    fine = energies(face, power, 600 if power else 1500)
+    worst = []
+    for count in (15, 30):
+        found = [losses(face, power, graded(count), share).sum() for share in SHARES]
+        worst.append(np.abs(found / fine - 1.0).max())
+    assert worst[0] < 0.03
+    assert worst[1] < 0.006
 
 
 @pytest.mark.parametrize("face", FACES)

@@ -307,7 +307,7 @@ class Identification(Locked, Plottable):
         near = at.fit.finest * _NEAR
 
         def rest(further: float) -> tuple[float, float, float]:
-            return self._interval(at, lambda y: (y > 0.0) + further * ((y > 0.0) & (y <= near)))
+            return self._interval(at, lambda y: np.where(y > 0.0, 1.0 + further * (y <= near), 0.0))
 
         low = rest(0.0)[1]
         # Sliders below the finest threshold stand there with the same force, and so with about half
@@ -317,7 +317,8 @@ class Identification(Locked, Plottable):
         if high > (1.0 + _SPARE) * value:
             # Open, unless the density of sliders demonstrably rises less steeply towards zero.
             rises = self._interval(
-                at, lambda y: (y > 0.0) * np.where(y <= near, 1.0, -_LESS * (y <= _NEAR * near))
+                at,
+                lambda y: np.where(y <= near, 1.0 * (y > 0.0), -_LESS * (y <= _NEAR * near)),
             )
             high = high if rises[2] <= 0.0 else math.inf
         gains = [self.gain_errors.get(key, 0.0) * value for key in ("force", "displacement")]

@@ -110,10 +110,10 @@ def test_ordinary_headers_need_no_option(head: tuple[str, ...], tmp_path: Path) 
 
 
 def test_a_column_without_a_unit_is_refused(tmp_path: Path) -> None:
-    """In this export of a tribometer the unit of the load is missing."""
+    """Only forces that are named by symbols, such as Fx and Fz, share a unit."""
     path = tmp_path / "umt.csv"
     rows = "".join(f"{0.01 * i:.2f},{i % 7},{i % 5},5\n" for i in range(40))
-    path.write_text(f"T,X,Fx,Fz\nsec,mm,N,\nStep No. 2\n{rows}", encoding="utf-8")
-    with pytest.raises(ms.InputError, match='"Fz": no unit'):
+    path.write_text(f"T,X,Friction,Load\nsec,mm,N,\nStep No. 2\n{rows}", encoding="utf-8")
+    with pytest.raises(ms.InputError, match='"Load": no unit'):
         ms.Record.read(path)
     assert ms.Record.read(path, normal_load="5 N").force.max() == 4.0

@@ -42,6 +42,9 @@ class Coulomb(BackboneLaw):
     def _slope(self, u: Floats) -> Floats:
         return np.where(u > 0.0, 0.0, np.inf)
 
+    def _backbone_at(self, u: float) -> tuple[float, float]:
+        return (self.force_limit, 0.0) if u > 0.0 else (0.0, np.inf)
+
     def _energy(self, amplitude: Floats) -> Floats:
         return 4.0 * self.force_limit * amplitude
 

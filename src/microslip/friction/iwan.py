@@ -109,8 +109,7 @@ class Iwan(Locked, CellModel):
         return np.asarray(np.minimum(force, self.force_limit))  # remove rounding above the limit
 
     def _slope(self, u: Floats) -> Floats:
-        yielded = np.searchsorted(self._cells.yields, u, side="right")
-        return np.asarray(self._cells.stuck[yielded])
+        return np.asarray(self._cells.stuck[np.searchsorted(self._cells.yields, u, side="right")])
 
     def _inverse(self, force: Floats) -> Floats:
         cells = self._cells

@@ -48,6 +48,11 @@ class Jenkins(BackboneLaw):
     def _slope(self, u: Floats) -> Floats:
         return np.where(u < self.yield_displacement, self.stiffness, 0.0)
 
+    def _backbone_at(self, u: float) -> tuple[float, float]:
+        if u < self.yield_displacement:
+            return min(self.stiffness * u, self.force_limit), self.stiffness
+        return self.force_limit, 0.0
+
     def _inverse(self, force: Floats) -> Floats:
         return force / self.stiffness
 

@@ -51,10 +51,7 @@ class Parallel(Locked, BackboneLaw):
         return math.fsum(law.tangential_stiffness for law in self.laws)
 
     def _sum(self, name: str, u: Floats) -> Floats:
-        total = np.zeros(u.size)
-        for law in self.laws:
-            total += getattr(law, name)(u)
-        return total
+        return np.asarray(sum(getattr(law, name)(u) for law in self.laws))
 
     def _backbone(self, u: Floats) -> Floats:
         return np.minimum(self._sum("_backbone", u), self.force_limit)
@@ -62,13 +59,13 @@ class Parallel(Locked, BackboneLaw):
     def _slope(self, u: Floats) -> Floats:
         return self._sum("_slope", u)
 
+    def _backbone_at(self, u: float) -> tuple[float, float]:
+        forces, slopes = zip(*(law._backbone_at(u) for law in self.laws), strict=True)
+        return min(sum(forces), self.force_limit), sum(slopes)
+
     def _backbone_and_slope(self, u: Floats) -> tuple[Floats, Floats]:
-        force, slope = np.zeros(u.size), np.zeros(u.size)
-        for law in self.laws:
-            part, rise = law._backbone_and_slope(u)
-            force += part
-            slope += rise
-        return force, slope
+        parts = [law._backbone_and_slope(u) for law in self.laws]
+        return sum(part[0] for part in parts), sum(part[1] for part in parts)
 
     def _backbone_at(self, u: float) -> tuple[float, float]:
         pairs = [law._backbone_at(u) for law in self.laws]

@@ -83,13 +83,12 @@ class SegalmanIwan(PowerModel):
     def _backbone(self, u: Floats) -> Floats:
         power, stretched = self._powers(u)
         force = stretched * (self.stiffness - self._spread * power / (2.0 + self.chi))
-        slips = u >= self.slip_displacement
-        return np.where(slips, self.force_limit, np.minimum(force, self.force_limit))
+        below = np.minimum(force, self.force_limit)
+        return np.where(u < self.slip_displacement, below, self.force_limit)
 
     def _slope(self, u: Floats) -> Floats:
-        power, _ = self._powers(u)
-        slips = u >= self.slip_displacement
-        return np.where(slips, 0.0, self._spread * (self.beta + (1.0 - power)))
+        slope = self._spread * (self.beta + (1.0 - self._powers(u)[0]))
+        return np.where(u < self.slip_displacement, slope, 0.0)
 
     @property
     def tangential_stiffness(self) -> float:

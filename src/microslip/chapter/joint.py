@@ -27,7 +27,6 @@ from microslip.chapter.plate import (
     Plate,
     as_plate,
     cross,
-    log_scale,
     words,
 )
 from microslip.chapter.surface import SPREAD, worked_example
@@ -202,8 +201,8 @@ def _energy(plate: Plate) -> DrawnFigure:
         a[near] / MICRO, linear[near], color=RED, linestyle=DOTS,
         label=r"4$\,$μN$\,δ_m$, full sliding",
     )  # fmt: skip
-    log_scale(above, "x")
-    log_scale(above, "y")
+    above.set_xscale("log")
+    above.set_yscale("log")
     above.set(ylabel="Energy per cycle [J]")
     below.plot(a / MICRO, exponent, color=BLUE, linewidth=2.0)
     below.axhline(2.0, color=LIGHT, linestyle=STROKE, linewidth=0.9)
@@ -234,7 +233,7 @@ def _damping(plate: Plate) -> DrawnFigure:
     top = 4.0 / math.pi
     axes.axhline(top, color=LIGHT, linestyle=STROKE, linewidth=0.9)
     words(axes, "rigid–plastic: 4/π", 3e-3, top, color=GREY)
-    log_scale(axes, "x")
+    axes.set_xscale("log")
     axes.set(xlabel=r"Displacement amplitude $δ_m$ [µm]", ylabel="ξ of (19.30): loss factor η [–]")
     axes.set_ylim(0.0, 1.4)
     to_ratio: Any = (lambda y: 0.5 * y, lambda y: 2.0 * y)

@@ -8,17 +8,15 @@ import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib import rcParams, style
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure, SubFigure
-from matplotlib.ticker import Formatter
 from numpy.typing import NDArray
 
-from microslip.figures.kit import log_label
 from microslip.figures.matplotlib_figure import STYLE
 
 Columns = dict[str, NDArray[np.float64]]
@@ -183,26 +181,6 @@ def mark(axes: Axes, text: str, x: float, y: float, dx: float, dy: float) -> Non
         fontweight="bold",
         zorder=6,
     )
-
-
-class _Powers(Formatter):
-    """Tick labels of a logarithmic axis: plain decimals or powers of ten, in one style per axis.
-
-    Plain text, because Matplotlib's mathtext would take most of the time of a figure.
-    """
-
-    def __call__(self, x: float, pos: int | None = None) -> str:
-        axis: Any = self.axis
-        low, high = sorted(axis.get_view_interval())
-        return log_label(x, float(low), float(high))
-
-
-def log_scale(axes: Axes, direction: Literal["x", "y"]) -> None:
-    """Make an axis logarithmic."""
-    getattr(axes, f"set_{direction}scale")("log")
-    side = axes.xaxis if direction == "x" else axes.yaxis
-    side.set_major_formatter(_Powers())
-    side.set_minor_formatter(_Powers())
 
 
 def cross(axes: Axes) -> None:

@@ -100,7 +100,7 @@ def test_verdicts_cover_all_that_the_report_shows(result: ms.Result) -> None:
     assert outside.value == pytest.approx(beyond / points)
     assert (outside.word == "ok") == (beyond == 0)
     assert words["amplitudes without a solution"] == "ok"
-    assert words["error of patches, mesh and reduction"] == "not judged"
+    assert words["error of patches"] in ("ok", "watch", "outside")  # by merged patches
     assert result.summary["structure"]["verdicts"][0]["name"] == block.verdicts[0].name
     assert prediction_document(result).word != "ok"
     # A response that moves beyond the amplitudes, and a test that no lap has.

@@ -251,6 +251,80 @@ def refined(
         return reducer.reduce(**flat)
 
 
+def patch_error(
+    joint: ReducedJoint, solve: Callable[[ReducedJoint], tuple[Floats, Floats]]
+) -> tuple[float, float] | None:
+    """Estimate the relative errors of frequency and damping ratio by the size of the patches [-].
+
+    The changes from patches merged in pairs, along and across, are extrapolated for second order.
+    Nothing is reduced anew. ``solve`` returns frequencies and damping ratios of a joint without
+    other damping. None if no patches can be merged; errors of mesh and modes are not included.
+    """
+    trials = [coarse for axis in (0, 1) if (coarse := merged(joint, axis)).patches < joint.patches]
+    if not trials:
+        return None
+    fine = solve(joint)
+    changes = [
+        [float(np.abs(a / b - 1.0).max()) for a, b in zip(solve(coarse), fine, strict=True)]
+        for coarse in trials
+    ]
+    frequency, damping = (_HALVED - 1.0) * np.sqrt((np.array(changes) ** 2).sum(axis=0))
+    return float(frequency), float(damping)
+
+
+def merged(joint: ReducedJoint, axis: int) -> ReducedJoint:
+    """Return the joint with neighbouring patches merged in pairs along an axis.
+
+    A merged patch has the mean displacement of both; their difference remains a coordinate of the
+    bodies, free of contact. The result has no surface motion, base or geometry.
+    """
+    count, areas, layout = joint.patches, joint.patch_areas, joint.layout
+    low, high = 1 + 2 * axis, 2 + 2 * axis
+    row = [0, 3 - 2 * axis, 4 - 2 * axis]  # contact and bounds across the axis
+    order = np.lexsort(layout[:, [low, *row]].T)
+    groups: list[list[int]] = []
+    for i in order.tolist():
+        last = groups[-1] if groups else [i, i]
+        beside = np.allclose(layout[last[0], row], layout[i, row]) and np.isclose(
+            layout[last[0], high], layout[i, low]
+        )
+        if len(last) == 1 and beside:
+            last.append(i)
+        else:
+            groups.append([i])
+    turn, owner = np.eye(joint.size), np.empty(count, dtype=np.int64)
+    first = [group[0] for group in groups]
+    for number, group in enumerate(groups):
+        owner[group] = number
+        if len(group) == 2:
+            i, j = group
+            share = areas[[i, j]] / areas[group].sum()
+            for k in range(3):
+                a, b = 3 * i + k, 3 * j + k
+                turn[a, [a, b]], turn[b, [a, b]] = (1.0, -share[1]), (1.0, share[0])
+    kept = (3 * np.array(first)[:, None] + np.arange(3)).ravel()
+    rest = np.arange(3 * count, joint.size)
+    differences = np.setdiff1d(np.arange(3 * count), kept)
+    turn = turn[:, np.concatenate([kept, rest, differences])]
+    total = np.bincount(owner, areas)
+    boxes = joint.patch_boxes[first].copy()
+    boxes[:, 2 * axis + 1] = [joint.patch_boxes[group[-1], 2 * axis + 1] for group in groups]
+    return replace(
+        joint,
+        mass=turn.T @ joint.mass @ turn,
+        stiffness=turn.T @ joint.stiffness @ turn,
+        patch_areas=total,
+        patch_gaps=np.bincount(owner, areas * joint.patch_gaps) / total,
+        patch_boxes=boxes,
+        patch_contacts=joint.patch_contacts[first],
+        sensor_rows=joint.sensor_rows @ turn,
+        samples=joint.samples._replace(patches=owner[joint.samples.patches]),
+        base_inertia=np.zeros((0, 3)),
+        sensor_base=np.zeros((0, 3)),
+        geometry=None,
+    )
+
+
 def _step(trial: _Trial) -> tuple[int, float, float]:
     curve, middle = trial.curve, len(trial.curve.frequency) // 2
     return trial.joint.patches, float(curve.frequency[middle]), float(curve.damping_ratio[middle])

@@ -84,18 +84,21 @@ def _outside(prediction: StructurePrediction) -> str:
 
 def _errors(prediction: StructurePrediction) -> str:
     mode, convergence = prediction.modes[0], prediction.convergence
-    model = "not estimated"
+    model = "patches, mesh and reduction not estimated"
     if convergence is not None:
-        model = f"±{convergence.error[1]:.1%} of the joint's damping"
+        model = f"patches, mesh and reduction ±{convergence.error[1]:.1%} of the joint's damping"
+    elif prediction.patch_error is not None:
+        model = f"patches about ±{prediction.patch_error[1]:.0%} of the joint's damping"
     left = float(abs(mode.curve.harmonic_error[mode.last]))
-    errors = f"Errors: truncated harmonics ±{left:.1%}; patches, mesh and reduction {model}"
+    errors = f"Errors: truncated harmonics ±{left:.1%}; {model}"
     if mode.bands is None:
         return f"{errors}."
-    if math.isnan(mode.bands.damping_error):
+    sampling = float(mode.bands.damping_error[mode.last])
+    if math.isnan(sampling):
         return f"{errors}; no sample has a solution, so there is no band."
-    if not math.isfinite(mode.bands.damping_error):
+    if not math.isfinite(sampling):
         return f"{errors}; ends of the band unknown: too few samples."
-    return f"{errors}; ends of the band ±{mode.bands.damping_error:.1%} by sampling."
+    return f"{errors}; ends of this band ±{sampling:.1%} by sampling."
 
 
 def structure_headline(prediction: StructurePrediction) -> Headline:
@@ -196,6 +199,8 @@ def structure_numbers(prediction: StructurePrediction) -> dict[str, Any]:
         "convergence": convergence and [change._asdict() for change in convergence.changes],
         "model_error": convergence
         and dict(zip(("frequency", "joint_damping_ratio"), convergence.error, strict=True)),
+        "patch_error": prediction.patch_error
+        and dict(zip(("frequency", "joint_damping_ratio"), prediction.patch_error, strict=True)),
         "from_asked_patches_to_limit": convergence
         and dict(zip(("frequency", "damping_ratio"), convergence.asked, strict=True)),
         "bolts": force_numbers(prediction.part.bolt_forces),
@@ -244,12 +249,11 @@ def _mode_numbers(mode: Mode) -> dict[str, Any]:
     if bands is not None:
         result["modal_frequency_bands"] = json_value(bands.frequency)
         result["modal_damping_ratio_bands"] = json_value(bands.damping_ratio)
-        errors = {
-            "modal_frequency": bands.frequency_error, "modal_damping_ratio": bands.damping_error
-        }  # fmt: skip
-        result["sampling_error"] = json_value(
-            errors
-        )  # infinite where few samples leave an end open
+        # Of each amplitude; infinite where few samples leave an end open.
+        result["sampling_error"] = {
+            "modal_frequency": json_value(bands.frequency_error),
+            "modal_damping_ratio": json_value(bands.damping_error),
+        }
         if bands.model_error is not None:
             frequency, damping = bands.model_error
             result["model_error"] = {"modal_frequency": frequency, "joint_damping_ratio": damping}
@@ -339,7 +343,7 @@ def _methods(prediction: StructurePrediction) -> str:
             f"Harmonics beyond {harmonics} would change the joint's damping by {known.max():.1%}."
         )
     meshed = prediction.part.mesh is not None
-    return " ".join([text, *(_bands_remark(mode, meshed) for mode in prediction.modes)])
+    return " ".join([text, *(_bands_remark(mode, prediction.part.unit, meshed) for mode in prediction.modes)])
 
 
 def _warnings(prediction: StructurePrediction) -> list[str]:
@@ -363,23 +367,24 @@ def _resonance(mode: Mode, other: Resonance) -> str:
     )
 
 
-def _bands_remark(mode: Mode, meshed: bool) -> str:
+def _bands_remark(mode: Mode, unit: str, meshed: bool) -> str:
     if mode.bands is None:
         return ""
-    error = mode.bands.damping_error
-    if math.isnan(error):
+    errors = mode.bands.damping_error
+    if np.isnan(errors).all():
         return (
             f"Mode {mode.number} has no bands: none of the samples has a solution; narrow the "
             "uncertain inputs or take smaller amplitudes."
         )
+    least, most = float(np.nanmin(errors)), float(np.nanmax(errors))
+    sampling = "of its outer quantiles is unknown: take more samples."
+    if math.isfinite(most):
+        at = engineering(float(mode.curve.amplitude[np.nanargmax(errors)]), unit, 3)
+        sampling = f"of the damping's quantiles is ±{least:.1%} to ±{most:.1%} (90 %), most at {at}."
     text = (
         f"Bands of mode {mode.number} are the 5, 50 and 95 % quantiles of harmonic balances at "
         "Sobol' points, interpolated where the inputs explain the result. The sampling error "
-        + (
-            f"of the damping's quantiles is at most ±{error:.1%} (90 %)."
-            if math.isfinite(error)
-            else "of its outer quantiles is unknown: take more samples."
-        )
+        f"{sampling}"
     )
     if mode.bands.unsolved:
         text += (

@@ -22,7 +22,7 @@ from microslip.structures import (
     identify_modal,
 )
 from microslip.structures.periodic_motion import moving_modes
-from microslip.structures.reduction_convergence import refined
+from microslip.structures.reduction_convergence import patch_error, refined
 from microslip.structures.tie_limits import tie_limits
 from microslip.study.build import Design, build_surface, is_uncertain, naming_key
 from microslip.study.description import StudyDescription
@@ -93,6 +93,7 @@ def run_structure(study: StudyDescription, progress: Progress | None = None) -> 
         _check_sensor(part.modes, moving_modes(joint.sensor("sensor"), state.model.shapes))
     with naming_key(study, "structure"):
         curves = [_solved(part, joint, state, number) for number in part.modes]
+    coarse = None if part.converge else _patch_error(middle, joint, curves[0])
     tell(0.5)
     samples: list[ModeSamples | None] = [None] * len(part.modes)
     inputs: tuple[tuple[str, str], ...] = ()
@@ -118,7 +119,7 @@ def run_structure(study: StudyDescription, progress: Progress | None = None) -> 
     tight = _all_tight(middle, formed, state)
     shapes = state.model.shapes[:, [number - 1 for number in part.modes]]
     return StructurePrediction(
-        part, formed, state, modes, inputs, identified, tests, convergence, tight,
+        part, formed, state, modes, inputs, identified, tests, convergence, coarse, tight,
         tuple(frequency_response(part, joint, state, modes, force) for force in forces),
         tuple(tie_limits(joint, part.washers, shapes)),
         compare_tests(tests, modes, part.quantity), amplitude_trends(tests, modes),
@@ -195,6 +196,27 @@ def _converged(
         np.unique(reached[[0, reached.size // 2, -1]]),
         progress,
     )
+
+
+def _patch_error(
+    study: StudyDescription, joint: ReducedJoint, curve: ModalCurve
+) -> tuple[float, float] | None:
+    """Return the errors of frequency and joint damping by the patches, at two amplitudes."""
+    part, solved = study.bolted, np.flatnonzero(curve.converged)
+
+    def solve(trial: ReducedJoint) -> tuple[Floats, Floats]:
+        found = tightened(study, trial)[1].modes(
+            curve.index,
+            part.amplitudes[solved[[solved.size // 2, -1]]],
+            at=trial.sensor("sensor"),
+            quantity=part.quantity,  # type: ignore[arg-type]
+            harmonics=part.harmonics,
+            rtol=_SAMPLE_RTOL,
+        )
+        return found.frequency, found.damping_ratio
+
+    error = patch_error(joint, solve)
+    return error if error is None or np.isfinite(error).all() else None
 
 
 def _check_sensor(numbers: tuple[int, ...], moving: list[int]) -> None:
@@ -416,17 +438,11 @@ def _bands(
         np.exp(damping),
         _ranking(scores, of_middle["damping_ratio"], names, random),
         slopes,
-        _widest(frequency_error),
-        _widest(damping_error),
+        frequency_error.max(axis=0),
+        damping_error.max(axis=0),
         int((~np.isfinite(sampled.frequency)).any(axis=1).sum()),
         model,
     )
-
-
-def _widest(errors: Floats) -> float:
-    """Return the largest relative half-width [-]; NaN if none is known."""
-    known = errors[~np.isnan(errors)]
-    return float(known.max()) if known.size else math.nan
 
 
 def _slopes(scores: Floats, logs: Floats) -> list[float]:

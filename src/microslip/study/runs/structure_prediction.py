@@ -35,13 +35,13 @@ class ModeBands:
     """Fraction of the variance of ln(damping ratio) due to each input [-], largest first."""
     slopes: dict[str, tuple[tuple[str, float], ...]]
     """Change of ln(frequency) and ln(damping ratio) per standard deviation of each input [-]."""
-    frequency_error: float
-    """Largest relative half-width of the 90 % intervals of the quantiles [-].
+    frequency_error: Floats
+    """Largest relative half-width of the 90 % intervals of the quantiles [-], (amplitudes,).
 
     Infinite if there are too few samples for an outer quantile; NaN if no sample was solved.
     """
-    damping_error: float
-    """Largest relative half-width for the damping ratio [-]."""
+    damping_error: Floats
+    """Largest relative half-width for the damping ratio [-], (amplitudes,)."""
     unsolved: int
     """Number of samples without a solution at some amplitude, where they are ignored."""
     model_error: tuple[float, float] | None
@@ -210,6 +210,8 @@ class StructurePrediction:
     identified: ModalIdentification | None = None  # fit to the tests, if requested
     tests: tuple[ModalTest, ...] = ()
     convergence: Convergence | None = None  # convergence study for the first mode
+    patch_error: tuple[float, float] | None = None
+    """Estimated relative errors of frequency and joint damping by the patches [-]."""
     tight: tuple[TightMode, ...] = ()  # modes with all bolts tight, if some are slack
     frequency_responses: tuple[FrequencyResponse, ...] = ()  # one per force, all modes together
     limits: tuple[TieLimits, ...] = ()  # one per mode: open lap, tied under washers, fully tied

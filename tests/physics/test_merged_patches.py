@@ -1,0 +1,57 @@
+"""Patches of a reduced joint merged in pairs: a coarser contact on the same bodies."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import microslip as ms
+from microslip.structures.reduction_convergence import merged, patch_error
+
+STEEL = ms.Material(young_modulus=210e9, poisson_ratio=0.3)
+AMPLITUDES = [1e-6, 1e-5]
+
+
+@pytest.fixture(scope="module")
+def joints() -> dict[tuple[int, int], ms.ReducedJoint]:
+    bolts = ms.Bolts([0.0], shank=8e-3, hole=9e-3, washer=16e-3, tension=10e3)
+    lap = ms.LapJoint(length=0.3, width=0.03, thickness=0.02, lap=0.06, bolts=bolts)
+    end = {"end": ((0.14, 0.0, 0.0), "z")}
+    return {
+        (nx, ny): lap.reduce(STEEL, 7850.0, patches=(nx, ny), sensors=end)
+        for nx, ny in ((8, 2), (4, 2), (8, 1))
+    }
+
+
+def mode(joint: ms.ReducedJoint) -> tuple[np.ndarray, np.ndarray]:
+    summits = ms.GreenwoodWilliamson(
+        ms.MaterialPair(STEEL, STEEL), ms.Exponential(8e-7), radius=1e-3, density=1e8, area=1.0
+    )
+    curve = joint.tightened(summits, 0.4).modes(0, AMPLITUDES, at=joint.sensor("end"))
+    return curve.frequency, curve.damping_ratio
+
+
+@pytest.mark.parametrize(("axis", "coarse"), [(0, (4, 2)), (1, (8, 1))])
+def test_merged_patches_act_as_a_reduction_to_wider_ones(joints, axis, coarse) -> None:
+    found, wanted = merged(joints[8, 2], axis), joints[coarse]
+    assert found.patches == wanted.patches
+    order = [np.lexsort(joint.layout[:, [3, 1]].T) for joint in (found, wanted)]
+    np.testing.assert_allclose(found.layout[order[0]], wanted.layout[order[1]], atol=1e-9)
+    areas = [joint.patch_areas[i] for joint, i in zip((found, wanted), order, strict=True)]
+    np.testing.assert_allclose(*areas, rtol=1e-9)
+    # The differences within a pair remain free, as the body under one wide patch is.
+    for part, whole in zip(mode(found), mode(wanted), strict=True):
+        np.testing.assert_allclose(part, whole, rtol=2e-2)
+
+
+def test_error_is_a_third_of_the_changes_by_merging(joints) -> None:
+    fine = mode(joints[8, 2])
+    changes = [
+        [np.abs(a / b - 1.0).max() for a, b in zip(mode(merged(joints[8, 2], axis)), fine, strict=True)]
+        for axis in (0, 1)
+    ]
+    expected = np.sqrt((np.array(changes) ** 2).sum(axis=0)) / 3.0
+    np.testing.assert_allclose(patch_error(joints[8, 2], mode), expected, rtol=1e-9)
+    single = merged(merged(merged(merged(joints[8, 2], 0), 0), 0), 1)
+    assert single.patches == 1
+    assert patch_error(single, mode) is None

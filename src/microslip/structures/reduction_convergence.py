@@ -306,7 +306,7 @@ def merged(joint: ReducedJoint, axis: int) -> ReducedJoint:
     rest = np.arange(3 * count, joint.size)
     differences = np.setdiff1d(np.arange(3 * count), kept)
     turn = turn[:, np.concatenate([kept, rest, differences])]
-    total = np.bincount(owner, areas)
+    total = np.bincount(owner, areas).astype(np.float64)
     boxes = joint.patch_boxes[first].copy()
     boxes[:, 2 * axis + 1] = [joint.patch_boxes[group[-1], 2 * axis + 1] for group in groups]
     return replace(

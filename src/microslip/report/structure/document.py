@@ -343,7 +343,9 @@ def _methods(prediction: StructurePrediction) -> str:
             f"Harmonics beyond {harmonics} would change the joint's damping by {known.max():.1%}."
         )
     meshed = prediction.part.mesh is not None
-    return " ".join([text, *(_bands_remark(mode, prediction.part.unit, meshed) for mode in prediction.modes)])
+    return " ".join(
+        [text, *(_bands_remark(mode, prediction.part.unit, meshed) for mode in prediction.modes)]
+    )
 
 
 def _warnings(prediction: StructurePrediction) -> list[str]:
@@ -380,7 +382,9 @@ def _bands_remark(mode: Mode, unit: str, meshed: bool) -> str:
     sampling = "of its outer quantiles is unknown: take more samples."
     if math.isfinite(most):
         at = engineering(float(mode.curve.amplitude[np.nanargmax(errors)]), unit, 3)
-        sampling = f"of the damping's quantiles is ±{least:.1%} to ±{most:.1%} (90 %), most at {at}."
+        sampling = (
+            f"of the damping's quantiles is ±{least:.1%} to ±{most:.1%} (90 %), most at {at}."
+        )
     text = (
         f"Bands of mode {mode.number} are the 5, 50 and 95 % quantiles of harmonic balances at "
         "Sobol' points, interpolated where the inputs explain the result. The sampling error "

@@ -122,6 +122,7 @@ def _with_means(summary: Any) -> dict[str, Any]:
 
     Energies and amplitudes were those of the polygon through the samples, up to 0.2 % too small;
     intervals left that out. Offsets are below their standard errors, and differ by as much.
+    Thresholds had a source, a sphere or a law; they are those of a sphere now.
     """
     kept = (
         "amplitude", "closure_error", "damping_ratio", "dissipated_energy", "energy_ratio",
@@ -129,7 +130,9 @@ def _with_means(summary: Any) -> dict[str, Any]:
         "sliding_distance", "sliding_ratio",
     )  # fmt: skip
     (record,) = summary["records"]
-    return {**record, "mean": {name: record["mean"][name]["value"] for name in kept}}
+    thresholds = {name: record["thresholds"][name] for name in ("stick", "gross")}
+    means = {name: record["mean"][name]["value"] for name in kept}
+    return {**record, "mean": means, "thresholds": thresholds}
 
 
 def _of_scan(old: Any) -> dict[str, float]:

@@ -261,6 +261,18 @@ def test_loads_of_two_joints_have_a_density_each() -> None:
         found.force(9e-7, normal_load=1500.0)
 
 
+@pytest.mark.parametrize("start", [0.25, 0.1])
+def test_a_digitised_loop_is_used_whole(start: float) -> None:
+    """From a turning point, where samples lie within noise of each other, or from a branch."""
+    turn = np.arange(240) / 240.0 + start
+    u, rng = 1.2e-6 * np.sin(2.0 * math.pi * np.append(turn, turn + 1.0)), np.random.default_rng(1)
+    force = np.asarray(JOINT.force(u))[240:] + 0.5 * rng.standard_normal(240)
+    loop = ms.Record(u[240:] + 1e-9 * rng.standard_normal(240), force)
+    found = ms.identify(loop, noise=(0.5, 1e-9))
+    assert found.records[0].folded.count.sum() == 240
+    assert holds(found.dissipated_energy(1e-6), JOINT.dissipated_energy(1e-6))
+
+
 # -- Masing or not --------------------------------------------------------------------------------
 
 FAULTS: dict[str, Callable[[Floats, Floats, Floats], tuple[Floats, Floats]]] = {

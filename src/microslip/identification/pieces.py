@@ -53,8 +53,8 @@ def stretches_of(record: Record) -> list[Record]:
     start = np.concatenate([cut[:-1] for cut in cuts])
     period = np.concatenate([np.diff(cut) for cut in cuts])
     # The standard deviation within a cycle, which noise changes less than the range.
-    sums = np.cumsum(np.append(0.0, record.displacement - record.displacement.mean()))
-    squares = np.cumsum(np.append(0.0, (record.displacement - record.displacement.mean()) ** 2))
+    x = np.append(0.0, record.displacement - record.displacement.mean())
+    sums, squares = np.cumsum(x), np.cumsum(x**2)
     mean, square = ((c[start + period] - c[start]) / period for c in (sums, squares))
     amplitude = np.sqrt(np.maximum(square - mean**2, 0.0))
     groups: list[list[int]] = []
@@ -123,8 +123,11 @@ def loop_of(record: Record, noise: tuple[float, float], bins: int) -> Folded:
         error = 0.5**0.5 * np.hypot(noise[0], noise[1] * np.ptp(f) / np.ptp(u))
         row = error * np.sign(folded.displacement(folded.phase, 1))
         return replace(folded, stepped=lock(row[None]))
+    steps = np.hypot(*((np.roll(v, -1) - v) / np.ptp(v) for v in (x, force)))
+    # A single closed loop: its ends are no turning points, wherever it starts.
+    is_one = turns.size <= 3 and steps[-1] <= 2.0 * np.quantile(steps, 0.95)
     period = 2.0 * float(np.mean(np.diff(turns))) if turns.size > 1 else 0.0
-    if period and 1.02 * period < x.size <= _MOST_CYCLES * period:
+    if not is_one and period and 1.02 * period < x.size <= _MOST_CYCLES * period:
         if turns.size >= 3:
             first, last = int(turns[-3]), int(turns[-1])
         else:

@@ -131,8 +131,8 @@ def one_loop(x: Floats, force: Floats) -> tuple[int, bool, bool]:
     spans = [float(np.ptp(values)) or 1.0 for values in (x, force)]
     way = np.hypot(np.diff(x) / spans[0], np.diff(force) / spans[1])
     gap = math.hypot((x[-1] - x[0]) / spans[0], (force[-1] - force[0]) / spans[1])
-    usual = float(np.median(way))
-    size = x.size - 1 if gap < _REPEATED * usual else x.size
+    usual, near = (float(np.median(one)) for one in (way, way[[0, 1, -2, -1]]))  # short at turns
+    size = x.size - 1 if gap < _REPEATED * near else x.size
     low, high = np.percentile(x, (1.0, 99.0)).tolist()  # without spikes
     turns, _ = _crossings(np.tile(x[:size] - 0.5 * (low + high), 3), BAND * 0.5 * (high - low))
     return size, 5 <= turns.size <= 6, gap <= _CLOSED * usual

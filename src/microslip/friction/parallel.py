@@ -59,13 +59,10 @@ class Parallel(Locked, BackboneLaw):
     def _slope(self, u: Floats) -> Floats:
         return self._sum("_slope", u)
 
-    def _backbone_at(self, u: float) -> tuple[float, float]:
-        forces, slopes = zip(*(law._backbone_at(u) for law in self.laws), strict=True)
-        return min(sum(forces), self.force_limit), sum(slopes)
-
     def _backbone_and_slope(self, u: Floats) -> tuple[Floats, Floats]:
         parts = [law._backbone_and_slope(u) for law in self.laws]
-        return sum(part[0] for part in parts), sum(part[1] for part in parts)
+        force, slope = (np.asarray(sum(values)) for values in zip(*parts, strict=True))
+        return force, slope
 
     def _backbone_at(self, u: float) -> tuple[float, float]:
         pairs = [law._backbone_at(u) for law in self.laws]

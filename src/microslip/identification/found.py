@@ -317,8 +317,7 @@ class Identification(Locked, Plottable):
         if high > (1.0 + _SPARE) * value:
             # Open, unless the density of sliders demonstrably rises less steeply towards zero.
             rises = self._interval(
-                at,
-                lambda y: np.where(y <= near, 1.0 * (y > 0.0), -_LESS * (y <= _NEAR * near)),
+                at, lambda y: np.where(y <= near, 1.0 * (y > 0.0), -_LESS * (y <= _NEAR * near))
             )
             high = high if rises[2] <= 0.0 else math.inf
         gains = [self.gain_errors.get(key, 0.0) * value for key in ("force", "displacement")]

@@ -172,7 +172,7 @@ class FreeForm:
             rows.weigh(self.y + self.shifts[self.level[rows.load]], self.k)
 
     def _refine(self) -> None:
-        """Insert thresholds between sliders whose spacing affects the fit.
+        """Insert thresholds between sliders, and below the first one, where they affect the fit.
 
         A slider that yields between two thresholds a distance D apart is approximated with an error
         of up to k D/4 [N], which matters unless it is small compared with the noise of the bins.
@@ -180,11 +180,12 @@ class FreeForm:
         y, k = self.y[:-1], self.k[:-1]
         noise = min(float((1.0 / rows.weight).mean()) for rows in self.rows)
         wide = (k[1:] + k[:-1]) * np.diff(y) > _VISIBLE * noise
-        if not wide.any():
+        below = y[0] / 2.0 ** np.arange(5 * int(k[0] * y[0] > noise), 0, -1)
+        if not wide.any() and not below.size:
             return
         parts = np.arange(1, _BETWEEN + 1) / (_BETWEEN + 1)
         new = y[:-1][wide, None] + np.diff(y)[wide, None] * parts
-        grid = np.union1d(y, new.ravel())
+        grid = np.union1d(y, np.append(below, new))
         spread = np.zeros(grid.size + 1)
         spread[np.searchsorted(grid, y)] = k
         spread[-1] = self.k[-1]

@@ -94,12 +94,11 @@ def _halved(cycles: Cuts, parity: int, size: int) -> Cuts:
 
 
 def _relative(whole: Floats, half: Floats, is_stiffness: bool) -> float:
-    """Return the relative change of a mean if only every other sample is used [-]."""
+    """Return the median relative change of a column if only every other sample is used [-].
+
+    A mean would depend on cycles of other amplitudes, in which a divisor may be zero.
+    """
     with np.errstate(divide="ignore", invalid="ignore"):
-        if is_stiffness:
-            whole, half = 1.0 / whole, 1.0 / half
-        fine = np.isfinite(whole) & np.isfinite(half)
-        if not fine.any():
-            return 0.0
-        mean = float(whole[fine].mean())
-        return abs(float(half[fine].mean()) - mean) / abs(mean) if mean else 0.0
+        change = (whole / half if is_stiffness else half / whole) - 1.0
+    fine = change[np.isfinite(change)]
+    return abs(float(np.median(fine))) if fine.size else 0.0

@@ -86,14 +86,21 @@ def logs(case: tuple[float, ...], seed: int, known: bool) -> list[float]:
     return [math.log(a / b) for a, b in zip(*found, strict=True)]
 
 
+FACES = 4
+"""Faces of a case: k_n of single faces of three to five waves differs by 7 %, E(0.3) by 27 %."""
+
+
 @pytest.mark.slow
 def test_drawn_faces_are_those_of_another_generator() -> None:
-    """Ten kinds: single faces of 5 waves scatter by themselves, so the means are held closer."""
-    miss = np.array([logs(case, seed, known=False) for seed, case in enumerate(CASES)])
+    """Ten cases, rms over the cases: k_n within 5 %, E(0.3) 25 %, E(1) 8 %."""
+    miss = np.array([
+        np.mean([logs(case, 100 * i + k, known=False) for k in range(20, 20 + FACES)], axis=0)
+        for i, case in enumerate(CASES)
+    ])  # fmt: skip
     mean, rms = miss.mean(axis=0), np.sqrt((miss**2).mean(axis=0))
-    assert abs(mean[0]) < 0.06
-    assert abs(mean[3]) < 0.08
-    assert abs(mean[2]) < 0.12
-    assert rms[0] < 0.12
+    assert abs(mean[0]) < 0.04
+    assert abs(mean[2]) < 0.08
+    assert abs(mean[3]) < 0.04
+    assert rms[0] < 0.05
     assert rms[2] < 0.25
-    assert rms[3] < 0.15
+    assert rms[3] < 0.08

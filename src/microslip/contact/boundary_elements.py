@@ -27,10 +27,9 @@ Mask = NDArray[np.bool_]
 _ROUNDS = 300
 """Largest number of active-set iterations; four to twelve are usual."""
 _CAUTIOUS = 14
-"""Iteration from which points are released only while all pressures are within the bounds.
+"""Iteration from which only the worst points are released, and none while others leave the bounds.
 
-Then only the worst of the points are released. Without it the sets alternate for ever on a smooth
-face with a few deep scratches, nearly all of which touches.
+Otherwise the sets alternate for ever on a smooth face with deep scratches, as nearly all touches.
 """
 _STEPS = 3000  # of conjugate gradients for one set
 
@@ -70,13 +69,11 @@ class HalfSpace:
         q[0, 0] = np.inf
         self._kernel = 2.0 / q
         self._directions = qx / q, qy[:, None] / q  # of the waves, by axis
-        self.convolutions = 0
 
     def displacement(self, pressure: Floats) -> Floats:
         """Return the normal displacement under pressures, shape (rows, columns), with zero mean."""
         from scipy import fft
 
-        self.convolutions += 1
         if self.mirrored:
             waves = fft.dctn(pressure, workers=self.workers)
             waves *= self._kernel
@@ -90,7 +87,6 @@ class HalfSpace:
         = 2 lambda - 1, with the ratio lambda of normal to tangential stiffness of a round contact.
         The grid must be periodic: mirror images would reverse tractions normal to a mirror.
         """
-        self.convolutions += 1
         across = 2.0 * stiffness_ratio - 1.0
         x, y = (self._kernel * self._waves(part) for part in tractions)
         along = (across - 1.0) * (self._directions[0] * x + self._directions[1] * y)

@@ -91,6 +91,8 @@ _TERMS = {
     "stiffness": _terms(5, 4, 2), "separation": _terms(4, 4, 1), "contact": _terms(4, 4, 1),
     "bends": _terms(3, 2, 1), "contacts": _terms(3, 2, 0),
 }  # fmt: skip
+_SIZE = [_POWERS.index(power) for power in ((0, 0), (0, 1), (1, 0))]
+"""Terms divided by the number of roll-off waves along a side of the solved face."""
 _PIXEL: dict[str, tuple[list[int], list[int]]] = {
     name: ([_POWERS.index(power) for power in powers], [])
     for name, powers in {
@@ -124,10 +126,11 @@ def fit(nodes: dict[str, NDArray[Any]]) -> dict[str, Floats]:
     Parameters
     ----------
     nodes : dict of ndarray
-        ``hardness``, ``pressure``, ``breadth``, ``weight`` and, for each node, ``stiffness``,
-        ``loading``, ``contact`` (logarithms), ``separation``, ``bends`` and ``contacts``. Arrays
-        with the prefix ``pixel_`` are corrections from the pixel of the nodes to an infinitely fine
-        pixel.
+        ``hardness``, ``pressure``, ``breadth``, ``weight``, ``waves`` along a side and, for each
+        node, ``stiffness``, ``loading``, ``contact`` (logarithms), ``separation``, ``bends`` and
+        ``contacts``. The fit is that of a large face: ln k, for example, has a part that is
+        inversely proportional to ``waves``. Arrays with the prefix ``pixel_`` are corrections
+        from the pixel of the nodes to an infinitely fine pixel.
     """
     weight = np.asarray(nodes["weight"], dtype=float)
     powers, rising = _powers(*groups(nodes["hardness"], nodes["pressure"]))
@@ -136,6 +139,7 @@ def fit(nodes: dict[str, NDArray[Any]]) -> dict[str, Floats]:
     solved = np.asarray(nodes["pixel_hardness"])
     inside = np.maximum(nodes["hardness"], solved.min(initial=1.0))
     within = _powers(*groups(inside, nodes["pressure"]))[0]
+    waves = np.asarray(nodes["waves"], dtype=float)[:, None]
     breadth, none = np.asarray(nodes["breadth"], dtype=float), np.ones(fine.shape[1])
     found: dict[str, Floats] = {}
     for name, terms in _TERMS.items():
@@ -143,9 +147,14 @@ def fit(nodes: dict[str, NDArray[Any]]) -> dict[str, Floats]:
         change = np.asarray(nodes[f"pixel_{name}"], dtype=float)
         change = change.reshape(none.size, y.shape[1])
         rows, scale = _basis(powers, breadth, terms).T, weight
+        count = rows.shape[1]
+        rows = np.concatenate([rows, powers[_SIZE].T / waves], axis=1)
         if name == "separation":
             # The stiffness of first loading is the slope of this separation.
-            rows = np.concatenate([rows, 0.5 * _basis(rising, breadth, terms).T])
+            slopes = np.concatenate(
+                [_basis(rising, breadth, terms).T, rising[_SIZE].T / waves], axis=1
+            )
+            rows = np.concatenate([rows, 0.5 * slopes])
             scale = np.concatenate([weight, weight])
         columns = []
         for k in range(y.shape[1]):
@@ -158,9 +167,9 @@ def fit(nodes: dict[str, NDArray[Any]]) -> dict[str, Floats]:
             if name == "separation":
                 right = np.concatenate([right, -0.5 * np.exp(-np.asarray(nodes["loading"]))])
             known = np.isfinite(right)
-            columns.append(
-                _least_squares(rows[known] * scale[known, None], right[known] * scale[known])
-            )
+            heavy = scale[known]
+            terms_found = _least_squares(rows[known] * heavy[:, None], right[known] * heavy)
+            columns.append(terms_found[:count])  # those of a large face
         found[name] = np.array(columns)
     return found
 

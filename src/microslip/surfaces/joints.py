@@ -142,7 +142,7 @@ def contact_words(numbers: ContactNumbers) -> str:
         scatter = f", whose stiffness scatters by {100.0 * n.scatter:.0f} %"
     low, high = n.stiffness_ratios
     changes = [
-        f"{_change(value)} {how}"
+        f"{round(100.0 * (value - 1.0)):d} % {how}"
         for value, how in (
             (n.coarser, "by twice the pixel"),
             (n.smoother, f"without waves below {engineering(n.cutoff or 0.0, 'm')}"),
@@ -156,11 +156,6 @@ def contact_words(numbers: ContactNumbers) -> str:
         f"piece{'s' if n.pieces > 1 else ''}{scatter}; normal over tangential stiffness "
         f"{low:.3f} to {high:.3f} by direction{resolution}"
     )
-
-
-def _change(ratio: float) -> str:
-    percent = 100.0 * (ratio - 1.0)
-    return f"{percent:+.0f} %" if abs(percent) >= 0.5 else "less than 0.5 %"
 
 
 def _rounded_up(value: float) -> float:

@@ -16,6 +16,7 @@ from microslip.surfaces.findings import Request, analyse
 
 from .elements import AMPLITUDES, Floats, Truth, solve
 from .kinds import KINDS, Made, made
+from .other_kinds import OTHER_KINDS, other
 
 HERE = Path(__file__).parent
 LOG = HERE.parents[1] / "build" / "faces.jsonl"
@@ -52,7 +53,9 @@ def _pair() -> ms.MaterialPair:
 
 @cache
 def _digest() -> str:
-    code = b"".join((HERE / name).read_bytes() for name in ("elements.py", "kinds.py"))
+    code = b"".join(
+        (HERE / name).read_bytes() for name in ("elements.py", "kinds.py", "other_kinds.py")
+    )
     return hashlib.sha256(code).hexdigest()[:16]
 
 
@@ -122,7 +125,7 @@ def _held(drawn: ms.DrawnFace, true: Truth, pressure: float) -> tuple[bool, ...]
 
 def compared(kind: str, seed: int, pressure: float) -> tuple[Row, Row]:
     """Return the comparison of the measured and of the drawn law of one face."""
-    face = made(kind, seed)
+    face = other(kind, seed) if kind in OTHER_KINDS else made(kind, seed)
     key = f"{kind} {seed} {pressure:g}"
     true = truth(key, face.heights, face.pixel, pressure, HARDNESS)
     measured = ms.MeasuredContact(
@@ -165,7 +168,7 @@ def compared_scan(name: str, pressure: float) -> Row:
 
 def cases() -> list[tuple[str, int, float]]:
     """Return kind, seed and pressure of all cases."""
-    return [(kind, seed, p) for seed in SEEDS for p in PRESSURES for kind in KINDS]
+    return [(kind, seed, p) for seed in SEEDS for p in PRESSURES for kind in (*KINDS, *OTHER_KINDS)]
 
 
 def scans() -> list[str]:

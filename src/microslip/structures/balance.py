@@ -369,8 +369,8 @@ class ModeStep:
             return None
         return Elimination(compliance, flat, columns, turned, blocks, rows, factors)
 
-    def iterate(self) -> Floats | None:
-        """Solve by GMRES, preconditioned with the structure in full stick."""
+    def iterate(self, tolerance: float) -> Floats | None:
+        """Solve by GMRES to a relative residual, preconditioned with sticking joints."""
         modes, size = self.balance.shape
         count = modes * size
         unit = float(np.abs(self.point.coefficients).max())
@@ -392,7 +392,7 @@ class ModeStep:
             ]
             return np.append((forces / scale).reshape(-1), border)
 
-        y = gmres(product, self._right(unit), 1e-9 if self.current.merit < 1e-4 else 1e-4, 160)
+        y = gmres(product, self._right(unit), tolerance, 160)
         if y is None:
             return None
         step = solve(y)

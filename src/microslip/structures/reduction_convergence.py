@@ -15,6 +15,7 @@ from microslip._core.frozen import Locked
 from microslip.contact import NormalLaw
 from microslip.structures.mesh import JointMesh
 from microslip.structures.modal_curve import ModalCurve
+from microslip.structures.nonlinear_mode import NO_LOSS
 from microslip.structures.reduction import Reducer
 from microslip.structures.reduction_model import ReducedJoint
 
@@ -264,8 +265,12 @@ def patch_error(
     if not trials:
         return None
     fine = solve(joint)
+    scales = fine[0], np.maximum(abs(fine[1]), NO_LOSS)
     changes = [
-        [float(np.abs(a / b - 1.0).max()) for a, b in zip(solve(coarse), fine, strict=True)]
+        [
+            float((abs(a - b) / scale).max())
+            for a, b, scale in zip(solve(coarse), fine, scales, strict=True)
+        ]
         for coarse in trials
     ]
     frequency, damping = (_HALVED - 1.0) * np.sqrt((np.array(changes) ** 2).sum(axis=0))

@@ -93,7 +93,10 @@ def _judged(prediction: StructurePrediction) -> Iterator[Verdict]:
         )
     if prediction.convergence is None and prediction.patch_error is not None:
         rule = _PATCHES if part.mesh is None else replace(_PATCHES, remedy="give more patches")
-        yield rule.judge(max(prediction.patch_error))
+        frequency, of_joint = prediction.patch_error
+        curve = modes[0].curve
+        share = float(np.nanmax(1.0 - curve.base_damping / curve.damping_ratio))  # of the joint
+        yield rule.judge(max(frequency, share * of_joint))
     else:
         error = None if prediction.convergence is None else max(prediction.convergence.error)
         yield (_DRAWN if part.mesh is None else _MESHED).judge(error)

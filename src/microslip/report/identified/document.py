@@ -318,9 +318,7 @@ def _parameters(data: Mapping[str, Any]) -> tuple[Any, ...]:
     rows = tuple(
         (
             capital(name.replace("_", " ")),
-            interval_text(
-                Estimate(one["value"], one["low"], one["high"]), one["unit"].replace("-", "")
-            )
+            interval_text(Estimate(one["value"], one["low"], one["high"]), one["unit"])
             if one["verdict"] != "not determined"
             else cells.UNKNOWN,
             Judged(_WORDS.get(one["verdict"], "outside"), one["verdict"]),

@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats
 from microslip.laboratory.cuts import Cuts, noise_of
 
-_CORNER, _OF_RANGE = 0.85, 1e-4
-"""Largest sum of squares of a corner over that of a smooth turn; smallest residual over the range
-of the displacement of a turn that is not smooth."""
+_CORNER, _CORNER_OF_MANY, _MANY, _OF_RANGE = 0.7, 0.85, 10, 1e-4
+"""Largest sum of squares of a corner over that of a smooth turn, in windows of few and of many
+samples, from this half-width on; smallest residual over the range of the displacement of a turn
+that is not smooth."""
 _EIGHTH, _OF_FLANK, _STRAIGHT = 0.125, 0.7, 1.2
 """Largest half-width of the window around a corner over the period and over the shorter flank, and
 largest residual of two lines over the noise in it."""
@@ -113,7 +114,9 @@ def _corner_window(
         )
         limit = (_OF_RANGE * float(np.median(np.ptp(rows, axis=1)))) ** 2
         is_noise = straight < (_STRAIGHT * noise) ** 2 or width == max(half, 3)
-        if curved > limit and is_noise and straight < _CORNER * curved:
+        # Few samples agree with two lines by chance.
+        corner = _CORNER if width < _MANY else _CORNER_OF_MANY
+        if curved > limit and is_noise and straight < corner * curved:
             return width
     return 0
 

@@ -251,10 +251,14 @@ class Interface(CoupledLaw):
         return factor * self.surface._fall(self.separation, self._steps(u))
 
     def _backbone_at(self, u: float) -> tuple[float, float]:
-        if self._table is None:
-            return super()._backbone_at(u)
         step = min(u, 1e200) / self.slip_per_indentation
         factor = self._friction / self.slip_per_indentation
+        if self._table is None:
+            if self.surface._spheres is None and self.surface._spline is None:
+                return super()._backbone_at(u)
+            curve = self._load_curve.scalar
+            force = min(self._friction * curve.drop(0.0, step), self.force_limit)
+            return force, factor * curve.load(step)[1]
         slope = -self.surface._derivative_at(self.separation + step, 1)
         return self._table.at(u)[0], factor * slope
 

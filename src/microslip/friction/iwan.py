@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import ClassVar, NamedTuple
@@ -110,6 +111,19 @@ class Iwan(Locked, CellModel):
 
     def _slope(self, u: Floats) -> Floats:
         return np.asarray(self._cells.stuck[np.searchsorted(self._cells.yields, u, side="right")])
+
+    @cached_property
+    def _lists(self) -> tuple[list[float], list[float], list[float]]:
+        """Yield displacements [m], stuck stiffnesses [N/m] and slipped forces [N] of the cells."""
+        return tuple(values.tolist() for values in self._cells[:1] + self._cells[2:4])
+
+    def _backbone_at(self, u: float) -> tuple[float, float]:
+        yields, stuck, slipped = self._lists
+        yielded = bisect_right(yields, u)
+        if yielded == len(yields):
+            return slipped[-1], 0.0
+        force = slipped[yielded] + u * stuck[yielded]
+        return min(force, slipped[-1]), stuck[yielded]
 
     def _inverse(self, force: Floats) -> Floats:
         cells = self._cells

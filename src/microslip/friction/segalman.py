@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from microslip._core.checks import Floats
 from microslip._core.errors import InputError
 from microslip._core.frozen import lock
 from microslip._core.inversion import invert
+from microslip._core.packages import needed_for
 from microslip._core.parameters import parameter
 from microslip.friction.base import BackboneLaw, PowerModel, SegalmanFit
 from microslip.friction.sliders import Sliders
@@ -62,7 +64,7 @@ class SegalmanIwan(PowerModel):
 
     key = "segalman"
 
-    @property
+    @cached_property
     def slip_displacement(self) -> float:
         """Displacement phi at which gross slip begins [m]."""
         p = 1.0 + self.chi
@@ -89,6 +91,14 @@ class SegalmanIwan(PowerModel):
     def _slope(self, u: Floats) -> Floats:
         slope = self._spread * (self.beta + (1.0 - self._powers(u)[0]))
         return np.where(u < self.slip_displacement, slope, 0.0)
+
+    def _backbone_at(self, u: float) -> tuple[float, float]:
+        phi = self.slip_displacement
+        if u >= phi:
+            return self.force_limit, 0.0
+        power, spread = (u / phi) ** (1.0 + self.chi), self._spread
+        force = u * (self.stiffness - spread * power / (2.0 + self.chi))
+        return min(force, self.force_limit), spread * (self.beta + (1.0 - power))
 
     @property
     def tangential_stiffness(self) -> float:
@@ -173,7 +183,8 @@ class SegalmanIwan(PowerModel):
 
 def fit_segalman(law: BackboneLaw, amplitudes: Floats) -> SegalmanFit:
     """Fit chi and beta to the energies of a law at ``amplitudes`` [m], one-dimensional."""
-    from scipy.optimize import least_squares
+    with needed_for("a fit of Segalman's law needs"):
+        from scipy.optimize import least_squares
 
     energy = law._energy(amplitudes)
     loses = energy > 0.0

@@ -85,6 +85,9 @@ class SliderLaw(Locked, BackboneLaw):
     def _slope(self, u: Floats) -> Floats:
         return self._cells._slope(u)
 
+    def _backbone_at(self, u: float) -> tuple[float, float]:
+        return self._cells._backbone_at(u)
+
     def _inverse(self, force: Floats) -> Floats:
         return self._cells._inverse(force)
 

@@ -1,7 +1,7 @@
 """Imports on first use: names of a package, and optional packages.
 
-The core of the library needs only NumPy and SciPy. Functions that read units, validate studies,
-draw or write files import further packages when called, and report a missing one in one line.
+The core of the library needs only NumPy. Functions that fit, read units, validate studies, draw or
+write files import further packages when called, and report a missing one in one line.
 """
 
 from __future__ import annotations

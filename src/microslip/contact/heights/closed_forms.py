@@ -12,6 +12,7 @@ from microslip._core import kernels
 from microslip._core.checks import Floats, record
 from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, assign, lock
+from microslip._core.packages import needed_for
 from microslip._core.parameters import parameter
 from microslip.contact.heights.base import HeightDistribution
 
@@ -138,7 +139,8 @@ class Exponential(HeightDistribution):
 def _incomplete(a: float, x: Floats) -> Floats:
     """Return exp(x) Gamma(a, x) for a = 1/2, 1, 3/2 ... and x > 0; Gamma is the incomplete one."""
     if a % 1.0:
-        from scipy.special import erfcx  # here, since only heavy loads need SciPy
+        with needed_for("exponential heights with all summits in contact need"):
+            from scipy.special import erfcx  # here, since only heavy loads need SciPy
 
         power, value = 0.5, math.sqrt(math.pi) * erfcx(np.sqrt(x))
     else:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -183,3 +184,30 @@ def test_rest_and_tiny_motions() -> None:
     assert held.force[0] == pytest.approx(177.0, abs=1.0)
     level = WORKED.harmonics([5e-7, 3e-7, 0.0], [0, 1], "mean")
     assert level.force[0] == pytest.approx(0.0, abs=1e-9)
+
+
+@all_laws
+@pytest.mark.parametrize("orders", [[0, 1, 30], [3, 25]])
+def test_few_high_orders_agree_with_all_orders(law: ms.BackboneLaw, orders: list[int]) -> None:
+    """The kernel integrates few orders by themselves, at a cost linear in the highest one."""
+    rng = np.random.default_rng(4)
+    columns = [k for n in orders for k in ((2 * n - 1, 2 * n) if n else (0,))]
+    every = np.zeros(2 * orders[-1] + 1)
+    every[columns] = reach_of(law) * rng.normal(size=len(columns))
+    few = law.harmonics(every[columns], orders)
+    full = law.harmonics(every, range(orders[-1] + 1))
+    jacobian = full.jacobian[np.ix_(columns, columns)]
+    assert np.abs(few.force - full.force[columns]).max() < 1e-10 * np.abs(full.force).max()
+    assert np.abs(few.jacobian - jacobian).max() < 1e-8 * np.abs(jacobian).max()
+
+
+def test_few_high_orders_of_a_field_agree_with_the_joint() -> None:
+    """Order 300, which the kernel integrates only if few orders are given."""
+    field = ms.JointField(WORKED.surface, 0.55, areas=[1e-4, 1e-4], loads=[600.0, 1400.0])
+    c = 3e-7 * np.array([[0.1, 1.0, 0.2, 0.3, -0.1], [0.0, 0.4, 0.2, 0.02, 0.3]])
+    found = field.harmonics(c, [0, 1, 300])
+    for i, load in enumerate((600.0, 1400.0)):
+        half = ms.Interface(replace(WORKED.surface, area=1e-4), 0.55, normal_load=load)
+        alone = half.harmonics(c[i], [0, 1, 300])
+        assert np.abs(found.force[i] - alone.force).max() < 1e-9 * load
+        assert np.abs(found.jacobian[i] - alone.jacobian).max() < 1e-8 * half.tangential_stiffness

@@ -14,7 +14,7 @@ from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, lock
 from microslip.friction.cycles import Rest, rest_of, rows_of
 from microslip.friction.field_cycles import NodeCycles, SettledField, from_root
-from microslip.friction.harmonics import Basis, coefficients_of
+from microslip.friction.harmonic_basis import Basis, coefficients_of
 from microslip.friction.memory import Diagram, Nodes, steps_along
 
 _SAMPLES = 256  # per period, for a given normal load

@@ -16,14 +16,13 @@ from microslip._core.kernels import Integers
 from microslip._core.threads import in_parts
 from microslip.friction.cycles import rest_of
 from microslip.friction.field_harmonics import FieldHarmonics
-from microslip.friction.harmonics import (
+from microslip.friction.harmonic_basis import (
     MOST_ORDERS,
     Basis,
-    checked_tolerance,
     coefficients_of,
-    harmonic_force,
     tolerance_error,
 )
+from microslip.friction.harmonics import checked_tolerance, harmonic_force
 from microslip.friction.memory import Nodes
 
 _EMPTY = np.zeros(0)
@@ -382,7 +381,7 @@ def varying_harmonics(
     rtol: float,
 ) -> FieldHarmonics:
     """Return coefficients for varying separations, without samples; NaN for nodes at rest."""
-    if not basis.in_kernel:
+    if basis.orders[-1] > MOST_ORDERS:
         raise InputError(
             f"`harmonics` must not be above {MOST_ORDERS} without samples, got "
             f"{basis.orders[-1]}; write samples={8 * basis.orders[-1]}"
@@ -439,12 +438,14 @@ def constant_separation_harmonics(
             places = np.clip(rows / nodes.slips[:, None], -1e100, 1e100)
             begin = np.clip(begin / nodes.slips, -1e100, 1e100)
 
-        def kernel(dense: Floats, size: int, wide: int, rtol: float, *out: Floats) -> bool:
+        def kernel(rows: Floats, size: int, wide: int, rtol: float, *out: Floats) -> bool:
+            force, jacobian, orders = out
+
             def settle(part: slice) -> Any:
-                rows = [array[part] for array in (dense, *out, nodes.rests)]
                 return kernels.compiled.field_harmonics(
-                    rows[0], part.stop - part.start, wide, rtol, *rows[1:], *curve.arguments
-                )
+                    rows[part], part.stop - part.start, wide, rtol, force[part], jacobian[part],
+                    orders, nodes.rests[part], *curve.arguments,
+                )  # fmt: skip
 
             return any(in_parts(size, settle))
 

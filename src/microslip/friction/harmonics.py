@@ -12,19 +12,18 @@ Laws with a table, and fields, are integrated in the kernel; here are those with
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core import kernels
-from microslip._core.checks import Floats, floats, is_whole, number, rising_orders, show
+from microslip._core.checks import Floats, number
 from microslip._core.errors import InputError
-from microslip._core.frozen import lock
 from microslip._core.kernels.table import Table
 from microslip._core.quadrature import gauss_legendre
 from microslip.friction.cycles import Backbone, Rest, rest_of
+from microslip.friction.harmonic_basis import Basis, coefficients_of
 
 _NODES, _WEIGHTS = gauss_legendre(16)
 # Nodes are clustered like those of a cosine, which makes square roots at the ends smooth.
@@ -33,8 +32,6 @@ _SHARE_WEIGHTS = 0.5 * math.pi * np.sin(math.pi * _NODES) * _WEIGHTS
 _MAX_PIECES = 1 << 15
 _LEVELS = 48
 _NO_REST = np.zeros(1)
-_MOST_SAMPLES = 1 << 20
-MOST_ORDERS = 200  # highest harmonic in the kernel, whose work grows with the square of it
 
 
 class KinkedBackbone(Backbone, Protocol):
@@ -62,136 +59,6 @@ class HarmonicForce(NamedTuple):
     """Coefficients of the force [N], in the order of the displacement coefficients."""
     jacobian: Floats
     """Jacobian [N/m]: rows are force coefficients, columns displacement coefficients."""
-
-
-class Basis:
-    """Basis functions [1,] cos(n t), sin(n t) of given harmonics n, in increasing order."""
-
-    def __new__(cls, harmonics: Any) -> Basis:
-        """Return the basis of given harmonics; equal harmonics share one object."""
-        if isinstance(harmonics, tuple) and all(type(n) is int for n in harmonics):
-            return _basis(harmonics)
-        return _basis(tuple(rising_orders("harmonics", harmonics)))
-
-    def _fill(self, harmonics: tuple[int, ...]) -> None:
-        self.orders = list(rising_orders("harmonics", harmonics))
-        if not self.orders:
-            raise InputError("`harmonics` must not be empty, got none; write harmonics=[0, 1, 3]")
-        self.columns = [k for n in self.orders for k in ((2 * n - 1, 2 * n) if n else (0,))]
-        self.is_dense = self.columns == list(range(2 * self.orders[-1] + 1))
-        self.has_mean = self.orders[0] == 0
-        turning = [n for n in self.orders if n]
-        self._n = np.repeat(np.array(turning, dtype=float), 2)
-        self._phase = np.tile([0.0, -0.5 * math.pi], len(turning))
-        self.size = self._n.size + self.has_mean
-
-    def values(self, t: Floats, derivative: int = 0) -> Floats:
-        """Evaluate the functions or their derivatives at times t [rad], shape (t.size, size)."""
-        angle = t[:, None] * self._n
-        even, odd = np.cos(angle[:, ::2]), np.sin(angle[:, ::2])
-        waves = np.empty((t.size, self._n.size))
-        if derivative % 2:
-            waves[:, ::2], waves[:, 1::2] = -odd, even
-        else:
-            waves[:, ::2], waves[:, 1::2] = even, odd
-        if derivative:
-            waves *= self._n if derivative == 1 else -self._n * self._n
-        if not self.has_mean:
-            return waves
-        mean = np.zeros((t.size, 1)) if derivative else np.ones((t.size, 1))
-        return np.hstack((mean, waves))
-
-    @property
-    def factors(self) -> Floats:
-        """Factors that convert integrals over a period, function times force, to coefficients."""
-        result = np.full(self.size, 1.0 / math.pi)
-        if self.has_mean:
-            result[0] = 0.5 / math.pi
-        return result
-
-    def sampled(self, samples: Any) -> tuple[Floats, Floats]:
-        """Return matrices (samples, size) from coefficients to samples, and from samples back."""
-        fewest = 2 * self.orders[-1] + 1
-        if not is_whole(samples) or not fewest <= samples <= _MOST_SAMPLES:
-            raise InputError(
-                f"`samples` must be a whole number from {fewest}, for harmonic {self.orders[-1]}, "
-                f"to {_MOST_SAMPLES}, got {show(samples)}"
-            )
-        return _sampled(tuple(self.orders), int(samples))
-
-    @property
-    def in_kernel(self) -> bool:
-        """True if the kernel supports the highest harmonic."""
-        return self.orders[-1] <= MOST_ORDERS
-
-    def integrated(
-        self, rows: Floats, begin: Floats | float, tolerance: float, kernel: Any, *line: Any
-    ) -> tuple[Floats, Floats]:
-        """Integrate coefficients of forces and their Jacobians with a compiled kernel.
-
-        ``rows`` are displacement coefficients [m], shape (joints, size), ``begin`` displacements
-        at rest [m], one or one per joint, and ``line`` the arguments of the law for the kernel.
-        """
-        dense, columns = self.dense(rows)
-        dense[:, 0] -= begin
-        force, jacobian = np.empty(dense.shape), np.empty((*dense.shape, dense.shape[1]))
-        if kernel(dense, *dense.shape, tolerance, force, jacobian, *line):
-            raise tolerance_error(tolerance)
-        if self.is_dense:
-            return force, jacobian
-        return force[:, columns], jacobian[:, columns][:, :, columns]
-
-    def dense(self, rows: Floats) -> tuple[Floats, list[int]]:
-        """Return rows with zeros added for missing harmonics, and the columns of given ones."""
-        if self.is_dense:
-            return np.array(rows, dtype=float, order="C"), self.columns
-        dense = np.zeros((len(rows), 2 * self.orders[-1] + 1))
-        dense[:, self.columns] = rows
-        return dense, self.columns
-
-
-@lru_cache(maxsize=64)
-def _basis(harmonics: tuple[int, ...]) -> Basis:
-    basis = object.__new__(Basis)
-    basis._fill(harmonics)
-    return basis
-
-
-def tolerance_error(tolerance: float) -> InputError:
-    """Return the error for a tolerance that is not reached on a load curve with many corners."""
-    return InputError(
-        f"`rtol` must be larger for this law, whose load curve has too many corners for "
-        f"{tolerance:g}; write rtol={100.0 * tolerance:g}"
-    )
-
-
-@lru_cache(maxsize=32)
-def _sampled(orders: tuple[int, ...], samples: int) -> tuple[Floats, Floats]:
-    basis = Basis(list(orders))
-    functions = np.ascontiguousarray(basis.values(2.0 * math.pi * np.arange(samples) / samples))
-    analysis = np.ascontiguousarray(functions * (basis.factors * (2.0 * math.pi / samples)))
-    return lock(functions), lock(analysis)
-
-
-def coefficients_of(
-    name: str, coefficients: ArrayLike, basis: Basis, nodes: int | None = None, unit: str = "m"
-) -> Floats:
-    """Check coefficients of shape (size,), or also (nodes, size) if ``nodes`` is given."""
-    values = floats(name, coefficients, unit)
-    if nodes is not None:
-        if values.shape not in ((basis.size,), (nodes, basis.size)):
-            raise InputError(
-                f"`{name}` must have the shape ({nodes}, {basis.size}), a row for each node "
-                f"in the order of the harmonics, or ({basis.size},) for equal rows, "
-                f"got {values.shape}"
-            )
-        return np.broadcast_to(values, (nodes, basis.size))
-    if values.shape != (basis.size,):
-        raise InputError(
-            f"`{name}` must hold {basis.size} numbers, [mean,] cosine and sine of each harmonic of "
-            f"{basis.orders}, got shape {values.shape}"
-        )
-    return values
 
 
 def harmonic_force(
@@ -224,9 +91,9 @@ def harmonic_force(
     pieces = getattr(law, "_pieces", None)
     if pieces is not None and basis.in_kernel:
 
-        def kernel(dense: Floats, size: int, wide: int, rtol: float, *out: Floats) -> Any:
+        def kernel(rows: Floats, size: int, wide: int, rtol: float, *out: Floats) -> Any:
             return kernels.compiled.field_harmonics(
-                dense, size, wide, rtol, *out, _NO_REST, *pieces.arguments
+                rows, size, wide, rtol, *out, _NO_REST, *pieces.arguments
             )
 
         values, slopes = basis.integrated(c[None], begin, tolerance, kernel)

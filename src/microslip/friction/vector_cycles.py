@@ -15,7 +15,7 @@ from microslip._core.frozen import Locked, lock
 from microslip._core.kernels import Integers
 from microslip._core.threads import in_parts
 from microslip.friction.field_harmonics import Bools, FieldHarmonics
-from microslip.friction.harmonics import Basis, coefficients_of
+from microslip.friction.harmonic_basis import Basis, coefficients_of
 from microslip.friction.memory import SliderBank
 
 _PASSES = 2000  # largest number of periods of a slider, besides Newton steps

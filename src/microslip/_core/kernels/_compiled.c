@@ -95,14 +95,14 @@ static const Kernel kernels[] = {
      "field_slopes(place, step or None, rest, samples, by_place, places, by_step, steps, stride, "
      "weights, rows, spectrum, jacobian, load_spectrum, load_jacobian, *curve): directions are "
      "(samples, places) and (samples, steps), with a stride of 1 for each node its own."},
-    {"field_harmonics", "anndAAaP", "n", run_field_harmonics, 0,
-     "field_harmonics(place, rows, size, tolerance, value, jacobian, rest, *profile) -> whether "
-     "the tolerance was missed: of rows of 2 H + 1 coefficients, mean, cos 1, sin 1, ..."},
+    {"field_harmonics", "anndAAaaP", "n", run_field_harmonics, 0,
+     "field_harmonics(place, rows, size, tolerance, value, jacobian, orders, rest, *profile) -> "
+     "whether the tolerance was missed: of rows of mean, cos, sin, ... of the orders, of all if empty"},
     {"varying_harmonics", "aanndAAAAaP", "n", run_varying_harmonics, 0,
      "varying_harmonics(place, step, rows, size, tolerance, value, jacobian, load, load_jacobian, "
      "rest, *profile) -> whether the tolerance was missed; values are NaN for nodes at rest."},
-    {"table_harmonics", "anndAAT", "n", run_table_harmonics, 0,
-     "table_harmonics(displacement, rows, size, tolerance, force, jacobian, *table) -> whether it "
+    {"table_harmonics", "anndAAaT", "n", run_table_harmonics, 0,
+     "table_harmonics(displacement, rows, size, tolerance, force, jacobian, orders, *table) -> whether it "
      "was missed"},
     {"field_steps", "ada?a?aaA", "nddd", run_field_steps, 0,
      "field_steps(separation, origin, origins or None, length or None, rest, last_step, step) -> whether "

@@ -744,7 +744,7 @@ static int run_varying_harmonics(const Argument *a, Result *out)
             w->to_series[k][i] =
                 (k ? 2.0 : 1.0) / SERIES * cos(0.25 * TURN * k * (2 * i + 1) / SERIES);
     }
-    make_speeds(grid, points, H, (int)size);
+    make_speeds(&w->place, grid, points);
     for (Py_ssize_t i = 0; i < rows; i++) {
         for (Py_ssize_t k = 0; k < size; k++) {
             double p = a[0].reals[i * size + k], d = a[1].reals[i * size + k];

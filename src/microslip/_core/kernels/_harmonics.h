@@ -1,10 +1,11 @@
 /* Fourier coefficients of settled forces at held loads, without samples. Part of _compiled.c.
  *
- * A displacement is [mean, cos 1, sin 1, ... cos H, sin H]. Between its turning points, and where
+ * A displacement is [mean, cos 1, sin 1, ... cos H, sin H], or has a few orders up to H. Between its turning points, and where
  * inner loops close, the settled force is smooth: each such piece is integrated by the rule of Gauss
  * and Kronrod with 21 places (QUADPACK's, DOI 10.1007/978-3-642-61786-7), halved until its own rule
  * of 10 agrees. On the branch that began at reversal r the derivative is D = D_r + k (c - c_r); all
- * products of two functions of the basis follow from the coefficients of k up to 2H.
+ * products of two functions of the basis follow from the coefficients of k up to 2H. If there are few
+ * orders, these products are integrated themselves, which makes the work linear in H.
  */
 
 /* Rules of Gauss and Kronrod, QUADPACK's, each from its outermost place to its middle, and the
@@ -147,9 +148,10 @@ static inline double line_at(const Line *l, double u, double *slope)
 }
 
 typedef struct {
-    int H, size, turns, failed;
+    int H, size, wide, turns, failed;     /* wide: number of integrals of the slope */
+    const double *orders;                /* of a few functions; NULL for all up to H */
     const double *c;                     /* coefficients */
-    double *waves;                       /* functions up to 2H at a place */
+    double *waves;                       /* functions up to 2H at a place, or their products */
     double *times, *x, *force, *by, *phi; /* at turning points; D and functions by row */
     int *open;
     double *piece, *sums, *k_sums, *spans; /* of a piece, and of the whole */
@@ -176,15 +178,65 @@ static inline void make_waves(double t, int n, double *w)
     raise_waves(cos(t), sin(t), n, w);
 }
 
+/* Order of the functions 2 q - 1 and 2 q. */
+static inline int order_of(const Motion *m, int q)
+{
+    return m->orders ? (int)m->orders[q - 1] : q;
+}
+
+/* Functions of a few orders of an angle by its cosine and sine; each follows from the one before by
+ * a power, found by squaring. */
+static inline void raise_few(const Motion *m, double c, double s, double *w)
+{
+    double a = 1.0, b = 0.0;
+    w[0] = 1.0;
+    for (int q = 1, before = 0; 2 * q < m->size; q++) {
+        double x = c, y = s, next;
+        for (int n = order_of(m, q) - before; n; n >>= 1) {
+            if (n & 1) {
+                next = a * x - b * y;
+                b = a * y + b * x;
+                a = next;
+            }
+            next = x * x - y * y;
+            y *= 2.0 * x;
+            x = next;
+        }
+        before = order_of(m, q);
+        w[2 * q - 1] = a;
+        w[2 * q] = b;
+    }
+}
+
+/* The functions, and then those that the slope is integrated with: all up to 2H, or products. */
+static inline void raise_all(const Motion *m, double c, double s, double *w)
+{
+    if (!m->orders) {
+        raise_waves(c, s, 2 * m->H, w);
+        return;
+    }
+    raise_few(m, c, s, w);
+    double *next = w + m->size;
+    for (int i = 1; i < m->size; i++)
+        for (int j = i; j < m->size; j++) *next++ = w[i] * w[j];
+}
+
+static inline void make_functions(const Motion *m, double t, double *w)
+{
+    if (m->orders) raise_few(m, cos(t), sin(t), w);
+    else make_waves(t, m->H, w);
+}
+
 /* The place, and its first three time derivatives if requested. */
 static inline double place_at(const Motion *m, double t, double *rates)
 {
     double x = m->c[0], v = 0.0, a = 0.0, j = 0.0;
-    make_waves(t, m->H, m->waves);
-    for (int n = 1; n <= m->H; n++) {
-        double co = m->waves[2 * n - 1], si = m->waves[2 * n];
-        double even = m->c[2 * n - 1] * co + m->c[2 * n] * si;
-        double odd = n * (m->c[2 * n] * co - m->c[2 * n - 1] * si);
+    make_functions(m, t, m->waves);
+    for (int q = 1; 2 * q < m->size; q++) {
+        double co = m->waves[2 * q - 1], si = m->waves[2 * q];
+        int n = order_of(m, q);
+        double even = m->c[2 * q - 1] * co + m->c[2 * q] * si;
+        double odd = n * (m->c[2 * q] * co - m->c[2 * q - 1] * si);
         x += even;
         v += odd;
         a -= (double)n * n * even;
@@ -292,7 +344,7 @@ static void integrate(Motion *m, const Line *l, double low, double high, int par
 {
     double begins[HALVINGS + 1], ends[HALVINGS + 1];
     long parts = 0;
-    int left = 1, size = m->size, wide = 4 * m->H + 1, all = size + wide, stretch = l->piece >= 0;
+    int left = 1, size = m->size, wide = m->wide, all = size + wide, stretch = l->piece >= 0;
     const Node *rule = stretch ? m->end_rule : m->rule;
     int last = stretch ? END_NODES - 1 : m->middle;
     begins[0] = low;
@@ -310,8 +362,7 @@ static void integrate(Motion *m, const Line *l, double low, double high, int par
             int sides = stretch || k == last ? 1 : 2;
             for (int side = 0; side < sides; side++, sin_reach = -sin_reach) {
                 double x = m->c[0], slope, force;
-                raise_waves(co * cos_reach - si * sin_reach, si * cos_reach + co * sin_reach,
-                            2 * m->H, w);
+                raise_all(m, co * cos_reach - si * sin_reach, si * cos_reach + co * sin_reach, w);
                 for (int n = 1; n < size; n++) x += m->c[n] * w[n];
                 double u = 0.5 * fabs(x - m->x[parent]);
                 if (stretch)
@@ -350,20 +401,20 @@ static void integrate(Motion *m, const Line *l, double low, double high, int par
 static void add_piece(Motion *m, const Line *l, double low, double high, int parent, double sign,
                       double force_miss, double slope_miss, double *force, double *J)
 {
-    int size = m->size, wide = 4 * m->H + 1;
+    int size = m->size, wide = m->wide;
     if (!(high > low)) return;
     memset(m->piece, 0, (size_t)(size + wide) * sizeof(double));
     integrate(m, l, low, high, parent, sign, force_miss, slope_miss);
     m->spans[0] = high - low;
-    make_waves(high, m->H, m->waves);
-    for (int n = 1; n <= m->H; n++) {
-        m->spans[2 * n - 1] = m->waves[2 * n] / n;
-        m->spans[2 * n] = -m->waves[2 * n - 1] / n;
+    make_functions(m, high, m->waves);
+    for (int q = 1; 2 * q < size; q++) {
+        m->spans[2 * q - 1] = m->waves[2 * q] / order_of(m, q);
+        m->spans[2 * q] = -m->waves[2 * q - 1] / order_of(m, q);
     }
-    make_waves(low, m->H, m->waves);
-    for (int n = 1; n <= m->H; n++) {
-        m->spans[2 * n - 1] -= m->waves[2 * n] / n;
-        m->spans[2 * n] += m->waves[2 * n - 1] / n;
+    make_functions(m, low, m->waves);
+    for (int q = 1; 2 * q < size; q++) {
+        m->spans[2 * q - 1] -= m->waves[2 * q] / order_of(m, q);
+        m->spans[2 * q] += m->waves[2 * q - 1] / order_of(m, q);
     }
     const double *by = m->by + parent * size, *phi = m->phi + parent * size, *K = m->piece + size;
     for (int n = 0; n < wide; n++) m->k_sums[n] += K[n];
@@ -386,25 +437,61 @@ static double product(const double *k, int i, int j)
     return 0.5 * (odd_sum + (larger_sine ? odd_gap : -odd_gap));
 }
 
+/* The same, from the integrals that raise_all names. */
+static inline double product_of(const Motion *m, const double *k, int i, int j)
+{
+    if (!m->orders) return product(k, i, j);
+    int a = i < j ? i : j, b = i < j ? j : i;
+    return k[a ? m->size + (a - 1) * m->size - (a - 1) * a / 2 + (b - a) : b];
+}
+
+/* Integrals of cos(n t) and sin(n t) between two times. */
+static inline void wave_integral(int n, double low, double high, double *even, double *odd)
+{
+    double share = n ? 2.0 * sin(0.5 * n * (high - low)) / n : high - low;
+    *even = share * cos(0.5 * n * (low + high));
+    *odd = share * sin(0.5 * n * (low + high));
+}
+
+/* Integrals between two times of what raise_all names. */
+static void integrate_waves(Motion *m, double low, double high, double *I)
+{
+    if (!m->orders) {
+        make_waves(0.5 * (high - low), 2 * m->H, m->spans);
+        make_waves(0.5 * (low + high), 2 * m->H, m->waves);
+        I[0] = high - low;
+        for (int n = 1; n <= 2 * m->H; n++) {
+            double share = 2.0 * m->spans[2 * n] / n;
+            I[2 * n - 1] = share * m->waves[2 * n - 1];
+            I[2 * n] = share * m->waves[2 * n];
+        }
+        return;
+    }
+    double *next = I + m->size, even[2], odd[2];
+    I[0] = high - low;
+    for (int q = 1; 2 * q < m->size; q++)
+        wave_integral(order_of(m, q), low, high, I + 2 * q - 1, I + 2 * q);
+    for (int i = 1; i < m->size; i++)
+        for (int j = i; j < m->size; j++) {
+            int a = order_of(m, (i + 1) / 2), b = order_of(m, (j + 1) / 2);
+            wave_integral(b - a, low, high, even, odd);
+            wave_integral(b + a, low, high, even + 1, odd + 1);
+            if (i % 2 == j % 2) *next++ = 0.5 * (even[0] + (i % 2 ? even[1] : -even[1]));
+            else *next++ = 0.5 * (odd[1] + (i % 2 ? odd[0] : -odd[0]));
+        }
+}
+
 /* A piece on which the slope is constant, in closed form: force = f + k (x - x0). */
 static void add_straight(Motion *m, double low, double high, int parent, double f, double k,
                          double x0, double *force, double *J)
 {
-    int size = m->size, H = m->H, wide = 4 * H + 1;
-    double half = 0.5 * (high - low), *I = m->sums, *by = m->by + parent * size;
-    double *phi = m->phi + parent * size, *w = m->waves;
-    make_waves(half, 2 * H, m->spans);
-    make_waves(0.5 * (low + high), 2 * H, w);
-    I[0] = high - low;
-    for (int n = 1; n <= 2 * H; n++) {
-        double share = 2.0 * m->spans[2 * n] / n;
-        I[2 * n - 1] = share * w[2 * n - 1];
-        I[2 * n] = share * w[2 * n];
-    }
+    int size = m->size, wide = m->wide;
+    double *I = m->sums, *by = m->by + parent * size, *phi = m->phi + parent * size;
+    integrate_waves(m, low, high, I);
     for (int n = 0; n < wide; n++) m->k_sums[n] += k * I[n];
     for (int i = 0; i < size; i++) {
         double sum = (f + k * (m->c[0] - x0)) * I[i];
-        for (int j = 1; j < size; j++) sum += k * m->c[j] * product(I, i, j);
+        for (int j = 1; j < size; j++) sum += k * m->c[j] * product_of(m, I, i, j);
         force[i] += sum;
         for (int j = 0; j < size; j++) J[i * size + j] += I[i] * (by[j] - k * phi[j]);
     }
@@ -475,13 +562,13 @@ static void settle_harmonics(Motion *m, const Line *l, const double *grid, int p
         for (int i = 0; i < size; i++) J[i * size + i] = i ? stiff : k;
         return;
     }
-    memset(m->k_sums, 0, (size_t)(4 * m->H + 1) * sizeof(double));
+    memset(m->k_sums, 0, (size_t)m->wide * sizeof(double));
     double most = 0.0;
     for (int pass = 0; pass < 2; pass++) { /* forces at turning points, then the pieces */
         depth = 1;
         m->open[0] = 0;
         m->force[0] = copysign(line_at(l, fabs(m->x[0]), &k), m->x[0]);
-        make_waves(m->times[0], m->H, m->phi);
+        make_functions(m, m->times[0], m->phi);
         for (int j = 0; j < size; j++) m->by[j] = k * m->phi[j];
         most = fmax(most, fabs(m->force[0]));
         /* The rule of 21 places is exact to the power 3/2 of 200 times what the two differ by. */
@@ -514,7 +601,7 @@ static void settle_harmonics(Motion *m, const Line *l, const double *grid, int p
             double value = line_at(l, 0.5 * fabs(end - m->x[parent]), &k);
             m->force[way + 1] = m->force[parent] + 2.0 * sign * value;
             most = fmax(most, fabs(m->force[way + 1]));
-            make_waves(m->times[way + 1], m->H, phi);
+            make_functions(m, m->times[way + 1], phi);
             for (int j = 0; j < size; j++)
                 by[j] = m->by[parent * size + j] + k * (phi[j] - m->phi[parent * size + j]);
         }
@@ -523,34 +610,36 @@ static void settle_harmonics(Motion *m, const Line *l, const double *grid, int p
         double factor = i ? 2.0 / TURN : 1.0 / TURN;
         force[i] *= factor;
         for (int j = 0; j < size; j++)
-            J[i * size + j] = factor * (J[i * size + j] + product(m->k_sums, i, j));
+            J[i * size + j] = factor * (J[i * size + j] + product_of(m, m->k_sums, i, j));
     }
 }
 
 /* Derivatives of the functions, one row per time. */
-static void make_speeds(double *grid, int points, int H, int size)
+static void make_speeds(const Motion *m, double *grid, int points)
 {
     for (int i = 0; i < points; i++) {
-        double *row = grid + (size_t)i * (size_t)size;
-        make_waves(TURN / points * i, H, row);
-        for (int k = 1; k <= H; k++) {
-            double even = row[2 * k - 1];
-            row[2 * k - 1] = -k * row[2 * k];
-            row[2 * k] = k * even;
+        double *row = grid + (size_t)i * (size_t)m->size;
+        make_functions(m, TURN / points * i, row);
+        for (int q = 1; 2 * q < m->size; q++) {
+            double even = row[2 * q - 1];
+            row[2 * q - 1] = -order_of(m, q) * row[2 * q];
+            row[2 * q] = order_of(m, q) * even;
         }
     }
 }
 
-/* Rows of [mean, cos 1, sin 1, ...]; of nodes on a curve with their rests, or of one table. */
+/* Rows of [mean, cos 1, sin 1, ...], or of given orders; of nodes on a curve with their rests, or of
+ * one table. */
 static int run_harmonics(const Argument *a, Result *out, const Profile *curve,
                          const double *rests, const Table *table)
 {
-    Py_ssize_t rows = a[1].n, size = a[2].n;
-    int H = (int)(size / 2), points = 16 * H + 16;
-    if (rows < 0 || size < 1 || size % 2 == 0 || size > 2001 || a[0].n < rows * size ||
+    Py_ssize_t rows = a[1].n, size = a[2].n, few = a[6].n;
+    int H = (int)(few ? a[6].reals[few - 1] : (double)(size / 2)), points = 16 * H + 16;
+    if ((few && size != 2 * few + 1) || rows < 0 || size < 1 || size % 2 == 0 || size > 2001 || a[0].n < rows * size ||
         a[4].n < rows * size || a[5].n < rows * size * size)
         return TOO_SHORT;
-    size_t turns = 4 * (size_t)H + 8, wide = 4 * (size_t)H + 1, n = (size_t)size;
+    size_t turns = 4 * (size_t)H + 8, n = (size_t)size;
+    size_t wide = few ? n * (n + 1) / 2 : 4 * (size_t)H + 1;
     size_t doubles = (size_t)points * n + wide + turns * (3 + 2 * n) + 2 * (n + wide) + 2 * wide + n;
     double *memory = malloc(doubles * sizeof(double)), *at = memory;
     int *open = malloc(turns * sizeof(int));
@@ -560,7 +649,8 @@ static int run_harmonics(const Argument *a, Result *out, const Profile *curve,
         return NO_MEMORY;
     }
     double *grid = at;
-    Motion m = {.H = H, .size = (int)size, .open = open};
+    Motion m = {.H = H, .size = (int)size, .wide = (int)wide, .open = open};
+    m.orders = few ? a[6].reals : NULL;
     m.waves = at += (size_t)points * n;
     m.times = at += wide;
     m.x = at += turns;
@@ -571,7 +661,7 @@ static int run_harmonics(const Argument *a, Result *out, const Profile *curve,
     m.sums = at += n + wide;
     m.k_sums = at += n + wide;
     m.spans = at + wide;
-    make_speeds(grid, points, H, (int)size);
+    make_speeds(&m, grid, points);
     m.middle = make_rule(1, m.rule);
     make_end_rule(m.end_rule);
     if (curve && curve->edges) crowd_rule(m.middle, m.rule); /* roots at the ends of pieces */
@@ -589,11 +679,11 @@ static int run_harmonics(const Argument *a, Result *out, const Profile *curve,
 
 static int run_field_harmonics(const Argument *a, Result *out)
 {
-    if (a[6].n < a[1].n) return TOO_SHORT;
-    return run_harmonics(a, out, a[7].curve, a[6].reals, NULL);
+    if (a[7].n < a[1].n) return TOO_SHORT;
+    return run_harmonics(a, out, a[8].curve, a[7].reals, NULL);
 }
 
 static int run_table_harmonics(const Argument *a, Result *out)
 {
-    return run_harmonics(a, out, NULL, NULL, a[6].table);
+    return run_harmonics(a, out, NULL, NULL, a[7].table);
 }

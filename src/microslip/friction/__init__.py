@@ -1,4 +1,4 @@
-"""Friction laws of joints and fields of contact nodes, with their memory, loops and sweeps."""
+"""Friction laws of joints and of fields of contact nodes: hysteresis, closed loops, sweeps."""
 
 from microslip._core.packages import names_of_stub as _names
 

@@ -1,4 +1,4 @@
-"""Single asperity: the interface of a sphere, with its tractions and displacements."""
+"""Single asperity: a sphere on a flat, with the tractions and displacements of the contact."""
 
 from __future__ import annotations
 
@@ -49,11 +49,11 @@ class Asperity(Interface):
 
     Notes
     -----
-    Its law is that of the :class:`Interface` of a :class:`SphereOnFlat`: (19.10) and
-    (19.12)-(19.24), with the misprints of chapter 19 corrected and extended to any record. A cycle
-    of amplitude delta_m up to the slip limit delta_L dissipates E_d = (4/5) mu N delta_L (1 - q)^3
-    (1 + 3 q + q^2) with q = sqrt(1 - delta_m/delta_L). For a larger amplitude add 4 mu N (delta_m -
-    delta_L) to the value at q = 0.
+    The law is that of an :class:`Interface` with a :class:`SphereOnFlat` surface: (19.10) and
+    (19.12)-(19.24) of chapter 19 (DOI 10.1007/978-3-319-56818-8_19). Misprints of the chapter are
+    corrected, and the law is extended to any record. A cycle of amplitude delta_m up to the slip
+    limit delta_L dissipates E_d = (4/5) mu N delta_L (1 - q)^3 (1 + 3 q + q^2) with q = sqrt(1 -
+    delta_m/delta_L). For a larger amplitude add 4 mu N (delta_m - delta_L) to the value at q = 0.
 
     The tractions and surface displacements are those of Cattaneo (1938) and Mindlin (1949, DOI
     10.1115/1.4009973). They neglect slip perpendicular to the force, and the coupling of normal and
@@ -142,17 +142,11 @@ class Asperity(Interface):
         return self._pressure_factor * self.contact_radius
 
     def pressure(self, radius: ArrayLike) -> Any:
-        """Compute the normal pressure p(r) = (2 E*/pi rho) sqrt(a^2 - r^2) (Fig. 19.3).
+        """Compute the normal pressure p(r) = 2 E*/(pi rho) sqrt(a^2 - r^2) (Fig. 19.3).
 
-        Parameters
-        ----------
-        radius : array_like
-            Distances r from the centre of the contact [m], not negative, any shape.
-
-        Returns
-        -------
-        float or ndarray
-            Pressures [Pa], shape of ``radius``; 0 outside the contact.
+        rho is the radius of the sphere and a that of the contact. ``radius`` holds the distances r
+        from the centre of the contact [m], not negative, of any shape. Pressures [Pa] have the same
+        shape and are 0 outside the contact.
         """
         r = distances("radius", radius)
         a = self.contact_radius
@@ -180,7 +174,7 @@ class Asperity(Interface):
 
     @cached_property
     def slip_limit(self) -> float:
-        """Displacement of full slip delta_L = kappa s = 3 mu N/(16 a G*) [m] (19.12)."""
+        """Slip limit delta_L = kappa s = 3 mu N/(16 a G*) [m], kappa = mu E*/(4 G*) (19.12)."""
         return self.slip_per_indentation * self.indentation
 
     def stick_radius(
@@ -250,10 +244,11 @@ class Asperity(Interface):
     def fields(
         self, displacement: ArrayLike | None = None, *, force: ArrayLike | None = None
     ) -> AsperityFields:
-        """Compute zones, tractions and surface displacements at the end of a record from rest.
+        """Compute slip zones, tractions and surface displacements at the end of a record from rest.
 
-        The record is one-dimensional: displacements [m], or forces [N] below the force limit. The
-        turning points and the last sample are sufficient; a single number is first loading.
+        They are attributes and methods of the returned :class:`AsperityFields`. The record is
+        one-dimensional: displacements [m], or forces [N] below the force limit. The turning points
+        and the last sample are sufficient; a single number is first loading.
         """
         name, values = _one_of(displacement, force)
         x = record(name, values, "N" if name == "force" else "m").reshape(-1)

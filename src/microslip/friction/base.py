@@ -1,4 +1,7 @@
-"""Base class of friction laws: all results follow from the first loading curve of the law."""
+"""Base class of friction laws: all results follow from the first loading curve of the law.
+
+Equation numbers (19.x) are those of chapter 19, DOI 10.1007/978-3-319-56818-8_19.
+"""
 
 from __future__ import annotations
 
@@ -56,14 +59,14 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
 
     @property
     def _table(self) -> Table | None:
-        """Table of the backbone, or None for a law that is cheap to evaluate directly."""
+        """Polynomials for T0 over the displacement, or None for a law that is cheap to evaluate."""
         return None
 
     @cached_property
     def _pieces(self) -> Pieces | None:
-        """Backbone cut at its kinks, used for harmonics of a law without a table.
+        """Smooth pieces of the backbone between its kinks, for harmonics of a law without `_table`.
 
-        None if the law is rigid at rest or reaches its limit too far from rest to be tabulated.
+        None if the law is rigid at rest, or needs too many pieces to reach its force limit.
         """
         stiffness = self.tangential_stiffness
         if not (math.isfinite(stiffness) and stiffness > 0.0):
@@ -74,7 +77,7 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
 
     @property
     def _load_curve(self) -> LoadCurve | None:
-        """Load curve for a varying normal load, or None for a law without a surface."""
+        """Normal load N over separation d of the surface, or None for a law without a surface."""
         return None
 
     def _backbone_and_slope(self, u: Floats) -> tuple[Floats, Floats]:
@@ -89,7 +92,6 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         return float(self._backbone(place)[0]), float(self._slope(place)[0])
 
     def _inverse(self, force: Floats) -> Floats:
-        """Return displacements u >= 0 [m] with T0(u) = ``force`` [N], one-dimensional."""
         low = force / self.tangential_stiffness
         # T0 is concave and lies below its first tangent, so `low` is a lower bound of u.
         high = np.maximum(low, self.force_limit / self.tangential_stiffness)
@@ -105,10 +107,7 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         return invert(self._backbone_and_slope, force, low, high)
 
     def _energy(self, amplitude: Floats) -> Floats:
-        """Energy of a closed cycle [J] for amplitudes a >= 0 [m], one-dimensional.
-
-        The default integrates dE_d/da = 4 (T0 - a T0') adaptively, since T0 may have kinks.
-        """
+        """Integrate dE_d/da = 4 (T0 - a T0') adaptively, since T0 may have kinks."""
 
         # Stop at the rounding error of T0 - a T0': small amplitudes would be bisected for ever.
         def noise(low: Floats, high: Floats) -> Floats:
@@ -125,7 +124,7 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         return None
 
     def _derivative_backbones(self) -> Mapping[str, DerivativeBackbone]:
-        """Functions dT0/dp by name of the parameter p, empty if a law has no exact derivatives."""
+        """Map the name of each parameter p to dT0/dp; empty if a law has no exact derivatives."""
         if self._parameter_derivatives(np.zeros(1)) is None:
             return {}
         names = [item.name for item in parameters_of(type(self))]
@@ -167,7 +166,7 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
     def backbone(self, displacement: ArrayLike) -> Any:
         """Compute the first loading curve T0 from rest, odd in the displacement.
 
-        For one asperity it is (19.10) and (19.15), for an interface their sum (19.28).
+        For one asperity T0 is (19.10) and (19.15), for an interface their sum (19.28).
 
         Parameters
         ----------
@@ -205,10 +204,12 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         ----------
         arrays : mapping of str to array_like, optional
             Output of :meth:`microslip.State.to_arrays` [m, N, J], shapes as described there, or the
-            same arrays read by ``numpy.load``. The state continues from it, with its depth.
+            same arrays read by ``numpy.load``. The state continues from it with its own limit of
+            rows; ``depth`` is ignored.
         depth : int, optional
             Largest number of rows of the memory diagram [-], at least four; only for an interface.
-            Further rows are merged; ``error_bound`` bounds the error. Unlimited by default.
+            There is about one row for each reversal that still affects the force. Further rows are
+            merged; ``State.error_bound`` bounds the resulting force error. Unlimited by default.
         """
         return State(self, depth) if arrays is None else State.from_arrays(self, arrays)
 
@@ -263,8 +264,9 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         Returns
         -------
         PeriodicResponse
-            ``force`` [N] and ``stiffness`` [N/m] of each sample, the branches as ``parent`` and
-            ``root``, and the method ``derivative``.
+            ``force`` [N] and ``stiffness`` [N/m] of each sample; ``parent``, the index of the
+            reversal at which the branch of each sample began; ``root``, the index of the sample
+            farthest from rest; and the method ``derivative``.
         """
         return settled_cycle(self, displacement_cycle, rest)
 
@@ -300,10 +302,11 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         Notes
         -----
         For the harmonic balance method. The cycle is not sampled: it is cut at turning points, at
-        closures of inner loops and at the kinks of the law, and each smooth piece is integrated. If
-        the largest and the smallest displacement have equal magnitude, the first loading curve is
-        taken to end at the largest, which determines the derivative with respect to the mean. For a
-        constant displacement the Jacobian is the limit for cycles of vanishing amplitude.
+        closures of inner loops and at the kinks of the law, and each smooth piece is integrated.
+        First loading ends at the displacement farthest from rest. If the largest and the smallest
+        displacement are equally far from rest, the largest is chosen; the derivative with respect
+        to the mean depends on this choice. For a constant displacement the Jacobian is the limit
+        for cycles of vanishing amplitude.
         """
         return harmonic_force(self, coefficients, harmonics, rest, rtol)
 
@@ -340,14 +343,14 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         -------
         dict of str to float or ndarray
             Derivative with respect to each parameter, shape of ``at``, in the unit of the quantity
-            over the unit of the parameter. The load of an interface is constant, so its separation
-            changes with the surface parameters.
+            divided by the unit of the parameter. The load of an interface is constant, so its
+            separation changes with the surface parameters.
 
         Notes
         -----
         The branches of a response depend on the displacement alone (Masing's rules; Jaeger 1998,
         DOI 10.1115/1.2833765), and the force on each is linear in the backbone T0. Its derivative
-        by a parameter p is therefore the force of a law with the backbone dT0/dp.
+        with respect to a parameter p is therefore the force of a law with the backbone dT0/dp.
         """
         return derivatives_by_parameters(self, quantity, at, names, harmonics, rest)
 
@@ -359,7 +362,8 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
     def sliders(self) -> Sliders:
         """Return the sliders of the equivalent Iwan model (Iwan 1966, DOI 10.1115/1.3625199).
 
-        They are a density -T0'' [N/m^2] over the yield displacement [m], discrete [N/m], or both.
+        Sliders are continuous, with a density -T0'' [N/m^2] as a function of the yield displacement
+        [m], or discrete, each with a stiffness [N/m], or both.
         """
         nothing = lock(np.zeros(0))
         return Sliders(nothing, nothing, self._slider_density)
@@ -390,10 +394,9 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         -------
         Iwan
             Cells whose stiffness at rest and force limit equal those of the law. Their backbone is
-            the polygon formed by the tangents of T0 at ``cells`` displacements: it is nowhere below
-            T0, and its error decreases with the inverse square of the number of cells. Cycles too
-            small for the first cell to yield dissipate nothing. Without a range the force error is
-            uniform over displacement, so small cycles dissipate nothing.
+            the polygon formed by the tangents of T0 at ``cells`` displacements, nowhere below T0.
+            Cycles too small for the first cell to yield dissipate nothing. Without a range the
+            force error is uniform over displacement.
         """
         model: CellModel = self._conversions["iwan"](
             self, cells, smallest_amplitude, largest_amplitude
@@ -408,8 +411,7 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         The force limit and the stiffness at rest are those of the law. The parameters chi and beta
         minimise the squared difference of the logarithms of the dissipated energies at 61
         amplitudes [m], spaced logarithmically over the range. The range defaults to 0.01 to 10
-        times the displacement force_limit / tangential_stiffness. The result holds the model as
-        ``law`` and the rms difference of the logarithms as ``misfit``.
+        times the displacement force_limit / tangential_stiffness.
         """
         fit: SegalmanFit = self._conversions["segalman"](
             self, smallest_amplitude, largest_amplitude

@@ -1,8 +1,7 @@
 """Conversion of any law to an Iwan or a Segalman model: `to_iwan` and `to_segalman`.
 
-Both models are themselves laws, so this module imports them and the base class, which cannot import
-it in turn. Importing this module registers the conversions with
-:class:`~microslip.friction.base.BackboneLaw`.
+Both models are subclasses of :class:`~microslip.friction.base.BackboneLaw`, so the module of the
+base class cannot import them. Importing this module registers the conversions with the base class.
 """
 
 from __future__ import annotations
@@ -56,11 +55,12 @@ def discretise_in_range(law: BackboneLaw, count: int, smallest: float, largest: 
     """Return at most ``count`` Iwan cells with uniform relative error over a range of amplitudes.
 
     The knots, displacements at which tangents touch T0 (see :func:`discretise`), are in geometric
-    progression up to the largest amplitude, and denser where the slider density is high, as at the
-    slip limit of a sphere. Between knots at a distance h the polygon is above T0 by up to h^2
-    |T0''|/8, and the energy E of a cycle of amplitude a is in error by 4 a times that; the denser
-    knots therefore divide the integral of sqrt(a |T0''|/E) evenly. The first knots are below
-    ``smallest`` [m], since sliders that yield below it contribute too.
+    progression up to the amplitude ``largest`` [m], and denser where the slider density is high, as
+    at the slip limit of a sphere. Between knots at a distance h the polygon is above T0 by up to
+    h^2 |T0''|/8, which changes the energy E of a cycle of amplitude a by up to 4 a h^2 |T0''|/8. To
+    make the relative error of E uniform, the denser knots divide the integral of sqrt(a |T0''|/E)
+    evenly. The first knots are below ``smallest`` [m], since sliders that yield below it contribute
+    too.
     """
     sliders = law.sliders()
     places = sliders.yield_displacements
@@ -110,9 +110,9 @@ def _errors(law: BackboneLaw, cells: Iwan, a: Floats) -> IwanFit:
     )
 
 
-def _range_knots(law: BackboneLaw, rungs: int, smallest: float, largest: float) -> Floats:
-    """Return knots [m] for a range of amplitudes, up to the largest one or to nearly full slip."""
-    height = math.log(largest / smallest) / rungs
+def _range_knots(law: BackboneLaw, count: int, smallest: float, largest: float) -> Floats:
+    """Return ``count`` knots [m] up to ``largest``, or to nearly full slip if that is smaller."""
+    height = math.log(largest / smallest) / count
     low, top = smallest, largest
     for _ in range(60):  # later sliders carry less than the discretisation error
         middle = math.sqrt(low * top)
@@ -130,8 +130,8 @@ def _range_knots(law: BackboneLaw, rungs: int, smallest: float, largest: float) 
     # The first cell, up to c times the smallest amplitude, changes its energy by c^3/2; the
     # ladder with logarithmic step h changes it by about h^2/6.
     below = min(0.5, (height * height / 3.0) ** (1.0 / 3.0))
-    places, parts = _refined_panels(law, np.geomspace(below * smallest, end, 129), mass, rungs)
-    return np.interp(np.linspace(0.0, parts[-1], rungs), parts, places)
+    places, parts = _refined_panels(law, np.geomspace(below * smallest, end, 129), mass, count)
+    return np.interp(np.linspace(0.0, parts[-1], count), parts, places)
 
 
 def _knots(law: BackboneLaw, count: int) -> Floats:
@@ -161,10 +161,11 @@ def _knots(law: BackboneLaw, count: int) -> Floats:
 def _refined_panels(
     law: BackboneLaw, places: Floats, mass: Callable[[Floats, Floats, Floats], Floats], count: int
 ) -> tuple[Floats, Floats]:
-    """Bisect panels of displacement until none exceeds a fraction of the mass of a cell.
+    """Bisect panels of displacement until none has more than 1/(16 count) of the total mass.
 
-    The mass is the integral that knots divide evenly; ``mass`` computes it from lower ends, upper
-    ends and decreases of T0' of panels. Return the edges of the panels [m] and the cumulative mass.
+    The mass is the integral that ``count`` knots are to divide evenly; ``mass`` computes it from
+    lower ends, upper ends and decreases of T0' of panels. ``places`` are the first edges of the
+    panels [m]. Return the final edges [m] and the cumulative mass at each of them.
     """
     slopes = law._slope(places)
     while True:

@@ -1,4 +1,4 @@
-"""Interface under a varying normal load, computed as one contact node on its load curve."""
+"""Interface under a varying normal load, computed by the routines for fields of contact nodes."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class CoupledResponse(Locked):
         """Compute the energy dissipated [J] in each cycle of a periodic history.
 
         Cycles of ``samples_per_cycle`` samples end at the last sample of the history; an incomplete
-        first cycle is ignored. Once the history has settled, each value is the area of its loop.
+        first cycle is ignored. Once the history has settled, each value is the area of a loop.
         """
         count, first = self._cycles(samples_per_cycle)
         return np.asarray(self.energy_per_step[first + 1 :].reshape(-1, count).sum(axis=1))
@@ -79,7 +79,7 @@ class CoupledResponse(Locked):
 
         Under force control a varying load displaces a joint, because contacts slip while the load
         is low. If the values vanish within rounding the joint has settled; otherwise it ratchets,
-        as real joints do close to gross slip. Cycles and errors as for :meth:`energy_per_cycle`.
+        as real joints do close to gross slip. Cycles are counted as for :meth:`energy_per_cycle`.
         """
         count, first = self._cycles(samples_per_cycle)
         return np.diff(self.displacement[first::count])
@@ -114,9 +114,10 @@ class CoupledLaw(BackboneLaw):
 
     @cached_property
     def _friction(self) -> float:
-        """Coefficient of friction with which the limit equals mu N exactly, despite rounding [-].
+        """Coefficient of friction mu N/N(d) [-], where N is the given load and d its separation.
 
-        Close to the highest summit, the separation has too few digits to represent the given load.
+        With it the force limit is exactly mu N. Close to the highest summit N(d) differs from N,
+        since the separation d has too few digits to represent a light load.
         """
         return self.force_limit / self.surface._derivative_at(self.separation, 0)
 
@@ -168,10 +169,9 @@ class CoupledLaw(BackboneLaw):
         The superposition of Jaeger (1998), DOI 10.1115/1.2833765, and Ciavarella (1998) is applied
         along the history by the method of memory diagrams (DOI 10.3389/fmech.2020.00030). Normal
         and tangential load are coupled only through the contact area. Results are approximate for
-        dissimilar materials, and tractions across the direction of motion are neglected, as in the
-        theory of Cattaneo and Mindlin. The cost is amortised O(1) per sample. For unbounded heights
-        a load below about 1e-30 of the largest load of the history is treated as zero, without
-        force.
+        dissimilar materials, and tractions across the direction of motion are neglected. The cost
+        is amortised O(1) per sample. For unbounded heights a load below about 1e-30 of the largest
+        load of the history is treated as zero, and the force is then 0.
         """
         x = record("displacement", displacement, "m").reshape(-1)
         force = self._forces_along(x, self._steps_along(x.size, normal_load, separation))
@@ -186,9 +186,8 @@ class CoupledLaw(BackboneLaw):
     ) -> Any:
         """Compute the displacement for a record of force and normal load.
 
-        Inverse of :meth:`coupled_force`. A varying load displaces a joint under a constant force,
-        because contacts slip while the load is low. A periodic history settles in its first cycle
-        unless the joint reaches gross slip; then it may ratchet, as real joints do, see
+        Inverse of :meth:`coupled_force`. A periodic history settles in its first cycle unless the
+        joint reaches gross slip; then it may ratchet, see
         :meth:`microslip.friction.CoupledResponse.ratcheting`.
 
         Forces [N] must be below mu N at each sample, otherwise InputError is raised. Displacements
@@ -205,10 +204,11 @@ class CoupledLaw(BackboneLaw):
         normal_load: ArrayLike | None = None,
         separation: ArrayLike | None = None,
     ) -> CoupledResponse:
-        """Compute forces or displacements, loads, separations and dissipation of a record.
+        """Compute forces or displacements, loads, separations and dissipated energies of a record.
 
         Either displacements [m] or forces [N] must be given. Parameters, shapes and errors are as
-        for :meth:`coupled_force` and :meth:`coupled_displacement`.
+        for :meth:`coupled_force` and :meth:`coupled_displacement`. The result is a
+        :class:`microslip.friction.CoupledResponse`.
         """
         check_one_of("displacement [m] or force=... [N]", displacement, force)
         if force is not None:
@@ -293,12 +293,7 @@ class CoupledLaw(BackboneLaw):
         PeriodicResponse or CoupledCycle
             PeriodicResponse with ``force`` [N], ``stiffness`` [N/m], ``parent`` and ``root`` for a
             constant load, otherwise CoupledCycle, which also has loads and separations. Both have
-            ``derivative``.
-
-        Notes
-        -----
-        Between samples the path of (separation, displacement) is straight. For a curved path the
-        error is of second order in the sample spacing.
+            ``derivative``. For a curved path the error is of second order in the sample spacing.
         """
         if normal_load is None and separation is None:
             return super().periodic(displacement_cycle, rest)
@@ -344,7 +339,7 @@ class CoupledLaw(BackboneLaw):
         Parameters
         ----------
         coefficients, harmonics, rest, rtol
-            See :meth:`BackboneLaw.harmonics`. A given normal load is sampled, without ``rtol``.
+            See :meth:`BackboneLaw.harmonics`. If the cycle is sampled, ``rtol`` has no effect.
         normal_load, separation : array_like, optional
             Coefficients of the normal load [N] or the separation [m] in the same order. The load is
             constant by default. At most one of them may be given. Without harmonic 0 the mean is 0.
@@ -357,15 +352,19 @@ class CoupledLaw(BackboneLaw):
         HarmonicForce or CoupledHarmonics
             HarmonicForce with ``force`` [N] and ``jacobian`` [N/m] for a constant load, otherwise
             CoupledHarmonics with ``force`` and ``normal_load`` [N] and ``jacobian`` of shape (2, 2,
-            coefficients, coefficients).
+            coefficients, coefficients). ``jacobian[i, j, m, n]`` is the derivative of coefficient m
+            of the force or the load (i = 0, 1) with respect to coefficient n of the displacement or
+            the given ``separation`` or ``normal_load`` (j = 0, 1).
 
         Notes
         -----
-        For a given ``separation`` the cycle is cut at turning points and where the separation or
-        the slip front passes a summit, a knot of a table or the highest height, and integrated
-        piece by piece. For a given ``normal_load`` the cycle is sampled, and straight between
-        samples. The error decreases with the inverse square of the number of samples: some 4e-5 of
-        the force limit with 256. The Jacobian is exact for these samples.
+        Contacts that first touch at separations from the current one up to the slip front are
+        slipping. For a given ``separation`` the cycle is cut at turning points and where the
+        separation or the slip front passes a kink of the load curve (a summit, a knot of a table or
+        the upper end of the heights), and integrated piece by piece. For a given ``normal_load``
+        the cycle is sampled, and straight between samples. The error decreases with the inverse
+        square of the number of samples: some 4e-5 of the force limit with 256. The Jacobian is
+        exact for these samples.
         """
         if normal_load is None and separation is None:
             return super().harmonics(coefficients, harmonics, rest, rtol=rtol)

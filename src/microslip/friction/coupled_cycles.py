@@ -1,4 +1,4 @@
-"""Settled cycle of an interface under a varying load, computed as a field of one node."""
+"""Settled cycle of an interface under a varying load, computed as a contact field of one node."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class CoupledCycle(Locked):
         move = by.get("displacement", np.zeros_like(next(iter(by.values()))))
         rise = by.get("separation")
         if normal_load is not None:
-            rise = _rise(by["normal_load"], self.normal_stiffness)
+            rise = _separation_derivatives(by["normal_load"], self.normal_stiffness)
         return np.ascontiguousarray(self._cycles.slopes(move, rise)[0].reshape(shape))
 
     @cached_property
@@ -89,8 +89,8 @@ class CoupledCycle(Locked):
         return float(lost[self.force.size :].sum())
 
 
-def _rise(by_load: Floats, stiffness: Floats) -> Floats:
-    """Convert derivatives of the load to those of the separation, (nodes, samples, parameters)."""
+def _separation_derivatives(by_load: Floats, stiffness: Floats) -> Floats:
+    """Return derivatives of the separation from those of the load: -``by_load``/``stiffness``."""
     unloaded = stiffness == 0.0
     wrong = np.any((by_load != 0.0) & unloaded[:, None], axis=(0, 2))
     if wrong.any():
@@ -119,7 +119,7 @@ def coupled_cycle(
 
 
 class SingleNode(SettledField):
-    """Field of the single node of a joint, with its separation at rest [m]."""
+    """Interface treated as a contact field of one node, with its separation at rest [m]."""
 
     def __init__(self, nodes: Nodes, separations: Floats) -> None:
         self._nodes, self.separations = nodes, separations
@@ -176,7 +176,7 @@ def coupled_harmonics(
     pair = (varied, None) if separation is None else (None, varied)
     steps = steps_along(curve, x.size, *pair)
     if separation is None:
-        by_step = _rise(by_step, curve.load(steps)[1])
+        by_step = _separation_derivatives(by_step, curve.load(steps)[1])
     cycles = NodeCycles(nodes, x[None], steps[None], begin)
     force, load, by_force, by_load = cycles.spectra(waves[None], by_step, analysis)
     change = by_load[0] if separation is not None else np.eye(basis.size)

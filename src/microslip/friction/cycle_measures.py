@@ -49,11 +49,11 @@ class CycleMeasures(ABC):
 
     @abstractmethod
     def _energy(self, amplitude: Floats) -> Floats:
-        """Return the energy of a closed cycle [J] of amplitudes >= 0 [m], one-dimensional."""
+        """Return the energy dissipated in closed cycles [J] of amplitudes >= 0 [m]."""
 
     @abstractmethod
     def _energy_slope(self, amplitude: Floats) -> Floats:
-        """Return the derivative of :meth:`_energy` by the amplitude [N], one-dimensional."""
+        """Return the derivative of :meth:`_energy` with respect to the amplitude [N]."""
 
     @property
     def _small_amplitude_exponent(self) -> float:
@@ -102,7 +102,8 @@ class CycleMeasures(ABC):
         amplitude : array_like, optional
             Displacement amplitudes [m], not negative, any shape.
         force_amplitude : array_like, optional
-            Force amplitudes [N], given instead; below the force limit.
+            Force amplitudes [N], given instead: not negative and below the force limit. InputError
+            is raised for other amplitudes.
 
         Returns
         -------
@@ -117,7 +118,7 @@ class CycleMeasures(ABC):
         """Compute the energy ratio A = E_d/(4 delta_m T_m) [-]: 1 for rigid-plastic friction.
 
         delta_m and T_m are the amplitudes of displacement and force. Parameters, shapes and errors
-        as for :meth:`dissipated_energy`.
+        are as for :meth:`dissipated_energy`.
         """
 
         def ratio(a: Floats) -> Floats:
@@ -155,7 +156,7 @@ class CycleMeasures(ABC):
     ) -> Any:
         """Compute the secant stiffness T0(delta_m)/delta_m [N/m] at displacement amplitude delta_m.
 
-        The stiffness at rest for amplitude 0. Parameters and errors as for
+        For amplitude 0 it is the stiffness at rest. Parameters, shapes and errors are as for
         :meth:`dissipated_energy`.
         """
 

@@ -18,7 +18,7 @@ Rest: TypeAlias = float | Literal["mean"]
 
 
 class Backbone(Protocol):
-    """Interface that settled cycles need of a law: T0 and T0' at displacements u >= 0 [m]."""
+    """Protocol of a law with settled cycles: T0 [N] and T0' [N/m] at displacements u >= 0 [m]."""
 
     def _backbone(self, u: Floats) -> Floats: ...
 
@@ -97,7 +97,7 @@ class PeriodicResponse(_Cycle):
 
 
 def rows_of(name: str, value: ArrayLike, samples: int) -> Floats:
-    """Check an array of shape (samples,) or (samples, parameters) and convert it to floats."""
+    """Convert array ``name`` to floats; its shape is (samples,) or (samples, parameters)."""
     rows = floats(name, value)
     if rows.ndim not in (1, 2) or rows.shape[0] != samples:
         raise InputError(
@@ -107,9 +107,10 @@ def rows_of(name: str, value: ArrayLike, samples: int) -> Floats:
 
 
 def rest_of(rest: Any, cycle: Floats, nodes: Nodes | None = None) -> tuple[Any, bool]:
-    """Return the displacement [m] free of force, and True if it is the mean of the cycle.
+    """Return the displacement [m] at zero force before the cycle, and whether it is the mean.
 
-    With ``nodes`` the displacement is one per node; samples are on the last axis of ``cycle``.
+    The first is the number ``rest`` or, for "mean", the mean of ``cycle`` over its last axis, the
+    samples. With ``nodes`` there is one displacement per node.
     """
     if isinstance(rest, str):
         if rest != "mean":

@@ -4,10 +4,11 @@ Let E(a) be the energy that a closed cycle of amplitude a dissipates. First load
 displacement u dissipates E(u)/4 and stores u T0(u)/2 - E(u)/8. A branch that ends at a distance 2h
 from its reversal dissipates E(h)/2, because a slider with yield displacement y (Iwan 1966, DOI
 10.1115/1.3625199) slips by 4 (a - y) in a cycle, u - y on first loading and 2 (h - y) on a branch.
-The stored energy changes on the branch by the work of the force at its reversal plus 2h T0(h).
+The stored energy changes on the branch by F (x - x_r) + 2h T0(h), where F is the force and x_r the
+displacement at its reversal, and x the displacement at its end.
 
 Both energies of a sample are sums along its chain of open reversals. A loop closes where this chain
-becomes shorter; the closed loop has dissipated E of half its width.
+becomes shorter; a closed loop of width 2h has dissipated E(h).
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from microslip.friction.memory import Memory
 
 
 class LawWithEnergy(Protocol):
-    """Interface of a law for energies along records: T0 and E(a) at displacements >= 0 [m]."""
+    """Protocol of a law with energies: T0 [N] and E [J] at displacements or amplitudes >= 0 [m]."""
 
     def _backbone(self, u: Floats) -> Floats: ...
 
@@ -61,7 +62,8 @@ def dissipated_along(joint: LawWithEnergy, displacement: Floats, record: Floats)
 def _dissipated(energy: Floats, sign: Floats, parent: Integers) -> Floats:
     """Return the energy dissipated up to each sample [J].
 
-    ``energy`` is E of half the distance from the reversal, or of the distance from rest [J].
+    ``sign`` and ``parent`` are those of :class:`microslip.friction.memory.record.Tree`, and
+    ``energy`` [J] is E(half) of each sample, with its ``half`` in that tree.
     """
     first = parent < 0
     branch = np.where(first, 0.25, 0.5) * energy

@@ -1,4 +1,4 @@
-"""Field of many joints, each a node of the contact between two meshes."""
+"""Contact field: many nodes on one surface, as in the contact between two finite-element meshes."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _UNITS = {
 
 @dataclass(frozen=True, eq=False)
 class JointField(ByValue, SettledField, Locked):
-    """Field of joints, called nodes, on one surface, each with its area, load and friction.
+    """Contact nodes on one surface, each with its own area, load and coefficient of friction.
 
     At the same separation a node of area A_i carries A_i/A times the load of the surface of area A,
     so all nodes share the load curve of the surface.
@@ -63,8 +63,8 @@ class JointField(ByValue, SettledField, Locked):
     separations : array_like, optional
         Separations at rest [m], given instead of the loads.
     gaps : array_like, optional
-        Separations [m] before the joint is loaded, given instead, from which a static solution
-        finds the separations at rest.
+        Separations [m] before the joint is loaded, given instead; a static solution of the
+        structure then determines the separations at rest.
     surface_area : float, optional
         Apparent area [m^2] of the surface, by default its attribute ``area``.
 
@@ -74,11 +74,11 @@ class JointField(ByValue, SettledField, Locked):
     elastic deformation of the bodies beneath the summits is not included, since a finite-element
     model of the bodies contains it.
 
-    On a face that yields (:class:`microslip.DrawnFace`, :class:`microslip.MeasuredContact`) a node
-    that is given by its load or pressure has yielded under its own tightening pressure: that of the
-    surface for the node with the highest pressure, less in proportion for others. The normal
-    stiffness is then nearly proportional to the pressure, and all nodes slide at nearly the same
-    displacement. Their laws are that of the surface with factors on load and separation.
+    On a face that yields (:class:`microslip.DrawnFace`, :class:`microslip.MeasuredContact`), nodes
+    given by loads or pressures are assumed to have been tightened in proportion to their pressure:
+    the node with the highest pressure to the tightening pressure of the surface. The law of a node
+    is then that of the surface with load and separation multiplied by factors. The normal stiffness
+    is nearly proportional to the pressure, and all nodes slide at nearly the same displacement.
     """
 
     surface: NormalLaw
@@ -207,7 +207,7 @@ class JointField(ByValue, SettledField, Locked):
         assign(self, _nodes=nodes)
 
     def _separation_of(self, shares: Floats, node: int) -> float:
-        """Return the separation [m] under the load ``shares[node]`` [N]; errors name the node."""
+        """Return the separation [m] of ``node``; ``shares`` are loads of the whole surface [N]."""
         try:
             separation: float = self.surface.separation(float(shares[node]))
         except InputError as error:
@@ -237,7 +237,7 @@ class JointField(ByValue, SettledField, Locked):
     def _tightened_at(self, separations: Floats, loads: Floats) -> JointField:
         """Return the field in which each node has yielded under its own load ``loads`` [N].
 
-        Nodes carry their loads at ``separations`` [m]. Without yielding, return this field.
+        Nodes carry their loads at ``separations`` [m]. Without yielding their laws do not change.
         """
         curve = self._nodes.curve
         own = OwnTightening.at_rest(self.surface, curve, separations, loads / self._scale)
@@ -370,13 +370,10 @@ class JointField(ByValue, SettledField, Locked):
         return energy if several else energy[0]
 
     def rigid(self) -> BackboneLaw:
-        """Return the law of the whole field if all nodes have the same displacement.
+        """Return the law of the whole field for nodes that all have the same displacement.
 
-        Returns
-        -------
-        BackboneLaw
-            Sum of the laws of all nodes, each at its separation at rest, as in
-            :class:`microslip.Parallel` but at the cost of a single joint.
+        It is the sum of the laws of all nodes, each at its separation at rest, as in
+        :class:`microslip.Parallel` but at the cost of a single joint.
         """
         if not np.any(self.normal_loads > 0.0):
             raise InputError("the field must have a node with a normal load above zero, got none")
@@ -418,13 +415,14 @@ class JointField(ByValue, SettledField, Locked):
         """Return the field for motion in two tangential directions with varying separations.
 
         The stiffness is isotropic, except for a measured surface with a ``direction``: the first
-        displacement is along this direction, and the stiffness is the tensor of the lay.
+        displacement is along this direction, and the tangential stiffness is a 2 x 2 tensor, which
+        contains the effect of the lay (the direction of machining marks).
 
         Parameters
         ----------
         sliders : int, optional
-            Number of sliders [-], 2 to 100 000, common to all nodes, each at a separation beyond
-            which it is out of contact.
+            Number of sliders [-], 2 to 100 000, common to all nodes. Each is out of contact beyond
+            its own separation.
         nearest : float, optional
             Smallest separation [m] that any node may reach, by default below the smallest
             separation at rest by one decay length N/|N'| of the load.

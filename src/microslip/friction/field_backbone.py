@@ -57,7 +57,6 @@ class FieldBackbone(Locked, BackboneLaw):
 
     @cached_property
     def _full_slip(self) -> float:
-        """Smallest displacement of full slip of all nodes [m]."""
         return float(np.max((self._curve.parting() - self._steps) * self._slips))
 
     @cached_property
@@ -107,7 +106,7 @@ class FieldBackbone(Locked, BackboneLaw):
         return np.array([weights @ surface._derivative(places + v / self._slips, 2) for v in u])
 
     def sliders(self) -> Sliders:
-        """Return the sliders of all nodes [m, N/m, N/m^2]; discrete where a slope N' jumps."""
+        """Return the sliders of all nodes: continuous, and discrete where the slope N' jumps."""
         places, stiffnesses = [np.zeros(0)], [np.zeros(0)]
         nodes = zip(self._steps, self._slips, self._weights, strict=True)
         for step, slip, weight in nodes if self._table is None else ():

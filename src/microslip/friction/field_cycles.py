@@ -32,8 +32,8 @@ class NodeCycles:
     """Settled cycles of nodes under periodic displacements [m] and separations.
 
     Displacements and ``steps`` have shape (nodes, samples). Steps are separations relative to those
-    at rest, or None if constant. Places are displacements from ``rest``, the result of
-    :func:`rest_of`, divided by kappa.
+    at rest, or None if constant. Places are (displacement - rest displacement)/kappa, with the slip
+    per indentation kappa; ``rest`` is the result of :func:`rest_of`.
 
     Each node goes from rest in a straight line to the sample with the largest step + |place|, its
     root, where slip wipes out all memory; the cycle from the root is settled. If new contact that
@@ -68,10 +68,11 @@ class NodeCycles:
     def slopes(
         self, by_displacement: Floats, by_separation: Floats | None = None
     ) -> tuple[Floats, Floats]:
-        """Return derivatives of forces and loads [N per unit], shape (nodes, samples, directions).
+        """Return derivatives of forces and loads with respect to parameters of the motion.
 
-        Arguments are derivatives of displacements and separations [m per unit] by each parameter
-        (direction), shape (nodes or 1, samples, directions). Separations are constant by default.
+        Arguments are derivatives of displacements and separations [m per unit], shape (nodes or 1,
+        samples, parameters), results [N per unit] with nodes first. Separations are constant by
+        default.
         """
         nodes, samples = self.places.shape
         count = by_displacement.shape[2]
@@ -89,11 +90,12 @@ class NodeCycles:
     def spectra(
         self, by_displacement: Floats, by_separation: Floats, analysis: Floats
     ) -> tuple[Floats, Floats, Floats, Floats]:
-        """Return Fourier coefficients of forces and loads [N], and the derivatives of both.
+        """Return Fourier coefficients of forces and loads [N], then the derivatives of each.
 
-        ``analysis``, shape (samples, coefficients), transforms samples to coefficients. Directions
-        are as in :meth:`slopes`. Derivatives have shape (nodes, coefficients, directions): for
-        forces the directions of displacements, then of separations; for loads the latter only.
+        ``analysis``, shape (samples, coefficients), converts samples to coefficients. Other
+        arguments are as for :meth:`slopes`. Derivatives have the shape (nodes, coefficients,
+        columns). Those of forces have one column for each parameter of the displacements, followed
+        by one for each of the separations; those of loads have only the columns of the separations.
         """
         size, count = self.nodes.size, analysis.shape[1]
         directions = by_displacement.shape[2] + by_separation.shape[2]
@@ -152,11 +154,11 @@ class FieldCycle(Locked):
     def derivative(
         self, displacements: ArrayLike, separations: ArrayLike | None = None
     ) -> tuple[Floats, Floats]:
-        """Compute derivatives of forces and loads [N per unit] by parameters of the motion.
+        """Compute derivatives of forces and loads with respect to parameters of the motion.
 
-        Arguments are derivatives of displacements and separations [m per unit] by each parameter
-        (direction), shape (samples, directions) if equal for all nodes, or (nodes, samples,
-        directions). Both results have the latter shape. Separations are constant by default.
+        Arguments are derivatives of displacements and separations [m per unit of the parameter],
+        shape (samples, parameters) if equal for all nodes, or (nodes, samples, parameters). Both
+        results have the latter shape [N per unit]. Separations are constant by default.
         """
         by_place, by_step = self._directions("displacements", displacements), None
         if separations is not None:
@@ -186,7 +188,7 @@ class FieldCycle(Locked):
 
 
 class FieldOfNodes(Protocol):
-    """Interface that :class:`SettledField` needs of a field."""
+    """Protocol: the attributes of a field of contact nodes that :class:`SettledField` uses."""
 
     @property
     def separations(self) -> Floats:
@@ -232,9 +234,10 @@ class SettledField:
         Notes
         -----
         Each node goes from rest in a straight line of (separation, displacement) to the sample with
-        the largest separation + |displacement|/kappa, where slip wipes out all memory of earlier
-        motion: the cycle from there is settled. If new contact that formed on the line still sticks
-        at that sample, the cycle is computed twice. The result does not depend on the first sample.
+        the largest separation + |displacement|/kappa, with the slip per indentation kappa. There
+        slip wipes out all memory of earlier motion, so the cycle from there is settled. If new
+        contact that formed on the line still sticks at that sample, the cycle is computed twice.
+        The result does not depend on the first sample.
         """
         nodes = self._nodes
         x, steps = _per_sample(nodes, "displacements", displacements), None
@@ -276,9 +279,9 @@ class SettledField:
         rest : array_like or "mean", optional
             As for :meth:`periodic`.
         samples : int, optional
-            Number of equidistant samples of the period [-]. By default the cycle is not sampled: it
-            is cut at turning points and where the separation or the slip front passes a summit, a
-            knot of a table or the highest height, and integrated piece by piece.
+            Number of equidistant samples of the period [-]. By default the cycle is not sampled but
+            integrated between its turning points and the kinks of the load curve, as described in
+            :meth:`microslip.Interface.harmonics`.
         rtol : float, optional
             Tolerance of the coefficients relative to the largest force [-], if not sampled. That of
             the Jacobian relative to the largest stiffness is a hundred times larger.
@@ -361,7 +364,7 @@ def _per_sample(nodes: Nodes, name: str, value: ArrayLike) -> Floats:
 def _sampled(
     nodes: Nodes, x: Floats, steps: Floats, rest: tuple[Any, bool], waves: Floats, analysis: Floats
 ) -> FieldHarmonics:
-    """Return Fourier coefficients from sampled cycles with varying separations."""
+    """Return Fourier coefficients of forces and loads, with Jacobians, from sampled cycles."""
     cycles = NodeCycles(nodes, x, steps, rest)
     force, load, by_force, by_load = cycles.spectra(waves[None], waves[None], analysis)
     size = analysis.shape[1]
@@ -380,7 +383,11 @@ def varying_harmonics(
     basis: Basis,
     rtol: float,
 ) -> FieldHarmonics:
-    """Return coefficients for varying separations, without samples; NaN for nodes at rest."""
+    """Return Fourier coefficients of forces and loads, integrated piece by piece.
+
+    ``rows`` and ``paths`` are coefficients of displacements and separations, ``begin`` and
+    ``rests`` their values at rest [m], one per node. Results are NaN for nodes that do not move.
+    """
     if basis.orders[-1] > MOST_ORDERS:
         raise InputError(
             f"`harmonics` must not be above {MOST_ORDERS} without samples, got "
@@ -425,7 +432,7 @@ def varying_harmonics(
 def constant_separation_harmonics(
     nodes: Nodes, coefficients: ArrayLike, basis: Basis, rest: ArrayLike | str, rtol: float
 ) -> FieldHarmonics:
-    """Return Fourier coefficients at constant separations, integrated without samples."""
+    """Return Fourier coefficients of forces at constant separations, integrated piece by piece."""
     rows = coefficients_of("coefficients", coefficients, basis, nodes.size).copy()
     means = rows[:, :1] if basis.has_mean else np.zeros((nodes.size, 1))
     begin, is_mean = rest_of(rest, means, nodes)

@@ -1,4 +1,4 @@
-"""Result of harmonic balance for many nodes: Fourier coefficients and Jacobians."""
+"""Fourier coefficients of the forces of many nodes, with Jacobians, for harmonic balance."""
 
 from __future__ import annotations
 

@@ -14,7 +14,8 @@ radius a minus that on the stick circle of radius c,
 
     q(r) = k [sqrt(a^2 - r^2) - sqrt(c^2 - r^2)]   (0 for the root of a negative number),
 
-both are integrals of one positive function g(t) = min(a^2 - t^2, a^2 - c^2), t < a:
+with k = mu 2 E*/(pi rho) [Pa/m], phi and psi are integrals of one positive function g(t) = min(a^2
+- t^2, a^2 - c^2), t < a:
 
     phi = pi k integral of g(r sin p) dp,   psi = pi k integral of g(r sin p) cos(2p) dp
 
@@ -127,7 +128,7 @@ class AsperityFields(Locked):
 
     @property
     def unslipped_radius(self) -> float:
-        """Radius [m] of the circle that has not slipped since rest, c* in (19.18)."""
+        """Radius [m] of the circle that has not slipped since rest; c in (19.18)."""
         return self._radius(0)
 
     @property
@@ -157,16 +158,9 @@ class AsperityFields(Locked):
     def traction(self, radius: ArrayLike) -> Any:
         """Compute the tangential traction q(r) along the force, at most mu p(r) (Figs. 19.2, 19.3).
 
-        Parameters
-        ----------
-        radius : array_like
-            Distances r from the centre of the contact [m], not negative, any shape.
-
-        Returns
-        -------
-        float or ndarray
-            Tractions [Pa], shape of ``radius``; 0 outside the contact. Their integral over the
-            contact area is the force.
+        ``radius`` holds the distances r from the centre of the contact [m], not negative, of any
+        shape. Tractions [Pa] have the same shape and are 0 outside the contact. Their integral over
+        the contact area is the force.
         """
         places = distances("radius", radius)
         r, a = places.reshape(-1), self.asperity.contact_radius
@@ -183,7 +177,7 @@ class AsperityFields(Locked):
     # -- displacements --------------------------------------------------------------------------
 
     def _terms(self, r: Floats) -> Iterator[tuple[float, Floats, Floats]]:
-        """Yield factor, potential and deviator of each Cattaneo term at distances r [m]."""
+        """Iterate over Cattaneo terms: their factors, potentials and deviators at r [m]."""
         joint = self.asperity
         grade = joint._pressure_factor * joint.friction_coefficient
         for factor, removed in zip(self._factors.tolist(), self._removed, strict=True):
@@ -235,10 +229,10 @@ class AsperityFields(Locked):
     def slip(self, radius: ArrayLike) -> Any:
         """Compute the slip [m] since rest along the force, at distances from the centre.
 
-        It is the displacement minus the surface displacements of both bodies, averaged over the
-        angle around the centre: 0 in the unslipped circle, and outside the contact the relative
-        displacement of facing points. ``radius`` [m] is not negative, of any shape, which is that
-        of the result.
+        Slip is the displacement of the joint minus the surface displacements of both bodies,
+        averaged over the circle of this radius. It is 0 in the unslipped circle; outside the
+        contact it is the relative displacement of facing points. ``radius`` [m] is not negative, of
+        any shape, which is that of the result.
 
         Notes
         -----
@@ -279,7 +273,7 @@ def bodies(pair: MaterialPair, body: Body | None) -> tuple[Material, ...]:
 
 
 def shares(pair: MaterialPair, body: Body | None) -> tuple[float, float]:
-    """Return the factors [1/Pa] of potential and deviator in the displacement of the bodies."""
+    """Return the factors [1/Pa] of phi and psi in the surface displacement, summed over bodies."""
     materials = bodies(pair, body)
     along = sum((2.0 - m.poisson_ratio) / m.shear_modulus for m in materials)
     across = sum(m.poisson_ratio / m.shear_modulus for m in materials)

@@ -27,7 +27,7 @@ _RIGID = (1e-9, 1e-4)  # amplitudes [m] of a law without slip scale
 
 
 def law_figure(law: Any, quantity: Any, amplitudes: Any) -> Plot:
-    """Return the plot of a quantity over amplitudes [m], by default microslip to gross slip."""
+    """Return a plot of a quantity over amplitudes [m]; default: from microslip to gross slip."""
     if not isinstance(quantity, str) or quantity not in _LABELS:
         names = ", ".join(_LABELS)
         raise InputError(f"`quantity` must be one of {names}, got {show(quantity)}")

@@ -1,4 +1,4 @@
-"""Fourier basis of the displacement of a cycle, and the coefficients of its functions."""
+"""Fourier basis of displacements and forces of a cycle, and checks of Fourier coefficients."""
 
 from __future__ import annotations
 
@@ -62,14 +62,14 @@ class Basis:
 
     @property
     def factors(self) -> Floats:
-        """Factors that convert integrals over a period, function times force, to coefficients."""
+        """Factors from integrals of (basis function times force) over a period to coefficients."""
         result = np.full(self.size, 1.0 / math.pi)
         if self.has_mean:
             result[0] = 0.5 / math.pi
         return result
 
     def sampled(self, samples: Any) -> tuple[Floats, Floats]:
-        """Return matrices (samples, size) from coefficients to samples, and from samples back."""
+        """Return matrices from coefficients to samples and back, both of shape (samples, size)."""
         fewest = 2 * self.orders[-1] + 1
         if not is_whole(samples) or not fewest <= samples <= _MOST_SAMPLES:
             raise InputError(
@@ -88,8 +88,9 @@ class Basis:
     ) -> tuple[Floats, Floats]:
         """Integrate coefficients of forces and their Jacobians with a compiled kernel.
 
-        ``rows`` are displacement coefficients [m], shape (joints, size), ``begin`` displacements
-        at rest [m], one or one per joint, and ``line`` the arguments of the law for the kernel.
+        ``rows`` are displacement coefficients [m], shape (joints, size), and ``begin``
+        displacements at rest [m], one or one per joint. ``tolerance`` is relative to the largest
+        force. The arguments ``line`` describe the law to ``kernel``.
         """
         orders = _ALL_ORDERS
         if self.is_sparse:
@@ -108,7 +109,7 @@ class Basis:
         return force[:, columns], jacobian[:, columns][:, :, columns]
 
     def dense(self, rows: Floats) -> tuple[Floats, list[int]]:
-        """Return rows with zeros added for missing harmonics, and the columns of given ones."""
+        """Return ``rows`` with zeros for missing harmonics, and the columns of the given ones."""
         if self.is_dense:
             return np.array(rows, dtype=float, order="C"), self.columns
         dense = np.zeros((len(rows), 2 * self.orders[-1] + 1))

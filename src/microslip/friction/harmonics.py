@@ -6,7 +6,7 @@ rounding error with a few dozen nodes, whereas equidistant samples would miss th
 The derivatives D = dT/dp and x' = dx/dp with respect to a coefficient p satisfy D = D_r + k (x' -
 x'_r) on the branch that began at reversal r, with the tangent stiffness k.
 
-Laws with a table, and fields, are integrated in the kernel; here are those without, cut at kinks.
+The compiled kernel integrates most laws, and fields; this module integrates all other laws.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _NO_REST = np.zeros(1)
 
 
 class KinkedBackbone(Backbone, Protocol):
-    """Interface of a law whose backbone T0 is smooth between known displacements, its kinks."""
+    """Protocol of a law whose backbone T0 is smooth between known displacements, its kinks."""
 
     @property
     def tangential_stiffness(self) -> float:
@@ -45,8 +45,7 @@ class KinkedBackbone(Backbone, Protocol):
     def _table(self) -> Table | None: ...
 
     @property
-    def _kinks(self) -> Floats:
-        """Displacements [m], increasing, at which T0 is not smooth."""
+    def _kinks(self) -> Floats: ...
 
 
 class HarmonicForce(NamedTuple):
@@ -71,7 +70,7 @@ def harmonic_force(
 ) -> HarmonicForce:
     """Compute Fourier coefficients of a law; see :meth:`microslip.BackboneLaw.harmonics`.
 
-    Tolerances are relative to the largest force of the cycle, but at least to ``least`` [N].
+    The tolerance is ``rtol`` times the larger of ``least`` [N] and the largest force of the cycle.
     """
     basis = Basis(harmonics)
     c = coefficients_of("coefficients", coefficients, basis).copy()
@@ -124,7 +123,7 @@ class _Motion:
         return value if derivative else value - self.begin
 
     def directions(self, t: Floats, derivative: int = 0) -> Floats:
-        """Return derivatives of x(t) by each coefficient, shape (t.size, size)."""
+        """Return d/dc of x(t), or of its ``derivative``, for each coefficient c, (t.size, size)."""
         return self.basis.values(t, derivative) * self.moves
 
     def _turning_points(self) -> Floats:
@@ -176,7 +175,7 @@ class _Motion:
 
 
 def solve(function: Any, slope: Any, low: Floats, high: Floats) -> Floats:
-    """Find roots between ``low`` and ``high``, elementwise, by Newton steps and bisection."""
+    """Find a root of ``function``, with derivative ``slope``, in each bracket [low, high]."""
     low, high = low.copy(), high.copy()
     rising = function(high) > function(low)
     t = 0.5 * (low + high)
@@ -213,7 +212,10 @@ def _at_rest(law: KinkedBackbone, motion: _Motion) -> HarmonicForce:
 
 
 class _Piece(NamedTuple):
-    """Monotone piece of a branch: end displacements, its reversal, last turning point."""
+    """Monotone piece from displacement ``begin`` to ``end`` after the turning point ``way``.
+
+    ``parent`` is the turning point at which its branch began. Both are indices of turning points.
+    """
 
     begin: float
     end: float
@@ -264,7 +266,7 @@ class _Cycle:
         return pieces
 
     def _cut(self) -> tuple[Floats, Floats, Any]:
-        """Return start and end times, and (reversal, direction), of all pieces between kinks."""
+        """Return start and end times, and (parent, way), of the pieces cut at the kinks."""
         kinks = self.law._kinks
         begin, end, parent, way = (np.array(v) for v in zip(*self.pieces, strict=True))
         sign = self.sign[way]
@@ -299,7 +301,7 @@ class _Cycle:
         return t[inside], t[inside + 1], np.column_stack((parent[of[inside]], way[of[inside]]))
 
     def coefficients(self, tolerance: float, least: float) -> HarmonicForce:
-        """Integrate each piece, bisecting until both halves agree with the whole."""
+        """Return the coefficients; bisect each piece until the integrals of both halves add up."""
         size = self.motion.basis.size
         begin, end, of = self._cut()
         total, slopes = np.zeros(size), np.zeros((size, size))
@@ -337,7 +339,11 @@ class _Cycle:
         return HarmonicForce(factors * total, factors[:, None] * slopes)
 
     def _integrals(self, begin: Floats, end: Floats, of: Any) -> tuple[Floats, Floats]:
-        """Return integrals over pieces of functions times force, and times its derivative."""
+        """Return integrals of basis functions times force, and times dforce/dc, for each piece.
+
+        Pieces are from ``begin`` to ``end`` [rad], with (parent, way) in ``of``; c are
+        coefficients.
+        """
         parent, way = of[:, 0], of[:, 1]
         width = end - begin
         t = begin[:, None] + width[:, None] * _SHARES

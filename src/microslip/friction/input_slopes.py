@@ -24,12 +24,13 @@ _ELASTIC = 1e15
 
 
 def input_slopes(joint: Interface, amplitude: float) -> dict[str, dict[str, float]]:
-    """Return d ln(output)/d ln(input) [-] by output and input, for an amplitude [m].
+    """Return d ln(output)/d ln(input) [-] as ``result[output][input]`` for an amplitude [m].
 
-    Outputs are the tangential stiffness at rest and the loss factor. Central differences over 2 %
-    up and down; inputs are sorted by decreasing magnitude. A tabulated surface has only friction
-    and load as inputs. Slopes with respect to modulus, hardness and heights of a measured face are
-    those of the Gaussian face with its rms height, rms slope and stiffness.
+    Outputs are the tangential stiffness at rest and the loss factor. They are differentiated by
+    central differences with steps of 2 %; inputs are sorted by decreasing magnitude. A tabulated
+    surface has only friction and load as inputs. Slopes with respect to modulus, hardness and
+    heights of a measured face are those of the Gaussian face with its rms height, rms slope and
+    stiffness.
     """
     slopes_of: dict[str, dict[str, float]] = {"tangential_stiffness": {}, "loss_factor": {}}
     for name, scaled in _inputs(joint).items():
@@ -92,7 +93,7 @@ def _inputs(joint: Interface) -> dict[str, Callable[[float], Interface]]:
 
 @lru_cache(maxsize=32)
 def _scaled(surface: Any, name: str, factor: float) -> NormalLaw:
-    """Return a surface with one parameter multiplied; cached, since many loads share it."""
+    """Return a surface with its parameter ``name`` multiplied; cached, for use at many loads."""
     if name == "pair":
         changes: dict[str, Any] = {"pair": _scaled_moduli(surface.pair, factor)}
     elif name == "heights":
@@ -109,7 +110,7 @@ def _equivalent_gaussian_face(joint: Interface, name: str, factor: float) -> Dra
     """Return a Gaussian face equivalent to a measured one, with the input ``name`` multiplied.
 
     It has the rms height, rms slope and tightening pressure of the measured face, and a factor that
-    makes its stiffness equal. A second solution of the scan is thus avoided.
+    makes its stiffness equal. This avoids solving the contact of the scan again.
     """
     surface: Any = joint.surface
     numbers, pair = surface.numbers, surface.pair

@@ -55,11 +55,12 @@ class Interface(CoupledLaw):
     Notes
     -----
     All summits have the same displacement. The slip limit of each summit is kappa times its
-    indentation, with kappa = mu E*/(4 G*) (19.12). Summed over any population, the backbone (19.15)
-    is the difference of two normal loads, T0(delta) = mu [N(d) - N(d + delta/kappa)] (Jaeger 1998,
-    DOI 10.1115/1.2833765; Ciavarella 1998, J. Appl. Mech. 65, 998), odd in delta. The force along
-    any history follows by Masing's rule: (19.13)-(19.14), (19.16)-(19.17) and (19.19)-(19.24), with
-    the misprints of chapter 19 corrected and extended to any record.
+    indentation, with kappa = mu E*/(4 G*) (19.12). The sum of the backbones (19.15) of all summits,
+    whatever their heights, is a difference of two normal loads, T0(delta) = mu [N(d) - N(d +
+    delta/kappa)] (Jaeger 1998, DOI 10.1115/1.2833765; Ciavarella 1998, J. Appl. Mech. 65, 998), odd
+    in delta. The force along any history follows by Masing's rule: (19.13)-(19.14), (19.16)-(19.17)
+    and (19.19)-(19.24) of chapter 19 (DOI 10.1007/978-3-319-56818-8_19), with misprints corrected,
+    for any record.
     """
 
     surface: NormalLaw
@@ -153,14 +154,14 @@ class Interface(CoupledLaw):
     def slip_scale(self) -> float:
         """Displacement scale of the transition from sticking to sliding [m].
 
-        The slip per indentation times the spread of the heights. For a surface without a spread it
-        is the force limit over the stiffness at rest.
+        It is the slip per indentation times the standard deviation of the heights (or another
+        measure of their width, if that is infinite). For a surface without heights it is the force
+        limit over the stiffness at rest.
         """
         return self._slip_scale[0]
 
     @property
     def _slip_scale(self) -> tuple[float, str]:
-        """Slip scale [m] and its definition in words."""
         measure = self.surface._slip_measure()
         if measure is None:
             return super()._slip_scale
@@ -168,7 +169,7 @@ class Interface(CoupledLaw):
 
     @property
     def standardised_separation(self) -> float | None:
-        """Separation over the spread of the heights [-], None for a surface without a spread."""
+        """Separation over the standard deviation of the heights [-]; None without heights."""
         return self.surface._standardised(self.separation)
 
     @property
@@ -179,19 +180,12 @@ class Interface(CoupledLaw):
     def stick_area(self, displacement: ArrayLike) -> Any:
         """Compute the contact area [m^2] that still sticks on first loading.
 
-        The sum of the areas pi c^2 of the stick circles, c^2 = rho (s - delta/kappa), of (19.9).
-        For the area that has not slipped since a reversal, use half the distance from the reversal
-        as ``displacement``; at zero force this gives (19.18).
+        It is the sum of the areas pi c^2 of the stick circles (19.9), with c^2 = rho (s -
+        delta/kappa). For the area that has not slipped since a reversal, use half the distance from
+        the reversal as ``displacement``; this agrees with (19.18) where unloading reaches zero
+        force.
 
-        Parameters
-        ----------
-        displacement : array_like
-            Displacements [m] from rest, any shape. The sign is ignored.
-
-        Returns
-        -------
-        float or ndarray
-            Areas [m^2], shape of ``displacement``.
+        Displacements [m] from rest, without sign, have any shape, which is that of the result.
         """
         x = floats("displacement", displacement, "m")
         place = np.minimum(np.abs(x), LARGEST * min(self.slip_per_indentation, 1.0))
@@ -216,7 +210,7 @@ class Interface(CoupledLaw):
 
     @cached_property
     def _full_slip(self) -> float | None:
-        """Smallest displacement of full slip in double precision [m], None if unlimited."""
+        """Displacement [m] from which T0 is the force limit to rounding; None without a table."""
         reach = self.surface._table_reach(self.separation)
         return None if reach is None else reach * self.slip_per_indentation
 

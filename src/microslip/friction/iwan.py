@@ -58,7 +58,8 @@ class Iwan(Locked, CellModel):
     -----
     T0(u) = sum of min(k_i u, f_i) (Iwan 1966, DOI 10.1115/1.3625199), a polygon with a corner at
     every yield displacement y_i = f_i/k_i, and E_d(a) = 4 sum of f_i (a - y_i) over the cells with
-    y_i < a. Cells are sorted once, so a value costs O(log cells). All sums have terms of one sign.
+    y_i < a. Cells are sorted once, so a value costs O(log cells). No digits cancel in the sums,
+    since all terms have one sign.
     """
 
     stiffnesses: ArrayLike = field(

@@ -29,7 +29,7 @@ def _by_name() -> dict[str, type[BackboneLaw]]:
 
 
 def law_content(law: BackboneLaw, band: LawBand | None = None) -> dict[str, Any]:
-    """Return the content of a law file; InputError unless all parameters are numbers."""
+    """Return the content of a law file; raise InputError unless all parameters are numbers."""
     kinds = _by_name()
     if kinds.get(key_of(type(law))) is not type(law):
         raise InputError(f"`law` must be one of {', '.join(kinds)}, got {show(law)}")
@@ -66,7 +66,7 @@ def save_law(
     overwrite : bool, optional
         Replace an existing file.
     band : LawBand, optional
-        Confidence intervals of the law, which a study with this file adds to its predictions.
+        Confidence intervals of the law, which a study that uses this file adds to its predictions.
 
     Raises
     ------
@@ -81,17 +81,14 @@ def save_law(
 
 
 def load_law(path: str | PathLike[str]) -> BackboneLaw:
-    """Read a friction law written by :func:`save_law`.
+    """Read a friction law, of the class named in the file, that :func:`save_law` wrote.
 
     Parameters
     ----------
     path : str or path
         JSON file.
 
-    Returns
-    -------
-    BackboneLaw
-        The law, of the class named in the file.
+
 
     Raises
     ------

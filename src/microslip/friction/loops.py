@@ -33,9 +33,9 @@ class Loop(Locked):
 
     Notes
     -----
-    Amplitudes are half the range of displacement or force, so measures do not depend on the mean.
-    The energy has an error of second order in the sample spacing. Methods of the law, such as
-    ``joint.dissipated_energy(amplitude)``, do not have this error.
+    The amplitudes delta_m and T_m are half the range of displacement and force, so measures do not
+    depend on the mean. The energy has an error of second order in the sample spacing. Methods of
+    the law, such as ``joint.dissipated_energy(amplitude)``, do not have this error.
     """
 
     displacement: NDArray[np.float64]
@@ -80,7 +80,7 @@ class Loop(Locked):
 
     @property
     def loss_factor(self) -> float:
-        """Loss factor E_d/(pi delta_m T_m) [-] with both amplitudes, damping ratio in (19.30)."""
+        """Loss factor E_d/(pi delta_m T_m) [-]; (19.30) calls it the damping ratio."""
         return 4.0 / math.pi * self.energy_ratio
 
     @property
@@ -195,7 +195,7 @@ def halves_of(samples: int) -> Floats:
 
 
 def checked_cycle(amplitude: float, samples: int) -> tuple[float, Floats, int]:
-    """Check the amplitude [m]; return it with the unit cycle and its index of -1."""
+    """Check the amplitude [m]; return it and the results of :func:`unit_cycle`."""
     count = whole_number("samples", samples, 5, MOST_SAMPLES)
     a = sized("amplitude", amplitude)
     if a.ndim > 0 or a <= 0.0:

@@ -1,4 +1,4 @@
-"""Face that yields, with nodes that are each tightened by their own load."""
+"""Normal laws of the nodes of a face that yields, each tightened to its own pressure."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from microslip.contact.load_curve import LoadCurve
 class OwnTightening(NamedTuple):
     """Factors by which the normal laws of nodes differ from that of their surface.
 
-    At separation d a node carries ``shares`` times the common curve at (d -
-    ``origins``)/``lengths``.
+    Yielding during tightening changes the law of a node. At separation d the node then carries
+    ``shares`` times the load curve of the surface at the step (d - ``origins``)/``lengths``.
     """
 
     shares: Floats
-    """Factors on the load [-], equal to those on the tightening load."""
+    """Tightening pressures of the nodes over that of the surface [-]; also factors on the load."""
     lengths: Floats
     """Factors on the separation [-]."""
     origins: Floats
@@ -29,7 +29,9 @@ class OwnTightening(NamedTuple):
     def in_proportion(
         cls, surface: NormalLaw, curve: LoadCurve, loads: Floats
     ) -> OwnTightening | None:
-        """Return factors that tighten the most loaded node like the surface, others in proportion.
+        """Return the factors of nodes that were tightened in proportion to their loads.
+
+        The node with the largest load was tightened to the tightening pressure of the surface.
 
         Parameters
         ----------
@@ -61,11 +63,11 @@ class OwnTightening(NamedTuple):
     def at_rest(
         cls, surface: NormalLaw, curve: LoadCurve, separations: Floats, loads: Floats
     ) -> OwnTightening | None:
-        """Return the factors for nodes that are each tightened by exactly their own load at rest.
+        """Return the factors of nodes that were each tightened by exactly their load at rest.
 
-        The factors are such that each node carries its load at its separation at rest [m], shape
-        (nodes,). Other arguments are as for :meth:`in_proportion`. The tightening load is limited
-        to the range of 1e-6 to 1 times that of the surface. None if the surface does not yield.
+        With them each node carries its load at its separation at rest [m], shape (nodes,). Other
+        arguments are as for :meth:`in_proportion`. The tightening load is limited to the range of
+        1e-6 to 1 times that of the surface. None if the surface does not yield.
         """
         loaded = loads > 0.0
         shares = np.where(loaded, np.clip(loads / surface._heaviest, LIGHTEST, 1.0), 1.0)

@@ -32,7 +32,7 @@ _QUANTITIES = (
 
 @dataclass(frozen=True)
 class DerivativeBackbone:
-    """Derivative dT0/dp of a backbone by a parameter p, used in cycles in place of T0."""
+    """Derivative dT0/dp of a backbone T0 with respect to a parameter p, used in place of T0."""
 
     _backbone: Callable[[Floats], Floats]
     """Function dT0/dp of displacements u >= 0 [m], one-dimensional."""
@@ -51,7 +51,7 @@ class DerivativeBackbone:
 
 
 class Differentiable(Protocol):
-    """Interface of a law with parameter derivatives, for displacements >= 0 [m]."""
+    """Protocol of a law with derivatives dT0/dp of its backbone, at displacements >= 0 [m]."""
 
     def _backbone(self, u: Floats) -> Floats: ...
 
@@ -111,7 +111,7 @@ def derivatives_by_parameters(
 def _at_amplitudes(
     law: Differentiable, quantity: str, at: ArrayLike
 ) -> Callable[[DerivativeBackbone], Any]:
-    """Return a function that converts dT0/dp to dQ/dp, for a quantity Q at amplitudes [m]."""
+    """Return a function from dT0/dp to dQ/dp of ``quantity`` Q at the amplitudes ``at`` [m]."""
     x = floats("at", at, "m")
     a = np.abs(x).reshape(-1)
     if quantity == "backbone":
@@ -139,9 +139,11 @@ def _at_amplitudes(
 def of_interface(joint: Any) -> Mapping[str, DerivativeBackbone]:
     """Return the derivatives dT0/dp of an Interface by parameter name.
 
-    Surface parameters are included if all summits have one radius. With N = C F(d/L) and s =
-    u/kappa, T0 = mu drop(s) and the energy is 8 mu kappa excess(s) (see `_core.quadrature`). At a
-    given load d changes by -(N/k_n) d ln(N/C), and s/L by -(s/L) d ln(kappa L).
+    Surface parameters are included if all summits have one radius. With s = u/kappa, T0 = mu
+    drop(s) and E_d = 8 mu kappa excess(s), where drop(s) = N(d) - N(d + s), and excess(s) is half
+    the integral of v (s - v) N''(d + v) over 0 <= v <= s. The load is N = C F(d/L), with the load
+    scale C and the length scale L, and k_n = -N'(d). At fixed L, a small change of p changes d by
+    -N/k_n times the change of ln(N/C), and s/L changes by -s/L times the change of ln(kappa L).
     """
     surface, d = joint.surface, joint.separation
     load, fall = joint.normal_load, joint.normal_stiffness

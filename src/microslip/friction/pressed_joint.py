@@ -35,8 +35,8 @@ def _checked_pressure(pressure: Any) -> Pressure:
 class PressedJoint(Parallel):
     """Joint under a pressure that varies over its area, between bodies that move rigidly.
 
-    It is the sum, a :class:`Parallel` law, of one :class:`Interface` for each area of equal
-    pressure, at its own separation.
+    It is a :class:`Parallel` sum of one :class:`Interface` for each area of equal pressure, at its
+    own separation.
 
     Parameters
     ----------
@@ -51,10 +51,10 @@ class PressedJoint(Parallel):
 
     Notes
     -----
-    The superposition of Ciavarella and Jaeger, summed over the areas p: T0 = sum mu [N_p(d_p) -
-    N_p(d_p + delta/kappa)] (DOI 10.1115/1.2833765). A face that yields was tightened under the same
-    distribution: the area of the highest pressure to the tightening pressure of the surface, other
-    areas in proportion. The elastic deformation of the bodies is not included.
+    By the superposition of Ciavarella and Jaeger (DOI 10.1115/1.2833765), summed over the areas i,
+    T0 = sum mu [N_i(d_i) - N_i(d_i + delta/kappa)]. A face that yields is assumed to have been
+    tightened in proportion to the same pressures: the area with the highest pressure to the
+    tightening pressure of the surface. The elastic deformation of the bodies is not included.
     """
 
     laws: Sequence[BackboneLaw] = field(init=False, default=())
@@ -165,12 +165,9 @@ class PressedJoint(Parallel):
         return None if any(value is None for value in values) else math.fsum(values)
 
     def stick_area(self, displacement: ArrayLike) -> Any:
-        """Compute the contact area [m^2] that sticks on first loading: the sum of (19.9).
+        """Compute the contact area [m^2] that sticks on first loading: all stick circles (19.9).
 
-        Parameters
-        ----------
-        displacement : array_like
-            Displacements [m] of any shape; the result has the same shape.
+        Displacements [m] are from rest, of any shape, which is that of the result.
         """
         x = floats("displacement", displacement, "m")
         return plain(np.asarray(sum(np.asarray(law.stick_area(x)) for law in self._joints)))

@@ -88,9 +88,6 @@ BOLTS = MappingProxyType(
 class Pressure(ByValue, Locked):
     """Distribution of a normal load: areas, and the fraction of the load on each.
 
-    See :meth:`cone`, :meth:`parabola`, :meth:`annulus`, :meth:`bolt`, :meth:`table`,
-    :meth:`patches`.
-
     Parameters
     ----------
     areas : ndarray
@@ -151,7 +148,7 @@ class Pressure(ByValue, Locked):
         outer, inner : float
             Outer and inner radius of the pressed ring [m].
         count : int, optional
-            Number of equal contacts.
+            Number of equal contacts that share the load.
         rings : int, optional
             Number of rings. The relative error of the energy is 1e-11 with 32 and 1e-6 with 8.
         """
@@ -280,7 +277,7 @@ class Pressure(ByValue, Locked):
         pressure : array_like
             Pressures at these distances, in any unit (only ratios matter), not negative.
         count : int, optional
-            Number of equal contacts.
+            Number of equal contacts that share the load.
         """
         r, p = record("distance", distance, "m").reshape(-1), _pressures(pressure)
         if r.size != p.size or r.size < 2:

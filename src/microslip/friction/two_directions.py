@@ -105,9 +105,9 @@ class IsotropicJoint(Locked):
     ) -> VectorState:
         """Return a state at rest, of this joint or of ``nodes`` independent equal joints [-].
 
-        The state of a single joint has no axis of nodes. ``energies`` accumulates the dissipated
-        energy. ``arrays`` is the output of ``to_arrays`` of a state [m, J], shapes as described
-        there; the new state continues from it.
+        The state of a single joint has no axis of nodes. If ``energies`` is true, it accumulates
+        the dissipated energy. ``arrays`` is the output of ``to_arrays`` of a state [m, J], shapes
+        as described there; the new state continues from it.
         """
         if nodes is not None:
             whole_number("nodes", nodes, 1, _MOST_IN_STATE // self._bank.tops.size)
@@ -117,7 +117,7 @@ class IsotropicJoint(Locked):
         return VectorState(bank, nodes is None, bool(energies))
 
     def force(self, displacement: ArrayLike) -> Floats:
-        """Compute forces [N] at the ends of straight steps [m] from rest, shape (samples, 2)."""
+        """Compute forces [N] along a path of displacements [m] from rest, shapes (samples, 2)."""
         x = _path("displacement", displacement)
         state, forces = self.start(), np.empty(x.shape)
         for i, row in enumerate(x):
@@ -197,8 +197,9 @@ class IsotropicJoint(Locked):
         -------
         FieldHarmonics
             ``force`` [N], shape (2, coefficients), ``jacobian`` [N/m], shape (2, 2, coefficients,
-            coefficients), derivatives of force coefficients by displacement coefficients in the
-            order force, displacement, row, column; ``converged`` and ``residual`` [N], shape (1,).
+            coefficients): ``jacobian[i, j, m, n]`` is the derivative of coefficient m of force i
+            with respect to coefficient n of displacement j; ``converged`` and ``residual`` [N],
+            shape (1,).
         """
         return settled_harmonics(
             self._bank, coefficients, harmonics, None, samples, tolerance, start, single=True
@@ -234,9 +235,10 @@ class IsotropicField(Locked):
     with a piecewise linear load curve.
 
     For a :class:`microslip.MeasuredContact` with a ``direction``, which is that of the first
-    displacement, the stiffness is the tensor of the lay, and slip is along the force of the slider.
-    A step is then divided into eight substeps: exact along a line, with an error of 0.015 of the
-    slider force if this force turns in one long step.
+    displacement, the stiffness is a 2 x 2 tensor fixed by the lay (the direction of machining
+    marks), and slip is along the force of the slider. Each step is then divided into eight
+    substeps. Along a line this is exact; if a slider force changes direction within one long step,
+    its error is up to 0.015 of its magnitude.
     """
 
     field: FieldOfNodes
@@ -248,8 +250,9 @@ class IsotropicField(Locked):
     def load_error(self) -> float:
         """Largest relative error of the piecewise linear load curve [-].
 
-        The curve covers separations from the smallest one to that of the most lightly loaded node
-        at rest. The relative error of mu N at both ends of slip bounds that of the forces.
+        It is the largest for separations from the smallest one to that of the most lightly loaded
+        node at rest. A force is mu times the difference of the loads N at the separation and at the
+        slip front; each of these loads has at most this relative error.
         """
         last = float(_places_at_rest(self.field)[self.field.normal_loads > 0.0].max())
         inner = self.knots[:-1][self.knots[1:] <= last]
@@ -291,8 +294,8 @@ class IsotropicField(Locked):
     ) -> VectorState:
         """Return a state of all nodes at rest.
 
-        ``energies`` accumulates the dissipated energy. ``arrays`` is the output of ``to_arrays`` of
-        a state [m, J], shapes as described there; the new state continues from it.
+        If ``energies`` is true, it accumulates the dissipated energy. ``arrays`` is the output of
+        ``to_arrays`` of a state [m, J], shapes as described there; the new state continues from it.
         """
         if arrays is not None:
             return VectorState._from_arrays(self._bank, False, arrays)
@@ -365,9 +368,9 @@ class IsotropicField(Locked):
         FieldHarmonics
             ``force`` [N], shape (nodes, 2, coefficients); ``load`` [N], (nodes, coefficients), with
             ``separations``; ``jacobian`` [N/m], shape (nodes, 2, 2, coefficients, coefficients),
-            with ``separations`` (nodes, 3, 3, ...), of (T1, T2, N) by both displacements and the
-            separation; ``converged`` and ``residual`` [N], shape (nodes,). For a node that has not
-            converged they are those of its last period.
+            with ``separations`` (nodes, 3, 3, ...), derivatives of (T1, T2, N) with respect to both
+            displacements and the separation; ``converged`` and ``residual`` [N], shape (nodes,).
+            For a node that has not converged, all results are those of its last period.
         """
         return settled_harmonics(
             self._bank, coefficients, harmonics, separations, samples, tolerance, start
@@ -378,7 +381,7 @@ class IsotropicField(Locked):
 
 
 def _places_at_rest(field: FieldOfNodes) -> Floats:
-    """Return the separations at rest [m] on the load curve of the surface."""
+    """Return the separations at rest [m], converted to the load curve of the surface."""
     return field._nodes.curve.origin + field._nodes.rests
 
 

@@ -28,7 +28,8 @@ STARTS = ("farthest", "first")
 class VectorCycle(Locked):
     """Settled cycles in two directions, the result of the ``periodic`` methods.
 
-    The sliders are those of Iwan (1966, DOI 10.1115/1.3625199), each stretched by a vector.
+    The sliders are those of Iwan (1966, DOI 10.1115/1.3625199), each with a spring whose deflection
+    is a vector.
     """
 
     force: Floats
@@ -48,16 +49,16 @@ class VectorCycle(Locked):
     _start: str
 
     def derivative(self, directions: ArrayLike, separations: ArrayLike | None = None) -> Floats:
-        """Compute derivatives of the forces [N per unit] by parameters of the motion.
+        """Compute derivatives of the forces with respect to parameters of the motion.
 
-        ``directions``, shape (samples, directions), are derivatives of a displacement by each
-        parameter [m per unit], common to all nodes. They are applied to the first displacement,
-        then to the second, as separate parameters. ``separations``, shape (samples, k), are
-        derivatives of the separation by k further parameters.
+        ``directions``, shape (samples, directions), are derivatives of a displacement with respect
+        to parameters [m per unit], common to all nodes. Each column is used twice: for a parameter
+        of the first displacement, and for another one of the second. ``separations``, shape
+        (samples, k), are derivatives of the separation with respect to k further parameters.
 
-        The result has the shape (nodes, samples, 2, columns), without the first axis for a single
-        joint: force components on the third axis; on the last, the columns of the first
-        displacement, the second, and the separation.
+        The result [N per unit] has the shape (nodes, samples, 2, 2 * directions + k), without the
+        first axis for a single joint. The third axis is the force component; the last has the
+        parameters of the first displacement, then of the second, then of the separation.
         """
         samples = self._places.shape[1]
         by = [_directions("directions", directions, samples)]
@@ -96,7 +97,10 @@ def _settle(
     by_place: Floats | None = None,
     by_step: Floats | None = None,
 ) -> _Settled:
-    """Repeat the cycle of each node until it settles, for up to ``_PASSES`` periods."""
+    """Repeat the cycle of each node until it settles; return forces and their derivatives.
+
+    ``by_place`` and ``by_step`` are ``directions`` and ``separations`` of VectorCycle.derivative.
+    """
     nothing = np.zeros((places.shape[1], 0))
     by_place = nothing if by_place is None else by_place
     by_step = nothing if by_step is None else by_step
@@ -143,7 +147,11 @@ def settled_cycle(
     start: Any,
     single: bool = False,
 ) -> VectorCycle:
-    """Return settled cycles for displacements [m] (nodes, samples, 2) and steps from origin [m]."""
+    """Return settled cycles for displacements [m], shape (nodes, samples, 2).
+
+    ``steps`` are separations relative to the origin of the load curve [m] and ``load`` the normal
+    loads [N], both of shape (nodes, samples). ``single`` removes the axis of nodes.
+    """
     places = bank.places(displacements)
     found = _settle(bank, places, steps, tolerance, start)
     return VectorCycle(
@@ -170,7 +178,7 @@ def settled_harmonics(
     start: Any,
     single: bool = False,
 ) -> FieldHarmonics:
-    """Return Fourier coefficients of forces and loads [N] with their Jacobian [N/m]."""
+    """Return Fourier coefficients of force and load; see :meth:`IsotropicField.harmonics`."""
     basis, size = Basis(harmonics), bank.size
     functions, analysis = basis.sampled(samples)
     count, values = basis.size, floats("coefficients", coefficients, "m")

@@ -1,4 +1,4 @@
-"""Memory of hysteresis, independent of the friction law, for constant and varying normal load."""
+"""Hysteresis states: the memory of past reversals, at constant and at varying normal load."""
 
 from microslip._core.packages import names_of_stub as _names
 

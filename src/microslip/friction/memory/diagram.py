@@ -1,7 +1,9 @@
 """Memory diagrams: exact memory of a contact with a varying normal load.
 
 The state of shear of an interface at separation d is a function D(eta) of the separations eta >= d,
-piecewise constant with |D| <= 1. With the place, displacement/kappa [m],
+piecewise constant with |D| <= 1. D(eta) is the ratio of displacement/kappa to approach in the
+contacts that first touch at separation eta; where it is 1 or -1 they have slipped. Here kappa = mu
+E*/(4 G*) is the slip per indentation, and the place is displacement/kappa [m]. Then
 
     T/mu = integral of D(eta) (-N'(eta)) over eta >= d,    place = integral of D(eta).
 
@@ -10,8 +12,8 @@ increase of d removes D below the new d. If the integral of D then differs from 
 slip: D becomes 1 or -1 from d up to a slip front at which the integral agrees. This is the
 superposition of Jaeger (1998), DOI 10.1115/1.2833765, and Ciavarella (1998, J. Appl. Mech. 65, 998)
 along a history, known as the method of memory diagrams (Aleshin and others 2020, DOI
-10.3389/fmech.2020.00030). D is independent of the surface. N(d) enters only as differences over
-rows, intervals of constant D, or in the kernel as a profile.
+10.3389/fmech.2020.00030). D is independent of the surface. A row is an interval of constant D; N(d)
+enters only through its decrease over each row.
 """
 
 from __future__ import annotations
@@ -34,8 +36,8 @@ _MAX_PENDING = 1024  # steps whose losses are computed together
 
 
 ERROR_SIZE = 5
-"""Size of the error state of merged rows: bound over mu [N], the two separations between which
-it applies, 1 once a slip front has been between them, and the largest bound so far [N]."""
+"""Size of the error state of merged rows: bound of the error of T/mu [N], inner and outer end of
+these rows [m], 1 if a slip front has entered them, else 0, and the largest bound so far [N]."""
 
 
 def checked_depth(depth: Any) -> int | None:
@@ -44,7 +46,7 @@ def checked_depth(depth: Any) -> int | None:
 
 
 def merging_profile(curve: LoadCurve, reach: float) -> Profile:
-    """Return the profile of N(d) needed to merge rows; InputError for a curve with kinks."""
+    """Return N(d) up to the separation ``reach`` [m] as polynomials, to merge rows of a diagram."""
     profile = curve.profile(min(0.0, reach), max(0.0, reach))
     if profile is None:
         raise InputError(
@@ -69,11 +71,13 @@ class Step(NamedTuple):
 
 
 class Diagram:
-    """Rows of D(eta), largest eta first, with the last separation, displacement/kappa and T/mu.
+    """Memory diagram D(eta) of a contact, with its current separation, displacement/kappa and T/mu.
 
-    A row is an interval of eta with constant D. Separations are relative to that at the start,
-    which avoids cancellation at a constant load. There is one row per open reversal and one per
-    step of new contact that has not slipped since.
+    T is the force, mu the coefficient of friction, and kappa the slip per indentation; the module
+    docstring defines D. A row is an interval of eta with constant D; rows are stored from the
+    largest eta on. There is one row per open reversal and one per step of new contact that has not
+    slipped since. Separations are relative to that at the start, which avoids cancellation at a
+    constant load.
     """
 
     __slots__ = ("depth", "errors", "limit", "place", "separation", "stack", "value", "values")
@@ -184,7 +188,7 @@ class Diagram:
     # -- one step at a time -------------------------------------------------------------------
 
     def probe(self, separation: float, place: float, curve: LoadCurve) -> Step:
-        """Return the outcome of a step to a separation and displacement/kappa [m], not taken."""
+        """Return the outcome of a trial step to a separation and displacement/kappa [m]."""
         last = self.separation
         outcome = kernels.compiled.coupled_step(
             separation, place, self.stack, self.values, self.depth, last, self.place,
@@ -244,7 +248,7 @@ class Diagram:
     # -- slip -----------------------------------------------------------------------------------
 
     def runs(self, separation: Floats, places: Floats) -> Floats:
-        """Return the advances of the slip front along a record, the argument of SlipLosses.of."""
+        """Return the advances of the slip front along a record, in the form of SlipLosses.of."""
         return kernels.slip_runs(separation, places, self.stack, *self._last)
 
     def losses(self, separation: Floats, displacement: Floats, curve: LoadCurve) -> Floats:

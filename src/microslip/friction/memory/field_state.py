@@ -216,7 +216,7 @@ class FieldState(Resumable):
         return FieldResponse(force, load, tangent, stiffness)
 
     def _steps(self, separations: ArrayLike) -> tuple[Floats, tuple[float, float]]:
-        """Return trial separations as steps from rest [m], and the range of the curve needed."""
+        """Return trial steps from rest, and the range of steps from the origin of the curve."""
         nodes = self._nodes
         if _is_plain(separations, nodes.size):
             step = np.empty(nodes.size)
@@ -262,14 +262,19 @@ class FieldState(Resumable):
         Returns
         -------
         dict of str to ndarray
-            ``now``: displacement [m], separation relative to rest [m] and force over mu of the
-            whole surface [N], one row per node. ``rows``: rows of all memory diagrams by node,
-            outermost first: node, end [m from rest], D [-], integral of D beyond the end [m], force
-            over mu of the step that created the row [N] and that step [m]. ``dissipated``: energies
-            [J], empty if not accumulated. ``depth``: the row limit and error state of each node,
-            see :meth:`microslip.State.to_arrays`, empty without a limit. ``joint``: the format, 1,
-            and force limit [N], stiffness [N/m] and kappa [-] of all nodes, which identify the
-            field. An open trial is not saved. ``field.start(arrays)`` continues from the arrays.
+            - ``now``: one row per node: displacement [m], separation minus that at rest [m], and
+              T/mu [N] of the whole surface at the pressure of the node.
+            - ``rows``: all rows of the memory diagrams D(eta), for each node from the largest eta
+              on: number of the node, outer end of the row minus the separation at rest [m], D [-],
+              integral of D beyond this end [m], T/mu when the row was created [N], as in ``now``,
+              and the separation then, minus that at rest [m].
+            - ``dissipated``: energies [J], shape (nodes,), empty if not accumulated.
+            - ``depth``: row limit and error state of each node, as in
+              :meth:`microslip.State.to_arrays`.
+            - ``joint``: the format, 1, and force limit [N], stiffness [N/m] and kappa [-] of all
+              nodes, which identify the field.
+
+            An open trial is not saved. ``field.start(arrays)`` continues from the arrays.
         """
         owner = np.repeat(np.arange(self._depth.size), self._depth)
         first = np.cumsum(self._depth) - self._depth
@@ -346,7 +351,7 @@ class FieldState(Resumable):
         return state
 
     def _repack(self, kept: Integers, rows: Integers) -> None:
-        """Rebuild the pool so that each node has enough rows, with 6 % spare capacity.
+        """Rebuild the common storage so that each node has room for ``rows`` rows and 6 % more.
 
         Only the rows that remain after the step, ``kept`` per node, are copied.
         """
@@ -360,9 +365,9 @@ class FieldState(Resumable):
         self._depth = kept
 
     def _losses(self, place: Floats, step: Floats, code: Integers, reach: Any) -> Floats:
-        """Return the energy [J] that each node dissipates in the trial step, shape (nodes,).
+        """Return the energy dissipated by each node in a step, over its weight and kappa [J].
 
-        It is divided by the weight of the node, which contains mu, and by kappa [-].
+        The step ends at ``place`` and ``step``; ``code`` and ``reach`` are those of its trial.
         """
         nodes, lost = self._nodes, np.empty(place.size)
         profile = nodes.curve.profile(*reach)

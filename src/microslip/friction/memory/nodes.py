@@ -1,4 +1,4 @@
-"""Nodes on a common load curve, with their records and cycles."""
+"""Nodes on a common load curve, and checks of their displacements, separations and loads."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 class Nodes:
     """Joints that share a load curve, one entry per joint in each array.
 
-    Displacements and separations are converted to the variables of the load curve, both in [m]: a
-    place is a displacement over ``slips``, and a step is a difference of separation over
-    ``lengths``, relative to the origin of the curve or to the separation at rest.
+    Displacements and separations are converted to the variables of the load curve, both in [m]. A
+    place is a displacement divided by ``slips``. A step is a separation minus that of the origin of
+    the curve, or minus that at rest, divided by ``lengths``.
     """
 
     curve: LoadCurve
@@ -47,11 +47,11 @@ class Nodes:
 
     @cached_property
     def nearest(self) -> float:
-        """Separation [m] above which every separation is in the range of the surface."""
+        """Smallest separation [m] that is certainly in the range of the surface."""
         return max(self.curve.surface._deepest, self.curve.surface._span[0])
 
     def per_node(self, name: str, value: ArrayLike, unit: str) -> Floats:
-        """Check a number or one value per node; return shape (nodes,), converted to ``unit``."""
+        """Convert a number or one value per node, which may carry a unit, to ``unit``, (nodes,)."""
         return along(name, value, self.size, unit, "nodes")
 
     def steps_at(self, name: str, separations: ArrayLike) -> Floats:
@@ -86,7 +86,7 @@ class Nodes:
         return checked_separations(self.curve.surface, separations)
 
     def reach(self, *steps: Floats | None) -> tuple[float, float]:
-        """Return the smallest and largest step from the origin [m], given steps from rest."""
+        """Return the smallest and largest step from the origin [m] of the given steps from rest."""
         moved = [s + self.rests.reshape(-1, *[1] * (s.ndim - 1)) for s in steps if s is not None]
         low = min(float(s.min()) for s in [self.rests, *moved])
         # A shared curve extends to zero load.

@@ -27,8 +27,9 @@ Backbone = Callable[[Floats], Floats]
 class Tree(NamedTuple):
     """Branches of a record: sample i has the value sign[i] B(half[i]) + value of sample parent[i].
 
-    B is the backbone. On a branch, of (19.19)-(19.21) and (19.23), ``half`` is half the distance
-    from the reversal ``parent`` and ``sign`` is 2 or -2; on first loading, the distance from rest.
+    B is the backbone. On first loading (19.19) ``half`` is the distance from rest and ``sign`` is 1
+    or -1. On later branches (19.20), (19.21), (19.23) ``half`` is half the distance from the
+    reversal ``parent`` and ``sign`` is 2 or -2.
 
     ``parent`` is the index of a sample, -1 for rest, or -2 - k for entry k of the initial memory,
     whose last entry is the last displacement before the record.
@@ -121,8 +122,8 @@ class Memory:
         """Return the amplitudes [m] of the loops that a record closes; the memory is not updated.
 
         They are half the widths of loops. A return to first loading past the only open reversal
-        closes half a loop; its amplitude, the distance of that reversal from rest, is negative. The
-        ``first`` oldest reversals are ignored; ``first`` must be 0 or leave at least two.
+        closes half a loop; to mark it, minus the distance of that reversal from rest is returned.
+        The ``first`` oldest reversals are ignored; ``first`` must be 0 or leave at least two.
         """
         depth = self.depth - first
         places, result = (np.empty(depth + x.size + 1) for _ in range(2))
@@ -133,8 +134,8 @@ class Memory:
     def probe(self, x: float) -> tuple[float, float, float, tuple[int, int, int]]:
         """Return the outcome of a move to displacement ``x``; the memory is not updated.
 
-        The outcome is the distance along the backbone, its factor (1, -1, 2 or -2), the value at
-        the start of the branch, and the arguments that :meth:`move` needs.
+        The outcome is ``half`` and ``sign`` as in :class:`Tree`, the value at the start of the
+        branch, and the argument ``move`` of :meth:`move`.
         """
         move: tuple[int, int, int] = kernels.compiled.locate(
             x, self.stack, self.depth, self.last, self.direction
@@ -149,7 +150,7 @@ class Memory:
         return 0.5 * abs(x - place), 2.0 if direction > 0 else -2.0, start, move
 
     def move(self, x: float, value: float, move: tuple[int, int, int]) -> None:
-        """Update the memory by a move to ``x`` that :meth:`probe` evaluated, with its value."""
+        """Update the memory by a move to ``x``, where the force is ``value``; see :meth:`probe`."""
         depth, pushed, direction = move
         if pushed:
             self.stack = self._reserve(1)

@@ -1,4 +1,4 @@
-"""Base class of hysteresis states: trial steps are committed or discarded, in any thread."""
+"""Base class of hysteresis states whose trial steps are committed or discarded, in any thread."""
 
 from __future__ import annotations
 

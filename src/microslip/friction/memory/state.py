@@ -40,7 +40,7 @@ _MARKER_DISPLACEMENTS = np.array(
 
 
 class Law(Protocol):
-    """Interface that :class:`State` needs of a law."""
+    """Protocol: the methods of a law that :class:`State` uses."""
 
     @property
     def _load_curve(self) -> LoadCurve | None: ...
@@ -290,18 +290,21 @@ class State(Resumable):
         Returns
         -------
         dict of str to ndarray
-            ``now``: displacement [m], force [N], direction of the last motion (-1, 0 or 1), energy
-            dissipated [J], and then, if the load has varied, the number 1, the separation relative
-            to that of the joint [m] and the force over mu [N], otherwise three zeros.
-            ``reversals``: displacements [m] and forces [N] of the open reversals, oldest first,
-            shape (reversals, 2). ``rows``: rows of the memory diagram, outermost first, shape
-            (rows, 4): end [m from the separation of the joint], D [-], integral of D beyond the end
-            [m], integral of D (-N') from the start of the row [N]. ``depth``: the row limit, error
-            bound of merged rows over mu [N], the separations [m] between which it applies, 1 once a
-            slip front has been between them, and the largest bound so far [N]; empty without a
-            limit. ``joint``: the format, 1, and the backbone [N] at 1 nm, 100 nm, 10 um and 1 mm,
-            which identify the joint. An open trial is not saved. ``joint.start(arrays)`` continues
-            from them.
+            - ``now``: displacement [m], force [N], direction of the last motion (-1, 0 or 1),
+              energy dissipated [J]; then three zeros at constant load, or, if the load has varied,
+              1, the separation minus that of the joint [m], and T/mu [N].
+            - ``reversals``: displacements [m] and forces [N] of open reversals, oldest first, (n,
+              2).
+            - ``rows``: rows of the memory diagram D(eta) from the largest eta on, shape (n, 4):
+              outer end of the row minus the separation of the joint [m], D [-], integral of D
+              beyond this end [m], integral of D (-N') from the inner end of the row outwards [N].
+            - ``depth``: row limit; bound of the error of T/mu due to merged rows [N]; inner and
+              outer separation of these rows, minus that of the joint [m]; 1 if a slip front has
+              entered them, else 0; largest bound so far [N]. Empty without a limit.
+            - ``joint``: the format, 1, and the backbone [N] at 1 nm, 100 nm, 10 um and 1 mm, which
+              identify the joint.
+
+            An open trial is not saved. ``joint.start(arrays)`` continues from the arrays.
         """
         memory, diagram = self._memory, self._diagram
         varied = (0.0, 0.0, 0.0) if diagram is None else (1.0, diagram.separation, diagram.value)
@@ -371,7 +374,11 @@ class State(Resumable):
     # -- a step -----------------------------------------------------------------------------------
 
     def _trial_of(self, x: float, step: float | None, normal_load: float | None = None) -> Any:
-        """Return a trial and the arguments of :meth:`_apply`; ``step`` is None at constant load."""
+        """Return the trial at displacement ``x`` [m] and step ``step`` [m], with what commits it.
+
+        ``step`` is the separation minus that of the joint, None at constant load. The second result
+        is the argument of :meth:`_apply`.
+        """
         if step is None:
             half, sign, start, move = self._memory.probe(x)
             value, slope = self._law._backbone_at(half)
@@ -407,7 +414,7 @@ class State(Resumable):
         return self._accumulator
 
     def _step(self, normal_load: float | None) -> float | None:
-        """Return the trial separation relative to the joint's; None if the load never varied."""
+        """Return the separation under a load minus that of the joint [m]; None at constant load."""
         if normal_load is None:
             return None if self._diagram is None else self._diagram.separation
         if normal_load < 0.0:

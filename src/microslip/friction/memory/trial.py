@@ -75,22 +75,21 @@ class Trial(tuple[float, float]):
 
     @property
     def tangent(self) -> Floats:
-        """Derivatives of (force, normal_load) by (displacement, separation) [N/m], shape (2, 2)."""
+        """d(force, normal_load)/d(displacement, separation) [N/m], shape (2, 2)."""
         fall, by_separation = self._by_separation("tangent")
         return np.array([[self[1], by_separation], [0.0, -fall]])
 
     @property
     def tangent_by_load(self) -> Floats:
-        """Derivatives of (force, load) by (displacement, load) [N/m, -], shape (2, 2).
+        """d(force, normal_load)/d(displacement, normal_load), shape (2, 2).
 
-        Columns are in [N/m] for the displacement and [-] for the load. Without contact the
-        derivative of the force by the load is 0.
+        The first column is in [N/m], the second in [-]. Without contact dforce/dload is 0.
         """
         fall, by_separation = self._by_separation("tangent_by_load")
         return np.array([[self[1], by_separation / -fall if fall > 0.0 else 0.0], [0.0, 1.0]])
 
     def _by_separation(self, name: str) -> tuple[float, float]:
-        """Return -N' [N/m] and the derivative of the force by the separation [N/m]."""
+        """Return -N' and dforce/d(separation) [N/m]; an error states the attribute ``name``."""
         curve = self._curve_for(name)
         fall = -curve.derivative_at(self._step, 1)
         # mu s [N'(d) - N'(q)] for a slipping front q; the mean decrease for sticking.

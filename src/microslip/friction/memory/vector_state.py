@@ -1,4 +1,4 @@
-"""Resumable state of nodes in two tangential directions."""
+"""Resumable state of contact nodes that move in two tangential directions."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ class VectorResponse(FieldResponse):
     """Response of nodes to displacements in two tangential directions and separations.
 
     Unpacks as ``force, stiffness`` for constant separations, otherwise as ``force, load, tangent``.
-    The sliders are those of Iwan (1966, DOI 10.1115/1.3625199), each stretched by a vector.
+    The sliders are those of Iwan (1966, DOI 10.1115/1.3625199), each with a spring whose deflection
+    is a vector.
     """
 
     force: Floats
@@ -31,17 +32,21 @@ class VectorResponse(FieldResponse):
     load: Floats
     """Normal loads N [N], shape (nodes,); NaN for a law at constant load."""
     tangent: Floats
-    """Derivatives of (T1, T2, N) by displacements and separation [N/m], shape (nodes, 3, 3)."""
+    """d(T1, T2, N)/d(displacement 1, displacement 2, separation) [N/m], shape (nodes, 3, 3)."""
 
     @property
     def stiffness(self) -> Floats:
-        """Derivatives of (T1, T2) by both displacements [N/m], shape (nodes, 2, 2)."""
+        """d(T1, T2)/d(displacement 1, displacement 2) [N/m], shape (nodes, 2, 2)."""
         return self.tangent[..., :2, :2]
 
 
 @dataclass(frozen=True, eq=False)
 class SliderBank:
-    """Sliders common to all nodes, with factors that convert slider forces to forces of nodes."""
+    """Sliders common to all nodes, with factors that convert slider forces to forces of nodes.
+
+    Slider coordinates are displacements divided by kappa, the slip per indentation. Steps are
+    separations relative to the origin of the load curve; see :class:`Nodes`.
+    """
 
     tops: Floats
     """Separation, or displacement at constant load, at which each slider begins to slip [m]."""
@@ -55,16 +60,17 @@ class SliderBank:
     nearest: float = 0.0
     """Smallest step covered by the sliders [m]."""
     lay: Floats | None = None
-    """In-plane stiffness over that along the first axis, shape (2, 2); None if isotropic."""
+    """Tangential stiffness tensor over its value along the first displacement [-], shape (2, 2);
+    None if isotropic. It contains the effect of the lay, the direction of machining marks."""
 
     @cached_property
     def scales(self) -> Floats:
-        """Factor from the sum of the slider forces, times kappa, to the force of each node."""
+        """Factor of each node [-] from the sum of weights times slider deflections to its force."""
         return np.ones(self.size) if self.nodes is None else self.nodes.weights
 
     @cached_property
     def slips(self) -> Floats:
-        """Factor kappa of each node from slider coordinates to displacements [-], or 1."""
+        """Factor kappa of each node [-], displacement over slider coordinate; 1 without nodes."""
         return np.ones(self.size) if self.nodes is None else self.nodes.slips
 
     @cached_property
@@ -74,7 +80,7 @@ class SliderBank:
 
     @cached_property
     def compliances(self) -> Floats | None:
-        """Principal compliances of the lay, then cosine and sine of the first principal axis."""
+        """Inverse principal values of ``lay`` [-], cosine and sine of the first principal axis."""
         if self.lay is None:
             return None
         stiffnesses, axes = np.linalg.eigh(self.lay)
@@ -100,7 +106,7 @@ class SliderBank:
         return joint_array(sums, self.scales, self.slips, self.rests)
 
     def loads(self, step: Floats) -> tuple[Floats, Floats]:
-        """Return normal loads [N] and dN/dd [N/m] at steps [m], nodes on the first axis."""
+        """Return normal loads N and dN/d(separation) at steps, nodes on the first axis [N, N/m]."""
         if self.nodes is None:
             return np.full(step.shape, np.nan), np.full(step.shape, np.nan)
         load, fall = self.nodes.curve.load(step.reshape(-1))
@@ -140,8 +146,9 @@ class VectorState(Resumable):
         force, stiffness = state.try_([1e-7, -2e-7])
         state.commit()  # or state.rollback()
 
-    Each slider of the Iwan model (1966, DOI 10.1115/1.3625199) is stretched by a vector of two
-    components. A state needs 16 bytes per slider and node, twice as much during a trial.
+    The spring of each slider of the Iwan model (1966, DOI 10.1115/1.3625199) is deflected by a
+    vector of two components. A state needs 16 bytes per slider and node, twice as much during a
+    trial.
     """
 
     __slots__ = ("_bank", "_loss", "_place", "_single", "_step", "_value", "_vectors")
@@ -183,7 +190,7 @@ class VectorState(Resumable):
     def dissipated_energy(self) -> Any:
         """Energies dissipated since rest [J], shape (nodes,).
 
-        InputError unless the state was started with ``energies=True``.
+        InputError is raised unless the state was started with ``energies=True``.
         """
         return self._out(accumulated(self._loss) * self._bank.scales * self._bank.slips)
 
@@ -202,9 +209,11 @@ class VectorState(Resumable):
         Returns
         -------
         VectorResponse
-            ``force`` [N], shape (nodes, 2), ``load`` [N], ``stiffness`` [N/m], shape (nodes, 2, 2),
-            and ``tangent``, without the first axis for a single joint. Unpacks as ``force,
-            stiffness`` without separations, as ``force, load, tangent`` with separations.
+            ``force`` [N], shape (nodes, 2), ``load`` [N], shape (nodes,), ``stiffness`` [N/m],
+            shape (nodes, 2, 2), and ``tangent`` [N/m], shape (nodes, 3, 3): derivatives of (T1, T2,
+            N) with respect to both displacements and the separation. A single joint has no first
+            axis. Unpacks as ``force, stiffness`` without separations, as ``force, load, tangent``
+            with separations.
         """
         self._trial = None  # after an error there is no trial to commit
         bank, nodes = self._bank, self._bank.size

@@ -19,7 +19,7 @@ _OTHER_BODY = ("other_young_modulus", "other_poisson_ratio")
 
 
 def checked(args: Arguments) -> Arguments:
-    """Validate all arguments, convert them to float arrays, and add their broadcast shape."""
+    """Return the validated arguments as float arrays, with their broadcast shape as "shape"."""
     needs = ["friction_coefficient"]
     of_surface = ("young_modulus", "poisson_ratio", "radius", "density", "area", "std")
     if "surface" in args:
@@ -79,7 +79,10 @@ def checked(args: Arguments) -> Arguments:
 def check_names(
     quantities: Any, available: Sequence[str], example: str, of_amplitudes: Sequence[str] = ()
 ) -> None:
-    """Check that ``quantities`` is a list of available names; ``example`` is for the message."""
+    """Check that ``quantities`` is a list of ``available`` names.
+
+    The names ``of_amplitudes`` need amplitudes; ``example`` is shown in the message.
+    """
     if isinstance(quantities, str) or not isinstance(quantities, Sequence) or not quantities:
         raise InputError(
             f"`quantities` must be a list of names, got {show(quantities)}; for example "
@@ -108,7 +111,7 @@ def evaluate_labelled(
     settings: Mapping[str, Any],
     outputs: tuple[str, ...],
 ) -> dict[str, Any]:
-    """Evaluate DataArrays or Dask arrays; results have their type, lazy if arguments are."""
+    """Call ``evaluate`` with DataArrays or Dask arrays; results have their type and laziness."""
     names = tuple(arrays)
     keys = {**settings, "quantities": [name for name in outputs if not name.startswith("loop_")]}
 

@@ -171,10 +171,7 @@ _MOST_POINTS = 5000
 
 
 def sweep_figure(sweep: Any, quantity: Any, along: Any) -> Plot:
-    """Return the plot of a quantity along one dimension.
-
-    There is one line for each combination of values of the other dimensions.
-    """
+    """Return the plot of a quantity along one dimension, with a line per value of the others."""
     if not isinstance(quantity, str) or quantity not in sweep.variables:
         names = ", ".join(sweep.variables)
         raise InputError(f"`quantity` must be one of {names}, got {show(quantity)}")

@@ -106,7 +106,7 @@ def evaluate(
     separation : array_like, optional
         Separations [m], given instead of the loads.
     amplitude : array_like, optional
-        Displacement amplitudes [m], not negative. Without them, joints at rest.
+        Displacement amplitudes [m], not negative. By default only quantities at rest are computed.
     force_amplitude : array_like, optional
         Force amplitudes [N], below the force limit of each joint, given instead.
     samples : int, optional
@@ -123,8 +123,9 @@ def evaluate(
     -------
     mapping of str to float or ndarray
         Results by name in SI units, with the broadcast shape of the arguments. loop_displacement
-        and loop_force have a last axis of samples, see :meth:`microslip.Interface.loop`. Results
-        for ``xarray.DataArray`` and Dask arguments are of that type, and lazy if those are.
+        and loop_force have a last axis of samples, see :meth:`microslip.Interface.loop`. For
+        ``xarray.DataArray`` or Dask arguments results have the same type, and are lazy if the
+        arguments are.
 
     Notes
     -----
@@ -170,7 +171,7 @@ def _unit_gaussian() -> GreenwoodWilliamson:
 
 
 def _unit(heights: Any) -> GreenwoodWilliamson:
-    """Return a surface of one summit of radius 1 on unit area, of which others are multiples."""
+    """Return a surface of unit parameters; others with these heights have multiples of its load."""
     metal = Material(1.0, 0.0)
     surface = GreenwoodWilliamson(MaterialPair(metal, metal), heights, 1.0, 1.0, 1.0)
     # The deepest separation depends on the true radius, so it is not limited here.
@@ -179,7 +180,7 @@ def _unit(heights: Any) -> GreenwoodWilliamson:
 
 
 class Joints:
-    """Joints on surfaces of one shape, in units of load ``scale`` and length ``length``."""
+    """Joints whose load curves differ by factors ``scale`` of load and ``length`` of separation."""
 
     def __init__(self, args: Arguments) -> None:
         self.surface: NormalLaw
@@ -435,7 +436,7 @@ def _check_below_limit(force: Floats, limit: Floats) -> None:
 
 
 def _inverse(law: Pointwise, place: Floats, drop: Floats) -> Floats:
-    """Return steps u at which N(d) - N(d + u) equals ``drop``, by Newton's method."""
+    """Return steps u with N(d) - N(d + u) = ``drop`` at separations d in ``place``."""
     step = drop / law.sum("fall", place, np.zeros(place.size))
     active = np.arange(place.size)
     for _ in range(200):

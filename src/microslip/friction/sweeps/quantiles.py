@@ -21,15 +21,15 @@ _EXPLAINED = 0.9  # fraction of the variance that cross-validation must explain
 def intervals(samples: Floats, shares: Sequence[float], draws: int | None = None) -> Floats:
     """Return 90 % confidence intervals of quantiles of ``samples`` from order statistics.
 
-    ``samples`` has shape (groups, points per group, ...). The result, shape (2, shares, ...), holds
-    the lower and upper ends for each quantile in ``shares``. Groups are independent scramblings of
-    quasi-random points. The fraction of points below a quantile differs between groups; from its
-    standard deviation Student's t determines the order statistics that enclose the quantile. An end
-    is infinite if there are too few samples. Groups are unbiased and independent whatever the
-    dependence within a group (L'Ecuyer and Lemieux 2002, DOI 10.1007/0-306-48102-2_20). The points
-    of a single group are treated as independent, with a binomial number below the quantile, which
-    is conservative for quasi-random points; give their number as ``draws`` if several samples
-    belong to one point.
+    ``samples`` has shape (groups, points per group, ...), and ``shares`` are the probabilities of
+    the quantiles. The result, shape (2, shares, ...), holds the lower and upper ends. Groups are
+    independent scramblings of quasi-random points. The fraction of points below a quantile differs
+    between groups; from its standard deviation Student's t determines the order statistics that
+    enclose the quantile. An end is infinite if there are too few samples. The estimates of the
+    groups are unbiased and independent whatever the dependence within a group (L'Ecuyer and Lemieux
+    2002, DOI 10.1007/0-306-48102-2_20). The points of a single group are treated as independent,
+    with a binomial number below the quantile, which is conservative for quasi-random points. If
+    several samples come from one point, ``draws`` is the number of points.
     """
     from scipy.special import stdtrit
 
@@ -78,8 +78,8 @@ def quantiles(
 
     ``scores`` (points, inputs) are the normal scores of the inputs at which ``values`` (points,
     columns) are known, NaN where a value is missing. ``shares`` are the probabilities of the
-    quantiles; both results have the shape (shares, columns). ``dense`` are many more scores, in
-    eight groups one after the other, each an independent scrambling.
+    quantiles; both results have the shape (shares, columns). ``dense`` are many more normal scores:
+    the rows of eight groups in succession, each an independent scrambling of quasi-random points.
 
     If interpolation explains 90 % of the variance of a column in cross-validation, its quantiles
     are those of a cubic interpolation at ``dense``: for a smooth function of a few inputs 32 points
@@ -89,9 +89,10 @@ def quantiles(
     quantiles are those of the points, with intervals from order statistics, infinite for too few
     points.
 
-    ``added`` are the values of a second quantity, known at the scores (points,) and at ``dense``.
-    The quantiles are then those of log(exp(values) + added), so ``values`` must be logarithms. With
-    the function ``of`` they are instead those of the columns ``of(values, added)``, all finite.
+    ``added`` holds the values of a second quantity at ``scores``, shape (points,), and those at
+    ``dense``. If given, ``values`` must be logarithms, and the quantiles are those of
+    log(exp(values) + added). If also a function ``of`` is given, the quantiles are those of the
+    columns of ``of(values, added)``; ``values`` must then be finite.
     """
     if of is not None:
         return _column_quantiles(scores, values, dense, shares, added, of)
@@ -160,7 +161,11 @@ def _column_quantiles(
 
 
 def _residual_near(values: Floats, misses: Floats, middle: Floats) -> Floats:
-    """Return the rms of ``misses`` for the values nearest to each quantile, (shares, columns)."""
+    """Return the cross-validation residual near each quantile, shape (shares, columns).
+
+    It is the root of squared mean plus squared standard error of ``misses``, the residuals of the
+    ``values``, over the fifth of the values nearest to the quantile ``middle``.
+    """
     count = max(_FEWEST_NEAR, len(values) // _NEAR)
     order = np.argsort(abs(values[None] - middle[:, None]), axis=1)[:, :count]
     near = np.take_along_axis(np.broadcast_to(misses, (len(middle), *misses.shape)), order, axis=1)
@@ -174,10 +179,11 @@ def _interpolated(scores: Floats, values: Floats, places: Floats) -> Floats:
 
 
 def ranking(scores: Floats, logs: Floats) -> tuple[Floats, float]:
-    """Return the fraction of the variance of a logarithm due to each input [-].
+    """Return the share of each input in the variance of ``logs`` [-], and the fraction explained.
 
-    The logarithm is fitted linearly on the normal scores (samples, inputs). The second value is the
-    fraction of the variance that the fit explains. Values that are not finite are ignored.
+    ``logs``, logarithms of a result, are fitted linearly on the normal scores, shape (samples,
+    inputs). The second result is the fraction of the variance that the fit explains. Values that
+    are not finite are ignored.
     """
     finite = np.isfinite(logs)
     matrix = np.column_stack([np.ones(int(finite.sum())), scores[finite]])

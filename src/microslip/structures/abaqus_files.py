@@ -28,9 +28,10 @@ _FIXED: Final = 1e35
 
 
 def load_abaqus(file: Path) -> dict[str, Any]:
-    """Load the matrices of a substructure, or of the matrix files of one job.
+    """Return the matrices of a substructure, or of the matrix files of one job, by their kind.
 
-    Rows are sorted by node, then by degree of freedom; fixed degrees of freedom are removed.
+    The kinds are "mass", "stiffness" and "damping", as far as the files contain them. Rows are
+    sorted by node, then by degree of freedom; fixed degrees of freedom are removed.
     """
     files = {"": file}
     if job := _OF_A_JOB.fullmatch(file.stem):

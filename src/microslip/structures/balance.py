@@ -1,12 +1,13 @@
 """Equations of harmonic balance for a nonlinear mode or a forced motion, and their Newton steps.
 
-Unknowns are the Fourier coefficients Q (modes, size) of the modal coordinates, ``size`` for each,
-and, for a mode, its angular frequency omega and damping ratio zeta: the *extended periodic motion*
-of Krack (2015), DOI 10.1016/j.compstruc.2015.03.008, in which the term -2 zeta omega x'
-compensates the losses of the joints.
+The unknowns are the Fourier coefficients Q of the modal coordinates, shape (modes, size) with
+``size`` coefficients for each mode, and, for a nonlinear mode, its angular frequency omega and
+damping ratio zeta: the *extended periodic motion* of Krack (2015), DOI
+10.1016/j.compstruc.2015.03.008, in which the term -2 zeta omega x' compensates the losses of the
+joints.
 
-With sticking joints the modes of a structure are uncoupled: their dynamic compliance is diagonal.
-A step of Newton's method therefore solves only for the forces of joints that slip or open, for
+With sticking joints the modes of a structure are uncoupled: their dynamic compliance is diagonal. A
+step of Newton's method therefore solves only for the forces of joints that slip or open, for
 coefficients near resonance, and for the borders: omega and zeta, with the equations of amplitude
 and phase.
 """
@@ -28,7 +29,7 @@ from microslip.structures.periodic_motion import HarmonicBasis, HarmonicForces
 
 @dataclass(frozen=True, eq=False)
 class Balance:
-    """Equations of harmonic balance of a structure."""
+    """Equations of harmonic balance; ``answers`` are the forces given by :meth:`joint_forces`."""
 
     model: ModalModel
     joints: ModalJoints
@@ -44,7 +45,8 @@ class Balance:
     ) -> tuple[Floats, list[HarmonicForces]]:
         """Return modal joint forces minus those of sticking joints, and the forces of each group.
 
-        ``carried`` is the joint motion due to a moving base, (coordinates, size) [m].
+        The modal forces are Fourier coefficients (modes, size). ``carried`` is the joint motion due
+        to a moving base, (coordinates, size) [m].
         """
         motion = self.joints.flat.T @ coefficients + carried
         answers = [
@@ -56,10 +58,10 @@ class Balance:
         return self.joints.flat @ (total - self.joints.stuck[:, None] * motion), answers
 
     def linear(self, coefficients: Floats, omega: float, damping: Floats | float) -> Floats:
-        """Return the forces of inertia, damping and sticking stiffness (modes, size).
+        """Return the forces of inertia, damping, and stiffness with sticking joints (modes, size).
 
-        ``damping``, -2 zeta omega [rad/s], multiplies velocities, in addition to the damping
-        matrix.
+        ``damping`` [rad/s], such as -2 zeta omega, is a factor on the modal velocities; its forces
+        are added to those of the damping matrix.
         """
         orders = self.basis.orders
         square = self.model.squares[:, None] - (orders * omega) ** 2
@@ -79,18 +81,18 @@ class Balance:
         return inertia + self.damped(self.velocity(coefficients, omega), 0.0) / omega
 
     def damped(self, velocity: Floats, damping: Floats | float) -> Floats:
-        """Return the damping forces for Fourier coefficients of the velocity (modes, size)."""
+        """Return the damping forces of a velocity (modes, size), as in :meth:`linear`."""
         result = damping * velocity
         if self.model.damping is not None:
             result = result + self.model.damping @ velocity
         return result
 
     def tangent(self, answers: list[HarmonicForces], change: Floats) -> Floats:
-        """Return the change of :meth:`joint_forces` for a change of coefficients (modes, size)."""
+        """Return the change of the modal joint forces for a change of coefficients."""
         return self.by_motion(answers, self.joints.flat.T @ change)
 
     def by_motion(self, answers: list[HarmonicForces], motion: Floats) -> Floats:
-        """Return the change of :meth:`joint_forces` for changed motions (coordinates, size)."""
+        """Return the change of modal joint forces for that of joint motions (coordinates, size)."""
         size = self.basis.size
         moved = -self.joints.stuck[:, None] * motion
         for part, answer in zip(self.joints.parts, answers, strict=True):
@@ -101,7 +103,7 @@ class Balance:
         return np.asarray(self.joints.flat @ moved)
 
     def tangent_matrix(self, answers: list[HarmonicForces]) -> Floats:
-        """Return the Jacobian of :meth:`joint_forces`, shape (modes, size, modes, size)."""
+        """Return the Jacobian of the modal joint forces, shape (modes, size, modes, size)."""
         modes, size = self.shape
         result = np.zeros((modes, size, modes, size))
         for answer, directions, group in zip(
@@ -157,7 +159,7 @@ class ModeResidual(NamedTuple):
     merit: float
     answers: list[HarmonicForces]
     by_q: Floats
-    """Derivatives of the amplitude equation by the coefficients q."""
+    """Derivatives of the amplitude equation with respect to the coefficients q."""
     by_omega: float
 
 
@@ -171,7 +173,7 @@ class _NotSticking(NamedTuple):
 
 
 class _Compliance:
-    """Dynamic compliance of the modes at each harmonic, for complex amplitudes cosine - i sine."""
+    """Dynamic compliance of the modes at each harmonic, in complex amplitudes."""
 
     def __init__(
         self,
@@ -212,15 +214,15 @@ class _Compliance:
         result[:, 1::2], result[:, 2::2] = turning[:, 1:].real, -turning[:, 1:].imag
         return result
 
-    def between(self, flat: Floats, result: Floats) -> None:
-        """Write the compliance between joint coordinates into ``result``, (count * size,) * 2."""
+    def between(self, directions: Floats, result: Floats) -> None:
+        """Fill the square matrix ``result`` with the compliance between joint coordinates."""
         size = 2 * self._inverse.shape[0] - 1
         for h, inverse in enumerate(self._inverse):
             k = max(2 * h - 1, 0)
-            result[k::size, k::size] = straight = _between(flat, inverse.real)
+            result[k::size, k::size] = straight = _between(directions, inverse.real)
             if h:
                 result[k + 1 :: size, k + 1 :: size] = straight
-                result[k::size, k + 1 :: size] = crossed = _between(flat, inverse.imag)
+                result[k::size, k + 1 :: size] = crossed = _between(directions, inverse.imag)
                 result[k + 1 :: size, k::size] = -crossed
 
 
@@ -256,7 +258,6 @@ class _Factors:
 
 
 def _not_sticking(balance: Balance, answers: list[HarmonicForces]) -> list[_NotSticking]:
-    """Return the joints and coordinates of each group that do not stick."""
     result = []
     size = balance.basis.size
     for answer, directions, group in zip(
@@ -282,7 +283,8 @@ class Elimination(NamedTuple):
     flat: Floats
     """Directions of the coordinates that do not stick, (modes, coordinates)."""
     columns: Floats
-    """Derivatives of the force equations by the border unknowns, (modes, size, borders)."""
+    """Derivatives of the force equations with respect to the border unknowns,
+    (modes, size, borders)."""
     turned: Floats
     """Rows of the border equations multiplied by the compliance, (borders, modes * size)."""
     blocks: list[Floats]
@@ -314,7 +316,7 @@ class ModeStep:
     point: ModePoint
     current: ModeResidual
     columns: Floats
-    """Derivatives of the forces by omega and zeta, (modes, size, 2)."""
+    """Derivatives of the forces with respect to omega and zeta, (modes, size, 2)."""
 
     @property
     def _damping(self) -> float:
@@ -322,7 +324,7 @@ class ModeStep:
 
     @property
     def _scale(self) -> Floats:
-        """Row scales [rad^2/s^2], so that forces of different modes compare by their motion."""
+        """Force per modal motion [rad^2/s^2]: divided by it, the residual of a mode is a motion."""
         return np.maximum(self.balance.model.squares, self.point.omega**2)[:, None]
 
     def _right(self, unit: float) -> np.ndarray:
@@ -400,7 +402,7 @@ class ModeStep:
         return step
 
     def _preconditioner(self, unit: float) -> Callable[[Floats], Floats]:
-        """Return an approximate inverse, exact for the mode itself, with all joints sticking."""
+        """Return an approximate inverse with all joints sticking; ``unit`` is a scale of motion."""
         modes, size = self.balance.shape
         count, i = modes * size, self.index
         omega, scale = self.point.omega, self._scale

@@ -63,7 +63,7 @@ class BaseMotion:
 
     @property
     def viscous_push(self) -> Floats | None:
-        """Modal forces per unit velocity of each input (modes, inputs); None without ``drag``."""
+        """Modal forces of ``drag`` per unit velocity of each input (modes, inputs), if any."""
         return None if self.drag is None else np.asarray(-self.model.shapes.T @ self.drag)
 
 
@@ -100,10 +100,7 @@ def _columns(name: str, value: ArrayLike, rows: int, what: str) -> Floats:
 
 
 def _joint_motion(attachments: tuple[Attachment, ...], carried: Floats) -> tuple[float, int]:
-    """Return the largest |B^T carried| / (|B|^T |carried|) over joints [-], and its attachment.
-
-    It is 0 for a joint that the base motion ``carried`` does not deform, 1 if only one side moves.
-    """
+    """Return the largest |B^T carried| / (|B|^T |carried|) of joints [-], and its attachment."""
     worst, place = 0.0, 0
     for i, attachment in enumerate(attachments):
         columns = attachment.columns
@@ -137,9 +134,10 @@ def _under_the_structure(
 
 
 def _drag_of_mass(rest: AtRest, carried: Floats, frame: Frame | None) -> Floats | None:
-    """Return alpha M carried [kg/s] if C = alpha M + beta K, with dashpots fixed to the ground.
+    """Return alpha M carried [kg/s], (n, inputs), if C = alpha M + beta K.
 
-    Return None if the dashpots are fixed to the base, as those of any other C are taken to be.
+    These are forces of dashpots that are fixed to the ground, per unit base velocity. Return None
+    if the dashpots are fixed to the base; this is assumed for any other C.
     """
     pull = np.asarray(rest.damping @ carried).ravel()
     parts = [np.asarray(m @ carried).ravel() for m in (rest.mass, rest.stiffness)]
@@ -224,7 +222,6 @@ def _at_supports(
 
 
 def _is_rigid(rest: AtRest, carried: Floats) -> bool:
-    """Return whether the base motion neither strains the structure nor moves a joint."""
     if _joint_motion(rest.attachments, carried)[0] > _ROUNDING:
         return False
     pull = np.abs(np.asarray(rest.stiffness @ carried)).max()
@@ -285,13 +282,14 @@ class BaseResponse(ForcedResponse):
         return np.asarray(-self.base_acceleration / (2.0 * np.pi * self.frequency[:, None]) ** 2)
 
     def _from_ground(self, at: ArrayLike) -> NDArray[np.complex128]:
-        """Return the complex amplitude relative to the ground at a sensor (points,) [m]."""
+        """Return complex amplitudes [m] of the absolute fundamental at a sensor (points,)."""
         return np.asarray(self._fundamental(at) + self._base_motion @ self._carried_at(at))
 
     def absolute_amplitude(self, at: ArrayLike) -> Floats:
-        """Return the absolute amplitude [m] at a sensor, including the base motion.
+        """Return the amplitude [m] of the absolute motion at a sensor, including the base motion.
 
-        ``at`` is the direction of the sensor, shape (n,).
+        It is that of the fundamental harmonic, shape (points,). ``at`` is the direction of the
+        sensor, shape (n,).
         """
         return np.asarray(np.abs(self._from_ground(at)))
 
@@ -300,7 +298,7 @@ class BaseResponse(ForcedResponse):
         raise InputError("a motion of the base has no force; use transmissibility(at)")
 
     def transmissibility(self, at: ArrayLike) -> NDArray[np.complex128]:
-        """Return the absolute motion at a sensor over the base motion, both fundamental harmonics.
+        """Return the absolute motion at a sensor over the base motion, in the fundamental harmonic.
 
         Parameters
         ----------
@@ -310,7 +308,8 @@ class BaseResponse(ForcedResponse):
         Returns
         -------
         ndarray
-            Complex ratios [-], shape (points,); relative to the first input that moves.
+            Complex ratios of amplitudes [-], shape (points,). With several inputs the denominator
+            is the first one that moves.
         """
         moving = int(np.argmax(np.abs(self.base_acceleration).max(axis=0) > 0.0))
         return np.asarray(self._from_ground(at) / self._base_motion[:, moving])

@@ -34,7 +34,7 @@ _ARC = 24  # cells along a curved part, at least
 
 
 def declared_length(symbol: str, meaning: str, example: float) -> dict[str, Any]:
-    """Return the declaration of a length [m]."""
+    """Return the rules by which an input that is a length [m] is validated and documented."""
     return parameter(symbol, "m", meaning, above=0.0, example=example)
 
 
@@ -97,7 +97,7 @@ def beam_mesh(
 
     ``sizes`` are width and thickness [m], ``of_parts`` has material and density [kg/m^3] of each
     part by its name. ``side`` is the number of cells along each side of the square block around a
-    bolt, and twice the least number of layers in each part of a lap.
+    bolt; each part of a lap has at least side/2 layers of cells.
     """
     width, thickness = sizes
     halves = [bolt_block_half_width(lap.bolts, lap.length, width) for lap in laps]
@@ -212,15 +212,15 @@ def beam_mesh(
     )
 
 
-def _fixing_volume(bolts: Bolts, tall: float) -> float:
-    """Return the meshed volume of head, nut and washers of each bolt [m^3]: discs and rings."""
+def _fixing_volume(bolts: Bolts, height: float) -> float:
+    """Return the volume [m^3] of washers, and of head and nut as discs of total ``height`` [m]."""
     outer = bolts.pressed if bolts.pressed > 1.02 * bolts.head else bolts.head
     rings = (outer**2 - bolts.hole**2) * bolts.washer_thickness
-    return 0.5 * math.pi * (rings + bolts.head**2 * tall)
+    return 0.5 * math.pi * (rings + bolts.head**2 * height)
 
 
 def _rows(laps: Iterable[Lap], half: float) -> Floats:
-    """Return the transverse positions [m] of the bolts of all laps, which share grid lines."""
+    """Return the transverse positions [m] of the bolts of all laps, for common grid lines."""
     rows = np.unique(np.concatenate([lap.bolts.positions[:, 1] for lap in laps]))
     if rows.size > 1 and np.diff(rows).min() < 2.0 * half * (1.0 - 1e-9):
         raise InputError(
@@ -231,15 +231,15 @@ def _rows(laps: Iterable[Lap], half: float) -> Floats:
 
 
 def _between(
-    start: float, stop: float, after: bool, before: bool, size: float, largest: float
+    start: float, stop: float, lap_at_start: bool, lap_at_stop: bool, size: float, largest: float
 ) -> Floats:
-    """Return grid lines from start to stop [m], refined towards an end that adjoins a lap."""
-    if after and before:
+    """Return grid lines from start to stop [m]; cells grow from ``size`` beside a lap."""
+    if lap_at_start and lap_at_stop:
         middle = 0.5 * (start + stop)
         left = widening(start, middle, size, largest)
         right = widening(stop, middle, size, largest)
         return np.concatenate([left, right[::-1][1:]])
-    near, far = (start, stop) if after else (stop, start)
+    near, far = (start, stop) if lap_at_start else (stop, start)
     return np.sort(widening(near, far, size, largest))
 
 

@@ -45,7 +45,7 @@ def proof_stress(grade: object, diameter: float) -> float:
 
 
 def tension_band(tightening_factor: float) -> tuple[float, float]:
-    """Return the smallest and largest preload relative to the mean preload of the torque [-]."""
+    """Return smallest and largest preload at one tightening torque, relative to their mean [-]."""
     factor = positive("tightening_factor", tightening_factor, "", TIGHTENING_FACTOR)
     if factor < 1.0:
         raise InputError(f"`tightening_factor` must be at least 1, got {exact(factor)}")
@@ -79,7 +79,7 @@ class Thread:
 
     @property
     def stress_area(self) -> float:
-        """Stress area A_S, from the mean of both diameters [m^2]."""
+        """Stress area A_S = pi/4 ((d2 + d3)/2)^2 [m^2], from pitch and core diameter."""
         return 0.25 * math.pi * (0.5 * (self.pitch_diameter + self.core_diameter)) ** 2
 
     def reduced_stress(self, tension: float, friction: float) -> float:
@@ -94,7 +94,7 @@ class Thread:
         return tension / self.stress_area * math.sqrt(1.0 + 3.0 * shear**2)
 
     def assembly_tension(self, proof: float, friction: float) -> float:
-        """Return the largest permitted assembly preload F_M [N]: 90 % of a proof stress [Pa]."""
+        """Return the preload F_M [N] whose equivalent stress is 90 % of a proof stress [Pa]."""
         return UTILISATION * proof / self.reduced_stress(1.0, friction)
 
 
@@ -166,12 +166,12 @@ class ClampedBolt:
         return embedding / (self.resilience + self.plate_resilience)
 
     def embedding_loss(self, rz: float, interfaces: int = 1) -> float:
-        """Return the preload [N] lost by embedding, from Rz [m] and inner interfaces."""
+        """Return the preload lost by the embedding of :func:`embedding_of` [N]."""
         return self.loss(embedding_of(rz, interfaces))
 
 
 def embedding_of(rz: float, interfaces: int = 1) -> float:
-    """Return the embedding f_Z [m] by VDI 2230: thread, two bearing faces, inner interfaces."""
+    """Return the embedding f_Z [m] of faces of roughness Rz [m] by VDI 2230, and of the thread."""
     rz = positive("rz", rz, "m", 6.3e-6)
     row = next((row for row in _EMBEDDING if rz < row[0]), None)
     if row is None:

@@ -36,7 +36,7 @@ _ALONG = np.array([1.0, 0.0, 0.0])
 
 
 class Drawing:
-    """Row of parts with at least one lap, base class of the drawings."""
+    """Base class of beams given by their dimensions: parts in a row with at least one lap."""
 
     length: float
     width: float
@@ -120,7 +120,6 @@ class Drawing:
         return loosened(self._mesh(bodies, self.size_of_elements(element_size)), slack)
 
     def _bodies(self, material: Any, density: Any) -> dict[str, tuple[Material, float]]:
-        """Return material and density [kg/m^3] of each part by name."""
         names = self.parts
         listed: dict[str, list[Any]] = {}
         for name, value in (("material", material), ("density", density)):
@@ -140,7 +139,7 @@ class Drawing:
         return dict(zip(names, zip(listed["material"], heavy, strict=True), strict=True))
 
     def _mesh(self, bodies: Any, size: float, side: int = SIDE) -> JointMesh:
-        """Return the mesh with a cell size [m], and ``side`` cells along a side of bolt blocks."""
+        """Return the mesh of a cell size [m], with ``side`` cells along the block of a bolt."""
         sizes = self.width, self.thickness
         return beam_mesh(self.laps, self.stretches, bodies, sizes, self.style, size, side)
 
@@ -237,9 +236,11 @@ class Drawing:
         mode : int
             Index of the elastic mode, from 0.
         patches, form : optional
-            Initial patches, and a form as for :meth:`reduce` that is not one gap per patch.
+            Initial patches, and a form as for :meth:`reduce`: a function or a table, but not an
+            array of one gap per patch, since the patches change.
         tolerance : float
-            Relative change of the damping ratio by halved patches at which refinement ends [-].
+            Refinement ends when halving the patches changes the damping ratio by less than this
+            fraction [-].
         most_patches : int
             Largest number of patches.
         element_size, sensors, masses, slack : optional
@@ -301,9 +302,9 @@ class Drawing:
 class BoltedBeam(Drawing):
     """Row of beams or plates, bolted where they overlap; its ends may be bolted to the ground.
 
-    x runs along the beam from its middle, y across, z upwards from the faces of the laps. Parts are
-    alternately the lower and the upper one in their laps, so that a beam with two laps can be
-    symmetric. A :class:`LapJoint` has a single lap in the middle.
+    x runs along the beam from its middle, y across, z upwards from the faces of the laps. Parts lie
+    in turn below and above their neighbours, so that a beam with two laps can be symmetric. A
+    :class:`LapJoint` has a single lap in the middle.
 
     Parameters
     ----------
@@ -389,7 +390,7 @@ class BoltedBeam(Drawing):
 
     @property
     def strip(self) -> tuple[Sizes, float, float]:
-        """Dimensions of the part between two laps on the ground, and x and z of its start [m]."""
+        """Dimensions of the part with both ends on the ground, and x and z of its start [m]."""
         if len(self.laps) != 2 or self.ground != GROUNDS:
             raise InputError(
                 "a drawing bends between two clamps: write two laps and ground on the left and on "
@@ -413,6 +414,7 @@ class BoltedBeam(Drawing):
         Returns
         -------
         Bending
+            Sensors, static cases and weights, to be used as
             ``joint = beam.reduce(..., sensors=bending.sensors)``, then
             ``joint.with_geometry(*bending)``.
 

@@ -216,9 +216,9 @@ class Bolts(Locked):
 
     @property
     def utilisation(self) -> Floats:
-        """Tightening stress over the proof stress of the grade [-], one per bolt; VDI 2230: 0.9.
+        """Equivalent stress in tightening over the proof stress of the grade [-], one per bolt.
 
-        It includes torsion by thread friction, whose coefficient is 0.12 by default.
+        VDI 2230 permits 0.9. Torsion by thread friction is included, with 0.12 by default.
         """
         if self.size is None or self.grade is None:
             raise InputError('the stress of bolts needs size="M8" and grade="8.8"')
@@ -226,11 +226,11 @@ class Bolts(Locked):
 
     @property
     def pressed(self) -> float:
-        """Diameter of the pressed ring between washer and plate [m], head + 1.6 h (VDI 2230-1)."""
+        """Diameter within which a washer is bonded to its plate [m], see the notes of the class."""
         return min(self.head + 1.6 * self.washer_thickness, self.washer)
 
     def fixing_mass(self, density: float) -> float:
-        """Return the mass of head, nut and washers [kg], from a density [kg/m^3] by default."""
+        """Return the mass of head, nut and washers [kg]: ``mass``, else by the density [kg/m^3]."""
         density = positive("density", density, "kg/m^3", 7850.0)
         if self.mass is not None:
             return self.mass
@@ -258,7 +258,7 @@ SIZED = ("shank", "hole", "head", "washer", "washer_thickness", "thread", "pitch
 
 
 def by_size(size: object, thread_friction: float | None, **given: Any) -> dict[str, Any]:
-    """Return the dimensions of a bolt [m] by name: given values, else those of its metric size."""
+    """Return the dimensions of a bolt [m] by name: given values, else those of a metric size."""
     bolt = size_named(size)
     known = {
         "shank": bolt.diameter, "hole": bolt.hole, "head": bolt.flats, "washer": bolt.washer,

@@ -1,4 +1,4 @@
-"""Forced response by harmonic balance, around turning points, and its files for other programs."""
+"""Forced response by harmonic balance, followed past turning points; files for other programs."""
 
 from __future__ import annotations
 
@@ -231,9 +231,10 @@ class ForcedResponse(ModalResult, PlottableAtSensor):
 
     @property
     def displacement(self) -> NDArray[np.complex128]:
-        """Amplitudes x of each harmonic (points, n, harmonics), motion Re(x exp(i h w t)) [m].
+        """Complex amplitudes x of each harmonic h, shape (points, n, harmonics) [m].
 
-        Computed at each access, since the array of a large structure is large.
+        The motion is the sum of Re(x exp(i h omega t)) over the harmonics. Computed at each access,
+        since the array of a large structure is large.
         """
         return np.asarray(self._shapes @ self._coordinates)
 
@@ -383,14 +384,14 @@ def complex_amplitudes(name: str, value: Any) -> NDArray[np.complex128]:
 
 
 def coefficients(amplitudes: NDArray[Any], basis: HarmonicBasis) -> Floats:
-    """Return the Fourier coefficients (count, size) of Re(amplitude exp(i w t))."""
+    """Return the Fourier coefficients (count, size) of Re(amplitude exp(i omega t))."""
     result = np.zeros((amplitudes.size, basis.size))
     result[:, 1], result[:, 2] = amplitudes.real, -amplitudes.imag
     return result
 
 
 def line_of(model: ModalModel, forces: Floats, targets: Floats) -> Floats:
-    """Return an estimate of the modal motion (modes,), in whose direction field nodes slide."""
+    """Return an estimate of the modal motion (modes,), along which nodes of fields slide."""
     middle = (2.0 * math.pi * float(np.median(targets))) ** 2
     gain = np.abs(model.squares - middle) + 1e-3 * middle
     column = 1 if np.any(forces[:, 1]) else 2

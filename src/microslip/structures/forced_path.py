@@ -24,7 +24,7 @@ _FINEST = 1e-6  # shortest arc step, beside the range of frequencies
 
 @dataclass(frozen=True, eq=False)
 class Excitation:
-    """Excitation of a periodic motion: a sum of terms times omega^-k, by their exponent k."""
+    """Excitation of a periodic motion: sums of F_k omega^-k, stored as dictionaries of F_k by k."""
 
     forces: dict[int, Floats]
     """Forces on the modes, shape (modes, size)."""
@@ -35,7 +35,7 @@ class Excitation:
 
     @staticmethod
     def at(parts: dict[int, Floats], omega: float) -> tuple[Floats | float, Floats | float]:
-        """Return the sum of part * omega^-k over ``parts``, and its derivative by omega."""
+        """Return the sum of part * omega^-k, and its derivative with respect to omega."""
         value = sum((part * omega**-k for k, part in parts.items()), 0.0)
         slope = sum((-k * part * omega ** -(k + 1) for k, part in parts.items() if k), 0.0)
         return value, slope
@@ -55,7 +55,7 @@ class Control:
     """Target amplitude of that quantity."""
 
     def miss(self, q: Floats, omega: float, level: float) -> tuple[float, Floats, float, float]:
-        """Return (amplitude/target)^2 - 1, and its derivatives by q, level and omega."""
+        """Return (amplitude/target)^2 - 1, and its derivatives for q, level and omega."""
         signal = self.sensor @ q[:, 1:3] + level * self.carried / omega**2
         factor = omega ** (2 * self.power) / self.target**2
         value = factor * float(signal @ signal)
@@ -109,7 +109,8 @@ class Drive:
 class _Path:
     """Equations along the path in scaled unknowns: Fourier coefficients, level and frequency.
 
-    The excitation level is unknown only if the drive has a control.
+    The level is unknown only if the drive has a control. ``unit`` and ``width`` scale coefficients
+    [m] and changes of omega [rad/s].
     """
 
     def __init__(self, drive: Drive, unit: float, width: float, share: float = 1.0) -> None:
@@ -150,14 +151,14 @@ class _Path:
         return miss, matrix
 
     def _unit_level(self, omega: float) -> float:
-        """Return the excitation level with a linear response of unit size, a scale of the level."""
+        """Return the level at which the static response has the size ``unit``, as a scale."""
         push = np.asarray(Excitation.at(self._drive.excitation.forces, omega)[0])
         return self._unit / float(
             (np.abs(push).max(axis=1) / self._drive.balance.model.squares).max()
         )
 
     def solve(self, guess: _Point, tangent: Floats | None) -> _Solved | None:
-        """Solve by Newton's method, normal to a tangent or, if it is None, at fixed frequency."""
+        """Solve by Newton's method with steps normal to ``tangent``; None fixes the frequency."""
         modes, size = self._drive.balance.shape
         count = modes * size
         controlled = self._drive.control is not None
@@ -213,7 +214,7 @@ class Followed(NamedTuple):
     message: str
 
     def fields(self, drive: Drive) -> dict[str, Any]:
-        """Return the fields of a :class:`ForcedResponse`."""
+        """Return the values of the attributes of a :class:`ForcedResponse`."""
         model, basis = drive.balance.model, drive.balance.basis
         points = [solved.point for solved in self.path]
         elastic, rigid = model.size, drive.excitation.rigid
@@ -310,7 +311,7 @@ def _follow(drive: Drive, omegas: Floats) -> tuple[list[_Solved], list[bool], in
 
 
 def _ramped(drive: Drive, omega: float, width: float) -> _Solved | None:
-    """Return the first point; if Newton's method fails, solve with an increasing excitation."""
+    """Return the first point, solved with an increasing excitation; ``width`` is as in _Path."""
     guess = drive.linear_response(omega, 1e-3)
     solved = None
     for share in np.geomspace(1e-3, 1.0, 25):

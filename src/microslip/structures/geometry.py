@@ -43,7 +43,7 @@ class Springs(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class GeometryAttachment:
-    """Geometric stiffness of springs. Same interface as :class:`LawAttachment`."""
+    """Springs that represent the geometric stiffness. Same interface as :class:`LawAttachment`."""
 
     springs: Springs
     columns: Floats
@@ -75,7 +75,7 @@ class GeometryAttachment:
         return motion if self.rest is None else motion - self.columns.T @ self.rest
 
     def group(self, motion: Floats, line: Floats) -> GeometryGroup:
-        """Return the springs linearised about their static displacements (forms,) [m]."""
+        """Return the springs linearised about a static motion (forms,) [m], for any ``line``."""
         del line
         return GeometryGroup(self.springs, self.columns, self._bent(motion))
 
@@ -126,7 +126,7 @@ class GeometryGroup:
         return self
 
     def try_(self, displacement: Floats) -> tuple[Floats, Floats]:
-        """Return forces (directions, 1) and tangents (directions, 1, 1)."""
+        """Return forces (forms, 1) [N], minus those at rest, and tangents (forms, 1, 1) [N/m]."""
         force, slope = self._springs.at(self.static + displacement[:, 0])
         return (force - self._loaded)[:, None], slope[:, None, None]
 
@@ -200,7 +200,7 @@ def geometry(
 
 
 def _forms(p: int) -> Floats:
-    """Return directions whose fourth powers span all polynomials of that order."""
+    """Return unit vectors (forms, p) of linear forms whose powers span all cubics and quartics."""
     if p == 1:
         return np.ones((1, 1))
     count = math.ceil(1.5 * math.comb(p + 3, 4))
@@ -239,7 +239,11 @@ def _as_powers(tensor: Floats, forms: Floats, order: int) -> Floats:
 
 
 def _fit(z: Floats, forces: Floats, reach: Floats, forms: Floats) -> tuple[Springs, Floats]:
-    """Fit springs along the directions ``forms`` to load cases, without their linear part."""
+    """Fit the springs of third and fourth order along the directions ``forms`` to load cases.
+
+    ``z`` and ``forces`` (cases, p) are the displacements and forces of coordinates with the
+    magnitudes ``reach``. The linear part is dropped. Return the springs and their directions.
+    """
     along = (z / reach) @ forms.T
     # Work on scaled coordinates: all forces count beside the largest.
     blocks = [order * (along ** (order - 1))[:, :, None] * forms[None] for order in (2, 3, 4)]
@@ -287,7 +291,7 @@ class Sizes(NamedTuple):
 
 
 class Bending(NamedTuple):
-    """Bending of a thin part, an argument of :meth:`ReducedJoint.with_geometry`."""
+    """Nonlinear stiffness of a thin part: the arguments of :meth:`ReducedJoint.with_geometry`."""
 
     sensors: Sensors
     """Places [m] and directions by name, for ``sensors=`` of :meth:`BoltedBeam.reduce`."""

@@ -40,10 +40,7 @@ class LawAttachment:
 
     @property
     def representative_stiffness(self) -> Floats:
-        """Representative stiffness of each joint coordinate [N/m], used to scale the equations.
-
-        It is zero for coordinates without stiffness in the static state.
-        """
+        """Stiffness of each joint coordinate [N/m]; above zero if it carries load at rest."""
         return np.full(self.columns.shape[1], self.law.tangential_stiffness)
 
     def static_forces(self, motion: Floats) -> tuple[Floats, Floats]:
@@ -73,7 +70,7 @@ class LawGroup:
         """Stiffness at rest (joints, coordinates) [N/m]."""
 
     def harmonic_forces(self, coefficients: Floats, basis: HarmonicBasis) -> HarmonicForces:
-        """Return Fourier coefficients of the forces in the settled cycle, relative to rest."""
+        """Return the Fourier coefficients of the settled forces, minus the forces at rest."""
         count = self.static.size
         force = np.empty((count, 1, basis.size))
         jacobian = np.empty((count, 1, basis.size, 1, basis.size))
@@ -101,7 +98,7 @@ class LawStates:
             state.advance(x)
 
     def try_(self, displacement: Floats) -> tuple[Floats, Floats]:
-        """Return forces (joints, 1) [N] and tangents (joints, 1, 1) [N/m] at displacements."""
+        """Return forces (joints, 1) [N], minus those at rest, and tangents (joints, 1, 1) [N/m]."""
         places = self._static + displacement[:, 0]
         trials = np.array([s.try_(x) for s, x in zip(self._states, places, strict=True)])
         return (trials[:, 0] - self._loaded)[:, None], trials[:, 1, None, None]
@@ -146,7 +143,7 @@ class FieldAttachment:
 
     @property
     def representative_stiffness(self) -> Floats:
-        """Scales of the equations: 1 for an opening and 0 for the tangential directions."""
+        """Indicator of coordinates with a load at rest: 1 for openings, 0 for tangential ones."""
         result = np.zeros(self.directions.shape[1:])
         result[:, 2] = 1.0
         return result.reshape(-1)
@@ -162,7 +159,7 @@ class FieldAttachment:
         return 0.0 if self.has_gaps else float(self.field.normal_loads.max())
 
     def static_forces(self, motion: Floats) -> tuple[Floats, Floats]:
-        """Return forces [N] and stiffnesses [N/m] at joint displacements, without friction.
+        """Return frictionless forces [N] and stiffnesses [N/m], (coordinates,), at joint motions.
 
         Normal forces of a field with given loads are relative to these loads.
         """
@@ -183,7 +180,7 @@ class FieldAttachment:
         return _stuck(field, np.tile(np.eye(2), (field.size, 1, 1))).reshape(-1)
 
     def group(self, motion: Floats, line: Floats) -> FieldGroup:
-        """Return the group of nodes; each slides along its tangential direction in ``line``."""
+        """Return the group of nodes; each slides along the tangential part of ``line``."""
         field = self.field.at(separations=self.separations(motion))
         return FieldGroup(field, self.directions, line.reshape(-1, 3)[:, :2])
 
@@ -210,10 +207,11 @@ class FieldGroup:
     def by_coordinate(
         self, motion: Floats, force: Floats, load: Floats, tangent: Floats
     ) -> HarmonicForces:
-        """Return forces relative to rest in three coordinates from ``force`` and ``load``.
+        """Return the forces in the three coordinates minus those at rest, as Fourier coefficients.
 
-        These are the forces along the lines and the normal loads, both (nodes, size); ``motion`` is
-        (nodes, 3, size), and ``tangent`` (nodes, 2, 2, size, size) their Jacobian.
+        ``force`` (along the line) and ``load`` (normal) have the shape (nodes, size), ``motion``
+        (nodes, 3, size). ``tangent`` (nodes, 2, 2, size, size) are the derivatives of ``force`` and
+        ``load`` with respect to motion along the line and opening.
         """
         across, size = self._across_stiffness[:, None], force.shape[1]
         forces = np.stack([force, across * motion[:, 1], -load], axis=1)
@@ -225,7 +223,7 @@ class FieldGroup:
         return HarmonicForces(forces, jacobian)
 
     def harmonic_forces(self, coefficients: Floats, basis: HarmonicBasis) -> HarmonicForces:
-        """Return Fourier coefficients of the forces in the settled cycle, relative to rest."""
+        """Return the Fourier coefficients of the settled forces, minus the forces at rest."""
         separations = coefficients[:, 2].copy()
         separations[:, 0] += self.field.separations
         cycle = self.field.harmonics(
@@ -267,13 +265,12 @@ class FieldState:
 
 
 def _stuck(field: JointField, ways: Floats) -> Floats:
-    """Return stiffnesses [N/m] of sticking nodes in two directions and normal, (nodes, 3)."""
+    """Return stiffnesses (nodes, 3) [N/m] of sticking nodes: along two ``ways``, and normal."""
     tangential = [field.along(ways[:, i]).tangential_stiffnesses for i in (0, 1)]
     return np.stack([*tangential, -field.load(field.separations)[1]], axis=1)
 
 
 def _unit(line: Floats) -> Floats:
-    """Normalise tangential directions (nodes, 2); nodes that do not move get the first axis."""
     length = np.linalg.norm(line, axis=1)
     moves = length > 1e-9 * length.max(initial=0.0)
     safe = np.where(moves, length, 1.0)[:, None]

@@ -33,7 +33,7 @@ def is_sparse(value: Any) -> bool:
 
 
 def check_indices(name: str, matrix: Any) -> None:
-    """Refuse a sparse matrix with indices outside its shape, where SciPy would write."""
+    """Refuse a sparse matrix with indices outside its shape, which SciPy does not check."""
     try:
         if matrix.format in ("csc", "csr", "bsr"):
             matrix.check_format(full_check=True)
@@ -53,7 +53,7 @@ def check_indices(name: str, matrix: Any) -> None:
 
 
 def symmetric_matrix(name: str, value: Any, size: int | None = None) -> Any:
-    """Validate a square symmetric matrix; return it read-only, dense or sparse by columns."""
+    """Validate a square symmetric matrix; return it read-only, as a dense or CSC array."""
     if is_sparse(value):
         check_indices(name, value)
         matrix = value.tocsc().astype(float)
@@ -112,7 +112,7 @@ def check_mass(mass: Any) -> None:
 
 
 def check_stiffness(stiffness: Any, mass: Any) -> None:
-    """Refuse a stiffness matrix with a motion of negative elastic energy."""
+    """Refuse a stiffness matrix that gives some motion a negative elastic energy."""
     # Beside the largest stiffness to mass ratio, which bounds the rounding of all others.
     rate = fastest_rate(stiffness, mass) or 1.0
     if not positive_definite(stiffness + 1e-10 * rate * mass):
@@ -123,7 +123,7 @@ def check_stiffness(stiffness: Any, mass: Any) -> None:
 
 
 def fastest_rate(stiffness: Any, mass: Any) -> float:
-    """Return the approximate largest eigenvalue [rad^2/s^2], the scale of rounding errors."""
+    """Return an estimate of the largest eigenvalue of K x = lambda M x [rad^2/s^2]."""
     with np.errstate(over="ignore"):
         rate = float((abs(stiffness).sum(axis=0) / mass.diagonal()).max())
     if not np.isfinite(rate):
@@ -225,7 +225,7 @@ def dense(matrix: Any) -> Floats:
 
 
 def rigid_count(squares: Floats, stiffness: Any, mass: Any) -> int:
-    """Return the number of lowest modes whose frequency is zero up to rounding."""
+    """Return the number of ``squares`` [rad^2/s^2] that are zero up to rounding."""
     rate = fastest_rate(stiffness, mass)
     return int(np.count_nonzero(squares <= 50.0 * mass.shape[0] * 2.3e-16 * rate))
 
@@ -306,7 +306,7 @@ def _npz(file: Path) -> dict[str, Any]:
 
 
 class Placed(NamedTuple):
-    """Matrix with the grid and component of its rows and columns."""
+    """Matrix with Nastran's grid point and component for each row and column."""
 
     values: Any
     rows: list[list[int]]
@@ -314,7 +314,6 @@ class Placed(NamedTuple):
 
 
 def _nastran(file: Path) -> dict[str, Any]:
-    """Return the matrices of a punch (DMIG), OUTPUT2 or OUTPUT4 file."""
     content = parsed(
         f"{file.suffix.lower()} file",
         file,
@@ -329,7 +328,7 @@ def _nastran(file: Path) -> dict[str, Any]:
 
 
 def read_nastran(path: Path) -> dict[str, Any]:
-    """Read matrices by pyYeti in a child process; DMIG cards with degrees of freedom."""
+    """Read matrices by pyYeti in a child process; DMIG cards also give grids and components."""
     with needed_for("Nastran's files are read by", "nastran"):
         from pyyeti.nastran import bulk, op2, op4
     kind, file = path.suffix.lower(), str(path)
@@ -372,7 +371,7 @@ def _folder(folder: Path, limit: int) -> dict[str, Any]:
 def save_matrices(
     path: str | os.PathLike[str], mass: Any, stiffness: Any, damping: Any, overwrite: bool
 ) -> None:
-    """Write an ``.npz`` file, completely or not at all."""
+    """Write the matrices to an ``.npz`` file, completely or not at all."""
     file = Path(path)
     if file.suffix.lower() != ".npz":
         raise InputError(f"path must end in .npz, got {show(file.name)}")

@@ -30,7 +30,7 @@ FACETS = {
 
 
 def facets_of(cells: Indices, kind: str) -> Indices:
-    """Return the corners of all facets of cells, one cell after the other."""
+    """Return the corners of all facets of cells of one kind (see ``FACETS``), cell by cell."""
     patterns = np.array(FACETS[kind])
     return np.asarray(cells[:, patterns].reshape(-1, patterns.shape[1]))
 
@@ -102,7 +102,7 @@ def tight(tension: Any, slack: Any) -> Floats:
 
 
 def loosened(mesh: JointMesh, slack: Any) -> JointMesh:
-    """Return a mesh whose slack bolts, counted from 1, are cut in the middle of their shanks."""
+    """Return a mesh with the shanks of ``slack`` bolts (numbers from 1) cut in the middle."""
     numbers = slack_bolts(slack, len(mesh.shanks))
     points, cells = mesh.points, mesh.cells.copy()
     for number in numbers:
@@ -120,7 +120,7 @@ def loosened(mesh: JointMesh, slack: Any) -> JointMesh:
 
 
 def check_elastic(material: Material) -> None:
-    """Refuse a material that finite elements cannot represent."""
+    """Refuse a material that is rigid or nearly incompressible: finite elements would lock."""
     if not isinstance(material, Material):
         raise InputError(f"material must be a Material, got {show(material)}")
     if material.is_rigid or not -1.0 < material.poisson_ratio < 0.49:
@@ -131,7 +131,7 @@ def check_elastic(material: Material) -> None:
 
 
 def check_count(hexahedra: int, sizes: Iterable[float]) -> None:
-    """Refuse meshes of more than 10 000 hexahedra, a bound on memory."""
+    """Refuse meshes of more than 10 000 hexahedra; the message states the ``sizes`` [m]."""
     if hexahedra > _MOST_CELLS:
         lengths = " x ".join(f"{size:.4g}" for size in sizes)
         raise InputError(
@@ -276,7 +276,7 @@ def _core(at: _Points, centre: Floats, border: Floats, n: int) -> list[tuple[int
 def lines(
     start: float, stop: float, marks: Iterable[tuple[float, float]], size: float, side: int = SIDE
 ) -> Floats:
-    """Return grid lines [m]: ``side`` cells in each marked span, else cells of ``size`` or less."""
+    """Return grid lines [m]: ``side`` cells in each span of ``marks``, else ``size`` or less."""
     places = [start]
     for low, high in sorted(marks):
         places += list(_steps(places[-1], low, size)[1:])
@@ -300,7 +300,7 @@ def widening(start: float, stop: float, size: float, largest: float) -> Floats:
 
 
 def bolt_block_half_width(bolts: Bolts, lap: float, width: float) -> float:
-    """Return the half-width of the square mesh block around each bolt [m]."""
+    """Return the half-width [m] of the square mesh block that fits around each bolt and washer."""
     radius = 0.5 * bolts.washer
     # The corner of a 16-sided washer of its area lies a little outside.
     need = 1.02 * radius
@@ -332,7 +332,7 @@ def bolt_block_half_width(bolts: Bolts, lap: float, width: float) -> float:
 
 
 class Solids:
-    """Hexahedra in layers over a plan; cells share corners only on one side of the joint."""
+    """Hexahedra in layers over a plan; cells on different sides of the joint share no corners."""
 
     def __init__(self, scale: float) -> None:
         self._at = _Points(scale)
@@ -345,7 +345,7 @@ class Solids:
         heights: Floats,
         sides: Iterable[object],
     ) -> range:
-        """Add layers of cells over a plan; ``sides`` is the side of the joint at each height."""
+        """Add layers of cells over a plan; corners at each height belong to one of ``sides``."""
         start = len(self.cells)
         sides = list(sides)
         for quad in quads:

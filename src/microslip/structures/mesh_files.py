@@ -277,7 +277,6 @@ def _direction(along: ArrayLike | None) -> Floats | None:
 
 
 def _nearest(mesh: JointMesh, place: Floats) -> int:
-    """Return the index of the contact nearest to a position."""
     middles = (mesh.points[contact.lower].mean(axis=1) for contact in mesh.contacts)
     return int(np.argmin([np.linalg.norm(m - place, axis=1).min() for m in middles]))
 
@@ -339,10 +338,10 @@ def read_mesh(path: Path) -> dict[str, Any]:
 
 
 def _as_meshio_reads(path: Path) -> io.StringIO | Path:
-    """Return a mesh in the dialect that meshio reads.
+    """Return a mesh as meshio reads it.
 
-    Gmsh writes the bulk data of Nastran without the line ``BEGIN BULK``, and faces of second order
-    for Abaqus as plane elements, which meshio does not know.
+    Gmsh omits the line ``BEGIN BULK`` of Nastran files, and writes faces of second order in Abaqus
+    files as plane elements, which meshio does not know.
     """
     suffix = path.suffix.lower()
     if suffix not in (*_NASTRAN, ".inp"):
@@ -357,10 +356,7 @@ def _as_meshio_reads(path: Path) -> io.StringIO | Path:
 
 
 def _numbered_groups(cell_data: Mapping[str, Any]) -> dict[str, list[Indices]]:
-    """Return the cells of each group that a format numbers instead of naming.
-
-    The name of a group is the array and the number, such as ``"nastran:ref 3"``.
-    """
+    """Return the cells of each group numbered by a format, by name such as ``"nastran:ref 3"``."""
     groups: dict[str, list[Indices]] = {}
     for array, blocks in cell_data.items():
         columns = [np.asarray(block) for block in blocks]

@@ -134,9 +134,10 @@ class ModalCurve(SolverResult, Plottable):
 
         In one cycle the modal amplitude a decreases by E_d/(dE/da), with the energy E of the mode
         and its loss E_d per cycle. A linear mode has dE/da = omega^2 a; here it is
-        omega^2 a (1 + g/2 - E_d'(a)/(4 omega^2 a)), with g = d ln omega/d ln a of the nonlinear
-        elastic part alone and the last term from the tangent stiffness of slipping joints
-        (Caughey 1960, DOI 10.1115/1.3644075). NaN for fewer than two amplitudes.
+        omega^2 a (1 + g/2 - (dE_d/da)/(4 omega^2 a)). The change of frequency g = d ln omega/d ln a
+        is that of the nonlinear elastic part alone; the last term is due to slip, which makes the
+        tangent stiffness of a joint smaller than its secant stiffness (Caughey 1960,
+        DOI 10.1115/1.3644075). NaN for fewer than two amplitudes.
         """
         result = np.full(self.frequency.shape, np.nan)
         a, first, back = np.unique(
@@ -245,7 +246,8 @@ def sides(amplitude: Floats, omega: Floats, damping: Floats, push: Floats) -> tu
     """Return squared excitation frequencies below and above the resonance [rad^2/s^2].
 
     They are the solutions W^2 of (omega^2 - W^2)^2 + (2 zeta omega W)^2 = (push/a)^2 at amplitudes
-    a; NaN above the peak (Szemplinska-Stupnicka 1979, DOI 10.1016/S0022-460X(79)80003-1).
+    a of the modal force ``push``; NaN above the peak (Szemplinska-Stupnicka 1979,
+    DOI 10.1016/S0022-460X(79)80003-1).
     """
     middle = omega**2 * (1.0 - 2.0 * damping**2)
     inside = (push / amplitude) ** 2 - 4.0 * damping**2 * omega**4 * (1.0 - damping**2)
@@ -254,7 +256,7 @@ def sides(amplitude: Floats, omega: Floats, damping: Floats, push: Floats) -> tu
 
 
 class Resonant(NamedTuple):
-    """Responses of several samples of a mode to one force."""
+    """Responses to one force of a mode whose amplitude curve is known in several random samples."""
 
     peak: Floats
     """Amplitude and frequency [Hz] of each peak (samples, 2), at most the end of the curve."""
@@ -265,9 +267,10 @@ class Resonant(NamedTuple):
 
 
 def interpolate_in_amplitude(amplitude: Floats, logs: Floats) -> tuple[Floats, Floats]:
-    """Interpolate log-curves onto a fine amplitude grid, shapes (samples, columns, amplitudes).
+    """Interpolate curves of an amplitude; return a fine grid of amplitudes, and the values there.
 
-    Monotone cubics of ln(amplitude); constant below the smallest given amplitude.
+    ``logs`` are logarithms of the values, (samples, columns, amplitudes), as is the result without
+    the logarithm. Monotone cubics of ln(amplitude); constant below the smallest given amplitude.
     """
     from scipy.interpolate import PchipInterpolator
 
@@ -280,9 +283,9 @@ def interpolate_in_amplitude(amplitude: Floats, logs: Floats) -> tuple[Floats, F
 def resonant(
     amplitude: Floats, frequency: Floats, damping: Floats, push: Floats, at: Floats
 ) -> Resonant:
-    """Return forced responses of finely spaced curves (samples, amplitudes) at frequencies [Hz].
+    """Return responses of finely spaced curves (samples, amplitudes) to the force ``push``.
 
-    At a frequency with several responses the largest one is returned.
+    At a frequency with several responses the largest one is returned. ``at`` are frequencies [Hz].
     """
     peaks = np.empty((len(amplitude), 2))
     answers = np.empty((len(amplitude), at.size))
@@ -323,7 +326,7 @@ def resonant(
 def with_phase(
     amplitude: Floats, frequency: Floats, damping: Floats, push: Floats, at: Floats
 ) -> NDArray[np.complex128]:
-    """Return the complex response of one finely spaced curve at frequencies [Hz].
+    """Return the complex response of one finely spaced curve to the modal force ``push``.
 
     NaN where the response is larger than the last amplitude of the curve.
     """
@@ -355,12 +358,12 @@ SHIFT = Rule(
 
 
 def added_damping(shift: float) -> float:
-    """Return the damping ratio of microslip that lowers the frequency by a relative shift [-]."""
+    """Return the damping ratio [-] added by microslip that lowers the frequency by a fraction."""
     return 2.0 / math.pi * 2.0 * shift / 3.0
 
 
 def judge_shift(name: str, amplitude: Floats, frequency: Floats, damping: Floats) -> Verdict:
-    """Judge by the added damping whether friction alone explains the measured frequency shift."""
+    """Return a verdict on whether friction explains the shift, see :func:`added_damping`."""
     rule, order = SHIFT, np.argsort(amplitude)
     third = max(1, amplitude.size // 3)
     low, high = order[:third], order[-third:]

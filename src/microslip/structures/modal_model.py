@@ -55,7 +55,7 @@ class ModalModel:
         return self.squares.size
 
     def joints(self, line: Floats) -> ModalJoints:
-        """Return the joints, their tangential directions along the modal motion ``line``."""
+        """Return the joints; nodes of contact fields slide along their motion in ``line``."""
         shape = self.shapes @ line
         pairs = zip(self.attachments, self.motions, strict=True)
         groups = [joints.group(motion, joints.columns.T @ shape) for joints, motion in pairs]
@@ -80,7 +80,7 @@ class ModalJoints:
 
     @cached_property
     def parts(self) -> list[slice]:
-        """Slices of the coordinates of each group."""
+        """Slice of the joint coordinates of each group."""
         ends = np.cumsum([0] + [g.stuck.size for g in self.groups])
         return [slice(int(a), int(b)) for a, b in pairwise(ends)]
 
@@ -110,7 +110,7 @@ class ModalJoints:
         return force, slopes
 
     def by_tangents(self, left: Floats, slopes: list[Floats]) -> Floats:
-        """Multiply a matrix (rows, coordinates) by the block-diagonal :meth:`tangent_matrix`."""
+        """Return ``left`` (rows, coordinates) times the :meth:`tangent_matrix` of ``slopes``."""
         result: Floats = -left * self.stuck
         for part, slope in zip(self.parts, slopes, strict=True):
             joints, width = slope.shape[:2]
@@ -137,7 +137,7 @@ def modal_model(
     attachments: tuple[Attachment, ...],
     motions: Sequence[Floats],
 ) -> ModalModel:
-    """Return the modal model about a static state, reduced above 1200 degrees of freedom."""
+    """Return the modal model about a static state with the joint displacements ``motions``."""
     stuck_matrix = stuck_stiffness(stiffness, attachments, motions)
     if mass.shape[0] <= LARGEST_WHOLE:
         squares, shapes = linear_modes(stuck_matrix, mass)
@@ -219,7 +219,7 @@ class SolverResult(LockedArrays):
         return "solved" if self.message.startswith("solved") else "stopped"
 
     def _sizes(self, columns: Floats) -> Floats:
-        """Return magnitudes of the motion along the directions (n, k), shape (..., k) [m]."""
+        """Return magnitudes of the motion along columns (n, k), at points or times (..., k) [m]."""
         raise NotImplementedError
 
 

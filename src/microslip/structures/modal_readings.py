@@ -124,7 +124,7 @@ def _crossings(t: Floats, x: Floats) -> Floats:
 
 
 def _cubic(x: Floats, i: np.ndarray, s: Floats) -> tuple[Floats, Floats]:
-    """Return Lagrange's cubic through samples i - 1 ... i + 2 at i + s, and its slope by s."""
+    """Return Lagrange's cubic through samples i - 1 ... i + 2 at i + s, and its derivative by s."""
     a, b, c, d = x[i - 1], x[i], x[i + 1], x[i + 2]
     third = (d - 3.0 * c + 3.0 * b - a) / 6.0
     second = 0.5 * (a - 2.0 * b + c)
@@ -134,7 +134,7 @@ def _cubic(x: Floats, i: np.ndarray, s: Floats) -> tuple[Floats, Floats]:
 
 
 def _peaks(t: Floats, x: Floats, rising: Floats) -> Floats:
-    """Return maximum and minimum of each cycle (cycles, 2), by parabolas through three samples."""
+    """Return maximum and minimum (cycles, 2) between ``rising`` zero crossings, by parabolas."""
     result = np.empty((rising.size - 1, 2))
     for k, (begin, end) in enumerate(pairwise(rising)):
         i, j = np.searchsorted(t, (begin, end))
@@ -301,7 +301,7 @@ def _noise(x: Floats, step: float, width: float) -> float:
 
 
 def _above_noise(x: Floats, skipped: int, noise: float) -> slice:
-    """Return the samples from the largest one to the last that clearly exceeds the noise."""
+    """Return the samples from ``skipped`` after the largest one to the last above the noise."""
     begin = min(int(np.argmax(np.abs(x))) + skipped, x.size - 1)
     loud = np.flatnonzero(np.abs(x[begin:]) > _ABOVE_NOISE * noise)
     return slice(begin, begin + (int(loud[-1]) + 1 if loud.size else x.size))

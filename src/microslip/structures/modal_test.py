@@ -287,7 +287,7 @@ def modal_kind(path: str | os.PathLike[str]) -> str | None:
 def read(
     path: Any, band: Any, points: Any, columns: Mapping[str, str]
 ) -> tuple[Values, dict[str, Any]]:
-    """Return the values and properties of a file; see :meth:`microslip.ModalTest.read`."""
+    """Return values and attributes of a test in a file; see :meth:`microslip.ModalTest.read`."""
     try:
         place = Path(path)
     except TypeError:
@@ -327,7 +327,6 @@ def read(
 
 
 def _roles(columns: list[Named], stated: Mapping[str, str]) -> dict[str, Named]:
-    """Return the columns by meaning; the first column with a matching name counts."""
     roles = {role: find(columns, text, role) for role, text in stated.items()}
     for role, words in _WORDS.items():
         for column in columns:

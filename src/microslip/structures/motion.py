@@ -233,7 +233,7 @@ class March(NamedTuple):
     message: str
 
     def acceleration(self, force: Floats) -> Floats:
-        """Return the accelerations due to modal forces, shape (times, modes)."""
+        """Return the modal accelerations under the modal forces ``force``, both (times, modes)."""
         short = self.pull - self.stuck * self.motion
         return self.stepper.acceleration(self.place, self.speed, force[: len(short)], short)
 
@@ -246,7 +246,12 @@ def march(
     speed: Floats | None = None,
     radius: float | None = None,
 ) -> March:
-    """Integrate with constant steps under modal forces (times, modes), from rest by default."""
+    """Integrate with constant steps under modal forces (times, modes).
+
+    Begin with displacements ``place`` and velocities ``speed`` (modes,), zero by default.
+    ``radius`` is the spectral radius of generalised-alpha; with None steps are exact where joints
+    permit it.
+    """
     q, v = (np.zeros(force.shape[1]) if x is None else x for x in (place, speed))
     joints = model.joints(_line(model, q, v, force))
     step = float(np.diff(times).mean())
@@ -284,7 +289,7 @@ def march(
 
 
 def _work(force: Floats, path: Floats, cubic: bool) -> Floats:
-    """Return the cumulative work of forces along paths (times, k), by trapezoids or cubics."""
+    """Return the cumulative work along paths (times, k), linear or ``cubic`` between times."""
     step, change = np.diff(path, axis=0), np.diff(force, axis=0)
     pieces = 0.5 * (force[1:] + force[:-1]) * step
     if cubic and len(path) > 2:
@@ -295,7 +300,7 @@ def _work(force: Floats, path: Floats, cubic: bool) -> Floats:
 
 
 def _line(model: ModalModel, q: Floats, v: Floats, force: Floats) -> Floats:
-    """Return an estimate of the modal motion (modes,), in whose direction field nodes slide."""
+    """Return an estimate of the modal motion (modes,); nodes of contact fields slide along it."""
     elastic = slice(0, model.size)
     if q[elastic].any():
         return q[elastic]

@@ -104,7 +104,7 @@ class ModeEquations:
         return Solution(point, converged, iterations, current.merit, current.answers)
 
     def unbalanced(self, point: ModePoint, amplitude: float) -> tuple[float, float]:
-        """Return relative changes of frequency and damping by a Newton step in more harmonics."""
+        """Return relative changes of frequency and damping by a Newton step with more harmonics."""
         basis = self.balance.basis.with_more_harmonics()
         richer = replace(self, balance=replace(self.balance, basis=basis))
         q = np.zeros((self.balance.model.size, basis.size))
@@ -133,7 +133,6 @@ class ModeEquations:
     def _newton_step(
         self, point: ModePoint, current: ModeResidual, factors: Elimination | None = None
     ) -> tuple[ModePoint | None, Elimination | None]:
-        """Return a Newton step and its factorised system; reuse ``factors`` if given."""
         modes, size = self.balance.shape
         change = None
         if factors is None:
@@ -172,10 +171,11 @@ _FINEST = 0.01  # shortest step in the logarithm of the amplitude
 def follow(
     equations: ModeEquations, amplitudes: Floats
 ) -> tuple[list[Solution | None], int, int, float]:
-    """Return a solution or None for each amplitude, iterations, steps, and the last amplitude.
+    """Follow a mode through the amplitudes, beginning with the smallest one.
 
-    The predictor extrapolates coefficients over amplitude linearly in ln(amplitude), which is exact
-    for sticking joints.
+    Return the solution at each amplitude, or None; the total numbers of Newton iterations and of
+    continuation steps; and the largest amplitude that was reached. The predictor extrapolates
+    coefficients over amplitude linearly in ln(amplitude), which is exact for sticking joints.
     """
     lowest = float(amplitudes.min())
     first, iterations, steps = _first_solution(equations, lowest)
@@ -200,7 +200,6 @@ def follow(
 
 
 def _first_solution(equations: ModeEquations, target: float) -> tuple[Solution | None, int, int]:
-    """Solve at the first amplitude, starting from sticking joints at smaller ones if needed."""
     iterations, steps, start = 0, 0, target
     while start > 0.9 * _SMALLEST * target:
         guess = _sticking_mode(equations, start)
@@ -249,8 +248,6 @@ def _prediction(track: Sequence[tuple[float, ModePoint]], amplitude: float) -> M
 
 
 class _Row(NamedTuple):
-    """Result at one amplitude, at the index ``place`` of the requested amplitudes."""
-
     place: int
     modal_amplitude: float
     omega: float
@@ -351,7 +348,6 @@ class ModeSolver:
         return self._curve("quasi-static", joints, rows, solver.iterations, message, self.balanced)
 
     def _joints(self) -> ModalJoints:
-        """Return the joints with tangential directions of the mode with sticking joints."""
         line = np.zeros(self.model.size)
         line[self.index] = 1.0
         return self.model.joints(line)
@@ -435,9 +431,9 @@ def modes(
     damping_ratio : float, optional
         Damping ratio of everything but the joints [-], added at all amplitudes.
     rtol : float, optional
-        Tolerance of harmonic balance [-]: largest change by the last step of Newton's method, of
-        coefficients and frequency relative to themselves, of the damping ratio absolute. 1e-5
-        takes two thirds of the time.
+        Tolerance of harmonic balance [-]. The last step of Newton's method changes coefficients
+        and frequency by less than this fraction, and the damping ratio by less than this number.
+        1e-5 takes two thirds of the time.
 
     Returns
     -------

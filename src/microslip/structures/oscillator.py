@@ -75,7 +75,7 @@ def slow_flow(
     omega = CubicSpline(places, np.sqrt((spring + averaged) / mode.mass))
 
     def rates(a: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return the loss of amplitude per cycle [m], angular frequency and damping ratio."""
+        """Return loss of amplitude per cycle [m], damped angular frequency and damping ratio."""
         stiffness = spring + joint._slope(a)
         natural = omega(np.maximum(np.log(a), places[0]))
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -88,7 +88,7 @@ def slow_flow(
         return lost, natural * slowed, viscous + decrement
 
     def flow(_: float, state: Floats) -> tuple[float, float]:
-        """Return derivatives by cycle: relative amplitude, and time in stuck periods."""
+        """Return changes per cycle of relative amplitude, and of time over the sticking period."""
         lost, swing, _ratio = rates(amplitude * np.maximum(state[:1], _FAINTEST))
         return -float(lost[0]) / amplitude, stuck / float(swing[0])
 
@@ -152,11 +152,13 @@ class Oscillator:
     -----
     m q'' + c q' + k q + T[q] = 0 with the joint force T and c = 2 zeta_v m omega_0, where omega_0
     is the angular frequency with a sticking joint (with a sliding one if it is rigid at rest).
+    T0(a) is the backbone, the joint force at first loading to a, and k_t = T0'(0) its stiffness at
+    rest; E_d(a) is the energy that the joint dissipates per cycle.
 
     *Quasi-static* modal analysis (Festjens, Chevallier and Dion, Int. J. Mech. Sci. 75, 170, 2013;
     Lacayo and Allen 2019, DOI 10.1016/j.ymssp.2018.08.034) reads frequency and damping from one
     loading curve: at the amplitude a the stiffness is the secant k + T0(a)/a = m omega^2, and the
-    joint adds E_d/4 pi U to the damping ratio, where U = (k + T0(a)/a) a^2/2 is the energy of the
+    joint adds E_d/(4 pi U) to the damping ratio, where U = (k + T0(a)/a) a^2/2 is the energy of the
     *whole* mode. Nothing is integrated in time.
 
     *Harmonic balance* is that of :meth:`microslip.Structure.modes` with the same harmonics; a is
@@ -237,8 +239,8 @@ class Oscillator:
         -------
         float or ndarray
             omega = sqrt((k + k_joint(a))/m) [rad/s], shape of ``amplitude``: from
-            sqrt((k + k_t)/m) with a sticking joint down to sqrt(k/m) with a sliding one. NaN where
-            harmonic balance did not converge.
+            sqrt((k + k_t)/m) with a sticking joint (stiffness k_t at rest) down to sqrt(k/m) with a
+            sliding one. NaN where harmonic balance did not converge.
         """
         return self._mode(amplitude, method, harmonics)[0]
 
@@ -264,16 +266,16 @@ class Oscillator:
         Returns
         -------
         float or ndarray
-            zeta = zeta_v + E_d(a)/4 pi U(a) [-], shape of ``amplitude``, U = m omega(a)^2 a^2/2
-            the energy of the whole mode. With harmonic balance c/(2 m omega(a)) replaces zeta_v,
-            from which it differs by the frequency shift.
+            zeta = zeta_v + E_d(a)/(4 pi U(a)) [-], shape of ``amplitude``, with the loss per cycle
+            E_d and the energy U = m omega(a)^2 a^2/2 of the whole mode. With harmonic balance
+            c/(2 m omega(a)) replaces zeta_v, from which it differs by the frequency shift.
 
         Notes
         -----
         The contribution of the joint is :meth:`interface_damping_ratio` times its fraction
         (T0(a)/a)/(k + T0(a)/a) of the stiffness. The logarithmic decrement of a ring-down is
         larger by the factor (k + T0(a)/a)/(k + T0'(a)), since the energy of the mode changes with
-        its amplitude by the *tangent* stiffness. :meth:`decay` includes this factor.
+        its amplitude by the *tangent* stiffness T0' = dT0/da. :meth:`decay` includes this factor.
         """
         return self._mode(amplitude, method, harmonics)[1]
 
@@ -296,7 +298,7 @@ class Oscillator:
         return plain(omega.reshape(shaped.shape)), plain(ratio.reshape(shaped.shape))
 
     def _closed(self, a: Floats, joint: Floats) -> tuple[Floats, Floats]:
-        """Return omega [rad/s] and the joint's damping ratio [-] from its stiffness [N/m]."""
+        """Return omega [rad/s] and the joint's damping ratio for its stiffness at amplitudes a."""
         stiffness = self.stiffness + joint
         secant = np.asarray(self.joint.secant_stiffness(a))
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -321,7 +323,10 @@ class Oscillator:
         return 2.0 * math.pi * curve.frequency, curve.damping_ratio
 
     def interface_damping_ratio(self, amplitude: ArrayLike) -> Any:
-        """Return the damping ratio of the interface alone [-], in the shape of the amplitude."""
+        """Return the damping ratio of the joint alone [-], in the shape of the amplitude.
+
+        It is E_d/(4 pi U) with the energy U = T0(a) a/2 of the joint, not of the whole mode.
+        """
         return self.joint.damping_ratio(amplitude)
 
     # -- the free oscillation ---------------------------------------------------------------------
@@ -353,7 +358,8 @@ class Oscillator:
 
             -a (k + T0'(a)) da/dn = E_d(a) + 2 pi (k + T0'(a)) a^2 zeta_c / sqrt(1 - zeta_c^2),
 
-        zeta_c = c omega/(2 (k + T0'(a))). Between turning points the joint obeys Masing's rule. The
+        zeta_c = c omega/(2 (k + T0'(a))), with T0, E_d and c as in the notes of the class and
+        T0' = dT0/da. Between turning points the joint obeys Masing's rule. The
         energy at an amplitude is that at the turning points, where it changes by
         a (k + T0'(a)) da, with the tangent stiffness and not the secant. For c = 0 the error is of
         second order in the loss per cycle; the decay is exact for a joint that only sticks or only
@@ -396,9 +402,10 @@ class Oscillator:
         Each step integrates the linear oscillator with a sticking joint exactly (Nigam and
         Jennings, Bull. Seismol. Soc. Am. 59, 909, 1969). The joint force minus that of the sticking
         joint is a cubic in time through its values and rates at both ends of the step; the values
-        at the end are found by iteration with ``state.try_``. Steps are divided at turning points,
-        where the joint reverses. The method is therefore symmetric in time, of fourth order for
-        smooth backbones, exact while the joint sticks, and adds no numerical damping.
+        at the end are found by iteration, with trials of the joint force. Steps are divided at
+        turning points, where the joint reverses. The method is therefore symmetric in time, of
+        fourth order for smooth backbones, exact while the joint sticks, and adds no numerical
+        damping.
         """
         a = positive("amplitude", amplitude, "m", 1e-6)
         length = _length("ring_down", cycles, duration)
@@ -408,7 +415,6 @@ class Oscillator:
 
 
 def _length(name: str, cycles: Any, duration: Any) -> tuple[int | None, float | None]:
-    """Validate that either a number of cycles or a duration [s] is given, and return both."""
     if (cycles is None) == (duration is None):
         came = "neither" if cycles is None else "both"
         raise InputError(f"{name} needs cycles=... or duration=... [s], one of them, got {came}")

@@ -39,7 +39,7 @@ _MOST_ORDER = 1000
 
 @dataclass(frozen=True)
 class HarmonicBasis:
-    """Harmonics of a motion, and its number of samples per period."""
+    """Basis of periodic motions: the orders of their harmonics, and the samples per period."""
 
     harmonics: tuple[int, ...]
     """Orders of the harmonics, increasing; always includes 0, the mean."""
@@ -89,7 +89,7 @@ def harmonic_basis(harmonics: Sequence[int], samples: Any) -> HarmonicBasis:
 
 
 class HarmonicForces(NamedTuple):
-    """Fourier coefficients of forces, and their derivatives by those of the displacements."""
+    """Fourier coefficients of forces; derivatives with respect to those of displacements."""
 
     force: Floats
     """Fourier coefficients of the forces, (joints, coordinates, size)."""
@@ -97,7 +97,7 @@ class HarmonicForces(NamedTuple):
     """Derivatives of the forces, (joints, coordinates, size, coordinates, size)."""
 
     def beyond(self, stuck: Floats) -> Floats:
-        """Return the Jacobian minus that of sticking joints."""
+        """Return the Jacobian minus that of joints of constant stiffness ``stuck`` [N/m]."""
         blocks = self.jacobian.copy()
         coordinate, k = np.ogrid[: stuck.shape[1], : blocks.shape[2]]
         blocks[:, coordinate, k, coordinate, k] -= stuck[:, :, None]
@@ -120,7 +120,7 @@ class AmplitudeMeasure:
     """0, 1 or 2: displacement, velocity, acceleration."""
 
     def square(self, q: Floats, omega: float) -> tuple[float, Floats, float]:
-        """Return the squared amplitude, and its derivatives by the coefficients and by omega."""
+        """Return the squared amplitude and its derivatives with respect to q and to omega."""
         by_q = np.zeros_like(q)
         if self.sensor is None:
             by_q[:, 1:3] = 2.0 * q[:, 1:3]
@@ -147,7 +147,7 @@ def power_of(quantity: Any) -> int:
 
 
 def amplitude_measure(at: Any, quantity: Any, shapes: Floats, index: int) -> AmplitudeMeasure:
-    """Return the amplitude measure of a sensor, or the modal one; refuse a node of the mode."""
+    """Return the amplitude measure of a sensor that the mode moves; for None the modal one."""
     power = power_of(quantity)
     if at is None:
         if quantity != "displacement":
@@ -183,8 +183,10 @@ def checked_amplitudes(value: ArrayLike) -> Floats:
 def averaged_stiffness(joint: BackboneLaw, a: Floats) -> Floats:
     """Return the in-phase first harmonic of the force over the displacement amplitude a [N/m].
 
-    For the backbone T0 it is 4/(pi a) times the integral of [T0(a) - T0(a sin^2(phi/2))] cos(phi)
-    over the unloading branch, 0 <= phi <= pi; adaptive, since a backbone may have kinks.
+    At the displacement a cos(phi) the unloading branch has, by Masing's rule, the force
+    T0(a) - 2 T0(a sin^2(phi/2)), with the backbone T0. The result is 4/(pi a) times the integral of
+    [T0(a) - T0(a sin^2(phi/2))] cos(phi) over 0 <= phi <= pi: a constant added to the force does
+    not contribute. The quadrature is adaptive, since a backbone may have kinks.
     """
     result = np.full_like(a, joint.tangential_stiffness)
     moved = np.flatnonzero(a > 0.0)

@@ -5,8 +5,8 @@ half the displacement from one turning point to the other and lambda = omega^2 (
 and Dion 2013, DOI 10.1016/j.ijmecsci.2013.06.008; Lacayo and Allen 2019,
 DOI 10.1016/j.ymssp.2018.08.034). At each amplitude two static cycles are computed, and the loss of
 the second one is used. If contacts open and close, Masing's rule holds neither for the loading
-curve of the structure nor for joints under their static loads: with the latter the damping of a
-bolted beam was 1.3 to 3.2 times too large.
+curve of the structure nor for each joint at its static load: the damping of a bolted beam by
+Masing's rule for each joint was 1.3 to 3.2 times too large.
 """
 
 from __future__ import annotations
@@ -51,8 +51,9 @@ def continue_in_amplitude(
 ) -> list[_Found | None]:
     """Return results in order of increasing amplitude, by continuation with adaptive steps.
 
-    ``track`` holds the starting solutions. Results are None beyond an amplitude at which the step
-    in ln(amplitude) would be shorter than ``finest``.
+    ``track`` contains the starting solutions with their amplitudes; ``attempt`` returns the
+    solution at a further amplitude, or None if it finds none. Results are None beyond an amplitude
+    at which the step in ln(amplitude) would be shorter than ``finest``.
     """
     results: list[_Found | None] = [None] * amplitudes.size
     for place in np.argsort(amplitudes, kind="stable"):
@@ -120,7 +121,7 @@ class QuasiStatic:
         return continue_in_amplitude(amplitudes, [(smallest, begin)], attempt, _FINEST)
 
     def _cycle(self, guess: QuasiStaticPoint, amplitude: float, steps: int) -> QuasiStaticPoint:
-        """Compute the first loading and two cycles; the loss is that of the second cycle."""
+        """Load, and compute two cycles of ``steps`` per half; the loss is that of the second."""
         states = [group.start() for group in self.joints.groups]
         laws = [state.try_ for state in states]
 
@@ -154,7 +155,7 @@ class QuasiStatic:
         return QuasiStaticPoint(amplitude, square, shape, lost[-1] - lost[-3])
 
     def _loaded(self, laws: Laws, force: Floats, largest: Floats, motion: Floats) -> Floats:
-        """Solve for the joint motions (coordinates,) [m] under modal forces; trials stay open."""
+        """Return joint motions (coordinates,) [m] under modal forces; states stay uncommitted."""
         aim = self._compliance.T @ force
         unit = float(np.abs(self._compliance.T @ largest).max(initial=0.0)) or 1.0
 
@@ -176,8 +177,9 @@ class QuasiStatic:
     ) -> tuple[Floats, float]:
         """Return the turning point (modes,) of a motion of given amplitude, and its lambda.
 
-        The motion is half the displacement from the ``opposite`` turning point, or all of that
-        from rest if ``opposite`` is None.
+        The motion is half the displacement from the ``opposite`` turning point, or all of that from
+        rest if ``opposite`` is None. ``x`` and ``square`` are the initial guesses of turning point
+        and lambda.
         """
         flat, squares, modes = self.joints.flat, self.model.squares, self.model.size
         part = 1.0 if opposite is None else 0.5

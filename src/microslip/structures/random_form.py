@@ -73,11 +73,11 @@ def rim_gaps(
     height: float,
     reach: float = 0.5,
 ) -> Floats:
-    """Return the gap of each patch by rims around holes (patches,) [m], below zero at the rims.
+    """Return the change of the gap of each patch by raised rims around holes (patches,) [m].
 
-    A rim decreases linearly from its height, the sum of both faces [m], at the edge of the hole to
-    zero at 0.95 (``reach`` 0) to 1.67 (``reach`` 1) hole diameters from the centre. Holes are
-    positions along and across, diameter [m] and number of the contact.
+    It is negative at the rims. A rim decreases linearly from ``height``, the sum over both faces
+    [m], at the edge of the hole to zero at 0.95 (``reach`` 0) to 1.67 (``reach`` 1) hole diameters
+    from the centre. Holes are positions along and across, diameter [m] and number of the contact.
     """
     samples = joint.samples
     contacts = joint.patch_contacts[samples.patches]

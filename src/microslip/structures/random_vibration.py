@@ -123,7 +123,7 @@ class RandomResponse(ModalResult):
         return np.asarray(3.0 * np.sqrt(squares))
 
     def _reading(self, at: ArrayLike, quantity: Quantity) -> tuple[float, float]:
-        """Return the variances of a sensor's signal and of its rate."""
+        """Return the variances of the signal of a sensor and of its time derivative."""
         power = power_of(quantity)
         modal = self._at(at)
         if power == 2:
@@ -217,7 +217,11 @@ def mean_over_amplitudes(values: Floats) -> Floats:
 def _linearised(
     groups: Sequence[LawGroup], deviation: Floats, rate: Floats
 ) -> tuple[Floats, Floats, Floats]:
-    """Return stiffness minus that at rest, dashpot, and mean loss per cycle (coordinates,)."""
+    """Return equivalent springs and dashpots of joints, and their mean loss per cycle [J].
+
+    Springs [N/m] are relative to sticking joints; ``deviation`` [m] and ``rate`` [m/s] are the
+    standard deviations of displacement and velocity. All have the shape (coordinates,).
+    """
     softer, dashpots, energies = np.zeros((3, deviation.size))
     laws = [group.law for group in groups for _ in range(group.static.size)]
     for place, law in enumerate(laws):
@@ -234,7 +238,7 @@ def _linearised(
 
 
 def _fixed_point(advance: Callable[[float], float], enough: float, what: str) -> tuple[int, str]:
-    """Iterate until changes are below ``enough``; return the number of rounds and the outcome."""
+    """Iterate until the change is below ``enough``; return the number of rounds and a message."""
     change = math.inf
     for rounds in range(1, _ROUNDS + 1):
         change = advance(1.0 if rounds < 5 else 0.7)
@@ -244,7 +248,7 @@ def _fixed_point(advance: Callable[[float], float], enough: float, what: str) ->
 
 
 def _by_joints(base: BaseMotion, psd: object) -> RandomResponse:
-    """Linearise each joint by itself, including the coupling of modes."""
+    """Return the response with an equivalent spring and dashpot in place of each joint."""
     spectrum = Spectrum.of(psd)
     joints = base.model.joints(base.push[:, 0] / base.model.squares)
     groups = [group for group in joints.groups if isinstance(group, LawGroup)]
@@ -290,7 +294,7 @@ def _by_joints(base: BaseMotion, psd: object) -> RandomResponse:
 def _by_modes(
     base: BaseMotion, psd: object, modes: int, curve: Callable[[int, Floats], ModalCurve]
 ) -> RandomResponse:
-    """Use the amplitude curves of the modes that move most, and linear modes otherwise.
+    """Return the response with amplitude curves for the modes that move most; others are linear.
 
     The frequency and damping of such a mode are means of its curve over Rayleigh amplitudes,
     weighted with the squared amplitude.

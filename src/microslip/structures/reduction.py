@@ -1,4 +1,4 @@
-"""Craig and Bampton's reduction with patch means and bolt stresses in place of the boundary."""
+"""Craig and Bampton's reduction; means over patches and bolts replace boundary displacements."""
 
 from __future__ import annotations
 
@@ -203,7 +203,11 @@ def _axial(mesh: JointMesh, elements: Elements, shank: Any) -> tuple[Floats, flo
 def _fixed_modes(
     body: ElasticBody, functionals: Any, answers: Floats, boundary: Floats, count: int
 ) -> tuple[Floats, Floats]:
-    """Return squared angular frequencies and modes with immovable patches and bolts."""
+    """Return squared angular frequencies and shapes of modes with fixed patches and bolts.
+
+    ``functionals`` give the displacements of patches and bolts, ``answers`` are the static
+    responses to unit forces on them, and ``boundary`` is the stiffness between them.
+    """
     from scipy.sparse.linalg import LinearOperator, eigsh
 
     size = len(answers)
@@ -279,7 +283,6 @@ def _sensors(elements: Elements, sensors: Mapping[str, Any] | None) -> tuple[tup
 
 
 def _surface(mesh: JointMesh, elements: Elements, shapes: tuple[Floats, Floats]) -> Surface:
-    """Return the surface of the bodies with its motion, for figures of modes."""
     outside = outer(facets_of(mesh.cells, mesh.kind))
     corners, inverse = np.unique(outside, return_inverse=True)
     index = elements.corner_dofs(corners)

@@ -47,7 +47,7 @@ class Change(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Convergence(Locked):
-    """Reduced joint with patches refined where it loses energy, and its estimated error.
+    """Reduced joint with patches refined where most energy is dissipated, and its estimated error.
 
     Result of :meth:`LapJoint.converge`. Patches are refined by their fraction of the loss, as
     finite elements are by Babuska and Rheinboldt (1978), DOI 10.1137/0715049; errors are
@@ -85,8 +85,8 @@ class Convergence(Locked):
     def error(self) -> tuple[float, float]:
         """Estimated relative errors of frequency and damping ratio of ``joint`` [-].
 
-        Root of the sum of squares of all remaining changes. If elements are too large for finer
-        patches, the whole change by the refinements so far is one of them.
+        Root of the sum of squares of all remaining changes. If the elements are too large to halve
+        the patches again, the total change by all refinements so far is added to these changes.
         """
         left = np.array([(c.frequency_left, c.damping_left) for c in self.changes])
         if self._patches_untried and len(self.steps) > 1:
@@ -165,7 +165,7 @@ def converge(
         return result
 
     def finer(coarse: _Trial, selected: Any, axis: int) -> _Trial:
-        """Return a trial with some patches halved; the same trial if the mesh is too coarse."""
+        """Return a trial with halved patches; ``coarse`` itself if the elements are too large."""
         try:
             return trial(halved_boxes(coarse.joint.layout, selected, axis))
         except InputError:
@@ -235,7 +235,7 @@ def refined(
     reduction: Mapping[str, Any],
     progress: Callable[[float], None] | None = None,
 ) -> ReducedJoint:
-    """Return a joint without form, whose patches that dissipate most are halved along the lap."""
+    """Return a joint with flat faces, with the most dissipating patches halved along the lap."""
     tell = progress or (lambda share: None)
     coarse = reducer.reduce(**reduction)
     tell(0.5)
@@ -346,7 +346,7 @@ def _largest(frequency: Floats, damping: Floats) -> tuple[float, float]:
 
 
 def dissipating_patches(loss: Floats) -> Any:
-    """Return a mask of the patches that together dissipate 80 % of the loss at some amplitude."""
+    """Return a mask of the patches that dissipate 80 % of the loss, at any of the amplitudes."""
     selected = np.zeros(loss.shape[1], dtype=bool)
     for row in loss[np.isfinite(loss).all(axis=1)]:
         order = np.argsort(-row)
@@ -356,7 +356,7 @@ def dissipating_patches(loss: Floats) -> Any:
 
 
 def halved_boxes(boxes: Floats, selected: Any, axis: int) -> Floats:
-    """Return boxes with their contacts, the selected ones halved along an axis."""
+    """Return patch bounds (contact, along, across) with the selected ones halved along an axis."""
     low, high = 2 * axis + 1, 2 * axis + 2
     first, second = boxes[selected].copy(), boxes[selected].copy()
     first[:, high] = second[:, low] = 0.5 * (boxes[selected, low] + boxes[selected, high])

@@ -15,7 +15,7 @@ _CHUNK = 256  # elements at once: a bound on memory
 
 
 class Points(NamedTuple):
-    """Position of points: the cell of each, and its shape functions."""
+    """Points in the mesh, each given by its cell and the values of the shape functions there."""
 
     cells: Indices
     values: Floats
@@ -54,7 +54,7 @@ class Elements:
         self.size = 3 * (int(self._dofs.max()) + 1)
 
     def _chunks(self, cells: Indices) -> Any:
-        """Yield cells with gradients (cells, functions, 3, points), values and weights."""
+        """Yield cells, gradients and values of their shape functions, and quadrature weights."""
         for start in range(0, len(cells), _CHUNK):
             part = np.sort(cells[start : start + _CHUNK])
             basis = self._skfem.CellBasis(self._grid, self._element, intorder=4, elements=part)
@@ -101,7 +101,7 @@ class Elements:
         return float(sum(chunk[3].sum() for chunk in self._chunks(np.asarray(cells))))
 
     def axial_force(self, cells: Indices, material: Any, axis: Floats, length: float) -> Floats:
-        """Return f, where f^T u [N] is the axial stress integrated over cells, over ``length``."""
+        """Return f (size,), where f^T u is the mean axial force [N] in cells of a length [m]."""
         shear, lame = _lame(material)
         result: Floats = np.zeros(self.size)
         for part, gradients, _, weights in self._chunks(np.asarray(cells)):
@@ -126,7 +126,7 @@ class Elements:
 
     @cached_property
     def rigid_motion(self) -> Floats:
-        """Six rigid motions about the centre of the nodes, one per column."""
+        """Translations by 1 m and rotations by 1 rad about the centre of the nodes, (size, 6)."""
         places = self.places - self.places.mean(axis=0)
         motion = np.zeros((len(places), 3, 6))
         for axis, unit in enumerate(np.eye(3)):
@@ -136,14 +136,14 @@ class Elements:
 
     @cached_property
     def places(self) -> Floats:
-        """Positions of the nodes, by scalar degrees of freedom [m]."""
+        """Positions of the nodes s (nodes, 3) [m]."""
         values = self._shape(np.asarray(self._element.doflocs, dtype=float), corners=True)
         places = np.empty((self.size // 3, 3))
         places[self._dofs] = np.einsum("fc,eca->efa", values, self._corner_places)
         return places
 
     def _shape(self, local: Floats, corners: bool = False) -> Floats:
-        """Return shape functions at points of the reference cell (points, functions)."""
+        """Return shape functions (points, functions); with ``corners`` those of linear elements."""
         element = self._corner_element if corners else self._element
         count = len(element.doflocs)
         return np.stack(
@@ -165,7 +165,8 @@ class Elements:
     def locate(self, places: Floats, cells: Indices, nearest: int = 8) -> Points:
         """Find the cell of each point among some cells, and the shape functions there.
 
-        A point outside all of them gets the nearest point of the best cell, and the distance.
+        The ``nearest`` cells by their centres are tried. A point outside all of them is replaced by
+        the nearest point of these cells, and its distance is returned.
         """
         from scipy.spatial import cKDTree
 
@@ -208,7 +209,7 @@ class Elements:
         return np.asarray(local)
 
     def corner_dofs(self, corners: Indices) -> Indices:
-        """Return the scalar degrees of freedom of corners of the mesh."""
+        """Return the numbers s of the nodes at corners of the mesh."""
         index = np.full(len(self.mesh.points), -1, dtype=np.int64)
         cells = np.asarray(self._grid.t).T
         index[cells] = self._dofs[:, : cells.shape[1]]

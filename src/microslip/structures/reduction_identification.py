@@ -26,7 +26,7 @@ _DRAWS = 32  # of the parameters, for the bands of the fitted curves
 
 
 class _Kind(NamedTuple):
-    """Parameter of the fit: its range, and whether its logarithm is fitted."""
+    """Kind of fitted parameter: its range, and whether its logarithm is fitted."""
 
     low: float
     high: float
@@ -145,8 +145,8 @@ def identify_modal(
         Parameters to fit: "friction_coefficient", "tension", "form", "young_modulus",
         "base_damping_ratio".
     friction_coefficient, tension, form, young_modulus, base_damping_ratio : float
-        Initial guesses [-], or known values; tension and modulus are relative to those of the
-        joint.
+        Initial guesses [-], or known values. ``form`` is the factor on ``form_table``; tension and
+        modulus are relative to those of the joint.
     form_table : array_like or callable, optional
         Form for the factor 1 [m], see :meth:`ReducedJoint.with_form`; by default the gaps of the
         joint, of shape (patches,).
@@ -242,7 +242,7 @@ class _Fit:
     def _coordinates(
         self, names: Sequence[str], values: dict[str, float]
     ) -> tuple[Floats, tuple[Floats, Floats]]:
-        """Return the fit coordinates of parameters within their ranges, and the parameters."""
+        """Return the fitted variables, clipped to their ranges, and the ends of these ranges."""
         kinds = [KINDS[name] for name in names]
         low, high = np.array([[k.coordinate(k.low), k.coordinate(k.high)] for k in kinds]).T
         given = [kind.coordinate(values[name]) for name, kind in zip(names, kinds, strict=True)]
@@ -273,7 +273,6 @@ class _Fit:
         return np.array([test.frequency[test.amplitude.argmin()] for test in self.tests])
 
     def _linear(self, values: dict[str, float]) -> Floats:
-        """Return the frequencies of the tested modes with sticking joints [Hz]."""
         squares = self._state(values)[1].model.squares
         return np.asarray(np.sqrt(squares[[t.mode for t in self.tests]]) / (2.0 * math.pi))
 
@@ -352,7 +351,7 @@ class _Fit:
         )  # fmt: skip
 
     def _bands(self, vector: Floats, covariance: Floats) -> tuple[Floats, ...]:
-        """Return the ``bands`` of the curves, from Sobol' points of the fitted parameters."""
+        """Return 5 % and 95 % quantiles of all curves, for Sobol' points of the parameters."""
         from scipy.special import ndtri
         from scipy.stats import qmc
 

@@ -350,9 +350,9 @@ class ReducedJoint(LockedArrays):
         return pull
 
     def _pulled(self, surface: NormalLaw, law: NormalLaw) -> tuple[Preload, Floats]:
-        """Return the state under bolt tensions without bolt stiffness, and :meth:`static_force`.
+        """Return the state under the bolt tensions as constant forces, and :meth:`static_force`.
 
-        The normal law of the contact, ``law``, is ``surface`` or its law of first loading.
+        ``law`` is the normal law of the contact: ``surface`` or its law of first loading.
         """
         pull = np.zeros(self.size)
         pull[self._bolts] = -self.bolt_tension
@@ -377,8 +377,8 @@ class ReducedJoint(LockedArrays):
         If the surface yields, pressures follow its curve of first loading, and each patch is taken
         to be tightened by its own pressure. The tangential stiffness of a patch is then
         proportional to that pressure, and all patches begin to slide at nearly the same
-        displacement. The tightening pressure of a face from a drawing is adjusted to the largest
-        pressure; a measured face must have been solved up to the largest pressure.
+        displacement. A surface described by roughness values is given a law for tightening to the
+        largest pressure; the table of a measured surface must extend to the largest pressure.
         """
         for _ in range(_TIGHTENINGS):
             loosely, force = self._pulled(surface, surface._first)

@@ -26,7 +26,7 @@ class Frame(NamedTuple):
 
 
 class Samples(NamedTuple):
-    """Sample points of all contacts, and the patch of each."""
+    """Points of quadrature on the faces of all contacts, and the patch of each."""
 
     places: Floats
     """Positions in the frame of the contact, along and across [m]."""
@@ -61,7 +61,7 @@ class Patches(NamedTuple):
 
 
 def patches_of(mesh: JointMesh, elements: Elements, layout: Any, along: Floats | None) -> Patches:
-    """Assign the sample points of each contact to boxes, and average displacements over each."""
+    """Return the patches: sample points of contacts by boxes, and mean displacements of boxes."""
     from scipy import sparse
 
     parts, offset, left_out, total = [], 0, 0.0, 0.0

@@ -30,8 +30,9 @@ class RingDown(LockedArrays, Plottable):
 
     Cycle i is from turning point 2i to turning point 2i + 2. Since a joint may hold the mass away
     from zero, amplitudes are half the distance from one turning point to the next. The joint force
-    follows chapter 19, (19.19)-(19.24). Swings smaller than 1e-12 of the displacement about which
-    they occur are below the rounding error of the joint force and count as rest.
+    obeys Masing's rule with memory: (19.19)-(19.24) of DOI 10.1007/978-3-319-56818-8_19. Swings
+    smaller than 1e-12 of the displacement about which they occur are below the rounding error of
+    the joint force and count as rest.
     """
 
     time: NDArray[np.float64]
@@ -60,7 +61,7 @@ class RingDown(LockedArrays, Plottable):
 
     @cached_property
     def _half_ranges(self) -> tuple[Floats, Floats]:
-        """Amplitudes of the downward and upward motion of each whole cycle [m], half the ranges."""
+        """Half the range of the downward, and of the upward motion of each whole cycle [m]."""
         half = 0.5 * np.abs(np.diff(self.turning_displacement))
         end = half.size // 2 * 2
         return half[:end:2], half[1:end:2]
@@ -75,7 +76,7 @@ class RingDown(LockedArrays, Plottable):
     def frequency(self) -> Floats:
         """Frequency of each cycle [Hz], the reciprocal of its duration.
 
-        A damping ratio of zeta lowers it by sqrt(1 - zeta^2) below the natural frequency.
+        With the damping ratio zeta it is sqrt(1 - zeta^2) times the natural frequency.
         """
         begin = self.turning_time[: 2 * self._half_ranges[0].size + 1 : 2]
         return lock(1.0 / np.diff(begin))
@@ -89,7 +90,7 @@ class RingDown(LockedArrays, Plottable):
 
     @cached_property
     def energy_error(self) -> float:
-        """Largest change of the energy, dissipated energy included, over that at release [-]."""
+        """Largest change of mechanical plus dissipated energy, over the energy at release [-]."""
         total = self.mechanical_energy + self.dissipated_energy + self.viscous_energy
         return float(np.abs(total / total[0] - 1.0).max())
 
@@ -111,7 +112,7 @@ _TERMS = 26
 
 @lru_cache(maxsize=1)
 def _weights() -> list[tuple[float, ...]]:
-    """Return 1/n! for each power n of the step matrix, and weights of the four Hermite cubics."""
+    """Return power series of a matrix exponential, and of its response to four Hermite cubics."""
     n = np.arange(_TERMS)
     factorial = np.array([math.factorial(int(i)) for i in range(_TERMS + 4)], dtype=float)
     # Integral of (1 - s)^n/n! s^j over [0, 1].
@@ -121,10 +122,11 @@ def _weights() -> list[tuple[float, ...]]:
 
 
 def _propagator(step: float, square: float, twice: float, mass: float) -> tuple[float, ...]:
-    """Return coefficients of a step of q'' + twice q' + square q = -g/mass, with g cubic in time.
+    """Return coefficients of a step of q'' + twice q' + square q = -g/mass.
 
-    Six for the new displacement, then six for the new velocity: the factors of the old q and q', of
-    g and g' at the beginning of the step, and of g and g' at its end.
+    g is the joint force minus that of the sticking joint, a cubic in time. Six coefficients are for
+    the new displacement, then six for the new velocity: the factors of the old q and q', of g and
+    g' at the beginning of the step, and of g and g' at its end.
     """
     p, r = 0.0, 1.0  # the response to an impulse, in powers of the step
     e12 = e22 = 0.0
@@ -210,7 +212,7 @@ class _Motion:
     def _solve(
         self, step: float, propagator: tuple[float, ...]
     ) -> tuple[float, float, float, float]:
-        """Solve for displacement, velocity, force, and tangent minus k_t, at the end of a step."""
+        """Return displacement, velocity, joint force and relative tangent at the end of a step."""
         e11, e12, q0, q1, q2, q3, e21, e22, v0, v1, v2, v3 = propagator
         g, rate = self.force - self.held * self.q, self.fall * self.v
         explicit = e11 * self.q + e12 * self.v + q0 * g + q1 * rate

@@ -79,7 +79,7 @@ class Variances(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class LinearStructure:
-    """Modal equations with equivalent joints, and modal forces per unit of base motion."""
+    """Modal equations with springs and dashpots for joints; modal forces per unit base motion."""
 
     squares: Floats
     damping: Floats
@@ -102,14 +102,13 @@ class LinearStructure:
 
     @cached_property
     def _static(self) -> Floats:
-        """Static compliance of the higher modes between joints (coordinates, coordinates)."""
         b = self.directions[self._slow :]
         return np.asarray(b.T @ (b / self.squares[self._slow :, None]))
 
     def poles(self, softer: Floats, dashpots: Floats) -> NDArray[np.complex128]:
         """Return poles of the modes that respond dynamically [rad/s], by increasing frequency.
 
-        ``softer`` and ``dashpots`` are changes of the joint stiffness and damping (coordinates,).
+        ``softer`` [N/m], below zero, and ``dashpots`` [N s/m] are changes from sticking joints.
         """
         n, b = self._slow, self.directions[: self._slow]
         through = np.linalg.inv(np.eye(softer.size) + self._static * softer)
@@ -203,7 +202,7 @@ class LinearStructure:
 def linear_structure(
     base: BaseMotion, spectrum: Spectrum, directions: Floats, carried: Floats
 ) -> LinearStructure:
-    """Return the linear structure with sticking joints; refuse non-stationary responses."""
+    """Return the structure with sticking joints; refuse bases without a stationary response."""
     if base.carried.shape[1] != 1:
         raise InputError(
             f"directions must be one motion of the base, got {base.carried.shape[1]} inputs"
@@ -228,7 +227,11 @@ def linear_structure(
 
 
 def _outside(frequencies: Floats, rates: Floats, poles: NDArray[np.complex128]) -> Floats:
-    """Return the fraction of each column's sum [-] outside the band around its strongest pole."""
+    """Return the part of each joint's motion [-] outside the band of its strongest mode.
+
+    ``rates`` (frequencies, joints) add up to the variance of the velocity; bands end at the
+    geometric means of neighbouring frequencies of poles.
+    """
     total = rates.sum(axis=0)
     if poles.size < 2:
         return np.zeros(total.size)

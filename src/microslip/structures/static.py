@@ -49,7 +49,7 @@ class StaticState(NamedTuple):
 
 
 def closed_stiffness(stiffness: Any, attachments: tuple[Attachment, ...]) -> Any:
-    """Return K with load-bearing joints closed by springs as stiff as its largest entry."""
+    """Return K with springs as stiff as its largest entry along joints that carry load."""
     columns = all_columns(attachments, stiffness.shape[0])
     holding = np.concatenate([np.zeros(0), *(a.representative_stiffness for a in attachments)])
     active = holding > 0.0
@@ -158,9 +158,10 @@ def _line_search(
     step: Floats,
     gap: Floats,
 ) -> tuple[Floats, Floats, Floats, bool]:
-    """Search along a step for displacements where the energy is nearly stationary.
+    """Search along a step from ``x`` for displacements where the energy is nearly stationary.
 
-    Return these displacements, joint forces and tangents there, and whether the search succeeded.
+    ``gap`` are the unbalanced forces at ``x``. Return the displacements, joint forces and tangents
+    there, and whether the search succeeded.
     """
     start = float(gap @ step)  # minus the slope of the energy, above zero
     low, high, share = 0.0, math.inf, 1.0
@@ -234,7 +235,7 @@ class AtRest:
 
     @property
     def message(self) -> str:
-        """Outcome in a sentence: number of Newton steps and unbalanced force."""
+        """Outcome in a sentence: number of Newton steps, and relative unbalanced force."""
         return (
             f"at rest after {self.iterations} steps, {self.equilibrium_error:.1e} of the largest "
             "force unbalanced"
@@ -254,7 +255,7 @@ class AtRest:
 
     @cached_property
     def gaps(self) -> Floats:
-        """Separations of the nodes of all fields at rest [m], as defined by their surface."""
+        """Separations of the nodes of all fields at rest [m], as defined by their surface law."""
         return self._by_node(lambda a, u: a.separations(u))
 
     @cached_property
@@ -310,11 +311,10 @@ class AtRest:
 
     @property
     def _geometric(self) -> list[GeometryAttachment]:
-        """Attachments whose stiffness depends on bending."""
         return [a for a in self.attachments if isinstance(a, GeometryAttachment)]
 
     def _orders(self, harmonics: Sequence[int] | None) -> Sequence[int]:
-        """Return the given harmonics, or those required by joints and geometry."""
+        """Return the given harmonics, else the default: 0 to 3, or 0 to 5 with a geometry."""
         if harmonics is not None:
             return harmonics
         return GEOMETRY_HARMONICS if self._geometric else HARMONICS

@@ -125,7 +125,7 @@ def stepped_sine(
 
 
 def _other_phase(frequency: Floats, phase: Floats, power: int) -> str:
-    """Name the phase convention that was probably used instead."""
+    """Return advice for an error message: how to convert the phase to that of the method."""
     turned = np.unwrap(phase[np.argsort(frequency, kind="stable")])
     falling = bool(turned[-1] < turned[0])
     ahead = phase if falling else -phase
@@ -141,7 +141,7 @@ def _other_phase(frequency: Floats, phase: Floats, power: int) -> str:
 
 
 def _controlled_levels(sensed: Floats, push: Floats) -> list[np.ndarray[Any, Any]]:
-    """Return the row numbers of each response level; empty if responses were not controlled."""
+    """Return the indices of the points of each response level; none if it was not controlled."""
     order = np.argsort(sensed, kind="stable")
     levels = np.split(order, np.flatnonzero(np.diff(sensed[order]) > _LEVEL_STEP) + 1)
     steady = [
@@ -157,7 +157,11 @@ def _controlled_levels(sensed: Floats, push: Floats) -> list[np.ndarray[Any, Any
 def _by_levels(
     levels: list[Any], omega: Floats, a: Floats, cosine: Floats, sine: Floats, power: int
 ) -> SteppedSine | None:
-    """Fit a linear mode to each level: force over amplitude is (w^2 - W^2 + 2i zeta w W)/p."""
+    """Fit a linear mode to the points of each level; None if no level passes its resonance.
+
+    At the excitation frequency W, the force over the amplitude has the parts ``cosine`` in phase,
+    (w^2 - W^2)/p, and ``sine``, 2 zeta w W/p, with natural frequency w and modal constant p.
+    """
     read = []
     for level in levels:
         w, middle = omega[level], float(np.mean(omega[level] ** 2))
@@ -196,7 +200,11 @@ def _by_levels(
 
 
 def _modal_constant(omega: Floats, level: Floats, cosine: Floats) -> float:
-    """Return the modal constant p that makes omega^2 + p cosine smooth in the log level."""
+    """Return p for which the squared natural frequency is a smooth function of ``level``.
+
+    It is W^2 + p ``cosine`` at the excitation frequency W, with the in-phase force over the
+    amplitude ``cosine``; ``level`` is the logarithm of the amplitude.
+    """
     low, high = float(level.min()), float(level.max())
     count = max(2, min(_KNOTS, omega.size // 5))
     knots = np.linspace(low, high if high > low else low + 1.0, count)

@@ -249,7 +249,7 @@ class Structure:
         -------
         Structure
             New structure, whose periodic motions use harmonics 0 to 5 by default. The potential is
-            represented by conservative springs, which follow the joints in ``loss`` with zeros.
+            represented by conservative springs, listed after the joints with zeros in ``loss``.
 
         Notes
         -----
@@ -261,7 +261,7 @@ class Structure:
 
     @cached_property
     def verdicts(self) -> tuple[Verdict, ...]:
-        """Verdicts on the units (by the first frequency) and on joints that rigid motion moves."""
+        """Verdicts on the units (by the first frequency) and on joints deformed by rigid motion."""
         return judge(self.mass, self.stiffness, self.attachments)
 
     # -- statics ----------------------------------------------------------------------------------
@@ -273,9 +273,9 @@ class Structure:
         Parameters
         ----------
         static_force : array_like, optional
-            Forces [N], shape (n,), one for each degree of freedom; zero by default. A field that
-            was created with loads or separations is in equilibrium without these forces, which
-            act in addition to those that already press its faces together.
+            Forces [N], shape (n,), one for each degree of freedom; zero by default. A field
+            created with loads or separations is already in equilibrium: ``static_force`` then acts
+            in addition to the forces that press its faces together.
 
         Returns
         -------

@@ -40,7 +40,8 @@ class TimeSteps:
 
     The linear equations, with joints as springs of their stiffness at rest, are factorised once.
     Each step solves for the joint motions alone by Newton's method and then commits the joint
-    states. The equations are normalised to unit modal mass.
+    states. The equations are normalised to unit modal mass. ``short`` are the joint forces minus
+    those of sticking joints [N].
     """
 
     def __init__(self, model: ModalModel, joints: ModalJoints, step: float, radius: float) -> None:
@@ -92,7 +93,7 @@ class TimeSteps:
         return force - self._joints.stuck * motion, self._joints.tangent_matrix(slopes)
 
     def commit(self, motion: Floats, short: Floats) -> None:
-        """Accept the last trial of the joints, and store its motion and joint forces."""
+        """Accept the last trial of the joints, and store their motion and the forces ``short``."""
         for state in self._states:
             state.commit()
         self.motion, self.short = motion, short
@@ -101,7 +102,10 @@ class TimeSteps:
     def _find(
         self, aim: Floats, motion: Floats, correction: Callable[[Floats, Floats, Floats], Floats]
     ) -> bool:
-        """Solve for the joint motion by Newton's method and commit it; return False if it fails."""
+        """Solve for the joint motion by Newton's method and commit it; return False if it fails.
+
+        ``correction`` returns the step of the method; ``aim`` is a scale of motions.
+        """
         size = max(self._largest, float(np.abs(aim).max(initial=0.0)), 1e-300)
         moved = np.inf
         for _ in range(_ITERATIONS):
@@ -123,7 +127,7 @@ class TimeSteps:
         self.commit(motion, self.try_joints(motion)[0])
 
     def begin(self, v: Floats) -> None:
-        """Store the initial velocities (used by the methods that need them)."""
+        """Prepare the first step, if necessary, for the initial velocities v (modes,)."""
 
     def acceleration(self, q: Floats, v: Floats, force: Floats, short: Floats) -> Floats:
         """Return modal accelerations from the equation of motion, (modes,) or (times, modes)."""
@@ -134,9 +138,10 @@ class TimeSteps:
     def advance(
         self, q: Floats, v: Floats, a: Floats, before: Floats, after: Floats
     ) -> tuple[Floats, Floats, Floats] | None:
-        """Return displacement, velocity and acceleration after a step; None if it did not converge.
+        """Return displacement, velocity and acceleration after a step.
 
-        ``before`` and ``after`` are the modal forces at the beginning and at the end of the step.
+        Return None if Newton's method did not converge. ``before`` and ``after`` are the modal
+        forces at the beginning and at the end of the step.
         """
         c, h = self._c, self._step
         drift = q + h * v + h * h * (0.5 - c.beta) * a  # displacement without the new acceleration
@@ -211,7 +216,7 @@ class ExactSteps(TimeSteps):
         self._rate = np.zeros(joints.stuck.size)  # of the joints' forces, times the step
 
     def begin(self, v: Floats) -> None:
-        """Store initial rates of the joint forces, minus those of sticking joints, from v."""
+        """Store the time derivatives of ``short`` for the initial velocities v (modes,)."""
         self._rate = self._step * (self.try_joints(self.motion)[1] @ (self._directions.T @ v))
 
     def advance(

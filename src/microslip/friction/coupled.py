@@ -109,14 +109,14 @@ class CoupledLaw(BackboneLaw):
 
     @cached_property
     def slip_per_indentation(self) -> float:
-        """Slip per indentation kappa = mu E*/4G* [-]: slip limit over indentation (19.12)."""
+        """Slip per indentation kappa = mu E*/(4 G*) [-]: slip limit over indentation (19.12)."""
         return self.friction_coefficient * self.surface.stiffness_ratio
 
     @cached_property
     def _friction(self) -> float:
-        """Coefficient of friction mu N/N(d) [-], where N is the given load and d its separation.
+        """Coefficient of friction mu N0/N(d) [-], with the given load N0 and its separation d.
 
-        With it the force limit is exactly mu N. Close to the highest summit N(d) differs from N,
+        With it the force limit is exactly mu N0. Close to the highest summit N(d) differs from N0,
         since the separation d has too few digits to represent a light load.
         """
         return self.force_limit / self.surface._derivative_at(self.separation, 0)

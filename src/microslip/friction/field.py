@@ -207,7 +207,7 @@ class JointField(ByValue, SettledField, Locked):
         assign(self, _nodes=nodes)
 
     def _separation_of(self, shares: Floats, node: int) -> float:
-        """Return the separation [m] of ``node``; ``shares`` are loads of the whole surface [N]."""
+        """Return the separation [m] at which the whole surface carries ``shares[node]`` [N]."""
         try:
             separation: float = self.surface.separation(float(shares[node]))
         except InputError as error:

@@ -70,9 +70,9 @@ class NodeCycles:
     ) -> tuple[Floats, Floats]:
         """Return derivatives of forces and loads with respect to parameters of the motion.
 
-        Arguments are derivatives of displacements and separations [m per unit], shape (nodes or 1,
-        samples, parameters), results [N per unit] with nodes first. Separations are constant by
-        default.
+        Arguments are derivatives of displacements and separations [m per unit of the parameter],
+        shape (nodes or 1, samples, parameters). Results [N per unit] have the shape (nodes,
+        samples, parameters). Separations are constant by default.
         """
         nodes, samples = self.places.shape
         count = by_displacement.shape[2]

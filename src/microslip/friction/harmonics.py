@@ -123,7 +123,7 @@ class _Motion:
         return value if derivative else value - self.begin
 
     def directions(self, t: Floats, derivative: int = 0) -> Floats:
-        """Return d/dc of x(t), or of its ``derivative``, for each coefficient c, (t.size, size)."""
+        """Return dx(t)/dc, or its time derivative, for each coefficient c, shape (t.size, size)."""
         return self.basis.values(t, derivative) * self.moves
 
     def _turning_points(self) -> Floats:
@@ -301,7 +301,7 @@ class _Cycle:
         return t[inside], t[inside + 1], np.column_stack((parent[of[inside]], way[of[inside]]))
 
     def coefficients(self, tolerance: float, least: float) -> HarmonicForce:
-        """Return the coefficients; bisect each piece until the integrals of both halves add up."""
+        """Return coefficients and Jacobian; bisect pieces until both halves sum to the whole."""
         size = self.motion.basis.size
         begin, end, of = self._cut()
         total, slopes = np.zeros(size), np.zeros((size, size))
@@ -341,8 +341,8 @@ class _Cycle:
     def _integrals(self, begin: Floats, end: Floats, of: Any) -> tuple[Floats, Floats]:
         """Return integrals of basis functions times force, and times dforce/dc, for each piece.
 
-        Pieces are from ``begin`` to ``end`` [rad], with (parent, way) in ``of``; c are
-        coefficients.
+        Pieces are from ``begin`` to ``end`` [rad], with (parent, way) of :class:`_Piece` in ``of``;
+        c are the displacement coefficients.
         """
         parent, way = of[:, 0], of[:, 1]
         width = end - begin

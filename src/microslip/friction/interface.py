@@ -185,7 +185,7 @@ class Interface(CoupledLaw):
         the reversal as ``displacement``; this agrees with (19.18) where unloading reaches zero
         force.
 
-        Displacements [m] from rest, without sign, have any shape, which is that of the result.
+        Displacements [m] from rest have any sign and any shape, which is that of the result.
         """
         x = floats("displacement", displacement, "m")
         place = np.minimum(np.abs(x), LARGEST * min(self.slip_per_indentation, 1.0))

@@ -88,8 +88,6 @@ def load_law(path: str | PathLike[str]) -> BackboneLaw:
     path : str or path
         JSON file.
 
-
-
     Raises
     ------
     InputError

@@ -137,8 +137,8 @@ class Loop(Locked):
         """Draw force over displacement.
 
         With ``minus_secant`` the secant line is subtracted, which makes the width of a thin loop
-        visible. Loops drawn on the same axes share their units. ``ax``, ``color`` and ``label`` as
-        for :meth:`microslip.BackboneLaw.plot`.
+        visible. Loops drawn on the same axes share their units. ``ax``, ``color`` and ``label`` are
+        as for :meth:`microslip.BackboneLaw.plot`.
         """
         from microslip.figures import draw
 

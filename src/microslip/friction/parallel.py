@@ -100,7 +100,7 @@ class Parallel(Locked, BackboneLaw):
         return np.unique(np.concatenate([law._kinks for law in self.laws]))
 
     def sliders(self) -> Sliders:
-        """Return the sliders of all laws together [m, N/m, N/m^2]."""
+        """Return the sliders of all laws together, discrete [m, N/m] and continuous [N/m^2]."""
         parts = [law.sliders() for law in self.laws]
         places = np.concatenate([part.yield_displacements for part in parts])
         stiffnesses = np.concatenate([part.stiffnesses for part in parts])

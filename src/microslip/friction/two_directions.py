@@ -250,9 +250,9 @@ class IsotropicField(Locked):
     def load_error(self) -> float:
         """Largest relative error of the piecewise linear load curve [-].
 
-        It is the largest for separations from the smallest one to that of the most lightly loaded
-        node at rest. A force is mu times the difference of the loads N at the separation and at the
-        slip front; each of these loads has at most this relative error.
+        The largest value is taken over separations from the smallest one to that of the most
+        lightly loaded node at rest. A force is mu times the difference of the loads N at the
+        separation and at the slip front; each of these loads has at most this relative error.
         """
         last = float(_places_at_rest(self.field)[self.field.normal_loads > 0.0].max())
         inner = self.knots[:-1][self.knots[1:] <= last]

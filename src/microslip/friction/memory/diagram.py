@@ -248,7 +248,7 @@ class Diagram:
     # -- slip -----------------------------------------------------------------------------------
 
     def runs(self, separation: Floats, places: Floats) -> Floats:
-        """Return the advances of the slip front along a record, in the form of SlipLosses.of."""
+        """Return a column for each advance of the slip front over a row of D; see SlipLosses.of."""
         return kernels.slip_runs(separation, places, self.stack, *self._last)
 
     def losses(self, separation: Floats, displacement: Floats, curve: LoadCurve) -> Floats:

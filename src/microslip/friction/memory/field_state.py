@@ -185,8 +185,9 @@ class FieldState(Resumable):
         Returns
         -------
         FieldResponse
-            ``force``, ``load`` [N], ``stiffness`` and ``tangent`` [N/m], shape (nodes, 2, 2),
-            derivatives at the end of the step. Unpacks as ``force, stiffness`` without separations,
+            ``force`` T and ``load`` N [N] and ``stiffness`` [N/m], shape (nodes,), and ``tangent``
+            [N/m], shape (nodes, 2, 2): derivatives of (T, N) with respect to (displacement,
+            separation) at the end of the step. Unpacks as ``force, stiffness`` without separations,
             as ``force, load, tangent`` with separations.
         """
         self._trial = None  # after an error there is no trial to commit

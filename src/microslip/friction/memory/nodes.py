@@ -51,7 +51,7 @@ class Nodes:
         return max(self.curve.surface._deepest, self.curve.surface._span[0])
 
     def per_node(self, name: str, value: ArrayLike, unit: str) -> Floats:
-        """Convert a number or one value per node, which may carry a unit, to ``unit``, (nodes,)."""
+        """Return a number or array, plain or with a unit, as one value per node in ``unit``."""
         return along(name, value, self.size, unit, "nodes")
 
     def steps_at(self, name: str, separations: ArrayLike) -> Floats:
@@ -75,7 +75,8 @@ class Nodes:
     def per_length(self, values: Floats) -> Floats:
         """Divide values, nodes on the first axis, by the separation factor of each node.
 
-        The factor is ``lengths``. This converts derivatives by steps to derivatives by separations.
+        The factor is ``lengths``. This converts derivatives with respect to steps to those with
+        respect to separations.
         """
         if self.lengths is None:
             return values

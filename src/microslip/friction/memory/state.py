@@ -293,8 +293,7 @@ class State(Resumable):
             - ``now``: displacement [m], force [N], direction of the last motion (-1, 0 or 1),
               energy dissipated [J]; then three zeros at constant load, or, if the load has varied,
               1, the separation minus that of the joint [m], and T/mu [N].
-            - ``reversals``: displacements [m] and forces [N] of open reversals, oldest first, (n,
-              2).
+            - ``reversals``: open ones, (n, 2): displacements [m] and forces [N], oldest first.
             - ``rows``: rows of the memory diagram D(eta) from the largest eta on, shape (n, 4):
               outer end of the row minus the separation of the joint [m], D [-], integral of D
               beyond this end [m], integral of D (-N') from the inner end of the row outwards [N].

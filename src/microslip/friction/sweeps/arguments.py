@@ -111,7 +111,7 @@ def evaluate_labelled(
     settings: Mapping[str, Any],
     outputs: tuple[str, ...],
 ) -> dict[str, Any]:
-    """Call ``evaluate`` with DataArrays or Dask arrays; results have their type and laziness."""
+    """Call ``evaluate`` with DataArrays or Dask arrays; return ``outputs`` of the same type."""
     names = tuple(arrays)
     keys = {**settings, "quantities": [name for name in outputs if not name.startswith("loop_")]}
 

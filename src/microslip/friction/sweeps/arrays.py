@@ -150,7 +150,7 @@ class Sweep:
     def to_csv(self, path: str | Path, overwrite: bool = False) -> Path:
         """Write a CSV table in SI units, one line per point, coordinates first.
 
-        Numbers are written exactly. Parameters and errors as :meth:`to_netcdf`.
+        Numbers are written exactly. Parameters and errors are as for :meth:`to_netcdf`.
         """
         data = self._data
         with (

@@ -124,6 +124,27 @@ def test_rigid_friction_in_closed_form() -> None:
     np.testing.assert_allclose(jacobian[1:, 1:], [[0.0, wave / 2e-6], [0.0, 0.0]], atol=1e-3)
 
 
+@pytest.mark.parametrize("orders", [range(4), [0, 1, 40]])
+def test_rigid_friction_in_parallel_adds_its_square_wave(orders) -> None:
+    """Coefficients by signs between turning points, and a Jacobian by differences."""
+    soft = ms.Jenkins(1e7, 2.0)
+    both, harmonics = ms.Parallel([soft, COULOMB, ms.Coulomb(1.0)]), list(orders)
+    c = 5e-7 * np.random.default_rng(1).normal(size=2 * len(harmonics) - 1)
+    found, alone = both.harmonics(c, harmonics), soft.harmonics(c, harmonics)
+    t = 2.0 * math.pi * (np.arange(400_000) + 0.5) / 400_000
+    speed = np.gradient(functions(t, harmonics) @ c)
+    wave = functions(t, harmonics).T @ np.sign(speed) * (2.0 * 4.0 / t.size)
+    wave[0] *= 0.5
+    assert np.abs(found.force - alone.force - wave).max() < 1e-3
+    assert np.isfinite(found.jacobian).all()
+    step = 1e-12
+    for k, move in enumerate(step * np.eye(c.size)):
+        ends = [both.harmonics(c + way, harmonics).force for way in (move, -move)]
+        wanted = (ends[0] - ends[1]) / (2.0 * step)
+        scale = np.abs(found.jacobian).max()
+        np.testing.assert_allclose(found.jacobian[:, k], wanted, rtol=0, atol=1e-4 * scale)
+
+
 @pytest.mark.parametrize("name", ["separation", "normal_load"])
 def test_under_a_varying_load(name) -> None:
     """The Jacobian of the sampled cycle, and samples that converge with their square."""

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
+from microslip._core import kernels
 from microslip._core.checks import Floats
 from microslip._core.errors import InputError
 from microslip._core.frozen import lock
+from microslip._core.kernels.table import Table
 from microslip._core.parameters import parameter
 from microslip.friction.base import BackboneLaw
 from microslip.friction.sliders import Sliders
@@ -35,6 +38,13 @@ class Coulomb(BackboneLaw):
     """
 
     force_limit: float = field(metadata=parameter("F", "N", "force at which it slips", above=0.0))
+
+    @cached_property
+    def _rigid_table(self) -> Table:
+        """Constant function F, for the kernel of harmonics of moving cycles."""
+        coefficients = np.zeros((1, kernels.TERMS))
+        coefficients[0, 0] = self.force_limit
+        return Table(lock(coefficients), 1.0, 0, self.force_limit, 0.0)
 
     def _backbone(self, u: Floats) -> Floats:
         return np.where(u > 0.0, self.force_limit, 0.0)

@@ -151,6 +151,7 @@ typedef struct {
     int H, size, wide, turns, failed;     /* wide: number of integrals of the slope */
     const double *orders;                /* of a few functions; NULL for all up to H */
     const double *c;                     /* coefficients */
+    double jump;                         /* force at rest of a rigid law, otherwise 0 */
     double *waves;                       /* functions up to 2H at a place, or their products */
     double *times, *x, *force, *by, *phi; /* at turning points; D and functions by row */
     int *open;
@@ -547,6 +548,22 @@ static void add_cut(Motion *m, const Line *l, double low, double high, double fr
     }
 }
 
+/* Derivative of the integrals by the times of the turning points, at which a rigid law jumps. */
+static void add_jumps(Motion *m, double *J)
+{
+    int size = m->size;
+    for (int r = 0; r < m->turns; r++) {
+        double rates[3], *phi = m->phi + r * size;
+        place_at(m, m->times[r], rates);
+        double rise = (m->x[(r + 1) % m->turns] > m->x[r] ? 2.0 : -2.0) * m->jump / rates[1];
+        for (int i = 0; i < size; i++)
+            for (int q = 1; 2 * q < size; q++) {
+                J[i * size + 2 * q - 1] -= phi[i] * rise * order_of(m, q) * phi[2 * q];
+                J[i * size + 2 * q] += phi[i] * rise * order_of(m, q) * phi[2 * q - 1];
+            }
+    }
+}
+
 static void settle_harmonics(Motion *m, const Line *l, const double *grid, int points,
                              double tolerance, double *force, double *J)
 {
@@ -555,6 +572,7 @@ static void settle_harmonics(Motion *m, const Line *l, const double *grid, int p
     memset(force, 0, (size_t)size * sizeof(double));
     memset(J, 0, (size_t)(size * size) * sizeof(double));
     line_at(l, 0.0, &stiff);
+    if (m->jump > 0.0) stiff = 1.0; /* its slope is 0 after the first motion: any scale will do */
     find_turns(m, grid, points);
     if (!(stiff > 0.0)) return; /* no contact */
     if (!(n = m->turns)) { /* limit of small cycles */
@@ -606,6 +624,7 @@ static void settle_harmonics(Motion *m, const Line *l, const double *grid, int p
                 by[j] = m->by[parent * size + j] + k * (phi[j] - m->phi[parent * size + j]);
         }
     }
+    if (m->jump > 0.0) add_jumps(m, J);
     for (int i = 0; i < size; i++) {
         double factor = i ? 2.0 / TURN : 1.0 / TURN;
         force[i] *= factor;
@@ -651,6 +670,7 @@ static int run_harmonics(const Argument *a, Result *out, const Profile *curve,
     double *grid = at;
     Motion m = {.H = H, .size = (int)size, .wide = (int)wide, .open = open};
     m.orders = few ? a[6].reals : NULL;
+    if (table && table->power == 0) m.jump = table->limit; /* constant: rigid */
     m.waves = at += (size_t)points * n;
     m.times = at += wide;
     m.x = at += turns;

@@ -222,7 +222,7 @@ def check_not_rigid(law: BackboneLaw, model: str) -> None:
 def amplitude_range(
     law: BackboneLaw, smallest: float | None, largest: float | None
 ) -> tuple[float, float]:
-    """Return the range of amplitudes [m], by default 0.01 to 10 times limit over stiffness."""
+    """Return the amplitude range [m], by default 0.01 to 10 times force limit over stiffness."""
     reach = law.force_limit / law.tangential_stiffness
     low = 0.01 * reach if smallest is None else smallest
     high = 10.0 * reach if largest is None else largest

@@ -285,8 +285,8 @@ class JointField(ByValue, SettledField, Locked):
         ----------
         directions : array_like
             Direction vectors [-], shape (nodes, 2), of any length: components along and across the
-            ``direction`` of the surface. They have an effect only for a surface with a lay, see
-            :class:`microslip.MeasuredContact`.
+            ``direction`` of the surface. They have an effect only if the stiffness depends on the
+            direction, see :class:`microslip.MeasuredContact`.
         """
         lines = floats("directions", directions)
         if lines.shape != (self.size, 2):

@@ -62,7 +62,7 @@ class Basis:
 
     @property
     def factors(self) -> Floats:
-        """Factors from integrals of (basis function times force) over a period to coefficients."""
+        """Factors that convert integrals of function times force over a period to coefficients."""
         result = np.full(self.size, 1.0 / math.pi)
         if self.has_mean:
             result[0] = 0.5 / math.pi

@@ -226,13 +226,13 @@ class IsotropicField(Locked):
     Notes
     -----
     In one direction, a memory diagram D (DOI 10.3389/fmech.2020.00030) at separation d is
-    equivalent to sliders at all separations eta > d. A slider is stretched by g, the integral of D
-    from d to eta, |g| <= eta - d, and T is mu times the integral of N''(eta) g over eta. Here g is
-    a vector that follows every step, and slips along itself if its length would exceed the radius
-    eta - d. The assumptions are those of :class:`microslip.IsotropicJoint`; in addition a slider
-    whose radius shrinks as contact is lost slips along its force. Along a line the model equals a
-    :class:`microslip.Interface` under varying load, at constant separations an IsotropicJoint, both
-    with a piecewise linear load curve.
+    equivalent to sliders at all separations eta > d. The spring of a slider is deflected by g, the
+    integral of D from d to eta, |g| <= eta - d, and T is mu times the integral of N''(eta) g over
+    eta. Here g is a vector that follows every step, and slips along itself if its length would
+    exceed the radius eta - d. The assumptions are those of :class:`microslip.IsotropicJoint`; in
+    addition a slider whose radius shrinks as contact is lost slips along its force. Along a line
+    the model equals a :class:`microslip.Interface` under varying load, at constant separations an
+    IsotropicJoint, both with a piecewise linear load curve.
 
     For a :class:`microslip.MeasuredContact` with a ``direction``, which is that of the first
     displacement, the stiffness is a 2 x 2 tensor fixed by the lay (the direction of machining

@@ -132,9 +132,9 @@ class Diagram:
     def stored(self, curve: LoadCurve) -> float:
         """Return the elastic energy of all sliders [J], see :attr:`microslip.State.stored_energy`.
 
-        A slider at separation eta is stretched by g, the integral of D from d to eta. The energy is
-        mu kappa times the integral of N'' g^2/2. By parts this equals the integral of (-N') g D, in
-        which g is linear on each row.
+        The spring of the slider at separation eta is deflected by g, the integral of D from d to
+        eta. The energy is mu kappa times the integral of N'' g^2/2. By parts this equals the
+        integral of (-N') g D, in which g is linear on each row.
         """
         if not self.depth:
             return 0.0
@@ -157,7 +157,7 @@ class Diagram:
         return rows
 
     def hold(self, separation: Floats, value: Floats, curve: LoadCurve) -> Floats:
-        """Return displacements/kappa [m] at T/mu [N] along a record, and update the diagram."""
+        """Return displacements/kappa [m] for a record of T/mu [N], and update the diagram."""
         result = np.empty(value.size)
         stack, values = self._reserve(value.size)
         profile = curve.profile(*self._reach(separation))

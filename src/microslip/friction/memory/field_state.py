@@ -1,4 +1,4 @@
-"""Resumable state of the nodes of a field."""
+"""Resumable hysteresis state of all nodes of a contact field."""
 
 from __future__ import annotations
 

@@ -43,7 +43,8 @@ class Tree(NamedTuple):
 class Memory:
     """Memory of a record: displacements and values of open reversals, and the last sample.
 
-    Reversals are stored oldest first. The memory grows only with their number.
+    Values are forces; for a record of forces the values are displacements. Reversals are stored
+    oldest first. The memory grows only with their number.
     """
 
     __slots__ = ("depth", "direction", "last", "stack", "value")

@@ -373,7 +373,7 @@ class State(Resumable):
     # -- a step -----------------------------------------------------------------------------------
 
     def _trial_of(self, x: float, step: float | None, normal_load: float | None = None) -> Any:
-        """Return the trial at displacement ``x`` [m] and step ``step`` [m], with what commits it.
+        """Return the trial at displacement ``x`` [m] and ``step`` [m], and the data to commit it.
 
         ``step`` is the separation minus that of the joint, None at constant load. The second result
         is the argument of :meth:`_apply`.

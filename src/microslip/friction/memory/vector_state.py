@@ -115,7 +115,7 @@ class SliderBank:
         return scales * load.reshape(step.shape), -fall
 
     def per_length(self, values: Floats) -> Floats:
-        """Convert derivatives by steps to derivatives by separations, nodes on the first axis."""
+        """Convert d/d(step) to d/d(separation), for values with nodes on the first axis."""
         return values if self.nodes is None else self.nodes.per_length(values)
 
     def steps_at(self, separations: Floats) -> Floats:

@@ -181,11 +181,9 @@ class Interface(CoupledLaw):
         """Compute the contact area [m^2] that still sticks on first loading.
 
         It is the sum of the areas pi c^2 of the stick circles (19.9), with c^2 = rho (s -
-        delta/kappa). For the area that has not slipped since a reversal, use half the distance from
-        the reversal as ``displacement``; this agrees with (19.18) where unloading reaches zero
-        force.
-
-        Displacements [m] from rest have any sign and any shape, which is that of the result.
+        delta/kappa). Displacements delta [m] from rest have any sign and any shape, which is that
+        of the result. For the area that has not slipped since a reversal, use half the distance
+        from the reversal as ``displacement``; at zero force this gives (19.18).
         """
         x = floats("displacement", displacement, "m")
         place = np.minimum(np.abs(x), LARGEST * min(self.slip_per_indentation, 1.0))

@@ -86,7 +86,7 @@ class Basis:
     def integrated(
         self, rows: Floats, begin: Floats | float, tolerance: float, kernel: Any, *line: Any
     ) -> tuple[Floats, Floats]:
-        """Integrate coefficients of forces and their Jacobians with a compiled kernel.
+        """Compute Fourier coefficients of forces and their Jacobians with a compiled kernel.
 
         ``rows`` are displacement coefficients [m], shape (joints, size), and ``begin``
         displacements at rest [m], one or one per joint. ``tolerance`` is relative to the largest

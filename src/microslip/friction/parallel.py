@@ -111,9 +111,9 @@ class Parallel(Locked, BackboneLaw):
         *,
         rtol: float = 1e-10,
     ) -> HarmonicForce:
-        """Compute the coefficients as :meth:`BackboneLaw.harmonics`, of rigid laws by themselves.
+        """Compute Fourier coefficients of the settled force [N]: the sum over the laws.
 
-        Parameters and result have the units and shapes of that method.
+        Parameters and result are those of :meth:`BackboneLaw.harmonics`, with units and shapes.
         """
         if not self._rigid:
             return super().harmonics(coefficients, harmonics, rest, rtol=rtol)

@@ -117,7 +117,7 @@ class IsotropicJoint(Locked):
         return VectorState(bank, nodes is None, bool(energies))
 
     def force(self, displacement: ArrayLike) -> Floats:
-        """Compute forces [N] along a path of displacements [m] from rest, shapes (samples, 2)."""
+        """Compute forces [N] for a path of displacements [m] from rest, both of shape (n, 2)."""
         x = _path("displacement", displacement)
         state, forces = self.start(), np.empty(x.shape)
         for i, row in enumerate(x):

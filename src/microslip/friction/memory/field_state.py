@@ -368,7 +368,8 @@ class FieldState(Resumable):
     def _losses(self, place: Floats, step: Floats, code: Integers, reach: Any) -> Floats:
         """Return the energy dissipated by each node in a step, over its weight and kappa [J].
 
-        The step ends at ``place`` and ``step``; ``code`` and ``reach`` are those of its trial.
+        The step ends at ``place`` and ``step``. ``code`` holds the kind of move of each node,
+        ``reach`` the range of the load curve that is needed.
         """
         nodes, lost = self._nodes, np.empty(place.size)
         profile = nodes.curve.profile(*reach)

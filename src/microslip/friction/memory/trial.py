@@ -89,7 +89,7 @@ class Trial(tuple[float, float]):
         return np.array([[self[1], by_separation / -fall if fall > 0.0 else 0.0], [0.0, 1.0]])
 
     def _by_separation(self, name: str) -> tuple[float, float]:
-        """Return -N' and dforce/d(separation) [N/m]; an error states the attribute ``name``."""
+        """Return -dN/dd and dT/dd [N/m], with separation d; errors name the attribute ``name``."""
         curve = self._curve_for(name)
         fall = -curve.derivative_at(self._step, 1)
         # mu s [N'(d) - N'(q)] for a slipping front q; the mean decrease for sticking.

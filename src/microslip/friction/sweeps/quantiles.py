@@ -163,8 +163,8 @@ def _column_quantiles(
 def _residual_near(values: Floats, misses: Floats, middle: Floats) -> Floats:
     """Return the cross-validation residual near each quantile, shape (shares, columns).
 
-    It is the root of squared mean plus squared standard error of ``misses``, the residuals of the
-    ``values``, over the fifth of the values nearest to the quantile ``middle``.
+    It is the root of the squared mean plus the squared standard error of ``misses``, the residuals
+    of ``values``, over the fifth of the values nearest to each quantile in ``middle``.
     """
     count = max(_FEWEST_NEAR, len(values) // _NEAR)
     order = np.argsort(abs(values[None] - middle[:, None]), axis=1)[:, :count]

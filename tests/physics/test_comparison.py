@@ -76,9 +76,9 @@ def test_cells_converge_to_the_backbone_at_second_order(law):
     order = np.log2(errors[0] / errors[-1]) / np.log2(counts[-1] / counts[0])
     assert 1.9 < order < 2.1
     # The same constant throughout, (integral of sqrt(-T0''))^2/8, but for where knots fall between
-    # summits.
+    # summits, or a cell contains a step of the density (drawn faces: by a factor of up to 2).
     scaled = np.array(errors) * np.array(counts) ** 2
-    assert scaled.max() < max(0.65, 1.05 * constant_of(law))
+    assert scaled.max() < max(0.68, 1.05 * constant_of(law))
     assert scaled.max() / scaled.min() < 2.2
 
 

@@ -149,7 +149,7 @@ def test_states_under_a_varying_load_go_through_plain_arrays(joint) -> None:
         ({"now": np.full(7, np.nan)}, "finite 'now'"),
         ({"reversals": np.zeros((2, 3))}, r"'reversals' of shape \(n, 2\)"),
         ({"reversals": np.array([[1e-7, 1.0], [-1e-6, -5.0], [1e-5, 3.0]])}, "do not nest"),
-        ({"now": np.array([0, 0, 0, 0, 1.0, 0, 0]), "rows": [[1.0, 2.0, 0.0, 0.0]]}, "no memory"),
+        ({"now": np.array([0, 0, 0, 0, 1.0, 0, 0]), "rows": [[1.0, 2.0, 0.0, 0.0]]}, "not a mem"),
     ],
 )
 def test_arrays_that_are_no_state_are_refused(change, message) -> None:

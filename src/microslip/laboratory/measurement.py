@@ -333,7 +333,7 @@ def measure(
     slid = columns["sliding_ratio"][np.isfinite(columns["sliding_ratio"])]
     sliding = float(np.median(slid)) if slid.size else math.nan
     is_gross = record_regimes.of_each.count("gross slip") > len(record_regimes.of_each) / 2
-    if rig_stiffness is None and is_gross and sliding < _MOSTLY and not disturbances:
+    if rig_stiffness is None and is_gross and sliding < _MOSTLY:
         notes.append(
             f"gross slip by B, though only {sliding:.0%} of the displacement slides: the rest is "
             f"elastic, {UNDECIDED} (contact, rig, or crosstalk between the sensors), and the "

@@ -108,7 +108,7 @@ def number(name: str, value: Any, unit: str = "", example: float = 1.0) -> float
 
 
 def positive(name: str, value: Any, unit: str = "", example: float = 1.0) -> float:
-    """Check that a value is a number above zero, from SMALLEST to LARGEST."""
+    """Check that a value is a number from SMALLEST = 1e-40 to LARGEST = 1e40."""
     result = number(name, value, unit, example)
     _check_size(name, result, result, unit)
     return result
@@ -179,14 +179,14 @@ def floats(
 
 
 def positives(name: str, value: ArrayLike, unit: str = "") -> Floats:
-    """Check that numbers of any shape are above zero, from SMALLEST to LARGEST."""
+    """Check that numbers of any shape are from SMALLEST = 1e-40 to LARGEST = 1e40."""
     array = floats(name, value, unit)
     _check_size(name, float(array.min()), float(array.max()), unit)
     return array
 
 
 def check_one_of(wording: str, first: Any, second: Any) -> None:
-    """Check that exactly one of two arguments is given; ``wording`` names both with units."""
+    """Check that exactly one of two arguments, named in ``wording``, is not None."""
     if (first is None) == (second is None):
         came = "neither" if first is None else "both"
         raise InputError(f"exactly one of {wording} must be given, got {came}")
@@ -198,7 +198,7 @@ def is_whole(value: Any) -> bool:
 
 
 def whole_number(name: str, value: Any, low: int = 1, high: int | None = None) -> int:
-    """Check that a value is an integer from ``low`` to ``high``, or unlimited for None."""
+    """Check that a value is an integer from ``low`` to ``high``; None means no upper limit."""
     if not is_whole(value) or value < low or (high is not None and value > high):
         span = f"of at least {low}" if high is None else f"from {low} to {high}"
         raise InputError(f"`{name}` must be an integer {span}, got {show(value)}")
@@ -239,13 +239,13 @@ def members(name: str, value: Any, kind: type, expected: str) -> list[Any]:
 
 
 def beyond(values: Any, scale: Any) -> Any:
-    """Divide ``values`` by ``scale``; return infinity on overflow, without a warning."""
+    """Divide ``values`` by ``scale``; an overflow gives infinity without a warning."""
     with np.errstate(over="ignore"):
         return values / scale
 
 
 def sized(name: str, value: ArrayLike, unit: str = "m") -> Floats:
-    """Check that numbers are at most LARGEST in magnitude, so that energies stay finite."""
+    """Check that magnitudes are at most LARGEST = 1e40, so that energies stay finite."""
     array = floats(name, value, unit)
     if max(-float(array.min()), float(array.max())) > LARGEST:
         worst = float(np.abs(array).max())
@@ -254,7 +254,7 @@ def sized(name: str, value: ArrayLike, unit: str = "m") -> Floats:
 
 
 def record(name: str, value: ArrayLike, unit: str = "") -> Floats:
-    """Check that a value is a one-dimensional series or one number, a single sample."""
+    """Check that a value is a one-dimensional series; a number is a series of one sample."""
     array = floats(name, value, unit)
     if array.ndim > 1:
         raise InputError(f"`{name}` must be one-dimensional, got shape {array.shape}")

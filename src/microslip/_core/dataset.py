@@ -76,10 +76,11 @@ class DataSet(Mapping[str, Variable]):
     def csv_lines(
         self, columns: Mapping[str, str], dims: tuple[str, ...]
     ) -> Iterator[tuple[int, str]]:
-        """Yield the header and then blocks of lines of a CSV table, each with its number of rows.
+        """Yield the parts of a CSV table as pairs of number of rows and text.
 
-        There is one row per point along ``dims``, of which the first varies slowest. Numbers have
-        the fewest digits from which they can be restored exactly.
+        The first part is the header, with 0 rows. ``columns`` maps the heading of each column to
+        the name of its variable. There is one row per point along ``dims``, of which the first
+        varies slowest. Numbers have the fewest digits from which they can be restored exactly.
         """
         yield 0, ",".join(f"{key} [{self[name].unit}]" for key, name in columns.items()) + "\n"
         arrays = [np.asarray(self.spread(name, dims), dtype=float) for name in columns.values()]
@@ -89,11 +90,11 @@ class DataSet(Mapping[str, Variable]):
             yield len(lines), "".join(lines)
 
     def count(self, dims: tuple[str, ...]) -> int:
-        """Return the number of points along dimensions."""
+        """Return the number of points along ``dims``, the product of their lengths."""
         return math.prod(self.sizes[dim] for dim in dims)
 
     def to_xarray(self, instead: str) -> Any:
-        """Convert to ``xarray.Dataset``; ``instead`` is advice if xarray is not installed."""
+        """Convert to ``xarray.Dataset``; without xarray the error recommends ``instead``."""
         with needed_for("to_xarray needs", "xarray", instead):
             import xarray
         coords, variables = (

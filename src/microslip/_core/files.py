@@ -18,7 +18,10 @@ def reason(error: Exception) -> str:
 
 @contextmanager
 def atomic_file(path: str | Path, overwrite: bool) -> Iterator[Path]:
-    """Yield a temporary path that replaces ``path`` if the block succeeds."""
+    """Yield a temporary path, which replaces ``path`` if the block succeeds and is deleted if not.
+
+    Raises InputError if ``path`` exists and ``overwrite`` is False, or if it cannot be written.
+    """
     target = Path(path)
     try:
         if target.is_dir():
@@ -57,7 +60,7 @@ def _exists(target: Path) -> InputError:
 
 
 def relative_path(folder: Path, path: Path) -> str:
-    """Return the relative path from a folder to a file with slashes, absolute if there is none."""
+    """Return the path of a file relative to a folder, with "/"; absolute on another drive."""
     # Resolve links of folders, since ".." leads up from their targets, but not the file itself.
     here = Path(os.path.realpath(path.parent)) / path.name
     try:

@@ -14,7 +14,7 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 def made_once(function: _Function) -> _Function:
-    """Cache the result of a function without arguments, for example objects shared by tests."""
+    """Decorate a function without arguments to run once; later calls return the same result."""
     return cast("_Function", cache(function))
 
 
@@ -31,7 +31,7 @@ def assign(instance: object, **values: Any) -> None:
 
 
 class _Proxied(dict[Any, Any]):
-    """Content of a read-only mapping in a pickle, since a MappingProxyType cannot be pickled."""
+    """Copy of a read-only mapping for pickles, which cannot contain a MappingProxyType."""
 
 
 class Locked:

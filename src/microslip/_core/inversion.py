@@ -25,10 +25,10 @@ def adaptive(
 ) -> Floats:
     """Integrate functions i = 0, 1, ... from 0 to ``span[i]``; functions may have kinks.
 
-    ``function`` is called with arguments and the index i of the function for each. Intervals are
-    graded towards 0 and bisected up to ``halvings`` times, until bisection changes the integral by
-    less than ``tolerance`` times the whole integral plus ``noise``, a function of both ends of an
-    interval.
+    ``function(x, i)`` returns the value of function ``i[k]`` at each ``x[k]``. Intervals are graded
+    towards 0 and bisected up to ``halvings`` times, until bisection changes the integral over the
+    interval by less than ``tolerance`` times the integral of the whole span, plus ``noise(low,
+    high)``, the rounding error of the integral over the interval.
     """
     edges = np.append(0.0, 0.25 ** np.arange(12.0, -1.0, -1.0))
     low, high = (np.outer(span, side).ravel() for side in (edges[:-1], edges[1:]))

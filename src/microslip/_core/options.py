@@ -1,4 +1,4 @@
-"""Declaration of inputs of commands and studies that are not parameters of a class."""
+"""Declaration of the inputs of commands and studies that do not belong to a class."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Option(Number):
 
     @property
     def heading(self) -> str:
-        """Heading in tables and axes."""
+        """Name that heads a column of a table or labels an axis, beginning with a capital."""
         return self.label[:1].upper() + self.label[1:] if self.label else super().heading
 
     @property
@@ -164,9 +164,10 @@ def is_number(raw_value: object) -> bool:
 def option(
     name: str, help: str, kind: Kind | type = str, label: str = "", **settings: Any
 ) -> Option:
-    """Declare an input of commands and studies that is not a parameter of a class.
+    """Declare an input of commands and studies that does not belong to a class.
 
-    Unless ``settings`` differ, it may be omitted, and a quantity must be above zero.
+    ``settings`` are further fields of :class:`Option`. By default the input may be omitted
+    (``default=None``), and a quantity with a unit must be above zero unless ``sign="any"``.
     """
     settings = {"default": None, **settings}
     if isinstance(kind, Kind) and settings.pop("sign", "positive") == "positive":

@@ -4,10 +4,10 @@ A field of a frozen dataclass declares its symbol, unit, range and meaning::
 
     stiffness: float = field(metadata=parameter("k", "N/m", "stiffness at rest", above=0.0))
 
-The check at creation, `guess`, the fit, the study key and its schema, the command option and its
-help, the form of the workbench, labels in tables and attributes in files are derived from it.
-Inputs that are not parameters of a class, such as how a file is read, are options
-(`microslip._core.options`).
+From this declaration follow the check when an object is created, the initial values of fits, the
+key in studies and its schema, the option of commands and its help, the input fields of the browser
+workbench, the headings of tables, and the attributes in files. Inputs that do not belong to a
+class, such as how a file is read, are options (`microslip._core.options`).
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ class Number:
 
     @property
     def heading(self) -> str:
-        """Heading in tables and axes."""
+        """Name that heads a column of a table or labels an axis, beginning with a capital."""
         words = self.meaning or self.name.replace("_", " ")
         return words[:1].upper() + words[1:]
 
@@ -109,7 +109,7 @@ class Number:
         return f"{value / factor:.6g} {name}".strip()
 
     def written_unit(self, value: float) -> tuple[float, str]:
-        """Return the factor [SI] and the name of the usual unit for a value of this size."""
+        """Return the usual unit for a value of this size: its size in SI units and its name."""
         units = _WRITTEN.get(self.unit, ())
         fit = (unit for unit in units if abs(value) >= 0.099 * unit[0])
         return next(fit, (1.0, self.unit))

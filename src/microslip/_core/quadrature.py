@@ -47,7 +47,7 @@ _BLOCK = 1 << 14  # rows of nodes per block, sized for the cache
 
 
 def _integral(g: Function, u: Floats, t: Floats | float, f: Convex) -> Floats:
-    """Integrate g(v, u, t) over v from 0 to each ``u``."""
+    """Integrate g(v, u, t) over v from 0 to each ``u``, split where f(t + v) has kinks."""
     if isinstance(t, np.ndarray):
         return _integrals(g, u, t, f)
     breaks = f._breaks
@@ -110,7 +110,7 @@ def _smooth(g: Function, u: Floats, t: Floats | float, edge: float) -> Floats:
 
 
 def _piecewise(g: Function, u: Floats, t: float, marks: Floats) -> Floats:
-    """Integrate g between marks 0 = v_0 < v_1 < ..., each interval for all ``u`` that reach it."""
+    """Integrate g from 0 to each ``u``, split at the marks 0 = v_0 < v_1 < ... < infinity."""
     total = np.zeros_like(u)
     for low, high in pairwise(marks):
         # Steps that cover the whole piece share its nodes.

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 
 def named(source: Any, *names: str) -> dict[str, Any]:
-    """Return attributes by name; by default all fields of a NamedTuple, nested ones as well."""
+    """Return the attributes ``names``, by default all fields of a NamedTuple, as a nested dict."""
     values = {name: getattr(source, name) for name in names or source._fields}
     return {n: named(v) if hasattr(v, "_asdict") else v for n, v in values.items()}
 

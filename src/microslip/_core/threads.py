@@ -49,11 +49,11 @@ _LEAST = 32  # smallest number of rows worth a thread
 
 
 def in_parts(size: int, work: Callable[[slice], object]) -> list[object]:
-    """Run ``work`` in threads on slices of ``size`` independent rows; return the results by slice.
+    """Run ``work(slice)`` in threads, on slices that cover ``size`` independent rows.
 
-    The number of threads is ``OMP_NUM_THREADS``, or the number of available processors, but at most
-    one per 32 rows. Kernels release the global interpreter lock, and the results of a row do not
-    depend on its slice.
+    Returns the results in the order of the slices. The number of threads is ``OMP_NUM_THREADS``, or
+    the number of available processors, but at most one per 32 rows. Kernels release the global
+    interpreter lock, and the results of a row do not depend on its slice.
     """
     count = min(_threads(), size // _LEAST)
     if count < 2:

@@ -343,7 +343,7 @@ def _dimension_name(dimension: tuple[tuple[str, str], ...]) -> str:
 
 
 def prefix(value: float) -> tuple[float, str]:
-    """Return the power of a thousand suitable for writing a number, and its SI prefix."""
+    """Return the factor of the SI prefix for writing a number, such as 1e-6, and the prefix."""
     if value == 0.0 or not math.isfinite(value):
         return 1.0, ""
     # Round first, so that 999.96 becomes "1.00 k" instead of "1000".
@@ -368,8 +368,9 @@ def engineering(value: float | None, unit: str, digits: int = 3, *, trim: bool =
 def interval_digits(low: float | None, high: float | None, value: float | None = None) -> int:
     """Return the number of significant digits for writing an estimate with its interval.
 
-    It shows the width of the interval with one or two digits, and is between three and eight; four
-    without a finite interval. ``value`` is the estimate, by default the larger end in magnitude.
+    The width of the interval is then resolved to one or two digits; at least three and at most
+    eight digits are returned, and four if there is no interval or it is infinite. ``value`` is the
+    estimate, by default the end of the interval that is larger in magnitude.
     """
     if low is None or high is None or not 0.0 < high - low < math.inf:
         return 4

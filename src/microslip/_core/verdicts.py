@@ -80,5 +80,5 @@ class Rule:
 
 
 def worst(verdicts: Iterable[Verdict]) -> Word:
-    """Return the worst word of verdicts; "not judged" if there are no verdicts."""
+    """Return the worst word of verdicts (outside, watch, not judged, ok); "not judged" of none."""
     return max((verdict.word for verdict in verdicts), key=WORDS.index, default="not judged")

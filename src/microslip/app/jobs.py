@@ -332,12 +332,14 @@ def check_study(path: Path) -> str:
 
 
 def manifest_names(manifest: Upload, uploads: Sequence[Upload]) -> dict[str, str]:
-    """Map the identifier of each upload to the name of its file in a manifest.
+    """Map the identifier of each upload to the file name that the manifest lists for it.
+
+    A manifest is a table of records with their loads and columns.
 
     Raises
     ------
     InputError
-        If the manifest lists other files than the uploads.
+        If the files in the manifest are not exactly the uploads.
     """
     from microslip.laboratory.manifest import Manifest
 

@@ -123,7 +123,7 @@ def _times(record: Record) -> tuple[Any, bool]:
 def _envelope(time: Any, values: Any) -> list[list[float | None]]:
     """Reduce a record to the minimum and maximum of each interval, for drawing.
 
-    A pause in the time becomes None.
+    Where the time jumps, None is inserted, so that the line is interrupted.
     """
     steps = np.diff(time)
     pauses = np.flatnonzero(steps > _PAUSE * np.median(steps)) + 1 if steps.size else steps

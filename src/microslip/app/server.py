@@ -103,7 +103,10 @@ class Guard:
 
 
 def _limited(receive: Receive, limit: int) -> Receive:
-    """Raise an error when the body of a request exceeds a limit, whatever its header declares."""
+    """Return a ``receive`` that reports a disconnection once a body exceeds ``limit`` [bytes].
+
+    The bytes received are counted, not the length that the header declares.
+    """
     remaining = limit
 
     async def read() -> MutableMapping[str, Any]:

@@ -1,4 +1,8 @@
-"""Figures of the chapter, each computed with this library."""
+"""Figures of chapter 19 of *The Mechanics of Jointed Structures*, computed with this library.
+
+"The chapter" in this package is chapter 19 of that book (Springer, 2018), on which the model is
+based. Figures have the numbers of the chapter.
+"""
 
 from __future__ import annotations
 

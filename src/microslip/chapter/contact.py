@@ -1,4 +1,4 @@
-"""Figures of a single contact, 19.2, 19.3 and 19.10, computed with `Asperity`."""
+"""Figures 19.2, 19.3 and 19.10 of the chapter: a single contact, computed with `Asperity`."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def summit() -> Asperity:
 
 
 def contact_note(addition: str = "") -> str:
-    """State the assumptions of the figures of a single asperity."""
+    """Return the assumptions of the figures of a single asperity as text, then ``addition``."""
     joint = summit()
     metal = joint.pair.first
     return (

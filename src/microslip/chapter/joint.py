@@ -1,4 +1,4 @@
-"""Figures of the whole interface, 19.19 to 19.24."""
+"""Figures 19.19 to 19.24 of the chapter: the whole interface."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from microslip.friction import Interface, Iwan
 
 
 def joint_note(addition: str = "") -> str:
-    """State the assumptions of the figures of the interface."""
+    """Return the assumptions of the figures of the interface as text, then ``addition``."""
     joint = worked_example()
     length = joint.slip_per_indentation * SPREAD
     return (

@@ -1,4 +1,4 @@
-"""Figures of load cycles of a single contact, 19.11 to 19.17, computed with `Asperity`."""
+"""Figures 19.11 to 19.17 of the chapter: load cycles of a single contact, by `Asperity`."""
 
 from __future__ import annotations
 
@@ -69,7 +69,11 @@ def _loop_axes(axes: Axes, joint: Asperity, reach: float, levels: bool = True) -
 def _branches(
     axes: Axes, record: Floats, force: Floats, *pieces: tuple[int, int, dict[str, Any], str]
 ) -> None:
-    """Draw pieces of a history, each from one corner to another; corners are equally spaced."""
+    """Draw the force over a displacement history between its corners.
+
+    Each piece is the number of its first corner, that of its last corner, the style of the line and
+    its label. Corners are a fixed number of samples apart.
+    """
     size = (record.size - 1) // max(stop for _, stop, *_ in pieces)
     for start, stop, look, label in pieces:
         part = slice(size * start, size * stop + 1)
@@ -146,7 +150,11 @@ def _johnson(plate: Plate) -> DrawnFigure:
 def _draw_path(
     axes: Axes, joint: Asperity, corners: list[float], letters: Mapping[str, tuple[float, float]]
 ) -> tuple[Floats, Floats]:
-    """Draw a displacement history; ``letters`` maps a letter to its time and side (+1 or -1)."""
+    """Draw a displacement history over time.
+
+    ``letters`` maps each letter to the time of its point [half cycles] and to +1 or -1 for a letter
+    above or below the line.
+    """
     record = path(*(corner * joint.slip_limit for corner in corners))
     time = np.linspace(0.0, len(corners) - 1.0, record.size)
     axes.plot(time, record / MICRO, color=BLUE)

@@ -97,7 +97,10 @@ class Plate:
         return f"microslip figures --only {self.number}"
 
     def page(self, height: float) -> tuple[Figure, SubFigure]:
-        """Return a page of a height [in] with the assumptions as text, and the area for axes."""
+        """Return a page and its part for axes; the page is ``height`` [in] high.
+
+        The title is written above that part and the assumptions below it.
+        """
         figure = Figure(figsize=(float(rcParams["figure.figsize"][0]), height))
         FigureCanvasAgg(figure)
         # Non-breaking spaces keep numbers with their names and units.
@@ -161,7 +164,7 @@ def as_plate(
 
 
 def subscripts(text: str) -> str:
-    """Set the indices of slip limit and separation as subscripts."""
+    """Write the indices in δL (slip limit) and δn (separation) as subscripts for Matplotlib."""
     for letter in "Ln":
         text = text.replace(f"δ{letter}", rf"$\mathregular{{δ_{letter}}}$")
     return text

@@ -1,4 +1,7 @@
-"""Figures 19.7 and 19.22: records of a virtual tribometer like the rig of section 2.1."""
+"""Figures 19.7 and 19.22 of the chapter: records of a virtual tribometer.
+
+The tribometer resembles that in section 2.1 of the chapter.
+"""
 
 from __future__ import annotations
 
@@ -47,7 +50,7 @@ NOISY = "#e6e6e6"
 
 
 def virtual_rig(joint: Interface, seed: int = 0) -> VirtualTribometer:
-    """Return the chapter's tribometer as a simulation, with assumed errors, around a joint."""
+    """Return a simulation of the chapter's tribometer with ``joint``; its errors are assumed."""
     return VirtualTribometer(
         joint,
         rig_stiffness=RIG,

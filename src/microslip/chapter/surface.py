@@ -1,4 +1,4 @@
-"""Figures 19.6, roughness of the surface, and 19.18, heights of its summits."""
+"""Figures 19.6 and 19.18 of the chapter: roughness of a surface, and heights of its summits."""
 
 from __future__ import annotations
 
@@ -121,8 +121,8 @@ def synthetic_profile(seed: int = 19) -> tuple[Floats, Floats]:
 def summits() -> tuple[float, float, float]:
     """Return density [1/m^2], radius [m] and height spread [m] of the summits of the surface.
 
-    The surface is isotropic with the autocorrelation of the profile: Nayak (1971) and McCool (1986)
-    from the spectral moments m0, m2 and m4.
+    The surface is isotropic and has the autocorrelation of the profile. The summits follow from its
+    spectral moments m0, m2 and m4 (Nayak 1971, McCool 1986).
     """
     m0 = ROUGHNESS**2
     m2, m4 = 2.0 * m0 / CORRELATION**2, 12.0 * m0 / CORRELATION**4
@@ -142,8 +142,8 @@ def is_peak(z: Floats) -> NDArray[np.bool_]:
 def peak_density(z: Floats) -> Floats:
     """Return the probability density [1/m] of the peaks of the profile at heights [m].
 
-    Cartwright and Longuet-Higgins (1956), DOI 10.1098/rspa.1956.0173, for the ratio
-    m2/sqrt(m0 m4) = 1/sqrt(3) of the autocorrelation exp(-x^2/CORRELATION^2).
+    The density is that of Cartwright and Longuet-Higgins (1956), DOI 10.1098/rspa.1956.0173. Its
+    parameter m2/sqrt(m0 m4) is 1/sqrt(3) for the autocorrelation exp(-x^2/CORRELATION^2).
     """
     ratio = 1.0 / math.sqrt(3.0)
     width = math.sqrt(1.0 - ratio**2)

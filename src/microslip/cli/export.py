@@ -1,4 +1,4 @@
-"""The command ``export``: write the joint of a study as a file of another program."""
+"""The command ``export``: write the joint of a study as input of another program."""
 
 from __future__ import annotations
 
@@ -105,11 +105,12 @@ def export(
     nodes: str | None,
     **options: Any,
 ) -> None:
-    """Write the joint of STUDY as a file of another program, with its errors in the header.
+    """Write the joint of STUDY as input of another program.
 
-    KIND is c, abaqus-user, fmu, fmu3, opensees, calculix, abaqus, ansys, lsdyna or nastran; table
-    (numbers), segalman or iwan (the closest such model); or card, contact per unit area
-    for the program named by --for.
+    The header of the file states how far it deviates from the joint. KIND is c, abaqus-user, fmu,
+    fmu3, opensees, calculix, abaqus, ansys, lsdyna or nastran for the joint as code or elements of
+    that program; table for its curves as numbers; segalman or iwan for the model of that name
+    fitted to it; or card for its contact properties per unit area, for the program named by --for.
     """
     of_card = {name: options.pop(name) for name in (item.name for item in _CARD_OPTIONS)}
     of_card = {name: value for name, value in of_card.items() if value is not None}
@@ -216,9 +217,10 @@ _LINE_FORMAT = "lines with two node numbers, or two node numbers, an area [m^2] 
 
 
 def _nodes_of(file: str) -> Floats:
-    """Read rows of two or four numbers from a file, separated by blanks or commas.
+    """Read the mesh nodes of the patches: rows of two or four numbers.
 
-    Text after # is a comment.
+    A row has the numbers of both mesh nodes and, optionally, x and y [m] of the patch, separated by
+    blanks or commas. Text after # is a comment.
     """
     import numpy as np
 

@@ -1,4 +1,4 @@
-"""Base class of the commands: exit codes, one-line errors, errors of standard output."""
+"""Base class of the commands: exit codes, one-line errors, and failures of standard output."""
 
 from __future__ import annotations
 
@@ -144,9 +144,9 @@ def fail(message: str, code: int) -> NoReturn:
 
 @contextmanager
 def _printing() -> Iterator[None]:
-    """Return a context in which a failing standard output exits with one line.
+    """Return a context that ends the program if standard output cannot be written.
 
-    A closed pipe exits without a message.
+    The reason is printed in one line; a closed pipe ends the program without a message.
     """
     try:
         yield

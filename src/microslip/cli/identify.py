@@ -80,7 +80,7 @@ def identify(
     band: str | None,
     reading: Reading,
 ) -> None:
-    """Identify a joint from one or more RECORDs, at several loads and amplitudes.
+    """Identify a joint from RECORDs, which may differ in load and amplitude.
 
     Reports force, energy and damping against amplitude with their intervals, the stiffness at rest
     and the force limit. A RECORD may be a folder of records; files that cannot be read are listed
@@ -89,7 +89,7 @@ def identify(
 
     If the study describes a bolted structure, each RECORD is a test of one of its modes (ring-down,
     stepped sine, or table of amplitude, frequency and damping ratio), and friction, bolt tension
-    and a factor on the form are fitted to the tests.
+    and a factor by which the form of the faces is multiplied are fitted to the tests.
     """
     if study is not None and has_structure(study):
         identify_structure(study, records, output, band)
@@ -129,9 +129,9 @@ def identify(
 def _second_step(
     found: Any, study: Path | None, known: dict[str, tuple[float, float]]
 ) -> tuple[Any, str, str]:
-    """Fit the interface of a study to an identification.
+    """Fit the surface parameters of a study's interface to the identified joint.
 
-    Return the interface or None, the title of the study, and the reason for None.
+    Return the interface, the title of the study and, if the interface is None, the reason.
     """
     from microslip._core.errors import InputError
 

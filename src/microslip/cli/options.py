@@ -1,4 +1,7 @@
-"""Options of commands, from declarations; also messages, output, progress and interruption."""
+"""Options of commands, made from the declarations of numbers and options in `microslip._core`.
+
+Also their error messages, output and progress, and their interruption by signals.
+"""
 
 from __future__ import annotations
 
@@ -218,7 +221,10 @@ class Output(NamedTuple):
             yield stage
 
     def show(self, document: Document, *, full: bool = False, hint: str = "") -> None:
-        """Print a result as JSON, or as tables followed by the location of the files."""
+        """Print a result as JSON, or as tables followed by the location of the files.
+
+        ``full`` prints all tables; ``hint`` is a line printed after the tables.
+        """
         if self.as_json:
             echo_json(document.data)
             return
@@ -234,8 +240,8 @@ class Output(NamedTuple):
 def writes(folder: str, earlier: str = "result", *between: Decorator) -> Decorator:
     """Return a decorator that adds the output options to a command, as one argument `output`.
 
-    ``folder`` is the help text of the folder option; ``between`` are options placed before
-    ``--json``.
+    ``folder`` is the help text of the folder option, ``earlier`` the name of what --overwrite
+    replaces, and ``between`` are options placed before ``--json``.
     """
 
     def decorate(command: Command) -> Command:
@@ -270,7 +276,8 @@ _begin = time.monotonic()
 def stoppable() -> Iterator[None]:
     """Return a context in which SIGTERM and SIGHUP raise SystemExit.
 
-    So temporary folders are removed. Errors of input name the options of the running command.
+    Temporary folders are then removed. In messages of InputError, names of arguments are replaced
+    by the options of the running command.
     """
     # Messages of Matplotlib about fonts and caches are irrelevant here, and without windows an
     # unavailable MPLBACKEND must not fail.

@@ -112,7 +112,11 @@ class Reading(NamedTuple):
     rows: str | None
 
     def read(self, path: str, index: int = 0, manifest: Manifest | None = None) -> Record:
-        """Read a record, with the columns and the load of its row in the manifest, if any."""
+        """Read record number ``index``, with the given options.
+
+        Columns and load in its row of the manifest replace those options. If several loads are
+        given, the load with the same index is used.
+        """
         from microslip.laboratory import Record
 
         loads = self.normal_load
@@ -146,7 +150,8 @@ _WITHOUT: dict[str, Any] = {
 def reads(*names: str, many_loads: bool = False) -> Decorator:
     """Return a decorator that adds reading options to a command, as one argument `reading`.
 
-    Without ``names`` all options are added.
+    ``names`` selects the options, by default all. With ``many_loads`` the normal load may be given
+    once for all records or once for each.
     """
     several = "; one for all records, or one for each" if many_loads else ""
     load = options.NORMAL_LOAD.but(help=f"{options.NORMAL_LOAD.help[:-1]}{several}.")
@@ -187,9 +192,10 @@ SUFFIXES = (
 
 
 def records_in(names: Sequence[str]) -> tuple[list[str], tuple[str, ...]]:
-    """Return the paths of records, with folders replaced by the records in them.
+    """Return the paths of records, and a name for each record if they are in several folders.
 
-    The second item is the folder name of each record if there are several folders, else empty.
+    Folders in ``names`` are replaced by the records in them. The second result holds the name of
+    the folder of each record; it is empty if all are in one folder, or no folder was named.
     """
     paths: list[str] = []
     labels: list[str] = []
@@ -263,7 +269,10 @@ def list_records(names: Sequence[str], manifest: Path | None) -> Listed:
 def each_of(
     option: str, texts: tuple[str, ...], count: int, noun: str = "one", remedy: str = ""
 ) -> tuple[str, ...]:
-    """Validate that an option is given once for each record, or not at all."""
+    """Validate that an option is given once for each of ``count`` records, or not at all.
+
+    The error message names the expected values by ``noun`` and ends with ``remedy``.
+    """
     if texts and len(texts) != count:
         records = plural(count, "record")
         raise click.UsageError(
@@ -315,7 +324,11 @@ def stiffness(text: str) -> float:
 
 
 def calibration_of(texts: tuple[str, ...]) -> tuple[tuple[str, ...], dict[str, float]]:
-    """Return the factors of --calibration without errors, and the relative errors by quantity."""
+    """Parse the options --calibration QUANTITY=FACTOR±DEVIATION.
+
+    Returns the texts QUANTITY=FACTOR, without those whose factor is 1 with a deviation, and the
+    relative standard deviation [-] of each factor by quantity.
+    """
     factors, errors = [], {}
     for role, text in pairs("calibration", texts).items():
         value, deviation = with_deviation(text)

@@ -30,7 +30,10 @@ def has_structure(study: Path) -> bool:
 
 
 def are_modal(records: Sequence[str]) -> bool:
-    """Return whether files are modal tests (curves, ring-downs or stepped sines)."""
+    """Return True if the files are tests of modes: curves, ring-downs or stepped sines.
+
+    Raises UsageError if only some of them are.
+    """
     if not all(Path(record).is_file() for record in records):
         return False
     from microslip.structures.modal_test import modal_kind

@@ -63,7 +63,7 @@ def look_at_scan(
 
 
 def _part() -> dict[str, Any] | None:
-    """Return the part to save and its output path, from standard input; None without."""
+    """Read the part to save and its output path as JSON from standard input, None if empty."""
     text = sys.stdin.read()
     request: dict[str, Any] | None = json.loads(text) if text.strip() else None
     return request

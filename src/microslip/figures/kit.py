@@ -179,7 +179,7 @@ def pale(color: str) -> str:
 
 
 def drawable(values: Floats, log: bool = True) -> Floats:
-    """Replace values by NaN that an axis, logarithmic or not, cannot show."""
+    """Replace values that an axis cannot show by NaN: infinite, or for ``log`` not above zero."""
     return np.where(np.isfinite(values) & ((values > 0.0) | (not log)), values, np.nan)
 
 
@@ -227,7 +227,7 @@ def edge_of(left: float, right: float, bottom: float, top: float, color: str, wi
 
 
 def in_rows(panels: Sequence[Panel], columns: int) -> tuple[float, ...]:
-    """Arrange panels in rows of ``columns`` and return the relative row heights."""
+    """Place panels in rows of ``columns`` and return the relative heights of the rows, all 1."""
     for number, panel in enumerate(panels):
         row, column = divmod(number, columns)
         panel.cell = (row, row, column, column)

@@ -73,7 +73,7 @@ class AxisScale(NamedTuple):
 
 @dataclass
 class PanelFrame:
-    """Panel on the page: its inner rectangle [pt] from the upper left corner, and its axes."""
+    """Panel with its axes and its inner rectangle [pt] from the upper left corner of the page."""
 
     panel: Panel
     x: AxisScale

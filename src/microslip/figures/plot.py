@@ -95,9 +95,9 @@ class Area:
 class Words:
     """Text on a white background at a point of the panel.
 
-    The point is in fractions of the size of the panel, or in values with ``data``. ``align`` and
-    ``valign`` state which edge of the text is at the point; ``angle`` rotates the text about the
-    point [deg].
+    The point is in fractions of the size of the panel or, if ``data`` is true, in values of the
+    axes. ``align`` and ``valign`` state which edge of the text is at the point; ``angle`` rotates
+    the text about the point [deg].
     """
 
     x: float

@@ -293,7 +293,7 @@ def _path(x: Floats, y: Floats) -> str:
 
 
 def _thinned(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Drop points of a long line at distances below ``_NEAR`` [pt] along the line."""
+    """Keep one point of a line per length ``_NEAR`` [pt] along it, and its last point."""
     length = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))))
     keep = np.concatenate(([True], np.diff(np.floor(length / _NEAR)) > 0.0))
     keep[-1] = True

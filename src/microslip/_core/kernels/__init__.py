@@ -1,7 +1,8 @@
 """Compiled kernels and their Python interface.
 
 Each kernel documents its arguments: ``help(kernels.compiled.coupled)``. Results are written to
-arrays among the arguments, C-contiguous float64, or int64 for codes and parent indices.
+arrays among the arguments, C-contiguous float64, or int64 for codes and parent indices. A load
+curve is the normal load N [N] as a function of the separation d [m] of the faces.
 """
 
 from __future__ import annotations
@@ -55,20 +56,20 @@ NAME = "compiled"
 
 
 class Curve(Protocol):
-    """Load curve without a profile, evaluated at many separations at once."""
+    """Load curve N(d) evaluated in Python, instead of as polynomials of a `Profile`."""
 
     def drop(self, base: Floats, width: Floats) -> Floats:
-        """Return N(base) - N(base + width) [N]."""
+        """Return the decrease of load N(base) - N(base + width) [N]; separations in metres."""
 
     def load(self, separation: Floats) -> tuple[Floats, Floats]:
         """Return N [N] and -N' [N/m] at separations [m]."""
 
 
 def curve_arguments(curve: Curve) -> tuple[Callable[[memoryview, memoryview], None]]:
-    """Return kernel arguments for a curve without a profile, in place of ``Profile.arguments``.
+    """Return the arguments of a kernel for a load curve that is evaluated in Python.
 
-    The kernel collects all values of the curve that it needs and obtains them by one call of
-    Python.
+    They take the place of ``Profile.arguments``. The kernel gathers all separations that it needs
+    and obtains the loads in a single call of the returned function.
     """
 
     def answer(drops: memoryview, loads: memoryview) -> None:
@@ -90,7 +91,14 @@ def slip_runs(
     last_separation: float,
     last_place: float,
 ) -> Floats:
-    """Return the advances of the slip front along a record, shape (8, advances); see SlipLosses."""
+    """Return the advances of the slip front along a record, one column per advance, shape (8, n).
+
+    The rows are described in :meth:`microslip.contact.exact_curves.SlipLosses.of`. The record has
+    the separations ``separation`` [m] and the displacements ``place`` over kappa [m], where kappa
+    [-] is the slip limit per indentation; ``last_separation`` and ``last_place`` are their values
+    before the record. The first ``depth`` rows of ``stack`` are the memory diagram before the
+    record.
+    """
     count = room = 4 * separation.size + depth
     while count >= room:  # a step usually has few; otherwise the kernel returns the number needed
         room = count + 1
@@ -105,14 +113,18 @@ def slip_runs(
 
 @cache
 def _moment_coefficients(twice_order: int) -> Floats:
-    """Return the coefficients of the fits of F_n by piece; see :func:`gaussian_moment`."""
+    """Return polynomials of F_n on intervals of h, for :func:`gaussian_moment`."""
     # Load by path, since importing importlib.resources is slow.
     tables = np.load(Path(__file__).with_name("gaussian_moments.npy"), allow_pickle=False)
     return np.ascontiguousarray(tables[twice_order + 1].ravel())
 
 
 def gaussian_moment(h: Floats, twice_order: int) -> Floats:
-    """Compute F_n(h), the integral of (u - h)^n phi(u) over u > h, n = twice_order/2."""
+    """Compute F_n(h), the integral of (u - h)^n phi(u) over u > h, for n = twice_order/2.
+
+    Here phi is the density of the standard normal distribution, h [-] a threshold in standard
+    deviations above the mean, and ``twice_order`` an integer from -1 to 5.
+    """
     flat = np.ascontiguousarray(h, dtype=float).reshape(-1)
     out = np.empty_like(flat)
     compiled.gaussian_moment(flat, out, _moment_coefficients(twice_order), twice_order)

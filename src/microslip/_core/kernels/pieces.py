@@ -1,4 +1,8 @@
-"""Curves that are smooth between given breaks, as piecewise polynomials."""
+"""Curves that are smooth between given breaks, as piecewise polynomials.
+
+On a piece that ends at x_r, N = N_r + z G(z), where z = (x_r - x)/width runs from 1 to 0 and G is
+the mean of -N' from x to x_r, times the width. Next to a break G may be a polynomial of sqrt(z).
+"""
 
 from __future__ import annotations
 
@@ -27,11 +31,10 @@ _SHARES, _WEIGHTS = gauss_legendre(16)
 
 
 def _mean_matrix(roots: bool) -> Floats:
-    """Return the matrix from the Chebyshev series of a slope on a piece to powers of its mean.
+    """Return the matrix from Chebyshev coefficients of the slope to power coefficients of its mean.
 
-    The mean, called G in ``_pieces.h``, is a function of the distance z from the end of the piece:
-    the average of the slope at distances z t over 0 <= t <= 1, or with ``roots`` over 0 <= sqrt(t)
-    <= 1.
+    The slope is -N' on a piece as a function of z, and its mean G is the average over distances
+    from 0 to z from the end of the piece. With ``roots`` both are series in sqrt(z) instead of z.
     """
     weights = 2.0 * _SHARES * _WEIGHTS if roots else _WEIGHTS
     places = 2.0 * _Y[:, None] * _SHARES - 1.0
@@ -69,11 +72,12 @@ class Pieces(Locked):
         origin: float = 0.0,
         cuts: Floats | None = None,
     ) -> Pieces | None:
-        """Sample N on [low, high] from functions for -N' and N; None if too many pieces are needed.
+        """Sample N on [low, high]; return None if too many pieces are needed.
 
-        ``origin`` is the argument from which x is measured, and limits the accuracy of x by
-        rounding. ``cuts`` are further initial edges, for N with several length scales. Pieces are
-        bisected until the truncation error is within rounding of -N', or negligible relative to N.
+        ``fall`` computes -N' and ``load`` N. ``origin`` is the absolute position of x = 0, whose
+        rounding error limits the resolution of x. ``cuts`` are further initial edges, for N with
+        several length scales. Pieces are bisected until the truncation error is within rounding of
+        -N', or negligible relative to N.
         """
         inner = breaks[(breaks > low) & (breaks < high)]
         edges = np.concatenate(([low], inner, [high]))
@@ -124,7 +128,7 @@ class Pieces(Locked):
 
     @cached_property
     def arguments(self) -> tuple[Any, ...]:
-        """Arguments of the pieces for kernels of harmonics."""
+        """Edges, coefficients and breaks, in the order taken by the kernels of harmonics."""
         return self.edges, self.rows, self.breaks
 
 
@@ -155,7 +159,12 @@ def backbone_pieces(
     limit: float,
     stiffness: float,
 ) -> Pieces | None:
-    """Return force limit minus backbone, from rest to full slip; None if not possible."""
+    """Return ``limit`` - T0(u) for a backbone T0 [N], from u = 0 to full slip.
+
+    ``limit`` [N] is the force at full slip, ``stiffness`` [N/m] the slope at u = 0, and ``kinks``
+    [m] are the displacements where ``slope`` jumps. Returns None if T0 does not reach the limit at
+    a finite displacement, to rounding, or if too many pieces are needed.
+    """
     end = reach = limit / stiffness
     kinks = kinks[kinks > 0.0]
     if kinks.size:

@@ -42,7 +42,7 @@ class _Grid(NamedTuple):
     def of(
         cls, low: float, end: float, width: float, edge: float, panels: int | None = None
     ) -> _Grid:
-        """Return panels of a ``width`` from ``low`` to ``end``, or a given number of panels."""
+        """Return panels of a width from ``low`` until they cover ``end``, or ``panels`` of them."""
         # A panel begins at 0 or at the edge, so that nearby places keep their digits.
         anchor = 0.0 if low - width >= edge else edge
         first = -math.floor((low - anchor) / width)
@@ -51,7 +51,11 @@ class _Grid(NamedTuple):
         return cls(anchor, width, first, middles)
 
     def series(self, derivative: Derivative, bend: float) -> tuple[Floats, float]:
-        """Return Chebyshev series of N'' by panel, and the largest relative truncation error."""
+        """Return the Chebyshev series of N'' on each panel, and their largest truncation error.
+
+        The error is relative to the leading coefficient of the panel, or to ``bend`` if it is
+        larger.
+        """
         x = self.middles[:, None] + 0.5 * self.width * NODES
         series = np.asarray(
             derivative(x.reshape(-1), 2).reshape(x.shape) @ TO_SERIES, dtype=np.float64
@@ -62,9 +66,10 @@ class _Grid(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Profile(Locked):
-    """Decreasing convex load curve N(d) on [low, high]; approximate at larger separations.
+    """Decreasing convex load curve N(d), accurate to rounding on [low, high].
 
-    N'' is sampled and integrated, so that N'', N' and N are accurate relative to their values.
+    N'' is sampled and integrated, so that N'', N' and N are accurate relative to their values. On
+    panels beyond ``high`` they are accurate only relative to N'' at ``high``.
     """
 
     coefficients: Floats  # (panels, PROFILE_TERMS)
@@ -78,9 +83,10 @@ class Profile(Locked):
     def sample(
         cls, derivative: Derivative, low: float, high: float, end: float, edge: float
     ) -> Profile | None:
-        """Sample N(d) on [low, high]; None if panels do not resolve N''.
+        """Sample N(d) on panels from ``low`` to ``end``; None if they do not resolve N''.
 
-        The load vanishes at the separation ``end``. Below ``edge`` <= low the function is not
+        ``derivative(d, order)`` returns N, N' or N'' at separations. N is accurate relative to its
+        value up to ``high`` and vanishes from ``end`` on. Below ``edge`` <= low the function is not
         smooth.
         """
         load, slope, bend = (float(derivative(np.array([high]), k)[0]) for k in range(3))
@@ -138,12 +144,16 @@ class Profile(Locked):
 
     @cached_property
     def arguments(self) -> tuple[Any, ...]:
-        """Arguments of the profile for kernels."""
+        """Coefficients and positions of the panels, in the order in which the kernels take them."""
         return self.coefficients, self.anchor, self.inverse_width, self.first
 
     @cached_property
     def loss_rules(self) -> Floats:
-        """Quadrature rules of slip losses, then integrals of N beyond each panel's middle."""
+        """Argument of kernels for slip losses: quadrature rules and integrals of N.
+
+        First the nodes and weights of ``kernels.RULES``, then for each panel the integral of N [N
+        m] from its middle to infinity.
+        """
         odd = self.coefficients * (-1.0) ** np.arange(kernels.PROFILE_TERMS)
         left, right = (
             0.5 / self.inverse_width * (c / np.arange(1.0, kernels.PROFILE_TERMS + 1.0)).sum(axis=1)

@@ -79,13 +79,13 @@ class Table(Locked):
     def from_series(
         cls, series: Floats, end: float, power: int, limit: float, rate: float = 0.0
     ) -> Table:
-        """Create a table from Chebyshev series of S, one row per panel, at least TERMS terms."""
+        """Create a table from Chebyshev series of S: one row per panel, at least TERMS columns."""
         powers = np.ascontiguousarray(series[:, : kernels.TERMS] @ TO_POWERS)
         return cls(lock(powers), len(series) / end, power, limit, rate)
 
     @cached_property
     def arguments(self) -> tuple[Any, ...]:
-        """Arguments of the table for kernels."""
+        """Fields of the table in the order in which the kernels take them."""
         return self.coefficients, self.inverse_width, self.power, self.limit, self.rate
 
     def value(self, u: Floats) -> Floats:

@@ -73,7 +73,10 @@ INPUTS = tuple(_inputs())
 
 
 def law_script() -> str:
-    """Return JavaScript that computes the joint in closed form, with the tables of the kernel."""
+    """Return JavaScript that computes the joint in closed form, with coefficients of F_n.
+
+    The coefficients are those of :func:`microslip._core.kernels.gaussian_moment`.
+    """
     nodes, weights = gauss_legendre(_NODES)
     rules = {
         rule.name: {"watch": rule.watch, "outside": rule.outside, "meaning": rule.meaning}

@@ -223,6 +223,34 @@ def record_rows(baseline: ScalarJoints) -> list[Row]:
     return rows
 
 
+def state_rows() -> list[Row]:
+    """Return the rows of trial and commit of one state of each law."""
+
+    def seconds(law: Any) -> float:
+        state = law.start()
+        stiffness = law.tangential_stiffness
+        scale = law.force_limit / stiffness if np.isfinite(stiffness) else 1e-6
+        places = (1.2 * scale * np.sin(0.37 * np.arange(100))).tolist()
+
+        def steps() -> None:
+            for x in places:
+                state.try_(x)
+                state.commit()
+
+        return best(steps, 10) / len(places)
+
+    laws = {
+        "Coulomb": ms.Coulomb(10.0), "Jenkins": ms.Jenkins(1e7, 10.0),
+        "Segalman": ms.SegalmanIwan.examples()[0], "Iwan of 50 cells": JOINT.to_iwan(50),
+        "sphere": ms.Asperity.examples()[0], "Parallel": ms.Parallel.examples()[0],
+    }  # fmt: skip
+    baseline = seconds(JOINT)
+    return [
+        (f"trial and commit of a State of {name} (Interface)", seconds(law), baseline, "")
+        for name, law in laws.items()
+    ]
+
+
 def harmonics_rows() -> list[Row]:
     """Return the rows of harmonics."""
     heights = np.random.default_rng(1).normal(size=500) * 5e-7
@@ -248,6 +276,14 @@ def harmonics_rows() -> list[Row]:
             wanted = "" if len(harmonics) > 2 else "≤ 0.5 ms" if "500" in name else "≤ 60 µs"
             text = f"harmonics {harmonics} of {name} (Interface)"
             rows.append((text, seconds(law), baseline, wanted))
+    c, square = 3e-7 * np.array([0.0, 1.0, 0.2, 0.3, 0.1]), ms.Coulomb(10.0)
+    first = best(lambda: JOINT.harmonics(c[:3], [0, 1]), 200)
+    own = best(lambda: square.harmonics(c[:3], [0, 1]), 200)
+    rows.append(("harmonics [0, 1] of Coulomb (Interface)", own, first, ""))
+    low = best(lambda: JOINT.harmonics(c, [0, 1, 25]), 50)
+    for top in (50, 200, 400):
+        own = best(lambda top=top: JOINT.harmonics(c, [0, 1, top]), 20)
+        rows.append((f"harmonics [0, 1, {top}] of Interface ([0, 1, 25])", own, low, ""))
     return rows
 
 
@@ -279,7 +315,7 @@ def main() -> None:
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         baseline = ScalarJoints(folder)
-        rows = step_rows(baseline) + record_rows(baseline) + harmonics_rows()
+        rows = step_rows(baseline) + record_rows(baseline) + state_rows() + harmonics_rows()
     if options.tmdsimpy:
         rows.append(tmdsimpy_row(options.tmdsimpy))
     lines = [HEAD, ("---", "---:", "---:", "---:", "---:")]

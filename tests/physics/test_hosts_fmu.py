@@ -213,6 +213,8 @@ def test_fmi_3_has_an_array_of_joints_with_stiffness(tmp_path):
             state.commit()
     lost = [state.dissipated_energy for state in states]
     np.testing.assert_allclose(model.getFloat64([4], 3), lost, rtol=1e-10)
+    stored = [state.stored_energy for state in states]
+    np.testing.assert_allclose(model.getFloat64([5], 3), stored, rtol=1e-9)
     kept = model.getFMUState()
     numbers = model.serializeFMUState(kept)
     before = model.getFloat64([2], 3)

@@ -173,7 +173,7 @@ class _NotSticking(NamedTuple):
 
 
 class _Compliance:
-    """Dynamic compliance of the modes at each harmonic, in complex amplitudes."""
+    """Dynamic compliance of the modes at each harmonic, applied to complex amplitudes."""
 
     def __init__(
         self,
@@ -324,7 +324,7 @@ class ModeStep:
 
     @property
     def _scale(self) -> Floats:
-        """Force per modal motion [rad^2/s^2]: divided by it, the residual of a mode is a motion."""
+        """Row scales [rad^2/s^2]: residual forces divided by them have the size of motions."""
         return np.maximum(self.balance.model.squares, self.point.omega**2)[:, None]
 
     def _right(self, unit: float) -> np.ndarray:

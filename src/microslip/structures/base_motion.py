@@ -63,7 +63,7 @@ class BaseMotion:
 
     @property
     def viscous_push(self) -> Floats | None:
-        """Modal forces of ``drag`` per unit velocity of each input (modes, inputs), if any."""
+        """Modal damping forces per unit velocity of each input (modes, inputs); None for none."""
         return None if self.drag is None else np.asarray(-self.model.shapes.T @ self.drag)
 
 
@@ -450,21 +450,21 @@ def _response(
     turning = 1j * np.array(basis.harmonics) * omegas[:, None]
     moved = -acceleration / omegas[:, None] ** 2
 
-    def work(columns: Any, power: int, absolute: bool = True) -> NDArray[np.complex128]:
-        """Return harmonics of the motion along columns (n, inputs), or of its derivative."""
+    def along(columns: Any, order: int, absolute: bool = True) -> NDArray[np.complex128]:
+        """Return harmonics of motion along columns (n, inputs), differentiated ``order`` times."""
         part = (columns.T @ shapes) @ coordinates
         if absolute:
             part[:, :, first] += moved @ (base.carried.T @ columns)
-        return np.asarray(part * turning[:, None, :] ** power)
+        return np.asarray(part * turning[:, None, :] ** order)
 
-    # What the supports take up: the forces on all, as far as they work on the carried motion.
-    force = work(base.inertia, 2)
+    # What the supports take up: the forces on all, as far as they along on the carried motion.
+    force = along(base.inertia, 2)
     if base.drag is not None:
-        force += work(base.drag, 1)
+        force += along(base.drag, 1)
     if base.strains:
-        force += work(np.asarray(base.rest.stiffness @ base.carried), 0)
+        force += along(np.asarray(base.rest.stiffness @ base.carried), 0)
         if base.rest.damping is not None and base.drag is None:
-            force += work(np.asarray(base.rest.damping @ base.carried), 1, absolute=False)
+            force += along(np.asarray(base.rest.damping @ base.carried), 1, absolute=False)
         sides = joints.split(joints.carried(base.carried))
         for i, solved in enumerate(followed.path):
             q, omega, level = solved.point

@@ -34,7 +34,7 @@ _ARC = 24  # cells along a curved part, at least
 
 
 def declared_length(symbol: str, meaning: str, example: float) -> dict[str, Any]:
-    """Return the rules by which an input that is a length [m] is validated and documented."""
+    """Return the declaration of an input that is a length [m]: symbol, meaning, range, example."""
     return parameter(symbol, "m", meaning, above=0.0, example=example)
 
 
@@ -219,13 +219,13 @@ def _fixing_volume(bolts: Bolts, height: float) -> float:
     return 0.5 * math.pi * (rings + bolts.head**2 * height)
 
 
-def _rows(laps: Iterable[Lap], half: float) -> Floats:
-    """Return the transverse positions [m] of the bolts of all laps, for common grid lines."""
+def _rows(laps: Iterable[Lap], half_width: float) -> Floats:
+    """Return the transverse bolt positions [m] of all laps; raise an error if blocks overlap."""
     rows = np.unique(np.concatenate([lap.bolts.positions[:, 1] for lap in laps]))
-    if rows.size > 1 and np.diff(rows).min() < 2.0 * half * (1.0 - 1e-9):
+    if rows.size > 1 and np.diff(rows).min() < 2.0 * half_width * (1.0 - 1e-9):
         raise InputError(
             "bolts of different laps must lie in the same rows across, or "
-            f"{2.0 * half:.4g} m apart, got {float(np.diff(rows).min()):.4g} m"
+            f"{2.0 * half_width:.4g} m apart, got {float(np.diff(rows).min()):.4g} m"
         )
     return rows
 

@@ -166,12 +166,12 @@ class ClampedBolt:
         return embedding / (self.resilience + self.plate_resilience)
 
     def embedding_loss(self, rz: float, interfaces: int = 1) -> float:
-        """Return the preload lost by the embedding of :func:`embedding_of` [N]."""
+        """Return the preload lost by embedding [N]; arguments as :func:`embedding_of`."""
         return self.loss(embedding_of(rz, interfaces))
 
 
 def embedding_of(rz: float, interfaces: int = 1) -> float:
-    """Return the embedding f_Z [m] of faces of roughness Rz [m] by VDI 2230, and of the thread."""
+    """Return the embedding f_Z [m] of thread and faces of roughness Rz [m] by VDI 2230."""
     rz = positive("rz", rz, "m", 6.3e-6)
     row = next((row for row in _EMBEDDING if rz < row[0]), None)
     if row is None:

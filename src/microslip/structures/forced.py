@@ -391,7 +391,10 @@ def coefficients(amplitudes: NDArray[Any], basis: HarmonicBasis) -> Floats:
 
 
 def line_of(model: ModalModel, forces: Floats, targets: Floats) -> Floats:
-    """Return an estimate of the modal motion (modes,), along which nodes of fields slide."""
+    """Return an estimate of the modal motion (modes,) under ``forces`` (modes, size).
+
+    Nodes of contact fields slide along it. ``targets`` are the frequencies of interest [Hz].
+    """
     middle = (2.0 * math.pi * float(np.median(targets))) ** 2
     gain = np.abs(model.squares - middle) + 1e-3 * middle
     column = 1 if np.any(forces[:, 1]) else 2

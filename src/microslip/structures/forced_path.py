@@ -55,7 +55,7 @@ class Control:
     """Target amplitude of that quantity."""
 
     def miss(self, q: Floats, omega: float, level: float) -> tuple[float, Floats, float, float]:
-        """Return (amplitude/target)^2 - 1, and its derivatives for q, level and omega."""
+        """Return (amplitude/target)^2 - 1; its derivatives with respect to q, level and omega."""
         signal = self.sensor @ q[:, 1:3] + level * self.carried / omega**2
         factor = omega ** (2 * self.power) / self.target**2
         value = factor * float(signal @ signal)
@@ -151,7 +151,7 @@ class _Path:
         return miss, matrix
 
     def _unit_level(self, omega: float) -> float:
-        """Return the level at which the static response has the size ``unit``, as a scale."""
+        """Return a scale of the excitation level: its static response is as large as ``unit``."""
         push = np.asarray(Excitation.at(self._drive.excitation.forces, omega)[0])
         return self._unit / float(
             (np.abs(push).max(axis=1) / self._drive.balance.model.squares).max()
@@ -310,15 +310,15 @@ def _follow(drive: Drive, omegas: Floats) -> tuple[list[_Solved], list[bool], in
     return points, marks, iterations, f"{_MOST_POINTS} points did not reach the last frequency"
 
 
-def _ramped(drive: Drive, omega: float, width: float) -> _Solved | None:
-    """Return the first point, solved with an increasing excitation; ``width`` is as in _Path."""
+def _ramped(drive: Drive, omega: float, span: float) -> _Solved | None:
+    """Return the first point, solved with increasing excitation; ``span`` is that of omega."""
     guess = drive.linear_response(omega, 1e-3)
     solved = None
     for share in np.geomspace(1e-3, 1.0, 25):
         linear = drive.linear_response(omega, share)
         unit = max(float(np.abs(p.coefficients).max()) for p in (guess, linear))
         level = share if drive.control is None else guess.level
-        solved = _Path(drive, unit, width, share).solve(guess._replace(level=level), None)
+        solved = _Path(drive, unit, span, share).solve(guess._replace(level=level), None)
         if solved is None:
             return None
         ahead = 25.0 / 24.0

@@ -75,7 +75,7 @@ class GeometryAttachment:
         return motion if self.rest is None else motion - self.columns.T @ self.rest
 
     def group(self, motion: Floats, line: Floats) -> GeometryGroup:
-        """Return the springs linearised about a static motion (forms,) [m], for any ``line``."""
+        """Return springs linearised about a static motion (forms,) [m]; ``line`` is not used."""
         del line
         return GeometryGroup(self.springs, self.columns, self._bent(motion))
 

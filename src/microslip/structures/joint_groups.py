@@ -180,7 +180,7 @@ class FieldAttachment:
         return _stuck(field, np.tile(np.eye(2), (field.size, 1, 1))).reshape(-1)
 
     def group(self, motion: Floats, line: Floats) -> FieldGroup:
-        """Return the group of nodes; each slides along the tangential part of ``line``."""
+        """Return the group of nodes; each slides along its tangential motion in ``line``."""
         field = self.field.at(separations=self.separations(motion))
         return FieldGroup(field, self.directions, line.reshape(-1, 3)[:, :2])
 
@@ -264,9 +264,9 @@ class FieldState:
         return np.asarray(self._state.dissipated_energy)
 
 
-def _stuck(field: JointField, ways: Floats) -> Floats:
-    """Return stiffnesses (nodes, 3) [N/m] of sticking nodes: along two ``ways``, and normal."""
-    tangential = [field.along(ways[:, i]).tangential_stiffnesses for i in (0, 1)]
+def _stuck(field: JointField, axes: Floats) -> Floats:
+    """Return stiffnesses (nodes, 3) [N/m] of sticking nodes along two ``axes``, and normal."""
+    tangential = [field.along(axes[:, i]).tangential_stiffnesses for i in (0, 1)]
     return np.stack([*tangential, -field.load(field.separations)[1]], axis=1)
 
 

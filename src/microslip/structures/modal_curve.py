@@ -267,10 +267,10 @@ class Resonant(NamedTuple):
 
 
 def interpolate_in_amplitude(amplitude: Floats, logs: Floats) -> tuple[Floats, Floats]:
-    """Interpolate curves of an amplitude; return a fine grid of amplitudes, and the values there.
+    """Interpolate curves over amplitude to a fine grid; return this grid and the values on it.
 
-    ``logs`` are logarithms of the values, (samples, columns, amplitudes), as is the result without
-    the logarithm. Monotone cubics of ln(amplitude); constant below the smallest given amplitude.
+    ``logs`` are the logarithms of the given values, (samples, columns, amplitudes). Monotone cubics
+    of ln(amplitude); constant below the smallest given amplitude.
     """
     from scipy.interpolate import PchipInterpolator
 
@@ -363,7 +363,7 @@ def added_damping(shift: float) -> float:
 
 
 def judge_shift(name: str, amplitude: Floats, frequency: Floats, damping: Floats) -> Verdict:
-    """Return a verdict on whether friction explains the shift, see :func:`added_damping`."""
+    """Return a verdict on whether friction causes the frequency shift, by its damping."""
     rule, order = SHIFT, np.argsort(amplitude)
     third = max(1, amplitude.size // 3)
     low, high = order[:third], order[-third:]

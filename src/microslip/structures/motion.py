@@ -233,7 +233,7 @@ class March(NamedTuple):
     message: str
 
     def acceleration(self, force: Floats) -> Floats:
-        """Return the modal accelerations under the modal forces ``force``, both (times, modes)."""
+        """Return modal accelerations under the modal forces ``force``, both (times, modes)."""
         short = self.pull - self.stuck * self.motion
         return self.stepper.acceleration(self.place, self.speed, force[: len(short)], short)
 

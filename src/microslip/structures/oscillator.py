@@ -88,8 +88,8 @@ def slow_flow(
         return lost, natural * slowed, viscous + decrement
 
     def flow(_: float, state: Floats) -> tuple[float, float]:
-        """Return changes per cycle of relative amplitude, and of time over the sticking period."""
         lost, swing, _ratio = rates(amplitude * np.maximum(state[:1], _FAINTEST))
+        # By cycle: of the relative amplitude, and of the time in periods with a sticking joint.
         return -float(lost[0]) / amplitude, stuck / float(swing[0])
 
     def slow(_: float, state: Floats) -> float:
@@ -297,9 +297,9 @@ class Oscillator:
                 omega[moves], ratio[moves] = self._balanced(a[moves], harmonics)
         return plain(omega.reshape(shaped.shape)), plain(ratio.reshape(shaped.shape))
 
-    def _closed(self, a: Floats, joint: Floats) -> tuple[Floats, Floats]:
-        """Return omega [rad/s] and the joint's damping ratio for its stiffness at amplitudes a."""
-        stiffness = self.stiffness + joint
+    def _closed(self, a: Floats, joint_stiffness: Floats) -> tuple[Floats, Floats]:
+        """Return omega [rad/s] and damping ratio by the joint at amplitudes a and stiffnesses."""
+        stiffness = self.stiffness + joint_stiffness
         secant = np.asarray(self.joint.secant_stiffness(a))
         with np.errstate(invalid="ignore", divide="ignore"):
             share = np.where(np.isinf(stiffness), 1.0, secant / stiffness)

@@ -121,7 +121,7 @@ class QuasiStatic:
         return continue_in_amplitude(amplitudes, [(smallest, begin)], attempt, _FINEST)
 
     def _cycle(self, guess: QuasiStaticPoint, amplitude: float, steps: int) -> QuasiStaticPoint:
-        """Load, and compute two cycles of ``steps`` per half; the loss is that of the second."""
+        """Compute two cycles with ``steps`` loads per half cycle; the second one gives the loss."""
         states = [group.start() for group in self.joints.groups]
         laws = [state.try_ for state in states]
 
@@ -154,10 +154,10 @@ class QuasiStatic:
             raise _BranchLost
         return QuasiStaticPoint(amplitude, square, shape, lost[-1] - lost[-3])
 
-    def _loaded(self, laws: Laws, force: Floats, largest: Floats, motion: Floats) -> Floats:
-        """Return joint motions (coordinates,) [m] under modal forces; states stay uncommitted."""
+    def _loaded(self, laws: Laws, force: Floats, force_scale: Floats, motion: Floats) -> Floats:
+        """Return joint motions (coordinates,) [m] under modal forces, with unchanged states."""
         aim = self._compliance.T @ force
-        unit = float(np.abs(self._compliance.T @ largest).max(initial=0.0)) or 1.0
+        unit = float(np.abs(self._compliance.T @ force_scale).max(initial=0.0)) or 1.0
 
         def system(motion: Floats) -> tuple[Floats, Callable[[], Floats]]:
             pull, slopes = self.joints.answers(motion, laws)

@@ -238,7 +238,7 @@ def _linearised(
 
 
 def _fixed_point(advance: Callable[[float], float], enough: float, what: str) -> tuple[int, str]:
-    """Iterate until the change is below ``enough``; return the number of rounds and a message."""
+    """Call ``advance`` until its change is below ``enough``; return rounds and a message."""
     change = math.inf
     for rounds in range(1, _ROUNDS + 1):
         change = advance(1.0 if rounds < 5 else 0.7)

@@ -86,7 +86,7 @@ class Convergence(Locked):
         """Estimated relative errors of frequency and damping ratio of ``joint`` [-].
 
         Root of the sum of squares of all remaining changes. If the elements are too large to halve
-        the patches again, the total change by all refinements so far is added to these changes.
+        the patches again, the total change by all refinements so far counts as one more.
         """
         left = np.array([(c.frequency_left, c.damping_left) for c in self.changes])
         if self._patches_untried and len(self.steps) > 1:
@@ -165,7 +165,7 @@ def converge(
         return result
 
     def finer(coarse: _Trial, selected: Any, axis: int) -> _Trial:
-        """Return a trial with halved patches; ``coarse`` itself if the elements are too large."""
+        """Return the model with halved patches; ``coarse`` itself if the elements are too large."""
         try:
             return trial(halved_boxes(coarse.joint.layout, selected, axis))
         except InputError:

@@ -136,7 +136,7 @@ class Elements:
 
     @cached_property
     def places(self) -> Floats:
-        """Positions of the nodes s (nodes, 3) [m]."""
+        """Positions of the nodes [m], shape (nodes, 3)."""
         values = self._shape(np.asarray(self._element.doflocs, dtype=float), corners=True)
         places = np.empty((self.size // 3, 3))
         places[self._dofs] = np.einsum("fc,eca->efa", values, self._corner_places)
@@ -209,7 +209,7 @@ class Elements:
         return np.asarray(local)
 
     def corner_dofs(self, corners: Indices) -> Indices:
-        """Return the numbers s of the nodes at corners of the mesh."""
+        """Return the numbers of the nodes at corners of the mesh."""
         index = np.full(len(self.mesh.points), -1, dtype=np.int64)
         cells = np.asarray(self._grid.t).T
         index[cells] = self._dofs[:, : cells.shape[1]]
@@ -240,7 +240,6 @@ class Elements:
 
 
 def _lame(material: Any) -> tuple[float, float]:
-    """Return Lamé's constants, shear modulus first [Pa]."""
     shear, ratio = material.shear_modulus, material.poisson_ratio
     return shear, 2.0 * shear * ratio / (1.0 - 2.0 * ratio)
 

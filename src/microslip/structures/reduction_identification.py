@@ -351,7 +351,7 @@ class _Fit:
         )  # fmt: skip
 
     def _bands(self, vector: Floats, covariance: Floats) -> tuple[Floats, ...]:
-        """Return 5 % and 95 % quantiles of all curves, for Sobol' points of the parameters."""
+        """Return 5 % and 95 % quantiles of all curves, by quasi-random samples of parameters."""
         from scipy.special import ndtri
         from scipy.stats import qmc
 

@@ -202,7 +202,7 @@ class ReducedJoint(LockedArrays):
     def field(
         self, surface: NormalLaw, friction_coefficient: ArrayLike, surface_area: float | None = None
     ) -> JointField:
-        """Return the field whose nodes are the patches, with their gaps [m], shape (patches,)."""
+        """Return the field of patches with gaps [m], shape (patches,); see :class:`JointField`."""
         return JointField(
             surface, friction_coefficient, areas=self.patch_areas, gaps=self.patch_gaps,
             surface_area=surface_area,

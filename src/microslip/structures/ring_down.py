@@ -112,7 +112,7 @@ _TERMS = 26
 
 @lru_cache(maxsize=1)
 def _weights() -> list[tuple[float, ...]]:
-    """Return power series of a matrix exponential, and of its response to four Hermite cubics."""
+    """Return weights of the powers of a matrix in its exponential, and for Hermite's cubics."""
     n = np.arange(_TERMS)
     factorial = np.array([math.factorial(int(i)) for i in range(_TERMS + 4)], dtype=float)
     # Integral of (1 - s)^n/n! s^j over [0, 1].
@@ -154,8 +154,6 @@ def _propagator(step: float, square: float, twice: float, mass: float) -> tuple[
 
 
 class _Motion:
-    """Mass, spring, dashpot and the state of the joint during the integration."""
-
     def __init__(
         self, joint: BackboneLaw, mass: float, spring: float, dashpot: float, amplitude: float
     ) -> None:
@@ -212,7 +210,7 @@ class _Motion:
     def _solve(
         self, step: float, propagator: tuple[float, ...]
     ) -> tuple[float, float, float, float]:
-        """Return displacement, velocity, joint force and relative tangent at the end of a step."""
+        """Return displacement, velocity, force, and tangent minus that at rest, after a step."""
         e11, e12, q0, q1, q2, q3, e21, e22, v0, v1, v2, v3 = propagator
         g, rate = self.force - self.held * self.q, self.fall * self.v
         explicit = e11 * self.q + e12 * self.v + q0 * g + q1 * rate
@@ -238,7 +236,6 @@ class _Motion:
         return x, v, force, fall
 
     def _to_turning_point(self, step: float) -> float:
-        """Advance to zero velocity within a step; return the time taken."""
         jerk = -((self.spring + self.held + self.fall) * self.v + self.dashpot * self.a) / self.mass
         tau = min(-self.v / self.a, step)
         tau = min(-self.v / (self.a + 0.5 * jerk * tau), step)
@@ -279,7 +276,7 @@ def ring_down(
     duration: float | None,
     samples_per_cycle: int,
 ) -> RingDown:
-    """Integrate a free oscillation; see :meth:`microslip.Oscillator.ring_down`."""
+    """Integrate a free oscillation; ``stuck`` [rad/s] is its frequency with a sticking joint."""
     if stuck == 0.0:
         raise InputError(
             "`stiffness` must be above zero with a joint that is rigid at rest: without a "

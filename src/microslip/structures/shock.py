@@ -118,7 +118,7 @@ class ShockResponse(ModalResult):
         return np.abs(self._modal[0] @ (self._shapes.T @ columns))
 
     def peak(self, at: ArrayLike, quantity: Quantity = "displacement") -> float:
-        """Return the largest magnitude of a history [m, m/s or m/s^2]; ``at`` has shape (n,)."""
+        """Return the largest magnitude of the motion of a sensor, shape (n,) [m, m/s or m/s^2]."""
         return float(np.abs(self.history(at, quantity)).max())
 
     def __repr__(self) -> str:

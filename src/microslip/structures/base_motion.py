@@ -268,10 +268,7 @@ class BaseResponse(ForcedResponse):
 
     @property
     def absolute_displacement(self) -> NDArray[np.complex128]:
-        """Complex amplitudes relative to the ground (points, n, harmonics) [m].
-
-        Computed at each access, like ``displacement``.
-        """
+        """Complex amplitudes relative to the ground (points, n, harmonics) [m], not stored."""
         absolute = self.displacement
         absolute[:, :, self.harmonics.index(1)] += self._base_motion @ self._carried.T
         return absolute

@@ -218,7 +218,7 @@ class Bolts(Locked):
     def utilisation(self) -> Floats:
         """Equivalent stress in tightening over the proof stress of the grade [-], one per bolt.
 
-        VDI 2230 permits 0.9. Torsion by thread friction is included, with 0.12 by default.
+        VDI 2230 permits 0.9. The torsion is that of the thread friction, 0.12 by default.
         """
         if self.size is None or self.grade is None:
             raise InputError('the stress of bolts needs size="M8" and grade="8.8"')
@@ -241,10 +241,7 @@ class Bolts(Locked):
 
 
 def yield_tension(bolts: Any) -> float:
-    """Return the tension at which a bolt of a size and grade yields during tightening [N].
-
-    It includes torsion by thread friction, whose coefficient is 0.12 by default.
-    """
+    """Return the tension [N] at which a bolt yields in tightening, with torsion by its thread."""
     if bolts.size is None:
         raise InputError('`grade` needs the size of the bolts, such as size="M8"')
     bolt = size_named(bolts.size)
@@ -258,7 +255,10 @@ SIZED = ("shank", "hole", "head", "washer", "washer_thickness", "thread", "pitch
 
 
 def by_size(size: object, thread_friction: float | None, **given: Any) -> dict[str, Any]:
-    """Return the dimensions of a bolt [m] by name: given values, else those of a metric size."""
+    """Return the dimensions of a bolt [m] by name: given values, else those of a metric size.
+
+    A size sets the pitch only if ``thread_friction`` is given: else a torque needs the nut factor.
+    """
     bolt = size_named(size)
     known = {
         "shank": bolt.diameter, "hole": bolt.hole, "head": bolt.flats, "washer": bolt.washer,

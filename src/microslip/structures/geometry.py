@@ -104,10 +104,7 @@ class GeometryGroup:
         self.lost = np.zeros(static.size)
 
     def harmonic_forces(self, coefficients: Floats, basis: HarmonicBasis) -> HarmonicForces:
-        """Return Fourier coefficients of the forces relative to the static state.
-
-        They are computed from time samples of one period, enough to be exact for cubic forces.
-        """
+        """Return Fourier coefficients of the forces minus those at rest, by sampling."""
         count = 4 * basis.harmonics[-1] + 1
         phase = 2.0 * math.pi * np.arange(count) / count
         waves = np.ones((basis.size, count))

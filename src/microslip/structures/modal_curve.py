@@ -363,7 +363,7 @@ def added_damping(shift: float) -> float:
 
 
 def judge_shift(name: str, amplitude: Floats, frequency: Floats, damping: Floats) -> Verdict:
-    """Return a verdict on whether friction causes the frequency shift, by its damping."""
+    """Return a verdict on whether friction, with the damping it adds, explains the shift."""
     rule, order = SHIFT, np.argsort(amplitude)
     third = max(1, amplitude.size // 3)
     low, high = order[:third], order[-third:]

@@ -155,7 +155,10 @@ class QuasiStatic:
         return QuasiStaticPoint(amplitude, square, shape, lost[-1] - lost[-3])
 
     def _loaded(self, laws: Laws, force: Floats, force_scale: Floats, motion: Floats) -> Floats:
-        """Return joint motions (coordinates,) [m] under modal forces, with unchanged states."""
+        """Return joint motions (coordinates,) [m] under modal forces ``force``, by Newton's method.
+
+        States do not change. ``force_scale`` gives the tolerance; ``motion`` is the initial guess.
+        """
         aim = self._compliance.T @ force
         unit = float(np.abs(self._compliance.T @ force_scale).max(initial=0.0)) or 1.0
 

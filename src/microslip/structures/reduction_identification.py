@@ -207,8 +207,6 @@ def _checked(fit: Sequence[str], tests: list[ModalTest]) -> tuple[str, ...]:
 
 @dataclass
 class _Fit:
-    """Identification of the joint: residuals for a parameter vector, and the result."""
-
     joint: ReducedJoint
     surface: NormalLaw | Callable[[float], NormalLaw]
     tests: list[ModalTest]

@@ -104,7 +104,8 @@ class TimeSteps:
     ) -> bool:
         """Solve for the joint motion by Newton's method and commit it; return False if it fails.
 
-        ``correction`` returns the step of the method; ``aim`` is a scale of motions.
+        ``correction`` returns the step of the method, ``motion`` is the initial guess, and ``aim``
+        a scale.
         """
         size = max(self._largest, float(np.abs(aim).max(initial=0.0)), 1e-300)
         moved = np.inf

@@ -44,7 +44,7 @@ _PLACES = Uncertain(PLACE)
 
 
 class BoltsPart(TightenedBolts):
-    """Identical bolts through the lap: positions from the middle of the lap, diameters, tension."""
+    """Identical bolts through the overlap (lap) of two parts: positions, diameters, tension."""
 
     positions: tuple[float, ...] | None = optional_key(
         ListOf(_PLACES, '["-30 mm", "0 mm", "30 mm"]', (1, 200), single=True),

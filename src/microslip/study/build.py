@@ -104,9 +104,9 @@ def build_joints(study: StudyDescription, progress: Progress | None = None) -> l
 
 
 def build_as_made(study: StudyDescription) -> tuple[Interface, list[str]]:
-    """Return the joint at its first load with uniform pressure, which a fit can scale.
+    """Return the joint at its first normal load with uniform pressure, the reference of a fit.
 
-    Also return the keys of the study that are ignored.
+    Also return the keys that are ignored: "joint.pressure" if it is given.
     """
     if getattr(study.joint, "pressure", None) is None:
         return build_joints(study)[0], []
@@ -118,7 +118,10 @@ def build_as_made(study: StudyDescription) -> tuple[Interface, list[str]]:
 
 @contextmanager
 def naming_key(study: StudyDescription, key: str, names: Iterable[str] = ()) -> Iterator[None]:
-    """Convert an InputError raised inside the context to a StudyError that names a key."""
+    """Return a context that turns an InputError into a StudyError about a key of the study.
+
+    For an error about an argument in ``names``, that is the key ``key.name``, otherwise ``key``.
+    """
     try:
         yield
     except InputError as error:
@@ -170,7 +173,11 @@ class Design:
         return {*self.spreads, *linked_keys(self.study)}
 
     def _drawn_pieces(self) -> NDArray[np.intp] | None:
-        """Return bootstrap samples of the indices of pieces, sorted by stiffness; None without."""
+        """Return bootstrap samples of the pieces of a scan, shape (samples, pieces).
+
+        Rows are indices of pieces, in order of increasing normal stiffness relative to pressure.
+        None if the surface is not a scan or has a single piece.
+        """
         if not isinstance(self.study.surface, MeasuredFace):
             return None
         law = build_surface(at_central_values(self.study))
@@ -224,7 +231,7 @@ class Design:
 
 
 def with_model_spreads(part: Any) -> Any:
-    """Return a study or table in which known errors of its laws are uncertain factors."""
+    """Return a study or table with the ``model_spreads`` of its tables as uncertain inputs."""
     spreads = getattr(part, "model_spreads", None)
     part = changed(part, lambda value, key: with_model_spreads(value))
     return part.copy(**spreads) if spreads else part

@@ -62,7 +62,7 @@ class StudyDescription(StudyTables):
         check_consistency(self)
 
     def settle(self) -> None:
-        """Copy the materials of the plates to the bolts that clamp them."""
+        """Copy the elastic moduli of the plates to the bolts that clamp them."""
         set_clamped_materials(self)
 
     @property
@@ -183,7 +183,7 @@ class StudyDescription(StudyTables):
 
 
 def _override_of(key: str, changes: Sequence[Override]) -> str:
-    """Return the override that set a key, in parentheses; empty if no override did."""
+    """Return the override that set a key as text in parentheses; "" if none did."""
     path = f"{key.split(', item')[0]}."
     for change in reversed(changes):
         if path.startswith(f"{change.blamed}.") or f"{change.blamed}.".startswith(path):

@@ -128,7 +128,7 @@ class DrawnSurface(_Drawing, SurfaceTable):
 
     @cached_property
     def _estimates(self) -> dict[str, Estimate]:
-        """Return rms height [m] and rms slope [-] of the gap, with their uncertainties."""
+        """Estimated rms height [m] and rms slope [-] of the gap, with their uncertainties."""
         finishes = [face.finish for face in (self, self.second) if face is not None]
         if len(finishes) == 1:
             return {name: getattr(finishes[0], name) for name in ("rms", "slope")}
@@ -136,7 +136,7 @@ class DrawnSurface(_Drawing, SurfaceTable):
 
     @property
     def model_spreads(self) -> dict[str, Spread]:
-        """Uncertain factors, by key, for the errors of the law and of roughness from a drawing."""
+        """Uncertain factors for errors of the law, and of Rq and Rdq from a drawing, by key."""
         errors = {"stiffness_factor": STIFFNESS_ERROR, "shape_factor": SHAPE_ERROR}
         errors |= {f"{name}_factor": found.spread for name, found in self._estimates.items()}
         return {
@@ -146,7 +146,7 @@ class DrawnSurface(_Drawing, SurfaceTable):
         }
 
     def build(self, pair: MaterialPair) -> NormalLaw:
-        """Return the law of the gap between both faces."""
+        """Return the normal law of the gap between the two faces."""
         names = ("plateau", "breadth", "lay", "direction", "stiffness_factor", "shape_factor")
         values: dict[str, Any] = {name: getattr(self, name) for name in names}
         rms, slope = (self._estimates[name].middle for name in ("rms", "slope"))

@@ -123,7 +123,7 @@ class SiValues(tuple[float, ...]):
 
 
 class CsvColumn(Part):
-    """A column of a CSV file, with its unit in the header, as in "x [um]", or in `unit`."""
+    """A column of a CSV file; its unit is in the header, as in "x [um]", or in the key ``unit``."""
 
     file: str = key(FILE)
     column: str = key(COLUMN)
@@ -219,7 +219,11 @@ def _values(file: TextFile, place: int, factor: Decimal, declared: Number) -> li
 def _si(
     file: TextFile, line: int, place: int, cell: str, factor: Decimal, power: str | None
 ) -> float:
-    """Convert a cell to an SI float; ``factor`` is the SI value of its unit."""
+    """Convert a cell to a float in SI units.
+
+    ``factor`` is the SI value of its unit; if it is a power of ten, ``power`` is the exponent as
+    text, such as "e-6", otherwise None.
+    """
     number = with_hyphen(cell)
     if file.decimal == "," and "." not in cell:
         number = number.replace(",", ".")
@@ -240,7 +244,7 @@ def _si(
 
 
 class Described(Part):
-    """Table of a study whose keys are the parameters of a class of the library."""
+    """Table of a study whose keys are the parameters of a class of microslip, such as a law."""
 
     describes: ClassVar[type]
     """Class of the library."""
@@ -258,7 +262,7 @@ class DescribedAlone(Described):
         return self.describes(**self.values())
 
     def check(self, place: Place) -> None:
-        """Record an error for values that the class rejects."""
+        """Record an error for values that the described class rejects."""
         self.build()
 
 
@@ -293,7 +297,7 @@ def table_of(
     base: type[Described] = DescribedAlone,
     extra_keys: Mapping[str, Any] = MappingProxyType({}),
 ) -> type[Any]:
-    """Return a table class whose keys are the parameters of a class of the library."""
+    """Return a table class whose keys are the parameters of a class of microslip."""
     meaning = (kind.__doc__ or kind.__name__).split("\n")[0]
     keys = {tag_name: tag(key_of(kind), meaning), **extra_keys}
     keys |= {declared.name: key_for(declared) for declared in parameters_of(kind)}

@@ -36,7 +36,7 @@ class Joint(Part):
     law = key_of(Interface)
 
     def check(self, place: Place) -> None:
-        """Record an error for a normal load next to bolts of known tension."""
+        """Reject a normal load if bolts of known tension are given, which determine it."""
         if self.pressure is not None and self.pressure.load is not None:
             if self.normal_load:
                 raise KeyedError(

@@ -168,7 +168,10 @@ class MeasuredFace(SurfaceTable):
 
     @property
     def _removes_form(self) -> bool:
-        """Whether waves longer than a patch are removed: they are form of the structure."""
+        """Whether waves longer than a patch of a structure's contact are filtered out of the scan.
+
+        They belong to the key ``structure.form``, the gap between the unloaded faces.
+        """
         patch = self._patch
         return patch is not None and self.long_cutoff is None and patch < max(self.read_scan.size)
 
@@ -221,7 +224,7 @@ class MeasuredFace(SurfaceTable):
         return {"scan": numbers}
 
     def sentences(self) -> list[str]:
-        """Describe the solution."""
+        """Return sentences on the solved face: accuracy, tightening, waves included in the law."""
         name = shorten(Path(self.scan).name, 100)
         cutoff = "" if self.cutoff is None else f", cut-off {engineering(self.cutoff, 'm')}"
         start = f"surface.scan: {name}{cutoff}, solved point by point"

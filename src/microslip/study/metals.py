@@ -14,7 +14,7 @@ _KEYS = ("young_modulus", "poisson_ratio", "hardness")
 
 
 def with_metals(tables: dict[str, Any], reading: ReadState) -> dict[str, Any]:
-    """Return the tables of a study with the metals that it names, completed from the table."""
+    """Return raw tables in which materials named after a metal are completed from its data."""
     entries = tables.get("material", {})
     if not isinstance(entries, dict):
         return tables  # the error is reported when the table is read

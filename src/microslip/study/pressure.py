@@ -38,7 +38,7 @@ _LOST = "; the tension drops by f_Z divided by the resiliences of bolt and plate
 
 
 class TightenedBolts(Part):
-    """Keys for bolts, shared by the bolts of a structure and a pressure under bolts."""
+    """Keys of the tightening of bolts, for bolts of a structure and for pressure under bolts."""
 
     torque: float | None = optional(Bolts, "torque")
     nut_factor: float | None = optional(Bolts, "nut_factor")
@@ -71,7 +71,7 @@ class TightenedBolts(Part):
 
     @property
     def model_spreads(self) -> dict[str, Spread]:
-        """Uncertain torque, by key, whose scatter gives that of the tension."""
+        """Torque as an uncertain number, whose scatter follows from the tightening factor."""
         if self.torque is None or isinstance(self.torque, Spread):
             return {}
         low, high = tension_band(self.tightening_factor or TIGHTENING_FACTOR)
@@ -80,7 +80,7 @@ class TightenedBolts(Part):
         return {"torque": spread}
 
     def check(self, place: Place) -> None:
-        """Reject embedding given twice or without a bolt size; apply the tightening factor."""
+        """Reject embedding given by two keys or without a bolt size; set the torque's scatter."""
         if self.embedding is not None and self.rz is not None:
             raise KeyedError(".rz", "wanted embedding or rz, got both; remove one")
         for name in ("embedding", "rz"):
@@ -99,13 +99,19 @@ class TightenedBolts(Part):
         return self.embedding is not None or self.rz is not None
 
     def clamped(self, length: float) -> ClampedBolt | None:
-        """Return a bolt with plates of a total thickness [m]; None without size or modulus."""
+        """Return a bolt with the plates that it clamps, of total thickness ``length`` [m].
+
+        None if the size of the bolt or the modulus of the plates is unknown.
+        """
         if self.size is None or self._plate_modulus is None:
             return None
         return ClampedBolt(self.size, length, self._plate_modulus)
 
     def forces(self, assembly: float, length: float, utilisation: float | None) -> BoltForces:
-        """Return the forces of a bolt from its assembly preload [N] and clamp length [m]."""
+        """Return the forces of a bolt from its assembly preload [N] and clamp length [m].
+
+        ``utilisation`` is the tightening stress over the proof stress [-].
+        """
         clamped, embedded = self.clamped(length), self.embedding or 0.0
         if self.rz is not None:
             embedded = embedding_of(self.rz, self.interfaces)
@@ -121,7 +127,7 @@ class TightenedBolts(Part):
 
 
 def set_clamped_materials(study: Any) -> None:
-    """Set the moduli of the clamped plates in the bolts, and the materials in a structure."""
+    """Give bolts the modulus of the plates that they clamp, and a structure its materials."""
     pressure, part = getattr(study.joint, "pressure", None), study.structure
     bodies = tuple(getattr(study.surface, "materials", ()))
     if pressure is not None and isinstance(pressure, TightenedBolts):
@@ -151,7 +157,7 @@ _PRESSURES = Numbers(with_unit(PRESSURE, "20 MPa", "any"), '["20 MPa", "12 MPa",
 
 
 class PressurePart(Part):
-    """Base of the tables of contact pressure; the normal load scales the pressures."""
+    """Base of the tables of contact pressure distributions, which are scaled to the normal load."""
 
     @property
     def load(self) -> float | None:
@@ -164,13 +170,13 @@ class PressurePart(Part):
         return self.load
 
     def spread(self, rings: int = RINGS) -> Pressure:
-        """Return the pressure distribution, axisymmetric ones divided into ``rings``."""
+        """Return the pressure distribution; axisymmetric ones are divided into ``rings``."""
         raise NotImplementedError
 
     def solid_stiffness(self, pair: MaterialPair, area: float) -> tuple[float, float]:
-        """Return the normal and tangential stiffness of the half-spaces behind the contact [N/m].
+        """Return normal and tangential stiffness [N/m] of the bodies behind the contact.
 
-        By default the contact is a disc of the apparent area [m^2].
+        The bodies are half-spaces; by default the contact is a disc of the apparent area [m^2].
         """
         return solid_stiffness(pair, area)
 
@@ -195,7 +201,7 @@ class _Round(PressurePart):
         return pressure
 
     def solid_stiffness(self, pair: MaterialPair, area: float) -> tuple[float, float]:
-        """Return the stiffnesses behind all discs or annuli between the radii [N/m]."""
+        """Return the stiffnesses of half-spaces behind all discs or annuli [N/m]."""
         hole = (self.inner or 0.0) / self.outer
         one = math.pi * self.outer**2 * (1.0 - hole**2)
         normal, tangential = solid_stiffness(pair, one, hole)
@@ -233,7 +239,7 @@ class RectanglePressure(PressurePart):
         return Pressure.patches([self.count * self.length * self.width], [1.0])
 
     def solid_stiffness(self, pair: MaterialPair, area: float) -> tuple[float, float]:
-        """Return the stiffnesses behind all rectangles [N/m]."""
+        """Return the stiffnesses of half-spaces behind all rectangles [N/m]."""
         sides = self.length, self.width
         normal, tangential = solid_stiffness(pair, math.prod(sides), aspect=max(sides) / min(sides))
         return self.count * normal, self.count * tangential
@@ -277,7 +283,7 @@ class PatchesPressure(PressurePart):
 
 
 class BoltPressure(TightenedBolts, PressurePart):
-    """Pressure between two plates under bolts: a cone of 30 degrees from head and nut."""
+    """Pressure between two bolted plates, spreading in cones with a half-angle of 30 degrees."""
 
     kind: str = tag("bolt", "Cone under the heads of bolts through two plates.")
     size: str = key(one_of(*BOLTS), "Size of the bolts, which defines head and hole.", '"M8"')
@@ -314,7 +320,7 @@ class BoltPressure(TightenedBolts, PressurePart):
     )
 
     def check(self, place: Place) -> None:
-        """Reject a preload next to a torque, and keys that need one of them."""
+        """Reject a preload and a torque given together, and keys that require one of them."""
         self.spread()
         super().check(place)
         if self.preload is not None and self.torque is not None:

@@ -19,9 +19,9 @@ _MOST_NAMES = 1000  # of a table with user-defined names
 
 
 class KeyedError(ValueError):
-    """Error that a check over several keys attributes to one key.
+    """Error of a check that involves several keys, attributed to one of them.
 
-    A key that starts with a point is relative to the table that is being read.
+    A key that starts with a dot is relative to the table that is being read.
     """
 
     def __init__(self, key: str, message: str) -> None:

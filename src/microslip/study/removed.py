@@ -78,7 +78,7 @@ _ITEM_NUMBER = re.compile(r", item \d+")
 def removed_key(key: str, tables: Mapping[str, Any] = MappingProxyType({})) -> str | None:
     """Return the error message for a key of an earlier version, or None for other keys.
 
-    The message contains converted numbers if ``tables`` of the study give all values they need.
+    The message contains converted numbers if ``tables`` contains all values needed for them.
     """
     key = _ITEM_NUMBER.sub("", key)
     remedy = REMOVED_KEYS.get(key)
@@ -105,7 +105,7 @@ def removed_value(
 ) -> str | None:
     """Return the error message for a value of an earlier version, or None for other values.
 
-    The message contains converted numbers if ``table`` gives all values they need.
+    The message contains converted numbers if ``table`` contains all values needed for them.
     """
     remedy = REMOVED_VALUES.get((_ITEM_NUMBER.sub("", key), value))
     if remedy is None:
@@ -117,7 +117,7 @@ def removed_value(
 
 
 def _face_by_spectrum(law: str, table: Mapping[str, Any]) -> str | None:
-    """Return keys of a drawn face with the height and slope of a law that was removed."""
+    """Return the keys of a drawn face with the height and slope of a removed law, as text."""
     if law not in ("rough", "persson") or "spectrum" in table:
         return None
     name = next(name for name in ("rq", "ra", "rms") if name in table)

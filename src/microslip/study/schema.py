@@ -44,7 +44,7 @@ _KEYS = '["surface.radius", "surface.density"]'
 
 
 class CorrelationPart(Part):
-    """Correlation coefficient of two uncertain numbers, of their normal scores."""
+    """Correlation coefficient of the normal scores of two uncertain numbers."""
 
     between: tuple[str, ...] = key(ListOf(LINE, _KEYS, (1, 2)), "Keys of the two numbers.")
     value: float = key(scalar("-0.5", above=-1.0, below=1.0), "Correlation of their normal scores.")
@@ -189,7 +189,7 @@ class ExcitationTable(Part):
     )
 
     def check(self, place: Place) -> None:
-        """Reject displacement amplitudes next to force amplitudes."""
+        """Reject displacement and force amplitudes that are given together."""
         if self.amplitudes is not None and self.force_amplitudes is not None:
             raise KeyedError(
                 ".force_amplitudes",

@@ -94,7 +94,7 @@ def measured_base_damping(tests: Iterable[MeasuredPart]) -> Spread:
 
 
 class StructurePart(Part):
-    """Two beams or plates of the first material of the surface, bolted where they overlap."""
+    """Two beams or plates, bolted where they overlap; they are of the surface's first material."""
 
     length: float | None = optional(LapJoint, "length")
     width: float | None = optional(LapJoint, "width")
@@ -255,7 +255,7 @@ class StructurePart(Part):
 
     @property
     def _lap_length(self) -> float:
-        """Largest dimension of a contact between the parts [m]."""
+        """Largest dimension of a contact (lap) between the parts [m]."""
         if self.mesh is None:
             return float(cast(float, self.lap))
         mesh = self.mesh.joint.mesh
@@ -364,7 +364,7 @@ class StructurePart(Part):
 
     @property
     def gaps(self) -> Floats | None:
-        """Table of the form with the columns x, y and gap [m]; None for flat faces."""
+        """Gap between the faces: table with the columns x, y and gap [m]; None for flat faces."""
         if self.form is None or self.form.table is None:
             return None
         return np.asarray(self.form.table * [1.0, 1.0, self.form.factor])
@@ -392,9 +392,9 @@ class StructurePart(Part):
         amplitudes: Floats,
         progress: Progress | None = None,
     ) -> Convergence:
-        """Return the model with patches refined for the study's first mode.
+        """Return the model with patches refined until the study's first mode converges.
 
-        ``amplitudes`` are modal amplitudes [m kg^½].
+        Convergence is judged at modal ``amplitudes`` [m kg^½].
         """
         return self.build().converge(
             *self._body,

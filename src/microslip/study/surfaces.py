@@ -97,7 +97,7 @@ class ContactSurface(SurfaceTable):
 
 
 class DescribedSurface(Described, ContactSurface):
-    """Table of a surface whose keys are the parameters of a law of the library."""
+    """Table of a surface whose keys are the parameters of a normal law of microslip."""
 
     def build(self, pair: MaterialPair) -> NormalLaw:
         """Return the normal law of the surface."""
@@ -190,7 +190,7 @@ SURFACE_TABLES: dict[str, type[Any]] = {
 
 
 class _AnySurface(SubTable):
-    """Table of a surface, selected by ``law``, or for a face by the presence of a scan."""
+    """Reader of a surface's table; ``law`` selects its variant, for a face also ``scan``."""
 
     def read(self, raw_value: object, place: Place) -> Any:
         if isinstance(raw_value, Mapping) and raw_value.get("law") == "face":

@@ -45,7 +45,7 @@ class Override:
 
     @property
     def note(self) -> str:
-        """Description of the override, such as the note in a report."""
+        """Sentence that states the new value, for the notes of a report."""
         value = self.text.partition("=")[2].strip()
         return f"{dotted(self.path)} was overridden: {shorten(value, 80)}."
 
@@ -89,7 +89,7 @@ def relocated_text(text: str, folder: Path, new_folder: Path) -> str:
 def _files(
     node: dict[str, Any], relocated: Callable[[str], str], above: tuple[str, ...] = ()
 ) -> Iterator[tuple[tuple[str, ...], Any]]:
-    """Yield keys that contain file names, with the relocated names; lists of tables as a whole."""
+    """Yield path and new value of each key with file names; a list of tables is one value."""
     for key, value in node.items():
         if isinstance(value, dict):
             yield from _files(value, relocated, (*above, key))
@@ -151,7 +151,7 @@ def _path(text: str, key: str) -> tuple[str, ...]:
 
 
 def _value(override: str, text: str) -> Any:
-    """Return the value of an override; if it is not valid TOML, as text (shells remove quotes)."""
+    """Return the value of an override; text that is not TOML is a string without its quotes."""
     try:
         parsed = tomllib.loads(f"value = {text}")
     except (ValueError, RecursionError):
@@ -187,7 +187,7 @@ def _set_key(data: Any, change: Override) -> None:
 
 
 def _with_comments(text: str, data: dict[str, Any], changes: Sequence[Override]) -> str:
-    """Return the text with overrides and its comments; rewritten if tomlkit cannot edit it."""
+    """Return the edited text with its comments, or without them if tomlkit cannot edit it."""
     import tomlkit
     from tomlkit.exceptions import TOMLKitError
 

@@ -69,7 +69,7 @@ class Spread(float):
         return value
 
     def following(self, key: str, factor: float) -> Spread:
-        """Return a multiple of this number, which follows the samples of this number by its key."""
+        """Return ``factor`` times this number, whose key is ``key``; both vary together."""
         value = type(self)(factor * float(self))
         value.of, value.factor, value.unit = key, factor, self.unit
         return value
@@ -289,7 +289,7 @@ def _all_spreads(part: object, path: str) -> Iterator[tuple[str, Spread]]:
 
 
 def _entries(part: Any, path: str) -> Iterator[tuple[Any, str, Any]]:
-    """Yield attribute, key and value of the entries of a table, or of a list of uncertain items."""
+    """Yield name or index, key and value of the entries of a table or of a list of tables."""
     if isinstance(part, Part):
         for key, name in part.attributes.items():
             yield name, f"{path}.{key}" if path else key, getattr(part, name)

@@ -187,9 +187,10 @@ class FormPart(Part):
         holes: list[tuple[float, float, float, int]],
         rng: np.random.Generator | None,
     ) -> ReducedJoint:
-        """Return the joint with the gaps of this form.
+        """Return the joint with the gaps of this form between its faces.
 
-        Without a random generator, rims have their mean width and random faces are flat.
+        ``holes`` are positions along and across, diameter [m] and contact number. Without ``rng``,
+        random faces are flat and the raised rims around holes have their mean width.
         """
         from microslip.structures.random_form import random_gaps, rim_gaps
 

@@ -73,8 +73,8 @@ class BatchItem:
 def items_of(source: Path, study: Path | None) -> list[BatchItem]:
     """Return the items of a folder, a list of paths, or a CSV table of changes to a study.
 
-    A study is required for scans and tables; for records it is optional, and gives the joint by
-    which their regimes are determined.
+    A table requires a study. Files that are not studies are read as scans if the surface of
+    ``study`` is a scan, which each of them replaces; otherwise as measured records.
     """
     base = "" if study is None else str(study.resolve())
     if source.is_dir():

@@ -147,7 +147,10 @@ DEFAULT_RANGE = (1e-3, 1e2)
 
 @dataclass(frozen=True)
 class Defaults:
-    """Default amplitudes, as multiples of the slip scale [m], where the study gives none."""
+    """Default amplitudes, as multiples of the length ``scale`` [m], where the study gives none.
+
+    It is the :attr:`~microslip.Interface.slip_scale` between sticking and sliding, rounded.
+    """
 
     scale: float
     amplitudes: bool
@@ -155,7 +158,7 @@ class Defaults:
 
     @classmethod
     def of(cls, study: StudyDescription, joints: Sequence[Interface]) -> Defaults:
-        """Return the defaults, with the largest slip scale of all joints rounded to two digits."""
+        """Return the defaults for the largest slip scale of all joints, rounded to two digits."""
         excitation, scale = study.excitation, max(joint._slip_scale[0] for joint in joints)
         is_open = excitation.amplitudes is None and excitation.force_amplitudes is None
         return cls(float(f"{scale:.1e}"), is_open, excitation.curve is None)
@@ -309,7 +312,7 @@ def _computed(
 
 
 def _solving(study: StudyDescription) -> float:
-    """Return the fraction of the computing time that is spent on solving the surface [-]."""
+    """Return the estimated fraction of the computing time spent on solving the surface [-]."""
     return 0.8 if isinstance(study.surface, MeasuredFace) else 0.0
 
 

@@ -70,7 +70,7 @@ def _on_first_loading(joint: Interface) -> float | None:
 def _at_rig(
     study: StudyDescription, joint: Interface, area: float | None
 ) -> dict[str, float | None]:
-    """Return the stiffnesses of joint and bodies (as half-spaces) in series [N/m], as on a rig.
+    """Return the stiffnesses of joint and bodies (half-spaces) in series [N/m], as on a rig.
 
     They are None in a study with a structure, whose finite elements contain the bodies.
     """
@@ -88,9 +88,10 @@ def _at_rig(
 
 
 def leading_inputs(study: StudyDescription, joint: Any) -> dict[str, Any] | None:
-    """Return derivatives d ln(result)/d ln(input) of stiffness and loss factor, largest first.
+    """Return sensitivities d ln(result)/d ln(input) [-] as ``[result][input]``, largest first.
 
-    Each is by the name of the input; None for joints without a surface.
+    Results are the stiffness at rest, and the loss factor at the amplitude "amplitude" [m]. None
+    for joints without a surface.
     """
     if not isinstance(joint, Interface):
         return None

@@ -42,7 +42,7 @@ class Contributions:
 
 @dataclass(frozen=True, eq=False)
 class PredictionScatter:
-    """Bands of all results of a study over its samples, and contributions of the inputs."""
+    """Bands of all results of a study over its samples, and contributions of the inputs to them."""
 
     inputs: tuple[Input, ...]  # uncertain inputs
     samples: int  # number of samples
@@ -53,7 +53,10 @@ class PredictionScatter:
     notes: tuple[str, ...]
 
     def curve(self, quantile: int, load: int, amplitude: Floats) -> AmplitudeCurve:
-        """Return the curves of one quantile (by index) at one load."""
+        """Return one quantile of all cyclic quantities at one load, against displacement.
+
+        ``quantile`` and ``load`` are indices; ``amplitude`` are displacement amplitudes [m].
+        """
         columns: dict[str, Any] = {}
         for name in AmplitudeCurve.__dataclass_fields__:
             band = self.bands.get(f"curve_{name}")
@@ -68,7 +71,7 @@ class PredictionScatter:
 
 
 def with_amplitudes(study: StudyDescription, amplitudes: Floats, grid: Floats) -> StudyDescription:
-    """Return the study with fixed amplitudes, equal for all samples."""
+    """Return the study with amplitudes of loops and curves (``grid``) [m] unless it has its own."""
     excitation = study.excitation
     changes: dict[str, Any] = {}
     if excitation.amplitudes is None and excitation.force_amplitudes is None:
@@ -160,7 +163,7 @@ def scatter(
 
 
 def _with_bands(nominal: Variables, count: int) -> tuple[list[str], list[str]]:
-    """Return the names of results with bands, and of those with too many values for bands."""
+    """Return names of results with bands, and of those too large for bands of ``count`` samples."""
     numbers = [
         name
         for name, variable in nominal.items()

@@ -165,7 +165,10 @@ def _reduced(study: StudyDescription, patches: Floats | None = None) -> ReducedJ
 
 
 def refined_model(study: StudyDescription, progress: Progress | None = None) -> ReducedJoint:
-    """Return the reduced model; default patches are halved by loss in the study's first mode."""
+    """Return the reduced model of the structure; its default patches are refined.
+
+    Patches that dissipate most in the first mode of the study are halved along the lap.
+    """
     part = study.bolted
     if part.patches is not None or part.converge:
         return _reduced(study)
@@ -186,7 +189,10 @@ def refined_model(study: StudyDescription, progress: Progress | None = None) -> 
 def _converged(
     study: StudyDescription, joint: ReducedJoint, state: Preload, progress: Progress
 ) -> Convergence:
-    """Return the model refined for the study's first mode, at three amplitudes."""
+    """Return the model with patches refined until the study's first mode converges.
+
+    Convergence is judged at the smallest, a middle and the largest amplitude that were solved.
+    """
     part = study.bolted
     curve = _solved(part, joint, state, part.modes[0])
     reached = curve.modal_amplitude[curve.converged]
@@ -201,7 +207,7 @@ def _converged(
 def _patch_error(
     study: StudyDescription, joint: ReducedJoint, curve: ModalCurve
 ) -> tuple[float, float] | None:
-    """Return the errors of frequency and joint damping by the patches, at two amplitudes."""
+    """Return the errors of frequency and joint damping due to the size of the patches."""
     part, solved = study.bolted, np.flatnonzero(curve.converged)
 
     def solve(trial: ReducedJoint) -> tuple[Floats, Floats]:
@@ -283,7 +289,7 @@ def _identified(
 def tightened(
     study: StudyDescription, joint: ReducedJoint, rng: np.random.Generator | None = None
 ) -> tuple[ReducedJoint, Preload]:
-    """Return the joint with the form and bolt tension of a study, and its preloaded state.
+    """Return the joint with the form of its faces and its bolts tightened, and the static state.
 
     Random faces are drawn with ``rng``; without it they are flat.
     """
@@ -364,7 +370,7 @@ def _samples(
 
 
 def scaling_keys(study: StudyDescription) -> list[str]:
-    """Return the keys to which stiffness or mass of the reduced model are proportional."""
+    """Return the keys to which the stiffness or the mass of the reduced model is proportional."""
     if study.bolted.mesh:
         return []
     return [f"material.{study.surface.materials[0]}.young_modulus", "structure.density"]
@@ -446,7 +452,7 @@ def _bands(
 
 
 def _slopes(scores: Floats, logs: Floats) -> list[float]:
-    """Return the change of a logarithm per normal score of each input, by regression."""
+    """Return the slopes of ``logs`` against the normal scores of the inputs, by regression."""
     known = np.isfinite(logs)
     if known.sum() <= scores.shape[1]:
         return [0.0] * scores.shape[1]

@@ -77,7 +77,7 @@ class ModeSamples(NamedTuple):
 
 
 class ForcedMode(NamedTuple):
-    """Response to a harmonic force near a mode; amplitudes in the sensor's quantity."""
+    """Response near a mode to a harmonic force, in the SI unit of the sensor's quantity."""
 
     force: float
     """Amplitude of the force [N]."""

@@ -1,4 +1,4 @@
-"""Responses of a structure to harmonic forces, from the modal curves and with bands."""
+"""Responses of a structure to harmonic forces, from its modal curves, with uncertainty bands."""
 
 from __future__ import annotations
 
@@ -56,7 +56,11 @@ def forced_mode(
     asked = part.amplitudes[solved]
 
     def answers(logs: Floats, base: Floats, at: Floats) -> Resonant:
-        """Return responses at amplitudes ``at`` from ln(frequency), ln(zeta) and ln(gain)."""
+        """Return peaks and responses at frequencies ``at`` [Hz].
+
+        ``logs`` are ln(frequency), ln(damping ratio of the joint) and ln(gain) over the amplitudes,
+        ``base`` the base damping ratios of the samples.
+        """
         fine, values = interpolate_in_amplitude(asked, logs.reshape(len(logs), 3, -1))
         frequency, of_joint, gain = np.moveaxis(values, 1, 0)
         moved = fine / (2.0 * math.pi * frequency) ** power

@@ -1,12 +1,13 @@
-"""Documents of each product, and the writers of their pages, tables and files.
+"""Documents of each kind of result, and the writers of their pages, tables and files.
 
-A new kind of result is a module or package here with
+To add a kind of result, add a module or package here that defines
 
 ``KIND``
-    Value of ``kind`` in its summary.json.
+    Value of ``kind`` in the summary.json of the result.
 ``document(result) -> Document``
-    Its answer, sections, numbers, and the tables and texts of its folder. The modules of this
-    package write the terminal output, the page, summary.json and the files from the document.
+    Function that returns the document: the main result in a sentence, sections, numbers, and the
+    tables and texts of its folder. The modules of this package write the terminal output, the
+    page, summary.json and the files from the document.
 """
 
 from microslip._core.packages import names_of_stub as _names

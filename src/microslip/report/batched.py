@@ -38,7 +38,7 @@ _QUANTILES = {"q5": 0.05, "q50": 0.5, "q95": 0.95}
 
 
 def batch_document(batch: Batch) -> Document:
-    """Return the document of a batch; its data is the summary."""
+    """Return the document of a batch; its field ``data`` holds the content of summary.json."""
     done, failed = batch.done, batch.failed
     columns = batch_columns(done)
     statistics = {

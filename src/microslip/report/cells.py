@@ -127,8 +127,8 @@ class TextTable(NamedTuple):
 def as_text(table: Table, limit: int | None = None, *, brief: bool = False) -> TextTable:
     """Format the cells of a table, omitting columns without values.
 
-    At most ``limit`` rows are kept; ``brief`` keeps only the brief columns and the rows listed in
-    ``few``.
+    At most ``limit`` rows are kept, evenly spaced. With ``brief``, only the columns marked as brief
+    are kept and, if ``table.few`` lists any row indices, exactly these rows.
     """
     row_places = (list(table.few) if brief else []) or _rows_shown(
         table, min(table.most, limit or table.most)
@@ -172,9 +172,9 @@ def is_text(table: Table, column: Column) -> bool:
 
 
 def _rows_shown(table: Table, limit: int) -> list[int]:
-    """Return the indices of at most about ``limit`` rows.
+    """Return the indices of ``limit`` rows or fewer, evenly spaced.
 
-    They are evenly spaced, and equally many for each value of the first column.
+    If two or more columns identify a row, equally many are kept for each value of the first column.
     """
     count = len(table.rows)
     if count <= limit:
@@ -222,7 +222,7 @@ class Judgement(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """Description of the verdict in one sentence, for a headline."""
+        """Sentence that describes the verdict, for a headline."""
         where = f" {self.where}" if self.where else ""
         if self.word == "not judged":
             missing = f"; {self.reason}" if self.reason else ""

@@ -13,7 +13,7 @@ from microslip.figures.picture import Picture
 
 
 class Judged(NamedTuple):
-    """Table cell with a verdict: the word, such as "ok" or "watch", and its text."""
+    """Table cell with a verdict: its word, such as "ok" or "watch", and the text of the cell."""
 
     word: str
     text: str
@@ -130,7 +130,7 @@ class File:
 
 
 class Headline(NamedTuple):
-    """Main number of a result: its name, formatted value, and formatted band."""
+    """Main number of a result: name, formatted value, and formatted band of quantiles, if any."""
 
     name: str
     value: str
@@ -153,7 +153,7 @@ class Document:
     files: tuple[File, ...] = ()  # further files of the folder: tables, arrays, texts
 
     def blocks(self) -> Iterator[Block]:
-        """Yield all blocks in reading order."""
+        """Yield the blocks (tables, figures, notes and so on) of all sections in reading order."""
         for section in self.sections:
             yield from section.blocks
 

@@ -146,7 +146,7 @@ def save(
 def text_cell(text: str) -> str:
     """Quote a name as a one-line CSV cell that spreadsheets do not interpret as a formula.
 
-    Text that starts with =, +, - or @, also in full width, is prefixed with an apostrophe.
+    An apostrophe is put before =, +, - or @ at the start, also as full-width characters.
     """
     text = one_line(text)
     if text.lstrip()[:1] in _FORMULAS:

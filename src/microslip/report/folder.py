@@ -153,7 +153,7 @@ def _check_contents(folder: Path, place: _Place) -> None:
 
 
 def _other_entries(folder: Path) -> list[str]:
-    """Return entries that are not plain files, which belong to the user: folders and links."""
+    """Return the names of the folders and links in a folder; these belong to the user."""
     return sorted(e.name for e in folder.iterdir() if e.is_symlink() or not e.is_file())
 
 

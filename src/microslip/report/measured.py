@@ -132,7 +132,7 @@ def _campaign_regimes(measurements: Sequence[Measurement]) -> str:
 
 
 def _ends(measured: Measurement) -> str:
-    """Describe the energy per cycle at the smallest and largest amplitude of a stepped record."""
+    """Describe the energies per cycle at the smallest and the largest amplitude of a record."""
     levels = sorted(measured.levels, key=lambda level: level.mean["amplitude"].value)
     low, high = (
         f"{_joules(level.mean['dissipated_energy'].value)} at "

@@ -1,4 +1,4 @@
-"""Records of a campaign: table, contradictions, fretting map, energy wear coefficient."""
+"""Report of a campaign: table of records, contradictions between them, fretting map, wear."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def campaign_rows(campaign: Campaign) -> list[tuple[Any, ...]]:
 
 
 def csv_of(campaign: Campaign) -> str:
-    """Return the rows as text of campaign.csv, with frequency and ends of intervals."""
+    """Return campaign.csv as text: rows, frequencies, wear, and ends of confidence intervals."""
     heads = [c.key if c.unit is None else f"{c.key} [{c.unit or '-'}]" for c in _columns(campaign)]
     extra = {
         "first_cycle [-]": campaign.first_cycles,

@@ -1,1 +1,1 @@
-"""Identified joints: a fit as a document, figures, files and a study."""
+"""Report of an identified joint: document, figures, files, and a study that uses the fitted law."""

@@ -1,4 +1,4 @@
-"""Document and files of an identification, from one labelled data set."""
+"""Document and files of an identification: a law fitted to records, and interface parameters."""
 
 from __future__ import annotations
 
@@ -160,7 +160,7 @@ def _step(step: Any) -> dict[str, Any]:
 
 
 def identification_document(outcome: Identified, adapt: cells.Wording = str) -> Document:
-    """Return a document of the identified law with its intervals, and of the second step.
+    """Return the document of a fitted law, with the interface parameters if materials were given.
 
     ``adapt`` is as for :func:`identification_data`.
     """
@@ -235,7 +235,7 @@ def _number(data: Mapping[str, Any]) -> Headline:
 
 
 def interval_text(estimate: Estimate, unit: str) -> str:
-    """Format an estimate with its interval; values or ends of None are marked as unknown."""
+    """Format an estimate with its interval: value, lower and upper end, each None if unknown."""
     value, low, high = estimate
 
     def text(number: float, digits: int) -> str:
@@ -359,7 +359,7 @@ def law_json(outcome: Identified) -> str:
 
 
 def law_study_text(data: Mapping[str, Any]) -> str:
-    """Return a study that predicts the law in law.json at the measured amplitudes."""
+    """Return a study that computes the law in law.json at the measured amplitudes."""
     curve = data["curves"][-1]
     lines = [f"Identified by microslip {__version__}, the {data['of']}, from:"]
     lines += [

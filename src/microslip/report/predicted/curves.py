@@ -147,7 +147,7 @@ def draw_curves(
 def _band(
     panel: Panel, result: Prediction, axis: AmplitudeAxis, quantity: CurveValues, number: int
 ) -> Floats:
-    """Shade the area between the outer quantiles of a load, and return its ordinates."""
+    """Shade the area between the outermost quantiles of load ``number``; return its ordinates."""
     scatter = result.scatter
     index, look = drawn_loads(result)[number]
     if scatter is None:
@@ -211,7 +211,7 @@ def _energy(result: Prediction, axis: AmplitudeAxis) -> Panel:
 def _limit_lines(
     result: Prediction, index: int, axis: AmplitudeAxis
 ) -> dict[str, tuple[Floats, Floats]]:
-    """Return asymptotes of the energy by name: abscissae and energies [J]."""
+    """Return abscissae and energies [J] of the asymptotes of the dissipated energy, by name."""
     curve, limit, joint = result.curves[index], result.limits[index], result.joints[index]
     a, energy = curve.amplitude, curve.dissipated_energy
     lines = {}
@@ -261,10 +261,10 @@ def _damping(result: Prediction, axis: AmplitudeAxis) -> Panel:
 
 
 def force_exponent(curve: AmplitudeCurve) -> Floats:
-    """Return the exponent d ln E / d ln T_m of the energy E in the force amplitude T_m [-].
+    """Return the exponent d ln E / d ln T_m [-] of energy E against force amplitude T_m.
 
-    It is the exponent in the displacement amplitude delta_m times d ln delta_m / d ln T_m, which is
-    secant over tangent stiffness; infinite where the force no longer grows.
+    It is d ln E / d ln delta_m, with the displacement amplitude delta_m, times d ln delta_m / d ln
+    T_m, the ratio of secant to tangent stiffness. It is infinite where the force no longer grows.
     """
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         return curve.dissipation_exponent * (curve.secant_stiffness / curve.tangent_stiffness)

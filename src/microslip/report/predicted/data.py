@@ -18,7 +18,10 @@ FLAGS = ("ok", "watch", "outside", "not judged")
 
 
 def driven(result: Prediction) -> str:
-    """Return the name of the amplitude given in the study, the dimension of the loops."""
+    """Return the name of the amplitude that the study gives: "force_amplitude" or "amplitude".
+
+    The data set has a dimension of this name, along which the loops are stored.
+    """
     by_force = result.study.excitation.force_amplitudes is not None
     return "force_amplitude" if by_force else "amplitude"
 

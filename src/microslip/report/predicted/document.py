@@ -1,4 +1,4 @@
-"""Document of a prediction: answer, tables, figures, verdicts and the study."""
+"""Document of a prediction: main result, tables, figures, verdicts and the study."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ REMARK = (
 
 
 def prediction_document(result: Prediction) -> Document:
-    """Return the document of a prediction; its data is the summary."""
+    """Return the document of a prediction; its field ``data`` holds the content of summary.json."""
     study, summary = result.study, result.summary
     joints = summary["joints"]
     by_force = study.excitation.force_amplitudes is not None

@@ -111,7 +111,11 @@ def _loop_bands(result: Prediction, load: int, index: int) -> list[Floats]:
 
 
 def _prefix(value: float, largest: float, smallest: float = 0.0) -> tuple[float, str]:
-    """Return the unit prefix for ``largest`` if it suits this panel, else one for ``value``."""
+    """Return factor and letter of a unit prefix for one panel.
+
+    It suits ``largest``, the maximum of all panels, unless ``value`` is below 0.1 in that unit;
+    then it suits the larger of ``value`` and ``smallest``.
+    """
     unit, letter = prefix(largest)
     return (unit, letter) if value >= 0.0999 * unit else prefix(max(value, smallest))
 

@@ -89,7 +89,10 @@ def history(result: Prediction) -> Plot:
 
 
 def _scaled(values: list[Floats], name: str) -> tuple[list[Floats], str]:
-    """Return columns of all loads in a common unit, or relative to their maxima, and a label."""
+    """Return a quantity of all loads, scaled for one axis, and the label of the axis.
+
+    It is in a common unit, or relative to each load's maximum if these differ more than 50-fold.
+    """
     label, symbol = _LABELS[name]
     sizes = [float(np.abs(column).max()) for column in values]
     if far_apart(sizes, 50.0):
@@ -100,7 +103,10 @@ def _scaled(values: list[Floats], name: str) -> tuple[list[Floats], str]:
 
 
 def envelope(values: Floats) -> tuple[Floats, Floats]:
-    """Return sample indices and values of a record; a long one keeps extremes of intervals only."""
+    """Return the sample indices and values of a record that are drawn.
+
+    Of a long record, these are the smallest and the largest value of each of many intervals.
+    """
     if values.size <= MOST_DRAWN_SAMPLES:
         return np.arange(values.size, dtype=np.float64), values
     width = -(-values.size // _STRETCHES)
@@ -158,7 +164,11 @@ def pressure(result: Prediction) -> Plot:
 
 
 def _places(joint: PressedJoint) -> tuple[Floats, str]:
-    """Return the positions of the areas: distances from the axis, or ranks by pressure."""
+    """Return the abscissae of the areas of a pressure distribution, and the label of their axis.
+
+    They are distances from the axis of symmetry or, without one, the cumulative area in order of
+    decreasing pressure [%].
+    """
     spread = joint.pressure
     if spread.distances is not None:
         unit, letter = prefix(float(spread.distances.max()))

@@ -1,4 +1,4 @@
-"""Contents of `summary.json`, by descriptive keys."""
+"""Content of summary.json of a prediction: its numbers under descriptive keys."""
 
 from __future__ import annotations
 

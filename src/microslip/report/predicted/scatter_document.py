@@ -26,7 +26,7 @@ _MOST_BARS = 10
 
 
 def scatter_sections(result: Prediction) -> tuple[Section, ...]:
-    """Return the sections on the scatter of the results: bands, errors and inputs."""
+    """Return the sections on the scatter of the results: bands, sampling errors, leading inputs."""
     scatter = result.scatter
     if scatter is None:
         return ()
@@ -81,9 +81,9 @@ def _bands(result: Prediction, scatter: PredictionScatter, name: str) -> Table:
 
 
 def _half_widths(scatter: PredictionScatter, name: str) -> Floats:
-    """Return half-widths of the intervals of the quantiles over the quantiles [-].
+    """Return the relative half-widths of the confidence intervals of quantiles [-].
 
-    They are infinite if unknown.
+    They are relative to the quantiles, and infinite if unknown. The larger half counts.
     """
     band, (low, high) = scatter.bands[name].values, scatter.intervals[name]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -91,7 +91,6 @@ def _half_widths(scatter: PredictionScatter, name: str) -> Floats:
 
 
 def _of_input(decision: Contributions, place: int) -> dict[str, Any]:
-    """Return the contribution of one input to a result."""
     arrays = {"share": decision.shares, "low": decision.low, "high": decision.high}
     return {name: json_value(values[place]) for name, values in arrays.items()}
 
@@ -114,7 +113,7 @@ def _ranking(result: Prediction, scatter: PredictionScatter) -> Table:
 
 
 def _remark(scatter: PredictionScatter) -> str:
-    """Describe how much of the scatter the regression explains, and the error of quantiles."""
+    """Describe how much scatter the regression explains, and sampling errors of the quantiles."""
     decisions = [d for d in scatter.decisions if d.name == "loss_factor"]
     return (
         "A regression on the inputs explains "

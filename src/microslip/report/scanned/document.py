@@ -73,7 +73,7 @@ _SUMMITS = {
 def scan_document(
     findings: Findings, folder: Path | None = None, adapt: cells.Wording = str
 ) -> Document:
-    """Return the document of a scan; scan path in study.toml relative to ``folder``."""
+    """Return the document of a scan; paths in its study.toml are relative to ``folder``."""
     remarks = tuple(adapt(text) for text in _remarks(findings))
     notes = findings.scan.notes if findings.summits is None else findings.summits.notes
     data = scan_summary(findings, remarks)
@@ -274,7 +274,7 @@ def _pictures(findings: Findings) -> tuple[Picture, ...]:
 
 
 def _spectrum_rows(findings: Findings) -> str:
-    """Return rows of the spectrum before and after the cut-offs, with its relative error."""
+    """Return spectrum.csv: density with its relative error, and density after the cut-offs."""
     unfiltered, filtered = findings.whole_spectrum, findings.spectrum
     unit = "m^3" if findings.scan.is_profile else "m^4"
     heads = ["wavelength [m]", "wavenumber [rad/m]", f"density [{unit}]", "relative_error [-]"]

@@ -50,7 +50,11 @@ def joint_sections(findings: Findings, adapt: cells.Wording = str) -> list[Secti
 
 
 def chapter_rows(findings: Findings) -> list[tuple[str, str]]:
-    """Return the stiffness by the model of chapter 19 and that of the solved face, as rows."""
+    """Return a row with the normal stiffness by the summit model and that of the solved face.
+
+    The summit model is that of chapter 19 of *The Mechanics of Jointed Structures* (Springer,
+    2018).
+    """
     face, chapter = findings.face, findings.chapter
     if face is None or chapter is None:
         return []

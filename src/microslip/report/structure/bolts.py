@@ -1,4 +1,4 @@
-"""Bolts in results: forces by their tightening, and effects of slack bolts."""
+"""Bolts in results: forces from tightening to service, and effects of slack bolts."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def slack_names(prediction: StructurePrediction) -> str:
 
 
 def force_rows(forces: BoltForces | None) -> list[tuple[str, str]]:
-    """Return facts on the force of a bolt, from tightening to service; empty without a size."""
+    """Return rows on the forces of a bolt, from tightening to service; none if they are unknown."""
     if forces is None:
         return []
     low, high = tension_band(forces.tightening_factor)

@@ -1,4 +1,4 @@
-"""Document of a bolted structure: its answer, sections, numbers, tables and arrays."""
+"""Document of a bolted structure: its main result, sections, numbers, tables and arrays."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ _TERMINAL_ROWS = 8  # rows of all tables of modes together on a terminal
 
 
 def structure_answer(prediction: StructurePrediction) -> str:
-    """Describe frequency and damping at the largest amplitude, with bands and errors."""
+    """Describe frequency and damping at the largest amplitude, with bands and numerical errors."""
     mode = prediction.modes[0]
     curve, last, bands = mode.curve, mode.last, mode.bands
     slack = f" with {slack_names(prediction)} slack" if prediction.tight else ""
@@ -115,7 +115,7 @@ def _band(bands: ModeBands, place: int) -> str:
 
 
 def structure_sections(prediction: StructurePrediction) -> tuple[Section, ...]:
-    """Return the sections on the structure; a terminal shows curves, tests and causes only."""
+    """Return the sections on the structure; a terminal omits those on the model and its figures."""
     rows = max(3, _TERMINAL_ROWS // len(prediction.modes))
     blocks: list[Block] = [_table(mode, prediction.part.unit, rows) for mode in prediction.modes]
     blocks += [Note(text, small=True) for text in _warnings(prediction)]

@@ -35,7 +35,7 @@ def curve_plot(prediction: StructurePrediction) -> Plot:
     si = prediction.part.unit.replace("^2", "²")
 
     def sensed(test: ModalTest | ModalCurve) -> Floats:
-        """Return displacement amplitudes as the quantity at the sensor, in the unit of the axis."""
+        """Convert displacement amplitudes to the sensor's quantity, in the unit of the axis."""
         omega = 2.0 * np.pi * test.frequency
         return np.asarray(test.amplitude * omega ** POWERS[quantity] / unit)
 
@@ -166,7 +166,7 @@ def _ramp() -> NDArray[np.uint8]:
 
 
 def shape_plot(prediction: StructurePrediction) -> Plot:
-    """Plot each mode shape, exaggerated, over the structure at rest, from side or above."""
+    """Plot each exaggerated mode shape over the structure at rest, seen from the side or above."""
     panels = [_shape(prediction, mode) for mode in prediction.modes]
     return stacked(panels, 1.5 * len(panels) + 0.7)
 

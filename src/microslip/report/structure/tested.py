@@ -1,4 +1,7 @@
-"""Sections that compare tests of a structure with bands, and on limits of its frequencies."""
+"""Sections on tests of a structure, limits of its frequencies, and changes with amplitude.
+
+Limits are the natural frequencies with the lap open, tied under the washers and tied wholly.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ _WORDS = {"frequency": "Frequency", "damping_ratio": "Damping ratio"}
 
 
 def verdict_sentences(prediction: StructurePrediction) -> list[str]:
-    """Return one sentence for each quantity of each test."""
+    """Return a sentence for each quantity of each test: points outside the band, likely causes."""
     return [_sentence(verdict) for verdict in prediction.judged]
 
 
@@ -42,9 +45,9 @@ def _sentence(verdict: QuantityVerdict) -> str:
 
 
 def tested_sections(prediction: StructurePrediction) -> list[Section]:
-    """Return sections on the tests, the limits of the frequencies, and changes with amplitude.
+    """Return the sections on tests, on limits of the frequencies, and on changes with amplitude.
 
-    A terminal shows the limits only if there are tests.
+    A terminal shows limits and changes only if there are tests.
     """
     sections = []
     if prediction.judged:
@@ -97,7 +100,7 @@ def tested_sections(prediction: StructurePrediction) -> list[Section]:
 
 
 def tested_numbers(prediction: StructurePrediction) -> dict[str, Any]:
-    """Return frequency limits, verdicts on tests and changes, for the summary, in SI units."""
+    """Return the numbers of :func:`tested_sections` as plain values in SI units."""
     return {
         "limits": [
             {"mode": mode.number, **json_value(limit._asdict())}

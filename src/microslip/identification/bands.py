@@ -1,4 +1,4 @@
-"""Confidence intervals of linear functionals of a density of sliders, at a calibrated level."""
+"""Confidence intervals of linear functionals of slider stiffnesses, calibrated by simulation."""
 
 from __future__ import annotations
 
@@ -30,11 +30,13 @@ _UNLIKELY = 0.01
 class Bands:
     """Confidence intervals of linear functionals c.x of a fit.
 
-    The vector x holds the stiffnesses of the sliders, then the changes of the threshold shifts. An
-    interval is the range of c.x in which the sum of squares rises by at most a quantile over its
-    minimum, with no stiffness negative. The quantile is that of chi-squared times two factors: one
-    from fits to simulated noise (at a bound of the stiffnesses the statistic is a mixture of
-    chi-squared distributions), one for residuals and cycles that scatter more than white noise.
+    The vector x holds the stiffnesses of the sliders, then the changes of the threshold shifts from
+    their fitted values. An interval is the range of c.x in which the sum of squares rises by at
+    most a quantile over its minimum, with no stiffness negative. The quantile is that of
+    chi-squared times two factors: one from fits to simulated noise (at a bound of the stiffnesses
+    the statistic is a mixture of chi-squared distributions), one for residuals and cycles that
+    scatter more than white noise. Scaled functionals and coefficients are those of the columns of
+    the design matrix scaled to norm 1 (``fit.scale``).
     """
 
     def __init__(self, fit: FreeForm) -> None:
@@ -42,7 +44,7 @@ class Bands:
 
     @cached_property
     def excess(self) -> float:
-        """Factor on variances because of correlated residuals [-]; 1 for white noise."""
+        """Factor by which correlated residuals increase variances [-]; 1 for white noise."""
         fit, largest = self.fit, 1.0
         freedom = fit.freedom / fit.residual.size
         for run in _RUNS:
@@ -69,7 +71,10 @@ class Bands:
         return scatter
 
     def _by_cycles(self, direction: Floats) -> float:
-        """Return the variance of a functional between cycles, relative to that from noise [-]."""
+        """Return the variance of a functional between cycles over that from noise [-].
+
+        ``direction`` holds its derivatives by the whitened forces of all records.
+        """
         total, grown, freedom, at = 0.0, 0.0, 0, 0
         for rows, scatter in zip(self.fit.rows, self._cycles, strict=True):
             count, bins = scatter.shape
@@ -94,9 +99,9 @@ class Bands:
 
     @cached_property
     def _probes(self) -> Floats:
-        """Force and energy at the largest, energy at half the smallest amplitude, and stiffness.
+        """Four typical functionals, scaled (4, coefficients), for calibration of the quantile.
 
-        Rows are scaled functionals (4, coefficients), for which the quantile is calibrated.
+        Force and energy at the largest amplitude, energy at half the smallest one, stiffness.
         """
         fit = self.fit
         y, size = fit.thresholds(), fit.g.size
@@ -110,7 +115,7 @@ class Bands:
 
     @cached_property
     def _truth(self) -> Floats:
-        """Scaled coefficients of the simulated law: those of the significant sliders, else 0."""
+        """Scaled coefficients of the simulated law: as fitted for significant sliders, else 0."""
         fit = self.fit
         truth = np.where((fit.g < _STANDS_OUT) & ~fit.free, 0.0, fit.g)
         # Nearly equal columns hide each other: leave out sliders that the sum of squares spares.
@@ -133,7 +138,7 @@ class Bands:
 
     @cached_property
     def _simulated(self) -> list[tuple[Floats, Floats]]:
-        """Right-hand side and fitted coefficients of each fit to simulated noise."""
+        """Right-hand side of the normal equations and their solution, for each simulated noise."""
         fit, rng = self.fit, np.random.default_rng(0)
         base = fit.cone.gram @ self._truth
         fits = []
@@ -162,9 +167,9 @@ class Bands:
     def calibration(self, c: Floats) -> float:
         """Return the factor on the chi-squared quantile for a scaled functional, from 1 to 3.
 
-        The factor is the mean of the statistic over simulated fits. If the law has few sliders, it
-        is computed for the functional itself, since its distribution then differs most from
-        chi-squared; otherwise the mean over four typical functionals is used.
+        The factor is that of :meth:`_mean_statistic`. If at most 12 sliders are significant, it is
+        computed for the functional itself, since the distribution then differs most from
+        chi-squared; otherwise the mean over the four functionals of ``_probes`` is used.
         """
         mean = self._mean_statistic(c) if self._is_few else self._mean_of_probes
         return min(max(mean, 1.0), _MOST)

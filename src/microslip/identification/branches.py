@@ -1,4 +1,4 @@
-"""Branches of a folded record, by Masing's rules from its displacement alone."""
+"""Branches of the mean cycle of a record, found by Masing's rules from the displacement alone."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ _COINCIDENT = 1e-7  # rad
 
 
 class Cycle(NamedTuple):
-    """Branches of a folded record, starting at its largest displacement.
+    """Branches of a mean cycle at nodes in temporal order, starting at the largest displacement.
 
     Node i has the force sign[i] B(half[i]) plus that of node parent[i], at which its branch starts;
-    B is the backbone and half[i] half the distance from the start of the branch [m]. The largest
-    displacement has parent -1 and its own value as half[i].
+    B is the backbone, half[i] half the distance from the start of the branch [m], and sign[i] 2 or
+    -2. The largest displacement has parent -1, its own value as half[i], and sign 1.
     """
 
     half: Floats
     sign: Floats
     parent: NDArray[np.int64]
     basis: Floats
-    """Terms of the displacement (rows) at each place."""
+    """Terms of the displacement (rows) at each node."""
     phase: Floats
-    """Phase of each place [rad]."""
+    """Phase of each node [rad]."""
     first: NDArray[np.int64]
     """Index of the first node of each bin."""
     begin: NDArray[np.int64]
@@ -45,9 +45,9 @@ class Cycle(NamedTuple):
 def cycle_of(folded: Folded) -> Cycle:
     """Return the branches of a folded record, with nodes at bins, corners and turning points.
 
-    The nodes of a bin are its samples, if they are known. Otherwise they are two: the mean phase of
-    the bin minus and plus sqrt(3) times the standard deviation of its phases, which are the ends of
-    a bin whose phases are evenly distributed.
+    The nodes of a bin are its samples, if the fold has kept their phases (``folded.samples``).
+    Otherwise they are two: the mean phase of the bin minus and plus sqrt(3) times the standard
+    deviation of its phases, which are the ends of a bin whose phases are evenly distributed.
     """
     is_wide = bool(np.any(folded.spread > 0.0))
     width = math.sqrt(3.0) * folded.spread

@@ -72,7 +72,7 @@ class Comparison(Locked):
 
     @property
     def best(self) -> str:
-        """Law preferred by both criteria and in predicting excluded cycles, or "undecided"."""
+        """Law that AIC and BIC prefer and that predicts excluded cycles best, or "undecided"."""
         if not self.laws:
             return "undecided"
         by_aic = list(self.laws)
@@ -183,7 +183,7 @@ def compare(
 
 
 def _parts(name: str, fits: Sequence[FreeForm]) -> list[FreeForm]:
-    """Return the free-form fits for a law; one per load if the law has no normal load."""
+    """Return the free-form fits: of all loads for "interface", of each load for other laws."""
     if name == "interface":
         return list(fits)
     return [part for fit in fits for part in (fit.separate or [fit])]

@@ -38,7 +38,7 @@ class AmplitudeTable:
     """Force [N], dissipated energy [J] and damping ratio [-], arrays over the amplitudes."""
 
     def band(self) -> LawBand:
-        """Return the confidence intervals in the format of a law file."""
+        """Return the confidence intervals as the band that is saved with a law in a law file."""
         ends = {name: np.array([e.low, e.high]) for name, e in self.estimates.items()}
         return LawBand(self.amplitude, ends, CONFIDENCE)
 

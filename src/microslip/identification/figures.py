@@ -115,7 +115,7 @@ def cycles_by_load(result: Any) -> list[tuple[str, list[RecordFit]]]:
 
 
 def loops(result: Any) -> Plot:
-    """Plot measured and fitted loops, with their residuals below (as in Fig. 19.22)."""
+    """Plot loops and fits, residuals below (Fig. 19.22, DOI 10.1007/978-3-319-56818-8_19)."""
     groups = cycles_by_load(result)
     cycles = [cycle for _, group in groups for cycle in group]
     panel_groups = [groups[i] for i in evenly(len(groups), _MOST_PANELS)]

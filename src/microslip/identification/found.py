@@ -44,7 +44,7 @@ _FLAT = 0.02
 
 
 class _At(NamedTuple):
-    """Sliders of a fit at one normal load, and derivatives of the shift of their thresholds."""
+    """Sliders of a fit at one normal load, at which all thresholds have a common fitted shift."""
 
     fit: FreeForm
     bands: Bands
@@ -60,9 +60,9 @@ class _At(NamedTuple):
 class Identification(Locked, Plottable):
     """Friction law of free form identified from loops, with energies, forces and intervals.
 
-    Made by :func:`microslip.identify` from the density of sliders (Iwan 1966,
-    DOI 10.1115/1.3625199). Without a measured stiffness of the rig all results are
-    those of the joint and the rig in series.
+    The law is a density of sliders (Iwan 1966, DOI 10.1115/1.3625199). Made by
+    :func:`microslip.identify`. Without a measured stiffness of the rig all results are those of
+    the joint and the rig in series.
     """
 
     fits: tuple[FreeForm, ...]
@@ -87,7 +87,7 @@ class Identification(Locked, Plottable):
 
     @property
     def series(self) -> str:
-        """Subject of the results: the joint, or joint and rig in series."""
+        """Object that the results describe: "joint", or "joint and rig in series"."""
         return "joint" if self.rig_stiffness else "joint and rig in series"
 
     @cached_property
@@ -191,7 +191,7 @@ class Identification(Locked, Plottable):
         return value, value + low - middle, value + high - middle
 
     def _force_of(self, at: _At, u: float) -> tuple[Floats, float, float]:
-        """Return derivatives by coefficients, force [N] and stiffness [N/m] at u, rig included."""
+        """Return gradient by coefficients, value [N] and slope [N/m] of the force at u with rig."""
         c = self._coefficients(at, lambda y: np.minimum(u, y))
         low, here, high = _sum(at, u * np.array([1.0 - _STEP, 1.0, 1.0 + _STEP]))
         if (1.0 + _STEP) * u > at.y[-2]:  # beyond it nothing is measured
@@ -247,7 +247,7 @@ class Identification(Locked, Plottable):
     def _with_rig(
         self, name: str, at: _At, a: float, ends: tuple[float, float, float]
     ) -> tuple[float, float]:
-        """Return the ends of an interval, widened by the standard error of the rig stiffness."""
+        """Return the interval of ``name`` at amplitude ``a`` [m], widened by the rig's error."""
         value, low, high = ends
         if self.rig_stiffness is None or not self.rig_stiffness[1]:
             return low, high
@@ -388,19 +388,21 @@ class Identification(Locked, Plottable):
         Parameters
         ----------
         pair : MaterialPair, optional
-            The two materials, which relate the slip scale [m] to the standard deviation of heights.
+            The two materials, needed to compute the standard deviation of heights [m] from the slip
+            scale [m].
         area : float, optional
             Apparent area [m^2], for densities of summits.
         heights : optional
             Distribution of summit heights, or a surface that gives the shape of the normal law: a
-            table, a face, or a sphere, which adds the parameter "radius". By default Gaussian.
+            TabulatedNormalLaw, a MeasuredContact, or a SphereOnFlat, which adds the parameter
+            "radius". By default Gaussian heights.
         known : mapping, optional
-            Measured parameters as (value, standard deviation), by name. "radius" or "density"
-            separates the two; "summits" is the total number of summits, whose random heights widen
-            the intervals.
+            Measured parameters as (value, standard deviation), by name. Loops determine only a
+            product of radius and density of the summits: give "radius" or "density" to get both.
+            "summits" is the total number of summits, whose random heights widen the intervals.
         contact_area : tuple, optional
-            Measured real contact area (value [m^2], uncertainty [m^2], normal load [N]), which
-            separates radius and density of the summits.
+            Measured real contact area (value [m^2], uncertainty [m^2], normal load [N]), from which
+            radius and density of the summits are determined separately.
 
         Returns
         -------

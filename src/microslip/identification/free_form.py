@@ -47,7 +47,9 @@ class FreeForm:
 
     A threshold is the displacement [m] at which a slider yields, at the reference load: the highest
     normal load, or the highest one within a cycle if the load varies. At a lower load all are less
-    by one length: the threshold is max(y_i + s, 0), with the shift s <= 0 [m] of that load.
+    by one length: the threshold is max(y_i + s, 0), with the shift s <= 0 [m] of that load. The
+    backbone B(u) = sum_i k_i min(u, y_i) is the first-loading force [N]. With the friction
+    coefficient mu, N_reference the reference load and N a lower load, B(-s) = mu (N_reference - N).
     """
 
     rows: Sequence[Rows]
@@ -213,8 +215,8 @@ class FreeForm:
     def _search_shifts(self) -> None:
         """Find initial shifts of the lower loads from the backbones of separate fits.
 
-        The backbone at a lower load is the end of that at the highest load, from a displacement u*:
-        B_low(u) = B_high(u* + u) - B_high(u*). The shift is -u*.
+        The backbone at a lower load is the part of the backbone at the highest load beyond a
+        displacement u*: B_low(u) = B_high(u* + u) - B_high(u*). The shift is -u*.
         """
         alone = [
             FreeForm(
@@ -267,7 +269,7 @@ class FreeForm:
 
     @property
     def extra(self) -> int:
-        """Number of coefficients in addition to stiffnesses: the shifts, or one friction."""
+        """Number of fitted shifts, one per lower load; 1 (for mu) if the load varies in a cycle."""
         return 1 if self.friction is not None else len(self.loads) - 1
 
     def corners(self) -> tuple[Floats, Floats]:
@@ -276,7 +278,10 @@ class FreeForm:
         return backbone_of(self.y, self.k, u), u
 
     def path(self, rows: Rows, friction: float) -> tuple[Floats, Floats]:
-        """Return the shift s [m] at nodes and midway: B(-s) = mu (N_reference - N)."""
+        """Return the shift s [m] at each node and midway from the preceding node to it.
+
+        It solves B(-s) = mu (N_reference - N) for the varying load N.
+        """
         assert self.reference is not None
         assert rows.loads is not None
         force, u = self.corners()
@@ -303,8 +308,8 @@ class FreeForm:
     def shift_by_stiffness(self, load: float | None) -> Floats:
         """Return the derivatives of the shift at a load by the stiffnesses k_i [m^2/N].
 
-        With the backbone B, B(-s) = mu (N_reference - N) gives ds = min(-s, y) dk/B'(-s), for fixed
-        thresholds at the highest mean load.
+        Differentiating B(-s) = mu (N_reference - N) gives ds/dk_i = min(-s, y_i)/B'(-s). The value
+        at the highest mean load is subtracted, since the thresholds at that load stay fixed.
         """
         if self.friction is None:
             return np.zeros(self.y.size)
@@ -322,9 +327,9 @@ class FreeForm:
     def _by_path(self, rows: Rows, path: tuple[Floats, Floats], force: Floats) -> Floats:
         """Return the derivatives of the force by the stiffnesses, through the varying shift.
 
-        The shift -u varies along the cycle; min(u, y) is approximated by alpha u + beta, exact for
-        y outside the range of u. Sliders with y inside it carry little force but have variable
-        stiffnesses, so their effect on the shift is followed from one iteration to the next only.
+        In ds/dk_i = min(-s, y_i)/B'(-s) with varying shift s, min(-s, y_i) is approximated by
+        alpha_i (-s) + beta_i, exact for y_i outside the range of -s. Sliders with smaller y_i carry
+        little force: their derivatives are set to zero, and s is computed again after each fit.
         """
         y, top = self.y, self._fall()
         low, high = -float(path[0].max()), -float(path[0].min())
@@ -349,7 +354,7 @@ class FreeForm:
         return change
 
     def _correct(self) -> None:
-        """Solve again by Newton's method, with the effect of stiffnesses on the varying shift."""
+        """Repeat the fit by Newton's method, with the effect of the stiffnesses on the shift."""
         self.is_exact = True
         for _ in range(_CORRECTIONS):
             self._assemble()
@@ -368,7 +373,7 @@ class FreeForm:
             self.shifts[level] += self.shift_by_stiffness(load) @ (self.k - k)
 
     def friction_gradient(self, load: float | None) -> float:
-        """Return the derivative by friction [m] of the shift to a load, from the highest mean."""
+        """Return the derivative by mu [m] of the shift from the highest mean load to a load [N]."""
         if self.friction is None:
             return 0.0
         step = _FRICTION_STEP * self.friction
@@ -379,21 +384,15 @@ class FreeForm:
         return (more - less) / (2.0 * step)
 
     def carried(self, y: Floats, friction: float) -> Floats:
-        """Return thresholds at the reference load [m] for another friction coefficient.
-
-        Thresholds at the highest mean load, which loops determine, stay the same.
-        """
+        """Convert thresholds [m] to another ``friction``; those at the highest mean load stay."""
         return carried(y, self._fall(), self._fall(friction))
 
     def carried_to(self, y: Floats, fall: float) -> Floats:
-        """Return thresholds at the reference load [m] for another decrease ``fall`` [m].
-
-        The decrease is from the reference to the highest mean load, whose thresholds are kept.
-        """
+        """Convert thresholds [m] to another :meth:`_fall`; those at the highest mean load stay."""
         return carried(y, self.fall, fall)
 
     def about(self, friction: float, k: Floats) -> FreeForm:
-        """Return the fit linearised about the friction coefficient and sliders of a law."""
+        """Return the fit linearised about friction and slider stiffnesses ``k`` [N/m] of a law."""
         other = copy(self)
         other._columns = {}
         other.y, other.k, other.friction = self.y.copy(), k, friction
@@ -404,7 +403,7 @@ class FreeForm:
         return other
 
     def shift_gradient(self, level: int) -> Floats:
-        """Return derivatives of a load's shift [m] by the coefficients other than stiffnesses."""
+        """Return the derivatives of the shift at load ``level`` by fitted shifts [-] or mu [m]."""
         gradient = np.zeros(self.extra)
         if self.friction is not None:
             gradient[0] = self.friction_gradient(self.loads[level])
@@ -413,7 +412,7 @@ class FreeForm:
         return gradient
 
     def _follow_loads(self) -> None:
-        """Refer thresholds to the largest load within a cycle; replace shifts by a friction."""
+        """Refer thresholds to the largest load within a cycle, and fit mu in place of shifts."""
         high = self.loads[0]
         assert high is not None
         top = max(
@@ -436,7 +435,7 @@ class FreeForm:
         self.shifts = self.shifts - further
 
     def force_of(self, rows: Rows) -> Floats:
-        """Force of the law in the bins of a record [N], without an offset."""
+        """Return the force of the law in the bins of a record [N], without a constant offset."""
         return self._columns[id(rows)] @ self.k
 
     def _place_thresholds(self) -> None:
@@ -491,7 +490,7 @@ class FreeForm:
 
     @property
     def used(self) -> int:
-        """Number of independent combinations of sliders that exceed the noise."""
+        """Number of independent combinations of slider stiffnesses determined above the noise."""
         used = np.flatnonzero(self.g)
         # Columns that are nearly equal count as the directions that noise can tell.
         part = self.cone.gram[np.ix_(used, used)]

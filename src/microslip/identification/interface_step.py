@@ -198,7 +198,7 @@ def _open(one: Parameter) -> Parameter:
 def interface_law(
     loads: Sequence[float], heights: Any, force: float, stiffness: float
 ) -> tuple[Law, InterfaceModel]:
-    """Return the law of an interface, whose parameters are unknown, and its model."""
+    """Return an interface law with its unknown parameters, and the model that computes it."""
     if not loads:
         raise InputError(
             "an interface needs the normal load of each record; write "
@@ -220,7 +220,7 @@ def interface_law(
 
 
 def _wider(one: Parameter, excess: float, share: float) -> Parameter:
-    """Multiply a parameter's interval by a factor and add a relative standard error."""
+    """Multiply the half-widths of an interval by ``excess``, add the relative error ``share``."""
     below, above = (
         math.hypot(excess * abs(end - one.value), math.sqrt(QUANTILE) * share * one.value)
         for end in (one.low, one.high)
@@ -231,7 +231,7 @@ def _wider(one: Parameter, excess: float, share: float) -> Parameter:
 def interface_starts(
     statistics: Statistics, law: Law, model: InterfaceModel, force: float, stiffness: float
 ) -> list[dict[str, float]]:
-    """Return the sets of parameters on a grid that fit best, as initial guesses for the fit."""
+    """Return the best-fitting parameter sets of a grid, as initial guesses of the fit."""
     starts = [
         {SCALE: share * force / stiffness, SEPARATION: h} for share in _SCALES for h in _SEPARATIONS
     ]
@@ -268,7 +268,11 @@ def interface_starts(
 
 
 def _scatter(model: InterfaceModel, loads: Sequence[float], count: float) -> Scatter:
-    """Return a function for the scatter of coefficients due to random summit heights."""
+    """Return a function that computes the effect of random heights of ``count`` summits.
+
+    It returns standard deviations of the scaled coefficients of a fit, one column per class of
+    heights (coefficients, classes).
+    """
     high = max(loads)
 
     def changes(fit: FreeForm, values: Mapping[str, float]) -> Floats:
@@ -324,9 +328,9 @@ def _summits(
 ) -> list[tuple[str, str, Function]]:
     """Return name, unit and function of the summits' radius, number, density and contact area.
 
-    Loops determine only the density times the root of the radius; ``measured``, such as a contact
-    area (density times radius), separates the two. Arguments of the functions are parameters by
-    name.
+    Loops determine only the density times the root of the radius. Both follow with ``measured``:
+    name, value, error and normal load [N] of the radius, the density, or the contact area (which is
+    proportional to density times radius). Arguments of the functions are parameters by name.
     """
     name, value, _, load = measured
 
@@ -384,7 +388,7 @@ def _data(
     loads: list[float],
     contact_area: Any,
 ) -> tuple[list[Datum], tuple[str, float, float, float] | None]:
-    """Return measured data on parameters, and the datum that separates radius and density."""
+    """Return the measured values of parameters, and the one that determines radius and density."""
     measured = None
     top = max(loads)
     has_summits = isinstance(model.template.law, GreenwoodWilliamson)
@@ -448,7 +452,7 @@ def _propagated(
     statistics: Statistics,
     measured: tuple[str, float, float, float] | None = None,
 ) -> Parameter:
-    """Return a function of the fitted parameters, with its interval from their covariance."""
+    """Return the value of ``function`` as a Parameter, with its interval by error propagation."""
     value = function(values)
     by = np.zeros(len(unknowns))
     for i, one in enumerate(unknowns):

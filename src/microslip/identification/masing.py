@@ -1,4 +1,4 @@
-"""Test whether loops obey Masing's rules, and patterns in the residual of possible causes."""
+"""Test of Masing's rules; causes of a misfit by their patterns (signatures) in the residual."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def _centred(values: Floats) -> Floats:
 
 
 def _moved(fit: FreeForm, rows: Rows, moves: Floats) -> Floats:
-    """Return the change of force [N] (bins,) due to small displacements [m] of the nodes."""
+    """Return the change of force [N] (bins,) if the nodes are displaced by small ``moves`` [m]."""
     cycle = rows.cycle
     above = np.where(cycle.parent < 0, 0, cycle.parent)
     y = fit.y + fit.shifts[fit.level[rows.load]]
@@ -98,10 +98,11 @@ def _delay(fit: FreeForm, rows: Rows, size: float) -> Floats:
 
 
 def _clearance(fit: FreeForm, rows: Rows, size: float) -> Floats:
-    """Return the change of force per metre of clearance [N/m] (bins, 1), at a size [m].
+    """Return the change of force per metre of clearance [N/m] (bins, 1).
 
-    While the force is zero the displacement runs free over twice the clearance, about the middle
-    between its values where the force is _NEAR_ZERO of its amplitude on either side.
+    It is evaluated at a clearance of ``size`` [m]. While the force is zero, the displacement runs
+    free over twice the clearance. The middle of this range is midway between the displacements at
+    which the force is plus and minus _NEAR_ZERO times its amplitude.
     """
     cycle, phase, size = rows.cycle, rows.folded.phase, max(size, _LEAST * rows.amplitude)
     force = _centred(rows.folded.force)
@@ -125,10 +126,10 @@ def _clearance(fit: FreeForm, rows: Rows, size: float) -> Floats:
 
 
 def _lost_motion(fit: FreeForm, rows: Rows, size: float) -> Floats:
-    """Return the change of force per metre of lost motion [N/m] (bins, 1), at a size [m].
+    """Return the change of force per metre of lost motion [N/m] (bins, 1).
 
-    After a reversal the rig moves over this distance while the joint does not move; from
-    then on the joint lags by it.
+    It is evaluated at a lost motion of ``size`` [m]: the displacement by which the joint lags
+    behind the rig, so that the joint rests over twice this distance after each reversal.
     """
     if size > 0.0:
         return _shortened(fit, rows, np.full(rows.cycle.half.size, size), size)
@@ -137,7 +138,10 @@ def _lost_motion(fit: FreeForm, rows: Rows, size: float) -> Floats:
 
 
 def _shortened(fit: FreeForm, rows: Rows, lost: Floats, size: float) -> Floats:
-    """Return the change of force over a size [N/m] (bins, 1) where branches lose length [m]."""
+    """Return the change of force over ``size`` [N/m] (bins, 1) if branches are shortened.
+
+    ``lost`` [m] is subtracted from half the distance of each node from the start of its branch.
+    """
     y, cycle = fit.thresholds(fit.level[rows.load]), rows.cycle
     less = np.maximum(cycle.half - lost, 0.0)
     rise = backbone_of(y, fit.k, less) - backbone_of(y, fit.k, cycle.half)
@@ -177,8 +181,9 @@ SIGNATURES: Mapping[str, Signature] = {
 def _with_columns(fit: FreeForm, signature: Signature) -> float:
     """Return the sum of squares of a fit that includes a disturbance of unknown size per record.
 
-    A fit without the disturbance has a distorted density, on which some disturbances depend. So the
-    columns of the disturbance are computed again with the sizes and the density of each solution.
+    A fit without the disturbance distorts the density of sliders, on which the effect of some
+    disturbances depends. So the columns of the disturbance are computed again with the sizes and
+    the density of each solution.
     """
     current, least, sizes = fit, math.inf, [0.0] * len(fit.rows)
     for _ in range(_ROUNDS):

@@ -22,6 +22,7 @@ _MOST_CHANGES = 20
 class Cone(NamedTuple):
     """Quadratic g'Gg - 2 h'g with coefficients g >= 0, except those that are ``free`` in sign.
 
+    ``gram`` is G, the Gram matrix of the design matrix; the right-hand side h is given separately.
     The columns of the design matrix have the norm 1, so that coefficients are comparable.
     """
 
@@ -30,7 +31,7 @@ class Cone(NamedTuple):
 
 
 def cone_of(gram: Floats, free: NDArray[np.bool_]) -> Cone:
-    """Return the quadratic with a small multiple of the identity added for nearly equal columns."""
+    """Return the quadratic of a Gram matrix, with a small ridge against nearly equal columns."""
     return Cone(gram + _RIDGE * np.trace(gram) / len(gram) * np.eye(len(gram)), free)
 
 
@@ -100,8 +101,9 @@ def minimum(cone: Cone, h: Floats, passive: NDArray[np.bool_] | None = None) -> 
 class Path:
     """Minima of g'Gg - 2 (h - l c)'g over g >= 0 for increasing multipliers l >= 0 of c'g.
 
-    They are piecewise linear in l: on the set P of positive coefficients g = a - l b, with G_PP a =
-    h_P and G_PP b = c_P. The rise of g'Gg - 2 h'g and the l of a given rise have a closed form.
+    They are piecewise linear in l. For the set P of coefficients that are positive, g = a - l b
+    with G_PP a = h_P and G_PP b = c_P, where the subscript P selects rows and columns of that set.
+    So both the rise of g'Gg - 2 h'g at a given l and the l at a given rise have a closed form.
     """
 
     def __init__(self, cone: Cone, h: Floats, g: Floats, c: Floats) -> None:
@@ -126,9 +128,9 @@ class Path:
     def _until(
         self, level: float | None, value: float | None, tolerance: float
     ) -> tuple[float, float] | None:
-        """Follow the minima; None if rounding makes equal columns replace each other forever.
+        """Follow the minima as :meth:`until` does; gradients up to the tolerance count as zero.
 
-        Gradients up to the tolerance are treated as zero.
+        Return None if rounding errors make equal columns enter and leave the set P without end.
         """
         (gram, free), h, c = self.cone, self.h, self.c
         p, at_l = self.passive.copy(), 0.0

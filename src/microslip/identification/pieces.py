@@ -1,4 +1,4 @@
-"""Pieces of a record with one settled cycle each: stepped records, digitised loops."""
+"""Parts of stepped records with one amplitude and frequency each, and single digitised loops."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def _turning_samples(x: Floats) -> NDArray[np.int64]:
 
 
 def loop_of(record: Record, noise: tuple[float, float], bins: int) -> Folded:
-    """Fold a digitised loop of half a cycle to three cycles, with given noise.
+    """Fold a digitised loop, which spans from half a cycle to three cycles, onto one cycle.
 
     ``noise`` is the standard deviation of force [N] and displacement [m]. Of several cycles the
     last one is used. Half a cycle, between two turning points, is completed by symmetry.

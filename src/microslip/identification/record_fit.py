@@ -38,7 +38,7 @@ class RecordFit(Locked):
 
     @cached_property
     def displacement(self) -> NDArray[np.float64]:
-        """Displacement [m] at the phases."""
+        """Measured displacement [m] at the mean phases of the bins."""
         return lock(self.folded.displacement(self.folded.phase))
 
     @property

@@ -1,4 +1,9 @@
-"""Design matrix of one folded record: deflections of elastic-plastic elements by threshold."""
+"""Design matrix of one folded record: deflections of elastic-plastic elements by threshold.
+
+Nodes are those of :class:`Cycle`: samples or ends of phase bins, and turning points of the
+displacement. They divide the bins into pieces. The nuisance parameters are the offset of the force
+and the errors of displacement, of the removed drift and of converter steps.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +42,7 @@ class Rows:
 
     @cached_property
     def noise(self) -> float:
-        """Standard deviation of a force sample [N], at least the error of the threshold grid."""
+        """Standard deviation of force samples [N], not below the error due to threshold spacing."""
         floor = _FLOOR * 0.5 * float(np.ptp(self.folded.force))
         return max(self.folded.force_noise, floor * math.sqrt(float(self.folded.count.mean())))
 
@@ -48,7 +53,7 @@ class Rows:
 
     @cached_property
     def displacement_error(self) -> float:
-        """Standard error of the mean displacement [m], as root mean square over the cycle."""
+        """Standard error of the displacement of the mean cycle [m], RMS over the cycle."""
         folded = self.folded
         basis = folded.basis(folded.phase)
         return math.sqrt(float(np.einsum("ij,jk,ik->i", basis, folded.covariance, basis).mean()))
@@ -67,7 +72,7 @@ class Rows:
         return self._means(0.5 * (rises[cycle.begin] + rises[cycle.end]))
 
     def _means(self, pieces: Floats) -> Floats:
-        """Return the weighted mean of the pieces (pieces, columns) of each bin (bins, columns)."""
+        """Return the mean of each bin (bins, columns) of values in its pieces (pieces, columns)."""
         return np.asarray(self._bins @ pieces)
 
     @cached_property
@@ -125,9 +130,9 @@ class Rows:
 
     @cached_property
     def _steps(self) -> tuple[Floats, Floats, Floats]:
-        """Displacement increment to each node [m], its curvature [m], and its middle phase [rad].
+        """Displacement increment [m], curvature [m] and middle phase [rad] of the step to a node.
 
-        The curvature is the mean displacement between two nodes minus the mean of their values.
+        The curvature is the mean displacement during the step minus the mean of both its ends.
         """
         phase, coefficients = self.cycle.phase, self.folded.coefficients
         begin = np.roll(phase, 1)
@@ -148,7 +153,8 @@ class Rows:
     def varying_columns(self, y: Floats, shift: Floats, middle: Floats) -> Floats:
         """Return the deflections [m] of elements with thresholds y + shift (bins, thresholds).
 
-        ``shift`` [m] is that of each node, ``middle`` that midway from the preceding node.
+        ``shift`` [m] is the shift of the thresholds at each node, ``middle`` [m] that midway
+        between the node and the preceding one.
         """
         move, bend, _ = self._steps
         values, means = np.empty((2, move.size, y.size))
@@ -167,7 +173,7 @@ class Rows:
         return np.asarray(left[np.searchsorted(y[order], self.cycle.half, side="right")])
 
     def by_displacement(self, y: Floats, k: Floats) -> Floats:
-        """Return the derivatives of the force by displacement coefficients [N/m] (terms, bins)."""
+        """Return the derivatives of the force by ``folded.coefficients`` [N/m] (terms, bins)."""
         cycle = self.cycle
         above = np.where(cycle.parent < 0, 0, cycle.parent)
         moves = cycle.basis - cycle.basis[:, above]
@@ -183,7 +189,7 @@ class Rows:
         self._lost = directions_of(self.weight[:, None], np.asarray(uncertain))
 
     def whitened(self, columns: Floats) -> Floats:
-        """Return weighted columns (bins, columns), with nuisance parameters eliminated."""
+        """Return columns over their noise (bins, columns), with nuisance parameters eliminated."""
         directions, share = self._lost
         rows = (columns * self.weight[:, None]).T
         return (rows - ((rows @ directions) * share) @ directions.T).T

@@ -124,10 +124,11 @@ class SecondStep(Locked):
 
 
 class Statistics:
-    """Statistics R, r of a free-form fit: a law with coefficients g has the residuals R g - r.
+    """Sufficient statistics of a free-form fit: matrix R (``root``) and vector r (``target``).
 
-    The coefficients g are the scaled stiffnesses of the sliders whose backbone interpolates that of
-    the law at the thresholds of the fit, then the changes of the threshold shifts.
+    A law with coefficients g has the residuals R g - r. The coefficients are the scaled stiffnesses
+    of the sliders whose backbone interpolates that of the law at the thresholds of the fit, then
+    the changes of the threshold shifts (or of the friction coefficient) from those of the fit.
     """
 
     def __init__(
@@ -149,7 +150,7 @@ class Statistics:
 
     @property
     def least_stiffness(self) -> float:
-        """Secant stiffness [N/m] of the loops above noise, a lower bound of the rig stiffness."""
+        """Secant stiffness [N/m] at the smallest resolved displacement, below the rig stiffness."""
         u = _CLEAR * self.fit.finest
         return float(self.fit.backbone(np.array([u]))[0]) / u
 
@@ -180,9 +181,11 @@ class Statistics:
     def _series(
         self, curve: Callable[[Floats, float | None], Floats], compliance: float, nodes: Floats
     ) -> tuple[Floats, Floats, Floats]:
-        """Return forces [N] in series at nodes [m], changes of threshold shifts, and the nodes.
+        """Compute the force of the law ``curve`` in series with a spring of given compliance [m/N].
 
-        If the load varies within the cycle, the nodes depend on the friction coefficient.
+        Return the forces [N] at total displacements ``nodes`` [m]; the changes of the threshold
+        shifts [m], or of the friction coefficient, from those of the fit; and the nodes. If the
+        load varies within the cycle, the returned nodes are those moved by the friction of the law.
         """
         fit = self.fit
         load = fit.reference
@@ -215,18 +218,18 @@ class Statistics:
         return np.interp(nodes, u, force), np.array(shifts) - fit.shifts[1:], nodes
 
     def friction_of(self, g: Floats) -> float | None:
-        """Return the friction coefficient of coefficients g; None if no load varies in a cycle."""
+        """Return the friction coefficient among coefficients g; None if loads do not vary."""
         if self.fit.friction is None:
             return None
         return self.fit.friction + float(g[-1] / self.fit.scale[-1])
 
     def residuals(self, g: Floats) -> Floats:
-        """Return the whitened residuals of scaled coefficients g."""
+        """Return the residuals R g - r over their noise [-] of scaled coefficients g."""
         return np.asarray(self.root @ g - self.target)
 
 
 class _Problem:
-    """Residuals of a law and of independent data, as functions of the free coordinates."""
+    """Residuals of a law and of data as functions of parameters q, logarithms where ``is_log``."""
 
     def __init__(
         self,
@@ -288,7 +291,7 @@ class _Problem:
     _whitening: tuple[Floats, Floats] | None = None
 
     def whiten(self, q: Floats) -> None:
-        """Weigh residuals with the scatter from random summit heights at the coordinates q."""
+        """Include the scatter from random summit heights at parameters q in the weights."""
         if self.scatter is None:
             return
         changes = self.statistics.root @ self.scatter(self.statistics.fit, self.values(q))
@@ -305,7 +308,7 @@ def solve(
     scatter: Scatter | None = None,
     starts: Sequence[Mapping[str, float]] = (),
 ) -> tuple[_Problem, Floats, float, Floats]:
-    """Fit a law; return problem, best coordinates q, sum of squares and covariance of q.
+    """Fit a law; return problem, best parameters q, sum of squares and covariance of q.
 
     If the load varies within the cycle, the statistics are linearised about the law and the fit is
     repeated; the returned problem has the statistics of the last repetition.
@@ -366,7 +369,11 @@ def _solved(
 def profile(
     problem: _Problem, q: Floats, least: float, i: int, error: float
 ) -> tuple[float, float]:
-    """Return the ends of the profile-likelihood interval of coordinate i; infinite if unbounded."""
+    """Return the ends of the profile-likelihood interval of entry i of q; infinite if unbounded.
+
+    ``least`` is the sum of squares at the minimum q, and ``error`` the standard error of entry i,
+    which sets the first step of the search.
+    """
     level = problem.statistics.level
     low, high = problem.bounds
     others = np.arange(q.size) != i

@@ -10,11 +10,12 @@ _SMALL = 0.02  # of the noise: nuisance parameters of smaller effect are not eli
 
 
 def directions_of(flat: Floats, uncertain: Floats) -> tuple[Floats, Floats]:
-    """Return directions D (bins, parameters) and shares s, that eliminate nuisance parameters.
+    """Return directions D (bins, directions) and shares s (directions,).
 
-    Whitened rows are r - (r D) s D'. The columns of both arrays, shape (bins, parameters), are the
-    weighted effects of one parameter each. The parameters of ``flat`` are free; those of
-    ``uncertain`` have the variance 1.
+    With them a row r of values over their noise (bins,) becomes r - (r D) s D', in which the
+    nuisance parameters are eliminated. The columns of ``flat`` and ``uncertain`` (bins, parameters)
+    are the effects over the noise of one parameter each. The parameters of ``flat`` are unknown;
+    those of ``uncertain`` are known to be zero with a standard error of 1.
     """
     basis, _ = np.linalg.qr(flat)
     uncertain = uncertain - basis @ (basis.T @ uncertain)

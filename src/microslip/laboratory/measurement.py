@@ -53,7 +53,7 @@ _NOISE_SAMPLES = 1 << 17
 MOST_OF_LOOP = 1 << 17
 """Largest number of samples of a single averaged loop."""
 _MOSTLY = 0.9
-"""Share of the displacement below which gross slip has a considerable elastic part."""
+"""Fraction of the displacement below which gross slip has a considerable elastic part."""
 _TWO_SIDED = 1.96
 """Normal quantile by which half-widths become standard errors."""
 _MOST = {

@@ -43,8 +43,9 @@ class InterfaceModel:
     """Interface whose first-loading force is T0 = mu N [1 - n(h + x)/n(h)], x = u/slip_scale.
 
     The normal load at separation d is N = C n(d/s), with a known shape n, a length s and a constant
-    C [N]. Loops determine the friction coefficient mu, the length slip_scale = kappa s and, weakly,
-    the separation h = d/s at the ``reference_load``. At a load N, h solves n(h_N) = n(h) N/N_ref
+    C [N]. Loops determine the friction coefficient mu, the length slip_scale = kappa s, where kappa
+    = mu E*/(4 G*) depends on the materials, and, weakly, the separation h = d/s at the
+    ``reference_load`` N_ref. At another load N the separation h_N solves n(h_N) = n(h) N/N_ref
     (Ciavarella 1998, J. Appl. Mech. 65, 998). For a sphere s is the approach at the reference load,
     and h is -1.
     """
@@ -83,11 +84,12 @@ class InterfaceModel:
         return limit * share, (limit / scale) * by_step
 
     def by_summits(self, u: Floats, values: Values, load: float, loads: Sequence[float]) -> Floats:
-        """Return the standard deviations of the force from random summits (heights, displacements).
+        """Return the standard deviations of the force that random summits cause, times sqrt(M) [N].
 
-        Counts of summits in each interval of heights z scatter as Poisson's distribution, the same
-        intervals for all ``loads``. With c summits in excess at z, h rises to keep the load, and
-        the force of first loading changes by
+        M is the total number of summits. The shape is (height intervals, displacements); intervals
+        are the same for all ``loads``. The number of summits in each interval of heights z scatters
+        by Poisson's distribution. If it is higher by c M, h rises to keep the load N, and the force
+        of first loading changes by
 
         -mu N/n(h) c [(z - h - x)^(3/2) - (z - h)^(3/2) n'(h + x)/n'(h)].
         """
@@ -129,7 +131,7 @@ class InterfaceModel:
         return Interface(surface, mu, normal_load=load)
 
     def derived(self, values: Values, load: float, given: Materials) -> dict[str, float]:
-        """Return force limit and stiffness at a load [N], and values that need pair and area."""
+        """Return the quantities at a load [N] that follow from the parameters, by name, in SI."""
         pair, area, _ = given
         mu, scale, h = self._values(values)
         template = self.template

@@ -153,10 +153,9 @@ class IsotropicJoint(Locked):
             whether the tolerance was reached.
         start : {"farthest", "first"}, optional
             Sample to which the joint goes from rest in a straight line before it follows the cycle:
-            the one farthest from rest, or the first one, as for a state that starts at rest.
-            Sliders that hardly slip keep the force of this path, so the mean force of a cycle with
-            a mean displacement depends on it: over 60 random ellipses with amplitudes up to 0.45 um
-            and means of this size, by 0.5 % of the force limit (median) and up to 18 %.
+            the one farthest from rest, or the first one, as for a state that starts at rest. If the
+            cycle has a mean displacement, the mean force depends on it: by 0.5 % of the force limit
+            (median), up to 18 %, over 60 random ellipses with amplitudes and means near 0.3 um.
 
         Returns
         -------

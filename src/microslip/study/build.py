@@ -147,7 +147,7 @@ class Input:
 class Design:
     """Map from standard normal scores of the uncertain inputs to a study with fixed numbers.
 
-    Each input has one column of scores.
+    A row of scores has one column for each input, plus one for a scan that consists of pieces.
     """
 
     def __init__(self, study: StudyDescription) -> None:

@@ -71,7 +71,7 @@ class TightenedBolts(Part):
 
     @property
     def model_spreads(self) -> dict[str, Spread]:
-        """Torque as an uncertain number, whose scatter follows from the tightening factor."""
+        """Uncertain torque under its key; its scatter follows from the tightening factor."""
         if self.torque is None or isinstance(self.torque, Spread):
             return {}
         low, high = tension_band(self.tightening_factor or TIGHTENING_FACTOR)

@@ -230,7 +230,7 @@ class NamedValues(_Several):
 
 
 def as_keyed(error: InputError, table: str, names: Sequence[str]) -> tuple[str, str]:
-    """Return the key of an InputError, and its message on one line."""
+    """Return the key of a study that an InputError is about, and its message on one line."""
     argument, text = error.argument, error.text
     if argument is not None and argument in names:
         table, text = f"{table}.{argument}" if table else argument, error.statement

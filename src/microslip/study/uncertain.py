@@ -69,7 +69,7 @@ class Spread(float):
         return value
 
     def following(self, key: str, factor: float) -> Spread:
-        """Return ``factor`` times this number, whose key is ``key``; both vary together."""
+        """Return ``factor`` times this number, of the key ``key``; samples of both are linked."""
         value = type(self)(factor * float(self))
         value.of, value.factor, value.unit = key, factor, self.unit
         return value

@@ -67,9 +67,9 @@ class Identified:
     title: str = ""
     """Title of the study that the materials are from."""
     step: Any = None
-    """The second step: parameters of the interface; None without materials."""
+    """Parameters of the interface, from a second fit to the law; None without materials."""
     no_step: str = ""
-    """Reason why the second step was not made."""
+    """Reason why no parameters of the interface were determined."""
     skipped: tuple[tuple[str, str], ...] = ()
     """Files that could not be read, and why."""
 

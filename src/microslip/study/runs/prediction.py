@@ -149,7 +149,7 @@ DEFAULT_RANGE = (1e-3, 1e2)
 class Defaults:
     """Default amplitudes, as multiples of the length ``scale`` [m], where the study gives none.
 
-    It is the :attr:`~microslip.Interface.slip_scale` between sticking and sliding, rounded.
+    The scale is the largest :attr:`microslip.Interface.slip_scale` of the joints, rounded.
     """
 
     scale: float

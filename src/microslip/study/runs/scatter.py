@@ -71,7 +71,7 @@ class PredictionScatter:
 
 
 def with_amplitudes(study: StudyDescription, amplitudes: Floats, grid: Floats) -> StudyDescription:
-    """Return the study with amplitudes of loops and curves (``grid``) [m] unless it has its own."""
+    """Return the study with amplitudes of loops, and of curves (``grid``) [m], if it has none."""
     excitation = study.excitation
     changes: dict[str, Any] = {}
     if excitation.amplitudes is None and excitation.force_amplitudes is None:

@@ -392,7 +392,7 @@ def keys_of_model(study: StudyDescription, keys: Iterable[str]) -> list[str]:
 
 
 def scales(middle: StudyDescription, sample: StudyDescription, keys: list[str]) -> list[float]:
-    """Return the ratio of a sample's value to the central value, for each key."""
+    """Return the ratio of a sample's value to the central value, for each of the keys."""
     return [value_at(sample, key) / value_at(middle, key) for key in keys]  # type: ignore[operator]
 
 

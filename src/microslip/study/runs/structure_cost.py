@@ -1,4 +1,4 @@
-"""Size of the model of a structure, and its computing time extrapolated from one solution."""
+"""Size of the model of a structure, and its computing time estimated from one solution."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ _WIDTHS = 5.0  # range shown beyond the outermost peaks, in half-widths of the r
 
 
 def gain_of(curve: ModalCurve, joint: ReducedJoint) -> Floats:
-    """Return |shape at sensor times shape at force| [1/kg], one value for each amplitude."""
+    """Return |mode shape at the sensor times mode shape at the force| [1/kg] for each amplitude."""
     return np.asarray(abs(_gain(curve, joint)))
 
 

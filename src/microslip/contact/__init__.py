@@ -1,4 +1,4 @@
-"""Elastic pairs, summit heights, and normal load laws N(d), one class for each law."""
+"""Pairs of elastic materials, distributions of summit heights, and normal load laws N(d)."""
 
 from microslip._core.packages import names_of_stub as _names
 

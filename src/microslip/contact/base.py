@@ -1,4 +1,7 @@
-"""Base class of normal load laws N(d), the only part of the model that depends on the surface."""
+"""Base class of normal load laws N(d), the only part of the model that depends on the surface.
+
+Equation numbers (19.x) are those of chapter 19, DOI 10.1007/978-3-319-56818-8_19.
+"""
 
 from __future__ import annotations
 
@@ -20,15 +23,15 @@ from microslip.contact.spheres import DROP, EXCESS, EXCESS_SLOPE, FALL, Spheres
 from microslip.contact.spline import Spline
 
 PRESSURE = "mean contact pressure over hardness"
-"""Name of the judged quantity for laws with a contact area but without summits."""
+"""Name of the quantity that a rule checks for laws with a contact area but without summits."""
 YIELD = "Hertz pressure over that of first yield"
-"""Name of the judged quantity for one sphere."""
+"""Name of the quantity that a rule checks for one sphere."""
 OVER_HARDNESS = "tightening pressure over hardness"
 POINTS = "points in contact"
 SCATTER = "scatter of the pieces"
 BETWEEN = "height variance between pieces"
 RESOLUTION = "change of stiffness by pixel and cut-off"
-"""Names of the judged quantities for a measured face."""
+"""Names of the quantities that the rules check for a measured face."""
 
 LARGEST_PRESSURE = 0.7
 """Mean pressure over hardness above which nearly all of a face has yielded."""
@@ -37,9 +40,11 @@ FEWEST_POINTS = 100
 
 
 def plasticity_index(pair: MaterialPair, spread: float, radius: float) -> dict[str, float | None]:
-    """Return {rule name: plasticity index (E*/H) sqrt(sigma/rho)}, Greenwood and Williamson (1966).
+    """Return {rule name: plasticity index (E*/H) sqrt(spread/radius) [-]}.
 
-    Empty for summits of equal height; the index is None without a hardness.
+    Greenwood and Williamson (1966, DOI 10.1098/rspa.1966.0242), with the standard deviation of the
+    summit heights ``spread`` and the summit radius ``radius`` [m]. The dict is empty if ``spread``
+    is zero; the index is None if the pair has no hardness.
     """
     if not spread > 0.0:
         return {}
@@ -51,11 +56,13 @@ def plasticity_index(pair: MaterialPair, spread: float, radius: float) -> dict[s
 def sparse_contacts(
     surface: Any, area: float, spread: float, radius: float, separation: float | None
 ) -> dict[str, float | None]:
-    """Return the values judged by the rules on small, distant and numerous contacts, by rule name.
+    """Return the quantities that four validity rules check, by rule name.
 
-    `surface` must have a summit count, a contact count and a contact area; `area` is the apparent
-    area [m^2], ``spread`` the standard deviation of the summit heights [m] and ``radius`` their
-    radius [m]. A separation of None means that nothing touches.
+    They are density * radius * spread, real over apparent area, rms contact radius over summit
+    spacing, and the number of contacts. ``surface`` must have a summit count, a contact count and a
+    contact area; ``area`` is the apparent area [m^2], ``spread`` the standard deviation of the
+    summit heights [m] and ``radius`` their radius [m]. A separation of None means that nothing
+    touches.
     """
     real, count = 0.0, 0.0
     if separation is not None:
@@ -85,13 +92,14 @@ FAINTEST = 1e-290
 
 
 class NormalLaw(Parametric, ABC):
-    """Normal load N of an interface against the separation d: decreasing and convex.
+    """Normal load N of an interface against the separation d of its faces: decreasing and convex.
 
-    A subclass is a frozen dataclass with a ``pair`` that implements :meth:`_derivative` and
-    :attr:`_span`. Optional are :attr:`_edge`, if the law is not smooth where contact begins, and
-    :meth:`contact_count` and :meth:`contact_area`. The tangential force follows from the law by
-    T0 = mu [N(d) - N(d + delta/kappa)] (Jaeger 1998, DOI 10.1115/1.2833765; Ciavarella 1998,
-    J. Appl. Mech. 65, 998), see :class:`microslip.Interface`.
+    A subclass is a frozen dataclass with a field ``pair``; it implements :meth:`_derivative` and
+    :attr:`_span`. Optional are :attr:`_edge` and :attr:`_breaks`, if N'' is not smooth, and
+    :meth:`contact_count` and :meth:`contact_area`. On first loading to the displacement delta the
+    tangential force is T0 = mu [N(d) - N(d + delta/kappa)], with the friction coefficient mu and
+    the slip per indentation kappa = mu k_n/k_t (Jaeger 1998, DOI 10.1115/1.2833765; Ciavarella
+    1998, J. Appl. Mech. 65, 998), see :class:`microslip.Interface`.
     """
 
     pair: MaterialPair
@@ -105,18 +113,21 @@ class NormalLaw(Parametric, ABC):
         """Derivative of N of order 0 (N itself) to 2; -1: integral of N from d to infinity."""
 
     def _assumptions(self, separation: float | None) -> dict[str, float | None]:
-        """Quantities of the validity rules at a separation [m], by rule name; None where unknown.
+        """Quantities that the validity rules check, by rule name; None where unknown.
 
-        A separation of None means that nothing touches.
+        A separation [m] of None means that nothing touches.
         """
         return {}
 
     def _slip_measure(self) -> tuple[float, str] | None:
-        """Indentation [m] that sets the displacement scale of slip, and its name; or None."""
+        """Width of the summit heights [m] and its name; None for a law without heights.
+
+        Multiplied by the slip per indentation it is the displacement scale of slip.
+        """
         return None
 
     def _standardised(self, separation: float) -> float | None:
-        """Separation over the standard deviation of the heights [-]; None without heights."""
+        """Separation over the rms height [-]; None for a law without heights."""
         return None
 
     def _derivative_at(self, separation: float, order: int) -> float:
@@ -129,17 +140,17 @@ class NormalLaw(Parametric, ABC):
 
     @property
     def _edge(self) -> float:
-        """Separation [m] above which the law is smooth wherever its load is not zero."""
+        """Separation [m] at which the lowest summit touches and N'' is not smooth; or -inf."""
         return -math.inf
 
     @property
     def _breaks(self) -> Floats:
-        """Separations [m], increasing, at which the law is not smooth, except :attr:`_edge`."""
+        """Separations [m], increasing, where N'' is not smooth and integrals are split."""
         return np.zeros(0)
 
     @property
     def _small_kinks(self) -> Floats:
-        """Separations [m] of the kinks of a law with many small ones; otherwise empty."""
+        """Kinks of N'' [m], if there are too many to split all integrals at them; else empty."""
         return np.zeros(0)
 
     @property
@@ -160,17 +171,18 @@ class NormalLaw(Parametric, ABC):
 
     @property
     def _kinks(self) -> Floats:
-        """Separations [m], increasing, where N'' is not smooth, except at given summits."""
+        """Separations [m], increasing, where N'' is not smooth; empty for given summits."""
         edge = [self._edge] if math.isfinite(self._edge) else []
         return np.union1d(self._breaks, edge)
 
     @property
     def _is_spline(self) -> bool:
-        """Whether the law is polynomials between :attr:`_kinks`, which all kernels evaluate."""
+        """Whether N is a polynomial between :attr:`_kinks`, for evaluation by compiled kernels."""
         return False
 
     @property
     def _spheres(self) -> Spheres | None:
+        """Individually given summits; None for all other laws."""
         return None
 
     @property
@@ -179,7 +191,7 @@ class NormalLaw(Parametric, ABC):
 
     @property
     def stiffness_ratio(self) -> float:
-        """Normal over tangential stiffness of the contacts [-]; E*/4G* for round contacts."""
+        """Normal over tangential stiffness of the contacts [-]; E*/(4 G*) for round contacts."""
         return self.pair.stiffness_ratio
 
     @property
@@ -191,7 +203,10 @@ class NormalLaw(Parametric, ABC):
         return None
 
     def along(self, direction: float | None) -> NormalLaw:
-        """Return the surface for motion in a direction [rad] relative to its lay."""
+        """Return the surface for motion in a direction [rad]; None is the mean over all directions.
+
+        Subclasses define the axis from which it is measured; a law without a lay raises InputError.
+        """
         if direction is None:
             return self
         raise InputError(
@@ -203,10 +218,11 @@ class NormalLaw(Parametric, ABC):
         """Raise an InputError if loads of the joint at rest [N] are too large for the law."""
 
     def _tightened_by(self, shares: Floats) -> tuple[Floats, Floats] | None:
-        """Return factors [-] and offsets [m] of separation for areas tightened to parts of a load.
+        """Return the laws of areas tightened to the fractions ``shares`` of the tightening load.
 
-        An area tightened to the fraction s of the tightening load carries s N((d - offset)/factor)
-        at separation d, where N is this law. None for a law that does not yield.
+        They are given by factors [-] and offsets [m] of the separation: an area tightened to the
+        fraction s carries s N((d - offset)/factor) at separation d, where N is this law. None for a
+        law that does not yield.
         """
         return None
 
@@ -221,7 +237,7 @@ class NormalLaw(Parametric, ABC):
 
     @property
     def _scales(self) -> dict[str, tuple[float, float, float]] | None:
-        """Parameters p of N = C F(d/L) by name: p, d ln C/d ln p and d ln L/d ln p [-]."""
+        """Parameters of N = C F(d/L): {name: (p, d ln C/d ln p, d ln L/d ln p)}; or None."""
         return None
 
     def _patch(self, area: float, tightening: float) -> NormalLaw:
@@ -251,11 +267,16 @@ class NormalLaw(Parametric, ABC):
         -------
         float or ndarray
             Loads [N], shape of ``separation``.
+
+        Raises
+        ------
+        InputError
+            If a separation is not finite, or so small that it is outside the range of the law.
         """
         return plain(self._derivative(self._separations(separation), 0), separation)
 
     def stiffness(self, separation: ArrayLike) -> Any:
-        """Normal stiffness -N'(d) [N/m] at separations [m] of any shape; errors as :meth:`load`."""
+        """Normal stiffness -N'(d) [N/m] for separations of any shape; raises as :meth:`load`."""
         return plain(-self._derivative(self._separations(separation), 1), separation)
 
     def separation(self, load: ArrayLike) -> Any:
@@ -333,13 +354,13 @@ class NormalLaw(Parametric, ABC):
         return -self._derivative(d + u, 1)
 
     def _excess(self, d: Floats | float, u: Floats) -> Floats:
-        """Return half the integral of v (u - v) N''(d + v), 0 <= v <= u, without cancellation."""
+        """Return half the integral of v (u - v) N''(d + v) dv over 0 <= v <= u [N m]."""
         if self._spheres is not None:
             return self._spheres.sum(EXCESS, d, u)
         return quadrature.excess(self, d, u, self._by_pieces)
 
     def _excess_slope(self, d: Floats | float, u: Floats) -> Floats:
-        """Return half the integral of v N''(d + v) over 0 <= v <= u [N], without cancellation."""
+        """Return half the integral of v N''(d + v) dv over 0 <= v <= u [N]."""
         if self._spheres is not None:
             return self._spheres.sum(EXCESS_SLOPE, d, u)
         return quadrature.excess_slope(self, d, u, self._by_pieces)
@@ -374,7 +395,7 @@ class NormalLaw(Parametric, ABC):
     def _solve(self, loads: Floats) -> Floats:
         """Solve N(d) = load for d [m] by Newton's method on ln N, with a bracket for each load.
 
-        ln N is concave for all laws except unusual tables, for which the brackets ensure
+        ln N is concave for most laws; for a table it need not be, and there the brackets ensure
         convergence.
         """
         low, high = self._span
@@ -437,7 +458,7 @@ class NormalLaw(Parametric, ABC):
 
     @classmethod
     def examples(cls) -> tuple[NormalLaw, ...]:
-        """Instances of the class for the shared tests; empty for an abstract class."""
+        """Return instances of the class for the shared tests; empty for an abstract class."""
         return ()
 
 
@@ -445,6 +466,6 @@ _REACHES = 1.25 ** np.arange(-4.0, 48.0)
 
 
 def aluminium() -> MaterialPair:
-    """Return the pair of the samples of chapter 19: aluminium 2017 on aluminium 2017."""
+    """Return the material pair of the samples of chapter 19: aluminium 2017 on itself."""
     metal = Material(young_modulus=69e9, poisson_ratio=0.33)
     return MaterialPair(metal, metal)

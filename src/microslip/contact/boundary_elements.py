@@ -1,7 +1,8 @@
 """Contact of rough faces by boundary elements: an elastic half-space on a grid, with a hardness.
 
-Lengths are in pixels along x, pressures in units of E*. The two bodies are replaced by a rigid face
-with the heights z of the gap, pressed on a half-space of modulus E*. The normal displacement is
+Lengths are in units of the point spacing along x, written [pixels along x], and pressures in units
+of E*, written [E*]. The two bodies are replaced by a rigid face with the heights z of the gap,
+pressed on a half-space of modulus E*. The normal displacement is
 2/|q| times the pressure for a wave of wavenumber q, and zero for the mean pressure, so that a
 separation is the distance of the mean planes (Johnson 1985, DOI 10.1017/CBO9781139171731; Stanley
 and Kato 1997, DOI 10.1115/1.2833523). The waves are cosines: the face is mirrored at its edges,
@@ -115,7 +116,7 @@ def press(
     hardness: float = np.inf,
     tolerance: float,
 ) -> Floats:
-    """Compute the contact pressures at a separation of the mean planes.
+    """Compute the contact pressures of a rough face at a given separation.
 
     Where the faces touch, a pressure lies between zero and the hardness; elsewhere it is zero.
 
@@ -143,8 +144,8 @@ def press(
     -----
     A primal-dual active set method (Hintermueller, Ito and Kunisch 2002, DOI
     10.1137/S1052623401383558). Points with a pressure between the bounds are free. Their pressures
-    are found by conjugate gradients; then points that violate a condition change sets, and so on,
-    for four to twelve sets.
+    are found by conjugate gradients; then points that violate a condition change sets. These two
+    steps are repeated until no point changes, usually four to twelve times.
     """
     target = heights - separation
     pressure = np.zeros_like(heights) if start is None else np.clip(start, 0.0, hardness)
@@ -244,7 +245,7 @@ def sliding(
 
 
 def _solve(operator: Any, right: Floats, start: Floats, tolerance: float) -> Floats:
-    """Solve by conjugate gradients until the residual over ``right`` is below ``tolerance``."""
+    """Solve operator(x) = right by conjugate gradients to the relative residual ``tolerance``."""
     solution = start
     here = right - operator(solution) if solution.any() else right.copy()
     direction, square = here, float(np.vdot(here, here))

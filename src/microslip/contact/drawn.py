@@ -26,9 +26,9 @@ STIFFNESS_ERROR = 0.21
 faces it is 0.05. The rest is the difference between kinds of machined faces of equal rms height and
 slope, which also have other height distributions and textures."""
 ENERGY_ERRORS = MappingProxyType({0.1: 0.58, 0.3: 0.32, 1.0: 0.14})
-"""Standard deviation of the logarithm of the energy of a cycle by amplitude over mu N/k_t [-]."""
+"""Standard deviation of ln(energy of a cycle) [-], by amplitude in units of mu N/k_t."""
 SHAPE_ERROR = 0.45
-"""Standard deviation of the logarithm of the bends [-], for random draws of the energy."""
+"""Standard deviation of ln(shape_factor) [-] in random draws, see :meth:`DrawnFace.drawn`."""
 _BREADTH_SPREAD = 0.1  # of ln(breadth), where it is not known
 _LOADINGS = 40
 _STEP = 0.02  # of logarithms, for slopes
@@ -58,7 +58,7 @@ class DrawnFace(FaceLaw):
         Largest mean pressure that the face has carried [Pa].
     plateau : float, optional
         Rms height Rpq of the plateau [m] of a honed face (ISO 21920-2), whose valleys carry no
-        load. The law uses it instead of ``rms``, and the slope times ``plateau/rms``.
+        load. Then ``plateau`` replaces ``rms``, and ``slope * plateau/rms`` replaces ``slope``.
     breadth : float, optional
         Breadth Rq <q>/h' of the spectrum [-], from 0.6 to 0.95, with the mean wavenumber <q> and
         the rms gradient h'; by default 0.84.
@@ -71,16 +71,17 @@ class DrawnFace(FaceLaw):
         Standard deviations of the logarithms of "rms", "slope", "hardness" and
         "tightening_pressure" [-], of uncertain inputs; see :meth:`drawn`.
     stiffness_factor, shape_factor : float
-        Factors on the stiffness and on the dissipation of small cycles [-], for sampling and for a
-        measured stiffness.
+        Factors [-] by which the stiffness and the dissipation of small cycles are multiplied, to
+        draw random faces or to fit a measured stiffness.
 
     Notes
     -----
     With the groups h = H/(E* h'), A = p/H and the breadth, where H is the hardness and p the
     tightening pressure, the stiffness k_n Rq/p and the shape of the unloading curve are taken from
-    the table. The contact is elastic below the tightening load, so that friction follows from the
-    law as for any other surface (Ciavarella 1998, J. Appl. Mech. 65, 998). Yielding is an upper
-    bound on the pressure (Almqvist et al. 2007, DOI 10.1016/j.triboint.2005.11.008).
+    the table; k_n and k_t are the normal and tangential stiffness per area [N/m^3]. The contact is
+    elastic below the tightening load, so that friction follows from the law as for any other
+    surface (Ciavarella 1998, J. Appl. Mech. 65, 998). Yielding is an upper bound on the pressure
+    (Almqvist et al. 2007, DOI 10.1016/j.triboint.2005.11.008).
 
     With a lay, k_n/k_t = a - (a - 1) c, with a = 2 lambda - 1, the stiffness ratio lambda of the
     pair, and c the slope in the direction of motion over the sum of the two slopes.
@@ -259,13 +260,12 @@ class DrawnFace(FaceLaw):
         return self._changed(area=area, tightening_pressure=pressure)
 
     def _under(self, load: float) -> NormalLaw:
-        """Return the face, tightened again if a load [N] makes it yield."""
         if load <= self._heaviest * (1.0 + 1e-9):
             return self
         return self._changed(tightening_pressure=load / self.area)
 
     def _length_factors(self, shares: Floats) -> Floats:
-        """p/k_n of areas tightened to fractions of the pressure, over that of the face [-]."""
+        """Length p/k_n of areas tightened to ``shares`` of the pressure, over that of the face."""
         h, pi, breadth = self._groups
         found = table.continued(np.full(shares.size, h), pi * shares, breadth)
         return np.asarray(float(self._numbers.stiffness[0]) / found.stiffness)
@@ -300,7 +300,7 @@ class DrawnFace(FaceLaw):
 
     @cached_property
     def _groups(self) -> tuple[float, float, float]:
-        """Groups h = H/(E* h'), pi = p/(E* h') and breadth, see :mod:`.face_table`."""
+        """Groups h = H/(E* h'), P = p/(E* h') and breadth, see :mod:`.face_table`."""
         stiff = self.pair.composite_modulus * self.gradient
         h = min(self.hardness / stiff, table.HARDNESS[1])
         breadth = table.BREADTH[1] if self.breadth is None else self.breadth
@@ -324,7 +324,7 @@ class DrawnFace(FaceLaw):
     def slip_length(self) -> float:
         """Pressure over normal stiffness per area, p/k_n [m], at the tightening pressure.
 
-        Times mu k_n/k_t it is mu p/k_t, the displacement at slip of a linear joint.
+        Multiplied by mu k_n/k_t it is mu p/k_t, the displacement at which a linear joint slips.
         """
         return self._rms / self._stiffness
 
@@ -350,7 +350,10 @@ class DrawnFace(FaceLaw):
         return lock(np.diag([1.0 / (a - (a - 1.0) * c) for c in self._slopes]))
 
     def contact_area(self, separation: ArrayLike) -> Any:
-        """Real contact area [m^2] at separations [m] of any shape, for the cut-off of ``slope``."""
+        """Real contact area [m^2] at separations [m] of any shape.
+
+        It depends on the short-wave cut-off that ``slope`` has.
+        """
         loads = np.asarray(self.load(separation), dtype=float) / self._heaviest
         at = np.log(table.SHARES[::-1])
         shares = self._numbers.contacts[0, ::-1]

@@ -1,8 +1,14 @@
-"""Load curves of laws without a profile at single separations, and energies lost by slip on them.
+"""Load curves N(d) of laws without a profile, and energies lost by slip on them.
 
-As the slip front at q advances by dq over a row of density D and leaves slip of sign s behind, with
-the interface at d, mu kappa (1 - s D) [N(d) - N(q) + N'(q) (q - d)] dq is lost. The bracket is the
-integral of v N''(d + v) over 0 <= v <= q - d, which has no negative term.
+A profile is a piecewise polynomial approximation of N. Laws without one, such as individually given
+summits, are evaluated here for one separation at a time.
+
+In a memory diagram (:mod:`microslip.friction.memory.diagram`) D(eta) is the ratio of
+displacement/kappa to approach in the contacts that first touch at separation eta; a row is an
+interval of constant D. At separation d, contacts from eta = d to the slip front q slip and have D =
+s, which is 1 or -1. As q advances by dq over a row, with the friction coefficient mu and the slip
+per indentation kappa, the energy lost is mu kappa (1 - s D) [N(d) - N(q) + N'(q) (q - d)] dq. The
+bracket is the integral of v N''(d + v) over 0 <= v <= q - d, which has no negative term.
 """
 
 from __future__ import annotations
@@ -28,7 +34,7 @@ _FEW_SUMMITS = 24  # for which plain Python is quicker than arrays
 
 
 class ScalarCurve(Protocol):
-    """Load curve N of a law at one separation per call, relative to an origin [m]."""
+    """Load curve N of a law, one separation per call; separations [m] are relative to an origin."""
 
     def drop(self, base: float, width: float) -> float:
         """Return N(base) - N(base + width) [N] for separations in metres."""
@@ -49,7 +55,7 @@ def scalar_curve(law: NormalLaw, origin: float) -> ScalarCurve:
 
 
 class LawCurve:
-    """Load curve of any law."""
+    """Load curve of any law, evaluated by the methods of the law."""
 
     def __init__(self, law: NormalLaw, origin: float) -> None:
         self._law, self._origin = law, origin
@@ -82,7 +88,7 @@ class SpheresCurve:
         self._spheres = list(zip(heights, spheres.constants.tolist(), strict=True))
 
     def drop(self, base: float, width: float) -> float:
-        """Return N(base) - N(base + width) [N]; formula as :data:`.spheres.DROP`."""
+        """Return N(base) - N(base + width) [N] without cancellation, see :data:`.spheres.DROP`."""
         total = 0.0
         for height, constant in self._spheres:
             s = height - base
@@ -197,7 +203,7 @@ _CLOSE_SHARE = 0.05  # of the indentation: nearer than that, differences of powe
 
 
 class SlipLosses:
-    """Energy dissipated by slip on a law, for separations relative to ``origin`` [m]."""
+    """Energy dissipated by slip in an interface; separations are relative to ``origin`` [m]."""
 
     def __init__(self, law: NormalLaw, origin: float) -> None:
         self._law, self._origin = law, origin
@@ -212,12 +218,12 @@ class SlipLosses:
             self._spheres = Spheres(spheres.heights - origin, spheres.constants)
 
     def of(self, runs: Floats, samples: int) -> Floats:
-        """Return the energy dissipated in each sample of a record, divided by mu kappa.
+        """Return the energy dissipated in each sample of a record, divided by mu kappa [N m].
 
-        A column of `runs` is one advance of the slip front over a row of the slip diagram, in order
-        of time: sample number, distance of the advance [m], distance of the front from the
-        separation before and after [m], density of the row [-], sign of the slip left behind,
-        separations before and after [m].
+        A column of ``runs`` is one advance of the slip front over a row of the memory diagram, in
+        order of time: sample number, distance of the advance [m], distance q - d of the front from
+        the separation before and after [m], D [-], s, separation d before and after [m].
+        ``samples`` is the number of samples of the record.
         """
         total = np.zeros(samples)
         for begin in range(0, runs.shape[1], _RUNS):
@@ -253,9 +259,10 @@ class SlipLosses:
         return result
 
     def _marks_from(self, low: float) -> Floats:
-        """Return the kinks of the law and, where it is smooth, points one decay length apart.
+        """Return the separations above ``low`` [m] at which quadrature intervals end.
 
-        A single rule over many decay lengths would miss the load as the faces separate.
+        They are the kinks of the law and, where it is smooth, points one decay length apart: a
+        single rule over many decay lengths would be inaccurate as the faces separate.
         """
         if low >= self._low:
             return self._marks
@@ -279,7 +286,10 @@ class SlipLosses:
         return self._marks
 
     def _rules(self, front: Floats) -> list[tuple[Rule, NDArray[np.bool_]]]:
-        """Return quadrature rules, each with the mask of the pieces that it integrates."""
+        """Return quadrature rules, each with the mask of the pieces that it integrates.
+
+        Pieces with the slip front ``front`` [m] within a table have a polynomial as the integrand.
+        """
         spline = self._law._spline
         if spline is None:
             return [(_ROOTS, np.ones(front.size, dtype=bool))]
@@ -293,9 +303,10 @@ class SlipLosses:
 def _pieces(
     marks: Floats, start: Floats, end: Floats, first: Floats, last: Floats
 ) -> tuple[Integers, Floats, Floats]:
-    """Divide runs where the slip front or the separation passes a mark.
+    """Divide runs (advances of the slip front) where the front or the separation passes a mark.
 
-    Return for each piece the index of its run, and its start and width as fractions of the run [-].
+    The front moves from ``start`` to ``end``, the separation from ``first`` to ``last`` [m]. Return
+    for each piece the index of its run, and its start and width as fractions of the run [-].
     """
     runs, cuts = [np.arange(start.size)] * 2, [np.zeros(start.size), np.ones(start.size)]
     for begin, stop in ((start, end), (first, last)):
@@ -323,7 +334,7 @@ def _summit_means(
 
     The distance q - d of the slip front from the separation changes linearly from ``gap`` to
     ``until`` [m], both not negative, while d changes from ``first`` to ``last`` [m]. Summits are
-    integrated from first contact to separation: the roots of the integrand lie at these ends.
+    integrated from first contact to separation, where the integrand has square-root singularities.
     """
     result = np.zeros(gap.size)
     closest = np.minimum(first, last)
@@ -342,7 +353,7 @@ def _summit_means(
 
 
 def _summits(y: Floats, gap: Floats, until: Floats, first: Floats, last: Floats) -> Floats:
-    """Return the means of :func:`_summit_means` for a load constant of one, (runs, summits)."""
+    """Return :func:`_summit_means` of each summit for a load constant of one, (runs, summits)."""
     deep, low = y - first, y - last
     before = deep - gap  # what the front leaves of the indentation; it falls
     after = np.minimum(low - until, before)
@@ -385,9 +396,10 @@ def _partly_slipped(
 ) -> Floats:
     """Return the mean of (A - B)^2 (2 A + B) over each advance of the slip front [m^(3/2)].
 
-    A quarter is the mean of :func:`_summit_means` for a partly slipped summit of load constant 1.
-    Its indentation A^2 changes linearly from ``a0`` to ``a1``, A^2 - B^2, the distance of the front
-    from the separation, from ``g0`` to ``g1``, and so B^2 from ``b0`` to ``b1`` [m].
+    A^2 is the indentation y - d of a summit of height y, and B^2 = y - q, the indentation less the
+    distance q - d of the slip front from the separation. A^2 changes linearly from ``a0`` to
+    ``a1``, B^2 from ``b0`` to ``b1`` and q - d from ``g0`` to ``g1`` [m]. A quarter of the result
+    is the mean of :func:`_summit_means` for a partly slipped summit of load constant one.
     """
     result = np.zeros(a0.size)
     at = np.arange(a0.size)

@@ -1,4 +1,4 @@
-"""Normal laws of entire faces: tightened once to a pressure, and elastic below it."""
+"""Normal laws of entire faces that were tightened once to a pressure and are elastic below it."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ class FirstLoading(NamedTuple):
 
 
 class FaceErrors(NamedTuple):
-    """Standard deviations of the logarithm of the normal stiffness [-], by cause."""
+    """Standard deviations of ln k_n [-] due to the table, to the limited area and to the inputs."""
 
     table: float
     """Error of the table against boundary elements."""
     realisation: float
     """Difference between a face of the area of the law and the mean of many such faces."""
     inputs: float
-    """Effect of the spreads of the inputs."""
+    """Effect of the uncertainty of the inputs, such as the rms height and the hardness."""
 
     @property
     def total(self) -> float:
@@ -56,7 +56,7 @@ class FaceErrors(NamedTuple):
 
 
 class FaceLaw(TabulatedNormalLaw):
-    """Table of the loads of a face that was tightened, valid up to the tightening load."""
+    """Law of a face that was tightened: a table of N(d) on unloading from the tightening load."""
 
     area: float
     direction: float | None
@@ -94,7 +94,10 @@ class FaceLaw(TabulatedNormalLaw):
         """Ratio of tangential to normal stiffness [-], a (2, 2) tensor in the plane."""
 
     def slip_per_indentation(self, direction: float | None = None) -> float:
-        """Return k_n/k_t [-], equal to kappa/mu: the slip of a contact per indentation for mu = 1.
+        """Return the ratio k_n/k_t of normal to tangential stiffness [-].
+
+        Times the friction coefficient it is the slip per indentation kappa: the tangential
+        displacement at which a contact slips, over its indentation.
 
         Parameters
         ----------
@@ -130,7 +133,7 @@ class FaceLaw(TabulatedNormalLaw):
         return TabulatedNormalLaw(self.pair, d, loads, tail="exponential")
 
     def _length_factors(self, shares: Floats) -> Floats | None:
-        """Length p/k_n of areas tightened to fractions of the load, over that of this law [-]."""
+        """Length p/k_n of areas tightened to ``shares`` of the load, over that of this law."""
         return None
 
     def _tightened_by(self, shares: Floats) -> tuple[Floats, Floats] | None:
@@ -199,7 +202,7 @@ class FaceLaw(TabulatedNormalLaw):
 
 
 def checked_direction(law: FaceLaw, direction: float | None) -> None:
-    """Validate the direction of a law [rad] and assign it."""
+    """Validate a direction [rad], and set it as the attribute ``direction`` of ``law``."""
     if direction is not None:
         direction = number("direction", direction, "rad")
     assign(law, direction=direction)

@@ -1,8 +1,8 @@
 """Loads of a measured face against its separation: tightened once, then unloaded.
 
 The face is solved in one or several pieces, all with heights above the mean plane of the whole face
-and at equal separations; pressures are averaged over the pieces. Units as in
-:mod:`.boundary_elements`.
+and at equal separations; pressures are averaged over the pieces. Pressures are in units of E*,
+lengths in units of the point spacing along x, as in :mod:`.boundary_elements`.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ NEAR_REST = (0.985, 0.95, 0.87, 0.72)
 
 @dataclass(frozen=True, eq=False)
 class FaceSolution(ByValue, LockedArrays):
-    """Solution of a face, largest load first; pressures in E*, lengths in pixels along x."""
+    """Solution of a face, largest load first; pressures [E*], lengths [pixels along x]."""
 
     separation: Floats
     """Separations, increasing."""
@@ -49,7 +49,7 @@ class FaceSolution(ByValue, LockedArrays):
     lighter_sliding: Floats
     """Ratio of tangential to normal stiffness at a tenth of the largest load, shape (2, 2)."""
     hard: float
-    """Fraction of the contact at the hardness after tightening."""
+    """Fraction of the points in contact whose pressure is the hardness after tightening."""
     pixels: int
     """Number of points in contact after tightening."""
     map: Floats
@@ -57,13 +57,13 @@ class FaceSolution(ByValue, LockedArrays):
     reach: Floats
     """Number of loads, from the largest, at which each point of the first piece is in contact."""
     lighter_tightenings: Floats
-    """Mean pressures of smaller tightening loads, decreasing, and their slopes: (2, loads)."""
+    """Lower tightening pressures, decreasing, and -dp/dd on unloading from each, (2, loads)."""
     loading: Floats
-    """Mean pressures of first loading, increasing, and their separations: (2, loads)."""
+    """Mean pressures of first loading, increasing, and their separations, (2, loads)."""
 
 
 class _Piece:
-    """Part of the face, with its pressures at the last solved separation."""
+    """Part of the face, with its pressures and their growth at the last solved separation."""
 
     def __init__(self, heights: Floats, aspect: float, workers: int) -> None:
         self.heights = heights
@@ -156,9 +156,11 @@ class _Face:
         )
 
     def first_loading(self, d: float, hardness: float, loads: int, ratio: float) -> Floats:
-        """Return lighter tightening pressures and -dp/dd on unloading from each, (2, loads).
+        """Return tightening pressures up to the final one, and -dp/dd on unloading from each.
 
-        Afterwards the pressures and separations of the pieces are those before the call.
+        Shape (2, loads), at most ``loads``. They are solved from the final separation ``d``
+        outwards, each pressure about ``ratio`` < 1 times the one before; then the pieces are reset
+        to the state before.
         """
         states = [(p.pressure, p.growth, p.separation) for p in self.pieces]
         found = []
@@ -268,7 +270,8 @@ def solve_face(
 def _first_loading(path: list[tuple[float, float]]) -> Floats:
     """Return the pressures and separations of tightening, pressures increasing, shape (2, points).
 
-    Points beyond the final pressure, and points within 10 % of the next pressure, are omitted.
+    ``path`` holds the solved (mean pressure, separation), with the tightening state last. Pressures
+    above that of the last state, and points within 10 % of the next pressure, are omitted.
     """
     last, kept = path[-1], [path[-1]]
     for p, d in sorted(path[:-1], reverse=True):

@@ -70,7 +70,6 @@ class GreenwoodWilliamson(NormalLaw):
 
     @cached_property
     def _constant(self) -> float:
-        """Load constant N_a (4/3) E* sqrt(rho) [N/m^1.5]."""
         stiff = 4.0 / 3.0 * self.pair.composite_modulus * math.sqrt(self.radius)
         return self.summit_count * stiff
 
@@ -85,7 +84,6 @@ class GreenwoodWilliamson(NormalLaw):
 
     @cached_property
     def _spheres(self) -> Spheres | None:
-        """Summits, if the heights are given individually; otherwise None."""
         if not isinstance(self.heights, Discrete):
             return None
         values = np.asarray(self.heights.values)

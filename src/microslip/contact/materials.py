@@ -60,7 +60,6 @@ class Material:
         self._warn_of_unit()
 
     def _warn_of_unit(self) -> None:
-        """Warn of a Young's modulus that is probably in another unit; soft gels are excepted."""
         modulus = self.young_modulus
         if 1.5 <= modulus <= 1200.0:
             unit, factor = "GPa", 1e9

@@ -219,8 +219,8 @@ _LINE_FORMAT = "lines with two node numbers, or two node numbers, an area [m^2] 
 def _nodes_of(file: str) -> Floats:
     """Read the mesh nodes of the patches: rows of two or four numbers.
 
-    A row has the numbers of both mesh nodes and, optionally, x and y [m] of the patch, separated by
-    blanks or commas. Text after # is a comment.
+    A row has the numbers of both mesh nodes and, optionally, the area [m^2] and the load [N] of the
+    patch, separated by blanks or commas. Text after # is a comment.
     """
     import numpy as np
 

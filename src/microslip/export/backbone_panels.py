@@ -42,7 +42,7 @@ class BackbonePanels:
 
     @classmethod
     def of(cls, law: BackboneLaw, smallest: float) -> BackbonePanels:
-        """Return the panels of a law, identical to its table if it has one.
+        """Return the panels of a law, those of its kernel :class:`Table` if it has one.
 
         Otherwise the kinks of the law are edges, and panels are halved until the truncation error
         is within rounding, or negligible against the force at the ``smallest`` amplitude [m].
@@ -107,7 +107,10 @@ class BackbonePanels:
 
 
 def cycle_energy(places: Floats, amplitudes: Floats, rate: Callable[[Floats], Floats]) -> Floats:
-    """Integrate ``rate``, smooth between increasing ``places``, from 0 to each amplitude [m]."""
+    """Return the integral of ``rate`` [N] from 0 to each amplitude [m], an energy per cycle [J].
+
+    ``rate`` = dW/da is smooth between the increasing ``places`` [m], which include the amplitudes.
+    """
     # 4 (T0 - u T0') = -4 u^2 (T0/u)': the second form does not suffer from cancellation.
     nodes, weights = gauss_legendre(16)
     width = np.diff(places)
@@ -150,7 +153,11 @@ def _unequal(law: BackboneLaw, smallest: float) -> BackbonePanels:
 def _panel(
     backbone: Callable[[Floats], Floats], low: float, high: float, floor: float, limit: float
 ) -> tuple[Floats, float]:
-    """Return coefficients of powers of s on a panel and their relative error, 0 below rounding."""
+    """Return coefficients of powers of s on the panel [low, high], and their error.
+
+    The error is relative to the largest force on the panel. It is 0 if it is within rounding, or
+    below a hundredth of ``floor`` [N]. On the first panel (low = 0) the function is T0/u.
+    """
     u = low + 0.5 * (high - low) * (1.0 + NODES)
     force = backbone(u)
     series = (force / u if low == 0.0 else force) @ TO_SERIES
@@ -235,7 +242,7 @@ class LoadPanels:
 
     @classmethod
     def of_field(cls, field: IsotropicField) -> LoadPanels:
-        """Return the load curve of a field in two directions that has one node."""
+        """Return the load curve of an :class:`IsotropicField` with a single contact node."""
         nodes, bank = field.field._nodes, field._bank
         profile = nodes.curve.profile(bank.nearest, 0.0)
         if profile is None:
@@ -264,7 +271,7 @@ class LoadPanels:
         return self._from_kernel(kernels.compiled.drops, u)
 
     def energy(self, amplitudes: Floats) -> Floats:
-        """Return the energy of a closed cycle at rest [J], for increasing amplitudes [m]."""
+        """Return the energy of a cycle [J] at the load at rest, for increasing amplitudes [m]."""
         return cycle_energy(
             np.unique(np.append(0.0, amplitudes)),
             amplitudes,

@@ -22,7 +22,11 @@ _CONSTANTS = {"MU", "KAPPA", "SCALE", "REST", "RECIPROCALS"}
 
 
 def render(name: str, element: str = "joint", **values: object) -> str:
-    """Return a template with @WORDS@ replaced, without the parts for other elements."""
+    """Return the text of a template with its placeholders replaced.
+
+    ``name`` is the name of the file without suffix. Each @WORD@ is replaced by the argument WORD,
+    and parts between @IF ...@ and @END@ are kept only if they name ``element``.
+    """
     text = (_FOLDER / f"{name}.template").read_text(encoding="utf-8")
     text = _PART.sub(lambda part: part[2] if element in part[1].split() else "", text)
     for key, value in values.items():
@@ -154,7 +158,7 @@ def write_c(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
 
 
 def write_user(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
-    """Return one C file by name: the law wrapped in Abaqus user routines."""
+    """Return a C file with user routines of Abaqus, its text by its name, and its errors."""
     text = comment(order.header()) + "\n".join(
         ("", declarations(order), definitions(order), _filled("abaqus.c", order))
     )

@@ -115,9 +115,10 @@ class ContactCard:
         -----
         The pressure is N(d)/A with the area A, and the overclosure is the decrease of the
         separation d since contact. The tangential stiffness at rest is 4 G*/E* times the normal
-        stiffness (Mindlin 1949). The pressure of the joint is in the middle of a segment of the
-        table, so that the slope of the table there is the normal stiffness. The layer must be added
-        between the faces; the parts keep their thickness.
+        stiffness (Mindlin 1949), with the composite moduli of :class:`microslip.MaterialPair`. In
+        the table of pressures and overclosures the pressure of the joint is in the middle of a
+        segment, whose slope is the normal stiffness. The layer must be added between the faces; the
+        parts keep their thickness.
         """
         if not isinstance(joint, Interface):
             raise InputError(

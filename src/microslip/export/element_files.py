@@ -199,11 +199,12 @@ def _row(width: int, *fields: float) -> str:
 
 
 def nastran(order: Order) -> Deck:
-    """Return rods for nonlinear solutions, with constraints in the MPC set of the first number.
+    """Return rods for nonlinear solutions, and their constraints.
 
-    The two mesh nodes of a joint usually coincide, which would give a rod of length zero. Each
-    patch therefore gets two grid points of its own, 1 m apart, which are constrained to move along
-    the rod as the mesh nodes do in the direction of the joint.
+    The constraints form the MPC set ``order.first_number``. The two mesh nodes of a joint usually
+    coincide, which would give a rod of length zero. Each patch therefore gets two grid points of
+    its own, 1 m apart, which are constrained to move along the rod as the mesh nodes do in the
+    direction of the joint.
     """
     first = order.first_number
     _own_nodes(order, 2 * len(order.patches))

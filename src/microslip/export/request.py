@@ -73,7 +73,7 @@ class Accuracy:
 
 @dataclass(frozen=True)
 class Patch:
-    """Law of one patch of the contact, and the numbers of its two mesh nodes, or ()."""
+    """Law of one patch of the contact, and the numbers of its two mesh nodes; () if not given."""
 
     law: BackboneLaw
     nodes: tuple[int, ...]
@@ -101,7 +101,7 @@ class Order:
 
     @property
     def law(self) -> BackboneLaw:
-        """Law of a file that contains a single law."""
+        """Law of the first patch, the only one except in files of elements."""
         return self.patches[0].law
 
     @cached_property
@@ -168,7 +168,12 @@ class Order:
 def element_of(
     kind: str, law: Any, element: str, cells: int, span: dict[str, Any]
 ) -> tuple[str, Any, Any]:
-    """Return the element of exported code, its model, and the law for motion along a line."""
+    """Check ``element`` for the kind and law; return its name, its law and the law for errors.
+
+    The law of the element has as many directions as the element, with ``cells`` sliders for two.
+    Errors are those of motion along a straight line; ``span`` holds its smallest and largest
+    amplitude [m].
+    """
     check_word("element", element, COMPONENTS)
     if kind not in CODE:
         if element != "joint":

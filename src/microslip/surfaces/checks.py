@@ -122,7 +122,7 @@ def enough(name: str, heights: NDArray[np.float64]) -> None:
 
 
 def objection(heights: NDArray[np.float64]) -> str:
-    """Return the reason why heights cannot be evaluated: constant, or dominated by spikes."""
+    """Return the reason why heights cannot be evaluated: constant, or with huge spikes; else ""."""
     low, high = float(np.fmin.reduce(heights, axis=None)), float(np.fmax.reduce(heights, axis=None))
     if low == high:
         return f"all heights are {exact(low)} m; read another channel, or export more digits"
@@ -136,7 +136,10 @@ def objection(heights: NDArray[np.float64]) -> str:
 
 
 def pixel_of(pixel: Any, axes: int) -> tuple[float, ...]:
-    """Return the distance of neighbouring points [m] along each axis from one or more values."""
+    """Return the distance between neighbouring points [m] along each axis.
+
+    ``pixel`` is one distance for all ``axes`` (1 or 2), or one per axis.
+    """
     if isinstance(pixel, (list, tuple)):
         steps = tuple(_step(distance) for distance in pixel)
     elif isinstance(pixel, np.ndarray) and pixel.ndim:

@@ -58,8 +58,8 @@ def condition(
     filter : {"gaussian", "robust", "spline"}
         Filter of the long-wave cut-off. "robust" is a Gaussian regression of second order,
         insensitive to scratches and pits (ISO 16610-31:2016, -71:2014); "spline" a smoothing cubic
-        spline (ISO 16610-22:2015; for areas an isotropic plate). Neither of these two has end
-        effects.
+        spline (ISO 16610-22:2015; for areas an isotropic plate). Up to the ends, "robust" removes
+        forms of second order completely, and "spline" removes planes.
     crop : float, str or pair of them, optional
         Length [m] to remove at each end, or lengths along x and y.
 
@@ -277,7 +277,7 @@ def outliers(heights: Floats, threshold: float) -> np.ndarray:
 
 
 def _untilted(heights: Floats) -> Floats:
-    """Return the heights less a tilt estimated robustly; mirrored edges would distort a tilt."""
+    """Return heights less a robust estimate of their tilt, which mirrored edges would distort."""
     result = heights
     for axis, count in enumerate(heights.shape):
         step = max(1, heights.size // 200_000)

@@ -2,7 +2,8 @@
 
 Faults are detected in the heights as stored in the file, since filters and levelling hide most of
 them. Missing points are ignored. The compared quantities are medians over whole lines, which
-scratches and spikes do not affect.
+scratches and spikes do not affect. In private functions ``lines`` is the word for the lines, "rows"
+or "columns", and one row of the array is one line.
 """
 
 from __future__ import annotations
@@ -59,7 +60,7 @@ _BOW = 1.0
 
 
 def faults(heights: Floats) -> list[Remark]:
-    """Return the faults of a height map [m]: kind, number, and remedy."""
+    """Return remarks on the faults of a height map [m], each with the kind, extent and remedy."""
     if heights.ndim != 2 or min(heights.shape) < _FEWEST:
         return []
     there = heights[~np.isnan(heights)]
@@ -210,9 +211,9 @@ def _halves(differences: Floats) -> tuple[Floats, Floats]:
 def _offsets(lines: str, flat: Floats, std: float) -> list[str]:
     """Report random offsets of the lines, equal along both halves of each line.
 
-    The offset of a line is taken relative to the mean of both neighbours. For white offsets its
-    variance is 3/2 of theirs and its correlation with the next line -2/3; for waves of four and
-    more lines the correlation is positive.
+    The offset of a line is taken relative to the mean of both neighbouring lines. For white offsets
+    this difference has 3/2 of their variance, and a correlation of -2/3 with that of the next line;
+    for waves longer than four lines the correlation is positive.
     """
     first, second = _halves(flat[1:-1] - 0.5 * (flat[:-2] + flat[2:]))
     limit = 6.0 * _NORMAL * float(np.median(np.abs(first + second)))  # excludes scratches and steps

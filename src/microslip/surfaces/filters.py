@@ -151,8 +151,8 @@ def robust_mean(heights: Floats, pixel: tuple[float, ...], cutoff: float) -> Flo
 
     Local parabolas or paraboloids are fitted by weighted least squares with Tukey's biweight, which
     makes them insensitive to scratches and pits, until the median residual converges. ISO
-    16610-31:2016 for profiles and ISO 16610-71:2014 for areas; forms of second order have no end
-    effects.
+    16610-31:2016 for profiles and ISO 16610-71:2014 for areas; forms up to second order pass
+    unchanged, up to the ends.
     """
     grid = np.atleast_2d(heights)
     steps = (pixel[0], pixel[-1])
@@ -282,7 +282,12 @@ def _spline_profile(values: Floats, weights: Floats, alpha: float) -> Floats:
 
 
 def _spline_area(values: Floats, weights: Floats, along_x: float, along_y: float) -> Floats:
-    """Solve by conjugate gradients, preconditioned by a plate with guided edges."""
+    """Solve (W + K) z = W values, with weights W and the bending stiffness K of a plate.
+
+    The plate is isotropic with free edges; ``along_x`` and ``along_y`` are alpha for both axes. The
+    conjugate gradients are preconditioned by a plate with guided edges, which a cosine transform
+    solves.
+    """
     rows, columns = values.shape
     x2, y2 = along_x**2, along_y**2
     waves = [2.0 - 2.0 * np.cos(math.pi * np.arange(n) / n) for n in (columns, rows)]

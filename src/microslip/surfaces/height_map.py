@@ -174,13 +174,17 @@ class HeightMap(Locked, Plottable):
         return self
 
     def statistics(self) -> Statistics:
-        """Return height parameters such as rms and skewness; errors as :meth:`measurable`."""
+        """Return height parameters such as rms and skewness.
+
+        Raises the errors of :meth:`measurable`.
+        """
         return self.measurable()._statistics
 
     def moments(self) -> Moments:
         """Return the spectral moments m0, m2 and m4 from finite differences, also by axis.
 
-        Errors as :meth:`measurable`, and for an area with fewer than three rows or columns.
+        Raises the errors of :meth:`measurable`, and an InputError for an area with fewer than three
+        rows or columns.
         """
         enough(self.name, self.heights)
         return self.measurable()._moments
@@ -188,8 +192,8 @@ class HeightMap(Locked, Plottable):
     def noise_behind(self, cutoff: float | None) -> float:
         """Return the standard deviation [m] of the noise after a further short-wave cut-off [m].
 
-        The noise before the first filter is assumed to be white; if it is unknown, the noise of
-        this scan.
+        The noise of the unfiltered scan is taken as white. If only this scan is known, its own
+        noise is taken as white.
         """
         if cutoff is not None:
             cutoff = length_of("cutoff", cutoff, "10 um")

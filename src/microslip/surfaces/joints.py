@@ -46,9 +46,9 @@ class FaceJoint:
     def intervals(self) -> dict[str, tuple[float, float]]:
         """90 % intervals of :attr:`values`; empty if the scan was solved in a single piece.
 
-        The standard error of each logarithm is a jackknife estimate over the pieces, combined with
-        the change at twice the pixel, taken as the half-width of a rectangular distribution (GUM
-        4.3.7).
+        The standard error of the logarithm of each value is a jackknife estimate over the
+        separately solved pieces of the face. It is combined with the change of the logarithm when
+        the pixel is doubled, taken as the half-width of a rectangular distribution (GUM 4.3.7).
         """
         from scipy.special import stdtrit
 
@@ -105,7 +105,7 @@ def solve_joint(
     Raises
     ------
     InputError
-        If the load brings too few points into contact, or most of the face to its hardness.
+        If the load brings too few points into contact, or if most of the face yields under it.
     """
     scan = scan.solvable()
     pressure = _rounded_up(normal_load / (area or scan.area))
@@ -159,6 +159,9 @@ def contact_words(numbers: ContactNumbers) -> str:
 
 
 def _rounded_up(value: float) -> float:
-    """Round up to four digits, so that a study with the rounded pressure carries the load."""
+    """Round upwards to four significant digits.
+
+    A study with the rounded tightening pressure can then carry the load.
+    """
     scale = 10.0 ** (math.floor(math.log10(value)) - 3)
     return math.ceil(value / scale) * scale

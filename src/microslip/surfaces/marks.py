@@ -83,7 +83,7 @@ def scratch_and_dust_words(flat: Floats, rms: float) -> list[str]:
 
 
 def edge_words(lines: str, flat: Floats) -> list[str]:
-    """Report outermost lines whose deviation from lines six points inside is unusually large."""
+    """Report a first or last line that deviates unusually from the line six points inside."""
     if len(flat) < 40:
         return []
     there = np.where(np.isnan(flat), 0.0, flat)

@@ -1,15 +1,17 @@
 """Spectral moments of a measured surface, and McCool's summits.
 
-Slopes and curvatures are finite differences of the sampled heights, along rows and along columns:
-the slope (z[i+1] - z[i])/h in the middle between two points, and the curvature (z[i+1] - 2 z[i] +
+The moments m0, m2 and m4 are the variances of heights, slopes and curvatures along a line. Slopes
+and curvatures are finite differences of the sampled heights, along rows and along columns: the
+slope (z[i+1] - z[i])/h in the middle between two points, and the curvature (z[i+1] - 2 z[i] +
 z[i-1])/h^2 at a point.
 
 Both are central differences, used wherever all their points are present. For a wave of wavenumber q
-they multiply by K and K^2 instead of q and q^2, with K = (2/h) sin(q h/2). So m0, m2 and m4 are
-moments of one spectrum, and m0 m4 >= m2^2 also holds for the measured values, except for the edges.
-A wave of ten pixels loses 3 % of its m2 and 6 % of its m4; for waves long compared with the pixel
-the error decreases with the square of the pixel. Differences over two pixels would not detect waves
-of two pixels and would halve the slopes of noise, but not its curvatures.
+the amplitudes of slope and curvature are K and K^2 times that of the height instead of q and q^2
+times, with K = (2/h) sin(q h/2). So m0, m2 and m4 are moments of one spectrum, and m0 m4 >= m2^2
+also holds for the measured values, except for the edges. A wave of ten pixels loses 3 % of its m2
+and 6 % of its m4; for waves long compared with the pixel the error decreases with the square of the
+pixel. Differences over two pixels would not detect waves of two pixels and would halve the slopes
+of noise, but not its curvatures.
 """
 
 from __future__ import annotations

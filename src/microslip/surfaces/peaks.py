@@ -32,7 +32,11 @@ _NEIGHBOURS = ((-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1,
 
 
 def _parts_of_rings() -> tuple[NDArray[np.uint8], NDArray[np.int8]]:
-    """Return the number of connected parts, and one member of each, for all sets of neighbours."""
+    """Return the number of connected parts of each subset of the eight neighbours of a point.
+
+    Also returns one member of each part, shape (256, 4), -1 beyond the number. Bit k of the index
+    of a subset stands for neighbour k.
+    """
     counts = np.zeros(256, dtype=np.uint8)
     members = np.full((256, 4), -1, dtype=np.int8)
     for code in range(256):
@@ -117,7 +121,11 @@ def _higher(heights: Floats) -> Codes:
 def _meetings(
     flat: Floats, codes: Codes, peaks: Places, saddles: Places, columns: int
 ) -> tuple[Places, Places, Floats]:
-    """Return pairs of hills and the highest saddle between them, highest saddle first."""
+    """Return the meetings of hills: the higher and the lower hill, and the height of the saddle.
+
+    For each pair of hills only the highest saddle counts; meetings are in descending order.
+    ``codes`` are the bit masks of :func:`_higher`, and hills have the numbers of ``peaks``.
+    """
     offsets = np.array([down * columns + right for down, right in _NEIGHBOURS])
     members = _MEMBERS[codes[saddles]]
     rows, parts = np.nonzero(members >= 0)
@@ -180,10 +188,11 @@ def _uphill(flat: Floats, codes: Codes, places: Places, offsets: Places) -> Plac
 
 
 def _merge(count: int, high: Places, two: Places, saddle: Floats) -> Floats:
-    """Return the saddle height [m] at which each hill ends; -inf for hills that never end.
+    """Return the height [m] of the saddle at which each of ``count`` hills ends.
 
-    Hills are numbered in descending order of their peaks: where two hills meet, the one with the
-    larger number ends.
+    It is -inf for a hill without a saddle to a higher hill. Meeting i joins hills ``high[i]`` and
+    ``two[i]`` at height ``saddle[i]``. Hills are numbered in descending order of their peaks: where
+    two hills meet, the one with the larger number ends.
     """
     ends = np.full(count, -np.inf)
     parent = np.arange(count)
@@ -232,7 +241,7 @@ _A_PASS = 1 << 16  # summits per pass
 
 
 class Tops(NamedTuple):
-    """Summits fitted by quadrics, one row for each."""
+    """Quadrics fitted to summits: curvatures and tops, one row per summit."""
 
     curvatures: Floats
     """Principal curvatures [1/m], the larger first, positive for a summit, shape (n, 2)."""

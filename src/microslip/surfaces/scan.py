@@ -154,7 +154,8 @@ class Scan(HeightMap):
         hardness : float, optional
             Largest pressure at a point [Pa]; by default that of the pair.
         tightening_pressure : float, optional
-            Mean pressure [Pa] to which the face has been tightened; elastic if absent.
+            Mean pressure [Pa] to which the face has been tightened: points yield while it is
+            applied, and the law is elastic at lower pressures. Without it no point yields.
         **how
             Options of :class:`microslip.MeasuredContact`, such as `area`, `piece` and `direction`.
 

@@ -20,9 +20,9 @@ GAUSSIAN_SHARE = 0.0127
 
 
 def extreme_shares(scan: HeightMap) -> dict[str, float]:
-    """Return the fractions [-] of m0, m2 and m4 due to the largest 0.1 % of the absolute values.
+    """Return the fractions [-] of m0, m2 and m4 that are due to 0.1 % of the points.
 
-    These are heights, slopes and curvatures.
+    These are the points with the largest absolute heights, slopes and curvatures, respectively.
     """
     heights = scan.heights
     scan.moments()  # raises an error for heights without moments
@@ -244,7 +244,10 @@ def verdicts(scan: HeightMap) -> tuple[Verdict, ...]:
 
 
 def radius_in_pixels(radius: float, pixel: tuple[float, ...]) -> dict[str, float | None]:
-    """Return {rule name: summit radius over the mean pixel}."""
+    """Return the summit radius over the pixel, by the name of its rule.
+
+    For pixels of different sides it is the radius over their geometric mean.
+    """
     side = 1.0
     for step in pixel:
         side *= step ** (1.0 / len(pixel))

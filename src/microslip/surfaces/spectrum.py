@@ -104,7 +104,7 @@ class Spectrum(Locked):
         With ``differences`` the wavenumber is replaced by the transfer function of finite
         differences, and the moments equal those of :meth:`Scan.moments` except for taper and edges.
         Without it the slopes and curvatures of the shortest waves, including noise, are not
-        reduced. Raises InputError for a surface without waves.
+        reduced. Raises InputError if the spectrum is zero everywhere, as for constant heights.
         """
         second = tuple(axis.moment(2, differences=differences) for axis in self.axes)
         fourth = tuple(axis.moment(4, differences=differences) for axis in self.axes)
@@ -117,7 +117,8 @@ class Spectrum(Locked):
 def spectrum(scan: HeightMap, *, window: Window = "hann") -> Spectrum:
     """Compute the power spectrum of the heights, averaged over directions and along each axis.
 
-    The scan is tapered by a Hann window unless ``window`` is None. Errors as :meth:`measurable`.
+    The scan is tapered by a Hann window unless ``window`` is None. Raises the errors of
+    :meth:`measurable`.
     """
     if window is not None and not (isinstance(window, str) and window == "hann"):
         raise InputError(f"`window` must be {quoted(['hann'])} or None, got {show(window)}")

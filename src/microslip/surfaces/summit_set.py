@@ -144,8 +144,9 @@ class Summits(Locked, Plottable):
 
         Notes
         -----
-        A population repeats every summit by the ratio of apparent to scanned area. It has no
-        summits higher than those of the scan, although a larger area would.
+        In a population each summit stands for as many equal summits as there are scanned areas in
+        the apparent area. It has no summits higher than those of the scan, although a larger area
+        would.
         """
         area = self.scan.area if area is None else area_of(area)
         if heights == "gaussian":

@@ -52,8 +52,8 @@ def areal_parameters(scan: HeightMap) -> ArealParameters:
     """Compute Sal, Str, Sdr, Sdq and Spq of ISO 25178-2:2021, in SI units.
 
     :meth:`Scan.statistics` gives Sq, Sa, Ssk, Sku and Sz. The scan is not conditioned: level and
-    filter it first, and state its cut-offs with the parameters. Raises InputError for a profile;
-    other errors as :meth:`measurable`.
+    filter it first, and state its cut-offs with the parameters. Raises InputError for a profile,
+    and the errors of :meth:`measurable`.
     """
     if scan.is_profile:
         raise InputError(
@@ -94,8 +94,8 @@ def decay_lengths(correlation: Floats, pixel: tuple[float, ...]) -> tuple[float,
     """Return the smallest and largest radius [m] of the central lobe of an autocorrelation.
 
     The lobe is the connected region with a correlation above 0.2 that contains zero lag (ISO
-    25178-2); its edge is linear between lags. A radius is infinite if the lobe extends over half of
-    the scan in its direction.
+    25178-2); its edge is interpolated linearly between lags. A radius is infinite if the lobe
+    reaches half the length of the scan in its direction.
     """
     from scipy.ndimage import label
 

@@ -1,8 +1,9 @@
 """Forces, harmonics and energies of a law or a field with derivatives, for JAX and PyTorch.
 
-Derivatives with respect to displacements are tangents of the branches. Derivatives with respect to
-parameters come from :meth:`microslip.BackboneLaw.parameter_derivatives`; they are computed only for
-the parameters that are named.
+Settled forces are those of the periodic state that the force reaches when the displacement is
+repeated. Derivatives with respect to displacements are tangents of the branches. Derivatives with
+respect to parameters come from :meth:`microslip.BackboneLaw.parameter_derivatives`; they are
+computed only for the parameters that are named.
 """
 
 from __future__ import annotations
@@ -45,7 +46,10 @@ def force(law: BackboneLaw, x: Floats, names: list[str]) -> Derivatives:
 
 
 def settled_force(numbers: tuple[int, ...], rest: Any) -> Quantity:
-    """Return the function that computes Fourier coefficients of the settled force [N]."""
+    """Return a :data:`Quantity` that computes Fourier coefficients of the settled force [N].
+
+    The arguments are the ``harmonics`` and ``rest`` of :meth:`microslip.BackboneLaw.harmonics`.
+    """
     options: dict[str, Any] = {"harmonics": numbers, "rest": rest}
 
     def evaluate(law: BackboneLaw, c: Floats, names: list[str]) -> Derivatives:
@@ -107,7 +111,11 @@ class DifferentiableLaw:
     def _evaluated(
         self, quantity: Quantity, names: list[str], values: Any, place: Any, by_parameters: bool
     ) -> Derivatives:
-        """Return a quantity of the law for parameter values, with its derivatives."""
+        """Return ``quantity`` and its derivatives for the law whose parameters have ``values``.
+
+        ``place`` is the argument of the quantity: displacements, their coefficients or an
+        amplitude. Without ``by_parameters`` derivatives with respect to parameters are empty.
+        """
         law = self._law(tuple(zip(names, np.asarray(values, dtype=float).tolist(), strict=True)))
         parts = quantity(law, np.array(place, dtype=float), names if by_parameters else [])
         return tuple(np.asarray(part, dtype=float) for part in parts)  # type: ignore[return-value]
@@ -126,7 +134,12 @@ class DifferentiableLaw:
         harmonics: tuple[int, ...] = (0, 1),
         rest: Any = 0.0,
     ) -> Any:
-        """Return coefficients of the settled force [N] for those of the displacement [m]."""
+        """Return Fourier coefficients of the settled force [N] for those of the displacement [m].
+
+        They are the mean, cos 1, sin 1, ... for the orders ``harmonics``. ``rest`` is the
+        displacement [m] where the force was zero before the motion, or "mean" for the mean of the
+        cycle.
+        """
         return self._call(settled_force(harmonics, rest), parameters, coefficients)
 
     def dissipated_energy(self, parameters: Mapping[str, Any], amplitude: Any) -> Any:
@@ -159,8 +172,9 @@ class DifferentiableField:
         """Return Fourier coefficients of the settled forces [N], shape (nodes, coefficients).
 
         The coefficients of the displacements [m] and those of the ``separations`` [m] have the same
-        shape, as in :meth:`microslip.JointField.harmonics`. With separations a pair is returned:
-        coefficients of the forces and of the normal loads [N].
+        shape and order, as in :meth:`microslip.JointField.harmonics`. ``rest`` is the displacement
+        [m] where the force was zero before the motion, or "mean" for the mean of the cycle. With
+        separations a pair is returned: coefficients of the forces and of the normal loads [N].
         """
         motion = [coefficients] if separations is None else [coefficients, separations]
         found = self._call(motion, lambda row: field_harmonics(self.field, harmonics, rest, row))

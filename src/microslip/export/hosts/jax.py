@@ -28,9 +28,10 @@ def _called(
 ) -> Any:
     """Call a NumPy function from JAX, with derivatives.
 
-    ``answer(row, wanted)`` returns the value and its derivative by each argument; only derivatives
-    with a true flag in ``wanted`` are used. ``shapes`` are the shapes of the value and of the
-    derivatives. ``apply`` multiplies a derivative by a tangent of its argument.
+    ``answer(row, wanted)`` computes one entry of a batch: ``row`` holds its arguments. It returns
+    the value and its derivative with respect to each argument, which is used only if the flag of
+    the argument in ``wanted`` is true. ``shapes`` are the shapes of the value and of the
+    derivatives. ``apply`` multiplies a derivative by a change of its argument (a tangent in JAX).
     """
     if not jax.config.jax_enable_x64:
         raise InputError(

@@ -146,9 +146,10 @@ class _Element(NodeToNodeElement):  # type: ignore[misc]
 
 
 class JointElement(_Element):
-    """Backbone law in one direction, evaluated without samples.
+    """Backbone law in one direction, integrated over the cycle without samples.
 
-    Data: ``law``, a backbone law; ``rest``, the displacement free of force, 0.0 [m] or "mean".
+    Data: ``law``, a backbone law; ``rest``, the displacement [m] at which the force is zero before
+    the motion, by default 0.0, or "mean" for the mean of the cycle.
     """
 
     factory_keyword = "microslip_joint"
@@ -156,7 +157,7 @@ class JointElement(_Element):
     law_kind, law_text = BackboneLaw, "a backbone law"
 
     def read_law(self, law: Any) -> None:
-        """Store the law and its displacement free of force."""
+        """Store the law, and the displacement ``rest`` at which its force is zero."""
         self.law = law
         self.rest = self.data.get("rest", 0.0)
 
@@ -167,8 +168,9 @@ class JointElement(_Element):
 
 
 class PlanarJointElement(_Element):
-    """Joint in two tangential directions at a constant load, by sliders with vector forces.
+    """Joint in two tangential directions at a constant load.
 
+    It consists of springs with sliders in parallel, whose friction forces are vectors in the plane.
     Data: ``law``, an :class:`microslip.IsotropicJoint`. Cycles have pyHarm's ``nti`` samples.
     """
 

@@ -1,8 +1,9 @@
 """Forces for TMDSimPy: laws on local displacements, and fields of contact nodes.
 
 TMDSimPy is not on PyPI and must be installed from its repository. The tests use a substitute with
-its published interface, and TMDSimPy itself if it is installed. Hysteretic forces of TMDSimPy are
-free of force at the mean of a cycle, as is :class:`JointForce` unless ``rest`` is given.
+its published interface, and TMDSimPy itself if it is installed. The hysteretic elements of TMDSimPy
+begin each cycle without force at its mean displacement, and so does :class:`JointForce` unless
+``rest`` is given.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ _SPARSE = 0.1  # fraction of nonzero entries below which a matrix is stored as s
 
 
 class _Force(HystereticForce):  # type: ignore[misc]
-    """Base class: converts displacements to motions of nodes, and forces and Jacobians back."""
+    """Base class: transforms displacements and forces between the system and the nodes."""
 
     def __init__(self, Q: ArrayLike, T: ArrayLike, nodes: int | None, widths: tuple[int, ...]):
         to_local, to_system = floats("Q", Q), floats("T", T)
@@ -76,7 +77,7 @@ class _Force(HystereticForce):  # type: ignore[misc]
     def force(self, X: ArrayLike, update_hist: bool = False) -> tuple[Floats, Floats]:
         """Return forces [N] at displacements X [m], shape (n,), and derivatives [N/m], (n, n).
 
-        The step begins at the displacements of the last call with ``update_hist=True``.
+        The step to X begins at the displacements of the last call with ``update_hist=True``.
         """
         force, tangent = self._stepped(self._node_motion(X), update_hist)
         matrix = np.zeros(self.T.shape[:1] * 2)
@@ -140,7 +141,8 @@ class JointForce(_Force):
         One law for all local displacements, one law for each, or a field with as many nodes, which
         is evaluated in one compiled call.
     rest : float or "mean", optional
-        Displacement of the joints free of force [m], or "mean" for the mean of the cycle.
+        Displacement [m] at which the force of the joints is zero before the motion, or "mean" for
+        the mean of the cycle.
     """
 
     def __init__(self, Q: ArrayLike, T: ArrayLike, law: Any, rest: Any = "mean") -> None:
@@ -158,7 +160,7 @@ class JointForce(_Force):
         self.init_history()
 
     def set_aft_initialize(self, X: ArrayLike) -> None:
-        """Let the joints be free of force at displacements X [m], shape (n,), instead of ``rest``.
+        """Set ``rest``, where the force of the joints is zero, to displacements X [m], shape (n,).
 
         TMDSimPy calls this method with the displacements under preload.
         """
@@ -214,8 +216,8 @@ class FieldForce(_Force):
         Subtract the normal load at zero displacement, so that forces are changes from it.
     tolerance : float, optional
         Error of the settled forces over the force limit [-], for two tangential directions. After
-        :meth:`aft`, ``nodes.converged`` and ``nodes.residual`` [N] state for each node whether it
-        was reached.
+        :meth:`aft`, ``nodes.converged`` states for each node whether it was reached, and
+        ``nodes.residual`` is the remaining error [N].
     """
 
     def __init__(

@@ -39,9 +39,11 @@ class _Gradients(torch.autograd.Function):  # type: ignore[misc]
 
 
 class _Evaluate(torch.autograd.Function):  # type: ignore[misc]
-    """Value and derivatives of a NumPy function of parameter values and a place.
+    """Differentiable value of a NumPy function of parameter values and one array ``place``.
 
-    ``product`` multiplies output weights by derivatives.
+    ``place`` holds displacements, their coefficients or an amplitude. The function ``quantity``
+    returns the value and both derivatives; ``product(weights, derivative)`` contracts the incoming
+    gradient with a derivative.
     """
 
     @staticmethod

@@ -68,7 +68,7 @@ def campaign_rows(campaign: Campaign) -> list[tuple[Any, ...]]:
 
 
 def csv_of(campaign: Campaign) -> str:
-    """Return campaign.csv as text: rows, frequencies, wear, and ends of confidence intervals."""
+    """Return campaign.csv as text: a row per record, with wear and ends of confidence intervals."""
     heads = [c.key if c.unit is None else f"{c.key} [{c.unit or '-'}]" for c in _columns(campaign)]
     extra = {
         "first_cycle [-]": campaign.first_cycles,

@@ -231,7 +231,7 @@ class Design:
 
 
 def with_model_spreads(part: Any) -> Any:
-    """Return a study or table with the ``model_spreads`` of its tables as uncertain inputs."""
+    """Return a study or table with known model errors (``model_spreads``) as uncertain inputs."""
     spreads = getattr(part, "model_spreads", None)
     part = changed(part, lambda value, key: with_model_spreads(value))
     return part.copy(**spreads) if spreads else part

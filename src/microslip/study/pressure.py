@@ -71,7 +71,7 @@ class TightenedBolts(Part):
 
     @property
     def model_spreads(self) -> dict[str, Spread]:
-        """Uncertain torque under its key; its scatter follows from the tightening factor."""
+        """Uncertain torque by key; its scatter follows from the tightening factor of VDI 2230."""
         if self.torque is None or isinstance(self.torque, Spread):
             return {}
         low, high = tension_band(self.tightening_factor or TIGHTENING_FACTOR)
@@ -80,7 +80,10 @@ class TightenedBolts(Part):
         return {"torque": spread}
 
     def check(self, place: Place) -> None:
-        """Reject embedding given by two keys or without a bolt size; set the torque's scatter."""
+        """Reject embedding that is given by two keys or without a bolt size.
+
+        A given tightening factor makes the torque an uncertain number.
+        """
         if self.embedding is not None and self.rz is not None:
             raise KeyedError(".rz", "wanted embedding or rz, got both; remove one")
         for name in ("embedding", "rz"):

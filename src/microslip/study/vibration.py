@@ -66,10 +66,7 @@ class SensedAmplitude(float):
 
 
 class _Sensed(DeclaredValue):
-    """Reader of an amplitude whose unit determines the quantity.
-
-    The quantity is displacement, velocity or acceleration.
-    """
+    """Reader of an amplitude: a displacement, velocity or acceleration, according to its unit."""
 
     def read(self, raw_value: object, place: Place) -> Any:
         for name, declared in AMPLITUDES.items():

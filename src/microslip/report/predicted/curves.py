@@ -147,7 +147,7 @@ def draw_curves(
 def _band(
     panel: Panel, result: Prediction, axis: AmplitudeAxis, quantity: CurveValues, number: int
 ) -> Floats:
-    """Shade the area between the outermost quantiles of load ``number``; return its ordinates."""
+    """Shade the range between the outermost quantiles at load ``number``; return its ordinates."""
     scatter = result.scatter
     index, look = drawn_loads(result)[number]
     if scatter is None:

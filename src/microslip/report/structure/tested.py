@@ -17,7 +17,10 @@ _WORDS = {"frequency": "Frequency", "damping_ratio": "Damping ratio"}
 
 
 def verdict_sentences(prediction: StructurePrediction) -> list[str]:
-    """Return a sentence for each quantity of each test: points outside the band, likely causes."""
+    """Return one sentence for each quantity of each test, on its agreement with the prediction.
+
+    It states how many points are outside the predicted band, by how much, and likely causes.
+    """
     return [_sentence(verdict) for verdict in prediction.judged]
 
 

@@ -165,9 +165,9 @@ def _reduced(study: StudyDescription, patches: Floats | None = None) -> ReducedJ
 
 
 def refined_model(study: StudyDescription, progress: Progress | None = None) -> ReducedJoint:
-    """Return the reduced model of the structure; its default patches are refined.
+    """Return the reduced model of the structure; patches that the study does not give are refined.
 
-    Patches that dissipate most in the first mode of the study are halved along the lap.
+    Those that dissipate most in the first mode of the study are halved along the lap.
     """
     part = study.bolted
     if part.patches is not None or part.converge:
@@ -289,7 +289,7 @@ def _identified(
 def tightened(
     study: StudyDescription, joint: ReducedJoint, rng: np.random.Generator | None = None
 ) -> tuple[ReducedJoint, Preload]:
-    """Return the joint with the form of its faces and its bolts tightened, and the static state.
+    """Return the joint with the gaps between its faces and its bolts tightened, and its state.
 
     Random faces are drawn with ``rng``; without it they are flat.
     """

@@ -84,10 +84,10 @@ def _judged(test: ModalTest, mode: Mode, name: str, moved: Floats) -> QuantityVe
 
 
 def _against(mode: Mode, band: Floats, moved: Floats, value: Floats) -> tuple[int, int, int, float]:
-    """Return the numbers of points above, below and compared with a band, and largest deviation.
+    """Return the numbers of points above a band, below it, and compared; and a deviation.
 
-    Points are ``value`` at amplitudes ``moved``. The deviation is relative to the nearest end of
-    the band [-], negative below it.
+    Points ``value`` are compared if their amplitudes ``moved`` are within those of ``mode``. The
+    deviation is the largest one, relative to the nearest end of the band [-], negative below it.
     """
     at, known = mode.curve.amplitude, np.isfinite(band).all(axis=0)
     if not known.any():

@@ -241,11 +241,7 @@ class NormalLaw(Parametric, ABC):
         return None
 
     def _patch(self, area: float, tightening: float) -> NormalLaw:
-        """Return the law of a patch of this surface.
-
-        ``area`` [m^2] is its apparent area, ``tightening`` [-] its tightening pressure over that of
-        this surface.
-        """
+        """Return the law of a patch: ``area`` [m^2], tightening pressure over that of this law."""
         if not any(item.name == "area" for item in dataclasses.fields(self)):  # type: ignore[arg-type]
             raise InputError(
                 "`surface` must have an apparent area over which a pressure is spread, as a "
@@ -370,10 +366,7 @@ class NormalLaw(Parametric, ABC):
         return np.zeros(0), np.zeros(0)
 
     def _table_reach(self, d: float) -> float | None:
-        """Increment of the separation from d [m] beyond which the load is zero in double precision.
-
-        None if the law is not smooth over this increment, or decays too slowly for a table.
-        """
+        """Increment of d [m] after which the load is negligible; None if a table is impossible."""
         if self._spheres is not None or d < self._edge:
             return None
         _, length = quadrature._decay(self, d)

@@ -350,10 +350,7 @@ class DrawnFace(FaceLaw):
         return lock(np.diag([1.0 / (a - (a - 1.0) * c) for c in self._slopes]))
 
     def contact_area(self, separation: ArrayLike) -> Any:
-        """Real contact area [m^2] at separations [m] of any shape.
-
-        It depends on the short-wave cut-off that ``slope`` has.
-        """
+        """Real contact area [m^2] (depends on the cut-off), at separations [m] of any shape."""
         loads = np.asarray(self.load(separation), dtype=float) / self._heaviest
         at = np.log(table.SHARES[::-1])
         shares = self._numbers.contacts[0, ::-1]

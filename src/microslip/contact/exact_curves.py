@@ -286,10 +286,7 @@ class SlipLosses:
         return self._marks
 
     def _rules(self, front: Floats) -> list[tuple[Rule, NDArray[np.bool_]]]:
-        """Return quadrature rules, each with the mask of the pieces that it integrates.
-
-        Pieces with the slip front ``front`` [m] within a table have a polynomial as the integrand.
-        """
+        """Return quadrature rules for pieces with slip fronts ``front`` [m], and their masks."""
         spline = self._law._spline
         if spline is None:
             return [(_ROOTS, np.ones(front.size, dtype=bool))]

@@ -4,13 +4,13 @@ Three groups describe a face under a tightening pressure p, with R and h' the rm
 gradient of the gap, H the hardness and <q> the mean wavenumber of the spectrum:
 
 - hardness h = H/(E* h'),
-- tightening A = p/H, or pressure pi = p/(E* h') = A h,
+- tightening A = p/H, or pressure P = p/(E* h') = A h, named ``pi`` in the code,
 - breadth R <q>/h', between 0.6 and 0.95.
 
 `tools/make_face_table.py` solves random faces for a grid of these groups and stores the mean
-results of each grid point, called nodes. The fits are linear least squares in powers of t = -ln(1 +
-1/h^2)/2 and v = ln hypot(A, 2 pi), which are finite for an elastic face (h infinite: t = 0, A = 0),
-and of ln(breadth).
+results at each grid point (node). The fits are linear least squares in powers of t = -ln(1 +
+1/h^2)/2 and v = ln hypot(A, 2 P), which are finite for an elastic face (h infinite: t = 0, A = 0),
+and of ln(breadth). The stiffness k_n is that per area.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ HARDNESS = (0.03, 1e9)
 TIGHTENED = (0.003, 0.5)
 """Range of A = p/H."""
 PRESSURE = 0.32
-"""Largest pi = p/(E* h')."""
+"""Largest P = p/(E* h')."""
 BREADTH = (0.60, 0.84, 0.95)
 """Smallest, usual and largest breadth R <q>/h' [-]."""
 
@@ -39,20 +39,21 @@ _FINE = np.concatenate([1.0 - np.geomspace(2e-3, 0.28, 48), np.geomspace(0.715, 
 
 
 class NodeValues(NamedTuple):
-    """Fitted properties of faces at their tightening pressure; one array entry per face."""
+    """Stiffness, separation, contact and unloading curve of tightened faces; one entry per face."""
 
     stiffness: Floats
-    """Unloading stiffness k R/p [-]."""
+    """Unloading stiffness k_n R/p [-]."""
     separation: Floats
     """Distance of the mean planes over R [-]."""
     loading: Floats
-    """First-loading stiffness k R/p [-]."""
+    """First-loading stiffness k_n R/p [-]."""
     contact: Floats
     """Fraction of the apparent area in contact [-]."""
     bends: Floats
-    """Curvatures (1 - k/k_t)/(1 - N/N_t) at the load fractions, (faces, fractions)."""
+    """Bends (1 - k/k_1)/(1 - N/N_1) at the load fractions SHARES, shape (faces, fractions), with
+    the stiffness k_1 and the load N_1 at tightening; a bend is a mean slope of k over N."""
     contacts: Floats
-    """Logarithm of the contact area relative to tightening at the load fractions [-]."""
+    """Logarithm of the contact area, over that at tightening, at the load fractions [-]."""
 
 
 class Shape(NamedTuple):
@@ -61,13 +62,13 @@ class Shape(NamedTuple):
     share: Floats
     """Load over the tightening load, decreasing from 1."""
     distance: Floats
-    """Increase of the separation since tightening, over p/k."""
+    """Increase of the separation since tightening, over p/k_n at tightening."""
     stiffness: Floats
     """Stiffness over that at tightening."""
 
 
 def groups(hardness: ArrayLike, pressure: ArrayLike) -> tuple[Floats, Floats]:
-    """Return the fit variables t and v from the groups h and pi; see the module docstring."""
+    """Return the fit variables t and v from the groups h and P; see the module docstring."""
     h = np.asarray(hardness, dtype=float)
     pi = np.asarray(pressure, dtype=float)
     return -0.5 * np.log1p(h**-2.0), np.log(np.hypot(pi / h, 2.0 * pi))
@@ -78,11 +79,7 @@ _POWERS = tuple((i, j) for i in range(_DEGREE + 1) for j in range(_DEGREE + 1 - 
 
 
 def _terms(degree: int, by_v: int, by_breadth: int) -> tuple[list[int], list[int]]:
-    """Return the exponents (i, j) of the terms t^i v^j, and of those multiplied by ln(breadth).
-
-    The first set is limited in total degree and in the degree of v, the second in total degree
-    only.
-    """
+    """Return the exponents (i, j) of the terms t^i v^j, and of those multiplied by ln(breadth)."""
     plain = [n for n, (i, j) in enumerate(_POWERS) if i + j <= degree and j <= by_v]
     return plain, [n for n, (i, j) in enumerate(_POWERS) if i + j <= by_breadth]
 
@@ -126,11 +123,12 @@ def fit(nodes: dict[str, NDArray[Any]]) -> dict[str, Floats]:
     Parameters
     ----------
     nodes : dict of ndarray
-        ``hardness``, ``pressure``, ``breadth``, ``weight``, ``waves`` along a side and, for each
-        node, ``stiffness``, ``loading``, ``contact`` (logarithms), ``separation``, ``bends`` and
-        ``contacts``. The fit is that of a large face: ln k, for example, has a part that is
-        inversely proportional to ``waves``. Arrays with the prefix ``pixel_`` are corrections
-        from the pixel of the nodes to an infinitely fine pixel.
+        Arrays with one entry per node: the groups ``hardness`` h, ``pressure`` P and ``breadth``;
+        ``weight`` in the fit; ``waves``, the number of roll-off waves along a side; and the
+        quantities of :class:`NodeValues`, where ``stiffness``, ``loading``, ``contact`` and
+        ``bends`` are logarithms. The fit is that of a large face: ln k_n, for example, has a part
+        that is inversely proportional to ``waves``. Arrays with the prefix ``pixel_`` are
+        corrections from the pixel of the nodes to an infinitely fine pixel.
     """
     weight = np.asarray(nodes["weight"], dtype=float)
     powers, rising = _powers(*groups(nodes["hardness"], nodes["pressure"]))
@@ -199,7 +197,7 @@ def values(hardness: ArrayLike, pressure: ArrayLike, breadth: ArrayLike = BREADT
     Parameters
     ----------
     hardness, pressure, breadth : array_like
-        Dimensionless groups h, pi and breadth [-], scalars or one-dimensional.
+        Dimensionless groups h, P and breadth [-], scalars or one-dimensional.
     """
     c = coefficients()
     t, v, b = np.broadcast_arrays(*groups(hardness, pressure), breadth)
@@ -221,7 +219,7 @@ def values(hardness: ArrayLike, pressure: ArrayLike, breadth: ArrayLike = BREADT
 
 @lru_cache(maxsize=1)
 def _interpolation() -> Floats:
-    """Return the matrix of a natural cubic spline in ln(load), from SHARES to finer loads."""
+    """Return the matrix from values at SHARES to finer loads, by a natural spline in ln(load)."""
     from scipy.interpolate import CubicSpline
 
     x = np.log(SHARES[::-1])
@@ -235,7 +233,7 @@ def shape(bends: Floats, factor: float = 1.0) -> Shape:
     Parameters
     ----------
     bends : ndarray
-        Bends as in :class:`NodeValues`, at the loads SHARES, one-dimensional.
+        (1 - k/k_1)/(1 - N/N_1) at the loads SHARES, see :class:`NodeValues`, one-dimensional.
     factor : float
         Factor on the bends near the tightening load; its effect vanishes towards zero load.
     """
@@ -252,10 +250,12 @@ def shape(bends: Floats, factor: float = 1.0) -> Shape:
 
 
 def continued(h: Floats, pi: Floats, breadth: float) -> NodeValues:
-    """Return values of the table, extrapolated beyond its ranges of h and pi.
+    """Return values of the table, extrapolated to smaller hardness and smaller pressure.
 
-    Below the smallest hardness the stiffness is proportional to 1/h. Below the smallest pressure
-    the shape of unloading and the length p/k are those at the smallest pressure of the table.
+    ``h`` and ``pi`` are the groups h and P. Below the smallest h, at equal A, k_n R/p is
+    proportional to 1/h. Below the smallest P, k_n R/p and the unloading curve are constant, the
+    contact area is proportional to P, and ln P falls linearly with the separation. Upper ends are
+    not checked.
     """
     inside = np.maximum(h, HARDNESS[0])
     wanted = pi * inside / h  # the pressure with this tightening at the hardness inside

@@ -29,8 +29,8 @@ def face_plot(law: Any, other_laws: Mapping[str, NormalLaw] | None = None) -> Pl
     law : MeasuredContact
         The face.
     other_laws : mapping, optional
-        Other laws by name, plotted against the opening from their separation under the same
-        heaviest load.
+        Other laws by name; each is plotted against the increase of its own separation from that
+        under the heaviest load of ``law``.
     """
     solution, numbers = law.solution, law.numbers
     stiff = law.pair.composite_modulus
@@ -69,7 +69,7 @@ def face_plot(law: Any, other_laws: Mapping[str, NormalLaw] | None = None) -> Pl
 
 
 def load_panel(law: Any, other_laws: Mapping[str, NormalLaw]) -> tuple[Panel, Sequence[Entry]]:
-    """Plot pressure against opening from the heaviest load, with the range over the pieces."""
+    """Plot pressure against separation since the heaviest load; a band contains all pieces."""
     top = law.numbers.pressure * law.area
     loads = np.geomspace(1.0, _RANGE, _POINTS) * top * (1.0 - 1e-9)
     pressures = loads / law.area

@@ -85,16 +85,17 @@ class Finish:
 
     Notes
     -----
-    From Ra, Rq is 1.25 Ra (Gaussian heights), with a range from 1.11 Ra (sine) to 1.5 Ra (plateaus
-    with scratches). From Rz, Rq is Rz over the expected range of a unit Gaussian profile in a
-    sampling length, with a range from 1/8 to 1/3.5 of Rz. A process alone determines Rq within a
+    From Ra, Rq is 1.25 Ra (Gaussian heights), from 1.11 Ra (sine) to 1.5 Ra (plateaus with
+    scratches). From Rz, Rq is Rz over the expected peak-to-valley height of a Gaussian profile of
+    unit rms in a sampling length, from Rz/8 to Rz/3.5. A process alone determines Rq within a
     factor of two to four.
 
-    From RSm, Rdq is 2 pi Rq/RSm (Rice), with a range of factors from 0.7 to 1.5, since RSm omits
-    small elements. Without Rdq and RSm, Rdq follows from two correlations reviewed by Lambert and
+    From RSm, Rdq is 2 pi Rq/RSm (Rice), times a factor from 0.7 to 1.5, since RSm omits small
+    elements. Without Rdq and RSm, Rdq follows from two correlations reviewed by Lambert and
     Fletcher (1997), DOI 10.2514/2.6221, for the mean slope: 0.076 Rq^0.52 and 0.124 Rq^0.743 (Rq in
-    um). Its range is from the smaller divided by 1.5 to the larger times 1.5. All ranges are 90 %
-    intervals. The slope is the largest uncertainty of a joint from a drawing; measure it.
+    um); it lies between the smaller divided by 1.5 and the larger times 1.5. All these limits
+    are 5 % and 95 % quantiles. The slope is the largest uncertainty of a joint from a drawing;
+    measure it.
     """
 
     ra: float | None = None
@@ -147,7 +148,7 @@ class Finish:
 
     @property
     def _range_over_rms(self) -> float:
-        """Expected range of a Gaussian profile in a sampling length, divided by its rms [-].
+        """Expected peak-to-valley height of a Gaussian profile in a sampling length, over its rms.
 
         The extremes of n waves lie at sqrt(2 ln n) + 0.577/sqrt(2 ln n) times the rms on either
         side of the mean. Without RSm, a sampling length is assumed to contain ten waves.

@@ -48,7 +48,11 @@ class SphereOnFlat(NormalLaw):
     )
 
     def _assumptions(self, separation: float | None) -> dict[str, float | None]:
-        """Ratio p0/(C S_y) of Jackson and Green (2005), DOI 10.1115/1.1866166; 1 at yield."""
+        """Ratio of the Hertz pressure p0 to C S_y, at which the sphere begins to yield [-].
+
+        S_y is the yield strength, and C = 1.295 exp(0.736 nu) with Poisson's ratio nu (Jackson and
+        Green 2005, DOI 10.1115/1.1866166).
+        """
         hardness = self.pair.hardness
         if hardness is None:
             return {YIELD: None}
@@ -121,8 +125,8 @@ class AsperityPopulation(Locked, NormalLaw):
 
     Notes
     -----
-    Each summit follows (19.1)-(19.3). Contact ends at the highest summit, and the curvature of the
-    tangential law has a kink at the slip limit of every summit.
+    Each summit follows (19.1)-(19.3). Contact ends at the highest summit. On first loading, the
+    second derivative of the tangential force diverges where a summit begins to slip fully.
     """
 
     key = "population"
@@ -191,7 +195,7 @@ class AsperityPopulation(Locked, NormalLaw):
         return plain(self.copies * self._counts(separation))
 
     def contact_area(self, separation: ArrayLike) -> Any:
-        """Real contact area [m^2] (19.2): sum of pi rho_i (y_i - d), for d [m] of any shape."""
+        """Real contact area [m^2] (19.2): sum of pi rho_i (y_i - d), y_i > d; d of any shape."""
         d = self._separations(separation)
         heights, radii = np.asarray(self.heights), np.asarray(self.radii)
         areas = [float(np.maximum(heights - v, 0.0) @ radii) for v in d.reshape(-1)]

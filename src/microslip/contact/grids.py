@@ -3,8 +3,9 @@
 For a separation d and an increment u of it, the functions of :class:`NormalLaw` are the drop N(d) -
 N(d + u), the fall -N'(d + u), the excess (half the integral of v (u - v) N''(d + v) over 0 <= v <=
 u) and the derivative of the excess with respect to u. An interface evaluates them at one d for many
-u; here each u has its own d. A smooth law is replaced by one profile; for other laws, increments
-with equal d are interpolated in a table if that is faster.
+u; here each u has its own d. A smooth law is replaced by one profile, a piecewise polynomial
+approximation of N; for other laws, increments with equal d are interpolated in a table if that is
+faster.
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ def _by_rows(law: NormalLaw, points: int, rows: int) -> bool:
 
 
 def pairs_of(law: NormalLaw) -> Callable[[NormalLaw, Kind, Floats, Floats], Floats] | None:
-    """Return the function that evaluates arrays of pairs; None for a law with its own methods."""
+    """Return the function for arrays of pairs (d, u); None if the law needs one d per call."""
     if law._spline is not None:
         return _spline_pairs
     general = all(
@@ -63,7 +64,7 @@ def pairs_of(law: NormalLaw) -> Callable[[NormalLaw, Kind, Floats, Floats], Floa
 
 
 def sum_over_pairs(law: NormalLaw, kind: Kind, d: Floats, u: Floats) -> Floats:
-    """Return one of the four functions of the module docstring at pairs (d, u), one-dimensional."""
+    """Return drop, fall, excess or excess slope (``kind``) at pairs (d, u), one-dimensional."""
     return (pairs_of(law) or _own_pairs)(law, kind, d, u)
 
 
@@ -124,7 +125,7 @@ class Pointwise:
 
     @cached_property
     def _profile(self) -> tuple[Profile, tuple[Floats, Floats]] | None:
-        """Profile of N, its N'', and integrals of N from each panel's midpoint; or None."""
+        """Piecewise polynomials of N and of N'', and integral of N from each midpoint; or None."""
         law = self.law
         if law._spheres is not None or law._breaks[1:].size or pairs_of(law) is not _own_pairs:
             return None

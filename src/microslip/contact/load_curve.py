@@ -38,9 +38,10 @@ def check_surface(surface: Any) -> None:
 class LoadCurve:
     """Load curve N of a surface, as a function of the step: the separation less the origin [m].
 
-    A smooth surface is replaced by a profile of the requested steps; others are evaluated directly.
-    A ``shared`` curve extends to vanishing load, since its nodes may have any separation, and may
-    be a profile even if the heights have many small kinks.
+    A smooth N is approximated by a profile, a piecewise polynomial over the steps requested so far;
+    other surfaces are evaluated directly. A ``shared`` curve serves all nodes of contact fields,
+    which may have any separation: its profile extends to vanishing load, and is also made if the
+    heights have many small kinks.
     """
 
     def __init__(
@@ -72,9 +73,9 @@ class LoadCurve:
     # -- as a profile -----------------------------------------------------------------------------
 
     def profile(self, low: float, high: float) -> Profile | None:
-        """Return a profile of N that covers the steps `low` to `high`, or None if there is none.
+        """Return a piecewise polynomial of N over the steps `low` to `high`; None without one.
 
-        The profile may end before ``high`` if the load is negligible there.
+        It may end before ``high`` if the load is negligible there.
         """
         if self.shared:
             low = min(low, 0.0)
@@ -84,7 +85,8 @@ class LoadCurve:
     def arguments(self, low: float, high: float) -> tuple[Any, ...]:
         """Return the curve over the steps `low` to `high` as arguments of the compiled kernels.
 
-        A table without a profile is given as its polynomials; other curves call Python.
+        Without a profile it is the polynomials of a table, or a function of Python that kernels
+        call.
         """
         profile = self.profile(low, high)
         if profile is not None:
@@ -347,9 +349,10 @@ class LoadCurve:
 
 
 def shared_curve(surface: NormalLaw, nearest: float) -> LoadCurve:
-    """Return a curve with an origin near the separation ``nearest`` [m], shared by all fields.
+    """Return the load curve that all contact fields on a surface share.
 
-    The origin is one of a discrete set, so that results do not depend on the order of requests.
+    Its origin is near the separation ``nearest`` [m], in a discrete set, so that results do not
+    depend on the order of requests.
     """
     low, high = surface._span
     width = (high - low) / _ORIGINS

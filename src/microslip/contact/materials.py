@@ -1,4 +1,4 @@
-"""Elastic materials, a table of metals, and the pair of two (19.4), (19.11)."""
+"""Elastic materials, a table of metals, and pairs of materials with their composite moduli."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ class Material:
     poisson_ratio : float
         Poisson's ratio [-], in (-1, 0.5].
     hardness : float, optional
-        Indentation hardness H [Pa]: the pressure at which solved faces yield. For laws with summits
-        it is used for the plasticity index in the verdicts only.
+        Indentation hardness H [Pa]: the largest pressure at a point of a :class:`DrawnFace` or a
+        :class:`MeasuredContact`. For laws with summits it is used for the plasticity index only.
 
     Warns
     -----
@@ -109,7 +109,7 @@ class Material:
 
     @property
     def shear_modulus(self) -> float:
-        """Shear modulus G = E / 2(1 + nu) [Pa]."""
+        """Shear modulus G = E/(2 (1 + nu)) [Pa]."""
         return self.young_modulus / (2.0 * (1.0 + self.poisson_ratio))
 
 
@@ -167,10 +167,7 @@ class Metal:
 
 @lru_cache(maxsize=1)
 def metals() -> Mapping[str, Metal]:
-    """Return the table of engineering metals by name, with document and year of each value.
-
-    For other values create a :class:`Material`, or give the key in the study.
-    """
+    """Return the table of engineering metals by name, with document and year of each value."""
     import tomllib
     from importlib.resources import files
 
@@ -260,7 +257,7 @@ class MaterialPair:
 
     @property
     def stiffness_ratio(self) -> float:
-        """Ratio E*/4G* of normal to tangential stiffness of a round contact [-].
+        """Ratio E*/(4 G*) of normal to tangential stiffness of a round contact [-].
 
         Mindlin (1949), DOI 10.1115/1.4009973.
         """

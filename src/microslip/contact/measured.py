@@ -71,7 +71,7 @@ class MeasuredContact(FaceLaw):
         solves the face in one piece.
     direction : float, optional
         Direction of the motion from x of the scan [rad]; None is the mean over all directions. In a
-        field with two tangential directions it is the direction of the first displacement.
+        field with two tangential displacements it is the direction of the first one.
     loads : int
         Number of solved loads, in geometric progression; up to four more lie between the heaviest
         two, for the damping of small cycles.
@@ -94,8 +94,8 @@ class MeasuredContact(FaceLaw):
     permanently, and the law is that of the elastic flattened face (Almqvist et al. 2007, DOI
     10.1016/j.triboint.2005.11.008), up to the tightening load. Between the loads ln N is a cubic
     Hermite spline, made convex where necessary; below the lightest load N is an exponential. The
-    law includes the compliance of the half-space for waves up to the size of the face; a body model
-    with such waves must not add it again.
+    law includes the compliance of the half-space for waves up to the size of the face; if the mesh
+    of the body resolves such waves, their compliance is counted twice.
 
     Contacts slip as in the theory of Cattaneo and Mindlin. The ratio of normal and tangential
     stiffness is solved on the points in contact (kernel of Cerruti) and depends on the direction
@@ -192,11 +192,11 @@ class MeasuredContact(FaceLaw):
     # -- the same face in another way -------------------------------------------------------------
 
     def along(self, direction: float | None) -> MeasuredContact:
-        """Return the face moved in a direction [rad] from x of the scan; None is the mean."""
+        """Return the face for motion in a direction [rad] from x of the scan; None: the mean."""
         return self._changed(direction=direction)
 
     def of_pieces(self, pieces: ArrayLike) -> MeasuredContact:
-        """Return the law averaged over the pieces with these indices [-], one-dimensional.
+        """Return the law averaged over pieces of the scan, by their indices [-], one-dimensional.
 
         Indices start at 0 and may be repeated, so that bootstrap samples of the pieces show how
         well the scan represents the joint.
@@ -239,12 +239,12 @@ class MeasuredContact(FaceLaw):
         return self._made_of(solution, numbers, self.pair, area, self.direction)
 
     def _length_factors(self, shares: Floats) -> Floats | None:
-        """Length p/k_n of areas tightened to fractions of the load, over that of the face [-].
+        """Length p/k_n of areas tightened to ``shares`` of the load, over that of the face.
 
-        It is interpolated between the unloading stiffnesses from lighter tightening loads. Compared
-        with a law solved for each tightening, at 3 to 50 MPa instead of 100 MPa, the force deviates
-        by up to 9 %, and the energy of a cycle of amplitude mu N/k_t is 0.8 to 1.35 times as large.
-        Without the factors it is 2 to 20 times as large.
+        It is interpolated between the unloading stiffnesses from lighter tightening loads. For 3 to
+        50 MPa, the law of a face tightened to 100 MPa, with these factors, deviates from a law
+        solved for the lower pressure by up to 9 % in force; the energy of a cycle of amplitude mu
+        N/k_t is 0.8 to 1.35 times as large, and without the factors 2 to 20 times.
         """
         if self.solution.lighter_tightenings.size < 4:  # an elastic face
             return None
@@ -355,7 +355,7 @@ class MeasuredContact(FaceLaw):
     @classmethod
     @made_once
     def examples(cls) -> tuple[NormalLaw, ...]:
-        """Return a small rough aluminium face that has yielded, moved across its lay."""
+        """Return a small rough aluminium face that has yielded, loaded across its lay."""
         how: dict[str, Any] = {"pixel": 2e-6, "area": 1e-4, "piece": 32, "direction": math.pi / 2}
         return (cls(_waves(), aluminium(), 1.2e9, 5e7, **how),)
 

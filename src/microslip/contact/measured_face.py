@@ -87,7 +87,7 @@ class Face(NamedTuple):
         return Face(lock(heights), self.pixel, self.name), 2.0 * math.pi / edge
 
     def pieces(self, points: int | None) -> list[Floats]:
-        """Divide the face into equal parts of about `points` points a side; heights are kept."""
+        """Divide the face into equal parts of about `points` points a side, not levelled anew."""
         parts = [1 if points is None else max(round(n / points), 1) for n in self.heights.shape]
         rows, columns = (n // k for n, k in zip(self.heights.shape, parts, strict=True))
         return [
@@ -146,7 +146,7 @@ def _levelled(z: Floats) -> Floats:
 
 
 def check_pressure(pressure: float | None, hardness: float, modulus: float, face: Face) -> float:
-    """Return the validated tightening pressure [Pa]; by default the largest of an elastic face."""
+    """Return the validated tightening pressure [Pa]; by default 0.05 E* h' of an elastic face."""
     if pressure is None:
         return _USUAL * modulus * face.slope
     pressure = positive("tightening_pressure", pressure, "Pa", 1e8)
@@ -288,7 +288,7 @@ _ARRAYS = {"separation": 1, "pressure": 2, "slope": 2, "contact": 1, "sliding": 
 def contact_numbers(
     task: Task, solution: FaceSolution, pressure: float, bound: float
 ) -> ContactNumbers:
-    """Return the reported numbers of a contact in SI units, from the solution of its face."""
+    """Return the reported numbers for a ``pressure`` and a hardness ``bound`` [Pa], in SI units."""
     face = task.face
     pieces = face.pieces(task.piece)
     spread = float(np.var([piece.mean() for piece in pieces])) / face.rms**2
@@ -328,10 +328,11 @@ def progress_halves(progress: Progress | None) -> tuple[Progress | None, Progres
 def resolution_changes(
     task: Task, solution: FaceSolution, workers: int, progress: Progress | None
 ) -> dict[str, Any]:
-    """Return the factors on the stiffness from using half the points, and smoothed heights.
+    """Return the changes of the stiffness by a coarser grid and by smoothed heights, by name.
 
-    A factor is None if the changed face cannot carry the pressure; ``cutoff`` is the shortest
-    wavelength of the smoothed face [m].
+    ``coarser`` and ``smoother`` are the stiffness with every second point along x and y, and
+    without the shortest waves, over that of ``solution``; None if such a face cannot carry the
+    pressure. ``cutoff`` is the shortest wavelength of the smoothed face [m].
     """
     smooth, cutoff = task.face.smoother
     half = None if task.piece is None else max(task.piece // 2, 8)
@@ -390,10 +391,7 @@ def read_law(
 def cached(
     task: Task, folder: str | os.PathLike[str], workers: int, progress: Progress | None
 ) -> FaceSolution:
-    """Return the solution of a task from the cache folder, or solve the task and store it there.
-
-    A damaged file is replaced, with a warning.
-    """
+    """Return a solution from the cache folder, or solve and store it; replace a damaged file."""
     path = Path(folder) / f"{task.key}.npz"
     if path.is_file():
         try:

@@ -28,7 +28,11 @@ def blocks(rows: int, columns: int, size: int = _BLOCK) -> list[slice]:
 
 
 class Kind(NamedTuple):
-    """Sum over contacts of k s^power share(v/s), as a function of an increment v of separation."""
+    """Definition of a sum over contacts as a function of an increment v of the separation.
+
+    It is the sum of k s^power share(v/s), where k is the load constant and s the indentation of
+    each contact before the increment.
+    """
 
     power: float
     order: int
@@ -89,7 +93,7 @@ class Contacts:
         self._inside = inside
 
     def sum(self, kind: Kind, v: Floats) -> Floats:
-        """Return the sum of a kind for increments ``v`` >= 0 [m] of separation, one-dimensional."""
+        """Return the sum that ``kind`` defines, for increments ``v`` >= 0 [m], one-dimensional."""
         result = np.empty(v.size)
         if not self._panels:
             everyone = np.arange(self._s.size)
@@ -131,7 +135,7 @@ class Contacts:
         return _terms(kind, v, self._s[summits], self._k[summits])
 
     def _far(self, kind: Kind) -> Table:
-        """Tabulate the contribution of distant summits on panels of v, divided by v**order.
+        """Tabulate the contribution of distant summits on panels of v, over v**kind.order.
 
         Summits that slip fully in the panel of v or one of the next two are summed directly
         instead.
@@ -226,7 +230,7 @@ class Spheres:
         return result.reshape(separation.shape)
 
     def sum(self, kind: Kind, d: Floats | float, v: Floats) -> Floats:
-        """Return the sum of a kind over the contacts at separation ``d``, for increments ``v`` [m].
+        """Return the sum that ``kind`` defines over contacts at ``d``, for increments ``v`` [m].
 
         If ``d`` is an array with one separation for each increment, every summit is evaluated for
         every increment.

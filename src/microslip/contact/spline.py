@@ -34,8 +34,9 @@ class Spline(NamedTuple):
 def convex_spline(d: Floats, n: Floats, has_tail: bool) -> Spline:
     """Return Schumaker's quadratic spline through convex loads ``n`` [N] at separations ``d`` [m].
 
-    Slopes at nodes lie between the adjacent secants, so that the spline is convex. An interval has
-    one parabola, or two that meet where the slope is that of the secant.
+    Slopes at nodes lie between those of the adjacent secants, so that the spline is convex. An
+    interval has one parabola, or two that meet where the slope is that of the secant. ``has_tail``:
+    the last slope is not zero, for the exponential beyond the last load.
     """
     steps = np.diff(d)
     secants = np.maximum.accumulate(np.diff(n) / steps)  # rising, up to rounding
@@ -92,7 +93,7 @@ def decayed(x: Floats, power: int, other_power: int) -> Floats:
 
 
 def over_pairs(spline: Spline, kind: str, d: Floats, u: Floats) -> Floats:
-    """Return drop, excess or its slope at pairs (d, u), as sums of positive terms."""
+    """Return drop, excess or excess slope as :mod:`.grids` at pairs (d, u), as positive sums."""
     if kind == "drop":
         return _drops(spline, d, u)
     last = float(spline.knots[-1])
@@ -146,10 +147,7 @@ def _drops(spline: Spline, d: Floats, u: Floats) -> Floats:
 
 
 def _past_piece(spline: Spline, i: Integers, d: Floats, u: Floats) -> Floats:
-    """Return the decrease of load from the end of the piece that contains d to d + u [N].
-
-    ``i`` is the index of this piece.
-    """
+    """Return the decrease of load [N] from the end of piece ``i``, which contains d, to d + u."""
     knots, slopes, curvatures, loads, _, ends, has_tail = spline
     last = knots.size - 1
     j = np.maximum(np.searchsorted(knots, d + u, side="right") - 1, i + 1)

@@ -51,7 +51,8 @@ class TabulatedNormalLaw(Locked, NormalLaw):
     -----
     A quadratic spline with at most one additional knot per interval (Schumaker 1983, DOI
     10.1137/0720057) keeps data monotone and convex; a negative N'' would be a negative density of
-    sliders. Separations below the first one raise an InputError.
+    sliders in the parallel Iwan model of the interface. Separations below the first one raise an
+    InputError.
     """
 
     key = "table"
@@ -204,7 +205,7 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         )
 
     def _tail_at(self, d: float) -> tuple[float, float]:
-        """Return the load [N] where the tail begins, or at d inside it, and its decay length."""
+        """Return the load [N] at the start of the tail or at d in it, and its decay length [m]."""
         if self.tail is None:
             return 0.0, 1.0
         knots, length = self._spline.knots, self._spline.decay_length

@@ -177,7 +177,10 @@ def validity(joint: _Joint, **known: float | None) -> tuple[Verdict, ...]:
 def verdicts(
     surface: NormalLaw, separation: float | None, known: Mapping[str, float | None] | None = None
 ) -> tuple[Verdict, ...]:
-    """Return the verdicts on a surface at a separation [m]; None means that nothing touches."""
+    """Return the verdicts on a surface at a separation [m], None if nothing touches.
+
+    ``known`` are values by rule name that replace those of the surface.
+    """
     values = surface._assumptions(separation)
     values |= {name: value for name, value in (known or {}).items() if name in values}
     beta = abs(surface.pair.dundurs_beta)

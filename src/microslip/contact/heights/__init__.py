@@ -35,7 +35,7 @@ HEIGHTS: tuple[type[HeightDistribution], ...] = (
 
 
 def as_heights(value: Any) -> HeightDistribution:
-    """Return a height distribution from one, from a frozen scipy.stats one, or from an array."""
+    """Convert a scipy.stats distribution or an array; return a HeightDistribution unchanged."""
     if isinstance(value, HeightDistribution):
         return value
     if hasattr(value, "sf"):

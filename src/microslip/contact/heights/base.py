@@ -59,7 +59,7 @@ class HeightDistribution(Parametric, ABC):
     """Name of the spread if it is not the standard deviation; empty otherwise."""
 
     def _standardised(self, height: float) -> float | None:
-        """Height above the mean over :attr:`spread` [-], for validity rules; None without them."""
+        """Height above the mean or the lower end, over :attr:`spread` [-]; None by default."""
         return None
 
     @property
@@ -87,7 +87,7 @@ class HeightDistribution(Parametric, ABC):
 
         Divided by std^order it is F_n of Greenwood and Williamson (1966), DOI
         10.1098/rspa.1966.0242, with n the order. Orders 0, 1 and 3/2 occur in (19.5), (19.7) and
-        (19.8) of chapter 19.
+        (19.8) of chapter 19, DOI 10.1007/978-3-319-56818-8_19.
 
         Parameters
         ----------
@@ -115,7 +115,7 @@ class HeightDistribution(Parametric, ABC):
     def cdf(self, height: ArrayLike) -> Any:
         """Probability that a summit height is at most ``height`` [m], any shape.
 
-        For Gaussian heights it is the corrected (19.26): (1 + erf((y - m)/(sigma sqrt(2))))/2.
+        For Gaussian heights it is (1 + erf((y - m)/(sigma sqrt(2))))/2; (19.26) has a misprint.
         """
         return plain(np.clip(self._below(sized("height", height)), 0.0, 1.0))
 

@@ -76,7 +76,7 @@ def _lagrange(nodes: Floats, x: Floats) -> Floats:
 
 
 def _resolve(function: Callable[[Floats], Floats], edges: Floats, limit: int = _PANELS) -> Pieces:
-    """Approximate a function by polynomials on panels, halved between ``edges`` as needed."""
+    """Approximate a function on panels between ``edges``, halved to at most ``limit`` panels."""
     pending = np.column_stack((edges[:-1], edges[1:]))
     panels: list[tuple[float, float, Floats]] = []
     before = np.full(len(pending), np.inf)
@@ -208,8 +208,8 @@ class DensityHeights(HeightDistribution):
     def _masses_below(self, octave: int) -> tuple[Floats, Floats]:
         """Return heights and probabilities of point masses, for thresholds below all heights.
 
-        The threshold is about 2**-octave times the range of heights below the lowest height,
-        towards which the points are refined.
+        The thresholds are about 2**-octave times the range of heights below the lowest height; the
+        point masses are denser near the lowest height.
         """
         cloud = self._clouds.get(octave)
         if cloud is None:
@@ -226,7 +226,11 @@ class DensityHeights(HeightDistribution):
 
     @cached_property
     def _breaks(self) -> Floats:
-        """Edges [m] of the table of order -1/2, and points that accumulate below the first."""
+        """Heights [m], increasing, at which integrals over the moments are split.
+
+        They are the panel edges of the table of order -1/2, after points below the lowest height
+        whose distances from it are halved from one to the next.
+        """
         edges = self._tables[-1].edges
         below = edges[0] - self.spread * 2.0 ** np.arange(12.0, -48.0, -1.0)
         distinct = np.append(np.diff(edges) > _MIN_WIDTH * self.spread, True)

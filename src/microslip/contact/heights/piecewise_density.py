@@ -67,9 +67,10 @@ def _pairs(count: int) -> list[tuple[float, float]]:
 
 
 def panels_of(knots: Floats, left: Floats, right: Floats, limit: int) -> Panels | None:
-    """Divide the pieces until each is at most twice as wide as the next; add empty panels below.
+    """Divide the pieces of a density until each is at most twice as wide as the next one.
 
-    Return None if there would be more than ``limit`` panels.
+    Below the lowest height, panels of zero density are added, each twice as wide as the one above
+    it. Return None if there would be more than ``limit`` panels.
     """
     while knots.size - 1 <= limit:
         width = np.diff(knots)
@@ -132,7 +133,7 @@ def direct(
 
 
 def far_series(panels: Panels) -> dict[int, Floats]:
-    """Return series, by twice the order, of the moments of all heights above the next panel."""
+    """Return, for each panel, series of the moments above the next panel, by twice the order."""
     knots = panels[0]
     half = 0.5 * np.diff(knots)
     series = _beyond(panels, -1, knots[:-1, None] + half[:, None] * (1.0 + _NODES)) @ _TO_SERIES
@@ -147,9 +148,10 @@ def far_series(panels: Panels) -> dict[int, Floats]:
 
 
 def _beyond(panels: Panels, twice: int, places: Floats) -> Floats:
-    """Return moments at ``places`` in each panel (rows) of the pieces above the next panel.
+    """Return the moments of all pieces above the next panel, for thresholds in each panel.
 
-    Pieces farther from a block of panels than half the block's width are summed as one series.
+    ``places`` are the thresholds [m], one row for each panel. Pieces farther from a block of panels
+    than half the block's width are summed as one series.
     """
     knots = panels[0]
     count = knots.size - 1

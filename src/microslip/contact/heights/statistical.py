@@ -189,10 +189,7 @@ class Statistical(DensityHeights):
         return np.where(np.isfinite(values), values, 0.0)
 
     def _probabilities(self, edges: Floats) -> Floats:
-        """Probabilities of the point masses that replace the density of each panel (panels, nodes).
-
-        Near an end with infinite density their sum over a panel is its exact probability.
-        """
+        """Probabilities of point masses (panels, nodes); by panel exact near infinite density."""
         weights = super()._probabilities(edges)
         if not self._singular:
             return weights

@@ -58,9 +58,9 @@ class TabulatedHeights(Locked, HeightDistribution):
     grows with the logarithm of the length of the table.
 
     For the series, a piece more than twice as wide as the next is divided into panels, one for each
-    factor of two. The number of panels determines the time of the first evaluation and is limited,
-    to thousands of heights with equal spacing, but hundreds if the spacing alternates by many
-    powers of ten.
+    factor of two. The time of the first evaluation grows with the number of panels, at most 5000.
+    This suffices for thousands of heights with equal spacing, but only for hundreds if neighbouring
+    spacings differ by many powers of ten.
     """
 
     key = "table"
@@ -214,18 +214,18 @@ class TabulatedHeights(Locked, HeightDistribution):
 
     @property
     def span(self) -> tuple[float, float]:
-        """Lowest and highest height with a density [m]."""
+        """Lowest and highest height [m] of the range in which the density is not zero."""
         knots = self._pieces[0]
         return float(knots[0]), float(knots[-1])
 
     @property
     def top(self) -> float:
-        """Highest height with a density [m]."""
+        """Upper end [m] of the range in which the density is not zero."""
         return self.span[1]
 
     @cached_property
     def _breaks(self) -> Floats:
-        """Knots [m], and points below that accumulate at them, unless they are small kinks."""
+        """Knots [m], and points ever closer to each from below; empty for more than 16 pieces."""
         knots = self._pieces[0]
         if knots.size > _FEW_KNOTS:
             return np.zeros(0)
@@ -236,7 +236,7 @@ class TabulatedHeights(Locked, HeightDistribution):
 
     @cached_property
     def _small_kinks(self) -> Floats:
-        """Knots [m] of a long table, and points below that accumulate at them."""
+        """Knots and the points of :attr:`_breaks` [m] for a longer table; otherwise empty."""
         knots, left, right = self._pieces
         if knots.size <= _FEW_KNOTS:
             return np.zeros(0)
@@ -348,7 +348,7 @@ class TabulatedHeights(Locked, HeightDistribution):
 
     @classmethod
     def examples(cls) -> tuple[HeightDistribution, ...]:
-        """Return a ramp of one piece that ends with a jump, and a roof of three unequal pieces."""
+        """Return a ramp, a trapezoid with a jump at both ends, and a roof of three pieces."""
         return (
             cls([-4e-7, 8e-7], [0.0, 2.0]),
             cls([-1e-6, 1e-6], [3.0, 1.0]),

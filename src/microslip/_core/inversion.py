@@ -64,7 +64,7 @@ def invert(
     low: Floats,
     high: Floats,
 ) -> Floats:
-    """Solve f(x) = ``target``, f increasing, between ``low`` and ``high`` by Newton's method."""
+    """Solve f(x) = ``target`` for an increasing f on [low, high] by Newton's method."""
     low, high = low.copy(), high.copy()
     x = low.copy()
     active = np.arange(target.size)

@@ -80,5 +80,5 @@ class Rule:
 
 
 def worst(verdicts: Iterable[Verdict]) -> Word:
-    """Return the worst word of verdicts (outside, watch, not judged, ok); "not judged" of none."""
+    """Return the worst word (outside, watch, not judged, ok) of verdicts; "not judged" if none."""
     return max((verdict.word for verdict in verdicts), key=WORDS.index, default="not judged")

@@ -129,7 +129,7 @@ def identify(
 def _second_step(
     found: Any, study: Path | None, known: dict[str, tuple[float, float]]
 ) -> tuple[Any, str, str]:
-    """Fit the surface parameters of a study's interface to the identified joint.
+    """Fit the parameters of a study's rough surfaces to the identified joint.
 
     Return the interface, the title of the study and, if the interface is None, the reason.
     """

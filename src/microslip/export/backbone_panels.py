@@ -64,7 +64,7 @@ class BackbonePanels:
         return self._evaluate(u)[0]
 
     def energy(self, amplitudes: Floats) -> Floats:
-        """Return the energy of a closed cycle [J] of the panels, for increasing amplitudes [m]."""
+        """Return the energy dissipated per cycle [J], for increasing amplitudes [m]."""
 
         def rate(u: Floats) -> Floats:
             force, slope = self._evaluate(u)
@@ -258,7 +258,7 @@ class LoadPanels:
 
     @property
     def middles(self) -> Floats:
-        """Integrals of N from the middle of each panel to vanishing contact [N m]."""
+        """Integrals of N [N m] from the middle of each panel to the loss of contact."""
         coefficients, half = self.profile.coefficients, 0.5 / self.profile.inverse_width
         k = np.arange(coefficients.shape[1])
         after = half * (coefficients / (k + 1)).sum(axis=1)
@@ -271,7 +271,7 @@ class LoadPanels:
         return self._from_kernel(kernels.compiled.drops, u)
 
     def energy(self, amplitudes: Floats) -> Floats:
-        """Return the energy of a cycle [J] at the load at rest, for increasing amplitudes [m]."""
+        """Return the energy dissipated per cycle [J] at the load at rest, for rising amplitudes."""
         return cycle_energy(
             np.unique(np.append(0.0, amplitudes)),
             amplitudes,

@@ -1,4 +1,4 @@
-"""Joints as elements of finite-element programs: cells (spring and slider) in parallel."""
+"""Joints as elements of finite-element programs: Jenkins cells (spring and slider) in parallel."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tables of a law as JSON or CSV (backbone, energies, cells), and files of fitted laws."""
+"""Tables of a law as JSON or CSV (backbone, energies, Jenkins cells), and files of fitted laws."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _POINTS = 200
 
 
 def write_table(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
-    """Return one JSON file, or two CSV files: curves of the law, and cells fitted to it."""
+    """Return one JSON file, or two CSV files: curves of the law, and Jenkins cells fitted to it."""
     law = order.law
     a = np.geomspace(*order.span, _POINTS)
     curves = {

@@ -63,7 +63,7 @@ class PlottableAtSensor:
     """Mixin that adds ``plot`` to a motion of many degrees of freedom, drawn at one sensor."""
 
     def _figure(self, at: Any) -> Plot:
-        """Return the figure as data at a sensor, by default at the largest motion."""
+        """Return the figure of the motion at sensor ``at``, by default where it is largest."""
         raise NotImplementedError
 
     def plot(

@@ -98,7 +98,7 @@ def is_bow(note: str) -> bool:
 
 
 def _levelled(heights: Floats) -> tuple[Floats, Floats, float]:
-    """Return heights less plane, heights less quadratic form, and the rms of that form [m]."""
+    """Return heights less a plane, heights less a quadratic form, and their rms difference [m]."""
     plane, _ = level(heights, (1.0, 1.0), "plane")
     try:
         flat, _ = level(heights, (1.0, 1.0), "quadratic")

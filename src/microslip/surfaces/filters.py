@@ -38,13 +38,13 @@ def transmission(wavelength: Floats | float, cutoff: float) -> Floats:
 
 @lru_cache(maxsize=64)
 def weights(cutoff: float) -> Floats:
-    """Return the weights of the Gaussian filter on a grid: symmetric, positive, with sum one.
+    """Return the weights of the Gaussian filter with a cut-off [pixels], along one axis.
 
-    The sampled Gaussian exp(-pi (x/(alpha cutoff))^2), alpha^2 = ln 2/pi, transmits too much for a
-    cut-off of few pixels: 56 % in place of 50 % at three. Its width is therefore chosen to transmit
-    exactly half at the cut-off. The largest deviation from :func:`transmission`, for waves of two
-    pixels, is 0.06 for a cut-off of four pixels, 0.013 for five, 0.002 for six and below 1e-6 from
-    nine on.
+    The weights are symmetric, positive and have the sum one. The sampled Gaussian exp(-pi (x/(alpha
+    cutoff))^2), alpha^2 = ln 2/pi, transmits too much for a cut-off of few pixels: 56 % in place of
+    50 % at three. Its width is therefore chosen to transmit exactly half at the cut-off. The
+    largest deviation from :func:`transmission`, for waves of two pixels, is 0.06 for a cut-off of
+    four pixels, 0.013 for five, 0.002 for six and below 1e-6 from nine on.
     """
     reach = max(2, math.ceil(REACH * cutoff))
     place = np.arange(1, reach + 1, dtype=float)

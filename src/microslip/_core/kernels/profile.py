@@ -163,14 +163,14 @@ class Profile(Locked):
         return lock(np.concatenate((_LOSS_RULES, after)))
 
     def load(self, separation: Floats) -> Floats:
-        """Return loads N at separations [m], one-dimensional."""
+        """Return the loads N [N] at separations [m], one-dimensional."""
         value = np.empty(separation.size)
         kernels.compiled.loads(separation, value, None, *self.arguments)
         return value
 
     @cached_property
     def span(self) -> tuple[float, float]:
-        """Smallest and largest load for which :meth:`separations` is defined."""
+        """Smallest and largest load [N] for which :meth:`separations` is defined."""
         lightest, heaviest = self.load(np.array([self.high, self.low])).tolist()
         return (lightest, heaviest) if self._inverse is not None else (math.inf, 0.0)
 
@@ -199,7 +199,7 @@ class Profile(Locked):
         return None
 
     def separations(self, load: Floats) -> Floats:
-        """Return the separations of loads within :attr:`span`, one-dimensional."""
+        """Return the separations [m] of loads [N] within :attr:`span`, one-dimensional."""
         result = np.empty(load.size)
         kernels.compiled.separations(load, result, *self.arguments, *(self._inverse or ()))
         return result

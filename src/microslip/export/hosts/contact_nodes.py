@@ -128,7 +128,7 @@ class ContactNodes:
 
 
 def contact_field(law: Any) -> Any:
-    """Return a field of one node for an Interface; return any other law unchanged."""
+    """Return an Interface as a field with one node; return any other law unchanged."""
     if not isinstance(law, Interface):
         return law
     options: dict[str, Any] = {"areas": [1.0], "surface_area": 1.0}

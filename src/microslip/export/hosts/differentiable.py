@@ -61,7 +61,7 @@ def settled_force(numbers: tuple[int, ...], rest: Any) -> Quantity:
 
 
 def dissipated_energy(law: BackboneLaw, a: Floats, names: list[str]) -> Derivatives:
-    """Return the energy of a closed cycle [J] at one amplitude [m], with derivatives."""
+    """Return the energy dissipated per cycle [J] at one amplitude [m], with derivatives."""
     by = law.parameter_derivatives("dissipated_energy", a, names) if names else {}
     slope = law._energy_slope(a.reshape(1)).reshape(())
     return np.asarray(law.dissipated_energy(a)), _columns(by, names, ()), slope
@@ -143,7 +143,7 @@ class DifferentiableLaw:
         return self._call(settled_force(harmonics, rest), parameters, coefficients)
 
     def dissipated_energy(self, parameters: Mapping[str, Any], amplitude: Any) -> Any:
-        """Return the energy of a closed cycle [J] at one amplitude [m]."""
+        """Return the energy dissipated per cycle [J] at one amplitude [m]."""
         return self._call(dissipated_energy, parameters, amplitude)
 
     def _call(self, quantity: Quantity, parameters: Mapping[str, Any], x: Any) -> Any:

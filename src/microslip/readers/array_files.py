@@ -77,9 +77,9 @@ def _size(shape: tuple[int, ...], kind: np.dtype[Any]) -> int:
 def _leaves(
     name: str, shape: tuple[int, ...], kind: np.dtype[Any], available: int, path: Path
 ) -> dict[str, Any]:
-    """Return an array of numbers by name, or the numeric columns of a structured array.
+    """Return leaves by name: one for an array of numbers, or one per field of a structured array.
 
-    They are leaves: shapes with functions that load the numbers.
+    A leaf is a shape with a function that loads the numbers.
     """
     size = _size(shape, kind)
     get = partial(_load, path, name, shape, size, available)

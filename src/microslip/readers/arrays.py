@@ -47,7 +47,7 @@ class Arrays(NamedTuple):
 
 
 class _Slot(NamedTuple):
-    """Column of an array; ``place`` is its index in a matrix, None for a vector."""
+    """Location of a column: an array and, in a matrix, its index ``place`` (None in a vector)."""
 
     column: RawColumn
     leaf: Leaf

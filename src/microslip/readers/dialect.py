@@ -123,9 +123,10 @@ def find_layout(lines: Sequence[TextLine]) -> Layout | None:
 def _best_run(
     lines: Sequence[TextLine], cells: Sequence[list[str]], decimal: str
 ) -> tuple[int, int, list[bool | None]] | None:
-    """Return first line, end and column kinds of the best run of consistent rows.
+    """Return first line, end (exclusive) and column kinds of the best run of consistent rows.
 
-    A kind is True for a column of numbers, False for text and None for empty cells.
+    The best run has the highest score by :func:`_weight`. A kind is True for a column of numbers,
+    False for text and None for empty cells.
     """
     number = NUMBER[decimal].fullmatch
     best: tuple[int, int, list[bool | None]] | None = None
@@ -254,7 +255,8 @@ def _heading_cells(
 ) -> tuple[TextLine, list[str]] | None:
     """Return the cells of a line of names or units; None if the line is not a heading.
 
-    If ``size`` names are known to exist, the last cells of units may be empty.
+    If ``size`` is given, the line is one of units below that many names, and its last cells may be
+    empty.
     """
     text = line.text.strip().lstrip(_MARKS) if line.text[:1] in "#%!/*" else line.text
     fewest = _used_width(mask)

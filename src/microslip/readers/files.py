@@ -1,6 +1,6 @@
 """Detection of file kinds, error messages for files, and the limit on file size.
 
-A few bytes of a file from others can declare more data than fits in memory. Readers therefore check
+A few bytes of an untrusted file can declare more data than fits in memory. Readers therefore check
 the declared size against one limit (:func:`limited`) before they allocate memory.
 """
 
@@ -79,7 +79,10 @@ def foreign_kind(head: bytes) -> str:
 
 @contextmanager
 def usable(path: Path, noun: str) -> Iterator[None]:
-    """Convert errors of the operating system to a ValueError that does not name the file."""
+    """Convert errors of the operating system to a ValueError, to which callers add the file name.
+
+    ``noun`` states what the path should be, such as "a file".
+    """
     if "\0" in os.fspath(path):
         raise ValueError("cannot be read: a file name cannot contain a null character")
     try:

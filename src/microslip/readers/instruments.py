@@ -281,7 +281,10 @@ def _check_size(path: Path) -> None:
 
 
 def _check_sums(path: Path) -> list[str]:
-    """Verify the checksums of an x3p file (ISO 25178-72); raise an error for damaged points."""
+    """Verify the checksums of an x3p file (ISO 25178-72), if the path is one.
+
+    Raise a ValueError if its points are damaged; return a remark if main.xml was changed.
+    """
     import hashlib
 
     if not zipfile.is_zipfile(path):

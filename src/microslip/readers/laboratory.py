@@ -122,7 +122,10 @@ def read_rows(path: Path, kind: str | None) -> Rows:
 
 
 def excel_table(path: Path) -> RawTable:
-    """Return the numeric columns of a workbook; names have the sheet if several have columns."""
+    """Return the numeric columns of a workbook.
+
+    Their names begin with the sheet's name if more than one sheet has numeric columns.
+    """
     parts = [
         (title, layout, rows)
         for title, rows in _sheets(path).items()

@@ -199,9 +199,10 @@ def _by_symbol(column: Named) -> str | None:
 
 
 def with_unit_of_other_force(column: Named, other: Named) -> Named:
-    """Return a force column without a unit in the unit of another one, if both are symbols.
+    """Give a force column that has no unit the unit of the other force column.
 
-    Exports of tribometers leave the last cell of their row of units empty, as of Fx and Fz.
+    The names of both must be symbols such as Fx and Fz: some exports of tribometers leave the last
+    cell of the row of units empty. Otherwise the column is returned unchanged.
     """
     symbols = {"force", "normal_load"}
     is_pair = all(_SYMBOLS.get(one.short) in symbols for one in (column, other))

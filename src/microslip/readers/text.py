@@ -194,8 +194,8 @@ def text_table(path: Path) -> RawTable:
 def _of_labview(file: TextFile, stated: dict[str, Stated]) -> tuple[RawColumn, ...]:
     """Return the columns of a LabVIEW .lvm file, with units and time step from its header.
 
-    The cells of the header are in the columns that they describe. Without a time column "X", the
-    time step gives the sampling rate.
+    Each cell of the header stands in the column that it describes. If there is no time column "X",
+    the sampling rate is the inverse of the header's time step.
     """
     header = {line.text.split("\t", 1)[0].strip(): line for line in file.above}
 

@@ -88,7 +88,7 @@ class Campaign(Locked):
                 positive("first_cycles", first, "", 1.0)
 
     def wear(self, confidence: float = 0.95) -> Wear | None:
-        """Fit the energy wear coefficient to the worn volumes; None without."""
+        """Fit the energy wear coefficient to the worn volumes; None if none was measured."""
         unknown: list[float | None] = [None] * len(self.measurements)
         specimens = self._contacts() or tuple(map(str, range(len(self.measurements))))
         return wear_of(

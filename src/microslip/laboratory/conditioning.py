@@ -30,7 +30,7 @@ def condition(record: Record, *, delay: float) -> Record:
     Returns
     -------
     Record
-        The samples that have a force after its shift, interpolated linearly.
+        The samples for which a shifted force exists; the force is interpolated linearly.
     """
     if not isinstance(record, Record):
         raise InputError(f"`record` must be a Record, got {show(record)}")
@@ -88,7 +88,10 @@ class Lag(NamedTuple):
 
 
 class _Reversals(NamedTuple):
-    """Half the difference of force and displacement around peaks and troughs (cycles, samples)."""
+    """Force [N] and displacement ``way`` [m] around the reversals of cycles (cycles, samples).
+
+    Rows are half the differences of samples around a peak and those around the next trough.
+    """
 
     force: Floats
     way: Floats
@@ -98,11 +101,14 @@ class _Reversals(NamedTuple):
     """Number of samples within a quarter of the force range after a reversal."""
 
     def shift(self, rows: slice, shapes: int = 0, near: float | None = None) -> float:
-        """Return the lag of the force [samples] in the mean of the selected cycles."""
+        """Return the lag of the force [samples] in the mean of the cycles ``rows``.
+
+        ``shapes`` is an index of the powers _SHAPES, ``near`` a first estimate [samples].
+        """
         return self._fit(rows, shapes, near)[0]
 
     def misfit_left(self) -> float:
-        """Return the sum of squares with the lag over that without it, less noise [-]."""
+        """Return the sum of squared residuals with the lag over that without, less noise [-]."""
         _, best, at_zero = self._fit(slice(None), 0, None)
         noise = noise_of(self.force.ravel()) ** 2 / self.force.shape[0] * (2 * self.half + 1)
         return float(max(best - noise, 0.0) / max(at_zero - noise, 1e-300))
@@ -142,7 +148,10 @@ def _reversals(x: Floats, force: Floats, cuts: Cuts, most: int) -> _Reversals:
 def lag_of(
     x: Floats, force: Floats, cuts: Cuts, confidence: float, groups: int = 10, most: int = 0
 ) -> Lag:
-    """Estimate the lag of the force in a block of cycles, or in its first ``most`` cycles."""
+    """Estimate the lag of the force in a block of cycles, or in its first ``most`` cycles.
+
+    The interval follows from the scatter between ``groups`` groups of successive cycles.
+    """
     reversals = _reversals(x, force, cuts, most)
     size = reversals.force.shape[0]
     middle = reversals.shift(slice(None))
@@ -160,7 +169,7 @@ def lag_of(
 
 
 def lag_exceeds(x: Floats, force: Floats, cuts: Cuts, smallest: float, most: int) -> bool:
-    """Return whether a first estimate of the lag exceeds ``smallest`` [samples]."""
+    """Return whether the lag of the first ``most`` cycles exceeds ``smallest`` [samples]."""
     try:
         return abs(_reversals(x, force, cuts, most).shift(slice(None))) > smallest
     except InputError:  # too few cycles or samples to tell

@@ -211,7 +211,7 @@ def _crossings(x: Floats, band: float) -> tuple[Floats, NDArray[np.bool_]]:
 
 
 def window_of(noise: float, period: float) -> int:
-    """Return the half-width [samples] of a window in which a parabola's bias equals its noise."""
+    """Return the half-width [samples] of a window in which a parabola's bias equals its error."""
     angle: float = (420.0 * noise / math.sqrt(period / math.pi)) ** (2.0 / 9.0)
     return math.floor(min(angle, WIDEST) * period / (2.0 * math.pi))
 
@@ -242,7 +242,10 @@ def _turns(
 def _extended(
     places: Floats, period: float, x: Floats, value: float, near: float, slack: float
 ) -> Floats:
-    """Add a cut one period before the first and after the last one if x is near ``value`` there."""
+    """Add a cut one period before the first and after the last one if x is near ``value`` there.
+
+    ``near`` [m] is the tolerance of x, ``slack`` [samples] that of the end of the record.
+    """
     for step in (-period, period):
         if places.size == 0:
             break

@@ -66,7 +66,7 @@ def block_columns(
 
     ``compliance`` [m/N] is that of the rig, whose deflection is subtracted from the displacement
     ``moved`` [m]. Frequencies are given if the ``time`` [s] of the samples is. A significant linear
-    drift of a channel is subtracted, except from the offsets.
+    drift of a channel is subtracted, but kept in the columns of the offsets.
     """
     branches = branches_of(moved, force, cycles)
     middles = 0.5 * (branches.peaks.place + branches.troughs.place)
@@ -170,7 +170,7 @@ def _ratio(numerator: Floats, denominator: Floats) -> Floats:
 
 
 def _sliding_distance(x: Floats, force: Floats, cycles: Cuts) -> Floats:
-    """Return half the width [m] of each loop at its mean force; ``x[0]`` is at the first cut."""
+    """Return half the width [m] of each loop at zero ``force``; samples begin at the first cut."""
     first = cycles.cuts[:-1] - cycles.cuts[0]
     turn = np.sort(np.concatenate((cycles.peaks, cycles.troughs))) - cycles.cuts[0]
     changes = np.flatnonzero((force[1:] >= 0.0) != (force[:-1] >= 0.0))
@@ -207,7 +207,7 @@ STIFFNESS = "chord_stiffness"
 
 
 class BranchCompliance(NamedTuple):
-    """Chord compliance of the branches after one kind of reversal, per cycle; NaN if unknown."""
+    """Chord compliance of branches after one kind of reversal (cycles,); NaN if unknown."""
 
     compliance: Floats
     """Compliance of the chord [m/N]."""
@@ -224,12 +224,13 @@ def branch_compliance(
     span: Floats,
     compliance: float,
 ) -> BranchCompliance:
-    """Fit the first part of each branch, between a reversal and sample ``end``; force increases.
+    """Fit the first part of each branch, between a reversal and sample ``end``.
 
-    Noise of the force in the abscissa of the fit, or in the choice of samples, would bias the
-    stiffness upwards. So the window ends at the sample where the mean branch reaches a fraction of
-    its force range ``span`` [N], and each cycle is projected onto the shapes of the mean branch and
-    a parabola in time. Then the deflection of the rig is subtracted, ``compliance`` [m/N].
+    Signs are such that the force increases. Noise of the force in the abscissa of the fit, or in
+    the choice of samples, would bias the stiffness upwards. So the window ends at the sample where
+    the mean branch reaches a fraction of its force range ``span`` [N], and each branch is replaced
+    by its least-squares fit by the mean branch and a parabola in time. Then the deflection of the
+    rig with the given ``compliance`` [m/N] is subtracted.
     """
     nothing = np.full(span.size, np.nan)
     begin = np.ceil(start.place + 0.25).astype(np.int64)
@@ -267,7 +268,11 @@ def _fit(
     compliance: float,
     good: NDArray[np.bool_],
 ) -> BranchCompliance:
-    """Fit three shapes to the first ``window`` samples of each branch."""
+    """Compute the chord compliance from the first ``window`` samples of each branch.
+
+    With the force f over its range, the displacement is fitted by powers 1 and 2 of f, by powers 1
+    and 3/2 of f, and by powers 1 and 2 of -ln(1 - f); the middle of the three results is used.
+    """
     good, nothing = good.copy(), np.full(span.size, np.nan)
     place, gone = moved[:, :window], share[:, :window]
     if window > 4:
@@ -302,8 +307,9 @@ def _fit(
 def _widest_that_agrees(fits: Iterator[BranchCompliance]) -> BranchCompliance:
     """Return the fit of the widest window whose mean chord agrees with that of the next narrower.
 
-    Means agree within 2.5 standard errors of their difference, or half the ``doubt`` of the wider
-    window. Their difference and twice its standard error are added to the ``doubt`` in quadrature.
+    Means agree within 2.5 standard errors of their difference, or half the systematic error
+    ``doubt`` of the wider window. Their difference and twice its standard error are added to the
+    ``doubt`` in quadrature.
     """
     wide = next(fits)
     for narrow in fits:
@@ -351,7 +357,7 @@ def _window(share: Floats, part: float) -> int:
 def stiffness_columns(
     x: Floats, force: Floats, cycles: Cuts, branches: Branches, compliance: float
 ) -> dict[str, Floats]:
-    """Return the chord stiffness [N/m] of each cycle and its doubt [-], by column name.
+    """Return the chord stiffness [N/m] of each cycle and its relative systematic error [-].
 
     The stiffness is from the mean compliance after displacement maxima and minima.
     """

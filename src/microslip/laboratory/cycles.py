@@ -177,7 +177,7 @@ class Cycles:
 
     @cached_property
     def settled(self) -> Settled:
-        """Cycles without a trend of amplitude, force or energy, over which means are taken."""
+        """Cycles without a trend in amplitude, force or energy, over which means are taken."""
         noise = max(block.cycles.noise for block in self.blocks.having_cycles)
         return settled(self.columns, self.counted, noise)
 
@@ -419,7 +419,7 @@ def check_direction(
     """Raise InputError, with the likely cause, if loops have a significantly negative energy [J].
 
     A delay makes the energy of thin loops negative, too, but force and displacement stay
-    correlated. Such loops are an error only if ``delay``, the remedy for the message, is given.
+    correlated. Such loops are an error only if ``delay`` is given: the advice for the message.
     """
     away, against = x - x.mean(), force - force.mean()
     size = float(np.linalg.norm(away) * np.linalg.norm(against))

@@ -99,7 +99,7 @@ def _envelope(time: Any, values: Any) -> tuple[Any, Any]:
 
 
 def record_figure(record: Any) -> Plot:
-    """Draw displacement, force and normal load against time, or sample number without a time."""
+    """Draw displacement, force and load against time, or sample number if there is no time."""
     time, label, t_unit = np.arange(len(record), dtype=np.float64), "Sample", 1.0
     if record.time is not None or record.sample_rate is not None:
         time = record.time if record.time is not None else time / record.sample_rate

@@ -130,7 +130,7 @@ class Folded(Locked):
 
     @property
     def way(self) -> Floats:
-        """Displacement increment over each bin [m], which times the force is the work."""
+        """Displacement increment over each bin [m]; its product with the force is the work."""
         width = 0.5 * (np.roll(self.phase, -1) - np.roll(self.phase, 1)) % math.pi
         return self.displacement(self.phase, 1) * width
 

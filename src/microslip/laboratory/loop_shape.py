@@ -104,7 +104,7 @@ def shape_of(
 
 
 def hollow_of(shape: Shape) -> tuple[float, float]:
-    """Return the largest depth of the branch below its concave hull [-], and its position [-]."""
+    """Return the largest depth of a branch below its concave hull, and its place as in Shape."""
     points = [(0, float(shape.force[0]))]
     for i, value in enumerate(shape.force.tolist()):
         while len(points) > 1:
@@ -151,7 +151,7 @@ def parallel_spring(shape: Shape) -> ParallelSpring | None:
 def without_spring(
     columns: Mapping[str, Floats], shape: Shape, spring: ParallelSpring
 ) -> dict[str, Floats]:
-    """Return the columns that determine slip regimes, less the force of a parallel spring."""
+    """Subtract the force of a parallel spring in the columns that determine slip regimes."""
     rest = 1.0 - spring.force
     force = shape.force - spring.force * (2.0 * shape.place - 1.0)
     crossing = float(np.interp(0.0, np.maximum.accumulate(force), shape.place))
@@ -199,7 +199,10 @@ def lost_motion_of(shape: Shape) -> float | None:
 
 
 def shape_notes(shape: Shape | None, is_rippled: bool) -> list[str]:
-    """Return notes on the shape of the branch; if the cause is ambiguous, all causes are listed."""
+    """Return notes on the shape of the branch; if the cause is ambiguous, all causes are listed.
+
+    ``is_rippled`` is whether the normal load was recorded within the cycles.
+    """
     if shape is None:
         return []
     notes: list[str] = []

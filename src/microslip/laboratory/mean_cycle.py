@@ -120,7 +120,7 @@ class MeanCycle:
         return Level(mean, mean - np.bincount(self.column, residual) / self.total, residual)
 
     def noise(self, residual: Floats, fitted_count: int = 0) -> float:
-        """Estimate the standard deviation of noise; ``fitted_count`` more terms were fitted."""
+        """Estimate the standard deviation of noise; ``fitted_count`` terms add to the curve's."""
         freedom = max(self.freedom - fitted_count, 1.0)
         total_noise = math.sqrt(float(np.dot(residual, residual)) / freedom)
         if self._alike:
@@ -140,9 +140,9 @@ class MeanCycle:
         return min(total_noise, math.sqrt(square / near_freedom / _WITHIN))
 
     def _scaled(self, residual: Floats) -> Floats:
-        """Return absolute residuals over the root of their fraction of the noise variance.
+        """Return absolute residuals over the root of :meth:`_noise_share`.
 
-        Samples for which this fraction is too small are left out.
+        Samples for which this share is too small are left out.
         """
         scaled, end = np.empty(residual.size), 0
         for piece in stretches(residual.size):
@@ -163,11 +163,12 @@ def _slopes(middle: Floats, mean: Floats) -> Floats:
 
 
 def errors_of_steps(values: Floats, step: float, column: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Return possible errors of the bin means due to converter steps [half steps] (errors, bins).
+    """Return possible errors of the bin means due to converter steps, over half a step [-].
 
-    If the samples of a bin lie on one or two steps, the mean does not determine the value in
-    between: adjacent bins on one step have a common constant error and a common linear one. Empty
-    if noise spreads the samples over more steps.
+    The shape is (errors, bins). If the samples of a bin lie on one or two steps, the mean does not
+    determine the value in between: adjacent bins on the same step can be wrong together by a
+    constant, or by a linear function of the bin number, of up to half a step. Empty if noise
+    spreads the samples over more steps.
     """
     number = np.rint((values - values[0]) / step)
     total = np.bincount(column)
@@ -371,7 +372,10 @@ def _at_rate(time: Floats, x: Floats, cycles: Cuts, rate: float) -> Floats:
 def _by_least_squares(
     time: Floats, x: Floats, origin: tuple[float, float], rate: float, offset: float, cycles: int
 ) -> tuple[float, float]:
-    """Fit frequency [Hz] and phase [cycles] of the fundamental, together with some harmonics."""
+    """Refine frequency ``rate`` [Hz] and phase ``offset`` [cycles] of the fundamental.
+
+    Some harmonics are fitted with it. ``origin`` is first time [s] and mean displacement [m].
+    """
     harmonic_count = max(1, min(_HARMONICS, int(0.25 * x.size / cycles)))
     size, (first, mean) = float(np.ptp(x)), origin
     whole_mean = float(time.mean()) - first
@@ -423,7 +427,10 @@ class Places(NamedTuple):
 
 
 def places_of(phase: Floats, a_cycle: float) -> Places:
-    """Return the number of distinct phases of samples, or of bins if phases do not repeat."""
+    """Return the number of distinct phases of samples, or of bins if phases do not repeat.
+
+    ``a_cycle`` is the mean number of samples per cycle.
+    """
     first_phases = phase[: min(phase.size, _LOOKED_AT)]
     for cycles in range(1, _MOST_CYCLES + 1):
         sample_count = round(cycles * a_cycle)

@@ -96,8 +96,8 @@ class Measurement(Plottable):
     mean : mapping of str to Estimate
         Means of the columns with their confidence intervals (Student), over the cycles that are
         closed (end forces differ by at most a quarter of the force range), have no spike and are
-        settled: of one amplitude (to 1 % or the noise), without a trend of force and energy by over
-        2 %. If no cycles are settled, the intervals are the range of the cycles.
+        settled: of one amplitude (within 1 % or the noise), without a trend in force and energy of
+        over 2 %. If no cycles are settled, the intervals are the range of the cycles.
     confidence : float
         Level of the intervals [-].
     frequency : float or None
@@ -122,7 +122,10 @@ class Measurement(Plottable):
 
     Notes
     -----
-    Loops are evaluated as in Fig. 19.7 and (19.29)-(19.30) of chapter 19; D and B are those of
+    Loops are evaluated as in Fig. 19.7 and (19.29)-(19.30) of chapter 19 (DOI
+    10.1007/978-3-319-56818-8_19). With the energy E_d, the amplitudes T_m of the force and delta of
+    the displacement, and half the width delta_g of the loop at the middle of its force range,
+    A = E_d/(4 T_m delta), D = delta_g/delta and B = E_d/(4 T_m delta_g). D and B are those of
     Fouvry, Kapsa and Vincent (1995, DOI 10.1016/0043-1648(94)06582-9).
     """
 
@@ -269,16 +272,18 @@ def measure(
     Cycles are cut at gaps of the time, and the frequency is computed within the blocks between
     gaps. An open cycle is closed by its chord; ``closure_error`` is the difference of the forces at
     its ends over their range. The chord stiffness is that of the first 5 % of the force range after
-    a reversal; its interval includes the difference between three shapes of the branch. Stiffnesses
-    are averaged as compliances. With the mean normal load P of a cycle and the half width delta_g
-    of the loop at its mean force, ``friction_peak`` is the force amplitude over P, and
-    ``friction_energy`` is E_d/(4 P delta_g).
+    a reversal; its interval includes the difference between three shapes of the branch (powers 1
+    and 2 or 1 and 3/2 of the force, or a logarithm). Stiffnesses are averaged as compliances. With
+    the mean normal load P of a cycle and half the width delta_g of the loop at the middle of its
+    force range, ``friction_peak`` is the force amplitude over P, and ``friction_energy`` is
+    E_d/(4 P delta_g).
 
-    With the force amplitude T_m, B = E_d/(4 T_m delta_g). The regime is "stick" up to the energy
-    ratio A at which the backbone of one sphere is 1 % below its initial tangent (0.0034), and
-    "gross slip" from the B at which a sphere reaches its limit (0.7695). Settled cycles have the
-    regime of their mean, with a probability from their scatter. D and B are those of Fouvry,
-    Kapsa and Vincent (1995, DOI 10.1016/0043-1648(94)06582-9).
+    With the amplitudes T_m of the force and delta of the displacement, A = E_d/(4 T_m delta) and
+    B = E_d/(4 T_m delta_g). The regime is "stick" up to the A at which the backbone of one sphere
+    is 1 % below its initial tangent (0.0034), and "gross slip" from the B at which a sphere reaches
+    its limit (0.7695). Settled cycles have the regime of their mean, with a probability from their
+    scatter. B and D = delta_g/delta are those of Fouvry, Kapsa and Vincent (1995,
+    DOI 10.1016/0043-1648(94)06582-9).
     """
     if not isinstance(record, Record):
         raise InputError(

@@ -1,4 +1,4 @@
-"""Options of commands on records, declared once for reading and measuring."""
+"""Command-line options common to the commands that read and measure records."""
 
 from __future__ import annotations
 

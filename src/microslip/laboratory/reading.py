@@ -44,7 +44,7 @@ _MOST_LONE, _LONGEST_LONE = 0.01, 3
 
 @dataclass(frozen=True)
 class Statements:
-    """Arguments of the user on how to read a file; None if not given."""
+    """Specification by the user of how to read a file; None where nothing is given."""
 
     columns: Mapping[str, Any]
     sample_rate: float | None
@@ -216,7 +216,7 @@ def _columns_by_part(
 def _arrays(
     table: RawTable, by_part: Mapping[str, Named], rows: Any
 ) -> tuple[dict[str, Floats], int, list[str]]:
-    """Load the requested rows of the columns; return numbers, index of the first row, notes."""
+    """Load the requested rows of columns; return arrays by role, index of the first row, notes."""
     arrays = dict(
         zip(by_part, table.load([column.place for column in by_part.values()]), strict=True)
     )

@@ -176,7 +176,8 @@ class Record(Locked, Plottable):
         """Read a record from text (CSV, TSV, TXT), Excel, MATLAB, TDMS, HDF5 or NumPy files.
 
         Columns and units that are not given are detected from their names and units; ambiguous ones
-        raise an error. `notes` lists the sources. The file is not changed.
+        raise an error. `notes` of the record state from which column and unit each channel was
+        read. The file is not changed.
 
         Parameters
         ----------

@@ -38,8 +38,8 @@ class Distortion(NamedTuple):
     third: float
     """Third harmonic relative to the fundamental [-]."""
     is_cubic: bool
-    """Whether it is in phase with the fundamental and no higher one is near its size, as a sensor
-    makes it of a sine whose characteristic is a cubic."""
+    """Whether it is in phase with the fundamental and the fifth harmonic is much smaller, as for a
+    sinusoidal motion measured by a sensor with a cubic characteristic."""
 
     def note(self) -> str:
         """Describe the third harmonic and its possible causes in a sentence for the user."""
@@ -52,7 +52,7 @@ class Distortion(NamedTuple):
 
 
 def distortion_of(record: Record, block: Block) -> Distortion:
-    """Return the third harmonic of the displacement, and whether a sensor may have caused it."""
+    """Return the third harmonic of the displacement, which a non-linear sensor may have caused."""
     piece, share = _angles(block.cycles)
 
     def harmonics(values: Floats) -> NDArray[np.complex128]:

@@ -50,7 +50,8 @@ def reversals_of(
 ) -> Reversals:
     """Estimate the maxima of ``x`` [m] near the samples ``places``, and the force there.
 
-    ``noise`` [m] is the standard deviation of x.
+    For minima, negate ``x`` and ``force``. ``noise`` [m] is the standard deviation of the noise of
+    x; ``cycles`` gives the period and the width of the windows.
     """
     half = max(3 if cycles.period >= 40.0 else 2, cycles.window)
     t = np.arange(-half, half + 1.0)
@@ -98,8 +99,9 @@ def _corner_window(
 ) -> int:
     """Return the half-width of the window in which reversals are corners; 0 if they are smooth.
 
-    Two lines must fit better than a quartic. A wide window shows it in noise, if both flanks are
-    straight there; a narrow one shows it if they are not.
+    A reversal is a corner if two straight lines fit better than a quartic. A wide window detects
+    corners in noisy samples, but only if the flanks are straight over its width; otherwise a narrow
+    window is used.
     """
     turns = np.sort(np.concatenate((cycles.peaks, cycles.troughs)))
     flank = int(np.diff(turns).min(initial=int(cycles.period)))
@@ -127,9 +129,10 @@ def _reflected(x: Floats, places: NDArray[np.int64], half: int) -> Floats:
 
 
 def _smooth_turns(rows: Floats, t: Floats, noise: float) -> tuple[Floats, Floats, Floats, float]:
-    """Fit a quartic to each row of samples; return position and height of its maximum.
+    """Fit a quartic to each row of samples.
 
-    Then follow the values of the quartics, and the typical standard error of a position [samples].
+    Return the positions [samples] and heights of the maxima, the values of the quartics, and the
+    typical standard error of a position [samples].
     """
     powers = t[:, None] ** np.arange(5)
     inverse = np.linalg.pinv(powers)
@@ -163,8 +166,9 @@ class _Corner(NamedTuple):
 def _corners(rows: Floats, t: Floats, noise: float) -> _Corner:
     """Fit two straight lines to each row of samples, split where the sum of squares is smallest.
 
-    The lines meet between the samples at the split, or beside them by twice the standard error of
-    the position: at the nearest sample the lower of both lines would be too low in noise.
+    The corner is the intersection of the lines, limited to the interval between the two samples at
+    the split. The interval is widened by half a sample and twice the standard error of the position
+    at each end, since at its ends the lower of both lines would be too low in noisy samples.
     """
     splits = np.arange(2, t.size - 1)
     powers = np.array([np.ones_like(t), t, t * t])
@@ -203,8 +207,8 @@ def _corners(rows: Floats, t: Floats, noise: float) -> _Corner:
 def _flanks(rows: Floats, t: Floats, noise: float) -> _Corner:
     """Fit straight lines on both sides of corners near the middle of rows of noisy samples.
 
-    Samples between which the noise may place the corner are left out: a split where the sum of
-    squares is smallest follows the noise, and makes the corner too low.
+    Samples in the range where noise may place the corner are left out. (Lines split where the sum
+    of squares is smallest would follow the noise and underestimate the height of the corner.)
     """
     gap = 1.0
     for _ in range(2):

@@ -155,7 +155,7 @@ def _wanders(values: Floats) -> bool:
 
 
 def _one_amplitude(values: Floats, noise: float) -> list[NDArray[np.intp]]:
-    """Group cycles of like amplitude [m]; return no group if all amplitudes ramp."""
+    """Group cycles of like amplitude [m]; return no group if the amplitude changes steadily."""
     usual = float(np.median(np.abs(values)))
     logs = np.log(np.maximum(np.abs(values), 1e-9 * max(usual, 1e-300)))
     jitter = 0.0
@@ -244,7 +244,7 @@ def is_certain(line: Estimate) -> bool:
 
 
 def _moves(values: Floats, smallest: float) -> bool:
-    """Return whether values change significantly, and by more than ``smallest``, by a trend."""
+    """Return whether values have a significant trend that changes them by over ``smallest``."""
     slope, error = _slope(values)
     certain = CERTAIN
     if values.size < HALVED:

@@ -55,10 +55,11 @@ class Spike(NamedTuple):
 def spikes_of(record: Record) -> tuple[Spike, ...]:
     """Find the spikes in a record.
 
-    A spike is up to three consecutive samples farther from the median of the eight samples around
-    them than five times half the range of these eight (without lowest and highest), five times half
-    the range of the record (5th to 95th percentile) and, for a load, five times its median. Growing
-    amplitudes and noise are not spikes. The limits are this project's.
+    A spike is up to three consecutive samples whose distance from the median of the eight samples
+    around them exceeds each of the following limits: five times half the range of these eight
+    without the lowest and highest; five times half the range of the record (5th to 95th
+    percentile); for a normal load, five times its median. Growing amplitudes and noise are not
+    spikes. The limits are this project's.
     """
     spikes: list[Spike] = []
     for channel in ("displacement", "force", "normal_load"):

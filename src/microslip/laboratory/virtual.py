@@ -1,4 +1,4 @@
-"""Virtual tribometer: the test rig of section 2.1 of chapter 19."""
+"""Virtual tribometer: the rig of section 2.1 of chapter 19, DOI 10.1007/978-3-319-56818-8_19."""
 
 from __future__ import annotations
 
@@ -127,7 +127,8 @@ class VirtualTribometer:
     At a constant load the response is exact at every sample, the compliance included. With a load
     ripple the load is exact, too; between turning points of motion and load the joint follows
     straight lines of separation and displacement, at least 1024 per cycle. With a ``ripple_phase``
-    of zero this is exact if the separation changes by less than the displacement over kappa.
+    of zero this is exact if the separation changes by less than the displacement over kappa, with
+    kappa = mu E*/(4 G*) (19.12).
     Otherwise slip begins or ends within a line, and the error decreases with the square of the
     number of lines. For ripples of up to 0.3 on surfaces and spheres, at up to 30 um, it is less
     than 1e-3 of the force on a rigid rig, less than 1e-4 with a rig of 2e8 N/m.
@@ -411,10 +412,10 @@ def turning_angles(first: float, last: float, share: float) -> Floats:
 def path_of_angles(
     size: int, step: float, parts: int, between: Floats
 ) -> tuple[Floats, NDArray[np.bool_]]:
-    """Return phase angles of the drive [rad] for integration, and the mask of the samples.
+    """Return the phases of the drive [rad] for integration, and a mask of those that are samples.
 
-    Each of the ``size`` - 1 sampling steps ``step`` [rad] is divided into ``parts``. The angles
-    ``between`` of reversals are inserted, except where they coincide with an angle of the grid.
+    Each of the ``size`` - 1 sampling steps of ``step`` [rad] is divided into ``parts``. The phases
+    ``between`` [rad] of reversals are inserted, except where they coincide with another phase.
     """
     angle: Floats = np.arange(float(size))
     angle *= step

@@ -57,8 +57,8 @@ def wear_of(
     volumes : sequence of float or None
         Worn volume [m^3] after each record, None if it was not measured.
     first_cycles : sequence of float or None
-        Number of the first cycle of each record in the life of its specimen [-]. None takes the
-        rig's counter of cycles, and 1 for the only record of a specimen that has no counter.
+        Number of the first cycle of each record in the life of its specimen [-]. If None, the rig's
+        counter of cycles is used, or 1 for the only record of a specimen that has no counter.
     confidence : float, optional
         Level of the interval [-].
 
@@ -66,8 +66,8 @@ def wear_of(
     -------
     Wear or None
         None if no volume was measured. Energies of cycles that were not logged are interpolated
-        linearly in the cycle number; the coefficient's interval includes the error of a course that
-        is monotonic between the logged cycles.
+        linearly in the cycle number. The coefficient's interval includes the largest error of this
+        interpolation if the energy changes monotonically between the logged cycles.
     """
     confidence = checked_confidence(confidence)
     if not any(volume is not None for volume in volumes):

@@ -376,6 +376,7 @@ def test_digitised_loops(cycles: float) -> None:
     found = ms.identify(made, noise=(1.5, 3e-10))
     assert holds(found.dissipated_energy(9e-7), JOINT.dissipated_energy(9e-7))
     assert holds(found.force(9e-7), float(JOINT.backbone(9e-7)))
+    assert any("half a loop" in note for note in found.notes) == (cycles == 0.5)
 
 
 def test_stepped_amplitudes() -> None:

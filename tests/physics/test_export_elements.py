@@ -14,7 +14,7 @@ import microslip as ms
 from microslip import export
 
 pytestmark = needs_compiler
-_SLIDERS = 24
+_SLIDERS = 32
 _PLANAR = ms.IsotropicJoint(JOINT, _SLIDERS)
 _FIELD = ms.JointField(
     JOINT.surface, 0.55, areas=1.0, separations=JOINT.separation, surface_area=1.0
@@ -22,8 +22,8 @@ _FIELD = ms.JointField(
 _ELEMENTS = {
     "joint": {"depth": 512},
     "contact": {"element": "contact", "depth": 512},
-    "planar": {"law": _PLANAR},
-    "solid": {"law": _FIELD},
+    "planar": {"law": _PLANAR, "smallest_amplitude": 3e-8},
+    "solid": {"law": _FIELD, "smallest_amplitude": 3e-8},
 }
 
 

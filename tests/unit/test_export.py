@@ -123,6 +123,7 @@ def test_fits_are_studies_with_their_misfit():
     [
         ("d", JOINT, {}, "kind must be one of c, abaqus-user, fmu"),
         ("c", ms.Coulomb(3.0), {}, "need a finite stiffness at rest"),
+        ("c", ms.IsotropicJoint(JOINT, 8), {}, "law must have enough sliders for cycles"),
         ("fmu", ms.IsotropicJoint(JOINT), {}, "fmu supports one direction, and Isotropic"),
         ("ansys", _FIELD.two_directions(16), {"nodes": [[1, 2]]}, "ansys supports one direction"),
         ("fmu", _FIELD, {}, "fmu supports one law, got a field of patches; use opensees, calcul"),

@@ -212,8 +212,15 @@ def _check_sliders(order: Order, law: Any, limits: dict[str, Any]) -> None:
     The largest error over the amplitudes counts. The message states a sufficient number of sliders.
     """
     error = order.accuracy.energy_error
-    if not error > _MOST_ENERGY_ERROR or isinstance(law, (IsotropicJoint, IsotropicField)):
+    if not error > _MOST_ENERGY_ERROR:
         return
+    low = order.span[0]
+    if isinstance(law, (IsotropicJoint, IsotropicField)):
+        raise InputError(
+            f"`law` must have enough sliders for cycles of {low:.3g} m: they miss the dissipated "
+            f"energy by {100.0 * error:.3g} %; give the joint itself with `cells`, more sliders, "
+            "or a larger `smallest_amplitude`"
+        )
     cells = order.cells
     while cells < _MOST_CELLS:
         cells = min(2 * cells, _MOST_CELLS)
@@ -222,7 +229,6 @@ def _check_sliders(order: Order, law: Any, limits: dict[str, Any]) -> None:
             break
     else:
         cells = 0
-    low = order.span[0]
     remedy = (
         f"give cells={cells} for an error below {100.0 * _MOST_ENERGY_ERROR:g} %, or a larger "
         "smallest_amplitude"

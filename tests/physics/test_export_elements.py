@@ -23,7 +23,7 @@ _ELEMENTS = {
     "joint": {"depth": 512},
     "contact": {"element": "contact", "depth": 512},
     "planar": {"law": _PLANAR, "smallest_amplitude": 3e-8},
-    "solid": {"law": _FIELD, "smallest_amplitude": 3e-8},
+    "solid": {"law": _FIELD, "smallest_amplitude": 1e-7},
 }
 
 

@@ -150,7 +150,7 @@ class NormalLaw(Parametric, ABC):
 
     @property
     def _small_kinks(self) -> Floats:
-        """Kinks of N'' [m], if there are too many to split all integrals at them; else empty."""
+        """Separations [m] of kinks of N'', if too many to split all integrals at them; or empty."""
         return np.zeros(0)
 
     @property

@@ -265,7 +265,7 @@ class DrawnFace(FaceLaw):
         return self._changed(tightening_pressure=load / self.area)
 
     def _length_factors(self, shares: Floats) -> Floats:
-        """Length p/k_n of areas tightened to ``shares`` of the pressure, over that of the face."""
+        """Return p/k_n of areas tightened to fractions ``shares`` of the load, over this p/k_n."""
         h, pi, breadth = self._groups
         found = table.continued(np.full(shares.size, h), pi * shares, breadth)
         return np.asarray(float(self._numbers.stiffness[0]) / found.stiffness)
@@ -350,7 +350,10 @@ class DrawnFace(FaceLaw):
         return lock(np.diag([1.0 / (a - (a - 1.0) * c) for c in self._slopes]))
 
     def contact_area(self, separation: ArrayLike) -> Any:
-        """Real contact area [m^2] (depends on the cut-off), at separations [m] of any shape."""
+        """Real contact area [m^2] at separations [m] of any shape.
+
+        Like ``slope``, it depends on the short-wave cut-off.
+        """
         loads = np.asarray(self.load(separation), dtype=float) / self._heaviest
         at = np.log(table.SHARES[::-1])
         shares = self._numbers.contacts[0, ::-1]

@@ -286,7 +286,7 @@ class SlipLosses:
         return self._marks
 
     def _rules(self, front: Floats) -> list[tuple[Rule, NDArray[np.bool_]]]:
-        """Return quadrature rules for pieces with slip fronts ``front`` [m], and their masks."""
+        """Return quadrature rules and masks of their pieces, by the slip fronts ``front`` [m]."""
         spline = self._law._spline
         if spline is None:
             return [(_ROOTS, np.ones(front.size, dtype=bool))]

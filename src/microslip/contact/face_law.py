@@ -133,7 +133,7 @@ class FaceLaw(TabulatedNormalLaw):
         return TabulatedNormalLaw(self.pair, d, loads, tail="exponential")
 
     def _length_factors(self, shares: Floats) -> Floats | None:
-        """Length p/k_n of areas tightened to ``shares`` of the load, over that of this law."""
+        """Return p/k_n of areas tightened to fractions ``shares`` of the load, over this p/k_n."""
         return None
 
     def _tightened_by(self, shares: Floats) -> tuple[Floats, Floats] | None:

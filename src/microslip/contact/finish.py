@@ -196,7 +196,7 @@ def sampling_length(ra: float) -> float:
 
 
 def process_named(name: object) -> str:
-    """Return the process with a name or an alias."""
+    """Return the name in PROCESSES of a process given by its name or an alias."""
     word = name.strip().casefold() if isinstance(name, str) else ""
     word = _ALIASES.get(word, word)
     if word not in PROCESSES:

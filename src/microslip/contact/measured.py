@@ -239,12 +239,12 @@ class MeasuredContact(FaceLaw):
         return self._made_of(solution, numbers, self.pair, area, self.direction)
 
     def _length_factors(self, shares: Floats) -> Floats | None:
-        """Length p/k_n of areas tightened to ``shares`` of the load, over that of the face.
+        """Return p/k_n of areas tightened to fractions ``shares`` of the load, over this p/k_n.
 
-        It is interpolated between the unloading stiffnesses from lighter tightening loads. For 3 to
-        50 MPa, the law of a face tightened to 100 MPa, with these factors, deviates from a law
-        solved for the lower pressure by up to 9 % in force; the energy of a cycle of amplitude mu
-        N/k_t is 0.8 to 1.35 times as large, and without the factors 2 to 20 times.
+        They are interpolated between the unloading stiffnesses from lighter tightening loads.
+        Scaled from 100 MPa to tightening at 3 to 50 MPa, a law deviates from one solved for the
+        lower pressure by up to 9 % in force; the energy of a cycle of amplitude mu N/k_t is 0.8 to
+        1.35 times as large, and without the factors 2 to 20 times.
         """
         if self.solution.lighter_tightenings.size < 4:  # an elastic face
             return None

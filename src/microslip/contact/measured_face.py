@@ -146,7 +146,7 @@ def _levelled(z: Floats) -> Floats:
 
 
 def check_pressure(pressure: float | None, hardness: float, modulus: float, face: Face) -> float:
-    """Return the validated tightening pressure [Pa]; by default 0.05 E* h' of an elastic face."""
+    """Return the checked tightening pressure [Pa]; by default 0.05 E* h', for an elastic face."""
     if pressure is None:
         return _USUAL * modulus * face.slope
     pressure = positive("tightening_pressure", pressure, "Pa", 1e8)
@@ -288,7 +288,7 @@ _ARRAYS = {"separation": 1, "pressure": 2, "slope": 2, "contact": 1, "sliding": 
 def contact_numbers(
     task: Task, solution: FaceSolution, pressure: float, bound: float
 ) -> ContactNumbers:
-    """Return the reported numbers for a ``pressure`` and a hardness ``bound`` [Pa], in SI units."""
+    """Return the numbers to report, in SI units; ``pressure`` and hardness ``bound`` are in Pa."""
     face = task.face
     pieces = face.pieces(task.piece)
     spread = float(np.var([piece.mean() for piece in pieces])) / face.rms**2
@@ -328,11 +328,11 @@ def progress_halves(progress: Progress | None) -> tuple[Progress | None, Progres
 def resolution_changes(
     task: Task, solution: FaceSolution, workers: int, progress: Progress | None
 ) -> dict[str, Any]:
-    """Return the changes of the stiffness by a coarser grid and by smoothed heights, by name.
+    """Return ``coarser``, ``smoother`` and ``cutoff`` of :class:`ContactNumbers`, by name.
 
-    ``coarser`` and ``smoother`` are the stiffness with every second point along x and y, and
-    without the shortest waves, over that of ``solution``; None if such a face cannot carry the
-    pressure. ``cutoff`` is the shortest wavelength of the smoothed face [m].
+    The first two are the stiffness with every second point along x and y, and without the shortest
+    waves, over that of ``solution``; None if such a face cannot carry the pressure. ``cutoff`` is
+    the shortest wavelength of the smoothed face [m].
     """
     smooth, cutoff = task.face.smoother
     half = None if task.piece is None else max(task.piece // 2, 8)

@@ -38,7 +38,7 @@ class Kind(NamedTuple):
     order: int
     """Leading power of v at small v, 0 to 3."""
     share: Callable[[Floats, Floats, Floats], Floats]
-    """Factor as a function of x, q = sqrt(1 - x) and 1 - q; q is 0 for x > 1."""
+    """Factor as a function of x = v/s, q = sqrt(1 - x) and 1 - q; q is 0 for x > 1."""
     slipped: Callable[[Floats, Floats, Floats], Floats]
     """Sum over fully slipped contacts, from v and their sums of k s^(3/2) and k s^(5/2)."""
 
@@ -135,7 +135,7 @@ class Contacts:
         return _terms(kind, v, self._s[summits], self._k[summits])
 
     def _far(self, kind: Kind) -> Table:
-        """Tabulate the contribution of distant summits on panels of v, over v**kind.order.
+        """Tabulate the sum over distant summits, divided by v**kind.order, on panels of v.
 
         Summits that slip fully in the panel of v or one of the next two are summed directly
         instead.
@@ -215,7 +215,7 @@ class Spheres:
         return {"heights": self.heights, "constants": self.constants, "_contacts": {}}
 
     def derivative(self, separation: Floats, order: int) -> Floats:
-        """Return the derivative of N of order 0 to 2; -1: integral to infinity; any shape."""
+        """Return the derivative of N of order 0 to 2, or its integral to infinity (order -1)."""
         flat = separation.reshape(-1)
         result = np.zeros(flat.size)
         for part in blocks(flat.size, self.count(float(flat.min())), CACHED):
@@ -230,11 +230,7 @@ class Spheres:
         return result.reshape(separation.shape)
 
     def sum(self, kind: Kind, d: Floats | float, v: Floats) -> Floats:
-        """Return the sum that ``kind`` defines over contacts at ``d``, for increments ``v`` [m].
-
-        If ``d`` is an array with one separation for each increment, every summit is evaluated for
-        every increment.
-        """
+        """Return the sum that ``kind`` defines at separations ``d`` for increments ``v`` [m]."""
         if isinstance(d, np.ndarray):
             result = np.zeros(v.size)
             for part in blocks(v.size, self.count(float(d.min())), CACHED):

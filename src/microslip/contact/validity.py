@@ -170,7 +170,7 @@ class _Joint(Protocol):
 
 
 def validity(joint: _Joint, **known: float | None) -> tuple[Verdict, ...]:
-    """Return the verdicts on an interface at its load, in the order of the rules."""
+    """Return the verdicts on an interface at its load; ``known`` is as in :func:`verdicts`."""
     return verdicts(joint.surface, joint.separation, known)
 
 

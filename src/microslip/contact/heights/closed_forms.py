@@ -30,9 +30,9 @@ class Gaussian(HeightDistribution):
 
     Notes
     -----
-    With h = (threshold - m)/sigma, the moments F_n(h) = Gamma(n+1)/sqrt(2 pi) exp(-h^2/4)
-    D_{-n-1}(h) (DLMF 12.5.1) are evaluated by Chebyshev fits with relative errors of 4e-15 up to h
-    = 38, where they underflow.
+    With h = (threshold - m)/sigma, the partial moments of order n over sigma^n, F_n(h) =
+    Gamma(n+1)/sqrt(2 pi) exp(-h^2/4) D_{-n-1}(h) (DLMF 12.5.1), are evaluated by Chebyshev fits
+    with relative errors of 4e-15 up to h = 38, where they underflow.
     """
 
     std: float = field(metadata=parameter("sigma", "m", "standard deviation", above=0.0))
@@ -87,10 +87,10 @@ class Exponential(HeightDistribution):
 
     Notes
     -----
-    With h = threshold/scale, F_n(h) = Gamma(n+1) exp(-h) for h >= 0. For h < 0 every summit is
-    above the threshold, and F_n = exp(x) Gamma(n+1, x) with x = -h, computed from g(1/2) = sqrt(pi)
-    erfcx(sqrt(x)) or g(1) = 1 by the recurrence g(a+1) = a g(a) + x^a of g(a) = exp(x) Gamma(a, x),
-    whose terms are all positive (DLMF 8.8.2).
+    With h = threshold/scale, the partial moment of order n over scale^n is F_n = Gamma(n+1) exp(-h)
+    for h >= 0. For h < 0 every summit is above the threshold, and F_n = exp(x) Gamma(n+1, x) with
+    x = -h. It is computed from g(1/2) = sqrt(pi) erfcx(sqrt(x)) or g(1) = 1, g(a) = exp(x)
+    Gamma(a, x), by g(a+1) = a g(a) + x^a, whose terms are all positive (DLMF 8.8.2).
     """
 
     scale: float = field(
@@ -137,7 +137,7 @@ class Exponential(HeightDistribution):
 
 
 def _incomplete(a: float, x: Floats) -> Floats:
-    """Return exp(x) Gamma(a, x) for a = 1/2, 1, 3/2 ... and x > 0; Gamma is the incomplete one."""
+    """Return exp(x) Gamma(a, x), upper incomplete, for a = 1/2, 1, 3/2 and so on, and x > 0."""
     if a % 1.0:
         with needed_for("exponential heights with all summits in contact need"):
             from scipy.special import erfcx  # here, since only heavy loads need SciPy

@@ -225,7 +225,7 @@ class TabulatedHeights(Locked, HeightDistribution):
 
     @cached_property
     def _breaks(self) -> Floats:
-        """Knots [m], and points ever closer to each from below; empty for more than 16 pieces."""
+        """Knots [m], and points ever closer to each from below; empty for more than 16 knots."""
         knots = self._pieces[0]
         if knots.size > _FEW_KNOTS:
             return np.zeros(0)
@@ -236,7 +236,7 @@ class TabulatedHeights(Locked, HeightDistribution):
 
     @cached_property
     def _small_kinks(self) -> Floats:
-        """Knots and the points of :attr:`_breaks` [m] for a longer table; otherwise empty."""
+        """Knots [m] and points as in :attr:`_breaks`, for more than 16 knots; else empty."""
         knots, left, right = self._pieces
         if knots.size <= _FEW_KNOTS:
             return np.zeros(0)

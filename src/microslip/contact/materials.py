@@ -28,8 +28,9 @@ class Material:
     poisson_ratio : float
         Poisson's ratio [-], in (-1, 0.5].
     hardness : float, optional
-        Indentation hardness H [Pa]: the largest pressure at a point of a :class:`DrawnFace` or a
-        :class:`MeasuredContact`. For laws with summits it is used for the plasticity index only.
+        Indentation hardness H [Pa]: the largest pressure at a point of a
+        :class:`microslip.DrawnFace` or a :class:`microslip.MeasuredContact`. For laws with summits
+        it is used for the plasticity index only.
 
     Warns
     -----

@@ -16,7 +16,7 @@ _COINCIDENT = 1e-7  # rad
 
 
 class Cycle(NamedTuple):
-    """Branches of a mean cycle at nodes in temporal order, starting at the largest displacement.
+    """Branches of a mean cycle: its nodes in temporal order, from the largest displacement on.
 
     Node i has the force sign[i] B(half[i]) plus that of node parent[i], at which its branch starts;
     B is the backbone, half[i] half the distance from the start of the branch [m], and sign[i] 2 or

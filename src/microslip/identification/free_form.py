@@ -384,11 +384,11 @@ class FreeForm:
         return (more - less) / (2.0 * step)
 
     def carried(self, y: Floats, friction: float) -> Floats:
-        """Convert thresholds [m] to another ``friction``; those at the highest mean load stay."""
+        """Convert thresholds [m] to another mu; those at the highest mean load do not change."""
         return carried(y, self._fall(), self._fall(friction))
 
     def carried_to(self, y: Floats, fall: float) -> Floats:
-        """Convert thresholds [m] to another :meth:`_fall`; those at the highest mean load stay."""
+        """Convert thresholds [m] to another result ``fall`` [m] of _fall, as in :meth:`carried`."""
         return carried(y, self.fall, fall)
 
     def about(self, friction: float, k: Floats) -> FreeForm:

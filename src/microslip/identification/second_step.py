@@ -150,7 +150,7 @@ class Statistics:
 
     @property
     def least_stiffness(self) -> float:
-        """Secant stiffness [N/m] at the smallest resolved displacement, below the rig stiffness."""
+        """Secant stiffness [N/m] at the smallest resolved displacement; the rig's is higher."""
         u = _CLEAR * self.fit.finest
         return float(self.fit.backbone(np.array([u]))[0]) / u
 

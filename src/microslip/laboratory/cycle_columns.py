@@ -170,7 +170,7 @@ def _ratio(numerator: Floats, denominator: Floats) -> Floats:
 
 
 def _sliding_distance(x: Floats, force: Floats, cycles: Cuts) -> Floats:
-    """Return half the width [m] of each loop at zero ``force``; samples begin at the first cut."""
+    """Return half the loop's width [m] at zero ``force``; the samples begin at the first cut."""
     first = cycles.cuts[:-1] - cycles.cuts[0]
     turn = np.sort(np.concatenate((cycles.peaks, cycles.troughs))) - cycles.cuts[0]
     changes = np.flatnonzero((force[1:] >= 0.0) != (force[:-1] >= 0.0))

@@ -120,7 +120,7 @@ class MeanCycle:
         return Level(mean, mean - np.bincount(self.column, residual) / self.total, residual)
 
     def noise(self, residual: Floats, fitted_count: int = 0) -> float:
-        """Estimate the standard deviation of noise; ``fitted_count`` terms add to the curve's."""
+        """Estimate the standard deviation of noise, if ``fitted_count`` more terms were fitted."""
         freedom = max(self.freedom - fitted_count, 1.0)
         total_noise = math.sqrt(float(np.dot(residual, residual)) / freedom)
         if self._alike:

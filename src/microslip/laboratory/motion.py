@@ -140,7 +140,7 @@ class _Samples:
     def residual(
         self, coefficients: Floats, harmonics: NDArray[np.int64], corners: Floats
     ) -> Floats:
-        """Subtract a motion from the samples; in a bin its harmonics are tangents at its mean."""
+        """Subtract a motion, with harmonics linearised about the mean phase of each bin."""
         end, smooth = 1 + 2 * harmonics.size, np.zeros(0)
         value, slope, middle = np.zeros((3, _FINE))
         for row, order in ((value, 0), (slope, 1)):

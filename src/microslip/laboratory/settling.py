@@ -91,7 +91,7 @@ def named_cycles(is_named: NDArray[np.bool_]) -> str:
 
 
 def settled(columns: Mapping[str, Floats], sound: NDArray[np.bool_], noise: float = 0.0) -> Settled:
-    """Find the settled cycles among the ``sound`` ones: closed and without spikes.
+    """Find the settled cycles among the ``sound`` ones, which are closed and have no spikes.
 
     If there are several amplitudes, each is a level, and the longest one is selected; single cycles
     of other amplitudes, such as a run-up, are left out. At one amplitude the selection is the end

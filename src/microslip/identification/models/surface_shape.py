@@ -112,7 +112,7 @@ class Template:
 
     @lru_cache(maxsize=_MOST_CACHED)  # noqa: B019
     def _tables(self, z: float) -> tuple[Table, Table] | None:
-        """Return the tables over x that :meth:`shares` interpolates; None if n is not smooth."""
+        """Return the tables for :meth:`shares` at separation z; None if n is not smooth."""
         reach = self.law._table_reach(z * self.unit)
         if reach is None:
             return None

@@ -1,1 +1,1 @@
-"""Laws of measured and drawn faces against independent boundary elements, for ten kinds."""
+"""Laws of measured and drawn faces against independent boundary elements, for twenty kinds."""

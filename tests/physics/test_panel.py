@@ -246,7 +246,7 @@ def test_a_panel_is_refined_as_it_bends() -> None:
 
 @pytest.mark.slow
 def test_a_panel_softens_as_was_published() -> None:
-    """From its drawing: a free decay of full elements at four amplitudes, to 1.8 and 6 %.
+    """From its drawing: a free decay of full elements at four amplitudes, to 1.3 and 4.5 %.
 
     Rise and free length are chosen, for the first and the last frequency. Published by Krack et al.
     (2025, DOI 10.1016/j.ymssp.2024.112016).
@@ -270,8 +270,8 @@ def test_a_panel_softens_as_was_published() -> None:
     curve = state.modes(0, places, at=joint.sensor("middle"), damping_ratio=0.0046)
     at, seen = np.log([2e-5, 2.3e-4, 7.7e-4, 1.4e-3]), np.log(places)
     frequency = np.interp(at, seen, curve.frequency)
-    np.testing.assert_allclose(frequency, [110.9, 110.3, 107.1, 103.2], rtol=0.018)
-    np.testing.assert_allclose(frequency, [110.82, 110.22, 105.89, 105.03], rtol=1e-3)
+    np.testing.assert_allclose(frequency, [110.9, 110.3, 107.1, 103.2], rtol=0.013)
+    np.testing.assert_allclose(frequency, [110.77, 110.17, 105.84, 104.18], rtol=1e-3)
     damping = 100.0 * np.interp(at, seen, curve.decay_damping_ratio)
-    np.testing.assert_allclose(damping, [0.46, 0.484, 0.511, 0.526], rtol=0.06)
-    np.testing.assert_allclose(damping, [0.4605, 0.4700, 0.4945, 0.4948], rtol=0.005)
+    np.testing.assert_allclose(damping, [0.46, 0.484, 0.511, 0.526], rtol=0.045)
+    np.testing.assert_allclose(damping, [0.4606, 0.4709, 0.4980, 0.5047], rtol=0.005)

@@ -179,7 +179,7 @@ def test_bands_are_those_of_a_monte_carlo_of_balances() -> None:
     wanted = np.quantile(lost, (0.05, 0.5, 0.95), axis=0)
     np.testing.assert_allclose(mode.bands.damping_ratio - 2e-4, wanted, rtol=0.1)
     assert mode.bands.unsolved == 0
-    assert 0.0 < mode.bands.damping_error < 0.1
+    assert 0.0 < mode.bands.damping_error.min() <= mode.bands.damping_error.max() < 0.1
     assert mode.bands.model_error is None
     (forced,) = mode.forced
     assert forced.peak_bands is not None
@@ -447,7 +447,7 @@ def test_a_mesh_of_ones_own_is_predicted_as_its_drawing_is(
     assert contact == 0
     result.save(tmp_path / "out")
     page = (tmp_path / "out/report.html").read_text(encoding="utf-8")
-    assert "low face on high face" in page
+    assert "[[&quot;low face&quot;, &quot;high face&quot;]]" in page
     assert sum(isinstance(item, Area) for item in shape_plot(result.structure).panels[0].items) > 20
 
 

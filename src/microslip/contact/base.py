@@ -237,7 +237,7 @@ class NormalLaw(Parametric, ABC):
 
     @property
     def _scales(self) -> dict[str, tuple[float, float, float]] | None:
-        """Parameters of N = C F(d/L): {name: (p, d ln C/d ln p, d ln L/d ln p)}; or None."""
+        """Value p, d ln C/d ln p and d ln L/d ln p of each parameter of N = C F(d/L); or None."""
         return None
 
     def _patch(self, area: float, tightening: float) -> NormalLaw:

@@ -219,7 +219,10 @@ def values(hardness: ArrayLike, pressure: ArrayLike, breadth: ArrayLike = BREADT
 
 @lru_cache(maxsize=1)
 def _interpolation() -> Floats:
-    """Return the matrix from values at SHARES to finer loads, by a natural spline in ln(load)."""
+    """Return the matrix that interpolates values at the loads ``SHARES`` to a finer grid of loads.
+
+    The interpolation is a natural cubic spline in ln(load).
+    """
     from scipy.interpolate import CubicSpline
 
     x = np.log(SHARES[::-1])

@@ -1,4 +1,7 @@
-"""Laws of individually given summits: a sphere on a flat, and a population of summits."""
+"""Laws of individually given summits: a sphere on a flat, and a population of summits.
+
+Equation numbers (19.x) are those of chapter 19, DOI 10.1007/978-3-319-56818-8_19.
+"""
 
 from __future__ import annotations
 
@@ -95,7 +98,7 @@ class SphereOnFlat(NormalLaw):
         return plain(np.where(self._separations(separation) < 0.0, 1.0, 0.0))
 
     def contact_area(self, separation: ArrayLike) -> Any:
-        """Contact area pi rho (-d) [m^2] (19.2), for separations [m] of any shape."""
+        """Contact area pi rho (-d) [m^2] (19.2), for d <= 0 [m] of any shape; 0 for d > 0."""
         depth = np.maximum(-self._separations(separation), 0.0)
         return plain(math.pi * self.radius * depth)
 

@@ -1,4 +1,7 @@
-"""Rough surface of Greenwood and Williamson: summits of one radius and random heights."""
+"""Rough surface of Greenwood and Williamson: summits of one radius and random heights.
+
+Equation numbers (19.x) are those of chapter 19, DOI 10.1007/978-3-319-56818-8_19.
+"""
 
 from __future__ import annotations
 

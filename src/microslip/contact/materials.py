@@ -1,4 +1,7 @@
-"""Elastic materials, a table of metals, and pairs of materials with their composite moduli."""
+"""Elastic materials, a table of metals, and pairs of materials with their composite moduli.
+
+Equation numbers (19.x) are those of chapter 19, DOI 10.1007/978-3-319-56818-8_19.
+"""
 
 from __future__ import annotations
 

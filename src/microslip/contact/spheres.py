@@ -1,4 +1,7 @@
-"""Loads of given spherical summits: N(d) = sum of k (y - d)^(3/2) over the summits with y > d."""
+"""Loads of given spherical summits: N(d) = sum of k (y - d)^(3/2) over the summits with y > d.
+
+Equation numbers (19.x) are those of chapter 19, DOI 10.1007/978-3-319-56818-8_19.
+"""
 
 from __future__ import annotations
 
@@ -196,7 +199,7 @@ def _power(s: Floats, power: float) -> Floats:
 
 @lru_cache(maxsize=2)
 def _resample(side: int) -> Floats:
-    """Return the matrix from values at the nodes of a panel to those at the nodes of its half."""
+    """Return the matrix that interpolates values at the nodes of a panel to the nodes of a half."""
     inner = 0.5 * NODES + (side - 0.5)
     series = np.polynomial.chebyshev.chebvander(inner, NODES.size - 1)
     return np.ascontiguousarray(TO_SERIES @ series.T)

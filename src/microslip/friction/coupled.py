@@ -1,4 +1,7 @@
-"""Interface under a varying normal load, computed by the routines for fields of contact nodes."""
+"""Interface under a varying normal load, computed by the routines for fields of contact nodes.
+
+Equation numbers (19.x) are those of chapter 19, DOI 10.1007/978-3-319-56818-8_19.
+"""
 
 from __future__ import annotations
 

@@ -20,6 +20,8 @@ with k = mu 2 E*/(pi rho) [Pa/m], phi and psi are integrals of one positive func
     phi = pi k integral of g(r sin p) dp,   psi = pi k integral of g(r sin p) cos(2p) dp
 
 over 0 <= p <= pi/2. No digits cancel far from the contact or for c close to a.
+
+Equation numbers (19.x) are those of chapter 19, DOI 10.1007/978-3-319-56818-8_19.
 """
 
 from __future__ import annotations
@@ -177,7 +179,7 @@ class AsperityFields(Locked):
     # -- displacements --------------------------------------------------------------------------
 
     def _terms(self, r: Floats) -> Iterator[tuple[float, Floats, Floats]]:
-        """Iterate over Cattaneo terms: their factors, potentials and deviators at r [m]."""
+        """Yield factor, potential and deviator of each Cattaneo term at distances r [m]."""
         joint = self.asperity
         grade = joint._pressure_factor * joint.friction_coefficient
         for factor, removed in zip(self._factors.tolist(), self._removed, strict=True):

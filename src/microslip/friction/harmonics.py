@@ -7,6 +7,8 @@ The derivatives D = dT/dp and x' = dx/dp with respect to a coefficient p satisfy
 x'_r) on the branch that began at reversal r, with the tangent stiffness k.
 
 The compiled kernel integrates most laws, and fields; this module integrates all other laws.
+
+Equation numbers (19.x) are those of chapter 19, DOI 10.1007/978-3-319-56818-8_19.
 """
 
 from __future__ import annotations

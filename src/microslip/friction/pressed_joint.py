@@ -1,4 +1,7 @@
-"""Joint under a nonuniform pressure: a sum of interfaces, one for each level of pressure."""
+"""Joint under a nonuniform pressure: a sum of interfaces, one for each level of pressure.
+
+Equation numbers (19.x) are those of chapter 19, DOI 10.1007/978-3-319-56818-8_19.
+"""
 
 from __future__ import annotations
 

@@ -114,7 +114,10 @@ class SliderLaw(Locked, BackboneLaw):
 
     @classmethod
     def examples(cls) -> tuple[SliderLaw, ...]:
-        """Return a law of three sliders and one of 61, whose last slips far beyond the range."""
+        """Return a law of 3 sliders and a law of 61 sliders.
+
+        The last slider of the second law slips only at 100 times the largest amplitude.
+        """
         few = cls([1e-7, 3e-7, 2e-6], [4e8, 1e8, 5e7], 5e-8, 1e-6)
         grid = np.geomspace(1e-8, 1e-6, 60)
         many = cls(np.append(grid, 1e-4), np.append(np.full(60, 5e6), 2e7), 1e-8, 1e-6)

@@ -116,8 +116,11 @@ def straight_step(
 ) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Return T/mu, N, d(T/mu)/d(place), d(T/mu)/d(step) and -N' after one straight step from rest.
 
-    ``place`` is the displacement divided by kappa [m]; ``rest`` and ``step`` are the separations
-    before and after the step, relative to the origin of the curve [m]. All are one-dimensional.
+    T is the friction force, mu the coefficient of friction and N the normal load of ``curve``.
+    On a straight step, displacement and separation change in proportion. ``place`` is the
+    displacement divided by kappa [m], the slip per indentation; ``rest`` and ``step`` are the
+    separations before and after the step, relative to the origin of the curve [m]. All are
+    one-dimensional.
     """
     size, approach = np.abs(place), rest - step
     sticks = size <= approach

@@ -1,4 +1,7 @@
-"""Gaussian, exponential and given heights, whose moments have closed forms."""
+"""Gaussian, exponential and given heights, whose moments have closed forms.
+
+Equation numbers (19.x) are those of chapter 19, DOI 10.1007/978-3-319-56818-8_19.
+"""
 
 from __future__ import annotations
 

@@ -148,10 +148,11 @@ def far_series(panels: Panels) -> dict[int, Floats]:
 
 
 def _beyond(panels: Panels, twice: int, places: Floats) -> Floats:
-    """Return the moments of all pieces above the next panel, for thresholds in each panel.
+    """Return moments of order ``twice``/2, as :func:`direct`, without the nearest two pieces.
 
-    ``places`` are the thresholds [m], one row for each panel. Pieces farther from a block of panels
-    than half the block's width are summed as one series.
+    ``places`` are the thresholds [m], one row for each panel. Pieces of the density in the panel of
+    a threshold and in the next higher one are left out. The moments of pieces farther above a block
+    of panels than half the block's width are interpolated within it by one Chebyshev series.
     """
     knots = panels[0]
     count = knots.size - 1

@@ -366,10 +366,11 @@ class FieldState(Resumable):
         self._depth = kept
 
     def _losses(self, place: Floats, step: Floats, code: Integers, reach: Any) -> Floats:
-        """Return the energy dissipated by each node in a step, over its weight and kappa [J].
+        """Return the energy dissipated by each node in a step, over its weight and slip [J].
 
-        The step ends at ``place`` and ``step``. ``code`` holds the kind of move of each node,
-        ``reach`` the range of the load curve that is needed.
+        The step ends at ``place`` and ``step``. Weight and slip are ``weights`` and ``slips``
+        of :class:`.Nodes`. ``code`` holds the kind of move of each node, ``reach`` the range of
+        the load curve that is needed.
         """
         nodes, lost = self._nodes, np.empty(place.size)
         profile = nodes.curve.profile(*reach)

@@ -1,4 +1,7 @@
-"""Resumable state of a joint, for time integration and long records."""
+"""Resumable state of a joint, for time integration and long records.
+
+Equation numbers (19.x) are those of chapter 19, DOI 10.1007/978-3-319-56818-8_19.
+"""
 
 from __future__ import annotations
 

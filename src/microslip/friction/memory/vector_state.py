@@ -268,8 +268,9 @@ class VectorState(Resumable):
             ``now``: both displacements [m] and the separation from the origin of the load curve
             [m], one row per node. ``vectors``: elastic displacement of each slider [m], shape
             (nodes, sliders, 2). ``dissipated``: energies [J], empty if not accumulated. ``joint``:
-            the format, 1, and sums and factors that identify the sliders. An open trial is not
-            included. ``start(arrays=...)`` continues from the arrays.
+            the format, 1, and numbers that identify the law, such as the number of sliders. A
+            trial that is not committed is not included. ``start(arrays=...)`` continues from the
+            arrays.
         """
         places = self._bank.displacements(self._place)
         lost = np.zeros(0) if self._loss is None else np.atleast_1d(self.dissipated_energy)

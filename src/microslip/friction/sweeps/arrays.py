@@ -1,4 +1,7 @@
-"""Labelled arrays of a sweep and their export to files and data sets."""
+"""Labelled arrays of a sweep and their export to files and data sets.
+
+Equation numbers (19.x) are those of chapter 19, DOI 10.1007/978-3-319-56818-8_19.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Vectorised evaluation of many joints: each point of the broadcast arguments is one joint."""
+"""Vectorised evaluation of many joints: each point of the broadcast arguments is one joint.
+
+Equation numbers (19.x) are those of chapter 19, DOI 10.1007/978-3-319-56818-8_19.
+"""
 
 from __future__ import annotations
 
@@ -171,7 +174,10 @@ def _unit_gaussian() -> GreenwoodWilliamson:
 
 
 def _unit(heights: Any) -> GreenwoodWilliamson:
-    """Return a surface of unit parameters; others with these heights have multiples of its load."""
+    """Return a surface with unit parameters.
+
+    At equal separation the load of any surface with these heights is a multiple of its load.
+    """
     metal = Material(1.0, 0.0)
     surface = GreenwoodWilliamson(MaterialPair(metal, metal), heights, 1.0, 1.0, 1.0)
     # The deepest separation depends on the true radius, so it is not limited here.

@@ -68,7 +68,7 @@ class Balance:
         return square * coefficients + self.damped(self.velocity(coefficients, omega), damping)
 
     def velocity(self, coefficients: Floats, omega: float) -> Floats:
-        """Return the Fourier coefficients (modes, size) of the velocity from those of a motion."""
+        """Return the Fourier coefficients (modes, size) of the velocity of a motion."""
         result = np.zeros_like(coefficients)
         rate = omega * self.basis.orders[1::2]
         result[:, 1::2] = rate * coefficients[:, 2::2]
@@ -92,7 +92,10 @@ class Balance:
         return self.by_motion(answers, self.joints.flat.T @ change)
 
     def by_motion(self, answers: list[HarmonicForces], motion: Floats) -> Floats:
-        """Return the change of modal joint forces for that of joint motions (coordinates, size)."""
+        """Return the first-order change of the modal joint forces minus those of sticking joints.
+
+        ``motion`` holds the changes of joint motion, (coordinates, size) [m].
+        """
         size = self.basis.size
         moved = -self.joints.stuck[:, None] * motion
         for part, answer in zip(self.joints.parts, answers, strict=True):

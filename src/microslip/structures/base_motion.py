@@ -134,7 +134,7 @@ def _under_the_structure(
 
 
 def _drag_of_mass(rest: AtRest, carried: Floats, frame: Frame | None) -> Floats | None:
-    """Return alpha M carried [kg/s], (n, inputs), if C = alpha M + beta K.
+    """Return alpha M carried [kg/s], (n, inputs), for Rayleigh damping C = alpha M + beta K.
 
     These are forces of dashpots that are fixed to the ground, per unit base velocity. Return None
     if the dashpots are fixed to the base; this is assumed for any other C.

@@ -239,7 +239,7 @@ class ForcedResponse(ModalResult, PlottableAtSensor):
         return np.asarray(self._shapes @ self._coordinates)
 
     def _fundamental(self, at: ArrayLike) -> NDArray[np.complex128]:
-        """Return the amplitudes of the fundamental harmonic at a sensor (points,) [m]."""
+        """Return the complex amplitudes [m] of the fundamental harmonic at a sensor, (points,)."""
         return np.asarray(self._coordinates[:, :, self.harmonics.index(1)] @ self._at(at))
 
     def _sizes(self, columns: Floats) -> Floats:

@@ -55,7 +55,10 @@ class Control:
     """Target amplitude of that quantity."""
 
     def miss(self, q: Floats, omega: float, level: float) -> tuple[float, Floats, float, float]:
-        """Return (amplitude/target)^2 - 1; its derivatives with respect to q, level and omega."""
+        """Return (amplitude/target)^2 - 1 and its derivatives with respect to q, level and omega.
+
+        q are Fourier coefficients of the modal coordinates (modes, size); omega is in [rad/s].
+        """
         signal = self.sensor @ q[:, 1:3] + level * self.carried / omega**2
         factor = omega ** (2 * self.power) / self.target**2
         value = factor * float(signal @ signal)
@@ -151,7 +154,7 @@ class _Path:
         return miss, matrix
 
     def _unit_level(self, omega: float) -> float:
-        """Return a scale of the excitation level: its static response is as large as ``unit``."""
+        """Return the excitation level at which the largest static modal response is ``unit``."""
         push = np.asarray(Excitation.at(self._drive.excitation.forces, omega)[0])
         return self._unit / float(
             (np.abs(push).max(axis=1) / self._drive.balance.model.squares).max()

@@ -267,10 +267,11 @@ class Resonant(NamedTuple):
 
 
 def interpolate_in_amplitude(amplitude: Floats, logs: Floats) -> tuple[Floats, Floats]:
-    """Interpolate curves over amplitude to a fine grid; return this grid and the values on it.
+    """Interpolate curves over amplitude to a fine grid; return the grid and the values on it.
 
-    ``logs`` are the logarithms of the given values, (samples, columns, amplitudes). Monotone cubics
-    of ln(amplitude); constant below the smallest given amplitude.
+    ``logs`` are the logarithms of the given values, (samples, columns, amplitudes); the returned
+    values are no logarithms. Curves are monotone cubics in ln(amplitude), and constant below the
+    smallest given amplitude.
     """
     from scipy.interpolate import PchipInterpolator
 

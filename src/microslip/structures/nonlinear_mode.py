@@ -310,7 +310,10 @@ class ModeSolver:
         )  # fmt: skip
 
     def _resonances(self, frequency: Floats) -> tuple[Resonance, ...]:
-        """Return multiples of the frequency [Hz] within 2 % of another mode (joints sticking)."""
+        """Return the harmonics whose frequency is within 2 % of another mode with sticking joints.
+
+        ``frequency`` [Hz] is that of the solved mode at each amplitude.
+        """
         stuck = np.sqrt(self.model.squares) / (2.0 * math.pi)
         found: list[Resonance] = []
         if not np.isfinite(frequency).any():

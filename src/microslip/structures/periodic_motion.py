@@ -120,7 +120,10 @@ class AmplitudeMeasure:
     """0, 1 or 2: displacement, velocity, acceleration."""
 
     def square(self, q: Floats, omega: float) -> tuple[float, Floats, float]:
-        """Return the squared amplitude and its derivatives with respect to q and to omega."""
+        """Return the squared amplitude and its derivatives with respect to q and omega [rad/s].
+
+        The Fourier coefficients q of the modal coordinates have the shape (modes, size).
+        """
         by_q = np.zeros_like(q)
         if self.sensor is None:
             by_q[:, 1:3] = 2.0 * q[:, 1:3]

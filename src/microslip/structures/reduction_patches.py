@@ -133,7 +133,10 @@ def _shared_extent(mesh: JointMesh, contact: ContactFaces, frame: Frame) -> tupl
 
 
 def contact_frame(mesh: JointMesh, contact: ContactFaces, along: Floats | None) -> Frame:
-    """Return the frame of a contact; its normal points outwards from the lower body."""
+    """Return the frame of a contact, with the normal outwards from the lower body.
+
+    The first tangent is ``along`` projected onto the faces, or their longest direction if None.
+    """
     corners = mesh.points[contact.lower]
     middle = corners.mean(axis=1)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, -1] - corners[:, 0])

@@ -49,7 +49,10 @@ class StaticState(NamedTuple):
 
 
 def closed_stiffness(stiffness: Any, attachments: tuple[Attachment, ...]) -> Any:
-    """Return K with springs as stiff as its largest entry along joints that carry load."""
+    """Return the stiffness matrix with stiff springs along all joints that carry load.
+
+    The springs have the largest entry of the matrix as stiffness.
+    """
     columns = all_columns(attachments, stiffness.shape[0])
     holding = np.concatenate([np.zeros(0), *(a.representative_stiffness for a in attachments)])
     active = holding > 0.0
@@ -265,7 +268,7 @@ class AtRest:
 
     @cached_property
     def pressures(self) -> Floats:
-        """Mean pressures of the nodes of all fields [Pa]."""
+        """Pressure of each node of all fields [Pa]: normal load over the area of the node."""
         return lock(self.normal_loads / self._by_node(lambda a, _: a.areas))
 
     @cached_property
@@ -323,7 +326,10 @@ class AtRest:
 def solver_method(
     solve: Callable[Concatenate[AtRest, _P], _Answer],
 ) -> Callable[Concatenate[AtRest, _P], _Answer]:
-    """Decorate a solver: run it in one thread; refuse motions beyond the range of a geometry."""
+    """Decorate a method of :class:`AtRest`: limit linear algebra to one thread, check its motion.
+
+    InputError is raised if a motion exceeds the ``reach`` of a geometric nonlinearity.
+    """
 
     @single_threaded
     @wraps(solve)

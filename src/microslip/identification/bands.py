@@ -71,7 +71,7 @@ class Bands:
         return scatter
 
     def _by_cycles(self, direction: Floats) -> float:
-        """Return the variance of a functional between cycles over that from noise [-].
+        """Return the variance of a functional between cycles, divided by its variance from noise.
 
         ``direction`` holds its derivatives by the whitened forces of all records.
         """

@@ -97,7 +97,7 @@ class Identification(Locked, Plottable):
 
     @cached_property
     def amplitudes(self) -> tuple[float, float]:
-        """Smallest and largest amplitude of the records [m]; of the joint if the rig is known."""
+        """Smallest and largest amplitude of the records [m], less the deflection of a known rig."""
         ends = []
         for end in (min, max):
             best = None

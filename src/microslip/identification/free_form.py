@@ -298,7 +298,7 @@ class FreeForm:
         return -float(np.interp(friction * (self.reference - load), force, u))
 
     def _fall(self, friction: float | None = None) -> float:
-        """Return the decrease of all thresholds [m] from the reference to the highest mean load."""
+        """Return a threshold at the reference load minus the same at the highest mean load [m]."""
         force, u = self.corners()
         limit = (friction or self.friction or 0.0) * (
             (self.reference or 0.0) - (self.loads[0] or 0.0)

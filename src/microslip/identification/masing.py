@@ -84,7 +84,10 @@ def _centred(values: Floats) -> Floats:
 
 
 def _moved(fit: FreeForm, rows: Rows, moves: Floats) -> Floats:
-    """Return the change of force [N] (bins,) if the nodes are displaced by small ``moves`` [m]."""
+    """Return the change of the fitted force [N] (bins,) for a small change of displacement.
+
+    ``moves`` [m] are the changes of displacement at the nodes of the cycle.
+    """
     cycle = rows.cycle
     above = np.where(cycle.parent < 0, 0, cycle.parent)
     y = fit.y + fit.shifts[fit.level[rows.load]]

@@ -153,7 +153,10 @@ def fitted_records(
 
 
 def _fitted(rows: list[Rows], loads: list[float | None]) -> tuple[list[FreeForm], list[str]]:
-    """Return a single fit for all loads, or one per load if a single density does not fit."""
+    """Return a single fit for all loads, or one per load, and a note on the reason.
+
+    There is a fit for each load if a single density of sliders does not fit all of them.
+    """
     fit = FreeForm(rows, loads)
     if len(loads) == 1:
         return [fit], []

@@ -400,7 +400,10 @@ def stated_noise(stated: Any) -> tuple[float, float]:
 
 
 def averaged(record: Record, noise: tuple[float, float], bins: int = _MOST_BINS) -> Folded:
-    """Fold a record of one averaged cycle; ``noise`` is that of force [N] and displacement [m]."""
+    """Average a record of one cycle, already the mean of several, in at most ``bins`` phase bins.
+
+    ``noise`` holds the standard deviations of a sample of force [N] and of displacement [m].
+    """
     load = record.normal_load
     size, is_one, _ = one_loop(record.displacement, record.force)
     x, force = record.displacement[:size], record.force[:size]

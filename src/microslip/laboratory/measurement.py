@@ -165,7 +165,7 @@ class Measurement(Plottable):
     def possible_regimes(self) -> dict[str, float]:
         """Most probable regimes with their probabilities, which sum to at least ``confidence``.
 
-        For stepped amplitudes only the regime of most cycles.
+        For stepped amplitudes it is only the regime of most cycles, with probability 1.
         """
         if self.levels or not self.probability:
             return {self.regime: 1.0}

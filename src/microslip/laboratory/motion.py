@@ -46,7 +46,10 @@ class Motion(NamedTuple):
 def basis(
     phase: Floats, harmonics: NDArray[np.int64], corners: Floats, order: int = 0
 ) -> NDArray[np.float64]:
-    """Evaluate the terms of a motion, or derivatives, at phases [rad] (phases, coefficients)."""
+    """Evaluate the terms of a motion at phases [rad], shape (phases, coefficients).
+
+    ``order`` is the number of derivatives with respect to the phase.
+    """
     n = harmonics.astype(float)
     angle = np.outer(phase, n) + 0.5 * math.pi * order
     factor = n**order
@@ -57,7 +60,10 @@ def basis(
 
 
 def corner_terms(phase: Floats, corners: Floats, order: int = 0) -> NDArray[np.float64]:
-    """Return K and K' of each corner (see :class:`Motion`) at phases [rad], or derivatives."""
+    """Return K and K' of :class:`Motion` for each corner at phases [rad], (phases, 2 corners).
+
+    ``order`` is the number of further derivatives with respect to the phase.
+    """
     turn = np.mod(phase[:, None] - corners, 2.0 * math.pi)
     away = np.where(turn > 0.0, turn - math.pi, 0.0) / (2.0 * math.pi)
     steps = [math.pi * away**2 - math.pi / 12.0, away, np.full(turn.shape, 0.5 / math.pi)]
@@ -80,7 +86,7 @@ def later(
 
 
 def phase_derivative(coefficients: Floats, harmonics: NDArray[np.int64]) -> Floats:
-    """Return the coefficients of the derivative by phase; that of K' is left out."""
+    """Return the coefficients of the derivative with respect to the phase, without K''."""
     n, end = harmonics.astype(float), 1 + 2 * harmonics.size
     moved = np.zeros_like(coefficients)
     moved[1:end:2] = n * coefficients[2:end:2]
@@ -140,7 +146,10 @@ class _Samples:
     def residual(
         self, coefficients: Floats, harmonics: NDArray[np.int64], corners: Floats
     ) -> Floats:
-        """Subtract a motion, with harmonics linearised about the mean phase of each bin."""
+        """Return the samples minus a motion [m].
+
+        Harmonics are linearised about the mean phase of each of ``_FINE`` bins.
+        """
         end, smooth = 1 + 2 * harmonics.size, np.zeros(0)
         value, slope, middle = np.zeros((3, _FINE))
         for row, order in ((value, 0), (slope, 1)):

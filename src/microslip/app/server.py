@@ -161,7 +161,7 @@ _PICTURE = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
 
 def build(workspace: Workspace, token: str, port: int) -> App:
-    """Build the web application with its guard."""
+    """Build the web application; a :class:`Guard` rejects requests without the token."""
     with needed_for("the workbench needs", "app"):
         from starlette.applications import Starlette
         from starlette.requests import ClientDisconnect, Request

@@ -1,4 +1,4 @@
-"""Figures 19.11 to 19.17 of the chapter: load cycles of a single contact, by `Asperity`."""
+"""Figures 19.11 to 19.17 of the book chapter: load cycles of a single contact, by `Asperity`."""
 
 from __future__ import annotations
 

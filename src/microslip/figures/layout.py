@@ -100,7 +100,7 @@ class PanelFrame:
         return self.left + share * self.width
 
     def down(self, share: float) -> float:
-        """Return the vertical position [pt] at a fraction of the height, from the bottom."""
+        """Return the position [pt] on the page at a fraction of the height above the bottom."""
         return self.top + (1.0 - share) * self.height
 
     def points(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:

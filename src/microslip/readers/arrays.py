@@ -68,7 +68,7 @@ def arrays_in(node: Any) -> Any:
 
 
 def leaves(arrays: Arrays) -> dict[str, Leaf]:
-    """Return all arrays of a file by full name: the joined names on the path to each."""
+    """Return all arrays of a file by full name, which joins the names of groups and array."""
     by_name: dict[str, Leaf] = {}
 
     def walk(name: str, node: Any) -> None:

@@ -128,7 +128,7 @@ class TextFile(NamedTuple):
         return InputError(f'line {line}, column "{name}": wanted a number, got {quote(cell)}{hint}')
 
     def line_of(self, row: int) -> int:
-        """Return the line number in the file, counted from 1, of row number ``row``, from 0."""
+        """Return the line number in the file (from 1) of a row of numbers (from 0)."""
         rows = (line for block in self._blocks() for line in _rows(self, block))
         return next(islice(rows, row, None))[0] + 1
 

@@ -319,7 +319,7 @@ class Part:
         return f"{type(self).__name__}({', '.join(values)})"
 
     def written(self, names: Iterable[str]) -> list[str]:
-        """Return those of the given key names that occur in the file."""
+        """Return the given key names that occur in the file."""
         return [name for name in names if name in self._keys_in_file]
 
     def keep(self, **values: Any) -> None:

@@ -213,7 +213,7 @@ def variance(heights: Floats) -> float:
 
 
 def present(values: Floats) -> Floats:
-    """Return the values without missing ones; the same array if there are none."""
+    """Return the values that are not NaN; the given array if none is NaN."""
     missing = np.isnan(values)
     return values[~missing] if missing.any() else values
 

@@ -1,1 +1,1 @@
-"""Document of a bolted structure of a study: frequency and damping against amplitude."""
+"""Report on the bolted structure of a study: frequency and damping against amplitude."""

@@ -377,7 +377,7 @@ def scaling_keys(study: StudyDescription) -> list[str]:
 
 
 def keys_of_model(study: StudyDescription, keys: Iterable[str]) -> list[str]:
-    """Return those of the given keys whose change requires a new reduced model."""
+    """Return the given keys whose change requires a new reduced model."""
     part = study.bolted
     body = f"material.{study.surface.materials[0]}."
     scaled = scaling_keys(study)

@@ -127,6 +127,9 @@ def _add_motion(add: Add, laws: dict[str, Any]) -> None:
         separation=[3e-7, 2e-7])  # fmt: skip
     add("joint.harmonics, separation varies", joint.harmonics, coefficients=[0.0, 1e-7, 0.0],
         separation=[3e-7, 1e-8, 0.0], samples=32)  # fmt: skip
+    beside = ms.Parallel([ms.Coulomb(1.0), joint])  # rigid friction is integrated by itself
+    add("Parallel.harmonics", beside.harmonics, coefficients=[1e-8, 1e-7, 0.0], harmonics=[0, 1],
+        rest=0.0, rtol=1e-8)  # fmt: skip
     add("joint.first_loading", joint.first_loading, displacement=[1e-7], separation=[3e-7])
     add("first_loading", ms.first_loading, surface=joint.surface, friction_coefficient=0.5,
         displacement=[1e-7], separation=[3e-7], start=[3.1e-7])  # fmt: skip

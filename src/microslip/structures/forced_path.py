@@ -314,7 +314,10 @@ def _follow(drive: Drive, omegas: Floats) -> tuple[list[_Solved], list[bool], in
 
 
 def _ramped(drive: Drive, omega: float, span: float) -> _Solved | None:
-    """Return the first point, solved with increasing excitation; ``span`` is that of omega."""
+    """Return the first point of a path, solved with excitation increasing to the full level.
+
+    ``span`` is the range of omega along the path [rad/s]. None if the solution fails.
+    """
     guess = drive.linear_response(omega, 1e-3)
     solved = None
     for share in np.geomspace(1e-3, 1.0, 25):

@@ -33,7 +33,7 @@ def is_sparse(value: Any) -> bool:
 
 
 def check_indices(name: str, matrix: Any) -> None:
-    """Refuse a sparse matrix with indices outside its shape, which SciPy does not check."""
+    """Raise InputError for sparse indices outside the shape, which SciPy does not check."""
     try:
         if matrix.format in ("csc", "csr", "bsr"):
             matrix.check_format(full_check=True)
@@ -97,7 +97,7 @@ def _place(gap: Any) -> tuple[int, int]:
 
 
 def check_mass(mass: Any) -> None:
-    """Refuse a mass matrix with a motion without kinetic energy."""
+    """Raise InputError unless the mass matrix is positive definite."""
     diagonal = mass.diagonal()
     if diagonal.min() <= 0.0:
         i = int(np.argmin(diagonal))
@@ -112,7 +112,7 @@ def check_mass(mass: Any) -> None:
 
 
 def check_stiffness(stiffness: Any, mass: Any) -> None:
-    """Refuse a stiffness matrix that gives some motion a negative elastic energy."""
+    """Raise InputError unless the stiffness matrix is positive semidefinite, to rounding."""
     # Beside the largest stiffness to mass ratio, which bounds the rounding of all others.
     rate = fastest_rate(stiffness, mass) or 1.0
     if not positive_definite(stiffness + 1e-10 * rate * mass):

@@ -120,7 +120,7 @@ def loosened(mesh: JointMesh, slack: Any) -> JointMesh:
 
 
 def check_elastic(material: Material) -> None:
-    """Refuse a material that is rigid or nearly incompressible: finite elements would lock."""
+    """Raise InputError for a rigid or nearly incompressible material: elements would lock."""
     if not isinstance(material, Material):
         raise InputError(f"material must be a Material, got {show(material)}")
     if material.is_rigid or not -1.0 < material.poisson_ratio < 0.49:
@@ -131,7 +131,7 @@ def check_elastic(material: Material) -> None:
 
 
 def check_count(hexahedra: int, sizes: Iterable[float]) -> None:
-    """Refuse meshes of more than 10 000 hexahedra; the message states the ``sizes`` [m]."""
+    """Raise InputError for more than 10 000 hexahedra; the message states the ``sizes`` [m]."""
     if hexahedra > _MOST_CELLS:
         lengths = " x ".join(f"{size:.4g}" for size in sizes)
         raise InputError(

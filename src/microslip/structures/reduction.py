@@ -82,7 +82,7 @@ class Reducer:
         _ = self._body
 
     def check_sensors(self, sensors: Mapping[str, Any] | None) -> None:
-        """Refuse sensors outside the bodies before the model is solved."""
+        """Raise InputError for sensors outside the bodies, before the model is solved."""
         _sensors(self.elements, sensors)
 
     @single_threaded

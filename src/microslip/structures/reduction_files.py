@@ -28,7 +28,7 @@ _POSITIVE: Final = ("patch_areas", "bolt_stiffness", "samples_weights")
 
 
 def check_arrays(arrays: Mapping[str, Any]) -> None:
-    """Refuse arrays that are missing, of wrong shape, not finite, or not valid matrices."""
+    """Raise InputError for missing or non-finite arrays, wrong shapes and invalid matrices."""
     if str(arrays.get("kind", "")) != KIND:
         raise InputError("holds no reduced joint; ReducedJoint.save writes such files")
     sizes: dict[str, int] = {str(count): count for count in (2, 3, 4)}

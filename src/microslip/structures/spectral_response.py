@@ -202,7 +202,10 @@ class LinearStructure:
 def linear_structure(
     base: BaseMotion, spectrum: Spectrum, directions: Floats, carried: Floats
 ) -> LinearStructure:
-    """Return the structure with sticking joints; refuse bases without a stationary response."""
+    """Return the structure with sticking joints on a moving base.
+
+    InputError is raised if the base has several inputs or if there is no stationary response.
+    """
     if base.carried.shape[1] != 1:
         raise InputError(
             f"directions must be one motion of the base, got {base.carried.shape[1]} inputs"

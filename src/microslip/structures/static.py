@@ -326,7 +326,7 @@ class AtRest:
 def solver_method(
     solve: Callable[Concatenate[AtRest, _P], _Answer],
 ) -> Callable[Concatenate[AtRest, _P], _Answer]:
-    """Decorate a method of :class:`AtRest`: limit linear algebra to one thread, check its motion.
+    """Decorate a solver: limit linear algebra to one thread, and check the computed motion.
 
     InputError is raised if a motion exceeds the ``reach`` of a geometric nonlinearity.
     """

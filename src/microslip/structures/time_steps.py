@@ -93,7 +93,7 @@ class TimeSteps:
         return force - self._joints.stuck * motion, self._joints.tangent_matrix(slopes)
 
     def commit(self, motion: Floats, short: Floats) -> None:
-        """Accept the last trial of the joints; store its motion and forces minus sticking ones."""
+        """Accept the last trial of the joints; store its motion [m] and forces ``short`` [N]."""
         for state in self._states:
             state.commit()
         self.motion, self.short = motion, short
@@ -217,7 +217,7 @@ class ExactSteps(TimeSteps):
         self._rate = np.zeros(joints.stuck.size)  # of the joints' forces, times the step
 
     def begin(self, v: Floats) -> None:
-        """Store derivatives in time of joint forces minus sticking ones, for velocities v."""
+        """Store the derivatives of the forces ``short`` [N per step] for modal velocities v."""
         self._rate = self._step * (self.try_joints(self.motion)[1] @ (self._directions.T @ v))
 
     def advance(

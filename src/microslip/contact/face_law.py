@@ -133,7 +133,7 @@ class FaceLaw(TabulatedNormalLaw):
         return TabulatedNormalLaw(self.pair, d, loads, tail="exponential")
 
     def _length_factors(self, shares: Floats) -> Floats | None:
-        """Return p/k_n of areas tightened to fractions ``shares`` of the load, over this p/k_n."""
+        """Return ratios of p/k_n [-]: areas tightened to fractions of the load, over this law."""
         return None
 
     def _tightened_by(self, shares: Floats) -> tuple[Floats, Floats] | None:

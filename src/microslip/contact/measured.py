@@ -239,7 +239,7 @@ class MeasuredContact(FaceLaw):
         return self._made_of(solution, numbers, self.pair, area, self.direction)
 
     def _length_factors(self, shares: Floats) -> Floats | None:
-        """Return p/k_n of areas tightened to fractions ``shares`` of the load, over this p/k_n.
+        """Return ratios of p/k_n [-]: areas tightened to fractions of the load, over this law.
 
         They are interpolated between the unloading stiffnesses from lighter tightening loads.
         Scaled from 100 MPa to tightening at 3 to 50 MPa, a law deviates from one solved for the
@@ -375,7 +375,7 @@ def _hardness(hardness: float | None, pair: MaterialPair, pressure: float | None
 
 
 def _table(solution: FaceSolution) -> tuple[Floats, Floats]:
-    """Return separations and mean pressures interpolated by cubics of ln p, made convex."""
+    """Return separations and mean pressures of a convex curve, by cubics of ln(pressure)."""
     from scipy.interpolate import CubicHermiteSpline
 
     d = solution.separation

@@ -146,7 +146,7 @@ def _levelled(z: Floats) -> Floats:
 
 
 def check_pressure(pressure: float | None, hardness: float, modulus: float, face: Face) -> float:
-    """Return the checked tightening pressure [Pa]; by default 0.05 E* h', for an elastic face."""
+    """Return the checked tightening pressure [Pa]; by default 0.05 E* times the rms gradient."""
     if pressure is None:
         return _USUAL * modulus * face.slope
     pressure = positive("tightening_pressure", pressure, "Pa", 1e8)

@@ -335,7 +335,10 @@ class ModeStep:
         return np.append(forces, [self.current.border[0], self.current.border[1] / unit])
 
     def eliminate(self) -> Elimination | None:
-        """Factorise the system of borders and joints that do not stick; None if singular."""
+        """Factorise the system of borders and joints that do not stick; None if singular.
+
+        Borders are the equations of amplitude and phase, and of coefficients near resonance.
+        """
         modes, size = self.balance.shape
         compliance = _Compliance(self.balance, self.point.omega, self._damping)
         loose = [

@@ -247,7 +247,7 @@ class FieldState:
         self._state = group.field.start(energies=True)
 
     def try_(self, displacement: Floats) -> tuple[Floats, Floats]:
-        """Return forces (nodes, 3) and tangents (nodes, 3, 3) at trial displacements."""
+        """Return forces (nodes, 3) [N] and tangents (nodes, 3, 3) [N/m] at trial displacements."""
         separation = self._group.field.separations + displacement[:, 2]
         answer = self._state.try_(displacement[:, 0], separations=separation)
         numbers = (displacement, answer.force, answer.load, answer.tangent[..., None])

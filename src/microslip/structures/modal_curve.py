@@ -359,7 +359,7 @@ SHIFT = Rule(
 
 
 def added_damping(shift: float) -> float:
-    """Return the damping ratio [-] added by microslip that lowers the frequency by a fraction."""
+    """Return the damping ratio added by microslip if it lowers the frequency by ``shift`` [-]."""
     return 2.0 / math.pi * 2.0 * shift / 3.0
 
 

@@ -298,7 +298,7 @@ class Oscillator:
         return plain(omega.reshape(shaped.shape)), plain(ratio.reshape(shaped.shape))
 
     def _closed(self, a: Floats, joint_stiffness: Floats) -> tuple[Floats, Floats]:
-        """Return omega [rad/s] and damping ratio by the joint at amplitudes a and stiffnesses."""
+        """Return omega [rad/s] and the damping ratio by the joint [-] at amplitudes a [m]."""
         stiffness = self.stiffness + joint_stiffness
         secant = np.asarray(self.joint.secant_stiffness(a))
         with np.errstate(invalid="ignore", divide="ignore"):

@@ -192,7 +192,7 @@ class Statistical(DensityHeights):
         return np.where(np.isfinite(values), values, 0.0)
 
     def _probabilities(self, edges: Floats) -> Floats:
-        """Probabilities of point masses (panels, nodes); by panel exact near infinite density."""
+        """Probabilities of point masses (panels, nodes); exact panel sums near a singularity."""
         weights = super()._probabilities(edges)
         if not self._singular:
             return weights

@@ -238,8 +238,7 @@ def _add_records(add: Add, joint: Any) -> None:
     rig = ms.VirtualTribometer(ms.Jenkins(1e8, 100.0), sample_rate=64.0)
     record = rig.record(amplitude=2e-6, frequency=1.0, cycles=4)
     x, force = record.displacement, record.force
-    add("Record", ms.Record, displacement=x, force=force, time=np.arange(x.size) / 64.0,
-        frequency=1.0)  # fmt: skip
+    add("Record", ms.Record, displacement=x, force=force, time=np.arange(x.size) / 64.0)
     add("Record at a rate", ms.Record, displacement=x, force=force, sample_rate=64.0,
         normal_load=np.full(x.size, 9.0))  # fmt: skip
     add("measure", ms.measure, record=record, rig_stiffness=1e9, confidence=0.9)

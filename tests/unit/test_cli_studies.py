@@ -116,9 +116,8 @@ def test_every_key_of_a_new_study_can_be_used(law: str) -> None:
             assert key in changed
         elif re.search(rf"(?s)\n# \[[^\n]*\n(# [^\n]*\n)*{re.escape(line)}\n", text):
             continue  # with its table
-        elif key in ("file", "column"):
-            changed = re.sub(r"(?s)\nvalues = \[.*?\n\]", "", text).replace("# file", "file")
-            changed = changed.replace("# column", "column")
+        elif key == "values":
+            changed = re.sub(r"(?s)\nvalues = \[.*?\n\]", "", text).replace(line, line[2:])
         elif law == "table" and key in ("separation", "load"):
             changed = re.sub(r"(?m)^(separation|load) = .*\n", "", text)
             changed = re.sub(r"(?m)^# ((separation|load) = )", r"\1", changed)

@@ -84,7 +84,7 @@ def batch_document(batch: Batch) -> Document:
 
 
 def batch_columns(completed: list[Outcome]) -> dict[str, Floats]:
-    """Return the results of all items as columns, named in order of first occurrence."""
+    """Return the numbers of all items, one array per name; NaN where an item has no such number."""
     rows = [row for outcome in completed for row in outcome["rows"]]
     names = dict.fromkeys(name for row in rows for name in row)
     return {

@@ -38,7 +38,7 @@ def value(number: float | None, unit: str, digits: int = 4) -> str:
 
 
 def ratio(value: float | None) -> str:
-    """Format a dimensionless ratio: three decimals from 0.1 on, significant digits below."""
+    """Format a dimensionless ratio: three decimals from 0.1 on, three significant digits below."""
     return f"{value:.3f}" if value is not None and value >= 0.0995 else significant(value)
 
 
@@ -55,12 +55,12 @@ def percent(share: float) -> str:
 
 
 def expected(count: float) -> str:
-    """Format an expected number of contacts, as a whole number if it is large."""
+    """Format an expected count: a whole number from 100 on, three significant digits below."""
     return f"{count:.0f}" if count >= 100.0 else significant(count)
 
 
 def counted(count: float) -> str:
-    """Format a number of contacts or other items."""
+    """Format a count, such as a number of contacts, as a whole number."""
     return f"{count:.0f}"
 
 
@@ -241,7 +241,7 @@ def judgements(block: Verdicts) -> list[Judgement]:
 
 
 def value_text(block: Verdicts, name: str, value: float) -> str:
-    """Format the value of a judged quantity, in percent if the block lists it as such."""
+    """Format the value of a judged quantity, in percent if its name is in ``block.percent``."""
     return f"{significant(100.0 * value)} %" if name in block.percent else significant(value)
 
 

@@ -63,7 +63,7 @@ class Facts:
 
 @dataclass(frozen=True)
 class Verdicts:
-    """Verdicts on the assumptions of a result, with the conditions that they refer to."""
+    """Verdicts on the assumptions of a result, each with the load or amplitude it applies to."""
 
     verdicts: tuple[Verdict, ...]  # in reading order; verdicts of one name are merged
     places: tuple[str, ...] = ()
@@ -87,7 +87,7 @@ class Note:
 
 @dataclass(frozen=True)
 class Items:
-    """List of sentences."""
+    """Sentences that are shown as a bulleted list on the page, and as lines on a terminal."""
 
     texts: tuple[str, ...]
 

@@ -146,7 +146,7 @@ def save(
 def text_cell(text: str) -> str:
     """Quote a name as a one-line CSV cell that spreadsheets do not interpret as a formula.
 
-    An apostrophe is put before =, +, - or @ at the start, also as full-width characters.
+    A name that starts with =, +, - or @, or the full-width form of one, gets a leading apostrophe.
     """
     text = one_line(text)
     if text.lstrip()[:1] in _FORMULAS:
@@ -175,8 +175,8 @@ def write_csv(
 ) -> None:
     """Write blocks of rows as one CSV file.
 
-    Each block is its number of rows and its text. ``rows`` is the total number of rows, to compute
-    the finished fraction that ``progress`` receives.
+    Each item of ``lines`` is the number of rows in a block, and their text. ``rows`` is the total
+    number of rows, to compute the finished fraction that ``progress`` receives.
     """
     written = 0
     with path.open("w", encoding="utf-8", errors=ESCAPED, newline="") as file:

@@ -43,7 +43,10 @@ class _Place(NamedTuple):
 def staged(
     folder: Path, overwrite: bool = False, kind: str = "microslip-result", noun: str = "result"
 ) -> Iterator[Path]:
-    """Context of a temporary folder that replaces `folder` if no error occurs."""
+    """Context manager that yields a temporary folder, which replaces `folder` if no error occurs.
+
+    Only an earlier result of the same ``kind`` is replaced; ``noun`` names the result in messages.
+    """
     name = shorten(str(folder), 200)
     target = Path(os.path.abspath(folder))  # noqa: PTH100 - resolve() would follow the links
     place = _Place(target, name, kind, noun, overwrite)

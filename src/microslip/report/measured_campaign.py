@@ -97,7 +97,7 @@ def csv_of(campaign: Campaign) -> str:
 def campaign_sections(
     campaign: Campaign, skipped: Sequence[tuple[str, str]], confidence: float
 ) -> tuple[list[Section], list[Section]]:
-    """Return the sections to place before and after those of the single records."""
+    """Return two lists of sections, to be placed before and after the sections on each record."""
     table = Table("Records", _columns(campaign), tuple(campaign_rows(campaign)), noun="records")
     first = [Section("Records", (table,))]
     if skipped:

@@ -62,7 +62,7 @@ def build_surface(study: StudyDescription, progress: Progress | None = None) -> 
 
 
 def _largest_pressure(study: StudyDescription, surface: MeasuredFace) -> float:
-    """Return an upper bound of the mean pressure on the face [Pa], used for its tightening.
+    """Return an upper bound of the mean pressure on the face [Pa], its default tightening pressure.
 
     For bolts it is their tension over the area between hole and washer rim, rounded up to a power
     of 1.25 so that samples with other tensions use the same solution.
@@ -104,9 +104,10 @@ def build_joints(study: StudyDescription, progress: Progress | None = None) -> l
 
 
 def build_as_made(study: StudyDescription) -> tuple[Interface, list[str]]:
-    """Return the joint at its first normal load with uniform pressure, the reference of a fit.
+    """Return the joint under the study's first normal load, with uniform pressure.
 
-    Also return the keys that are ignored: "joint.pressure" if it is given.
+    Also return the keys that are ignored: "joint.pressure" if it is given. The identification of
+    interface parameters takes materials, area and heights from the surface of this joint.
     """
     if getattr(study.joint, "pressure", None) is None:
         return build_joints(study)[0], []
@@ -120,7 +121,7 @@ def build_as_made(study: StudyDescription) -> tuple[Interface, list[str]]:
 def naming_key(study: StudyDescription, key: str, names: Iterable[str] = ()) -> Iterator[None]:
     """Return a context that turns an InputError into a StudyError about a key of the study.
 
-    For an error about an argument in ``names``, that is the key ``key.name``, otherwise ``key``.
+    If the error is about an argument in ``names``, the name of the argument is appended to ``key``.
     """
     try:
         yield
@@ -147,7 +148,8 @@ class Input:
 class Design:
     """Map from standard normal scores of the uncertain inputs to a study with fixed numbers.
 
-    A row of scores has one column for each input, plus one for a scan that consists of pieces.
+    A row of scores has one column for each input. If the surface is a scan that was divided into
+    pieces, a last column selects a bootstrap sample of the pieces.
     """
 
     def __init__(self, study: StudyDescription) -> None:
@@ -175,8 +177,8 @@ class Design:
     def _drawn_pieces(self) -> NDArray[np.intp] | None:
         """Return bootstrap samples of the pieces of a scan, shape (samples, pieces).
 
-        Rows are indices of pieces, in order of increasing normal stiffness relative to pressure.
-        None if the surface is not a scan or has a single piece.
+        Each row is a sample: indices of pieces. Rows are sorted by their normal stiffness per
+        pressure under the largest load. None if the surface is not a scan or has a single piece.
         """
         if not isinstance(self.study.surface, MeasuredFace):
             return None

@@ -22,7 +22,7 @@ MAX_SAMPLES = 10_000_000
 
 
 def mean_load(study: StudyTables) -> float:
-    """Return the load [N] on the surface area at the mean pressure of a bolted lap."""
+    """Return surface.area times the mean pressure between the parts of a bolted structure [N]."""
     area = getattr(study.surface, "area", None)
     if study.structure is None or area is None:
         raise KeyedError(
@@ -99,7 +99,7 @@ def _of_loads(study: StudyTables) -> None:
 
 
 def _of_pressure(study: StudyTables) -> None:
-    """Reject a pressure distribution without load, or larger than the area of the surface."""
+    """Reject a pressure distribution without load, or over an area larger than the surface."""
     if study.joint.pressure is None:
         return
     key = "joint.pressure"
@@ -143,14 +143,12 @@ def _of_structure(study: StudyTables) -> None:
 
 
 def _of_law(study: StudyTables) -> None:
-    """Reject a surface or a structure in a study whose friction law is read from a file."""
     for name in ("structure", "surface"):
         if getattr(study, name) is not None:
             raise KeyedError(name, f"wanted no [{name}] with joint.law_file; remove one of them")
 
 
 def _of_uncertainty(study: StudyTables) -> None:
-    """Reject an uncertainty table without uncertain inputs."""
     part = study.uncertainty
     if part is None:
         return

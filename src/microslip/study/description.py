@@ -183,7 +183,7 @@ class StudyDescription(StudyTables):
 
 
 def _override_of(key: str, changes: Sequence[Override]) -> str:
-    """Return the override that set a key as text in parentheses; "" if none did."""
+    """Return, in parentheses, the text of the override that set a key; "" if none did."""
     path = f"{key.split(', item')[0]}."
     for change in reversed(changes):
         if path.startswith(f"{change.blamed}.") or f"{change.blamed}.".startswith(path):

@@ -136,7 +136,10 @@ class DrawnSurface(_Drawing, SurfaceTable):
 
     @property
     def model_spreads(self) -> dict[str, Spread]:
-        """Uncertain factors for errors of the law, and of Rq and Rdq from a drawing, by key."""
+        """Uncertain factors, by key, on the normal law and on Rq and Rdq estimated from a drawing.
+
+        Their mean is 1 and their scatter the known error of the law or of the estimate.
+        """
         errors = {"stiffness_factor": STIFFNESS_ERROR, "shape_factor": SHAPE_ERROR}
         errors |= {f"{name}_factor": found.spread for name, found in self._estimates.items()}
         return {

@@ -1,7 +1,7 @@
 """Declarations shared by many keys of a study, columns of CSV files, and tables made from classes.
 
-Classes in an exported tuple (laws, heights, surfaces) become tables of a study automatically: key,
-names, units, limits and meanings of the parameters are read from the class.
+A class of microslip, such as a friction law or a height distribution, becomes a table of a study by
+:func:`table_of`: key, names, units, limits and meanings are read from its parameters.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from microslip.study.uncertain import Uncertain
 
 
 def with_unit(kind: Kind, example: str, sign: str = "positive") -> Option:
-    """Declare a value with a unit, such as ``example``."""
+    """Declare a quantity of a ``kind``, such as length; above zero unless ``sign`` is "any"."""
     return option("", "", kind, example=example, sign=sign, default=REQUIRED)
 
 
@@ -117,7 +117,7 @@ COLUMN_UNIT = option(
 
 
 class SiValues(tuple[float, ...]):
-    """Values already converted to SI units."""
+    """Numbers in SI units from a file, which a :class:`Numbers` reader does not convert again."""
 
     __slots__ = ()
 
@@ -297,7 +297,11 @@ def table_of(
     base: type[Described] = DescribedAlone,
     extra_keys: Mapping[str, Any] = MappingProxyType({}),
 ) -> type[Any]:
-    """Return a table class whose keys are the parameters of a class of microslip."""
+    """Return a table class whose keys are the parameters of the class ``kind`` of microslip.
+
+    The key ``tag_name`` identifies the table by the name of the class; ``extra_keys`` are added.
+    ``module`` is the module of the new class, ``base`` its base class.
+    """
     meaning = (kind.__doc__ or kind.__name__).split("\n")[0]
     keys = {tag_name: tag(key_of(kind), meaning), **extra_keys}
     keys |= {declared.name: key_for(declared) for declared in parameters_of(kind)}

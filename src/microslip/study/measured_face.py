@@ -224,7 +224,7 @@ class MeasuredFace(SurfaceTable):
         return {"scan": numbers}
 
     def sentences(self) -> list[str]:
-        """Return sentences on the solved face: accuracy, tightening, waves included in the law."""
+        """Return sentences on the face: accuracy, tightening, wavelengths that its law includes."""
         name = shorten(Path(self.scan).name, 100)
         cutoff = "" if self.cutoff is None else f", cut-off {engineering(self.cutoff, 'm')}"
         start = f"surface.scan: {name}{cutoff}, solved point by point"
@@ -251,7 +251,7 @@ class MeasuredFace(SurfaceTable):
         return [f"surface.tightening_pressure: absent, {pressure} is used: {source}."]
 
     def _split(self) -> list[str]:
-        """Describe which waves belong to the law and which to the form of the structure."""
+        """Describe which wavelengths belong to the normal law and which to ``structure.form``."""
         patch = self._patch
         if patch is None:
             return []

@@ -412,7 +412,7 @@ def _first_line(model: type) -> str:
 
 
 def first_error(errors: Sequence[tuple[str, str]], blamed: str = "") -> str:
-    """Format the first error and the number of others; the text ``blamed`` follows its key."""
+    """Format the first error and the number of others; ``blamed`` is inserted after its key."""
     key, message = errors[0]
     extra = len(errors) - 1
     suffix = f" (and {extra} more error{'s' * (extra > 1)})" if extra else ""

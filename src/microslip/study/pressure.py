@@ -38,7 +38,7 @@ _LOST = "; the tension drops by f_Z divided by the resiliences of bolt and plate
 
 
 class TightenedBolts(Part):
-    """Keys of the tightening of bolts, for bolts of a structure and for pressure under bolts."""
+    """Keys of how bolts are tightened, shared by the bolts of a structure and pressure cones."""
 
     torque: float | None = optional(Bolts, "torque")
     nut_factor: float | None = optional(Bolts, "nut_factor")

@@ -117,7 +117,10 @@ def removed_value(
 
 
 def _face_by_spectrum(law: str, table: Mapping[str, Any]) -> str | None:
-    """Return the keys of a drawn face with the height and slope of a removed law, as text."""
+    """Return a message with the keys of a drawn face that replace the removed ``law`` of a surface.
+
+    The keys give the same rms height and rms slope. None for laws without a spectrum.
+    """
     if law not in ("rough", "persson") or "spectrum" in table:
         return None
     name = next(name for name in ("rq", "ra", "rms") if name in table)

@@ -174,7 +174,7 @@ class StructurePart(Part):
     _metals: tuple[dict[str, Material], str]  # materials of the study, name of the default one
 
     def check(self, place: Place) -> None:
-        """Reject conflicting keys, and a drawing or a mesh that is incomplete."""
+        """Reject conflicting keys, incomplete dimensions, and keys missing beside a mesh."""
         if self.mesh is None:
             _require(self, "", (*DRAWING_KEYS, "density"))
             _require(self.bolts, ".bolts", ("positions", "shank", "hole", "washer"))
@@ -329,12 +329,12 @@ class StructurePart(Part):
 
     @property
     def _body(self) -> tuple[Material, float]:
-        """Material and mass density [kg/m^3] of both parts of the drawing."""
+        """Material and mass density [kg/m^3] of both parts of a structure given by dimensions."""
         metals, usual = self._metals
         return metals[usual], cast(float, self.density)
 
     def reducer(self) -> Reducer:
-        """Return the mesh of the structure, ready for reduction."""
+        """Return the finite-element model of the structure, which yields the reduced models."""
         from microslip.structures.reduction import Reducer
 
         if self.mesh is not None:
@@ -392,9 +392,9 @@ class StructurePart(Part):
         amplitudes: Floats,
         progress: Progress | None = None,
     ) -> Convergence:
-        """Return the model with patches refined until the study's first mode converges.
+        """Return the model with patches refined until frequency and damping of a mode converge.
 
-        Convergence is judged at modal ``amplitudes`` [m kg^½].
+        The mode is the first one of the study; ``amplitudes`` are modal ones [m kg^½].
         """
         return self.build().converge(
             *self._body,
@@ -411,7 +411,7 @@ class StructurePart(Part):
         )
 
     def build(self) -> LapJoint:
-        """Return the lap joint of the drawing."""
+        """Return the lap joint with the dimensions and bolts of the study."""
         sizes: dict[str, Any] = {name: getattr(self, name) for name in DRAWING_KEYS}
         return LapJoint(**sizes, bolts=self.bolts.build(), style=self.style)
 

@@ -190,7 +190,10 @@ SURFACE_TABLES: dict[str, type[Any]] = {
 
 
 class _AnySurface(SubTable):
-    """Reader of a surface's table; ``law`` selects its variant, for a face also ``scan``."""
+    """Reader of a surface's table, whose variant the key ``law`` selects.
+
+    With ``law = "face"`` it is a measured face if there is a key ``scan``, else one from a drawing.
+    """
 
     def read(self, raw_value: object, place: Place) -> Any:
         if isinstance(raw_value, Mapping) and raw_value.get("law") == "face":

@@ -89,7 +89,10 @@ def relocated_text(text: str, folder: Path, new_folder: Path) -> str:
 def _files(
     node: dict[str, Any], relocated: Callable[[str], str], above: tuple[str, ...] = ()
 ) -> Iterator[tuple[tuple[str, ...], Any]]:
-    """Yield path and new value of each key with file names; a list of tables is one value."""
+    """Yield the path and the new value of each key that names files.
+
+    Of a list of tables that name files, the value is the whole list.
+    """
     for key, value in node.items():
         if isinstance(value, dict):
             yield from _files(value, relocated, (*above, key))
@@ -151,7 +154,7 @@ def _path(text: str, key: str) -> tuple[str, ...]:
 
 
 def _value(override: str, text: str) -> Any:
-    """Return the value of an override; text that is not TOML is a string without its quotes."""
+    """Return the value of an override; text that is not valid TOML is taken as a string."""
     try:
         parsed = tomllib.loads(f"value = {text}")
     except (ValueError, RecursionError):

@@ -69,7 +69,7 @@ class Spread(float):
         return value
 
     def following(self, key: str, factor: float) -> Spread:
-        """Return ``factor`` times this number, of the key ``key``; samples of both are linked."""
+        """Return ``factor`` times this number (of key ``key``); the ratio holds in every sample."""
         value = type(self)(factor * float(self))
         value.of, value.factor, value.unit = key, factor, self.unit
         return value
@@ -289,7 +289,7 @@ def _all_spreads(part: object, path: str) -> Iterator[tuple[str, Spread]]:
 
 
 def _entries(part: Any, path: str) -> Iterator[tuple[Any, str, Any]]:
-    """Yield name or index, key and value of the entries of a table or of a list of tables."""
+    """Yield, for each entry of a table or list, its name or index, full dotted key, and value."""
     if isinstance(part, Part):
         for key, name in part.attributes.items():
             yield name, f"{path}.{key}" if path else key, getattr(part, name)

@@ -146,7 +146,7 @@ class FormPart(Part):
     """Columns x, y and gap [m]; None without a file."""
 
     def check(self, place: Place) -> None:
-        """Read the columns, and reject a form that is given twice."""
+        """Read the gaps from their file, and reject keys that are missing or contradictory."""
         if self.machining is not None:
             if self.flatness is not None:
                 raise KeyedError(".machining", "wanted flatness or machining, got both; remove one")

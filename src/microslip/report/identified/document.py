@@ -235,7 +235,7 @@ def _number(data: Mapping[str, Any]) -> Headline:
 
 
 def interval_text(estimate: Estimate, unit: str) -> str:
-    """Format an estimate with its interval: value, lower and upper end, each None if unknown."""
+    """Format an estimate: its value and the ends of its interval; any of these may be None."""
     value, low, high = estimate
 
     def text(number: float, digits: int) -> str:

@@ -1,4 +1,4 @@
-"""Curves against amplitude: common parts, and figures of energy and damping."""
+"""Figures of quantities against amplitude: shared axes, legend and curves; energy and damping."""
 
 from __future__ import annotations
 

@@ -103,7 +103,7 @@ def _loops_at(
 
 
 def _loop_bands(result: Prediction, load: int, index: int) -> list[Floats]:
-    """Return the lowest and highest quantile of the forces of a loop, for each sample."""
+    """Return the lowest and the highest quantile of the force at each point of a loop."""
     if result.scatter is None or "force" not in result.scatter.bands:
         return []
     band = result.scatter.bands["force"].values
@@ -111,10 +111,11 @@ def _loop_bands(result: Prediction, load: int, index: int) -> list[Floats]:
 
 
 def _prefix(value: float, largest: float, smallest: float = 0.0) -> tuple[float, str]:
-    """Return factor and letter of a unit prefix for one panel.
+    """Return factor and letter of the unit prefix for one panel.
 
-    It suits ``largest``, the maximum of all panels, unless ``value`` is below 0.1 in that unit;
-    then it suits the larger of ``value`` and ``smallest``.
+    The prefix is that for ``largest``, the maximum of all panels. If ``value``, the maximum of this
+    panel, is below 0.1 with it, the prefix is that for ``value``, or for ``smallest`` if that is
+    larger.
     """
     unit, letter = prefix(largest)
     return (unit, letter) if value >= 0.0999 * unit else prefix(max(value, smallest))
@@ -245,7 +246,7 @@ def _stick(result: Prediction) -> Panel:
 
 
 def face(result: Prediction) -> Plot:
-    """Plot pressures, contacts and loads of a measured face."""
+    """Plot maps of pressure and contact of a measured face, and its load against separation."""
     from microslip.contact.figures import face_plot
     from microslip.study.build import build_surface
 

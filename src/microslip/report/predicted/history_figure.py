@@ -91,7 +91,8 @@ def history(result: Prediction) -> Plot:
 def _scaled(values: list[Floats], name: str) -> tuple[list[Floats], str]:
     """Return a quantity of all loads, scaled for one axis, and the label of the axis.
 
-    It is in a common unit, or relative to each load's maximum if these differ more than 50-fold.
+    The curves share a unit. If their maxima differ by more than a factor of 50, each curve is
+    divided by its maximum instead.
     """
     label, symbol = _LABELS[name]
     sizes = [float(np.abs(column).max()) for column in values]
@@ -121,7 +122,7 @@ MOST_AMPLITUDES = 6
 
 
 def pressure(result: Prediction) -> Plot:
-    """Plot pressure against position, and the local force over the local slip limit."""
+    """Plot the pressure and the ratio of local friction force to slip limit, both over position."""
     every: Sequence[object] = result.joints
     joints = [
         (joint, look)

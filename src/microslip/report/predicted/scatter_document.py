@@ -81,9 +81,9 @@ def _bands(result: Prediction, scatter: PredictionScatter, name: str) -> Table:
 
 
 def _half_widths(scatter: PredictionScatter, name: str) -> Floats:
-    """Return the relative half-widths of the confidence intervals of quantiles [-].
+    """Return the half-widths of the confidence intervals of quantiles, over the quantiles [-].
 
-    They are relative to the quantiles, and infinite if unknown. The larger half counts.
+    For an asymmetric interval it is the larger distance to an end. Unknown ends give infinity.
     """
     band, (low, high) = scatter.bands[name].values, scatter.intervals[name]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -146,7 +146,7 @@ _FINE = 0.01
 
 
 def tornado(result: Prediction, scatter: PredictionScatter) -> Plot:
-    """Plot the effect of each input on the loop whose loss factor scatters most."""
+    """Plot the effect of each input on the loss factor of the loop for which it scatters most."""
     decision = max(
         (d for d in scatter.decisions if d.name == "loss_factor"), key=lambda d: d.scatter
     )

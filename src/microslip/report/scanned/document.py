@@ -73,7 +73,10 @@ _SUMMITS = {
 def scan_document(
     findings: Findings, folder: Path | None = None, adapt: cells.Wording = str
 ) -> Document:
-    """Return the document of a scan; paths in its study.toml are relative to ``folder``."""
+    """Return the document of a scan; paths in its study.toml are relative to ``folder``.
+
+    ``adapt`` replaces argument names in messages, for example by command options.
+    """
     remarks = tuple(adapt(text) for text in _remarks(findings))
     notes = findings.scan.notes if findings.summits is None else findings.summits.notes
     data = scan_summary(findings, remarks)
@@ -129,9 +132,9 @@ def scan_summary(findings: Findings, remarks: tuple[str, ...]) -> dict[str, Any]
 
 
 def _lines(findings: Findings) -> Iterator[tuple[str, ProfileParameters]]:
-    """Yield the parameters of the profiles along each axis.
+    """Yield each axis, and the roughness parameters (ISO 21920-2) of the profiles along it.
 
-    An axis is omitted if every line has gaps, or if the lines are too short.
+    An axis is omitted if every profile has gaps, or if the profiles are too short.
     """
     axes: tuple[Literal["x", "y"], ...] = ("x", "y")
     for axis in axes[: findings.scan.heights.ndim]:

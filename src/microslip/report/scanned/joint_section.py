@@ -1,4 +1,4 @@
-"""Joint of a scan under a load: numbers and figures of the solved face."""
+"""Section on the joint of a scanned face under a load, with the contact solved point by point."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def joint_sections(findings: Findings, adapt: cells.Wording = str) -> list[Secti
 
 
 def chapter_rows(findings: Findings) -> list[tuple[str, str]]:
-    """Return a row with the normal stiffness by the summit model and that of the solved face.
+    """Return a table row: normal stiffness of the summit model, and that solved point by point.
 
     The summit model is that of chapter 19 of *The Mechanics of Jointed Structures* (Springer,
     2018).
@@ -83,7 +83,7 @@ def summary(findings: Findings) -> dict[str, Any] | None:
 
 
 def joint_pictures(findings: Findings) -> tuple[Picture, ...]:
-    """Return the figure of the solved face; empty if no joint was requested."""
+    """Return the figure of the face solved point by point; empty if no joint was requested."""
     if findings.face is None:
         return ()
     law = findings.face.law

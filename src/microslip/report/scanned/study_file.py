@@ -17,7 +17,7 @@ STUDY_NAME = "study.toml"
 
 
 def face_study_text(findings: Findings, face: FaceJoint, folder: Path) -> str:
-    """Return a study of the solved face; paths in it are relative to ``folder``."""
+    """Return a study of the face solved point by point; paths in it are relative to ``folder``."""
     request = findings.request
     tables = {
         "surface": _surface(findings, face, folder),

@@ -1,4 +1,7 @@
-"""Data set of a bolted structure: curves of its modes, and its patches."""
+"""Data set of a bolted structure: curves of its modes, and results of each contact patch.
+
+Patches are the areas into which the model divides the contact faces.
+"""
 
 from __future__ import annotations
 

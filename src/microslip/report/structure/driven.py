@@ -31,7 +31,7 @@ FORCED_TABLES = ("forced_response", "frf")
 
 
 def forced_tables(prediction: StructurePrediction) -> dict[str, DataSet]:
-    """Return the columns of the CSV tables of responses, along the dimension ``row``."""
+    """Return the columns of the CSV tables of responses to forces, by the name of the table."""
     if not (responses := prediction.frequency_responses):
         return {}
     unit = prediction.part.unit

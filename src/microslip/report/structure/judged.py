@@ -1,4 +1,8 @@
-"""Verdicts on a predicted structure: solutions, bands, responses, tests, and the model itself."""
+"""Verdicts on a predicted structure.
+
+They judge convergence, the sampling error of bands, the range of forced responses, and agreement
+with tests.
+"""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from microslip.friction.energies import dissipated_along
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ResultColumns(Locked):
-    """Arrays of equal length by attribute; None for unknown quantities."""
+    """Base class: attributes are arrays of equal length, or None if the quantity is unknown."""
 
     def __post_init__(self) -> None:
         for array in self.columns().values():
@@ -44,10 +44,10 @@ class AmplitudeCurve(ResultColumns):
 
     `force_ratio` is the force amplitude over the force limit, `tangent_stiffness` the slope
     :meth:`~microslip.Interface.backbone_stiffness` of the first loading curve, `slider_density` the
-    density of :meth:`~microslip.Interface.sliders` and `stick_share` the stick area over the real
-    contact area. `stick_area` and `stick_share` are None for normal laws without individual
-    contacts. The other quantities are those of the methods of :class:`microslip.Interface` with the
-    same name.
+    second derivative -T'' of the force T of first loading [N/m^2], see
+    :class:`~microslip.friction.Sliders`, and `stick_share` the stick area over the real contact
+    area. `stick_area` and `stick_share` are None for normal laws without individual contacts. The
+    other quantities are those of the methods of :class:`microslip.Interface` with the same name.
     """
 
     amplitude: Floats
@@ -126,7 +126,8 @@ class HistoryResponse(ResultColumns):
 class Limits:
     """Asymptotes of the dissipated energy: c a^3 at small amplitudes a, 4 mu N (a - b) at large.
 
-    `cubic_coefficient` c [J/m^3] and `linear_offset` b [m]; None without such an asymptote.
+    mu is the friction coefficient, N the normal load; `cubic_coefficient` is c [J/m^3] and
+    `linear_offset` b [m]. They are None without such an asymptote.
     """
 
     cubic_coefficient: float | None

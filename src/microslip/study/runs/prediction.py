@@ -69,7 +69,7 @@ MEANINGS = {
 
 
 def variables_of(result: Prediction) -> dict[str, Variable]:
-    """Return all results by name, as arrays with units, without verdicts."""
+    """Return all numerical results by name, as arrays with units."""
     driven = "amplitude" if result.study.excitation.force_amplitudes is None else "force_amplitude"
     arrays = {
         **_scalars(result),
@@ -252,7 +252,6 @@ def _scattered(
 
 
 def _variables(study: StudyDescription) -> dict[str, Variable]:
-    """Return all results by name, for a study without uncertain inputs."""
     return variables_of(_computed(study)[0])
 
 
@@ -331,7 +330,6 @@ def _row(study: StudyDescription, joint: Interface, amplitudes: Floats) -> Ampli
 
 
 def _amplitudes(study: StudyDescription, defaults: Defaults) -> Floats:
-    """Return the displacement [m] or force [N] amplitudes of the loops."""
     amplitudes = study.excitation.amplitudes or study.excitation.force_amplitudes
     if amplitudes is not None:
         return np.array(amplitudes)

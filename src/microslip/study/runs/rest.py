@@ -90,8 +90,8 @@ def _at_rig(
 def leading_inputs(study: StudyDescription, joint: Any) -> dict[str, Any] | None:
     """Return sensitivities d ln(result)/d ln(input) [-] as ``[result][input]``, largest first.
 
-    Results are the stiffness at rest, and the loss factor at the amplitude "amplitude" [m]. None
-    for joints without a surface.
+    Results are the stiffness at rest, and the loss factor at one displacement amplitude [m], which
+    is returned under the key "amplitude". None for joints without a surface.
     """
     if not isinstance(joint, Interface):
         return None

@@ -163,7 +163,7 @@ def scatter(
 
 
 def _with_bands(nominal: Variables, count: int) -> tuple[list[str], list[str]]:
-    """Return names of results with bands, and of those too large for bands of ``count`` samples."""
+    """Return names of results with bands, and of those whose samples need too much memory."""
     numbers = [
         name
         for name, variable in nominal.items()

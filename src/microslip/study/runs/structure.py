@@ -1,4 +1,4 @@
-"""Modes of the structure of a study, with bands from one reduced model."""
+"""Modes of the structure of a study, with bands over samples of its uncertain inputs."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ _DENSE = 16_384  # points of the surrogate model from which quantiles are comput
 
 
 def run_structure(study: StudyDescription, progress: Progress | None = None) -> StructurePrediction:
-    """Return the modes of the structure of a study, with bands from one reduced model."""
+    """Return the modes of the structure of a study, with bands if inputs are uncertain."""
     tell = progress or (lambda share: None)
     design = Design(study) if is_uncertain(study) else None
     middle = at_central_values(study)
@@ -189,9 +189,10 @@ def refined_model(study: StudyDescription, progress: Progress | None = None) -> 
 def _converged(
     study: StudyDescription, joint: ReducedJoint, state: Preload, progress: Progress
 ) -> Convergence:
-    """Return the model with patches refined until the study's first mode converges.
+    """Return the model with patches refined until frequency and damping of a mode converge.
 
-    Convergence is judged at the smallest, a middle and the largest amplitude that were solved.
+    The mode is the first one of the study. Convergence is judged at the smallest, a middle and the
+    largest amplitude that were solved.
     """
     part = study.bolted
     curve = _solved(part, joint, state, part.modes[0])
@@ -289,7 +290,7 @@ def _identified(
 def tightened(
     study: StudyDescription, joint: ReducedJoint, rng: np.random.Generator | None = None
 ) -> tuple[ReducedJoint, Preload]:
-    """Return the joint with the gaps between its faces and its bolts tightened, and its state.
+    """Return the joint with gaps between its unloaded faces, and its state with tightened bolts.
 
     Random faces are drawn with ``rng``; without it they are flat.
     """
@@ -370,7 +371,7 @@ def _samples(
 
 
 def scaling_keys(study: StudyDescription) -> list[str]:
-    """Return the keys to which the stiffness or the mass of the reduced model is proportional."""
+    """Return the keys whose values only scale the stiffness or the mass matrix of the model."""
     if study.bolted.mesh:
         return []
     return [f"material.{study.surface.materials[0]}.young_modulus", "structure.density"]
@@ -452,7 +453,7 @@ def _bands(
 
 
 def _slopes(scores: Floats, logs: Floats) -> list[float]:
-    """Return the slopes of ``logs`` against the normal scores of the inputs, by regression."""
+    """Regress ``logs``, ln of a result, on the normal scores of the inputs; return the slopes."""
     known = np.isfinite(logs)
     if known.sum() <= scores.shape[1]:
         return [0.0] * scores.shape[1]

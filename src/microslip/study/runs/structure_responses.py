@@ -56,7 +56,7 @@ def forced_mode(
     asked = part.amplitudes[solved]
 
     def answers(logs: Floats, base: Floats, at: Floats) -> Resonant:
-        """Return peaks and responses at frequencies ``at`` [Hz].
+        """Return, for each sample, the peak amplitude and frequency, and amplitudes at ``at`` [Hz].
 
         ``logs`` are ln(frequency), ln(damping ratio of the joint) and ln(gain) over the amplitudes,
         ``base`` the base damping ratios of the samples.

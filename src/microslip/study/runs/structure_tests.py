@@ -84,10 +84,10 @@ def _judged(test: ModalTest, mode: Mode, name: str, moved: Floats) -> QuantityVe
 
 
 def _against(mode: Mode, band: Floats, moved: Floats, value: Floats) -> tuple[int, int, int, float]:
-    """Return the numbers of points above a band, below it, and compared; and a deviation.
+    """Return how many points are above a band, below it, and compared, and the worst deviation.
 
-    Points ``value`` are compared if their amplitudes ``moved`` are within those of ``mode``. The
-    deviation is the largest one, relative to the nearest end of the band [-], negative below it.
+    Points ``value`` are compared if their amplitudes ``moved`` are within the range of ``mode``.
+    The deviation is relative to the nearest end of the band [-], and negative below it.
     """
     at, known = mode.curve.amplitude, np.isfinite(band).all(axis=0)
     if not known.any():
@@ -120,7 +120,7 @@ def _unit(mode: Mode, band: Floats, moved: Floats, value: Floats, name: str) -> 
 
 
 def _steady_over_decay(curve: ModalCurve, moved: Floats) -> Floats:
-    """Return the damping ratio in steady vibration over that in free decay [-]."""
+    """Return damping ratio in steady vibration over that in free decay, at amplitudes ``moved``."""
     ratio = curve.damping_ratio / curve.decay_damping_ratio
     known = np.isfinite(ratio)
     if not known.any():

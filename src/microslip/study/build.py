@@ -83,7 +83,7 @@ def _largest_pressure(study: StudyDescription, surface: MeasuredFace) -> float:
 
 
 def build_joints(study: StudyDescription, progress: Progress | None = None) -> list[Interface]:
-    """Return the joints of a study, one per normal load; for a friction law only this law."""
+    """Return the joints of a study, one per normal load; or its friction law alone, if given."""
     if not isinstance(study.joint, Joint):
         return [cast(Interface, study.joint.build())]
     surface = build_surface(study, progress)

@@ -120,7 +120,7 @@ def _of_pressure(study: StudyTables) -> None:
 
 
 def _of_structure(study: StudyTables) -> None:
-    """Reject contradictions between a structure and the joint, such as bodies that are rigid."""
+    """Reject contradictions between a structure and other tables, such as a rigid body."""
     part = study.structure
     if part is None:
         return

@@ -43,7 +43,7 @@ class ReadState:
         return (self.folder or Path()) / name
 
     def message(self, error: str, name: str) -> str:
-        """Return the error message for a file, with the folder that was searched."""
+        """Return an error message for a file; it states that the study's folder was searched."""
         if self.folder is None or Path(name).is_absolute():
             return error
         return error.replace("no such file", "no such file in the folder of the study")

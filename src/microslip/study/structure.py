@@ -392,7 +392,7 @@ class StructurePart(Part):
         amplitudes: Floats,
         progress: Progress | None = None,
     ) -> Convergence:
-        """Return the model with patches refined until frequency and damping of a mode converge.
+        """Return the model with patches refined until the damping ratio of a mode converges.
 
         The mode is the first one of the study; ``amplitudes`` are modal ones [m kg^½].
         """

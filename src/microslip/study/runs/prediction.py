@@ -316,7 +316,7 @@ def _solving(study: StudyDescription) -> float:
 
 
 def _part(progress: Progress | None, index: int, count: int, begin: float, end: float) -> Progress:
-    """Return a progress callback for the part from ``begin`` to ``end`` of one load's work."""
+    """Return a progress callback that maps a step to the range ``begin`` to ``end`` of a run."""
     report = progress or (lambda share: None)
     return lambda share: report((index + begin + (end - begin) * share) / count)
 

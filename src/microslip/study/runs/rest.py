@@ -70,9 +70,10 @@ def _on_first_loading(joint: Interface) -> float | None:
 def _at_rig(
     study: StudyDescription, joint: Interface, area: float | None
 ) -> dict[str, float | None]:
-    """Return the stiffnesses of joint and bodies (half-spaces) in series [N/m], as on a rig.
+    """Return the stiffnesses [N/m] that a test rig measures: joint and bodies in series.
 
-    They are None in a study with a structure, whose finite elements contain the bodies.
+    The bodies are half-spaces. The stiffnesses are None in a study with a structure, whose finite
+    elements contain the bodies.
     """
     names = ("rig_normal_stiffness", "rig_tangential_stiffness")
     pair = getattr(getattr(joint, "surface", None), "pair", None)

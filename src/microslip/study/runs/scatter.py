@@ -42,7 +42,7 @@ class Contributions:
 
 @dataclass(frozen=True, eq=False)
 class PredictionScatter:
-    """Bands of all results of a study over its samples, and contributions of the inputs to them."""
+    """Bands of all results of a study over its samples, and each input's part of the scatter."""
 
     inputs: tuple[Input, ...]  # uncertain inputs
     samples: int  # number of samples

@@ -167,7 +167,7 @@ def _reduced(study: StudyDescription, patches: Floats | None = None) -> ReducedJ
 def refined_model(study: StudyDescription, progress: Progress | None = None) -> ReducedJoint:
     """Return the reduced model of the structure; patches that the study does not give are refined.
 
-    Those that dissipate most in the first mode of the study are halved along the lap.
+    Patches that dissipate most in the first mode of the study are halved along the lap.
     """
     part = study.bolted
     if part.patches is not None or part.converge:
@@ -189,7 +189,7 @@ def refined_model(study: StudyDescription, progress: Progress | None = None) -> 
 def _converged(
     study: StudyDescription, joint: ReducedJoint, state: Preload, progress: Progress
 ) -> Convergence:
-    """Return the model with patches refined until frequency and damping of a mode converge.
+    """Return the model with patches refined until the damping ratio of a mode converges.
 
     The mode is the first one of the study. Convergence is judged at the smallest, a middle and the
     largest amplitude that were solved.
@@ -208,7 +208,7 @@ def _converged(
 def _patch_error(
     study: StudyDescription, joint: ReducedJoint, curve: ModalCurve
 ) -> tuple[float, float] | None:
-    """Return the errors of frequency and joint damping due to the size of the patches."""
+    """Return the relative errors of frequency and joint damping due to the patch size [-]."""
     part, solved = study.bolted, np.flatnonzero(curve.converged)
 
     def solve(trial: ReducedJoint) -> tuple[Floats, Floats]:
@@ -416,7 +416,10 @@ def _bands(
     names: tuple[str, ...],
     convergence: Convergence | None,
 ) -> ModeBands | None:
-    """Return quantiles of a mode, widened by the model error, and contributions of the inputs."""
+    """Return quantiles of frequency and damping of a mode, and contributions of the inputs.
+
+    The outer quantiles are moved outwards by the error of the converged model.
+    """
     if sampled is None:
         return None
     scores, dense = sampled.scores, sampled.dense

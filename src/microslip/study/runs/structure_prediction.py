@@ -188,7 +188,7 @@ class AmplitudeTrend(NamedTuple):
 
     @property
     def doubt(self) -> str:
-        """Reason to doubt that microslip causes the change; empty if there is none."""
+        """Reason to doubt that microslip causes the change with amplitude; "" if there is none."""
         if not math.isfinite(self.ratio) or abs(self.fall) < 1e-4 or self.ratio >= _STEADY_RATIO:
             return ""
         return (

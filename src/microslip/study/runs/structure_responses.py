@@ -50,7 +50,7 @@ def forced_mode(
     sampled: ModeSamples | None,
     force: float,
 ) -> ForcedMode:
-    """Return the response to a harmonic force [N] near a mode."""
+    """Return the response of one mode to a harmonic force [N], with bands for uncertain inputs."""
     power = POWERS[part.quantity]
     solved = curve.converged
     asked = part.amplitudes[solved]

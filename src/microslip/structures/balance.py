@@ -29,7 +29,10 @@ from microslip.structures.periodic_motion import HarmonicBasis, HarmonicForces
 
 @dataclass(frozen=True, eq=False)
 class Balance:
-    """Equations of harmonic balance; ``answers`` are the forces given by :meth:`joint_forces`."""
+    """Equations of harmonic balance; ``answers`` are the joint forces of each group of joints.
+
+    *Slip forces* are joint forces minus those of sticking joints, stiffness at rest times motion.
+    """
 
     model: ModalModel
     joints: ModalJoints
@@ -43,10 +46,10 @@ class Balance:
     def joint_forces(
         self, coefficients: Floats, carried: Floats | float = 0.0
     ) -> tuple[Floats, list[HarmonicForces]]:
-        """Return modal joint forces minus those of sticking joints, and the forces of each group.
+        """Return the modal slip forces (modes, size), and the joint forces of each group.
 
-        The modal forces are Fourier coefficients (modes, size). ``carried`` is the joint motion due
-        to a moving base, (coordinates, size) [m].
+        Both are Fourier coefficients. ``carried`` is the joint motion due to a moving base,
+        (coordinates, size) [m].
         """
         motion = self.joints.flat.T @ coefficients + carried
         answers = [
@@ -88,13 +91,13 @@ class Balance:
         return result
 
     def tangent(self, answers: list[HarmonicForces], change: Floats) -> Floats:
-        """Return the change of the modal joint forces for a change of coefficients."""
+        """Return the change of the modal slip forces for a small ``change`` of coefficients."""
         return self.by_motion(answers, self.joints.flat.T @ change)
 
     def by_motion(self, answers: list[HarmonicForces], motion: Floats) -> Floats:
-        """Return the first-order change of the modal joint forces minus those of sticking joints.
+        """Return the change of the modal slip forces (modes, size) with the joint motions.
 
-        ``motion`` holds the changes of joint motion, (coordinates, size) [m].
+        ``motion`` is the small change of these, as Fourier coefficients (coordinates, size) [m].
         """
         size = self.basis.size
         moved = -self.joints.stuck[:, None] * motion
@@ -106,7 +109,7 @@ class Balance:
         return np.asarray(self.joints.flat @ moved)
 
     def tangent_matrix(self, answers: list[HarmonicForces]) -> Floats:
-        """Return the Jacobian of the modal joint forces, shape (modes, size, modes, size)."""
+        """Return the Jacobian of the modal slip forces, shape (modes, size, modes, size)."""
         modes, size = self.shape
         result = np.zeros((modes, size, modes, size))
         for answer, directions, group in zip(
@@ -218,7 +221,11 @@ class _Compliance:
         return result
 
     def between(self, directions: Floats, result: Floats) -> None:
-        """Fill the square matrix ``result`` with the compliance between joint coordinates."""
+        """Fill ``result`` with the compliance between joint coordinates at each harmonic.
+
+        ``directions`` (modes, coordinates) are the joint directions in modal coordinates. Rows and
+        columns of ``result`` are numbered by coordinate, then by Fourier coefficient.
+        """
         size = 2 * self._inverse.shape[0] - 1
         for h, inverse in enumerate(self._inverse):
             k = max(2 * h - 1, 0)

@@ -100,7 +100,10 @@ def _columns(name: str, value: ArrayLike, rows: int, what: str) -> Floats:
 
 
 def _joint_motion(attachments: tuple[Attachment, ...], carried: Floats) -> tuple[float, int]:
-    """Return the largest |B^T carried| / (|B|^T |carried|) of joints [-], and its attachment."""
+    """Return the largest relative deformation of joints by the base [-], and its attachment.
+
+    For a joint direction b it is |b^T carried| / (|b|^T |carried|): 0 if both sides move alike.
+    """
     worst, place = 0.0, 0
     for i, attachment in enumerate(attachments):
         columns = attachment.columns
@@ -115,7 +118,7 @@ def _joint_motion(attachments: tuple[Attachment, ...], carried: Floats) -> tuple
 def _under_the_structure(
     rest: AtRest, directions: ArrayLike, frame: Frame | None, joints_on_base: bool
 ) -> BaseMotion:
-    """Return the motion of one rigid base; displacements are relative to this base."""
+    """Return the :class:`BaseMotion` of a structure on one rigid base."""
     carried = _columns("directions", directions, rest.static_force.size, "degree of freedom")
     # A geometry bends with the motion from the base, which is what the matrices count.
     joints = tuple(a for a in rest.attachments if not isinstance(a, GeometryAttachment))
@@ -279,7 +282,7 @@ class BaseResponse(ForcedResponse):
         return np.asarray(-self.base_acceleration / (2.0 * np.pi * self.frequency[:, None]) ** 2)
 
     def _from_ground(self, at: ArrayLike) -> NDArray[np.complex128]:
-        """Return complex amplitudes [m] of the absolute fundamental at a sensor (points,)."""
+        """Return complex amplitudes [m] of the absolute motion at the excitation frequency."""
         return np.asarray(self._fundamental(at) + self._base_motion @ self._carried_at(at))
 
     def absolute_amplitude(self, at: ArrayLike) -> Floats:
@@ -355,7 +358,7 @@ def base_response(
         Indices of the degrees of freedom that are moved. By default the matrices describe a
         structure fixed to one rigid base, and displacements are relative to this base.
     damping_frame : {"base", "ground"}, optional
-        Frame to which dashpots are fixed that resist rigid motion, such as those of a part of C
+        Where the dashpots that resist rigid motion are fixed, such as those of a part of C
         proportional to M; required if C has such a part.
     joints_on_base : bool, optional
         Whether joints connect the structure to the base. If not, ``directions`` that deform a
@@ -448,7 +451,10 @@ def _response(
     moved = -acceleration / omegas[:, None] ** 2
 
     def along(columns: Any, order: int, absolute: bool = True) -> NDArray[np.complex128]:
-        """Return harmonics of motion along columns (n, inputs), differentiated ``order`` times."""
+        """Return the harmonics of the motion along ``columns``, (points, inputs, harmonics).
+
+        ``order`` is that of the time derivative; ``absolute`` includes the motion of the base.
+        """
         part = (columns.T @ shapes) @ coordinates
         if absolute:
             part[:, :, first] += moved @ (base.carried.T @ columns)

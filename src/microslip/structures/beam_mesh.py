@@ -34,7 +34,7 @@ _ARC = 24  # cells along a curved part, at least
 
 
 def declared_length(symbol: str, meaning: str, example: float) -> dict[str, Any]:
-    """Return the declaration of an input that is a length [m]: symbol, meaning, range, example."""
+    """Return metadata of a dataclass field for a length above zero [m], see :func:`parameter`."""
     return parameter(symbol, "m", meaning, above=0.0, example=example)
 
 

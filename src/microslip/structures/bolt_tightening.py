@@ -115,10 +115,11 @@ class ClampedBolt:
 
     Notes
     -----
-    Resiliences by VDI 2230 part 1. The bolt is threaded over the clamp length; the head adds 0.5 d,
-    the engaged thread 0.5 d and the nut 0.4 d. The plates are wide enough for two whole deformation
-    cones of the angle tan(phi) = 0.362 + 0.032 ln(l_K/2 d_W) + 0.153 ln(y), with the bearing
-    diameter d_W and the largest y = 1 + 1.2 l_K/d_W.
+    Resiliences by VDI 2230 part 1. The bolt is threaded over the clamp length; the head counts as
+    0.5 d of further bolt length, the engaged thread as 0.5 d and the nut as 0.4 d. The plates are
+    wide enough for two whole deformation cones, with the half-angle phi by tan(phi) = 0.362 + 0.032
+    ln(l_K/(2 d_W)) + 0.153 ln(y), with the bearing diameter d_W and the ratio y of plate diameter
+    to d_W; y is 1 + 1.2 l_K/d_W, its limit for whole cones.
     """
 
     size: str

@@ -259,9 +259,10 @@ class Drawing:
         Notes
         -----
         Each refinement halves the patches that together dissipate 80 % of the energy, along or
-        across, whichever changes the damping more. It takes three reductions with the same
-        factorised stiffness. The mesh is compared with one of half as many elements in each
-        direction, including rings around bolts and layers.
+        across, whichever changes the damping more. Each refinement needs three reductions, which
+        share one factorised stiffness matrix. The error of the mesh is estimated from a mesh with
+        half as many elements in each direction: along, across, through the thickness, and in the
+        rings around the bolts.
         """
         from microslip.structures.reduction_convergence import converge
 
@@ -402,20 +403,20 @@ class BoltedBeam(Drawing):
         return Sizes(stop - start, self.width, self.thickness, self.rise), start, height
 
     def bending(self, material: Material, reach: float | None = None) -> Bending:
-        """Return the nonlinear stiffness in large bending of the part between two grounds.
+        """Return the arguments of :meth:`ReducedJoint.with_geometry` for large deflections.
 
         Parameters
         ----------
         material : Material
-            Material of that part.
+            Material of the part between the two grounded supports.
         reach : float, optional
             Largest deflection of its middle [m]; 1.5 thicknesses by default.
 
         Returns
         -------
         Bending
-            Sensors, static cases and weights, to be used as
-            ``joint = beam.reduce(..., sensors=bending.sensors)``, then
+            Sensors, static cases, and weights of the sensors in the mean deflection and the
+            elongation, to be used as ``joint = beam.reduce(..., sensors=bending.sensors)``, then
             ``joint.with_geometry(*bending)``.
 
         Notes

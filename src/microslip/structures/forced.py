@@ -391,9 +391,10 @@ def coefficients(amplitudes: NDArray[Any], basis: HarmonicBasis) -> Floats:
 
 
 def line_of(model: ModalModel, forces: Floats, targets: Floats) -> Floats:
-    """Return an estimate of the modal motion (modes,) under ``forces`` (modes, size).
+    """Return an estimate of the modal motion (modes,), along which nodes of contact fields slide.
 
-    Nodes of contact fields slide along it. ``targets`` are the frequencies of interest [Hz].
+    It is the undamped linear response to the first harmonic of ``forces`` (modes, size), near the
+    median of the frequencies ``targets`` [Hz], with all modes in phase.
     """
     middle = (2.0 * math.pi * float(np.median(targets))) ** 2
     gain = np.abs(model.squares - middle) + 1e-3 * middle

@@ -120,7 +120,6 @@ class _Path:
         self._drive, self._unit, self._width, self._share = drive, unit, width, share
 
     def _system(self, point: _Point) -> tuple[Floats, Floats]:
-        """Return the scaled residual and its derivatives, (count,) and (count, count + 1)."""
         balance, drive = self._drive.balance, self._drive
         modes, size = balance.shape
         q, omega, level = point

@@ -236,10 +236,11 @@ def _as_powers(tensor: Floats, forms: Floats, order: int) -> Floats:
 
 
 def _fit(z: Floats, forces: Floats, reach: Floats, forms: Floats) -> tuple[Springs, Floats]:
-    """Fit the springs of third and fourth order along the directions ``forms`` to load cases.
+    """Fit springs of third and fourth order to static cases; return them and their directions.
 
-    ``z`` and ``forces`` (cases, p) are the displacements and forces of coordinates with the
-    magnitudes ``reach``. The linear part is dropped. Return the springs and their directions.
+    ``z`` and ``forces`` (cases, p) are displacements and forces of p coordinates, ``reach`` (p,)
+    the largest displacements. Each spring acts along a unit vector of ``forms`` (forms, p) in the
+    space of z/reach. The linear part of the forces is fitted and dropped.
     """
     along = (z / reach) @ forms.T
     # Work on scaled coordinates: all forces count beside the largest.
@@ -299,7 +300,7 @@ class Bending(NamedTuple):
 
 
 def strip_sensors(sizes: Sizes, start: float, height: float) -> tuple[Sensors, Floats]:
-    """Return sensors and their weights for a strip whose left end is at x and z [m]."""
+    """Return sensors and weights for :class:`Bending`; the left end is at (start, height) [m]."""
     sensors: Sensors = {}
     weights = []
     along, shares = np.polynomial.legendre.leggauss(_POINTS)
@@ -318,7 +319,7 @@ def strip_sensors(sizes: Sizes, start: float, height: float) -> tuple[Sensors, F
 
 @lru_cache(maxsize=8)
 def strip_cases(sizes: Sizes, material: Material, reach: float) -> tuple[Floats, Floats]:
-    """Return static cases of a strip up to a deflection of its middle [m]; see :class:`Strip`."""
+    """Return the static cases for :class:`Bending`, up to a middle deflection ``reach`` [m]."""
     return Strip(sizes, material).cases(reach)
 
 

@@ -40,7 +40,7 @@ class LawAttachment:
 
     @property
     def representative_stiffness(self) -> Floats:
-        """Stiffness of each joint coordinate [N/m]; above zero if it carries load at rest."""
+        """Stiffness at rest of each joint coordinate [N/m]; zero if it bears no static load."""
         return np.full(self.columns.shape[1], self.law.tangential_stiffness)
 
     def static_forces(self, motion: Floats) -> tuple[Floats, Floats]:
@@ -70,7 +70,7 @@ class LawGroup:
         """Stiffness at rest (joints, coordinates) [N/m]."""
 
     def harmonic_forces(self, coefficients: Floats, basis: HarmonicBasis) -> HarmonicForces:
-        """Return the Fourier coefficients of the settled forces, minus the forces at rest."""
+        """Return Fourier coefficients of the steady-state joint forces, minus forces at rest."""
         count = self.static.size
         force = np.empty((count, 1, basis.size))
         jacobian = np.empty((count, 1, basis.size, 1, basis.size))
@@ -143,7 +143,7 @@ class FieldAttachment:
 
     @property
     def representative_stiffness(self) -> Floats:
-        """Indicator of coordinates with a load at rest: 1 for openings, 0 for tangential ones."""
+        """Indicator of static load, in place of a stiffness: 1 for openings, else 0 [-]."""
         result = np.zeros(self.directions.shape[1:])
         result[:, 2] = 1.0
         return result.reshape(-1)
@@ -223,7 +223,7 @@ class FieldGroup:
         return HarmonicForces(forces, jacobian)
 
     def harmonic_forces(self, coefficients: Floats, basis: HarmonicBasis) -> HarmonicForces:
-        """Return the Fourier coefficients of the settled forces, minus the forces at rest."""
+        """Return Fourier coefficients of the steady-state joint forces, minus forces at rest."""
         separations = coefficients[:, 2].copy()
         separations[:, 0] += self.field.separations
         cycle = self.field.harmonics(

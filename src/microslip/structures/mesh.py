@@ -146,7 +146,7 @@ SIDE = 4
 
 
 class Plan(NamedTuple):
-    """Plan of a lap: corner points [m], and quadrilaterals (four corner indices) by region."""
+    """Plan of a lap: corner points [m], and cells (four indices of points) in regions."""
 
     points: Floats
     plate: list[tuple[int, ...]]
@@ -276,7 +276,10 @@ def _core(at: _Points, centre: Floats, border: Floats, n: int) -> list[tuple[int
 def lines(
     start: float, stop: float, marks: Iterable[tuple[float, float]], size: float, side: int = SIDE
 ) -> Floats:
-    """Return grid lines [m]: ``side`` cells in each span of ``marks``, else ``size`` or less."""
+    """Return grid lines from start to stop [m]: ``side`` equal cells in each span of ``marks``.
+
+    Outside these spans (from, to) [m] cells are no longer than ``size`` [m].
+    """
     places = [start]
     for low, high in sorted(marks):
         places += list(_steps(places[-1], low, size)[1:])
@@ -345,7 +348,10 @@ class Solids:
         heights: Floats,
         sides: Iterable[object],
     ) -> range:
-        """Add layers of cells over a plan; corners at each height belong to one of ``sides``."""
+        """Add layers of cells over a plan, between successive ``heights`` [m].
+
+        ``sides`` labels each height: corners at equal places are shared only if labels agree.
+        """
         start = len(self.cells)
         sides = list(sides)
         for quad in quads:

@@ -356,7 +356,7 @@ def _as_meshio_reads(path: Path) -> io.StringIO | Path:
 
 
 def _numbered_groups(cell_data: Mapping[str, Any]) -> dict[str, list[Indices]]:
-    """Return the cells of each group numbered by a format, by name such as ``"nastran:ref 3"``."""
+    """Return the cells of numbered, not named, groups by keys such as ``"nastran:ref 3"``."""
     groups: dict[str, list[Indices]] = {}
     for array, blocks in cell_data.items():
         columns = [np.asarray(block) for block in blocks]

@@ -256,7 +256,7 @@ def sides(amplitude: Floats, omega: Floats, damping: Floats, push: Floats) -> tu
 
 
 class Resonant(NamedTuple):
-    """Responses to one force of a mode whose amplitude curve is known in several random samples."""
+    """Steady responses of a mode to a harmonic force, for each random sample of its curves."""
 
     peak: Floats
     """Amplitude and frequency [Hz] of each peak (samples, 2), at most the end of the curve."""
@@ -269,9 +269,9 @@ class Resonant(NamedTuple):
 def interpolate_in_amplitude(amplitude: Floats, logs: Floats) -> tuple[Floats, Floats]:
     """Interpolate curves over amplitude to a fine grid; return the grid and the values on it.
 
-    ``logs`` are the logarithms of the given values, (samples, columns, amplitudes); the returned
-    values are no logarithms. Curves are monotone cubics in ln(amplitude), and constant below the
-    smallest given amplitude.
+    ``logs`` are logarithms of the given values, (samples, curves, amplitudes); returned values are
+    no logarithms. Interpolation is by monotone cubics in ln(amplitude); below the smallest given
+    amplitude values are constant.
     """
     from scipy.interpolate import PchipInterpolator
 
@@ -284,9 +284,12 @@ def interpolate_in_amplitude(amplitude: Floats, logs: Floats) -> tuple[Floats, F
 def resonant(
     amplitude: Floats, frequency: Floats, damping: Floats, push: Floats, at: Floats
 ) -> Resonant:
-    """Return responses of finely spaced curves (samples, amplitudes) to the force ``push``.
+    """Return amplitudes of a mode under a harmonic force, for each sample of its curves.
 
-    At a frequency with several responses the largest one is returned. ``at`` are frequencies [Hz].
+    Frequency [Hz], damping ratio and ``push``, the modal force in units of amplitude/s^2, are given
+    on a fine grid of amplitudes (samples, amplitudes). At the frequencies ``at`` [Hz], W = 2 pi at,
+    the amplitude x solves x |omega^2 - W^2 + 2i zeta omega W| = push, with omega and zeta at x. The
+    largest solution is returned.
     """
     peaks = np.empty((len(amplitude), 2))
     answers = np.empty((len(amplitude), at.size))
@@ -327,9 +330,9 @@ def resonant(
 def with_phase(
     amplitude: Floats, frequency: Floats, damping: Floats, push: Floats, at: Floats
 ) -> NDArray[np.complex128]:
-    """Return the complex response of one finely spaced curve to the modal force ``push``.
+    """Return complex amplitudes of a mode at the frequencies ``at`` [Hz], see :func:`resonant`.
 
-    NaN where the response is larger than the last amplitude of the curve.
+    For one sample, with the phase from the force; NaN above the last amplitude of the curve.
     """
     found = resonant(amplitude[None], frequency[None], damping[None], push[None], at)
     size, place = found.amplitude[0], np.log(amplitude)
@@ -364,7 +367,7 @@ def added_damping(shift: float) -> float:
 
 
 def judge_shift(name: str, amplitude: Floats, frequency: Floats, damping: Floats) -> Verdict:
-    """Return a verdict on whether friction, with the damping it adds, explains the shift."""
+    """Return a verdict on whether friction explains the decrease of frequency with amplitude."""
     rule, order = SHIFT, np.argsort(amplitude)
     third = max(1, amplitude.size // 3)
     low, high = order[:third], order[-third:]

@@ -100,7 +100,10 @@ class ModalJoints:
     def answers(
         self, displacement: Floats, laws: Sequence[Callable[[Floats], tuple[Floats, Floats]]]
     ) -> tuple[Floats, list[Floats]]:
-        """Return joint forces (coordinates,) and a list of tangents, by one law for each group."""
+        """Return joint forces (coordinates,) [N] at ``displacement`` [m], and tangents by group.
+
+        ``laws`` holds one function for each group, from its displacements to forces and tangents.
+        """
         force = np.zeros(self.stuck.size)
         slopes = []
         for part, law, u in zip(self.parts, laws, self.split(displacement), strict=True):
@@ -230,7 +233,6 @@ class ModalResult(SolverResult):
     _carried: Floats
 
     def _at(self, sensor: ArrayLike) -> Floats:
-        """Return the direction of a sensor in modal coordinates (modes,)."""
         return np.asarray(self._shapes.T @ vector("at", sensor, self._shapes.shape[0]))
 
     def _carried_at(self, sensor: ArrayLike) -> Any:

@@ -71,9 +71,9 @@ class ModalTest(Locked):
 
     Notes
     -----
-    A finite-element model is seldom better than 0.3 % in frequency, damping in tests scatters by
-    5 % and more from assembly to assembly. Porter and Brake (2023, DOI 10.1016/j.ymssp.2023.110210)
-    compare a model of a bolted beam with such tests.
+    A finite-element model is seldom better than 0.3 % in frequency, and damping in tests scatters
+    by 5 % and more from assembly to assembly. Porter and Brake (2023, DOI
+    10.1016/j.ymssp.2023.110210) compare a model of a bolted beam with such tests.
     """
 
     amplitude: Any
@@ -201,14 +201,14 @@ class ModalTest(Locked):
         -----
         One mode of frequency omega(a) and damping zeta(a), driven by the force F at W, obeys
         (omega^2 - W^2 + 2 i zeta omega W) a exp(-i psi) = p F, with the phase psi of the
-        displacement behind the force and the modal constant p. Since omega depends on the
-        amplitude a alone, p follows from both sides of the resonance by linear least squares, then
-        omega and zeta from each value. After Szemplinska-Stupnicka (1979),
-        DOI 10.1016/S0022-460X(79)80003-1; other modes are neglected.
+        displacement behind the force and the modal constant p. Since omega depends on the amplitude
+        a alone, p follows from both sides of the resonance by linear least squares; omega and zeta
+        then follow from each measured point. After Szemplinska-Stupnicka (1979), DOI
+        10.1016/S0022-460X(79)80003-1; other modes are neglected.
 
-        If the response was held constant by adjusting the force, each amplitude level is that of a
-        linear mode, whose omega, zeta and p follow by linear least squares, with ``verdicts``
-        (Karaagacli and Ozguven 2021, DOI 10.1016/j.ymssp.2020.107023).
+        If the response was held constant by adjusting the force, the points of one amplitude level
+        are those of a linear mode, whose omega, zeta and p follow by linear least squares, with
+        ``verdicts`` (Karaagacli and Ozguven 2021, DOI 10.1016/j.ymssp.2020.107023).
         """
         read = stepped_sine(frequency, amplitude, phase, force, points, quantity)
         return cls(*read.values, **{"verdicts": read.verdicts, **attributes})

@@ -160,12 +160,12 @@ def integrate(
     Notes
     -----
     If all joints are backbone laws and no damping couples the modes, each mode is integrated
-    exactly for joint forces that are cubic in time over a step (Hochbruck and Ostermann 2010,
-    DOI 10.1017/S0962492910000048). Otherwise, for example if faces separate, by the
-    generalised-alpha method (Chung and Hulbert 1993, DOI 10.1115/1.2900803; spectral radius 0.9 by
-    default). It is of second order: the frequency error is about 1e-4 with 256 steps per period,
-    and a sixteenth of that with 1024. Nodes of fields slide along one line each, as in
-    :meth:`modes`: that of the initial motion, or of the response to the largest force.
+    exactly for joint forces that are cubic in time over a step (Hochbruck and Ostermann 2010, DOI
+    10.1017/S0962492910000048). Otherwise, for example if faces separate, the generalised-alpha
+    method is used (Chung and Hulbert 1993, DOI 10.1115/1.2900803; spectral radius 0.9 by default).
+    This method is of second order: the frequency error is about 1e-4 with 256 steps per period, and
+    a sixteenth of that with 1024. Nodes of fields slide along one line each, as in :meth:`modes`:
+    that of the initial motion, or of the response to the largest force.
     """
     model, mass, stiffness, radius = rest.model, rest.mass, rest.stiffness, spectral_radius
     times = np.atleast_1d(record("time", time, "s"))
@@ -300,7 +300,7 @@ def _work(force: Floats, path: Floats, cubic: bool) -> Floats:
 
 
 def _line(model: ModalModel, q: Floats, v: Floats, force: Floats) -> Floats:
-    """Return an estimate of the modal motion (modes,); nodes of contact fields slide along it."""
+    """Return an estimate of the modal motion (modes,), along which nodes of fields slide."""
     elastic = slice(0, model.size)
     if q[elastic].any():
         return q[elastic]

@@ -298,7 +298,6 @@ class Oscillator:
         return plain(omega.reshape(shaped.shape)), plain(ratio.reshape(shaped.shape))
 
     def _closed(self, a: Floats, joint_stiffness: Floats) -> tuple[Floats, Floats]:
-        """Return omega [rad/s] and the damping ratio by the joint [-] at amplitudes a [m]."""
         stiffness = self.stiffness + joint_stiffness
         secant = np.asarray(self.joint.secant_stiffness(a))
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -313,7 +312,6 @@ class Oscillator:
         return omega, ratio + 0.5 * self.viscous_coefficient / (self.mass * omega)
 
     def _balanced(self, a: Floats, harmonics: Sequence[int]) -> tuple[Floats, Floats]:
-        """Return omega [rad/s] and zeta [-] at amplitudes a [m] by harmonic balance."""
         from microslip.structures.structure import Structure
 
         dashpot = self.viscous_coefficient

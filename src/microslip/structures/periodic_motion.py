@@ -56,7 +56,7 @@ class HarmonicBasis:
         return lock(np.repeat(np.array(self.harmonics, dtype=float), 2)[1:])
 
     def with_more_harmonics(self) -> HarmonicBasis:
-        """Return a basis with missing harmonics up to two orders above the highest, at most six."""
+        """Return a basis with up to six more harmonics, none above the highest order plus two."""
         highest = self.harmonics[-1] + 2
         left_out = [order for order in range(highest + 1) if order not in self.harmonics]
         harmonics = (*self.harmonics, *left_out[:4], *left_out[4:][-2:])
@@ -150,7 +150,10 @@ def power_of(quantity: Any) -> int:
 
 
 def amplitude_measure(at: Any, quantity: Any, shapes: Floats, index: int) -> AmplitudeMeasure:
-    """Return the amplitude measure of a sensor that the mode moves; for None the modal one."""
+    """Return the amplitude measure of the sensor ``at``, or the modal one if ``at`` is None.
+
+    Raise an InputError if mode ``index`` of the mode shapes does not move the sensor.
+    """
     power = power_of(quantity)
     if at is None:
         if quantity != "displacement":

@@ -121,7 +121,6 @@ class QuasiStatic:
         return continue_in_amplitude(amplitudes, [(smallest, begin)], attempt, _FINEST)
 
     def _cycle(self, guess: QuasiStaticPoint, amplitude: float, steps: int) -> QuasiStaticPoint:
-        """Compute two cycles with ``steps`` loads per half cycle; the second one gives the loss."""
         states = [group.start() for group in self.joints.groups]
         laws = [state.try_ for state in states]
 

@@ -238,11 +238,7 @@ def _linearised(
 
 
 def _fixed_point(advance: Callable[[float], float], enough: float, what: str) -> tuple[int, str]:
-    """Iterate to a fixed point; return the number of rounds, and a message about ``what``.
-
-    ``advance`` takes a relaxation factor and returns the relative change, until it is below
-    ``enough``.
-    """
+    """Call ``advance(relaxation)`` until its result is below ``enough``; return count, message."""
     change = math.inf
     for rounds in range(1, _ROUNDS + 1):
         change = advance(1.0 if rounds < 5 else 0.7)

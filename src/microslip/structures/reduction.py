@@ -151,7 +151,6 @@ class Reducer:
 
 
 def _inverse(compliance: Floats) -> Floats:
-    """Invert a compliance; raise an InputError if its displacements are linearly dependent."""
     scale = 1.0 / np.sqrt(np.diag(compliance))
     scaled = compliance * scale * scale[:, None]
     values, vectors = np.linalg.eigh(0.5 * (scaled + scaled.T))
@@ -206,7 +205,8 @@ def _fixed_modes(
     """Return squared angular frequencies and shapes of modes with fixed patches and bolts.
 
     ``functionals`` give the displacements of patches and bolts, ``answers`` are the static
-    responses to unit forces on them, and ``boundary`` is the stiffness between them.
+    responses to unit forces on them, and ``boundary`` is the stiffness matrix of these
+    displacements, the inverse of their compliance matrix.
     """
     from scipy.sparse.linalg import LinearOperator, eigsh
 

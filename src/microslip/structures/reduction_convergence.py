@@ -255,11 +255,12 @@ def refined(
 def patch_error(
     joint: ReducedJoint, solve: Callable[[ReducedJoint], tuple[Floats, Floats]]
 ) -> tuple[float, float] | None:
-    """Estimate the relative errors of frequency and damping ratio by the size of the patches [-].
+    """Estimate relative errors of frequency and damping ratio due to the size of the patches [-].
 
-    The changes from patches merged in pairs, along and across, are extrapolated for second order.
-    Nothing is reduced anew. ``solve`` returns frequencies and damping ratios of a joint without
-    other damping. None if no patches can be merged; errors of mesh and modes are not included.
+    Solutions with patches merged in pairs along, and in pairs across, are compared with that of
+    ``joint``; the changes are extrapolated for second order. ``solve`` returns the frequencies and
+    the damping ratios, by friction alone, of a joint. None if no patches can be merged; errors of
+    mesh and modes are not included.
     """
     trials = [coarse for axis in (0, 1) if (coarse := merged(joint, axis)).patches < joint.patches]
     if not trials:
@@ -356,7 +357,7 @@ def dissipating_patches(loss: Floats) -> Any:
 
 
 def halved_boxes(boxes: Floats, selected: Any, axis: int) -> Floats:
-    """Return patch bounds (contact, along, across) with the selected ones halved along an axis."""
+    """Return boxes, rows (contact, four bounds), with the selected ones halved along an axis."""
     low, high = 2 * axis + 1, 2 * axis + 2
     first, second = boxes[selected].copy(), boxes[selected].copy()
     first[:, high] = second[:, low] = 0.5 * (boxes[selected, low] + boxes[selected, high])

@@ -101,7 +101,7 @@ class Elements:
         return float(sum(chunk[3].sum() for chunk in self._chunks(np.asarray(cells))))
 
     def axial_force(self, cells: Indices, material: Any, axis: Floats, length: float) -> Floats:
-        """Return f (size,), where f^T u is the mean axial force [N] in cells of a length [m]."""
+        """Return f: f^T u is the mean axial force [N] in a shank at nodal displacements u."""
         shear, lame = _lame(material)
         result: Floats = np.zeros(self.size)
         for part, gradients, _, weights in self._chunks(np.asarray(cells)):
@@ -119,7 +119,6 @@ class Elements:
 
     @cached_property
     def _corner_places(self) -> Floats:
-        """Corners of the cells in the order of the element (cells, corners, 3)."""
         places = np.asarray(self._grid.p, dtype=float).T
         corners: Floats = places[np.asarray(self._grid.t).T]
         return corners
@@ -209,7 +208,7 @@ class Elements:
         return np.asarray(local)
 
     def corner_dofs(self, corners: Indices) -> Indices:
-        """Return the numbers of the nodes at corners of the mesh."""
+        """Return the node numbers s, see :class:`Elements`, of corners of the mesh."""
         index = np.full(len(self.mesh.points), -1, dtype=np.int64)
         cells = np.asarray(self._grid.t).T
         index[cells] = self._dofs[:, : cells.shape[1]]

@@ -240,7 +240,6 @@ class _Fit:
     def _coordinates(
         self, names: Sequence[str], values: dict[str, float]
     ) -> tuple[Floats, tuple[Floats, Floats]]:
-        """Return the fitted variables, clipped to their ranges, and the ends of these ranges."""
         kinds = [KINDS[name] for name in names]
         low, high = np.array([[k.coordinate(k.low), k.coordinate(k.high)] for k in kinds]).T
         given = [kind.coordinate(values[name]) for name, kind in zip(names, kinds, strict=True)]
@@ -267,7 +266,6 @@ class _Fit:
 
     @property
     def _lowest(self) -> Floats:
-        """Frequency of each test at its smallest amplitude [Hz]."""
         return np.array([test.frequency[test.amplitude.argmin()] for test in self.tests])
 
     def _linear(self, values: dict[str, float]) -> Floats:
@@ -349,7 +347,6 @@ class _Fit:
         )  # fmt: skip
 
     def _bands(self, vector: Floats, covariance: Floats) -> tuple[Floats, ...]:
-        """Return 5 % and 95 % quantiles of all curves, by quasi-random samples of parameters."""
         from scipy.special import ndtri
         from scipy.stats import qmc
 

@@ -377,8 +377,8 @@ class ReducedJoint(LockedArrays):
         If the surface yields, pressures follow its curve of first loading, and each patch is taken
         to be tightened by its own pressure. The tangential stiffness of a patch is then
         proportional to that pressure, and all patches begin to slide at nearly the same
-        displacement. A surface described by roughness values is given a law for tightening to the
-        largest pressure; the table of a measured surface must extend to the largest pressure.
+        displacement. For a surface described by roughness values the law is computed up to the
+        largest pressure of any patch; the table of a measured surface must extend to this pressure.
         """
         for _ in range(_TIGHTENINGS):
             loosely, force = self._pulled(surface, surface._first)

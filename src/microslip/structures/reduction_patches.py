@@ -61,7 +61,11 @@ class Patches(NamedTuple):
 
 
 def patches_of(mesh: JointMesh, elements: Elements, layout: Any, along: Floats | None) -> Patches:
-    """Return the patches: sample points of contacts by boxes, and mean displacements of boxes."""
+    """Return the patches of all contacts: sample points, grouped by boxes of the ``layout``.
+
+    The displacement of a patch is the mean relative displacement of its two faces. ``along`` is the
+    first direction of the patches.
+    """
     from scipy import sparse
 
     parts, offset, left_out, total = [], 0, 0.0, 0.0
@@ -236,7 +240,6 @@ def _layout_error(layout: Any) -> str:
 
 
 def _box_of(boxes: Floats, places: Floats) -> Indices:
-    """Return the first box that contains each position; -1 for none."""
     group = np.full(len(places), -1, dtype=np.int64)
     for number in range(len(boxes) - 1, -1, -1):
         x0, x1, y0, y1 = boxes[number]

@@ -112,7 +112,10 @@ _TERMS = 26
 
 @lru_cache(maxsize=1)
 def _weights() -> list[tuple[float, ...]]:
-    """Return weights of the powers of a matrix in its exponential, and for Hermite's cubics."""
+    """Return series coefficients of the matrix exponential and its integrals with cubics.
+
+    A row for each power n of the step: 1/n!, and one for each of the four Hermite cubics.
+    """
     n = np.arange(_TERMS)
     factorial = np.array([math.factorial(int(i)) for i in range(_TERMS + 4)], dtype=float)
     # Integral of (1 - s)^n/n! s^j over [0, 1].

@@ -118,7 +118,10 @@ class ShockResponse(ModalResult):
         return np.abs(self._modal[0] @ (self._shapes.T @ columns))
 
     def peak(self, at: ArrayLike, quantity: Quantity = "displacement") -> float:
-        """Return the largest magnitude of the motion of a sensor, shape (n,) [m, m/s or m/s^2]."""
+        """Return the largest magnitude of the motion at a sensor [m, m/s or m/s^2].
+
+        ``at`` is the direction of the sensor, shape (n,); see :meth:`history`.
+        """
         return float(np.abs(self.history(at, quantity)).max())
 
     def __repr__(self) -> str:

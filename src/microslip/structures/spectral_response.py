@@ -74,7 +74,7 @@ class Variances(NamedTuple):
     joint_rates: Floats
     """Variances of the joint velocities [m^2/s^2]."""
     outside: Floats
-    """Fraction of each joint's velocity variance beyond the band of its strongest mode [-]."""
+    """Fraction of each joint's velocity variance outside the band of its largest mode [-]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +96,6 @@ class LinearStructure:
 
     @cached_property
     def _slow(self) -> int:
-        """Number of modes, from the lowest, that respond dynamically."""
         highest = 2.0 * math.pi * _BEYOND * float(self.spectrum.frequency[-1])
         return max(1, int(np.count_nonzero(self.squares < highest**2)))
 
@@ -133,7 +132,7 @@ class LinearStructure:
         return np.asarray(f[(f >= low) & (f <= high) & (f > 0.0)])
 
     def variances(self, softer: Floats, dashpots: Floats) -> Variances:
-        """Return the variances of all motions; arguments as :meth:`poles`."""
+        """Return variances of modal coordinates and joint motions; arguments as :meth:`poles`."""
         poles = self.poles(softer, dashpots)
         frequencies = self._frequencies(poles)
         weights = np.gradient(frequencies)
@@ -230,10 +229,10 @@ def linear_structure(
 
 
 def _outside(frequencies: Floats, rates: Floats, poles: NDArray[np.complex128]) -> Floats:
-    """Return the part of each joint's motion [-] outside the band of its strongest mode.
+    """Return the fraction of each joint's velocity variance [-] outside the band of one mode.
 
-    ``rates`` (frequencies, joints) add up to the variance of the velocity; bands end at the
-    geometric means of neighbouring frequencies of poles.
+    This mode contributes most to that variance, to which ``rates`` (frequencies, joints) add up.
+    Bands end at the geometric means of neighbouring frequencies of poles.
     """
     total = rates.sum(axis=0)
     if poles.size < 2:

@@ -125,7 +125,7 @@ def stepped_sine(
 
 
 def _other_phase(frequency: Floats, phase: Floats, power: int) -> str:
-    """Return advice for an error message: how to convert the phase to that of the method."""
+    """Return advice on how to convert ``phase`` to that of the sensor ahead of the force."""
     turned = np.unwrap(phase[np.argsort(frequency, kind="stable")])
     falling = bool(turned[-1] < turned[0])
     ahead = phase if falling else -phase
@@ -202,8 +202,8 @@ def _by_levels(
 def _modal_constant(omega: Floats, level: Floats, cosine: Floats) -> float:
     """Return p for which the squared natural frequency is a smooth function of ``level``.
 
-    It is W^2 + p ``cosine`` at the excitation frequency W, with the in-phase force over the
-    amplitude ``cosine``; ``level`` is the logarithm of the amplitude.
+    This square is W^2 + p ``cosine``, with the excitation frequency W = ``omega`` and the ratio
+    ``cosine`` of in-phase force to amplitude; ``level`` is the logarithm of the amplitude.
     """
     low, high = float(level.min()), float(level.max())
     count = max(2, min(_KNOTS, omega.size // 5))

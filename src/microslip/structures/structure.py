@@ -53,8 +53,6 @@ _Result = TypeVar("_Result")
 def _of_rest(
     method: Callable[Concatenate[Preload, _P], _Result],
 ) -> Callable[Concatenate[Structure, _P], _Result]:
-    """Wrap a method of :class:`Preload` as one of :class:`Structure`, without static forces."""
-
     @wraps(method)
     def of_structure(structure: Structure, /, *args: _P.args, **options: _P.kwargs) -> _Result:
         return method(structure._undeformed, *args, **options)
@@ -240,7 +238,7 @@ class Structure:
             dropped, since the stiffness matrix includes it.
         force : callable, optional
             Function that returns the forces, shape (p,), at coordinates of shape (p,), with or
-            without their linear part. It is evaluated up to ``reach``.
+            without their linear part. It is evaluated up to ``reach``, which is then required.
         reach : array_like, optional
             Largest magnitude of each coordinate, shape (p,) or one number; larger motions raise an
             InputError. By default the largest magnitudes in ``cases``, and no limit for tensors.
@@ -253,15 +251,16 @@ class Structure:
 
         Notes
         -----
-        For each static case prescribe z and leave all other displacements free. On reduced models
-        of thin structures see Mignolet et al. (2013), DOI 10.1016/j.jsv.2012.10.017.
+        Give exactly one of: tensors, ``cases``, ``force``. For each static case prescribe z and
+        leave all other displacements free. On reduced models of thin structures see Mignolet et al.
+        (2013), DOI 10.1016/j.jsv.2012.10.017.
         """
         columns = direction_matrix("coordinates", coordinates, self.size)
         return self.with_attachment(geometry(columns, cubic, quartic, cases, force, reach))
 
     @cached_property
     def verdicts(self) -> tuple[Verdict, ...]:
-        """Verdicts on the units (by the first frequency) and on joints deformed by rigid motion."""
+        """Verdicts on the first frequency (wrong units) and on joints that rigid motion deforms."""
         return judge(self.mass, self.stiffness, self.attachments)
 
     # -- statics ----------------------------------------------------------------------------------

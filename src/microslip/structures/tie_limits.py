@@ -73,7 +73,7 @@ def tie_limits(
 
 
 def _alike(joint: ReducedJoint, free: Floats, shapes: Floats) -> Floats:
-    """Return frequencies [Hz] of the modes of ``free`` coordinates most similar to shapes."""
+    """Return frequencies [Hz] of the modes of ``free`` indices that are most like ``shapes``."""
     from scipy.linalg import eigh
 
     grid = np.ix_(free, free)

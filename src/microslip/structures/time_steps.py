@@ -40,8 +40,8 @@ class TimeSteps:
 
     The linear equations, with joints as springs of their stiffness at rest, are factorised once.
     Each step solves for the joint motions alone by Newton's method and then commits the joint
-    states. The equations are normalised to unit modal mass. ``short`` are the joint forces minus
-    those of sticking joints [N].
+    states. The equations are normalised to unit modal mass. ``short`` are *slip forces* [N]: joint
+    forces minus those of sticking joints.
     """
 
     def __init__(self, model: ModalModel, joints: ModalJoints, step: float, radius: float) -> None:
@@ -84,16 +84,16 @@ class TimeSteps:
         return np.asarray(self._inverse @ right)
 
     def try_joints(self, motion: Floats) -> tuple[Floats, Floats]:
-        """Return joint forces minus those of sticking joints, and their tangents, at a motion.
+        """Return the slip forces of the joints and their tangents at a joint motion.
 
-        ``motion`` [m] and forces [N] have the shape (coordinates,), tangents [N/m]
-        (coordinates, coordinates). The committed states of the joints do not change.
+        ``motion`` [m] and forces [N] have the shape (coordinates,), tangents [N/m] (coordinates,
+        coordinates). The committed states of the joints do not change.
         """
         force, slopes = self._joints.answers(motion, [state.try_ for state in self._states])
         return force - self._joints.stuck * motion, self._joints.tangent_matrix(slopes)
 
     def commit(self, motion: Floats, short: Floats) -> None:
-        """Accept the last trial of the joints; store its motion [m] and forces ``short`` [N]."""
+        """Accept the last trial; store its joint ``motion`` [m] and slip forces ``short`` [N]."""
         for state in self._states:
             state.commit()
         self.motion, self.short = motion, short
@@ -104,8 +104,9 @@ class TimeSteps:
     ) -> bool:
         """Solve for the joint motion by Newton's method and commit it; return False if it fails.
 
-        ``correction`` returns the step of the method, ``motion`` is the initial guess, and ``aim``
-        a scale.
+        ``correction`` returns the Newton step [m] from motion, slip forces and tangents; ``motion``
+        is the initial guess [m]. The tolerance is relative to ``aim``, the motion without slip, or
+        to the largest motion so far.
         """
         size = max(self._largest, float(np.abs(aim).max(initial=0.0)), 1e-300)
         moved = np.inf
@@ -217,7 +218,7 @@ class ExactSteps(TimeSteps):
         self._rate = np.zeros(joints.stuck.size)  # of the joints' forces, times the step
 
     def begin(self, v: Floats) -> None:
-        """Store the derivatives of the forces ``short`` [N per step] for modal velocities v."""
+        """Store the derivatives in time of the slip forces at the initial modal velocities v."""
         self._rate = self._step * (self.try_joints(self.motion)[1] @ (self._directions.T @ v))
 
     def advance(

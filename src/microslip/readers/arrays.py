@@ -86,7 +86,11 @@ def leaves(arrays: Arrays) -> dict[str, Leaf]:
 
 
 def single_array(arrays: Mapping[str, Leaf], channel: str | int | None, kind: str) -> str:
-    """Return the name of the requested array, or of the only one that can be a height map."""
+    """Return the name of the array with the heights: the requested one, or the only suitable one.
+
+    Suitable are matrices; vectors only if there is no matrix. ``kind`` names the kind of file in
+    messages.
+    """
     listed = ", ".join(
         f'"{shorten(name, 40)}" ({" x ".join(map(str, leaf.shape)) or "one number"})'
         for name, leaf in list(arrays.items())[:12]

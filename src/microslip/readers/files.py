@@ -79,9 +79,9 @@ def foreign_kind(head: bytes) -> str:
 
 @contextmanager
 def usable(path: Path, noun: str) -> Iterator[None]:
-    """Convert errors of the operating system to a ValueError, to which callers add the file name.
+    """Return a context in which errors of the operating system become a ValueError.
 
-    ``noun`` states what the path should be, such as "a file".
+    Callers add the file name. ``noun`` states what the path should be, such as "a file".
     """
     if "\0" in os.fspath(path):
         raise ValueError("cannot be read: a file name cannot contain a null character")
@@ -147,7 +147,10 @@ class Unusable(ValueError):
 
 @contextmanager
 def decoded(kind: str, quiet: bool = True) -> Iterator[None]:
-    """Convert any error of a parsing library to an Unusable error that names the kind of file."""
+    """Return a context in which any error of a parsing library becomes an Unusable error.
+
+    The message names the ``kind`` of file. ``quiet`` suppresses warnings of the library.
+    """
     try:
         with warnings.catch_warnings():  # libraries warn about damaged content
             if quiet:

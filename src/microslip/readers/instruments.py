@@ -190,7 +190,10 @@ def read_channel(path: Path, format_name: Any, channel: Any) -> Heights:
 
 
 def read_height_channel(path: Path, format_name: str | None, channel_name: str | int | None) -> Any:
-    """Read a height channel with SurfaceTopography, in a child process, as a mapping."""
+    """Return a height channel, read by SurfaceTopography, as a mapping of the fields of Heights.
+
+    Runs in the child process.
+    """
     with warnings.catch_warnings(record=True) as messages:
         warnings.simplefilter("always")
         try:

@@ -181,7 +181,7 @@ def _sheets(path: Path) -> dict[str, Rows]:
 
 
 def read_sheets(path: Path) -> dict[str, Rows]:
-    """Read the visible sheets with openpyxl."""
+    """Return the cells of each visible sheet, by sheet name; runs in the child process."""
     openpyxl = library("openpyxl", "Excel", "openpyxl", "excel")
     # Declared sizes can be trusted: a longer member fails its checksum.
     with zipfile.ZipFile(path) as archive:

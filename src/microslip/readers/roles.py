@@ -114,7 +114,8 @@ _WITH_UNIT = {
 def guess(columns: Sequence[Named], role: str, by_part: Mapping[str, Named]) -> tuple[Named, str]:
     """Return the column of a role by its name, else by its unit, and the reason in words.
 
-    Raises LookupError if no column has the role, InputError if several could have it.
+    ``by_part`` holds the columns that already have a role, which are excluded. Raises LookupError
+    if no column has the role, InputError if several could have it.
     """
     free = [c for c in columns if c not in by_part.values()]
     by_name = [c for c in free if role_of(c) == role]
@@ -135,7 +136,7 @@ def guess(columns: Sequence[Named], role: str, by_part: Mapping[str, Named]) -> 
 
 
 def is_of_loop(column: Named) -> bool:
-    """Return whether a column indicates a friction test, such as a force, not a ring-down."""
+    """Return whether a column, for example a force, indicates a friction test, not a ring-down."""
     if role_of(column) in ("force", "normal_load", "commanded", CYCLE_NUMBER):
         return True
     return is_coefficient(column) or fits(column.unit, FORCE)

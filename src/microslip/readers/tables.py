@@ -214,7 +214,11 @@ def unique_name(column: Named, columns: Sequence[Named]) -> str:
 
 
 def scale(values: Floats, factor: Decimal) -> None:
-    """Multiply numbers in place by a factor, rounding once if the factor is a power of ten."""
+    """Multiply numbers in place by a factor.
+
+    For powers of ten down to 1e-22 the result is correctly rounded: negative powers are applied by
+    division, because 10^n is exact in binary and 10^-n is not.
+    """
     if factor == 1:
         return
     _, digits, exponent = factor.normalize().as_tuple()

@@ -100,7 +100,7 @@ class Campaign(Locked):
         )
 
     def _contacts(self) -> tuple[str, ...]:
-        """Label of the contact of each record, empty if there are none."""
+        """Contact (specimen) of each record; an empty tuple if the records have no labels."""
         return tuple(map(text_of, self.columns.get("specimen", ()))) or tuple(self.runs or ())
 
     def contradictions(self) -> list[str]:

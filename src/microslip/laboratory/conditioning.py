@@ -103,12 +103,16 @@ class _Reversals(NamedTuple):
     def shift(self, rows: slice, shapes: int = 0, near: float | None = None) -> float:
         """Return the lag of the force [samples] in the mean of the cycles ``rows``.
 
-        ``shapes`` is an index of the powers _SHAPES, ``near`` a first estimate [samples].
+        ``shapes`` is the index of a set of powers in _SHAPES; ``near`` is a first estimate
+        [samples].
         """
         return self._fit(rows, shapes, near)[0]
 
     def misfit_left(self) -> float:
-        """Return the sum of squared residuals with the lag over that without, less noise [-]."""
+        """Return the sum of squared residuals with the lag, divided by that without it [-].
+
+        The contribution of noise is subtracted from both sums.
+        """
         _, best, at_zero = self._fit(slice(None), 0, None)
         noise = noise_of(self.force.ravel()) ** 2 / self.force.shape[0] * (2 * self.half + 1)
         return float(max(best - noise, 0.0) / max(at_zero - noise, 1e-300))
@@ -186,6 +190,8 @@ def _shift(
 ) -> tuple[float, float, float]:
     """Fit the lag of the force around a reversal, with powers of the displacement on each side.
 
+    Rows of ``forces`` [N] and ``ways`` [m] are cycles, with ``reach`` samples on each side; forces
+    within ``half`` samples of the reversal are fitted; ``near`` is a first estimate of the lag.
     Return the lag [samples] and the sums of squares with and without it [N^2].
     """
     force = forces.mean(axis=0)[reach - half : reach + half + 1]

@@ -211,7 +211,10 @@ def _crossings(x: Floats, band: float) -> tuple[Floats, NDArray[np.bool_]]:
 
 
 def window_of(noise: float, period: float) -> int:
-    """Return the half-width [samples] of a window in which a parabola's bias equals its error."""
+    """Return the half-width [samples] of windows for parabolas fitted to the peaks of a sine.
+
+    Bias and standard error of the fitted peak are equal. ``noise`` is relative to the amplitude.
+    """
     angle: float = (420.0 * noise / math.sqrt(period / math.pi)) ** (2.0 / 9.0)
     return math.floor(min(angle, WIDEST) * period / (2.0 * math.pi))
 

@@ -207,7 +207,7 @@ STIFFNESS = "chord_stiffness"
 
 
 class BranchCompliance(NamedTuple):
-    """Chord compliance of branches after one kind of reversal (cycles,); NaN if unknown."""
+    """Chord compliance of branches from reversal to 5 % of the force range (cycles,), or NaN."""
 
     compliance: Floats
     """Compliance of the chord [m/N]."""
@@ -270,8 +270,9 @@ def _fit(
 ) -> BranchCompliance:
     """Compute the chord compliance from the first ``window`` samples of each branch.
 
-    With the force f over its range, the displacement is fitted by powers 1 and 2 of f, by powers 1
-    and 3/2 of f, and by powers 1 and 2 of -ln(1 - f); the middle of the three results is used.
+    Let f be the change of force since the reversal, divided by the force range. The displacement is
+    fitted in three ways: by powers 1 and 2 of f, by powers 1 and 3/2 of f, and by powers 1 and 2 of
+    -ln(1 - f). The mean of the largest and the smallest chord is returned.
     """
     good, nothing = good.copy(), np.full(span.size, np.nan)
     place, gone = moved[:, :window], share[:, :window]

@@ -182,7 +182,7 @@ class Cycles:
         return settled(self.columns, self.counted, noise)
 
     def selected(self, cycles: slice | None) -> Settled:
-        """Return the settled cycles, or the requested ones and whether they are settled."""
+        """Return the settled cycles if ``cycles`` is None, otherwise the valid requested cycles."""
         if cycles is None:
             return self.settled
         if not isinstance(cycles, slice):

@@ -118,7 +118,7 @@ def chance_below(values: Floats, limit: float = 0.0) -> float:
 
 
 def mean_of(values: Floats, confidence: float, moving: bool = False) -> Estimate:
-    """Average finite values, with Student's interval or (``moving``: with a trend) their range."""
+    """Average finite values; the interval is Student's, or their range for a trend (``moving``)."""
     fine = values[np.isfinite(values)]
     if fine.size == 0:
         return Estimate(math.nan, math.nan, math.nan, math.nan, 0)

@@ -27,7 +27,7 @@ _DECADES = 30.0
 
 
 def measured_loops(measurements: Sequence[Any]) -> Plot:
-    """Draw mean loops, normalised if all have a load, and the energy of each cycle."""
+    """Draw mean loops (force over load if all records have a load) and the energy of each cycle."""
     drawn_records = [measurements[i] for i in evenly(len(measurements), MOST_LOOPS)]
     normalised = all("normal_load" in measured.mean for measured in drawn_records)
     x_unit, x_letter = length_prefix(max(m.mean["amplitude"].value for m in drawn_records))

@@ -51,9 +51,9 @@ CLIPPED = "found from a record with signs of clipping"
 class Folded(Locked):
     """Settled cycles of a record, averaged by phase within the cycle.
 
-    The displacement is a Fourier series of the significant harmonics, plus corners for drives such
-    as triangles; the force is averaged in bins of phase. The noise of both is estimated from the
-    scatter between the cycles, after removal of a linear drift.
+    The displacement is a Fourier series of the significant harmonics, plus corners for motions such
+    as a triangular wave; the force is averaged in bins of phase. The noise of both is estimated
+    from the scatter between the cycles, after removal of a linear drift.
     """
 
     name: str
@@ -319,7 +319,7 @@ def _growth(sums: Floats, counts: Floats, mean: Floats) -> Estimate:
 def _folded_cycles(judged: Cycles) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
     """Select the cycles to fold: settled ones, or closed ones if too few are settled.
 
-    The first cycle of the record is left out, and cycles with spikes if enough have none.
+    The first cycle is excluded, and cycles with spikes if enough other cycles remain.
     """
     closed, spared = ~judged.is_open, ~judged.has_spike
     closed[0] = False  # it begins at rest

@@ -104,7 +104,11 @@ def shape_of(
 
 
 def hollow_of(shape: Shape) -> tuple[float, float]:
-    """Return the largest depth of a branch below its concave hull, and its place as in Shape."""
+    """Return the largest depth of a branch below its concave hull, and where it occurs.
+
+    The depth is divided by the force amplitude; the place is the displacement since the reversal,
+    divided by its range [-].
+    """
     points = [(0, float(shape.force[0]))]
     for i, value in enumerate(shape.force.tolist()):
         while len(points) > 1:
@@ -198,10 +202,10 @@ def lost_motion_of(shape: Shape) -> float | None:
     return float(shape.place[steep]) * 2.0 * shape.amplitude
 
 
-def shape_notes(shape: Shape | None, is_rippled: bool) -> list[str]:
+def shape_notes(shape: Shape | None, is_load_recorded: bool) -> list[str]:
     """Return notes on the shape of the branch; if the cause is ambiguous, all causes are listed.
 
-    ``is_rippled`` is whether the normal load was recorded within the cycles.
+    ``is_load_recorded`` states whether the normal load was recorded within the cycles.
     """
     if shape is None:
         return []
@@ -223,7 +227,7 @@ def shape_notes(shape: Shape | None, is_rippled: bool) -> list[str]:
                 "sensor; energies and amplitudes include it"
             )
         else:
-            load = "" if is_rippled else "the normal load within the cycle, or "
+            load = "" if is_load_recorded else "the normal load within the cycle, or "
             notes.append(
                 f"the force does not rise along concave branches, as friction at a constant load "
                 f"does: it is {100.0 * depth:.0f} % of its amplitude too low at "

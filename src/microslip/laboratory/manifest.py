@@ -167,7 +167,7 @@ class Manifest:
         }
 
     def compared(self, measured: Measurement, row: int) -> Measurement:
-        """Note a measured load or amplitude that differs from the nominal one of a row."""
+        """Return a copy with notes if load or amplitude differs from the nominal value of a row."""
         notes = list(measured.notes)
         for name, unit in (("normal_load", "N"), ("amplitude", "m")):
             nominal, mean = self._cell(name, row), measured.mean.get(name)

@@ -163,7 +163,7 @@ def _slopes(middle: Floats, mean: Floats) -> Floats:
 
 
 def errors_of_steps(values: Floats, step: float, column: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Return possible errors of the bin means due to converter steps, over half a step [-].
+    """Return possible errors of the bin means due to converter steps, in units of half a step.
 
     The shape is (errors, bins). If the samples of a bin lie on one or two steps, the mean does not
     determine the value in between: adjacent bins on the same step can be wrong together by a
@@ -198,7 +198,7 @@ class Slope(NamedTuple):
 
 
 def drift_of(values: Floats, cycle: NDArray[np.int64], curve: MeanCycle) -> Slope:
-    """Fit the drift per cycle of a channel; its error includes the scatter between cycles."""
+    """Fit the drift per cycle of a channel; its standard error includes scatter between cycles."""
     progress = curve.of(cycle).residual
     square = float(progress @ progress)
     if square == 0.0:
@@ -419,9 +419,10 @@ def _least_squares(normal: Floats, right: Floats) -> Floats:
 
 
 class Places(NamedTuple):
-    """Number of phase bins of a record."""
+    """Phase bins onto which the cycles of a record are folded."""
 
     number: int
+    """Number of bins."""
     alike: bool
     """Whether all samples of a bin have the same phase."""
 

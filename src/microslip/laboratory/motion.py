@@ -1,4 +1,4 @@
-"""Displacement of a mean cycle: harmonics, and corners for drives such as triangles."""
+"""Displacement of a mean cycle: harmonics, and corners for motions such as triangular waves."""
 
 from __future__ import annotations
 
@@ -86,7 +86,10 @@ def later(
 
 
 def phase_derivative(coefficients: Floats, harmonics: NDArray[np.int64]) -> Floats:
-    """Return the coefficients of the derivative with respect to the phase, without K''."""
+    """Return the coefficients of the derivative of a motion with respect to the phase.
+
+    Of c K' + d K'' at each corner (see :class:`Motion`), the impulse d K'' is left out.
+    """
     n, end = harmonics.astype(float), 1 + 2 * harmonics.size
     moved = np.zeros_like(coefficients)
     moved[1:end:2] = n * coefficients[2:end:2]

@@ -66,7 +66,7 @@ class ChannelNote(Remark):
     _how: str
 
     def __new__(cls, role: str, heading: str, words: str, is_turned: bool = False) -> Self:
-        """Format the note as ``'role: column "heading" words'``."""
+        """Format ``'role: column "heading" words'``; ``is_turned`` if the sign was reversed."""
         self = super().__new__(cls, role, f'column "{heading}" {words}')
         self.heading, self.is_turned, self._how = heading, is_turned, words
         return self

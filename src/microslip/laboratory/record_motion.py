@@ -23,7 +23,10 @@ out of phase, of a sine seen by a sensor that is not linear."""
 
 
 def _angles(cycles: Cuts, sample_limit: int = 1 << 18) -> tuple[slice, Floats]:
-    """Return the slice of the first whole cycles, and the phase of its samples [cycles]."""
+    """Return the slice of the first whole cycles, and the phase of its samples [cycles].
+
+    The slice has all cycles that end within ``sample_limit`` samples, at least one.
+    """
     count = max(
         1, int(np.searchsorted(cycles.cuts, cycles.cuts[0] + sample_limit, side="right")) - 1
     )

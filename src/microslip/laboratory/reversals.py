@@ -281,7 +281,10 @@ def branches_of(x: Floats, force: Floats, cycles: Cuts) -> Branches:
 
 
 def _work(time: Floats, x: Floats, force: Floats, reversal: NDArray[np.intp]) -> Floats:
-    """Return the work [J] between successive nodes, by cubics in time between reversals."""
+    """Return the work [J] between successive nodes, which are the samples and the reversals.
+
+    Between reversals, force and displacement are cubics of ``time``; at jumps they are linear.
+    """
     number = time.size - 1
     edges = np.unique(np.concatenate(([0], reversal, [number])))
     work = np.empty(number)

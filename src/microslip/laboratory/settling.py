@@ -237,7 +237,7 @@ def _longest(values: Floats, widest: float) -> tuple[int, int]:
 
 
 def is_certain(line: Estimate) -> bool:
-    """Return whether a trend is significant: over five standard errors, and at 99.9 %."""
+    """Return whether a trend exceeds five standard errors and passes a t test at 99.9 %."""
     if line.number < 4:
         return False
     return abs(line.value) > max(CERTAIN, quantile(0.999, line.number - 2)) * line.standard_error
@@ -260,7 +260,10 @@ def _slope(values: Floats) -> tuple[float, float]:
 def _moving(
     columns: Mapping[str, Floats], places: NDArray[np.intp], alike: float
 ) -> dict[str, tuple[float, float]]:
-    """Return the columns with a significant trend: slope per cycle and its standard error."""
+    """Return slope per cycle and its standard error for each column with a trend in ``places``.
+
+    A trend is significant and changes the column by more than the fraction ``alike``.
+    """
     if places.size < JUDGED:
         return {}
     around = 4.0 * abs(
@@ -281,7 +284,7 @@ def _moving(
 def _settled_end(
     columns: Mapping[str, Floats], places: NDArray[np.intp], alike: float
 ) -> int | None:
-    """Return the index in ``places`` from which force and energy have no trend; None if never."""
+    """Return the index in ``places`` from which :func:`_moving` finds no trends, or None."""
     rates = {name: abs(slope) for name, (slope, _) in _moving(columns, places, alike).items()}
     if not rates:
         return 0

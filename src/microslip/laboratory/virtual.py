@@ -274,7 +274,10 @@ class VirtualTribometer:
         return path_of_angles(size, step, max(1, parts), between)
 
     def _respond(self, x: Floats, amplitude: float, angle: Floats) -> tuple[Floats, Floats | None]:
-        """Return force [N] and normal load [N], or None, for displacements ``x`` [m] from rest."""
+        """Return force [N] and normal load [N] for displacements ``x`` [m] from rest.
+
+        The normal load is None if the tribometer has none.
+        """
         if self._load is None or self.load_ripple == 0.0:
             load = None if self._load is None else np.full(x.size, self._load)
             return np.asarray(self.series.force(x)), load

@@ -35,8 +35,8 @@ class Bands:
     most a quantile over its minimum, with no stiffness negative. The quantile is that of
     chi-squared times two factors: one from fits to simulated noise (at a bound of the stiffnesses
     the statistic is a mixture of chi-squared distributions), one for residuals and cycles that
-    scatter more than white noise. Scaled functionals and coefficients are those of the columns of
-    the design matrix scaled to norm 1 (``fit.scale``).
+    scatter more than white noise. Scaled functionals and coefficients refer to a design matrix
+    whose columns are divided by their norms (``fit.scale``).
     """
 
     def __init__(self, fit: FreeForm) -> None:
@@ -73,7 +73,7 @@ class Bands:
     def _by_cycles(self, direction: Floats) -> float:
         """Return the variance of a functional between cycles, divided by its variance from noise.
 
-        ``direction`` holds its derivatives by the whitened forces of all records.
+        ``direction`` holds its derivatives with respect to the whitened forces of all records.
         """
         total, grown, freedom, at = 0.0, 0.0, 0, 0
         for rows, scatter in zip(self.fit.rows, self._cycles, strict=True):
@@ -138,7 +138,7 @@ class Bands:
 
     @cached_property
     def _simulated(self) -> list[tuple[Floats, Floats]]:
-        """Right-hand side of the normal equations and their solution, for each simulated noise."""
+        """Vector h of the normal equations and solution g of fits to simulated noisy forces."""
         fit, rng = self.fit, np.random.default_rng(0)
         base = fit.cone.gram @ self._truth
         fits = []
@@ -148,9 +148,9 @@ class Bands:
         return fits
 
     def _mean_statistic(self, c: Floats) -> float:
-        """Return the mean rise of the sum of squares from its minimum to the true value of c.x.
+        """Return the mean rise of the sum of squares if c.x is constrained to its true value [-].
 
-        The mean is over the simulated fits, whose true coefficients are known.
+        The mean is over fits to simulated data. It is 1 for chi-squared with one degree of freedom.
         """
         truth = float(c @ self._truth)
         statistics = []
@@ -165,11 +165,12 @@ class Bands:
         return float(np.mean([self._mean_statistic(c) for c in self._probes]))
 
     def calibration(self, c: Floats) -> float:
-        """Return the factor on the chi-squared quantile for a scaled functional, from 1 to 3.
+        """Return the factor on the chi-squared quantile for a scaled functional.
 
-        The factor is that of :meth:`_mean_statistic`. If at most 12 sliders are significant, it is
-        computed for the functional itself, since the distribution then differs most from
-        chi-squared; otherwise the mean over the four functionals of ``_probes`` is used.
+        The factor is the mean statistic of the simulated fits (:meth:`_mean_statistic`), limited to
+        the range 1 to 3. If at most 12 sliders are significant, it is that of the functional
+        itself, since the distribution then differs most from chi-squared; otherwise it is the mean
+        for the four functionals of ``_probes``.
         """
         mean = self._mean_statistic(c) if self._is_few else self._mean_of_probes
         return min(max(mean, 1.0), _MOST)

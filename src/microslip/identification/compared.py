@@ -183,7 +183,10 @@ def compare(
 
 
 def _parts(name: str, fits: Sequence[FreeForm]) -> list[FreeForm]:
-    """Return the free-form fits: of all loads for "interface", of each load for other laws."""
+    """Return the free-form fits to compare a law with.
+
+    They are joint fits of all loads for "interface", separate fits of each load for other laws.
+    """
     if name == "interface":
         return list(fits)
     return [part for fit in fits for part in (fit.separate or [fit])]

@@ -191,7 +191,10 @@ class Identification(Locked, Plottable):
         return value, value + low - middle, value + high - middle
 
     def _force_of(self, at: _At, u: float) -> tuple[Floats, float, float]:
-        """Return gradient by coefficients, value [N] and slope [N/m] of the force at u with rig."""
+        """Return gradient, value [N] and slope [N/m] of the force at a displacement u [m].
+
+        u includes the deflection of the rig; the gradient is with respect to fitted coefficients.
+        """
         c = self._coefficients(at, lambda y: np.minimum(u, y))
         low, here, high = _sum(at, u * np.array([1.0 - _STEP, 1.0, 1.0 + _STEP]))
         if (1.0 + _STEP) * u > at.y[-2]:  # beyond it nothing is measured
@@ -388,8 +391,8 @@ class Identification(Locked, Plottable):
         Parameters
         ----------
         pair : MaterialPair, optional
-            The two materials, needed to compute the standard deviation of heights [m] from the slip
-            scale [m].
+            The two materials, needed to convert the fitted length ``slip_scale`` [m] to the
+            standard deviation of heights [m].
         area : float, optional
             Apparent area [m^2], for densities of summits.
         heights : optional

@@ -194,10 +194,7 @@ class FreeForm:
         self.y, self.k = np.append(grid, self.y[-1]), spread
 
     def _thin(self) -> None:
-        """Remove thresholds without stiffness if there are many; the fitted minimum is unchanged.
-
-        Not removed are neighbours of thresholds with stiffness, and every few of the others.
-        """
+        """Remove most thresholds without stiffness if there are many; the fit is unchanged."""
         used = self.k[:-1] > 0.0
         kept = used.copy()
         kept[1:] |= used[:-1]
@@ -298,7 +295,7 @@ class FreeForm:
         return -float(np.interp(friction * (self.reference - load), force, u))
 
     def _fall(self, friction: float | None = None) -> float:
-        """Return a threshold at the reference load minus the same at the highest mean load [m]."""
+        """Return how much thresholds decrease from the reference to the highest mean load [m]."""
         force, u = self.corners()
         limit = (friction or self.friction or 0.0) * (
             (self.reference or 0.0) - (self.loads[0] or 0.0)
@@ -306,7 +303,7 @@ class FreeForm:
         return float(np.interp(limit, force, u))
 
     def shift_by_stiffness(self, load: float | None) -> Floats:
-        """Return the derivatives of the shift at a load by the stiffnesses k_i [m^2/N].
+        """Return the derivatives of the shift at a load with respect to each k_i [m^2/N].
 
         Differentiating B(-s) = mu (N_reference - N) gives ds/dk_i = min(-s, y_i)/B'(-s). The value
         at the highest mean load is subtracted, since the thresholds at that load stay fixed.
@@ -325,11 +322,12 @@ class FreeForm:
         return np.asarray(stuck[np.searchsorted(self.y, u, side="right")])
 
     def _by_path(self, rows: Rows, path: tuple[Floats, Floats], force: Floats) -> Floats:
-        """Return the derivatives of the force by the stiffnesses, through the varying shift.
+        """Return the derivatives of the force with respect to the stiffnesses, through the shift s.
 
-        In ds/dk_i = min(-s, y_i)/B'(-s) with varying shift s, min(-s, y_i) is approximated by
-        alpha_i (-s) + beta_i, exact for y_i outside the range of -s. Sliders with smaller y_i carry
-        little force: their derivatives are set to zero, and s is computed again after each fit.
+        For a shift that varies within the cycle, min(-s, y_i) in ds/dk_i = min(-s, y_i)/B'(-s) is
+        approximated by alpha_i (-s) + beta_i, the line through its values at both ends of the range
+        of -s. The value at the highest mean load is subtracted (see :meth:`shift_by_stiffness`).
+        For y_i below twice the result of :meth:`_fall` the derivatives are set to zero.
         """
         y, top = self.y, self._fall()
         low, high = -float(path[0].max()), -float(path[0].min())
@@ -373,7 +371,7 @@ class FreeForm:
             self.shifts[level] += self.shift_by_stiffness(load) @ (self.k - k)
 
     def friction_gradient(self, load: float | None) -> float:
-        """Return the derivative by mu [m] of the shift from the highest mean load to a load [N]."""
+        """Return d(shift)/d(mu) [m] of the shift from the highest mean load to ``load`` [N]."""
         if self.friction is None:
             return 0.0
         step = _FRICTION_STEP * self.friction
@@ -384,15 +382,18 @@ class FreeForm:
         return (more - less) / (2.0 * step)
 
     def carried(self, y: Floats, friction: float) -> Floats:
-        """Convert thresholds [m] to another mu; those at the highest mean load do not change."""
+        """Return the thresholds at the reference load [m] after mu has changed to ``friction``.
+
+        ``y`` [m] are those at the present mu. Thresholds at the highest mean load stay fixed.
+        """
         return carried(y, self._fall(), self._fall(friction))
 
     def carried_to(self, y: Floats, fall: float) -> Floats:
-        """Convert thresholds [m] to another result ``fall`` [m] of _fall, as in :meth:`carried`."""
+        """Return thresholds ``y`` set ``fall`` [m] above those at the highest mean load."""
         return carried(y, self.fall, fall)
 
     def about(self, friction: float, k: Floats) -> FreeForm:
-        """Return the fit linearised about friction and slider stiffnesses ``k`` [N/m] of a law."""
+        """Return the fit linearised about friction coefficient and stiffnesses [N/m] of a law."""
         other = copy(self)
         other._columns = {}
         other.y, other.k, other.friction = self.y.copy(), k, friction
@@ -403,7 +404,7 @@ class FreeForm:
         return other
 
     def shift_gradient(self, level: int) -> Floats:
-        """Return the derivatives of the shift at load ``level`` by fitted shifts [-] or mu [m]."""
+        """Return the derivatives of shift ``level`` with respect to fitted shifts [-] or mu [m]."""
         gradient = np.zeros(self.extra)
         if self.friction is not None:
             gradient[0] = self.friction_gradient(self.loads[level])
@@ -439,9 +440,9 @@ class FreeForm:
         return self._columns[id(rows)] @ self.k
 
     def _place_thresholds(self) -> None:
-        """Place thresholds around the shift of each load, as finely as its loops resolve.
+        """Place thresholds y_i such that at each load y_i + s is spaced as finely as loops resolve.
 
-        The stiffness of each old threshold is distributed to its two neighbours.
+        The stiffness of each old threshold is distributed to its two neighbours in the new grid.
         """
         places, wanted = [], []
         for number, fit in enumerate(self.separate or [self]):
@@ -490,7 +491,7 @@ class FreeForm:
 
     @property
     def used(self) -> int:
-        """Number of independent combinations of slider stiffnesses determined above the noise."""
+        """Number of combinations of stiffnesses that the noisy data determine independently."""
         used = np.flatnonzero(self.g)
         # Columns that are nearly equal count as the directions that noise can tell.
         part = self.cone.gram[np.ix_(used, used)]

@@ -220,7 +220,10 @@ def interface_law(
 
 
 def _wider(one: Parameter, excess: float, share: float) -> Parameter:
-    """Multiply the half-widths of an interval by ``excess``, add the relative error ``share``."""
+    """Multiply the half-widths of an interval by ``excess``, and add an error in quadrature.
+
+    ``share`` is the standard error that is added, relative to the value [-].
+    """
     below, above = (
         math.hypot(excess * abs(end - one.value), math.sqrt(QUANTILE) * share * one.value)
         for end in (one.low, one.high)
@@ -328,9 +331,10 @@ def _summits(
 ) -> list[tuple[str, str, Function]]:
     """Return name, unit and function of the summits' radius, number, density and contact area.
 
-    Loops determine only the density times the root of the radius. Both follow with ``measured``:
-    name, value, error and normal load [N] of the radius, the density, or the contact area (which is
-    proportional to density times radius). Arguments of the functions are parameters by name.
+    Loops determine only the density times the root of the radius. With one more measured quantity,
+    all four follow. ``measured`` is its name (radius, density, or contact area, which is
+    proportional to density times radius), value, standard error and normal load [N]. Each function
+    takes a mapping of the parameters by name.
     """
     name, value, _, load = measured
 

@@ -24,10 +24,10 @@ def groups_of(values: Iterable[float]) -> list[list[float]]:
 
 
 def carried(y: Floats, old: float, new: float) -> Floats:
-    """Return thresholds at the reference load [m], for fixed thresholds at a second load.
+    """Return the thresholds at the reference load [m] after their decrease to another load changed.
 
-    From the reference to the second load thresholds decrease by one length, which has changed from
-    ``old`` to ``new`` [m]. Thresholds below ``old`` are scaled by new/old.
+    This decrease changes from ``old`` to ``new`` [m]; thresholds at the other load stay fixed.
+    Thresholds y <= ``old`` are scaled by new/old.
     """
     return np.where(y > old, y + (new - old), y * (new / old)) if old > 0.0 else y
 

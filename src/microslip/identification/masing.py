@@ -141,9 +141,10 @@ def _lost_motion(fit: FreeForm, rows: Rows, size: float) -> Floats:
 
 
 def _shortened(fit: FreeForm, rows: Rows, lost: Floats, size: float) -> Floats:
-    """Return the change of force over ``size`` [N/m] (bins, 1) if branches are shortened.
+    """Return the change of force per metre of a disturbance that shortens branches [N/m] (bins, 1).
 
-    ``lost`` [m] is subtracted from half the distance of each node from the start of its branch.
+    ``lost`` [m] is the length subtracted from half the distance of each node from the start of its
+    branch. The change of force is divided by ``size`` [m], the size of the disturbance.
     """
     y, cycle = fit.thresholds(fit.level[rows.load]), rows.cycle
     less = np.maximum(cycle.half - lost, 0.0)
@@ -182,11 +183,11 @@ SIGNATURES: Mapping[str, Signature] = {
 
 
 def _with_columns(fit: FreeForm, signature: Signature) -> float:
-    """Return the sum of squares of a fit that includes a disturbance of unknown size per record.
+    """Return the sum of squared residuals of a fit with one more disturbance of each record.
 
-    A fit without the disturbance distorts the density of sliders, on which the effect of some
-    disturbances depends. So the columns of the disturbance are computed again with the sizes and
-    the density of each solution.
+    ``signature`` returns the columns of the design matrix for the disturbance, whose size is fitted
+    for each record. Some columns depend on that size and on the density of sliders, which a fit
+    without the disturbance distorts; so they are computed again after each iteration.
     """
     current, least, sizes = fit, math.inf, [0.0] * len(fit.rows)
     for _ in range(_ROUNDS):

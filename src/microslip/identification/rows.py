@@ -1,8 +1,9 @@
-"""Design matrix of one folded record: deflections of elastic-plastic elements by threshold.
+"""Design matrix of one folded record: deflections of elastic-plastic elements.
 
-Nodes are those of :class:`Cycle`: samples or ends of phase bins, and turning points of the
-displacement. They divide the bins into pieces. The nuisance parameters are the offset of the force
-and the errors of displacement, of the removed drift and of converter steps.
+Rows are the phase bins of the record, columns the yield thresholds of the elements. Nodes are those
+of :class:`Cycle`: samples or ends of phase bins, and turning points of the displacement. They
+divide the bins into pieces. The nuisance parameters, eliminated in :meth:`Rows.whitened`, are the
+offset of the force and the errors of the displacement, the drift removal and the quantisation.
 """
 
 from __future__ import annotations
@@ -173,7 +174,7 @@ class Rows:
         return np.asarray(left[np.searchsorted(y[order], self.cycle.half, side="right")])
 
     def by_displacement(self, y: Floats, k: Floats) -> Floats:
-        """Return the derivatives of the force by ``folded.coefficients`` [N/m] (terms, bins)."""
+        """Return d(force)/d(``folded.coefficients``) [N/m], shape (terms, bins)."""
         cycle = self.cycle
         above = np.where(cycle.parent < 0, 0, cycle.parent)
         moves = cycle.basis - cycle.basis[:, above]

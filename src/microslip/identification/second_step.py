@@ -150,12 +150,15 @@ class Statistics:
 
     @property
     def least_stiffness(self) -> float:
-        """Secant stiffness [N/m] at the smallest resolved displacement; the rig's is higher."""
+        """Lower bound of the rig stiffness [N/m]: secant stiffness at a small displacement."""
         u = _CLEAR * self.fit.finest
         return float(self.fit.backbone(np.array([u]))[0]) / u
 
     def about(self, friction: float, g: Floats) -> Statistics:
-        """Return the statistics linearised about a friction coefficient and sliders g of a law."""
+        """Return statistics with the design matrix linearised about a law.
+
+        ``friction`` is the friction coefficient of the law, ``g`` holds its scaled coefficients.
+        """
         k = (g / self.fit.scale)[: self.fit.y.size]
         return Statistics(self.fit.about(friction, k), self.bands, self.rig, self.free_rig)
 
@@ -185,7 +188,8 @@ class Statistics:
 
         Return the forces [N] at total displacements ``nodes`` [m]; the changes of the threshold
         shifts [m], or of the friction coefficient, from those of the fit; and the nodes. If the
-        load varies within the cycle, the returned nodes are those moved by the friction of the law.
+        load varies within the cycle, ``nodes`` are first converted to the friction coefficient of
+        the law (see :meth:`FreeForm.carried_to`), and the converted nodes are returned.
         """
         fit = self.fit
         load = fit.reference
@@ -425,7 +429,11 @@ def profile(
 
 
 def verdict_of(value: float, low: float, high: float, is_log: bool) -> str:
-    """Return the verdict on a parameter by the width of its interval, if it is bounded."""
+    """Return the verdict on a parameter with the interval ``low`` to ``high``.
+
+    "identified": half the width of the interval (of the logarithm if ``is_log``) is at most 0.3;
+    "bounded": it is wider, or only one end is finite; "not determined": neither end is finite.
+    """
     if not (math.isfinite(low) and math.isfinite(high)) or (is_log and low <= 0.0):
         return BOUNDED if math.isfinite(low) or math.isfinite(high) else NOT
     half = 0.5 * math.log(high / low) if is_log else 0.5 * (high - low)

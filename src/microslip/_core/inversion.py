@@ -23,12 +23,13 @@ def adaptive(
     halvings: int,
     noise: Callable[[Floats, Floats], Floats] = lambda low, high: np.zeros_like(low),
 ) -> Floats:
-    """Integrate functions i = 0, 1, ... from 0 to ``span[i]``; functions may have kinks.
+    """Integrate functions i = 0, 1, ... from 0 to ``span[i]``; return one integral per function.
 
-    ``function(x, i)`` returns the value of function ``i[k]`` at each ``x[k]``. Intervals are graded
-    towards 0 and bisected up to ``halvings`` times, until bisection changes the integral over the
-    interval by less than ``tolerance`` times the integral of the whole span, plus ``noise(low,
-    high)``, the rounding error of the integral over the interval.
+    ``function(x, i)`` returns the value of function ``i[k]`` at each ``x[k]``; functions may have
+    kinks. Intervals are graded towards 0 and bisected, at most ``halvings`` times. An interval is
+    accepted when bisection changes its integral by less than ``tolerance`` times the integral over
+    the whole span plus ``noise(low, high)``, an estimate of the rounding error on the interval
+    [low, high].
     """
     edges = np.append(0.0, 0.25 ** np.arange(12.0, -1.0, -1.0))
     low, high = (np.outer(span, side).ravel() for side in (edges[:-1], edges[1:]))
@@ -64,7 +65,11 @@ def invert(
     low: Floats,
     high: Floats,
 ) -> Floats:
-    """Solve f(x) = ``target`` for an increasing f on [low, high] by Newton's method."""
+    """Solve f(x) = ``target`` for an increasing f on [low, high], to rounding.
+
+    ``value_and_slope(x)`` returns f and f'. Newton's method is used, with bisection where a step
+    would leave the bracket; a target outside the values of f gives the nearer end of [low, high].
+    """
     low, high = low.copy(), high.copy()
     x = low.copy()
     active = np.arange(target.size)

@@ -1,4 +1,4 @@
-"""Declaration of the inputs of commands and studies that do not belong to a class."""
+"""Declaration of those inputs of commands and studies that are not parameters of a class."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ class Option(Number):
         return tuple(self.read_item(item) for item in items)
 
     def read_text(self, text: str) -> Any:
-        """Convert one value from a command line, where numbers too are text, to SI units."""
+        """Convert one value from a command line to SI units; numbers are given as text, too."""
         if self.none and text == self.none:
             return None
         if self.kind not in (float, int):
@@ -164,10 +164,11 @@ def is_number(raw_value: object) -> bool:
 def option(
     name: str, help: str, kind: Kind | type = str, label: str = "", **settings: Any
 ) -> Option:
-    """Declare an input of commands and studies that does not belong to a class.
+    """Declare an input of commands and studies that is not a parameter of a class.
 
-    ``settings`` are further fields of :class:`Option`. By default the input may be omitted
-    (``default=None``), and a quantity with a unit must be above zero unless ``sign="any"``.
+    ``kind`` is a Python type, or the kind of a quantity with a unit; ``settings`` are further
+    fields of :class:`Option`. By default the input may be omitted (``default=None``), and a
+    quantity with a unit must be above zero unless ``sign="any"``.
     """
     settings = {"default": None, **settings}
     if isinstance(kind, Kind) and settings.pop("sign", "positive") == "positive":

@@ -100,7 +100,7 @@ class Number:
 
     @property
     def example_text(self) -> str:
-        """Example as text in a file or a command line, without quotes."""
+        """Example value with its unit, as in a file or on a command line, without quotes."""
         value = self.example
         if isinstance(value, str):
             return value
@@ -109,7 +109,7 @@ class Number:
         return f"{value / factor:.6g} {name}".strip()
 
     def written_unit(self, value: float) -> tuple[float, str]:
-        """Return the usual unit for a value of this size: its size in SI units and its name."""
+        """Return the unit in which ``value`` [SI] is usually written: (factor to SI, name)."""
         units = _WRITTEN.get(self.unit, ())
         fit = (unit for unit in units if abs(value) >= 0.099 * unit[0])
         return next(fit, (1.0, self.unit))

@@ -88,7 +88,7 @@ def _integrals(g: Function, u: Floats, t: Floats, f: Convex) -> Floats:
 
 
 def _smooth(g: Function, u: Floats, t: Floats | float, edge: float) -> Floats:
-    """Integrate g over v from 0 to each ``u``; f is smooth except at separations below ``edge``."""
+    """Integrate g(v, u, t) over v from 0 to each ``u``; f'' may be singular below ``edge``."""
     here = t[:, None] if isinstance(t, np.ndarray) else t
     if not np.any(edge > t):
         v = u[:, None] * _NODES
@@ -142,7 +142,7 @@ class Convex(Protocol):
 
 
 class Pieces:
-    """Function f with the kinks at which integrals over it are split."""
+    """Convex function f with the positions of its ``kinks``, at which integrals are split."""
 
     _edge = -math.inf
 

@@ -8,7 +8,10 @@ from typing import Any, NamedTuple
 
 
 def named(source: Any, *names: str) -> dict[str, Any]:
-    """Return the attributes ``names``, by default all fields of a NamedTuple, as a nested dict."""
+    """Return attributes of ``source`` as a dict by name: ``names``, or all fields of a NamedTuple.
+
+    Attributes that are NamedTuples become dicts as well.
+    """
     values = {name: getattr(source, name) for name in names or source._fields}
     return {n: named(v) if hasattr(v, "_asdict") else v for n, v in values.items()}
 

@@ -91,13 +91,15 @@ def slip_runs(
     last_separation: float,
     last_place: float,
 ) -> Floats:
-    """Return the advances of the slip front along a record, one column per advance, shape (8, n).
+    """Return each advance of the slip front along a record as a column, shape (8, n).
 
-    The rows are described in :meth:`microslip.contact.exact_curves.SlipLosses.of`. The record has
-    the separations ``separation`` [m] and the displacements ``place`` over kappa [m], where kappa
-    [-] is the slip limit per indentation; ``last_separation`` and ``last_place`` are their values
-    before the record. The first ``depth`` rows of ``stack`` are the memory diagram before the
-    record.
+    The contact slips (D = 1 or -1 in the memory diagram) between the separation d and the slip
+    front q > d, whose advances dissipate energy. The rows of the result are described in
+    :meth:`microslip.contact.exact_curves.SlipLosses.of`. The record consists of the separations
+    ``separation`` [m] and of ``place`` [m], the tangential displacement divided by kappa, the slip
+    limit per indentation [-]; ``last_separation`` and ``last_place`` are their values before the
+    record. The first ``depth`` rows of ``stack`` are the memory diagram before the record, see
+    :mod:`microslip.friction.memory.diagram`.
     """
     count = room = 4 * separation.size + depth
     while count >= room:  # a step usually has few; otherwise the kernel returns the number needed

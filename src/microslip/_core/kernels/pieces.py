@@ -1,7 +1,8 @@
-"""Curves that are smooth between given breaks, as piecewise polynomials.
+"""Decreasing convex functions N(x) as piecewise polynomials, smooth between given breaks.
 
-On a piece that ends at x_r, N = N_r + z G(z), where z = (x_r - x)/width runs from 1 to 0 and G is
-the mean of -N' from x to x_r, times the width. Next to a break G may be a polynomial of sqrt(z).
+On a piece that ends at x_r, N(x) = N(x_r) + z G(z), where z = (x_r - x)/width falls from 1 to 0
+over the piece, and G/width is the mean of the slope -N' between x and x_r. G is a polynomial of z
+or, next to a break, it may be a polynomial of sqrt(z).
 """
 
 from __future__ import annotations
@@ -74,10 +75,10 @@ class Pieces(Locked):
     ) -> Pieces | None:
         """Sample N on [low, high]; return None if too many pieces are needed.
 
-        ``fall`` computes -N' and ``load`` N. ``origin`` is the absolute position of x = 0, whose
-        rounding error limits the resolution of x. ``cuts`` are further initial edges, for N with
-        several length scales. Pieces are bisected until the truncation error is within rounding of
-        -N', or negligible relative to N.
+        ``fall`` computes -N' and ``load`` N. Pieces end at the ``breaks``, where N is not smooth,
+        and at ``cuts``, further initial edges for N with several length scales. Positions are x +
+        ``origin``; their rounding error limits the resolution of x. Pieces are bisected until the
+        truncation error is within rounding of -N', or negligible relative to N.
         """
         inner = breaks[(breaks > low) & (breaks < high)]
         edges = np.concatenate(([low], inner, [high]))
@@ -128,7 +129,7 @@ class Pieces(Locked):
 
     @cached_property
     def arguments(self) -> tuple[Any, ...]:
-        """Edges, coefficients and breaks, in the order taken by the kernels of harmonics."""
+        """Edges, coefficients and breaks: the arguments of kernels that compute harmonics."""
         return self.edges, self.rows, self.breaks
 
 
@@ -140,7 +141,12 @@ def _fit(
     width: Floats,
     origin: float,
 ) -> tuple[Floats, Any]:
-    """Return Chebyshev series of -N' on pieces, one row each, and a mask of resolved pieces."""
+    """Return Chebyshev series of -N' on pieces, one row each, and a mask of accurate pieces.
+
+    ``x`` are the sampling points of each piece, shape (pieces, nodes), ``begin`` and ``width`` its
+    lower end and its width. A piece is accurate if the truncation error of its series is within the
+    rounding error of -N', or negligible relative to N.
+    """
     values = fall(x.reshape(-1)).reshape(x.shape)
     series = values @ TO_SERIES
     left_out = np.abs(series[:, kernels.TERMS - 1 :]).max(axis=1)

@@ -42,7 +42,10 @@ class _Grid(NamedTuple):
     def of(
         cls, low: float, end: float, width: float, edge: float, panels: int | None = None
     ) -> _Grid:
-        """Return panels of a width from ``low`` until they cover ``end``, or ``panels`` of them."""
+        """Return panels of equal ``width`` from ``low`` to ``end``, or ``panels`` of them.
+
+        Below ``edge`` <= low the load curve is not smooth.
+        """
         # A panel begins at 0 or at the edge, so that nearby places keep their digits.
         anchor = 0.0 if low - width >= edge else edge
         first = -math.floor((low - anchor) / width)
@@ -53,8 +56,8 @@ class _Grid(NamedTuple):
     def series(self, derivative: Derivative, bend: float) -> tuple[Floats, float]:
         """Return the Chebyshev series of N'' on each panel, and their largest truncation error.
 
-        The error is relative to the leading coefficient of the panel, or to ``bend`` if it is
-        larger.
+        ``derivative(d, order)`` returns N, N' or N''. The error [-] is relative to the leading
+        coefficient of the panel or, if larger, to ``bend``, a reference value of N'' [N/m^2].
         """
         x = self.middles[:, None] + 0.5 * self.width * NODES
         series = np.asarray(
@@ -68,8 +71,9 @@ class _Grid(NamedTuple):
 class Profile(Locked):
     """Decreasing convex load curve N(d), accurate to rounding on [low, high].
 
-    N'' is sampled and integrated, so that N'', N' and N are accurate relative to their values. On
-    panels beyond ``high`` they are accurate only relative to N'' at ``high``.
+    N'' is sampled and integrated, so that N'', N' and N are accurate relative to their values.
+    Beyond ``high`` the error of N'' is small only relative to N''(high), and those of N' and N
+    accordingly.
     """
 
     coefficients: Floats  # (panels, PROFILE_TERMS)
@@ -114,8 +118,9 @@ class Profile(Locked):
         """Sample N(d) with many small kinks in N'', as from a tabulated density of heights.
 
         Panels as narrow as the spacing of the kinks keep the error of N below 3e-12 of N(0) and
-        that of N' at about 1e-10. An error of N'' causes one of N that is smaller by the square of
-        the width over the decay length.
+        that of N' at about 1e-10 of N'(0). As N is integrated twice from N'', a relative error e of
+        N'' causes an error of N of about e (w/l)^2, with the panel width w and the decay length l =
+        N/|N'| at d = 0.
         """
         load, slope, bend = (float(derivative(np.zeros(1), k)[0]) for k in range(3))
         if not (load > 0.0 and slope < 0.0 and bend > 0.0):
@@ -149,10 +154,11 @@ class Profile(Locked):
 
     @cached_property
     def loss_rules(self) -> Floats:
-        """Argument of kernels for slip losses: quadrature rules and integrals of N.
+        """Quadrature rules and integrals of N, an argument of the kernels that compute slip losses.
 
-        First the nodes and weights of ``kernels.RULES``, then for each panel the integral of N [N
-        m] from its middle to infinity.
+        Slip losses are the friction work under varying load. The array holds the nodes and weights
+        of the rules in :data:`microslip._core.kernels.RULES`, then for each panel the integral of N
+        [N m] from the middle of the panel to infinity.
         """
         odd = self.coefficients * (-1.0) ** np.arange(kernels.PROFILE_TERMS)
         left, right = (

@@ -227,7 +227,11 @@ class Workspace:
         )
 
     async def look(self, kind: str, upload: Upload, options: Any, part: Any = None) -> Any:
-        """Preview a file, or save a part of it, in a separate process."""
+        """Return the preview of an upload or, given a ``part``, save that part as a new upload.
+
+        ``kind`` is "scan" or "record", and ``options`` are those of the form of its preview. The
+        file is read in a separate process.
+        """
         fields = {field.name: field for field in self.forms[f"{LOOK} {kind}"]}
         options = {
             name: value[: None if fields[name].several else fields[name].values]

@@ -67,7 +67,7 @@ def save_scan(scan: Scan, part: Any, save: str) -> dict[str, Any]:
 def record_view(record: Record, say: Any = str) -> dict[str, Any]:
     """Return the preview of a record: displacement and force over time, loop and cycles.
 
-    If no cycles are found, the reason is given.
+    If no cycles are found, the entry "refused" is the reason, as text from ``say(error)``.
     """
     from microslip.laboratory import measure
 

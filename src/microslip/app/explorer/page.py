@@ -31,7 +31,11 @@ _NODES = 20
 def _input(
     key: str, group: str, declared: Number, start: float, ends: tuple[float, float]
 ) -> dict[str, Any]:
-    """Describe the input field of a declared number; its slider has ``ends`` in SI units."""
+    """Describe the input field of a declared number as a dict, which the script of the page reads.
+
+    ``key`` is the name of the input, ``group`` the part of the page that contains it. ``start`` is
+    its initial value, and ``ends`` is the range of its slider, both in SI units.
+    """
     scale, unit = declared.written_unit(start)
     low = declared.least if math.isfinite(declared.least) else declared.above
     return {

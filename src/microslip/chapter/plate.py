@@ -97,9 +97,9 @@ class Plate:
         return f"microslip figures --only {self.number}"
 
     def page(self, height: float) -> tuple[Figure, SubFigure]:
-        """Return a page and its part for axes; the page is ``height`` [in] high.
+        """Return a figure ``height`` [in] high, and the subfigure in which axes are to be drawn.
 
-        The title is written above that part and the assumptions below it.
+        The title is above the axes. The assumptions are below, outside the subfigure.
         """
         figure = Figure(figsize=(float(rcParams["figure.figsize"][0]), height))
         FigureCanvasAgg(figure)
@@ -116,7 +116,7 @@ class Plate:
         return figure, body
 
     def sheet(self, height: float) -> tuple[Figure, SubFigure, Axes]:
-        """Return a page with one pair of axes."""
+        """Return a figure and a subfigure as :meth:`page` does, with a single pair of axes."""
         figure, body = self.page(height)
         return figure, body, body.subplots()
 

@@ -50,7 +50,11 @@ NOISY = "#e6e6e6"
 
 
 def virtual_rig(joint: Interface, seed: int = 0) -> VirtualTribometer:
-    """Return a simulation of the chapter's tribometer with ``joint``; its errors are assumed."""
+    """Return a simulation of the chapter's tribometer with ``joint``.
+
+    The noise, the ripple of the load and the third harmonic of the motion are not given in the
+    chapter and are assumed.
+    """
     return VirtualTribometer(
         joint,
         rig_stiffness=RIG,
@@ -110,7 +114,10 @@ def _normalised(plate: Plate) -> DrawnFigure:
 
 @lru_cache(maxsize=1)
 def identified() -> Identification:
-    """Identify the worked example from one synthetic record and the stiffness of the rig."""
+    """Return the worked example's joint as identified from one synthetic record.
+
+    The rig stiffness is taken as measured with the relative standard error RIG_ERROR.
+    """
     rig = virtual_rig(worked_example(), seed=19)
     record = rig.record(amplitude=OVERLAY, frequency=_FREQUENCY, cycles=CYCLES)
     return identify(record, law="interface", rig_stiffness=(RIG, RIG_ERROR * RIG))

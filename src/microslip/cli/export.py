@@ -107,10 +107,10 @@ def export(
 ) -> None:
     """Write the joint of STUDY as input of another program.
 
-    The header of the file states how far it deviates from the joint. KIND is c, abaqus-user, fmu,
-    fmu3, opensees, calculix, abaqus, ansys, lsdyna or nastran for the joint as code or elements of
-    that program; table for its curves as numbers; segalman or iwan for the model of that name
-    fitted to it; or card for its contact properties per unit area, for the program named by --for.
+    The header of the file states the errors of the exported joint. KIND is c, abaqus-user, fmu,
+    fmu3, opensees, calculix, abaqus, ansys, lsdyna or nastran: the joint as code or elements of
+    that program; table: its curves as numbers; segalman or iwan: that model, fitted to the joint;
+    card: its contact properties per unit area, for the program given by --for.
     """
     of_card = {name: options.pop(name) for name in (item.name for item in _CARD_OPTIONS)}
     of_card = {name: value for name, value in of_card.items() if value is not None}

@@ -89,7 +89,8 @@ def identify(
 
     If the study describes a bolted structure, each RECORD is a test of one of its modes (ring-down,
     stepped sine, or table of amplitude, frequency and damping ratio), and friction, bolt tension
-    and a factor by which the form of the faces is multiplied are fitted to the tests.
+    and a scale factor of the form of the faces (their deviation from flatness) are fitted to the
+    tests.
     """
     if study is not None and has_structure(study):
         identify_structure(study, records, output, band)

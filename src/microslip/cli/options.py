@@ -207,10 +207,11 @@ class Output(NamedTuple):
 
     @contextmanager
     def staged(self, kind: str, noun: str) -> Iterator[Path | None]:
-        """Return a context that yields a temporary folder, renamed to the output folder at its end.
+        """Yield a temporary folder, which is renamed to the output folder when the context ends.
 
-        It yields None without an output folder. Enter it before computing, so that errors come
-        early.
+        Yield None if no output folder is given. ``kind`` is the kind of result written to
+        summary.json and ``noun`` its name in messages. Enter the context before computing, so that
+        errors of the output folder come early.
         """
         if self.folder is None:
             yield None

@@ -114,8 +114,8 @@ class Reading(NamedTuple):
     def read(self, path: str, index: int = 0, manifest: Manifest | None = None) -> Record:
         """Read record number ``index``, with the given options.
 
-        Columns and load in its row of the manifest replace those options. If several loads are
-        given, the load with the same index is used.
+        Columns and load that the manifest gives for this record take precedence over the options.
+        If the options give several loads, the load with the same index is used.
         """
         from microslip.laboratory import Record
 
@@ -219,7 +219,7 @@ def records_in(names: Sequence[str]) -> tuple[list[str], tuple[str, ...]]:
 
 
 class Listed(NamedTuple):
-    """Files given to a command, with the data of each file."""
+    """Files given to a command and, if they are listed in a manifest, their entries in it."""
 
     paths: list[str]
     runs: tuple[str, ...]
@@ -326,8 +326,9 @@ def stiffness(text: str) -> float:
 def calibration_of(texts: tuple[str, ...]) -> tuple[tuple[str, ...], dict[str, float]]:
     """Parse the options --calibration QUANTITY=FACTOR±DEVIATION.
 
-    Returns the texts QUANTITY=FACTOR, without those whose factor is 1 with a deviation, and the
-    relative standard deviation [-] of each factor by quantity.
+    Return the texts QUANTITY=FACTOR to be applied, and the relative standard deviation [-] of each
+    factor by quantity. A factor 1±DEVIATION only states an uncertainty: as it changes no value, its
+    text is left out.
     """
     factors, errors = [], {}
     for role, text in pairs("calibration", texts).items():

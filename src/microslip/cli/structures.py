@@ -30,9 +30,10 @@ def has_structure(study: Path) -> bool:
 
 
 def are_modal(records: Sequence[str]) -> bool:
-    """Return True if the files are tests of modes: curves, ring-downs or stepped sines.
+    """Return True if the files are tests of modes of a structure.
 
-    Raises UsageError if only some of them are.
+    Such tests are ring-downs, stepped sines, or tables of frequency and damping against amplitude.
+    Raises UsageError if only some of the files are.
     """
     if not all(Path(record).is_file() for record in records):
         return False
@@ -61,9 +62,10 @@ def band_of(text: str | None) -> tuple[float, float] | None:
 
 
 def bands_of(records: Sequence[str], text: str | None) -> list[tuple[float, float] | None]:
-    """Return the frequency band of each test; None for a test to which it does not apply.
+    """Return the frequency band [Hz] that contains the mode, for each test.
 
-    If some tests are ring-downs, the band applies to these only.
+    It is None for a test to which it does not apply: if some tests are ring-downs, it applies to
+    these only.
     """
     from microslip.structures.modal_test import modal_kind
 

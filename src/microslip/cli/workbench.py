@@ -27,7 +27,7 @@ _MOST = 200
 
 @click.group()
 def look() -> None:
-    """Preview a file, or save a part of it given on standard input."""
+    """Preview a file or, if standard input names a part and an output path, save that part."""
 
 
 @look.command("record")
@@ -74,9 +74,10 @@ def _print_json(values: dict[str, Any]) -> None:
 
 
 def run_preview() -> None:
-    """Run the command ``record`` or ``scan``: print a preview of the file as JSON, or save a part.
+    """Run the command ``record`` or ``scan``, which prints a preview of a file as JSON.
 
-    Errors are also printed as JSON, with the message under the key ``error``.
+    If standard input names a part and an output path, that part of the file is saved instead, see
+    :func:`_part`. Errors are also printed as JSON, with the message under the key ``error``.
     """
     try:
         look(standalone_mode=False)

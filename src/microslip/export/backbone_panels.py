@@ -74,7 +74,7 @@ class BackbonePanels:
 
     @property
     def middles(self) -> Floats:
-        """Integrals of T0 [J] from 0 to the middle of each panel, and last to ``end``."""
+        """Integrals of T0 [J] from 0 to the middle of each panel, and last from 0 to ``end``."""
         c, width = self.coefficients, np.diff(self.edges)[:, None]
         k = np.arange(c.shape[1])
         ends = np.array([-1.0, 1.0])[:, None, None]
@@ -155,8 +155,9 @@ def _panel(
 ) -> tuple[Floats, float]:
     """Return coefficients of powers of s on the panel [low, high], and their error.
 
-    The error is relative to the largest force on the panel. It is 0 if it is within rounding, or
-    below a hundredth of ``floor`` [N]. On the first panel (low = 0) the function is T0/u.
+    The error [-] is relative to the largest force on the panel; it is returned as 0 if it is at
+    rounding level or below a hundredth of ``floor`` [N]. On the first panel (low = 0) the function
+    is T0/u.
     """
     u = low + 0.5 * (high - low) * (1.0 + NODES)
     force = backbone(u)
@@ -267,7 +268,10 @@ class LoadPanels:
         return np.asarray(after + beyond)
 
     def force(self, u: Floats) -> Floats:
-        """Return the backbone [N] at the load at rest, computed from the panels."""
+        """Return the backbone [N] at displacements u [m] and the load at rest.
+
+        It is computed from the panels of N as friction times (N(rest) - N(rest + u/slip)).
+        """
         return self._from_kernel(kernels.compiled.drops, u)
 
     def energy(self, amplitudes: Floats) -> Floats:

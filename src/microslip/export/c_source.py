@@ -46,7 +46,7 @@ def components_of(element: str) -> int:
 
 
 def order_of(element: str) -> str:
-    """Describe the order of the displacement components of an element in words."""
+    """Describe in words the sequence of the components of motion and force of an element."""
     opening = ["opening of the separation [m]; forces, load [N]"] * element.endswith("contact")
     return ", ".join(
         ["two displacements" if element.startswith("planar") else "displacement", *opening]
@@ -83,7 +83,7 @@ def declarations(order: Order) -> str:
 
 
 def definitions(order: Order) -> str:
-    """Return tables and functions in C; internal names get the name of the order as prefix."""
+    """Return tables and functions in C; internal names are prefixed with the export's ``name``."""
     memory, kernel = ("sliders.c", "_sliders.h") if order.bank else ("history.c", "_front.h")
     text = _filled(
         memory,
@@ -158,7 +158,7 @@ def write_c(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
 
 
 def write_user(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
-    """Return a C file with user routines of Abaqus, its text by its name, and its errors."""
+    """Return {file name: text} of a C file with Abaqus user routines, and the errors of the law."""
     text = comment(order.header()) + "\n".join(
         ("", declarations(order), definitions(order), _filled("abaqus.c", order))
     )

@@ -100,7 +100,8 @@ class ContactCard:
         area : float, optional
             Apparent area [m^2], required if the surface has none.
         amplitude : float, optional
-            Slip amplitude [m] at which the layer is equivalent, by default half the elastic slip.
+            Slip amplitude [m] at which the layer is equivalent, by default half the displacement
+            force_limit / tangential_stiffness.
         thickness : float, optional
             Thickness of the layer [m].
         density : float, optional
@@ -115,10 +116,10 @@ class ContactCard:
         -----
         The pressure is N(d)/A with the area A, and the overclosure is the decrease of the
         separation d since contact. The tangential stiffness at rest is 4 G*/E* times the normal
-        stiffness (Mindlin 1949), with the composite moduli of :class:`microslip.MaterialPair`. In
-        the table of pressures and overclosures the pressure of the joint is in the middle of a
-        segment, whose slope is the normal stiffness. The layer must be added between the faces; the
-        parts keep their thickness.
+        stiffness (Mindlin 1949), with the composite moduli of :class:`microslip.MaterialPair`. The
+        table of pressures over overclosures is piecewise linear; the pressure of the joint is in
+        the middle of a segment, so that the slope there is the normal stiffness per area. The layer
+        must be added between the faces; the parts keep their thickness.
         """
         if not isinstance(joint, Interface):
             raise InputError(

@@ -52,7 +52,7 @@ def numbered_cells(
 
 
 def _own_nodes(order: Order, count: int) -> None:
-    """Raise InputError if the ``count`` nodes added by a file include nodes of the joint."""
+    """Raise InputError if one of the ``count`` nodes added by the file is already in a patch."""
     first, end = order.first_number, order.first_number + count
     joined = {node for patch in order.patches for node in patch.nodes}
     made_anew = sorted(node for node in joined if first <= node < end)
@@ -234,9 +234,10 @@ def _card(name: str, *fields: float | str) -> list[str]:
 
 
 def opensees(order: Order) -> Deck:
-    """Return elastic, perfectly plastic materials in parallel, in Python, or Tcl for .tcl files.
+    """Return OpenSees commands for elastic, perfectly plastic materials in parallel.
 
-    ``MultiLinear`` of OpenSees is not used: its reloading does not follow Masing's rules.
+    They are a Python script, or Tcl if the file name ends in .tcl. ``MultiLinear`` of OpenSees is
+    not used: its reloading does not follow Masing's rules.
     """
     tcl, tied = order.suffix == ".tcl", bool(order.patches[0].nodes)
     how = "source" if tcl else "exec, or import and call"

@@ -42,9 +42,10 @@ _BUILD = (
 
 
 def write_fmu(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
-    """Build the FMU with binaries for all platforms that can be compiled for.
+    """Return a functional mock-up unit (FMU), and the errors of the exported law.
 
-    Return the bytes of the archive by file name, without writing a file, and the accuracy.
+    The archive is a dict from its name to its bytes; nothing is written. It contains a binary for
+    each platform for which a compiler is found.
     """
     header = comment(order.header())
     body = f"{header}\n/* {order.size} node(s). */\n{declarations(order)}\n{definitions(order)}"

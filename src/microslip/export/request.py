@@ -62,7 +62,11 @@ class Accuracy:
         backbone: Callable[[Floats], Floats],
         energy: Callable[[Floats], Floats],
     ) -> Accuracy:
-        """Compare a backbone and its energies with those of a law over the range ``span`` [m]."""
+        """Return the largest errors of ``backbone`` and ``energy`` with respect to ``law``.
+
+        ``backbone`` [N] and ``energy`` [J], that dissipated per cycle, are functions of amplitudes
+        [m] as the exported file computes them; they are compared over the amplitudes ``span`` [m].
+        """
         a = np.geomspace(*span, _AMPLITUDES)
         force, lost = law._backbone(a), law._energy(a)
         real = lost > 0.0
@@ -123,7 +127,7 @@ class Order:
 
     @cached_property
     def cell_models(self) -> tuple[CellModel, ...]:
-        """Iwan models fitted to the law of each patch."""
+        """Iwan models, one per patch, each fitted to the law of its patch."""
         low, high = self.span
         span = {"smallest_amplitude": low, "largest_amplitude": high}
         return tuple(patch.law.to_iwan(self.cells, **span) for patch in self.patches)
@@ -168,11 +172,12 @@ class Order:
 def element_of(
     kind: str, law: Any, element: str, cells: int, span: dict[str, Any]
 ) -> tuple[str, Any, Any]:
-    """Check ``element`` for the kind and law; return its name, its law and the law for errors.
+    """Check ``element`` for the kind and law; return its name, its law and a law for its errors.
 
-    The law of the element has as many directions as the element, with ``cells`` sliders for two.
-    Errors are those of motion along a straight line; ``span`` holds its smallest and largest
-    amplitude [m].
+    The first law is that to be exported, with as many directions as the element; for two directions
+    it consists of ``cells`` sliders, which for ``planar`` elements are fitted over the amplitudes
+    in ``span`` [m]. The second is a law in one direction: its motion along a straight line is the
+    reference for the errors of the export.
     """
     check_word("element", element, COMPONENTS)
     if kind not in CODE:

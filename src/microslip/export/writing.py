@@ -131,9 +131,10 @@ def write(
         Number of cells [-], at least 2, for kinds that use cells.
     depth : int, optional
         Rows of memory [-] of exported code, at least 4. A row is used for each reversal whose loop
-        is not closed yet, and for each increase of the contact. If more are needed, the oldest
-        loops are merged. Decaying motion stays exact; for motion that grows to the amplitude of
-        merged loops, the function ``<name>_error`` of the code returns a bound of the error.
+        is not closed yet and, under varying load, for each increase of the load. If rows run out,
+        the oldest loops are merged: decaying motion stays exact, and for motion that grows back to
+        the size of merged loops the function ``<name>_error`` of the code returns a bound of the
+        error [N].
     element : str, optional
         For code: ``joint``, one displacement at a constant load; ``contact``, with the separation;
         ``planar``, two displacements; ``planar-contact``, two displacements and the separation. The

@@ -24,20 +24,22 @@ class ContactNodes:
     field : JointField
         The nodes.
     directions : int
-        Number of components per node [-]: 2, for which cycles are not sampled, or 3.
+        Number of components per node [-]: 2 (one tangential and the opening; cycles are computed
+        without time samples) or 3 (two tangential and the opening; cycles are sampled in time).
     sliders, nearest : optional
-        See :meth:`microslip.JointField.two_directions`, for three components.
+        See :meth:`microslip.JointField.two_directions`; used only if ``directions`` is 3.
     balanced : bool
         Subtract the normal load at zero opening, so that forces are changes from it.
     tolerance : float, optional
-        Error of the settled forces over the force limit [-], for three components.
+        Largest distance of the settled (periodic) forces from the limit cycle, relative to the
+        force limit [-]; used only if ``directions`` is 3.
 
     Attributes
     ----------
     converged : ndarray of bool
         True for each node that settled in the last call of :meth:`harmonics`, shape (nodes,).
     residual : ndarray
-        Estimated distance of the forces from the limit cycle [N], shape (nodes,).
+        Estimated distance of the forces of that call from the limit cycle [N], shape (nodes,).
     """
 
     def __init__(
@@ -65,7 +67,7 @@ class ContactNodes:
 
     @property
     def resolution(self) -> Floats:
-        """Smallest resolved tangential amplitude [m], shape (nodes,); zero for two components."""
+        """Amplitude [m] below which nodes do not dissipate, shape (nodes,); 0 without sliders."""
         if self.directions == 2:
             return np.zeros(self.field.size)
         return np.asarray(self._law.resolution)

@@ -1,9 +1,10 @@
 """Forces, harmonics and energies of a law or a field with derivatives, for JAX and PyTorch.
 
 Settled forces are those of the periodic state that the force reaches when the displacement is
-repeated. Derivatives with respect to displacements are tangents of the branches. Derivatives with
-respect to parameters come from :meth:`microslip.BackboneLaw.parameter_derivatives`; they are
-computed only for the parameters that are named.
+repeated. Derivatives with respect to displacements are tangent stiffnesses of the loading or
+unloading branch at each sample. Derivatives with respect to parameters come from
+:meth:`microslip.BackboneLaw.parameter_derivatives`; they are computed only for the parameters that
+are named.
 """
 
 from __future__ import annotations
@@ -48,7 +49,8 @@ def force(law: BackboneLaw, x: Floats, names: list[str]) -> Derivatives:
 def settled_force(numbers: tuple[int, ...], rest: Any) -> Quantity:
     """Return a :data:`Quantity` that computes Fourier coefficients of the settled force [N].
 
-    The arguments are the ``harmonics`` and ``rest`` of :meth:`microslip.BackboneLaw.harmonics`.
+    ``numbers`` are the orders of the harmonics; these and ``rest`` are the arguments ``harmonics``
+    and ``rest`` of :meth:`microslip.BackboneLaw.harmonics`.
     """
     options: dict[str, Any] = {"harmonics": numbers, "rest": rest}
 

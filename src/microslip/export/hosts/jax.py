@@ -28,10 +28,11 @@ def _called(
 ) -> Any:
     """Call a NumPy function from JAX, with derivatives.
 
-    ``answer(row, wanted)`` computes one entry of a batch: ``row`` holds its arguments. It returns
-    the value and its derivative with respect to each argument, which is used only if the flag of
-    the argument in ``wanted`` is true. ``shapes`` are the shapes of the value and of the
-    derivatives. ``apply`` multiplies a derivative by a change of its argument (a tangent in JAX).
+    ``answer(row, wanted)`` evaluates one entry of a batch. ``row`` is the tuple of its arguments;
+    ``wanted`` has one bool per argument, true if the derivative with respect to this argument is
+    needed. It returns the value, then the derivative for each argument (of any value if not
+    wanted). ``shapes`` are the shapes of the value and of these derivatives. ``apply(derivative,
+    tangent)`` multiplies a derivative by a change of its argument (a tangent in JAX).
     """
     if not jax.config.jax_enable_x64:
         raise InputError(

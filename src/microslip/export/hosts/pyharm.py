@@ -79,7 +79,11 @@ class _Element(NodeToNodeElement):  # type: ignore[misc]
         raise NotImplementedError
 
     def generateIndices(self, expl_dofs: Any) -> None:
-        """Find the degrees of freedom of all pairs of nodes, and the map to their difference."""
+        """Find the degrees of freedom of all pairs of nodes.
+
+        Also assemble the matrix from these to the relative displacements of the pairs along
+        ``dirs``.
+        """
         data, pairs = self.data, self._pairs()
         parts = []
         for pair in pairs:

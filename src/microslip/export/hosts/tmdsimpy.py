@@ -202,22 +202,25 @@ class FieldForce(_Force):
     ----------
     Q : array_like
         Matrix from displacements of the system to local displacements [-], shape (local, n). Each
-        node has one or two tangential displacements, then the approach of the faces.
+        node has one or two tangential displacements, then the approach of the faces, positive if
+        they close.
     T : array_like
         Matrix from local forces to forces of the system [-], shape (n, local). If it contains areas
         [m^2], as for a quadrature of tractions, set ``areas`` of the field to 1.
     field : JointField
         The nodes; their ``gaps`` are the separations at zero displacement.
     sliders, nearest : optional
-        See :meth:`microslip.JointField.two_directions`, for two tangential directions: cycles below
-        the amplitude ``resolution`` [m] hardly dissipate energy; more sliders reduce it. One
-        tangential direction uses neither sliders nor samples.
+        Number of sliders [-] and smallest separation [m], see
+        :meth:`microslip.JointField.two_directions`; used only with two tangential directions.
+        Cycles below the amplitude ``resolution`` [m] hardly dissipate energy; more sliders make
+        ``resolution`` smaller.
     balanced : bool, optional
         Subtract the normal load at zero displacement, so that forces are changes from it.
     tolerance : float, optional
-        Error of the settled forces over the force limit [-], for two tangential directions. After
-        :meth:`aft`, ``nodes.converged`` states for each node whether it was reached, and
-        ``nodes.residual`` is the remaining error [N].
+        Largest distance of the settled (periodic) forces from the limit cycle, relative to the
+        force limit [-]; used only with two tangential directions. After :meth:`aft`,
+        ``nodes.converged`` states for each node whether it was reached, and ``nodes.residual`` is
+        the remaining distance [N].
     """
 
     def __init__(

@@ -157,7 +157,7 @@ class LineStyle(NamedTuple):
     marker: Marker = "o"
 
     def entry(self, label: str, *, line: bool = True, marked: bool = True) -> Entry:
-        """Return the legend entry of the line."""
+        """Return the legend entry of the line, without its dashes or markers if these are False."""
         return Entry(label, self.color, self.dash if line else (), self.marker if marked else None)
 
 
@@ -190,7 +190,7 @@ def visible_values(values: Floats, log: bool = True) -> Floats:
 
 
 def in_unit(values: Floats, unit: str) -> tuple[float, str]:
-    """Return the divisor that converts values to a unit with prefix, then that unit as text.
+    """Return a divisor for values, and the prefixed unit of the quotients, such as (1e-6, "µm").
 
     The prefix suits the geometric mean of the smallest and the largest value.
     """
@@ -256,7 +256,8 @@ def with_scale(
 ) -> Plot:
     """Return a page of maps above their colour scale.
 
-    Its height is ``room`` [in] for each row of maps plus ``rest`` [in].
+    It is ``room`` [in] high per row of maps, plus ``rest`` [in] for all else. ``widths`` are the
+    relative widths of the columns.
     """
     rows = 1 + max(panel.cell[1] for panel in panels)
     return Plot(

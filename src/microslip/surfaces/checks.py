@@ -27,7 +27,7 @@ _ATOM = 1e-10  # [m] smaller variations are rounding
 
 
 def far_points(heights: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return a mask of heights so far from the median that a plot would show no others."""
+    """Return a mask of heights so far from the median that in a plot all others would look flat."""
     none = np.zeros(heights.shape, dtype=bool)
     # 100 000 points suffice for the usual distance and take milliseconds.
     step = max(1, heights.size // 100_000)
@@ -71,7 +71,7 @@ def repeated(heights: NDArray[np.float64]) -> tuple[float, int, float, float] | 
 
 
 def exact_zeros(heights: NDArray[np.float64]) -> int | None:
-    """Return the number of exact zeros if it far exceeds that of any other height near zero.
+    """Return how often the height 0 occurs, if over ten times as often as any other near zero.
 
     Otherwise return None: in data with few digits all heights near zero are equally frequent.
     """

@@ -58,8 +58,8 @@ def condition(
     filter : {"gaussian", "robust", "spline"}
         Filter of the long-wave cut-off. "robust" is a Gaussian regression of second order,
         insensitive to scratches and pits (ISO 16610-31:2016, -71:2014); "spline" a smoothing cubic
-        spline (ISO 16610-22:2015; for areas an isotropic plate). Up to the ends, "robust" removes
-        forms of second order completely, and "spline" removes planes.
+        spline (ISO 16610-22:2015; for areas an isotropic plate). "robust" removes forms of second
+        order, and "spline" removes planes, completely and without errors near the ends.
     crop : float, str or pair of them, optional
         Length [m] to remove at each end, or lengths along x and y.
 
@@ -189,9 +189,10 @@ def band(scan: HeightMap, cutoff: Any, long_cutoff: Any) -> tuple[float | None, 
 
 
 def remaining(scan: HeightMap, cutoff: float | None) -> float | None:
-    """Return the cut-off [m] of the filter that completes earlier filtering to ``cutoff`` [m].
+    """Return the cut-off [m] of the filter still needed to reach the total ``cutoff`` [m].
 
-    Squares of the cut-offs of successive Gaussian filters add. None if no filter is needed.
+    Squares of the cut-offs of successive Gaussian filters add: the result is sqrt(cutoff^2 -
+    before^2) with the cut-off ``before`` already applied, or None if no filter is needed.
     """
     before = scan.cutoff
     if cutoff is None or before is None:
@@ -277,7 +278,10 @@ def outliers(heights: Floats, threshold: float) -> np.ndarray:
 
 
 def _untilted(heights: Floats) -> Floats:
-    """Return heights less a robust estimate of their tilt, which mirrored edges would distort."""
+    """Return heights less a robust estimate of their tilt.
+
+    Otherwise mirroring a tilted surface at its edges, as in the median filter, would cause a kink.
+    """
     result = heights
     for axis, count in enumerate(heights.shape):
         step = max(1, heights.size // 200_000)

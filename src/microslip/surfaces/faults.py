@@ -2,8 +2,8 @@
 
 Faults are detected in the heights as stored in the file, since filters and levelling hide most of
 them. Missing points are ignored. The compared quantities are medians over whole lines, which
-scratches and spikes do not affect. In private functions ``lines`` is the word for the lines, "rows"
-or "columns", and one row of the array is one line.
+scratches and spikes do not affect. In private functions the argument ``lines`` is "rows" or
+"columns", for messages; columns are passed transposed, so that a line is always a row of the array.
 """
 
 from __future__ import annotations
@@ -112,7 +112,7 @@ def _long(length: float) -> str:
 
 
 def _clipped(there: Floats) -> list[str]:
-    """Report clipping: many points at an extreme height, and far fewer next to it."""
+    """Report clipping: too many of the heights present, ``there``, equal the highest or lowest."""
     words = []
     ordered = np.sort(there)
     for name, sign, run in (("tops", "highest", ordered[::-1]), ("dales", "lowest", ordered)):
@@ -211,9 +211,10 @@ def _halves(differences: Floats) -> tuple[Floats, Floats]:
 def _offsets(lines: str, flat: Floats, std: float) -> list[str]:
     """Report random offsets of the lines, equal along both halves of each line.
 
-    The offset of a line is taken relative to the mean of both neighbouring lines. For white offsets
-    this difference has 3/2 of their variance, and a correlation of -2/3 with that of the next line;
-    for waves longer than four lines the correlation is positive.
+    The offset of a line is taken relative to the mean of both neighbouring lines. For independent
+    offsets the variance of this difference is 3/2 of theirs, and its correlation between successive
+    lines is -2/3; for waves longer than four lines the correlation is positive. ``flat`` are
+    levelled heights with the standard deviation ``std`` [m].
     """
     first, second = _halves(flat[1:-1] - 0.5 * (flat[:-2] + flat[2:]))
     limit = 6.0 * _NORMAL * float(np.median(np.abs(first + second)))  # excludes scratches and steps

@@ -232,7 +232,10 @@ class _Regression:
         return self._between(middle)
 
     def _sum(self, values: Floats, i: int, j: int) -> Floats:
-        """Return weighted sums of values x^i y^j around each node, x and y from the node."""
+        """Return the weighted sum of ``values`` x^i y^j for each node.
+
+        x and y are distances from the node over the cut-off; the weights are Gaussian.
+        """
         along_x, along_y = self.sums[0][i], self.sums[1][j]
         return np.asarray((along_x @ (along_y @ values).T).T)
 

@@ -44,9 +44,9 @@ def noise_std(heights: Floats, step: int = 1) -> float:
 def rough_share(heights: Floats) -> float:
     """Return the fraction of the estimated noise variance that is due to roughness [-].
 
-    For white noise the estimate v does not depend on the step of the differences in points: v(1) =
-    v(2) = v(4). An increase with the step is due to roughness; it is fitted by a power of the step
-    and extrapolated to step one.
+    For white noise the estimated variance v(s) is the same for differences over s = 1, 2 and 4
+    points. An increase with s is due to roughness: v(s) = a + b s^p is solved for a, b and p, and
+    the fraction is b/v(1).
     """
     first, second, fourth = (noise_std(heights, step) ** 2 for step in (1, 2, 4))
     if not second > first > 0.0:
@@ -190,10 +190,10 @@ class HeightMap(Locked, Plottable):
         return self.measurable()._moments
 
     def noise_behind(self, cutoff: float | None) -> float:
-        """Return the standard deviation [m] of the noise after a further short-wave cut-off [m].
+        """Return the standard deviation [m] of the noise left by a further filter ``cutoff``.
 
-        The noise of the unfiltered scan is taken as white. If only this scan is known, its own
-        noise is taken as white.
+        ``cutoff`` is a short-wave cut-off [m], or None for no filter. White noise is assumed: in
+        the scan before all its short-wave filters, if that noise is known, or else in this scan.
         """
         if cutoff is not None:
             cutoff = length_of("cutoff", cutoff, "10 um")

@@ -83,7 +83,11 @@ def scratch_and_dust_words(flat: Floats, rms: float) -> list[str]:
 
 
 def edge_words(lines: str, flat: Floats) -> list[str]:
-    """Report a first or last line that deviates unusually from the line six points inside."""
+    """Report overshoots at the first or last line.
+
+    The mean heights of the two lines at an edge are compared with those six lines further inside;
+    their rms difference is unusual if it far exceeds that of such lines elsewhere.
+    """
     if len(flat) < 40:
         return []
     there = np.where(np.isnan(flat), 0.0, flat)

@@ -178,7 +178,11 @@ def moments_of(heights: Floats, pixel: tuple[float, ...]) -> Moments:
 
 
 def lost_to_pixel(heights: Floats, pixel: tuple[float, ...]) -> float:
-    """Estimate the fraction of m4 [-] due to waves too short for finite differences."""
+    """Estimate the fraction of m4 [-] that finite differences miss, as h^2 m6/(6 m4).
+
+    Over the pixel h they underestimate the curvature of short waves; m6 is the mean square of third
+    derivatives.
+    """
     profile = heights.ndim == 1
     grid = heights[None, :] if profile else heights
     thirds, fourths = [_Mean(), _Mean()], [_Mean(), _Mean()]

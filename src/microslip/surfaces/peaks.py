@@ -166,7 +166,7 @@ def _hills(flat: Floats, codes: Codes, peaks: Places, feet: Places, offsets: Pla
 
 
 def _distinct(places: Places, scratch: Indices) -> Places:
-    """Return the indices without repetitions; overwrites ``scratch`` at these indices."""
+    """Return the distinct values in ``places``; ``scratch`` is overwritten as working memory."""
     number = np.arange(-1 - places.size, -1, dtype=scratch.dtype)
     scratch[places] = number  # for repeated places the last one stays
     last: Places = places[scratch[places] == number]
@@ -226,7 +226,11 @@ def _merge(count: int, high: Places, two: Places, saddle: Floats) -> Floats:
 
 
 def _at_first_meeting(count: int, high: Places, two: Places) -> Places:
-    """Return the indices of meetings that are the highest meeting of their lower hill."""
+    """Return the indices of the meetings that are the highest one of their lower hill.
+
+    The meetings of a hill are those with its number in ``high`` or ``two``, in descending order of
+    their saddles; see :func:`_merge`.
+    """
     numbers = np.arange(high.size)
     firsts = np.full((2, count), high.size)
     for first, hills in zip(firsts, (high, two), strict=True):
@@ -241,7 +245,7 @@ _A_PASS = 1 << 16  # summits per pass
 
 
 class Tops(NamedTuple):
-    """Quadrics fitted to summits: curvatures and tops, one row per summit."""
+    """Quadrics fitted to summits, one row per summit; the top is the vertex of the quadric."""
 
     curvatures: Floats
     """Principal curvatures [1/m], the larger first, positive for a summit, shape (n, 2)."""

@@ -142,10 +142,11 @@ class Scan(HeightMap):
         tightening_pressure: float | None = None,
         **how: Any,
     ) -> MeasuredContact:
-        """Solve the scan point by point: a normal law of interacting contacts that yield.
+        """Return the normal law of the scan, its load solved from the contact of all points.
 
-        Missing points are filled and scans of more than a million points subsampled, see
-        :meth:`solvable`.
+        The points interact elastically, and their pressure is limited by the hardness if
+        ``tightening_pressure`` is given. Missing points are filled and scans of more than a million
+        points subsampled, see :meth:`solvable`.
 
         Parameters
         ----------

@@ -42,7 +42,8 @@ class AxisSpectrum(Locked):
     def moment(self, order: int, *, differences: bool = False) -> float:
         """Return the spectral moment m0, m2 or m4 of the profiles (``order`` 0, 2 or 4).
 
-        With ``differences`` it is that of finite differences, see :meth:`Spectrum.moments`.
+        With ``differences`` the moment is that computed from finite differences of the heights, see
+        :meth:`Spectrum.moments`.
         """
         if order not in (0, 2, 4):
             raise InputError(f"`order` must be 0, 2 or 4, got {show(order)}")
@@ -54,7 +55,7 @@ class AxisSpectrum(Locked):
 
 @dataclass(frozen=True, eq=False)
 class Spectrum(Locked):
-    """Power spectrum of a scan, averaged over rings of wavenumbers; a profile has one axis.
+    """Power spectrum of a scan, averaged over rings of wavenumbers; of a profile, along its axis.
 
     The density is normalised so that its integral over the plane of wavenumbers is m0; for other
     conventions see Jacobs, Junge and Pastewka (2017), DOI 10.1088/2051-672X/aa51f8.
@@ -181,7 +182,10 @@ def _weighted_sum(tapers: list[Floats], present: Floats | None) -> float:
 
 
 def mirrored_counts(count: int) -> Floats:
-    """Return the number of waves of a full transform per wave of the half transform: 1 or 2."""
+    """Return how many waves of a complex FFT each wave of the real FFT represents, 1 or 2.
+
+    For ``count`` points it is 1 for the mean and, if ``count`` is even, for the shortest wave.
+    """
     sides = np.full(count // 2 + 1, 2.0)
     if count % 2 == 0:
         sides[-1] = 1.0

@@ -80,7 +80,7 @@ class Summits(Locked, Plottable):
 
     @property
     def density(self) -> float:
-        """Summits per area [1/m^2]."""
+        """Summits per unit area [1/m^2]."""
         return self.count / self.area
 
     @property

@@ -37,9 +37,9 @@ def find_summits(
     Parameters
     ----------
     cutoff : float, str or None
-        Short-wave cut-off [m], or text such as "10 um"; None if the pixel limits the result. There
-        is no default because the result depends on it. Filters already applied by
-        :meth:`condition` are taken into account.
+        Short-wave cut-off [m], or text such as "10 um"; None for no filter, so that the pixel
+        limits the resolution. There is no default because the result depends on it. Filters already
+        applied by :meth:`condition` are taken into account.
     prominence : float or str, optional
         Smallest rise of a summit above the saddle to a higher one [m], or text such as "2 nm"; by
         default three standard deviations of the noise that passes the cut-off.

@@ -145,12 +145,12 @@ class NormalLaw(Parametric, ABC):
 
     @property
     def _breaks(self) -> Floats:
-        """Separations [m], increasing, where N'' is not smooth and integrals are split."""
+        """Separations [m], increasing: kinks of N'' and points near them, to split integrals."""
         return np.zeros(0)
 
     @property
     def _small_kinks(self) -> Floats:
-        """Separations [m] of kinks of N'', if too many to split all integrals at them; or empty."""
+        """Separations [m] of the kinks of N'' if they are too many to split at each; else empty."""
         return np.zeros(0)
 
     @property
@@ -171,7 +171,10 @@ class NormalLaw(Parametric, ABC):
 
     @property
     def _kinks(self) -> Floats:
-        """Separations [m], increasing, where N'' is not smooth; empty for given summits."""
+        """Separations [m], increasing, of all kinks of N''; empty for given summits.
+
+        Given summits have N'' infinite at each summit, and are summed summit by summit.
+        """
         edge = [self._edge] if math.isfinite(self._edge) else []
         return np.union1d(self._breaks, edge)
 
@@ -237,11 +240,14 @@ class NormalLaw(Parametric, ABC):
 
     @property
     def _scales(self) -> dict[str, tuple[float, float, float]] | None:
-        """Value p, d ln C/d ln p and d ln L/d ln p of each parameter of N = C F(d/L); or None."""
+        """Scales of a law N = C F(d/L) with a fixed function F; None if it has no such form.
+
+        They are {name of a parameter: (value p, d ln C/d ln p [-], d ln L/d ln p [-])}.
+        """
         return None
 
     def _patch(self, area: float, tightening: float) -> NormalLaw:
-        """Return the law of a patch: ``area`` [m^2], tightening pressure over that of this law."""
+        """Return this law for ``area`` [m^2] and ``tightening`` times its tightening pressure."""
         if not any(item.name == "area" for item in dataclasses.fields(self)):  # type: ignore[arg-type]
             raise InputError(
                 "`surface` must have an apparent area over which a pressure is spread, as a "
@@ -366,7 +372,7 @@ class NormalLaw(Parametric, ABC):
         return np.zeros(0), np.zeros(0)
 
     def _table_reach(self, d: float) -> float | None:
-        """Increment of d [m] after which the load is negligible; None if a table is impossible."""
+        """Increment u [m] beyond which N(d + u) is negligible; None if it is not smooth in u."""
         if self._spheres is not None or d < self._edge:
             return None
         _, length = quadrature._decay(self, d)

@@ -186,7 +186,11 @@ def press(
 def _relax(
     space: HalfSpace, free: Mask, pressure: Floats, residual: Floats, goal: float
 ) -> tuple[Floats, Floats]:
-    """Reduce the residual of the free points by conjugate gradients, ignoring the bounds."""
+    """Solve K P = z - d on the free points by conjugate gradients, ignoring the bounds of P.
+
+    Iterate until no residual z - d - K P of a free point exceeds ``goal`` [pixels along x]. Return
+    the new pressures [E*] and residuals of all points; the arguments are not changed.
+    """
     here = residual * free
     direction, square = here, float(np.vdot(here, here))
     for _ in range(_STEPS):

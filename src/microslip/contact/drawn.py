@@ -265,7 +265,6 @@ class DrawnFace(FaceLaw):
         return self._changed(tightening_pressure=load / self.area)
 
     def _length_factors(self, shares: Floats) -> Floats:
-        """Return ratios of p/k_n [-]: areas tightened to fractions of the load, over this law."""
         h, pi, breadth = self._groups
         found = table.continued(np.full(shares.size, h), pi * shares, breadth)
         return np.asarray(float(self._numbers.stiffness[0]) / found.stiffness)

@@ -4,11 +4,13 @@ A profile is a piecewise polynomial approximation of N. Laws without one, such a
 summits, are evaluated here for one separation at a time.
 
 In a memory diagram (:mod:`microslip.friction.memory.diagram`) D(eta) is the ratio of
-displacement/kappa to approach in the contacts that first touch at separation eta; a row is an
-interval of constant D. At separation d, contacts from eta = d to the slip front q slip and have D =
-s, which is 1 or -1. As q advances by dq over a row, with the friction coefficient mu and the slip
-per indentation kappa, the energy lost is mu kappa (1 - s D) [N(d) - N(q) + N'(q) (q - d)] dq. The
-bracket is the integral of v N''(d + v) over 0 <= v <= q - d, which has no negative term.
+displacement/kappa to approach in the contacts that first touch at separation eta, with the slip per
+indentation kappa; a row is an interval of eta with constant D. Slip in the direction s (1 or -1) at
+separation d sets D to s from eta = d to the slip front eta = q; beyond q, D keeps its earlier
+value. As q advances by dq into a row of the earlier value D, the change of D is s - D, and the
+energy lost is mu kappa |s - D| [N(d) - N(q) + N'(q) (q - d)] dq, with the friction coefficient mu
+and |s - D| = 1 - s D. The bracket is the integral of v N''(d + v) over 0 <= v <= q - d, which has
+no negative term.
 """
 
 from __future__ import annotations
@@ -81,7 +83,7 @@ class LawCurve:
 
 
 class SpheresCurve:
-    """Load curve of a few spheres in plain Python, faster than short arrays."""
+    """Load curve of a few spheres in plain Python, which is faster than NumPy for so few."""
 
     def __init__(self, spheres: Spheres, origin: float) -> None:
         heights = (spheres.heights - origin).tolist()
@@ -220,10 +222,11 @@ class SlipLosses:
     def of(self, runs: Floats, samples: int) -> Floats:
         """Return the energy dissipated in each sample of a record, divided by mu kappa [N m].
 
-        A column of ``runs`` is one advance of the slip front over a row of the memory diagram, in
-        order of time: sample number, distance of the advance [m], distance q - d of the front from
-        the separation before and after [m], D [-], s, separation d before and after [m].
-        ``samples`` is the number of samples of the record.
+        A column of ``runs`` is one advance of the slip front q into a row of the memory diagram, in
+        order of time. Its eight entries are (symbols as in the module docstring): index of the
+        sample; distance of the advance [m]; q - d before it, and after it [m]; earlier value D of
+        the row; direction s of slip; separation d before the advance, and after it [m]. ``samples``
+        is the number of samples of the record.
         """
         total = np.zeros(samples)
         for begin in range(0, runs.shape[1], _RUNS):
@@ -286,7 +289,7 @@ class SlipLosses:
         return self._marks
 
     def _rules(self, front: Floats) -> list[tuple[Rule, NDArray[np.bool_]]]:
-        """Return quadrature rules and masks of their pieces, by the slip fronts ``front`` [m]."""
+        """Return quadrature rules and, by slip fronts [m], the mask of intervals that use each."""
         spline = self._law._spline
         if spline is None:
             return [(_ROOTS, np.ones(front.size, dtype=bool))]
@@ -329,9 +332,10 @@ def _summit_means(
 ) -> Floats:
     """Return the mean over each run of half the integral of v N''(d + v) over 0 <= v <= q - d.
 
-    The distance q - d of the slip front from the separation changes linearly from ``gap`` to
-    ``until`` [m], both not negative, while d changes from ``first`` to ``last`` [m]. Summits are
-    integrated from first contact to separation, where the integrand has square-root singularities.
+    A run is an advance of the slip front q. During it the distance q - d changes linearly from
+    ``gap`` to ``until`` [m], both not negative, and d from ``first`` to ``last`` [m]. Each summit
+    is integrated over its time in contact, at whose ends the integrand has square-root
+    singularities.
     """
     result = np.zeros(gap.size)
     closest = np.minimum(first, last)
@@ -350,7 +354,7 @@ def _summit_means(
 
 
 def _summits(y: Floats, gap: Floats, until: Floats, first: Floats, last: Floats) -> Floats:
-    """Return :func:`_summit_means` of each summit for a load constant of one, (runs, summits)."""
+    """Return :func:`_summit_means` of single summits at y [m] with k = 1, (runs, summits)."""
     deep, low = y - first, y - last
     before = deep - gap  # what the front leaves of the indentation; it falls
     after = np.minimum(low - until, before)
@@ -391,7 +395,7 @@ def _mean_cube(a: Floats, b: Floats) -> Floats:
 def _partly_slipped(
     a0: Floats, a1: Floats, b0: Floats, b1: Floats, g0: Floats, g1: Floats
 ) -> Floats:
-    """Return the mean of (A - B)^2 (2 A + B) over each advance of the slip front [m^(3/2)].
+    """Return the mean of (A - B)^2 (2 A + B) over each advance of the slip front q [m^(3/2)].
 
     A^2 is the indentation y - d of a summit of height y, and B^2 = y - q, the indentation less the
     distance q - d of the slip front from the separation. A^2 changes linearly from ``a0`` to

@@ -94,10 +94,11 @@ class FaceLaw(TabulatedNormalLaw):
         """Ratio of tangential to normal stiffness [-], a (2, 2) tensor in the plane."""
 
     def slip_per_indentation(self, direction: float | None = None) -> float:
-        """Return the ratio k_n/k_t of normal to tangential stiffness [-].
+        """Return k_n/k_t [-], the slip per indentation for a friction coefficient of one.
 
-        Times the friction coefficient it is the slip per indentation kappa: the tangential
-        displacement at which a contact slips, over its indentation.
+        k_n and k_t are the normal and the tangential stiffness. Multiplied by the friction
+        coefficient the ratio is kappa: the tangential displacement at which a contact slips, over
+        its indentation.
 
         Parameters
         ----------
@@ -133,7 +134,11 @@ class FaceLaw(TabulatedNormalLaw):
         return TabulatedNormalLaw(self.pair, d, loads, tail="exponential")
 
     def _length_factors(self, shares: Floats) -> Floats | None:
-        """Return ratios of p/k_n [-]: areas tightened to fractions of the load, over this law."""
+        """Return the lengths p/k_n of differently tightened areas, over that of this face [-].
+
+        p is the tightening pressure and k_n the normal stiffness per area on unloading. ``shares``
+        are the tightening loads of the areas over that of this face [-]. None for an elastic face.
+        """
         return None
 
     def _tightened_by(self, shares: Floats) -> tuple[Floats, Floats] | None:

@@ -34,7 +34,7 @@ NEAR_REST = (0.985, 0.95, 0.87, 0.72)
 
 @dataclass(frozen=True, eq=False)
 class FaceSolution(ByValue, LockedArrays):
-    """Solution of a face, largest load first; pressures [E*], lengths [pixels along x]."""
+    """Solution of a tightened face at falling loads; pressures [E*], lengths [pixels along x]."""
 
     separation: Floats
     """Separations, increasing."""
@@ -63,7 +63,7 @@ class FaceSolution(ByValue, LockedArrays):
 
 
 class _Piece:
-    """Part of the face, with its pressures and their growth at the last solved separation."""
+    """Part of the face, with its pressures P [E*] and -dP/dd at the last solved separation d."""
 
     def __init__(self, heights: Floats, aspect: float, workers: int) -> None:
         self.heights = heights
@@ -126,7 +126,7 @@ class _Face:
         return values[:, 0], values[:, 1]
 
     def tighten(self, pressure: float, hardness: float, floor: float) -> float:
-        """Solve by Newton's method for the separation, at least ``floor``, at a mean pressure."""
+        """Return the separation >= ``floor`` at a mean ``pressure``, found by Newton's method."""
         d = max(float(np.median([p.heights.max() for p in self.pieces])) - 0.2 * self.rms, floor)
         d += 0.1 * self.rms if d <= floor else 0.0
         low, high = floor, math.inf  # of the separation

@@ -39,7 +39,7 @@ _FINE = np.concatenate([1.0 - np.geomspace(2e-3, 0.28, 48), np.geomspace(0.715, 
 
 
 class NodeValues(NamedTuple):
-    """Stiffness, separation, contact and unloading curve of tightened faces; one entry per face."""
+    """Properties of faces of rms height R tightened to a pressure p, one entry per face."""
 
     stiffness: Floats
     """Unloading stiffness k_n R/p [-]."""
@@ -53,7 +53,7 @@ class NodeValues(NamedTuple):
     """Bends (1 - k/k_1)/(1 - N/N_1) at the load fractions SHARES, shape (faces, fractions), with
     the stiffness k_1 and the load N_1 at tightening; a bend is a mean slope of k over N."""
     contacts: Floats
-    """Logarithm of the contact area, over that at tightening, at the load fractions [-]."""
+    """Logarithm of contact area over that at tightening [-], at SHARES; (faces, fractions)."""
 
 
 class Shape(NamedTuple):
@@ -79,7 +79,7 @@ _POWERS = tuple((i, j) for i in range(_DEGREE + 1) for j in range(_DEGREE + 1 - 
 
 
 def _terms(degree: int, by_v: int, by_breadth: int) -> tuple[list[int], list[int]]:
-    """Return the indices in ``_POWERS`` of the terms t^i v^j, and of terms times ln(breadth)."""
+    """Return indices into _POWERS of the terms t^i v^j, and of those times ln(breadth)."""
     plain = [n for n, (i, j) in enumerate(_POWERS) if i + j <= degree and j <= by_v]
     return plain, [n for n, (i, j) in enumerate(_POWERS) if i + j <= by_breadth]
 
@@ -89,7 +89,7 @@ _TERMS = {
     "bends": _terms(3, 2, 1), "contacts": _terms(3, 2, 0),
 }  # fmt: skip
 _SIZE = [_POWERS.index(power) for power in ((0, 0), (0, 1), (1, 0))]
-"""Terms divided by the number of roll-off waves along a side of the solved face."""
+"""Terms divided by the side of the solved face over the roll-off wavelength, see :func:`fit`."""
 _PIXEL: dict[str, tuple[list[int], list[int]]] = {
     name: ([_POWERS.index(power) for power in powers], [])
     for name, powers in {
@@ -118,17 +118,23 @@ def _basis(powers: Floats, breadth: Floats, terms: tuple[list[int], list[int]]) 
 
 
 def fit(nodes: dict[str, NDArray[Any]]) -> dict[str, Floats]:
-    """Fit polynomials to the nodes of solved faces; :func:`values` evaluates them.
+    """Fit polynomials to the properties of solved faces (nodes); :func:`values` evaluates them.
 
     Parameters
     ----------
     nodes : dict of ndarray
         Arrays with one entry per node: the groups ``hardness`` h, ``pressure`` P and ``breadth``;
-        ``weight`` in the fit; ``waves``, the number of roll-off waves along a side; and the
-        quantities of :class:`NodeValues`, where ``stiffness``, ``loading``, ``contact`` and
-        ``bends`` are logarithms. The fit is that of a large face: ln k_n, for example, has a part
-        that is inversely proportional to ``waves``. Arrays with the prefix ``pixel_`` are
-        corrections from the pixel of the nodes to an infinitely fine pixel.
+        ``weight`` in the fit; ``waves``, the side of the solved face over the roll-off wavelength
+        of its spectrum; and the quantities of :class:`NodeValues`, where ``stiffness``,
+        ``loading``, ``contact`` and ``bends`` are logarithms. Arrays with the prefix ``pixel_`` are
+        corrections from the pixel of the nodes to an infinitely fine pixel, and the groups at which
+        they are known.
+
+    Returns
+    -------
+    dict of ndarray
+        Coefficients by property, for an infinitely large face: terms in 1/``waves`` are fitted too,
+        but not returned.
     """
     weight = np.asarray(nodes["weight"], dtype=float)
     powers, rising = _powers(*groups(nodes["hardness"], nodes["pressure"]))
@@ -219,9 +225,9 @@ def values(hardness: ArrayLike, pressure: ArrayLike, breadth: ArrayLike = BREADT
 
 @lru_cache(maxsize=1)
 def _interpolation() -> Floats:
-    """Return the matrix that interpolates values at the loads ``SHARES`` to a finer grid of loads.
+    """Return the matrix from values at the load fractions SHARES to those at the finer _FINE.
 
-    The interpolation is a natural cubic spline in ln(load).
+    The interpolation is a natural cubic spline in the logarithm of the fraction.
     """
     from scipy.interpolate import CubicSpline
 
@@ -231,14 +237,15 @@ def _interpolation() -> Floats:
 
 
 def shape(bends: Floats, factor: float = 1.0) -> Shape:
-    """Return the convex unloading curve of one face from its bends.
+    """Return the convex unloading curve, stiffness against load, of one tightened face.
 
     Parameters
     ----------
     bends : ndarray
-        (1 - k/k_1)/(1 - N/N_1) at the loads SHARES, see :class:`NodeValues`, one-dimensional.
+        Values of (1 - k/k_1)/(1 - N/N_1) at the load fractions N/N_1 = SHARES [-], one-dimensional.
+        N is the load, k the normal stiffness; N_1 and k_1 are their values at tightening.
     factor : float
-        Factor on the bends near the tightening load; its effect vanishes towards zero load.
+        Factor by which the bends are multiplied near N_1; it tends to one towards zero load.
     """
     y = np.exp(_interpolation() @ np.log(bends))
     y = factor * y / (1.0 + (factor - 1.0) * y * (1.0 - _FINE))

@@ -51,10 +51,10 @@ class SphereOnFlat(NormalLaw):
     )
 
     def _assumptions(self, separation: float | None) -> dict[str, float | None]:
-        """Ratio of the Hertz pressure p0 to C S_y, at which the sphere begins to yield [-].
+        """Return {rule name: p0/(C S_y)} [-], the Hertz pressure p0 over that of first yield.
 
-        S_y is the yield strength, and C = 1.295 exp(0.736 nu) with Poisson's ratio nu (Jackson and
-        Green 2005, DOI 10.1115/1.1866166).
+        S_y = hardness/2.84 is the yield strength, and C = 1.295 exp(0.736 nu) with Poisson's ratio
+        nu (Jackson and Green 2005, DOI 10.1115/1.1866166).
         """
         hardness = self.pair.hardness
         if hardness is None:

@@ -53,7 +53,7 @@ def _by_rows(law: NormalLaw, points: int, rows: int) -> bool:
 
 
 def pairs_of(law: NormalLaw) -> Callable[[NormalLaw, Kind, Floats, Floats], Floats] | None:
-    """Return the function for arrays of pairs (d, u); None if the law needs one d per call."""
+    """Return f(law, kind, d, u) for arrays d and u; None for a law evaluated at one d per call."""
     if law._spline is not None:
         return _spline_pairs
     general = all(
@@ -64,7 +64,7 @@ def pairs_of(law: NormalLaw) -> Callable[[NormalLaw, Kind, Floats, Floats], Floa
 
 
 def sum_over_pairs(law: NormalLaw, kind: Kind, d: Floats, u: Floats) -> Floats:
-    """Return drop, fall, excess or excess slope (``kind``) at pairs (d, u), one-dimensional."""
+    """Return the drop, fall, excess or its slope (``kind``) at pairs (d, u), one-dimensional."""
     return (pairs_of(law) or _own_pairs)(law, kind, d, u)
 
 
@@ -125,7 +125,7 @@ class Pointwise:
 
     @cached_property
     def _profile(self) -> tuple[Profile, tuple[Floats, Floats]] | None:
-        """Piecewise polynomials of N and of N'', and integral of N from each midpoint; or None."""
+        """Piecewise polynomials of N and N'', and integrals of N above each midpoint; or None."""
         law = self.law
         if law._spheres is not None or law._breaks[1:].size or pairs_of(law) is not _own_pairs:
             return None

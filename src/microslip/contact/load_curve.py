@@ -40,8 +40,8 @@ class LoadCurve:
 
     A smooth N is approximated by a profile, a piecewise polynomial over the steps requested so far;
     other surfaces are evaluated directly. A ``shared`` curve serves all nodes of contact fields,
-    which may have any separation: its profile extends to vanishing load, and is also made if the
-    heights have many small kinks.
+    which may have any separation: its profile extends to separations at which the load is
+    negligible, and is made even if N'' has many small kinks.
     """
 
     def __init__(
@@ -73,9 +73,9 @@ class LoadCurve:
     # -- as a profile -----------------------------------------------------------------------------
 
     def profile(self, low: float, high: float) -> Profile | None:
-        """Return a piecewise polynomial of N over the steps `low` to `high`; None without one.
+        """Return a piecewise polynomial of N over the steps `low` to `high` [m].
 
-        It may end before ``high`` if the load is negligible there.
+        It may end before ``high`` if the load is negligible there. None if N is not smooth enough.
         """
         if self.shared:
             low = min(low, 0.0)
@@ -85,8 +85,8 @@ class LoadCurve:
     def arguments(self, low: float, high: float) -> tuple[Any, ...]:
         """Return the curve over the steps `low` to `high` as arguments of the compiled kernels.
 
-        Without a profile it is the polynomials of a table, or a function of Python that kernels
-        call.
+        Without a profile these are the polynomials of a tabulated law, or a Python function that
+        the kernels call.
         """
         profile = self.profile(low, high)
         if profile is not None:
@@ -229,7 +229,7 @@ class LoadCurve:
         return sum_over_pairs(self.surface, "drop", base + self.origin, width)
 
     def excess(self, kind: Literal["excess", "excess_slope"], step: Floats, u: Floats) -> Floats:
-        """Return half the integral of v (u - v) N''(step + v) over [0, u], or its derivative."""
+        """Return the excess [N m] or its derivative by u [N] (:mod:`.grids`) at steps and u [m]."""
         shared = self.shared and kind == "excess_slope"
         profile = self.profile(float(step.min()), 0.0) if shared else None
         if profile is None:

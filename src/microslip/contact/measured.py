@@ -61,7 +61,8 @@ class MeasuredContact(FaceLaw):
         face.
     tightening_pressure : float, optional
         Mean pressure [Pa] to which the face has been tightened. Without it the face is elastic up
-        to 0.05 E* h', and the hardness is used by verdicts only.
+        to a mean pressure of 0.05 E* h', with the composite modulus E* of the pair and the rms
+        gradient h' of the heights, and the hardness is used by verdicts only.
     pixel : float or pair of float, optional
         Distance of neighbouring points [m] along x and y, for heights that are not a scan.
     area : float, optional
@@ -78,8 +79,8 @@ class MeasuredContact(FaceLaw):
     lightest : float
         Lightest over heaviest load [-].
     coarser : bool
-        Whether to solve also with every second point, and without the shortest waves that
-        contribute half of the mean square slope, and report the changes of the stiffness.
+        Whether to solve the face two more times, to report the changes of its stiffness: with every
+        second point only, and without the shortest waves, which have half of the mean square slope.
     workers : int
         Number of threads of a Fourier transform.
     progress : callable, optional
@@ -239,12 +240,11 @@ class MeasuredContact(FaceLaw):
         return self._made_of(solution, numbers, self.pair, area, self.direction)
 
     def _length_factors(self, shares: Floats) -> Floats | None:
-        """Return ratios of p/k_n [-]: areas tightened to fractions of the load, over this law.
+        """Interpolate :meth:`FaceLaw._length_factors` between the solved tightening pressures.
 
-        They are interpolated between the unloading stiffnesses from lighter tightening loads.
         Scaled from 100 MPa to tightening at 3 to 50 MPa, a law deviates from one solved for the
-        lower pressure by up to 9 % in force; the energy of a cycle of amplitude mu N/k_t is 0.8 to
-        1.35 times as large, and without the factors 2 to 20 times.
+        lower pressure by up to 9 % in force. The energy of a cycle of amplitude mu N/k_t is 0.8 to
+        1.35 times that of the solved law; if these factors were one it would be 2 to 20 times.
         """
         if self.solution.lighter_tightenings.size < 4:  # an elastic face
             return None
@@ -375,7 +375,7 @@ def _hardness(hardness: float | None, pair: MaterialPair, pressure: float | None
 
 
 def _table(solution: FaceSolution) -> tuple[Floats, Floats]:
-    """Return separations and mean pressures of a convex curve, by cubics of ln(pressure)."""
+    """Return separations d, mean pressures p: splines of ln p(d) between loads, made convex."""
     from scipy.interpolate import CubicHermiteSpline
 
     d = solution.separation

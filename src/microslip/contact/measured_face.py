@@ -160,7 +160,7 @@ def check_pressure(pressure: float | None, hardness: float, modulus: float, face
 
 @dataclass(frozen=True)
 class ContactNumbers:
-    """Numbers reported with the law of a measured face, at its heaviest load."""
+    """Inputs of the solution of a measured face, and its results at the tightening pressure."""
 
     pressure: float
     """Tightening pressure, or the largest pressure of an elastic face [Pa]."""
@@ -191,7 +191,8 @@ class ContactNumbers:
     stiffest_direction: float
     """Direction of the largest tangential stiffness, from x of the scan [rad]."""
     ratio_change: float
-    """Mean ratio at a tenth of the load, relative to that at the largest load [-]."""
+    """Normal over tangential stiffness, as a mean over all directions, at a tenth of the largest
+    load, over that at the largest load [-]."""
     coarser: float | None
     """Stiffness for twice the pixel, relative to that for the pixel [-]; None if not solved."""
     smoother: float | None = None
@@ -219,7 +220,7 @@ class Task(NamedTuple):
         return sha256(z.tobytes() + words.encode()).hexdigest()[:32]
 
     def solved(self, workers: int, progress: Progress | None) -> FaceSolution:
-        """Return the solution; the most recent solutions are cached."""
+        """Return separations, pressures and slopes on unloading; recent solutions are cached."""
         key = self.key
         known = _remembered.get(key)
         if known is not None:
@@ -270,7 +271,10 @@ def stiffness_scatter(solution: FaceSolution) -> float | None:
 
 
 def ratio_of(tensor: Floats, direction: float | None) -> float:
-    """Return normal over tangential stiffness in a direction [rad]; None is the mean."""
+    """Return normal over tangential stiffness [-] along a direction [rad]; None: the mean.
+
+    ``tensor`` is the ratio of tangential to normal stiffness [-], shape (2, 2).
+    """
     if direction is None:
         return 2.0 / float(np.trace(tensor))
     e = np.array([math.cos(direction), math.sin(direction)])
@@ -288,7 +292,7 @@ _ARRAYS = {"separation": 1, "pressure": 2, "slope": 2, "contact": 1, "sliding": 
 def contact_numbers(
     task: Task, solution: FaceSolution, pressure: float, bound: float
 ) -> ContactNumbers:
-    """Return the numbers to report, in SI units; ``pressure`` and hardness ``bound`` are in Pa."""
+    """Return the reported numbers; tightening ``pressure`` and hardness ``bound`` are in Pa."""
     face = task.face
     pieces = face.pieces(task.piece)
     spread = float(np.var([piece.mean() for piece in pieces])) / face.rms**2

@@ -33,17 +33,18 @@ def blocks(rows: int, columns: int, size: int = _BLOCK) -> list[slice]:
 class Kind(NamedTuple):
     """Definition of a sum over contacts as a function of an increment v of the separation.
 
-    It is the sum of k s^power share(v/s), where k is the load constant and s the indentation of
-    each contact before the increment.
+    It is the sum of k s^power share(x, q, 1 - q), with x = v/s and q = sqrt(max(1 - x, 0)), where k
+    is the load constant of each contact and s its indentation before the increment. The instances
+    are DROP, FALL, EXCESS and EXCESS_SLOPE.
     """
 
     power: float
     order: int
-    """Leading power of v at small v, 0 to 3."""
+    """Power of v to which the sum is proportional for small v, 0 to 3."""
     share: Callable[[Floats, Floats, Floats], Floats]
-    """Factor as a function of x = v/s, q = sqrt(1 - x) and 1 - q; q is 0 for x > 1."""
+    """Contribution of a contact over k s^power [-], as a function of x, q and 1 - q."""
     slipped: Callable[[Floats, Floats, Floats], Floats]
-    """Sum over fully slipped contacts, from v and their sums of k s^(3/2) and k s^(5/2)."""
+    """Sum over contacts with s < v, from v and their sums of k s^(3/2) and k s^(5/2)."""
 
 
 # Closed forms of Cattaneo and Mindlin's sphere that do not cancel for small x.
@@ -63,14 +64,15 @@ EXCESS_SLOPE = Kind(1.5, 2, lambda x, q, p: 0.25 * p * p * (2.0 + q), lambda v, 
 
 
 class Contacts:
-    """Contacts of given summits at one separation, with indentations s and load constants k.
+    """Contacts of given summits at one separation, with indentations s [m] and load constants k.
 
-    Sums are functions of an increment v of the separation; a summit slips fully at v = s. Few
-    contacts are summed directly. For many, only summits with s near v are summed directly; fully
-    slipped summits are cumulative sums, and the remaining sum, smooth in v, is a polynomial on each
-    panel of v. Polynomials are gathered from coarse to fine panels (as in a fast multipole method):
-    n contacts cost O(n log n) once and O(1) per value. Panels extend to eight times the median of
-    s; summits with larger s have separate panels.
+    The sums of :class:`Kind` are functions of an increment v of the separation. Few contacts are
+    summed one by one. For many, v is divided into panels. Contacts with s in the panel of v or in
+    the next two are summed one by one. Contacts with smaller s, which have ended before v, are
+    included by cumulative sums over s, and contacts with larger s, whose sum is smooth in v, by a
+    polynomial in v on each panel. Polynomials are gathered from coarse to fine panels (as in a fast
+    multipole method): n contacts cost O(n log n) once and O(1) per value. Panels extend to eight
+    times the median of s; contacts with larger s also have panels of their own, for larger v.
     """
 
     def __init__(self, indentations: Floats, constants: Floats) -> None:
@@ -138,10 +140,9 @@ class Contacts:
         return _terms(kind, v, self._s[summits], self._k[summits])
 
     def _far(self, kind: Kind) -> Table:
-        """Tabulate the sum over distant summits, divided by v**kind.order, on panels of v.
+        """Tabulate the sum over contacts with s beyond the panel of v and the next two.
 
-        Summits that slip fully in the panel of v or one of the next two are summed directly
-        instead.
+        The table holds it over v**kind.order, a smooth function of v, on each panel of v.
         """
         points = 0.5 * (1.0 + NODES)
         halves = [_resample(side) for side in (0, 1)]
@@ -199,7 +200,7 @@ def _power(s: Floats, power: float) -> Floats:
 
 @lru_cache(maxsize=2)
 def _resample(side: int) -> Floats:
-    """Return the matrix that interpolates values at the nodes of a panel to the nodes of a half."""
+    """Return the matrix from values at panel nodes to nodes of its lower (0) or upper half (1)."""
     inner = 0.5 * NODES + (side - 0.5)
     series = np.polynomial.chebyshev.chebvander(inner, NODES.size - 1)
     return np.ascontiguousarray(TO_SERIES @ series.T)

@@ -93,7 +93,7 @@ def decayed(x: Floats, power: int, other_power: int) -> Floats:
 
 
 def over_pairs(spline: Spline, kind: str, d: Floats, u: Floats) -> Floats:
-    """Return drop, excess or excess slope as :mod:`.grids` at pairs (d, u), as positive sums."""
+    """Return the ``kind`` of :mod:`.grids` at pairs (d, u) as a sum of positive terms."""
     if kind == "drop":
         return _drops(spline, d, u)
     last = float(spline.knots[-1])
@@ -147,7 +147,7 @@ def _drops(spline: Spline, d: Floats, u: Floats) -> Floats:
 
 
 def _past_piece(spline: Spline, i: Integers, d: Floats, u: Floats) -> Floats:
-    """Return the decrease of load [N] from the end of piece ``i``, which contains d, to d + u."""
+    """Return N(e) - N(d + u) [N], where d is in piece ``i`` and e < d + u is the end of it."""
     knots, slopes, curvatures, loads, _, ends, has_tail = spline
     last = knots.size - 1
     j = np.maximum(np.searchsorted(knots, d + u, side="right") - 1, i + 1)

@@ -205,7 +205,7 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         )
 
     def _tail_at(self, d: float) -> tuple[float, float]:
-        """Return the load [N] at the start of the tail or at d in it, and its decay length [m]."""
+        """Return the load [N] at max(d, start of the tail) and the tail's decay length [m]."""
         if self.tail is None:
             return 0.0, 1.0
         knots, length = self._spline.knots, self._spline.decay_length

@@ -47,7 +47,7 @@ class HeightDistribution(Parametric, ABC):
 
     @property
     def _breaks(self) -> Floats:
-        """Heights [m], increasing, at which the moments are not smooth, including the edge."""
+        """Heights [m], increasing: kinks of moments and points near them, to split integrals."""
         return np.zeros(0)
 
     @property

@@ -143,10 +143,11 @@ class DensityHeights(HeightDistribution):
 
     @cached_property
     def _panel_masses(self) -> tuple[tuple[float, Floats, Floats], ...]:
-        """Point masses [-] that replace the density of each panel for distant thresholds.
+        """Point masses [-] that replace the density of each panel for thresholds below it.
 
-        One set for each distance over the panel width: farther away the integrand is a polynomial
-        of lower degree, to 1e-14, and fewer points suffice.
+        There is one set for each least distance of a threshold from the panel, in panel widths: the
+        larger it is, the fewer points represent the integrand within 1e-14. A set is this distance,
+        and the positions above the lower panel edge [m] and masses, both (panels, points).
         """
         edges = self._density_pieces.edges
         fine = self._probabilities(edges)
@@ -160,7 +161,7 @@ class DensityHeights(HeightDistribution):
         return tuple(levels)
 
     def _root_moment(self, t: Floats) -> Floats:
-        """Return the moment of order -1/2 within the span, the integral of 2 pdf(t + z^2) dz."""
+        """Return the integral of 2 pdf(t + z^2) over z > 0: the moment of order -1/2 at t [m]."""
         edges = self._density_pieces.edges
         width = np.diff(edges)
         order = np.argsort(t, axis=None)
@@ -206,10 +207,10 @@ class DensityHeights(HeightDistribution):
         return tables
 
     def _masses_below(self, octave: int) -> tuple[Floats, Floats]:
-        """Return heights and probabilities of point masses, for thresholds below all heights.
+        """Return heights [m] and probabilities of point masses, for thresholds below all heights.
 
-        The thresholds are about 2**-octave times the range of heights below the lowest height; the
-        point masses are denser near the lowest height.
+        The distance of the thresholds from the lowest height is at least 2**-octave times the range
+        of the heights. The point masses are denser near the lowest height.
         """
         cloud = self._clouds.get(octave)
         if cloud is None:
@@ -228,8 +229,8 @@ class DensityHeights(HeightDistribution):
     def _breaks(self) -> Floats:
         """Heights [m], increasing, at which integrals over the moments are split.
 
-        They are the panel edges of the table of order -1/2, after points below the lowest height
-        whose distances from it are halved from one to the next.
+        First come points below the lowest height, each half as far from it as the one before; then
+        the panel edges of the table of order -1/2.
         """
         edges = self._tables[-1].edges
         below = edges[0] - self.spread * 2.0 ** np.arange(12.0, -48.0, -1.0)

@@ -25,9 +25,11 @@ _BLOCK = 1 << 16  # pieces times thresholds a pass
 def piece_moment(
     twice: int, low: Floats, high: Floats, width: Floats, left: Floats, right: Floats
 ) -> Floats:
-    """Return the integral of s^(twice/2) p(s) over low <= s <= high, p linear from left to right.
+    """Return the integral of s^(twice/2) p(s) over low <= s <= high.
 
-    ``width`` is high - low, passed separately because the difference of the limits loses digits.
+    s is the height above the threshold [m], and p the density [1/m], linear in s: ``left`` at
+    ``low`` and ``right`` at ``high``. ``width`` is high - low, passed separately because the
+    difference of the limits loses digits.
     """
     nodes, weights = gauss_legendre((twice + 5) // 2)
     first = np.sqrt(low)
@@ -47,7 +49,7 @@ def piece_moment(
 def piece_moment_at(
     twice: int, low: float, high: float, width: float, left: float, right: float
 ) -> float:
-    """Return the moment of one piece in plain Python, faster than short arrays."""
+    """Return :func:`piece_moment` of one piece in plain Python, faster than NumPy for one value."""
     first = math.sqrt(low)
     roots = first + math.sqrt(high)
     if roots == 0.0:
@@ -133,7 +135,11 @@ def direct(
 
 
 def far_series(panels: Panels) -> dict[int, Floats]:
-    """Return, for each panel, series of the moments above the next panel, by twice the order."""
+    """Return series for the moments of all heights above the next panel, by twice the order.
+
+    A row holds the Chebyshev coefficients of the moment as a function of the threshold in a panel;
+    the heights in that panel and in the next higher one are not included. Shape (panels, terms).
+    """
     knots = panels[0]
     half = 0.5 * np.diff(knots)
     series = _beyond(panels, -1, knots[:-1, None] + half[:, None] * (1.0 + _NODES)) @ _TO_SERIES
@@ -150,9 +156,10 @@ def far_series(panels: Panels) -> dict[int, Floats]:
 def _beyond(panels: Panels, twice: int, places: Floats) -> Floats:
     """Return moments of order ``twice``/2, as :func:`direct`, without the nearest two pieces.
 
-    ``places`` are the thresholds [m], one row for each panel. Pieces of the density in the panel of
-    a threshold and in the next higher one are left out. The moments of pieces farther above a block
-    of panels than half the block's width are interpolated within it by one Chebyshev series.
+    ``places`` are the thresholds [m], one row for each panel. The pieces of the density in the
+    panel of a threshold and in the next higher one are left out. Neighbouring panels form blocks.
+    Pieces farther above a block than half its width contribute one Chebyshev series in the
+    threshold, valid in the whole block; the others are summed for each threshold.
     """
     knots = panels[0]
     count = knots.size - 1

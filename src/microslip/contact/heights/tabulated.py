@@ -171,7 +171,7 @@ class TabulatedHeights(Locked, HeightDistribution):
 
     @cached_property
     def _moments_about_knots(self) -> tuple[Floats, Floats, Floats]:
-        """Moments of order 0, 1 and 2 about each knot of the panels, of the heights above it."""
+        """Moments of orders 0, 1 and 2 about each knot of the panels, of the density above it."""
         knots, left, right = self._panels
         width = np.diff(knots)
         zero = 0.5 * width * (left + right)
@@ -318,7 +318,7 @@ class TabulatedHeights(Locked, HeightDistribution):
         return knots.tolist(), left.tolist(), right.tolist()
 
     def _moment_above(self, twice: int, knot: NDArray[np.intp], distance: Floats) -> Floats:
-        """Return the moment of order 0, 1 or 2 above a knot, for a threshold below it [m]."""
+        """Return moments of the heights above knots, about points ``distance`` [m] below them."""
         f0, f1, f2 = (f[knot] for f in self._moments_about_knots)
         if twice == 0:
             return f0

@@ -245,7 +245,7 @@ def beyond(values: Any, scale: Any) -> Any:
 
 
 def sized(name: str, value: ArrayLike, unit: str = "m") -> Floats:
-    """Check that magnitudes are at most LARGEST = 1e40, so that energies stay finite."""
+    """Check that absolute values are at most LARGEST = 1e40, so that energies stay finite."""
     array = floats(name, value, unit)
     if max(-float(array.min()), float(array.max())) > LARGEST:
         worst = float(np.abs(array).max())

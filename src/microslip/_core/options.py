@@ -94,7 +94,7 @@ class Option(Number):
         return tuple(self.read_item(item) for item in items)
 
     def read_text(self, text: str) -> Any:
-        """Convert one value from a command line to SI units; numbers are given as text, too."""
+        """Convert one value of a command line, where numbers are given as text, to SI units."""
         if self.none and text == self.none:
             return None
         if self.kind not in (float, int):

@@ -6,7 +6,7 @@ A field of a frozen dataclass declares its symbol, unit, range and meaning::
 
 From this declaration follow the check when an object is created, the initial values of fits, the
 key in studies and its schema, the option of commands and its help, the input fields of the browser
-workbench, the headings of tables, and the attributes in files. Inputs that do not belong to a
+workbench, the headings of tables, and the attributes in files. Inputs that are not parameters of a
 class, such as how a file is read, are options (`microslip._core.options`).
 """
 

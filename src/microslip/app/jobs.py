@@ -390,7 +390,11 @@ def _text(name: str, value: Any) -> str:
 
 
 async def preview(arguments: list[str], folder: Path, request: Any) -> dict[str, Any]:
-    """Return the preview of a file, computed in a separate process in at most two minutes."""
+    """Run :mod:`microslip.cli.workbench` in a separate process and return its preview of a file.
+
+    ``arguments`` are those of its command, run in ``folder``. ``request`` names the part to save
+    and its path; None for a preview. Raises PreviewError after two minutes.
+    """
     process = await asyncio.create_subprocess_exec(
         sys.executable, "-P", "-m", "microslip.cli.workbench", *arguments, cwd=folder,
         stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE,

@@ -93,7 +93,7 @@ def record_view(record: Record, say: Any = str) -> dict[str, Any]:
 
 
 def save_record(record: Record, part: Any, save: str) -> dict[str, Any]:
-    """Save the samples between the two times ``part`` as a separate record."""
+    """Save the samples between two times ``part`` [s], or two sample numbers, as a record."""
     time, _ = _times(record)
     first, last = np.searchsorted(time, sorted(float(x) for x in part))
     keep = slice(int(first), int(last) + 1)

@@ -58,7 +58,7 @@ class CardErrors:
 
 @dataclass(frozen=True)
 class ContactCard:
-    """Contact properties of a joint per unit area, with their errors with respect to the joint."""
+    """Contact properties of a joint per unit area, with their errors relative to the joint."""
 
     pressure: float
     """Mean pressure on the joint [Pa]."""

@@ -56,7 +56,7 @@ def _csv(header: list[str], columns: dict[str, Any]) -> str:
 
 
 def write_fitted(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
-    """Return the files of the Segalman or Iwan model fitted to the order's law, and its errors."""
+    """Return the files of the Segalman or Iwan model fitted to the exported law, and its errors."""
     low, high = order.span
     model: BackboneLaw
     if order.kind == "segalman":

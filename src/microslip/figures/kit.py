@@ -157,7 +157,7 @@ class LineStyle(NamedTuple):
     marker: Marker = "o"
 
     def entry(self, label: str, *, line: bool = True, marked: bool = True) -> Entry:
-        """Return the legend entry of the line, without its dashes or markers if these are False."""
+        """Return a legend entry; ``line`` keeps the dashes, and ``marked`` keeps the marker."""
         return Entry(label, self.color, self.dash if line else (), self.marker if marked else None)
 
 
@@ -190,9 +190,9 @@ def visible_values(values: Floats, log: bool = True) -> Floats:
 
 
 def in_unit(values: Floats, unit: str) -> tuple[float, str]:
-    """Return a divisor for values, and the prefixed unit of the quotients, such as (1e-6, "µm").
+    """Return the divisor that converts values to a prefixed unit, and this unit as text.
 
-    The prefix suits the geometric mean of the smallest and the largest value.
+    The prefix suits the geometric mean of the smallest and the largest value: (1e-6, "µm").
     """
     if unit in ("", "-", "–"):
         return 1.0, "–"

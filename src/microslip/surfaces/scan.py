@@ -142,7 +142,7 @@ class Scan(HeightMap):
         tightening_pressure: float | None = None,
         **how: Any,
     ) -> MeasuredContact:
-        """Return the normal law of the scan, its load solved from the contact of all points.
+        """Return the load over separation of the scan, solved for the contact of all its points.
 
         The points interact elastically, and their pressure is limited by the hardness if
         ``tightening_pressure`` is given. Missing points are filled and scans of more than a million

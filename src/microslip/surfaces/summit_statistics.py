@@ -23,7 +23,7 @@ class SummitStatistics:
     Parameters
     ----------
     density : float
-        Summits per area [1/m^2], above zero.
+        Summits per unit area [1/m^2], above zero.
     radius : float
         Radius of the summits [m], above zero.
     std : float

@@ -138,7 +138,7 @@ class Bands:
 
     @cached_property
     def _simulated(self) -> list[tuple[Floats, Floats]]:
-        """Vector h of the normal equations and solution g of fits to simulated noisy forces."""
+        """Vector h of the normal equations and solution g of each fit to simulated noisy forces."""
         fit, rng = self.fit, np.random.default_rng(0)
         base = fit.cone.gram @ self._truth
         fits = []

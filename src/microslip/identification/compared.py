@@ -183,9 +183,9 @@ def compare(
 
 
 def _parts(name: str, fits: Sequence[FreeForm]) -> list[FreeForm]:
-    """Return the free-form fits to compare a law with.
+    """Return the free-form fits with which the fits of the law ``name`` are compared.
 
-    They are joint fits of all loads for "interface", separate fits of each load for other laws.
+    "interface" is fitted to all loads together, other laws to each load alone, and so are these.
     """
     if name == "interface":
         return list(fits)

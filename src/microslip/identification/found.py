@@ -168,9 +168,10 @@ class Identification(Locked, Plottable):
     # -- functionals ------------------------------------------------------------------------------
 
     def _coefficients(self, at: _At, shape: Callable[[Floats], Floats]) -> Floats:
-        """Return the derivatives of sum_i k_i shape(y_i) by the fitted stiffnesses and shifts.
+        """Return the derivatives of sum_i k_i shape(y_i) with respect to the fitted coefficients.
 
-        The sum is over all sliders, with stiffnesses k_i [N/m] and yield displacements y_i [m].
+        The sum is over all sliders, with stiffnesses k_i [N/m] and yield displacements y_i [m]. The
+        coefficients are the stiffnesses and shifts.
         """
         y = np.maximum(at.y, 0.0)
         c = np.append(shape(y), np.zeros(at.by_shift.size))
@@ -193,7 +194,8 @@ class Identification(Locked, Plottable):
     def _force_of(self, at: _At, u: float) -> tuple[Floats, float, float]:
         """Return gradient, value [N] and slope [N/m] of the force at a displacement u [m].
 
-        u includes the deflection of the rig; the gradient is with respect to fitted coefficients.
+        The displacement includes the deflection of the rig. The gradient holds the derivatives with
+        respect to the fitted stiffnesses and shifts, the slope is the derivative with respect to u.
         """
         c = self._coefficients(at, lambda y: np.minimum(u, y))
         low, here, high = _sum(at, u * np.array([1.0 - _STEP, 1.0, 1.0 + _STEP]))
@@ -202,7 +204,7 @@ class Identification(Locked, Plottable):
         return c, float(here), float(high - low) / (2.0 * _STEP * u)
 
     def _in_series(self, at: _At, a: float, compliance: float) -> float:
-        """Return the displacement [m] of joint and rig at which the joint is displaced by ``a``."""
+        """Return the displacement [m] of joint and rig if that of the joint alone is ``a`` [m]."""
         if not compliance:
             return a
         y = np.append(0.0, np.sort(np.maximum(at.y, 0.0)))

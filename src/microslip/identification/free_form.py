@@ -389,7 +389,7 @@ class FreeForm:
         return carried(y, self._fall(), self._fall(friction))
 
     def carried_to(self, y: Floats, fall: float) -> Floats:
-        """Return thresholds ``y`` set ``fall`` [m] above those at the highest mean load."""
+        """Return thresholds ``y`` moved to ``fall`` [m] above those at the highest mean load."""
         return carried(y, self.fall, fall)
 
     def about(self, friction: float, k: Floats) -> FreeForm:

@@ -10,7 +10,7 @@ from microslip._core.checks import Floats
 
 
 def quantity_of(name: str, force: float, energy: float, a: float) -> tuple[float, float, float]:
-    """Return a named quantity at amplitude a [m], and its derivatives by force and energy."""
+    """Return a quantity at amplitude a [m], and its derivatives d/d(force) and d/d(energy)."""
     if name == "force":
         return force, 1.0, 0.0
     if name == "energy":

@@ -24,10 +24,11 @@ def groups_of(values: Iterable[float]) -> list[list[float]]:
 
 
 def carried(y: Floats, old: float, new: float) -> Floats:
-    """Return the thresholds at the reference load [m] after their decrease to another load changed.
+    """Return the thresholds at the reference load [m] after a change of friction.
 
-    This decrease changes from ``old`` to ``new`` [m]; thresholds at the other load stay fixed.
-    Thresholds y <= ``old`` are scaled by new/old.
+    Thresholds decrease from the reference load to a second load, by ``old`` [m] before the change
+    and by ``new`` [m] after it; at the second load they do not change. ``y`` are the thresholds at
+    the reference load before the change; those up to ``old`` are scaled by new/old.
     """
     return np.where(y > old, y + (new - old), y * (new / old)) if old > 0.0 else y
 

@@ -141,10 +141,10 @@ def _lost_motion(fit: FreeForm, rows: Rows, size: float) -> Floats:
 
 
 def _shortened(fit: FreeForm, rows: Rows, lost: Floats, size: float) -> Floats:
-    """Return the change of force per metre of a disturbance that shortens branches [N/m] (bins, 1).
+    """Return the change of force [N/m] (bins, 1) per metre of clearance or lost motion.
 
-    ``lost`` [m] is the length subtracted from half the distance of each node from the start of its
-    branch. The change of force is divided by ``size`` [m], the size of the disturbance.
+    Both shorten the branches: ``lost`` [m] is subtracted from half the distance of each node from
+    the start of its branch. ``size`` [m] is the clearance or lost motion.
     """
     y, cycle = fit.thresholds(fit.level[rows.load]), rows.cycle
     less = np.maximum(cycle.half - lost, 0.0)
@@ -183,11 +183,12 @@ SIGNATURES: Mapping[str, Signature] = {
 
 
 def _with_columns(fit: FreeForm, signature: Signature) -> float:
-    """Return the sum of squared residuals of a fit with one more disturbance of each record.
+    """Return the sum of squared residuals of a fit that includes a disturbance of each record.
 
-    ``signature`` returns the columns of the design matrix for the disturbance, whose size is fitted
-    for each record. Some columns depend on that size and on the density of sliders, which a fit
-    without the disturbance distorts; so they are computed again after each iteration.
+    ``signature`` returns the columns of the design matrix for the disturbance, for example inertia,
+    whose size is fitted for each record. Some columns depend on that size and on the density of
+    sliders, which a fit without the disturbance distorts; so they are computed again after each
+    iteration.
     """
     current, least, sizes = fit, math.inf, [0.0] * len(fit.rows)
     for _ in range(_ROUNDS):

@@ -150,7 +150,10 @@ class Statistics:
 
     @property
     def least_stiffness(self) -> float:
-        """Lower bound of the rig stiffness [N/m]: secant stiffness at a small displacement."""
+        """Lower bound of the rig stiffness [N/m]: secant stiffness of joint and rig in series.
+
+        The secant ends at a displacement at which the force is well above the noise.
+        """
         u = _CLEAR * self.fit.finest
         return float(self.fit.backbone(np.array([u]))[0]) / u
 

@@ -115,7 +115,7 @@ class Folded(Locked):
     """
 
     def basis(self, phase: Floats, order: int = 0) -> Floats:
-        """Evaluate displacement terms, or derivatives, at phases [rad] (phases, coefficients)."""
+        """Evaluate displacement terms, or their derivatives, at phases [rad] (phases, terms)."""
         return basis(phase, self.harmonics, self.corners, order)
 
     def displacement(self, phase: Floats, order: int = 0) -> Floats:

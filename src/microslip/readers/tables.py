@@ -216,8 +216,8 @@ def unique_name(column: Named, columns: Sequence[Named]) -> str:
 def scale(values: Floats, factor: Decimal) -> None:
     """Multiply numbers in place by a factor.
 
-    For powers of ten down to 1e-22 the result is correctly rounded: negative powers are applied by
-    division, because 10^n is exact in binary and 10^-n is not.
+    A factor 10^-n with n up to 22 is applied by division by 10^n, which is exact in binary, so that
+    the results are correctly rounded.
     """
     if factor == 1:
         return

@@ -131,7 +131,7 @@ class InterfaceModel:
         return Interface(surface, mu, normal_load=load)
 
     def derived(self, values: Values, load: float, given: Materials) -> dict[str, float]:
-        """Return force limit, stiffness and, if ``given`` allows it, sizes of summits, in SI."""
+        """Return force limit, stiffness and, with materials ``given``, sizes of summits (SI)."""
         pair, area, _ = given
         mu, scale, h = self._values(values)
         template = self.template

@@ -101,7 +101,6 @@ def _words(text: str) -> list[str]:
 
 
 def _mirrored(row: Any, column: Any, values: Floats, size: int) -> Any:
-    """Return a sparse symmetric matrix from all entries, or from the entries of one triangle."""
     from scipy.sparse import coo_matrix
 
     given = set(zip(row.tolist(), column.tolist(), strict=True))

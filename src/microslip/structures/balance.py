@@ -170,12 +170,10 @@ class ModeResidual(NamedTuple):
 
 
 class _NotSticking(NamedTuple):
-    """Joints and coordinates of a group whose tangents differ from those of sticking joints."""
-
     directions: Floats
-    """(modes, joints * coordinates)."""
+    """Directions of joints that slip or open, (modes, joints * coordinates)."""
     tangent: Floats
-    """Tangent minus that of sticking, (joints, coordinates * size, coordinates * size)."""
+    """Tangents less those of sticking, (joints, coordinates * size, coordinates * size)."""
 
 
 class _Compliance:

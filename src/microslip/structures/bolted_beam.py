@@ -139,7 +139,6 @@ class Drawing:
         return dict(zip(names, zip(listed["material"], heavy, strict=True), strict=True))
 
     def _mesh(self, bodies: Any, size: float, side: int = SIDE) -> JointMesh:
-        """Return the mesh of a cell size [m], with ``side`` cells along the block of a bolt."""
         sizes = self.width, self.thickness
         return beam_mesh(self.laps, self.stretches, bodies, sizes, self.style, size, side)
 

@@ -370,7 +370,6 @@ def _numbered_groups(cell_data: Mapping[str, Any]) -> dict[str, list[Indices]]:
 
 
 def _solids(path: Path, file: Any) -> tuple[str, Indices, list[Indices]]:
-    """Return the kind of the solid cells, their corners, and the cell indices of each block."""
     kinds = {_SOLIDS[block.type] for block in file.cells if block.type in _SOLIDS}
     unsupported = {b.type for b in file.cells if b.type.startswith(("wedge", "pyramid"))}
     if len(kinds) != 1 or unsupported:

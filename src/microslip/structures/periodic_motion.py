@@ -89,7 +89,7 @@ def harmonic_basis(harmonics: Sequence[int], samples: Any) -> HarmonicBasis:
 
 
 class HarmonicForces(NamedTuple):
-    """Fourier coefficients of forces; derivatives with respect to those of displacements."""
+    """Fourier coefficients of joint forces, and their derivatives by those of displacements."""
 
     force: Floats
     """Fourier coefficients of the forces, (joints, coordinates, size)."""
@@ -142,7 +142,7 @@ class AmplitudeMeasure:
 
 
 def power_of(quantity: Any) -> int:
-    """Return the order of the time derivative of a quantity."""
+    """Return the order (0, 1 or 2) of a quantity as a time derivative of displacement."""
     if not isinstance(quantity, str) or quantity not in POWERS:
         words = ", ".join(f'"{name}"' for name in POWERS)
         raise InputError(f"`quantity` must be one of {words}, got {show(quantity)}")

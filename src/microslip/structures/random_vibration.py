@@ -210,7 +210,7 @@ class RandomResponse(ModalResult):
 
 
 def mean_over_amplitudes(values: Floats) -> Floats:
-    """Return means over Rayleigh amplitudes; the last axis of ``values`` is the quadrature node."""
+    """Return means of ``values``, at quadrature nodes (last axis), over Rayleigh amplitudes."""
     return np.asarray(values @ _W)
 
 

@@ -25,7 +25,7 @@ _DIRECTIONS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 class ElasticBody:
-    """Static response of the meshed bodies to forces, without the rigid motion if they float."""
+    """Static response of the meshed bodies to forces, without rigid motion if not grounded."""
 
     def __init__(self, elements: Elements, masses: Any) -> None:
         from scipy import linalg

@@ -235,7 +235,10 @@ def refined(
     reduction: Mapping[str, Any],
     progress: Callable[[float], None] | None = None,
 ) -> ReducedJoint:
-    """Return a joint with flat faces, with the most dissipating patches halved along the lap."""
+    """Return a joint with flat faces, with the most dissipating patches halved along the lap.
+
+    Patches up to ``narrowest`` [m] are kept. ``reduction`` are arguments of :meth:`Reducer.reduce`.
+    """
     tell = progress or (lambda share: None)
     coarse = reducer.reduce(**reduction)
     tell(0.5)

@@ -381,7 +381,7 @@ GROUNDED = Rule(
 
 
 def judge(mass: Any, stiffness: Any, attachments: tuple[Attachment, ...]) -> tuple[Verdict, ...]:
-    """Return verdicts on the first frequency without joints and on joints in rigid motion."""
+    """Return verdicts on the first frequency without joints, and on joints in rigid motion."""
     count = None if mass.shape[0] <= LARGEST_DENSE else _MOST_RIGID + 1
     squares, shapes = linear_modes(stiffness, mass, count)
     rigid = rigid_count(squares, stiffness, mass)

@@ -73,7 +73,10 @@ def tie_limits(
 
 
 def _alike(joint: ReducedJoint, free: Floats, shapes: Floats) -> Floats:
-    """Return frequencies [Hz] of the modes of ``free`` indices that are most like ``shapes``."""
+    """Return the frequency [Hz] of the mode most similar to each column of ``shapes``.
+
+    The modes are those of the joint in which only the coordinates ``free`` (indices) can move.
+    """
     from scipy.linalg import eigh
 
     grid = np.ix_(free, free)

@@ -50,10 +50,10 @@ NOISY = "#e6e6e6"
 
 
 def virtual_rig(joint: Interface, seed: int = 0) -> VirtualTribometer:
-    """Return a simulation of the chapter's tribometer with ``joint``.
+    """Return a simulation of a tribometer like that of the chapter, with ``joint``.
 
-    The noise, the ripple of the load and the third harmonic of the motion are not given in the
-    chapter and are assumed.
+    The rig stiffness, the noise, the ripple of the load and the third harmonic of the motion are
+    assumed values.
     """
     return VirtualTribometer(
         joint,

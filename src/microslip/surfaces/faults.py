@@ -261,7 +261,7 @@ def _steps(lines: str, flat: Floats, std: float) -> list[str]:
 
 
 def _wave(lines: str, flat: Floats, std: float) -> list[str]:
-    """Report a wave across the lines, of equal phase along them, that is not the lay."""
+    """Report a wave across the lines, of equal phase along them, but not the lay of machining."""
     count = min(_PARTS, flat.shape[1] // 8)
     filled = np.where(np.isnan(flat), 0.0, flat)
     parts = np.array([part.mean(axis=1) for part in np.array_split(filled, count, axis=1)])

@@ -84,7 +84,10 @@ class Asperity(Interface):
         separation: float | None = None,
         indentation: float | None = None,
     ) -> Asperity:
-        """Return the asperity at another normal load [N], separation [m] or indentation [m]."""
+        """Return the asperity at another normal load [N], separation [m] or indentation [m].
+
+        The separation is 0 at first contact, so it is minus the indentation and below zero.
+        """
         states = {
             "normal_load": normal_load,
             "separation": separation,

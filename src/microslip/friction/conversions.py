@@ -54,13 +54,13 @@ def discretise(law: BackboneLaw, count: int) -> Iwan:
 def discretise_in_range(law: BackboneLaw, count: int, smallest: float, largest: float) -> Iwan:
     """Return at most ``count`` Iwan cells with uniform relative error over a range of amplitudes.
 
-    The knots, displacements at which tangents touch T0 (see :func:`discretise`), are in geometric
-    progression up to the amplitude ``largest`` [m], and denser where the slider density is high, as
-    at the slip limit of a sphere. Between knots at a distance h the polygon is above T0 by up to
-    h^2 |T0''|/8, which changes the energy E of a cycle of amplitude a by up to 4 a h^2 |T0''|/8. To
-    make the relative error of E uniform, the denser knots divide the integral of sqrt(a |T0''|/E)
-    evenly. The first knots are below ``smallest`` [m], since sliders that yield below it contribute
-    too.
+    The knots are the displacements at which tangents touch T0, see :func:`discretise`. They are in
+    geometric progression up to the amplitude ``largest`` [m], except where the slider density is
+    high, as at the slip limit of a sphere. Between knots at a distance h the polygon is above T0 by
+    up to h^2 |T0''|/8, which changes the energy E of a cycle of amplitude a by up to 4 a h^2
+    |T0''|/8. Where the density is high, h is therefore proportional to sqrt(E/(a |T0''|)), which
+    makes the relative error of E uniform. The first knots are below ``smallest`` [m], since sliders
+    that yield below it contribute too.
     """
     sliders = law.sliders()
     places = sliders.yield_displacements
@@ -138,9 +138,10 @@ def _knots(law: BackboneLaw, count: int) -> Floats:
     """Return ``count`` knots [m], the first at 0, that divide the integral of sqrt(-T0'') evenly.
 
     The error of the polygon of tangents is then uniform, and of second order in 1/count even if the
-    slider density is infinite at a point or extends to infinity. The density itself is not
-    evaluated: on a panel so narrow that the density is constant, the integral is sqrt(width *
-    decrease of T0'), which vanishes with the width at a discrete slider.
+    slider density is infinite at a point or extends to infinity. The density -T0'' is not
+    evaluated. The displacement is divided into panels, intervals so narrow that the density is
+    nearly constant in each; the integral over a panel is then sqrt(width * decrease of T0'). At a
+    discrete slider this product vanishes with the width.
     """
     # An irregular factor, so that no edge of a panel coincides with a corner of the law.
     edge = 1.0123456789 * law.force_limit / law.tangential_stiffness

@@ -41,7 +41,7 @@ class Coulomb(BackboneLaw):
 
     @cached_property
     def _rigid_table(self) -> Table:
-        """Table of the backbone after the first motion, the constant F, for the kernel."""
+        """Polynomial table of T0 for the compiled kernels: the constant F [N] at u > 0."""
         coefficients = np.zeros((1, kernels.TERMS))
         coefficients[0, 0] = self.force_limit
         return Table(lock(coefficients), 1.0, 0, self.force_limit, 0.0)

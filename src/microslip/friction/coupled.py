@@ -361,13 +361,13 @@ class CoupledLaw(BackboneLaw):
 
         Notes
         -----
-        Contacts that first touch at separations from the current one up to the slip front are
-        slipping. For a given ``separation`` the cycle is cut at turning points and where the
-        separation or the slip front passes a kink of the load curve (a summit, a knot of a table or
-        the upper end of the heights), and integrated piece by piece. For a given ``normal_load``
-        the cycle is sampled, and straight between samples. The error decreases with the inverse
-        square of the number of samples: some 4e-5 of the force limit with 256. The Jacobian is
-        exact for these samples.
+        Contacts that first touch at separations between the current one and a larger one, the slip
+        front, are slipping. For a given ``separation`` the cycle is cut at turning points and where
+        the separation or the slip front passes a kink of the load curve (a summit, a knot of a
+        table or the upper end of the heights), and integrated piece by piece. For a given
+        ``normal_load`` the cycle is sampled, and straight between samples. The error decreases with
+        the inverse square of the number of samples: some 4e-5 of the force limit with 256. The
+        Jacobian is exact for these samples.
         """
         if normal_load is None and separation is None:
             return super().harmonics(coefficients, harmonics, rest, rtol=rtol)

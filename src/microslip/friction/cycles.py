@@ -100,7 +100,7 @@ class PeriodicResponse(_Cycle):
 
 
 def rows_of(name: str, value: ArrayLike, samples: int) -> Floats:
-    """Convert array ``name`` to floats; its shape is (samples,) or (samples, parameters)."""
+    """Check array ``value``, ``name`` in errors: shape (samples,) or (samples, parameters)."""
     rows = floats(name, value)
     if rows.ndim not in (1, 2) or rows.shape[0] != samples:
         raise InputError(

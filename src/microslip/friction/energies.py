@@ -4,11 +4,12 @@ Let E(a) be the energy that a closed cycle of amplitude a dissipates. First load
 displacement u dissipates E(u)/4 and stores u T0(u)/2 - E(u)/8. A branch that ends at a distance 2h
 from its reversal dissipates E(h)/2, because a slider with yield displacement y (Iwan 1966, DOI
 10.1115/1.3625199) slips by 4 (a - y) in a cycle, u - y on first loading and 2 (h - y) on a branch.
-The stored energy changes on the branch by F (x - x_r) + 2h T0(h), where F is the force and x_r the
-displacement at its reversal, and x the displacement at its end.
+The stored energy changes on the branch by F (x - x_r) + 2h T0(h), where F and x_r are the force and
+the displacement at the reversal, and x is the displacement at the end of the branch.
 
-Both energies of a sample are sums along its chain of open reversals. A loop closes where this chain
-becomes shorter; a closed loop of width 2h has dissipated E(h).
+A reversal is open until the hysteresis loop that begins at it closes. Both energies of a sample are
+sums over its open reversals, from the oldest to the newest. A loop closes where their number
+decreases; a closed loop of width 2h has dissipated E(h).
 """
 
 from __future__ import annotations

@@ -207,7 +207,6 @@ class JointField(ByValue, SettledField, Locked):
         assign(self, _nodes=nodes)
 
     def _separation_of(self, shares: Floats, node: int) -> float:
-        """Return the separation [m] at which the whole surface carries ``shares[node]`` [N]."""
         try:
             separation: float = self.surface.separation(float(shares[node]))
         except InputError as error:
@@ -235,9 +234,10 @@ class JointField(ByValue, SettledField, Locked):
         return scale if self._own is None else scale * self._own.shares
 
     def _tightened_at(self, separations: Floats, loads: Floats) -> JointField:
-        """Return the field in which each node has yielded under its own load ``loads`` [N].
+        """Return the field in which the face has yielded at each node under the load of the node.
 
-        Nodes carry their loads at ``separations`` [m]. Without yielding their laws do not change.
+        Nodes carry their loads ``loads`` [N] at ``separations`` [m]. If the face does not yield,
+        the laws of the nodes do not change.
         """
         curve = self._nodes.curve
         own = OwnTightening.at_rest(self.surface, curve, separations, loads / self._scale)

@@ -69,7 +69,7 @@ class FieldBackbone(Locked, BackboneLaw):
 
     @cached_property
     def _energy_tables(self) -> tuple[Table, Floats] | None:
-        """Table of dE_d/da [N] over amplitude a, and E_d [J] at the start of each panel."""
+        """Piecewise polynomial of dE_d/da [N] over amplitude a [m]; E_d [J] where pieces begin."""
         if self._table is None:
             return None
         table = Table.sample(

@@ -90,12 +90,14 @@ class NodeCycles:
     def spectra(
         self, by_displacement: Floats, by_separation: Floats, analysis: Floats
     ) -> tuple[Floats, Floats, Floats, Floats]:
-        """Return Fourier coefficients of forces and loads [N], then the derivatives of each.
+        """Return Fourier coefficients of forces, those of loads, and the derivatives of both.
 
         ``analysis``, shape (samples, coefficients), converts samples to coefficients. Other
-        arguments are as for :meth:`slopes`. Derivatives have the shape (nodes, coefficients,
-        columns). Those of forces have one column for each parameter of the displacements, followed
-        by one for each of the separations; those of loads have only the columns of the separations.
+        arguments are as for :meth:`slopes`. The four results are the coefficients of forces and of
+        loads [N], shape (nodes, coefficients), the derivatives of the force coefficients and those
+        of the load coefficients, shape (nodes, coefficients, columns). Derivatives of forces have
+        one column for each parameter of the displacements, followed by one for each of the
+        separations; derivatives of loads have only the columns of the separations.
         """
         size, count = self.nodes.size, analysis.shape[1]
         directions = by_displacement.shape[2] + by_separation.shape[2]
@@ -364,7 +366,6 @@ def _per_sample(nodes: Nodes, name: str, value: ArrayLike) -> Floats:
 def _sampled(
     nodes: Nodes, x: Floats, steps: Floats, rest: tuple[Any, bool], waves: Floats, analysis: Floats
 ) -> FieldHarmonics:
-    """Return Fourier coefficients of forces and loads, with Jacobians, from sampled cycles."""
     cycles = NodeCycles(nodes, x, steps, rest)
     force, load, by_force, by_load = cycles.spectra(waves[None], waves[None], analysis)
     size = analysis.shape[1]
@@ -385,8 +386,9 @@ def varying_harmonics(
 ) -> FieldHarmonics:
     """Return Fourier coefficients of forces and loads, integrated piece by piece.
 
-    ``rows`` and ``paths`` are coefficients of displacements and separations, ``begin`` and
-    ``rests`` their values at rest [m], one per node. Results are NaN for nodes that do not move.
+    ``rows`` are coefficients of displacements and ``paths`` those of separations [m], shape (nodes,
+    coefficients). ``begin`` are the displacements and ``rests`` the separations at rest [m], one
+    per node. Results are NaN for nodes that do not move.
     """
     if basis.orders[-1] > MOST_ORDERS:
         raise InputError(

@@ -14,8 +14,8 @@ radius a minus that on the stick circle of radius c,
 
     q(r) = k [sqrt(a^2 - r^2) - sqrt(c^2 - r^2)]   (0 for the root of a negative number),
 
-with k = mu 2 E*/(pi rho) [Pa/m], phi and psi are integrals of one positive function g(t) = min(a^2
-- t^2, a^2 - c^2), t < a:
+with k = mu 2 E*/(pi rho) [Pa/m], phi and psi are integrals of one function g, which is min(a^2 -
+t^2, a^2 - c^2) for t < a and 0 for t >= a:
 
     phi = pi k integral of g(r sin p) dp,   psi = pi k integral of g(r sin p) cos(2p) dp
 
@@ -179,7 +179,10 @@ class AsperityFields(Locked):
     # -- displacements --------------------------------------------------------------------------
 
     def _terms(self, r: Floats) -> Iterator[tuple[float, Floats, Floats]]:
-        """Yield factor, potential and deviator of each Cattaneo term at distances r [m]."""
+        """Yield the factor, potential phi(r) and deviator psi(r) [Pa m] of each Cattaneo term.
+
+        The module defines phi and psi, and the class the terms and their factors.
+        """
         joint = self.asperity
         grade = joint._pressure_factor * joint.friction_coefficient
         for factor, removed in zip(self._factors.tolist(), self._removed, strict=True):

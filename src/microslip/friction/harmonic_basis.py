@@ -45,7 +45,7 @@ class Basis:
         self.is_sparse = count * (count + 1) // 2 < 4 * self.orders[-1] + 1
 
     def values(self, t: Floats, derivative: int = 0) -> Floats:
-        """Evaluate the functions or their derivatives at times t [rad], shape (t.size, size)."""
+        """Return the basis functions or a derivative (order 1 or 2) at phases t [rad], in rows."""
         angle = t[:, None] * self._n
         even, odd = np.cos(angle[:, ::2]), np.sin(angle[:, ::2])
         waves = np.empty((t.size, self._n.size))
@@ -62,14 +62,17 @@ class Basis:
 
     @property
     def factors(self) -> Floats:
-        """Factors that convert integrals of function times force over a period to coefficients."""
+        """Factors from integrals of basis function times force over a period to coefficients."""
         result = np.full(self.size, 1.0 / math.pi)
         if self.has_mean:
             result[0] = 0.5 / math.pi
         return result
 
     def sampled(self, samples: Any) -> tuple[Floats, Floats]:
-        """Return matrices from coefficients to samples and back, both of shape (samples, size)."""
+        """Return matrices W and A of shape (samples, size), for equidistant samples of a period.
+
+        Samples are W @ coefficients, and coefficients are samples @ A.
+        """
         fewest = 2 * self.orders[-1] + 1
         if not is_whole(samples) or not fewest <= samples <= _MOST_SAMPLES:
             raise InputError(
@@ -80,7 +83,7 @@ class Basis:
 
     @property
     def in_kernel(self) -> bool:
-        """True if the kernel supports the highest harmonic."""
+        """True if the compiled kernels can integrate up to the highest harmonic of the basis."""
         return self.orders[-1] <= (_MOST_FEW_ORDERS if self.is_sparse else MOST_ORDERS)
 
     def integrated(
@@ -90,7 +93,7 @@ class Basis:
 
         ``rows`` are displacement coefficients [m], shape (joints, size), and ``begin``
         displacements at rest [m], one or one per joint. ``tolerance`` is relative to the largest
-        force. The arguments ``line`` describe the law to ``kernel``.
+        force. The last arguments of ``kernel``, ``line``, are tables and factors of the law.
         """
         orders = _ALL_ORDERS
         if self.is_sparse:
@@ -109,7 +112,7 @@ class Basis:
         return force[:, columns], jacobian[:, columns][:, :, columns]
 
     def dense(self, rows: Floats) -> tuple[Floats, list[int]]:
-        """Return ``rows`` with zeros for missing harmonics, and the columns of the given ones."""
+        """Insert zeros for missing harmonics in ``rows``; also return the columns of the others."""
         if self.is_dense:
             return np.array(rows, dtype=float, order="C"), self.columns
         dense = np.zeros((len(rows), 2 * self.orders[-1] + 1))

@@ -216,15 +216,10 @@ def _at_rest(law: KinkedBackbone, motion: _Motion) -> HarmonicForce:
 
 
 class _Piece(NamedTuple):
-    """Monotone piece from displacement ``begin`` to ``end`` after the turning point ``way``.
-
-    ``parent`` is the turning point at which its branch began. Both are indices of turning points.
-    """
-
-    begin: float
-    end: float
-    parent: int
-    way: int
+    begin: float  # displacement [m] at the start of a piece of the cycle, which is monotone
+    end: float  # displacement [m] at its end
+    parent: int  # index of the turning point at which its branch began
+    way: int  # index of the turning point before the piece
 
 
 class _Cycle:
@@ -239,7 +234,6 @@ class _Cycle:
         self.pieces = self._branches()
 
     def _branches(self) -> list[_Piece]:
-        """Return the monotone pieces; store force and derivative at each turning point."""
         law, x, count = self.law, self.x, self.x.size
         half, stack = np.array([abs(x[0])]), [0]
         self.force = np.empty(count)

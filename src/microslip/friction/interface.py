@@ -208,7 +208,7 @@ class Interface(CoupledLaw):
 
     @cached_property
     def _full_slip(self) -> float | None:
-        """Displacement [m] from which T0 is the force limit to rounding; None without a table."""
+        """Displacement [m] of gross slip, where tables of T0 and E_d end; None without tables."""
         reach = self.surface._table_reach(self.separation)
         return None if reach is None else reach * self.slip_per_indentation
 

@@ -115,7 +115,6 @@ class Iwan(Locked, CellModel):
 
     @cached_property
     def _lists(self) -> tuple[list[float], list[float], list[float]]:
-        """Lists ``yields`` [m], ``stuck`` [N/m] and ``slipped`` [N] of :class:`_Cells`."""
         return tuple(values.tolist() for values in self._cells[:1] + self._cells[2:4])
 
     def _backbone_at(self, u: float) -> tuple[float, float]:

@@ -113,7 +113,7 @@ class Parallel(Locked, BackboneLaw):
     ) -> HarmonicForce:
         """Compute Fourier coefficients of the settled force [N]: the sum over the laws.
 
-        Parameters and result are those of :meth:`BackboneLaw.harmonics`, with units and shapes.
+        Parameters and result, their units and shapes are those of :meth:`BackboneLaw.harmonics`.
         """
         if not self._rigid:
             return super().harmonics(coefficients, harmonics, rest, rtol=rtol)

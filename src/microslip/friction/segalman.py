@@ -36,10 +36,11 @@ class SegalmanIwan(PowerModel):
 
     Notes
     -----
-    After Segalman (2005, DOI 10.1115/1.1989354). Sliders of density R u^chi [N/m^2] yield at
-    displacements u up to phi, where a discrete slider of stiffness beta K_T/(1 + beta) yields too.
-    With p = 1 + chi and K = K_T/(1 + beta), integration gives T0 = u [K_T - K x^p/(p + 1)] with x =
-    u/phi <= 1, and E_d = 4 K a^2 x^p p/((p + 1) (p + 2)) with x = a/phi for amplitudes a <= phi.
+    After Segalman (2005, DOI 10.1115/1.1989354). With p = 1 + chi and K = K_T/(1 + beta), sliders
+    of density (K p/phi^p) u^chi [N/m^2] yield at displacements u up to phi, where a discrete slider
+    of stiffness beta K yields too. Integration gives T0 = u [K_T - K x^p/(p + 1)] with x = u/phi <=
+    1, phi = F_S/[K_T - K/(p + 1)] from T0(phi) = F_S, and E_d = 4 K a^2 x^p p/((p + 1) (p + 2))
+    with x = a/phi for amplitudes a <= phi.
     """
 
     force_limit: float = field(metadata=parameter("F_S", "N", "force of gross slip", above=0.0))
@@ -172,7 +173,7 @@ class SegalmanIwan(PowerModel):
 
     @classmethod
     def examples(cls) -> tuple[SegalmanIwan, ...]:
-        """Return a lap joint, a smooth law, and laws with many and with few early sliders."""
+        """Return a lap joint, a law with beta = 0, and laws with chi near -1 and chi above 1."""
         return (
             cls(force_limit=4000.0, stiffness=1.5e8, chi=-0.5, beta=0.6),
             cls(force_limit=1100.0, stiffness=5.7e9, chi=0.0, beta=0.0),
@@ -182,7 +183,7 @@ class SegalmanIwan(PowerModel):
 
 
 def fit_segalman(law: BackboneLaw, amplitudes: Floats) -> SegalmanFit:
-    """Fit chi and beta to the energies of a law at ``amplitudes`` [m], one-dimensional."""
+    """Fit chi and beta to the energies that a law dissipates in cycles of ``amplitudes`` [m]."""
     with needed_for("a fit of Segalman's law needs"):
         from scipy.optimize import least_squares
 

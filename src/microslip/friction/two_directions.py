@@ -268,7 +268,7 @@ class IsotropicField(Locked):
 
     @cached_property
     def resolution(self) -> Floats:
-        """Amplitudes [m] below which nodes do not dissipate, kappa times the knot spacing.
+        """Amplitudes [m] below which nodes do not dissipate: kappa times spacing of :attr:`knots`.
 
         Energies are accurate above ten times this amplitude; smaller cycles need more sliders.
         """
@@ -381,7 +381,6 @@ class IsotropicField(Locked):
 
 
 def _places_at_rest(field: FieldOfNodes) -> Floats:
-    """Return the separations at rest [m], converted to the load curve of the surface."""
     return field._nodes.curve.origin + field._nodes.rests
 
 

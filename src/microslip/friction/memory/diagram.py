@@ -46,7 +46,10 @@ def checked_depth(depth: Any) -> int | None:
 
 
 def merging_profile(curve: LoadCurve, reach: float) -> Profile:
-    """Return N(d) up to the separation ``reach`` [m] as polynomials, to merge rows of a diagram."""
+    """Return the load curve N(d) as polynomials, for the error bound when rows are merged.
+
+    ``reach`` is the largest separation of the rows [m], relative to the origin of ``curve``.
+    """
     profile = curve.profile(min(0.0, reach), max(0.0, reach))
     if profile is None:
         raise InputError(
@@ -248,7 +251,11 @@ class Diagram:
     # -- slip -----------------------------------------------------------------------------------
 
     def runs(self, separation: Floats, places: Floats) -> Floats:
-        """Return a column for each advance of the slip front over a row of D; see SlipLosses.of."""
+        """Return the advances of the slip front over rows of the diagram, one per column.
+
+        The samples of a record have the separations ``separation`` and displacements/kappa
+        ``places`` [m]. The entries of a column are described at :meth:`.SlipLosses.of`.
+        """
         return kernels.slip_runs(separation, places, self.stack, *self._last)
 
     def losses(self, separation: Floats, displacement: Floats, curve: LoadCurve) -> Floats:
@@ -306,7 +313,8 @@ class EnergyAccumulator:
     def settle(self, diagram: Diagram, curve: LoadCurve) -> float:
         """Return the total energy dissipated [J] up to the state ``diagram``.
 
-        The losses of the collected steps are added to :attr:`total` and the steps are cleared.
+        The losses of the collected steps, computed from the load curve ``curve``, are added to
+        :attr:`total`, and the steps are cleared.
         """
         if self._pending:
             d, x = np.concatenate(self._separations), np.concatenate(self._displacements)

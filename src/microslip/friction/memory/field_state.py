@@ -217,7 +217,7 @@ class FieldState(Resumable):
         return FieldResponse(force, load, tangent, stiffness)
 
     def _steps(self, separations: ArrayLike) -> tuple[Floats, tuple[float, float]]:
-        """Return trial steps from rest, and the range of steps from the origin of the curve."""
+        """Return trial steps from rest, and the extreme steps from the origin; see Nodes [m]."""
         nodes = self._nodes
         if _is_plain(separations, nodes.size):
             step = np.empty(nodes.size)
@@ -264,7 +264,7 @@ class FieldState(Resumable):
         -------
         dict of str to ndarray
             - ``now``: one row per node: displacement [m], separation minus that at rest [m], and
-              T/mu [N] of the whole surface at the pressure of the node.
+              T/mu [N], scaled from the area of the node to that of the surface.
             - ``rows``: all rows of the memory diagrams D(eta), for each node from the largest eta
               on: number of the node, outer end of the row minus the separation at rest [m], D [-],
               integral of D beyond this end [m], T/mu when the row was created [N], as in ``now``,
@@ -366,11 +366,11 @@ class FieldState(Resumable):
         self._depth = kept
 
     def _losses(self, place: Floats, step: Floats, code: Integers, reach: Any) -> Floats:
-        """Return the energy dissipated by each node in a step, over its weight and slip [J].
+        """Return the dissipated energies of the nodes in a step, divided by weights and slips [J].
 
-        The step ends at ``place`` and ``step``. Weight and slip are ``weights`` and ``slips``
-        of :class:`.Nodes`. ``code`` holds the kind of move of each node, ``reach`` the range of
-        the load curve that is needed.
+        Here :class:`.Nodes` defines ``weights``, ``slips``, and the ``place`` and ``step`` at the
+        end. ``code`` is 4 times the number of rows of the diagram that remain, plus 0 for a node
+        that sticks, or 1 or 2 for one that slips. ``reach`` is the range of the load curve needed.
         """
         nodes, lost = self._nodes, np.empty(place.size)
         profile = nodes.curve.profile(*reach)

@@ -22,23 +22,24 @@ class Nodes:
     """Joints that share a load curve, one entry per joint in each array.
 
     Displacements and separations are converted to the variables of the load curve, both in [m]. A
-    place is a displacement divided by ``slips``. A step is a separation minus that of the origin of
-    the curve, or minus that at rest, divided by ``lengths``.
+    place is a displacement divided by ``slips``. A step is a difference of separations divided by
+    ``lengths``: a step from the origin is relative to the separation ``origins`` of the joint, at
+    which the argument of the load curve is 0; a step from rest is relative to that at rest.
     """
 
     curve: LoadCurve
     weights: Floats
-    """Tangential force of a node over the load of the curve, including mu."""
+    """Force limit mu N of a node over the load of the curve at the same step [-]."""
     scales: Floats
-    """Normal load of a node over that of the curve."""
+    """Normal load N of a node over the load of the curve at the same step [-]."""
     slips: Floats
-    """Displacement over coordinate of the load curve [-], kappa times ``lengths``."""
+    """Displacement over place [-]: the slip per indentation kappa times ``lengths``."""
     rests: Floats
-    """Steps at rest relative to the origin of the curve."""
+    """Steps from the origin at rest [m]."""
     origins: Floats | None = None
-    """Separations [m] of step zero, shape (nodes,); None is the origin of the curve."""
+    """Separations [m] at step 0 from the origin; None if all are ``curve.origin``."""
     lengths: Floats | None = None
-    """Separation per step [-], with origins: 1 for a node with the law of the surface."""
+    """Separation difference over step [-]; None if all are 1, as for the law of the surface."""
 
     @property
     def size(self) -> int:
@@ -87,7 +88,7 @@ class Nodes:
         return checked_separations(self.curve.surface, separations)
 
     def reach(self, *steps: Floats | None) -> tuple[float, float]:
-        """Return the smallest and largest step from the origin [m] of the given steps from rest."""
+        """Convert steps from rest to steps from the origin [m]; return the smallest and largest."""
         moved = [s + self.rests.reshape(-1, *[1] * (s.ndim - 1)) for s in steps if s is not None]
         low = min(float(s.min()) for s in [self.rests, *moved])
         # A shared curve extends to zero load.

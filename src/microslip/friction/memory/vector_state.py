@@ -51,7 +51,7 @@ class SliderBank:
     tops: Floats
     """Separation, or displacement at constant load, at which each slider begins to slip [m]."""
     weights: Floats
-    """Slider weights."""
+    """Stiffness of each slider [N/m] in terms of its coordinate, without the factor ``scales``."""
     nodes: Nodes | None
     """The nodes, or None for a law at constant load, whose slider coordinate is the displacement.
     """
@@ -65,12 +65,12 @@ class SliderBank:
 
     @cached_property
     def scales(self) -> Floats:
-        """Factor of each node [-] from the sum of weights times slider deflections to its force."""
+        """Force of each node over the sum of ``weights`` times deflections of its sliders [-]."""
         return np.ones(self.size) if self.nodes is None else self.nodes.weights
 
     @cached_property
     def slips(self) -> Floats:
-        """Factor kappa of each node [-], displacement over slider coordinate; 1 without nodes."""
+        """Displacement over slider coordinate of each node [-]; 1 for a law at constant load."""
         return np.ones(self.size) if self.nodes is None else self.nodes.slips
 
     @cached_property
@@ -80,7 +80,7 @@ class SliderBank:
 
     @cached_property
     def compliances(self) -> Floats | None:
-        """Inverse principal values of ``lay`` [-], cosine and sine of the first principal axis."""
+        """Reciprocals of the principal values of ``lay``, and cosine and sine of the first axis."""
         if self.lay is None:
             return None
         stiffnesses, axes = np.linalg.eigh(self.lay)

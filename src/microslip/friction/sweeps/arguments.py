@@ -19,7 +19,7 @@ _OTHER_BODY = ("other_young_modulus", "other_poisson_ratio")
 
 
 def checked(args: Arguments) -> Arguments:
-    """Return the validated arguments as float arrays, with their broadcast shape as "shape"."""
+    """Validate arguments; return them as float arrays, with "shape" for their broadcast shape."""
     needs = ["friction_coefficient"]
     of_surface = ("young_modulus", "poisson_ratio", "radius", "density", "area", "std")
     if "surface" in args:
@@ -111,7 +111,11 @@ def evaluate_labelled(
     settings: Mapping[str, Any],
     outputs: tuple[str, ...],
 ) -> dict[str, Any]:
-    """Call ``evaluate`` with DataArrays or Dask arrays; return ``outputs`` of the same type."""
+    """Call ``evaluate`` with arguments that are xarray DataArrays or Dask arrays.
+
+    The other arguments, ``settings``, are passed unchanged. Return the results named in ``outputs``
+    as arrays of the same type.
+    """
     names = tuple(arrays)
     keys = {**settings, "quantities": [name for name in outputs if not name.startswith("loop_")]}
 

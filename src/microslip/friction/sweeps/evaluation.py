@@ -174,9 +174,9 @@ def _unit_gaussian() -> GreenwoodWilliamson:
 
 
 def _unit(heights: Any) -> GreenwoodWilliamson:
-    """Return a surface with unit parameters.
+    """Return a surface with these heights and modulus, summit radius, density and area of 1.
 
-    At equal separation the load of any surface with these heights is a multiple of its load.
+    At equal separation, the load of any surface with these heights is a constant times its load.
     """
     metal = Material(1.0, 0.0)
     surface = GreenwoodWilliamson(MaterialPair(metal, metal), heights, 1.0, 1.0, 1.0)
@@ -442,7 +442,7 @@ def _check_below_limit(force: Floats, limit: Floats) -> None:
 
 
 def _inverse(law: Pointwise, place: Floats, drop: Floats) -> Floats:
-    """Return steps u with N(d) - N(d + u) = ``drop`` at separations d in ``place``."""
+    """Solve N(d) - N(d + u) = ``drop`` for increases u of the separations d, ``place``."""
     step = drop / law.sum("fall", place, np.zeros(place.size))
     active = np.arange(place.size)
     for _ in range(200):

@@ -23,13 +23,15 @@ def intervals(samples: Floats, shares: Sequence[float], draws: int | None = None
 
     ``samples`` has shape (groups, points per group, ...), and ``shares`` are the probabilities of
     the quantiles. The result, shape (2, shares, ...), holds the lower and upper ends. Groups are
-    independent scramblings of quasi-random points. The fraction of points below a quantile differs
-    between groups; from its standard deviation Student's t determines the order statistics that
-    enclose the quantile. An end is infinite if there are too few samples. The estimates of the
-    groups are unbiased and independent whatever the dependence within a group (L'Ecuyer and Lemieux
-    2002, DOI 10.1007/0-306-48102-2_20). The points of a single group are treated as independent,
-    with a binomial number below the quantile, which is conservative for quasi-random points. If
-    several samples come from one point, ``draws`` is the number of points.
+    independent scramblings of quasi-random points. The fraction of samples below a quantile differs
+    between groups. Its standard deviation and Student's t distribution give an interval of the
+    fraction, whose ends are the ranks of the samples returned. An end is infinite if there are too
+    few samples. The estimates of the groups are unbiased and independent whatever the dependence
+    within a group (L'Ecuyer and Lemieux 2002, DOI 10.1007/0-306-48102-2_20).
+
+    The samples of a single group are treated as independent, with a binomial number below the
+    quantile, which is conservative for quasi-random points. If they are not, because each of fewer
+    random points gives several samples, ``draws`` is the number of points.
     """
     from scipy.special import stdtrit
 
@@ -59,9 +61,10 @@ def intervals(samples: Floats, shares: Sequence[float], draws: int | None = None
 
 
 def samples_for(count: int, error: float, target: float) -> int:
-    """Return the number of samples that reduces an error to a target.
+    """Return the number of samples at which a statistical error decreases to ``target``.
 
-    The error is assumed to halve with four times the samples (quasi-random points do better).
+    The error, ``error`` with ``count`` samples, is assumed to halve with four times the samples
+    (quasi-random points do better).
     """
     return math.ceil(count * max(error / target, 1.0) ** 2)
 
@@ -163,8 +166,8 @@ def _column_quantiles(
 def _residual_near(values: Floats, misses: Floats, middle: Floats) -> Floats:
     """Return the cross-validation residual near each quantile, shape (shares, columns).
 
-    It is the root of the squared mean plus the squared standard error of ``misses``, the residuals
-    of ``values``, over the fifth of the values nearest to each quantile in ``middle``.
+    For each quantile in ``middle`` it is sqrt(m^2 + s^2), with the mean m and the standard error s
+    of the residuals ``misses`` of the 20 % of ``values`` nearest to the quantile.
     """
     count = max(_FEWEST_NEAR, len(values) // _NEAR)
     order = np.argsort(abs(values[None] - middle[:, None]), axis=1)[:, :count]

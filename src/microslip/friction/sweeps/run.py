@@ -81,9 +81,9 @@ def sweep(
         Names of the results: force_amplitude (or amplitude), dissipated_energy, energy_ratio,
         loss_factor, damping_ratio, secant_stiffness, tangent_stiffness, dissipation_exponent,
         stick_area, and, independent of amplitude, separation, normal_stiffness,
-        tangential_stiffness, contact_count, contact_area, force_limit, slip_per_indentation. By
-        default the amplitude not given, dissipated_energy, loss_factor, damping_ratio,
-        secant_stiffness.
+        tangential_stiffness, contact_count, contact_area, force_limit, slip_per_indentation. The
+        default is dissipated_energy, loss_factor, damping_ratio, secant_stiffness, and
+        force_amplitude if ``amplitude`` is given, otherwise amplitude.
     progress : callable, optional
         Called with the completed fraction, from 0 to 1.
 

@@ -117,9 +117,9 @@ class ClampedBolt:
     -----
     Resiliences by VDI 2230 part 1. The bolt is threaded over the clamp length; the head counts as
     0.5 d of further bolt length, the engaged thread as 0.5 d and the nut as 0.4 d. The plates are
-    wide enough for two whole deformation cones, with the half-angle phi by tan(phi) = 0.362 + 0.032
-    ln(l_K/(2 d_W)) + 0.153 ln(y), with the bearing diameter d_W and the ratio y of plate diameter
-    to d_W; y is 1 + 1.2 l_K/d_W, its limit for whole cones.
+    wide enough for two whole deformation cones. Their half-angle phi is given by tan(phi) = 0.362 +
+    0.032 ln(l_K/(2 d_W)) + 0.153 ln(y), where d_W is the bearing diameter and y the ratio of plate
+    diameter to d_W, here at its largest value 1 + 1.2 l_K/d_W.
     """
 
     size: str

@@ -420,9 +420,9 @@ class BoltedBeam(Drawing):
 
         Notes
         -----
-        Nonlinear forces as functions of the mean deflection and the elongation of the part, from
-        static cases of 32 von Karman elements along it with clamped ends (shallow arches and
-        plates: Amabili, *Nonlinear Vibrations and Stability of Shells and Plates*, 2008).
+        The static cases prescribe the mean deflection and the elongation of the part; the forces on
+        it are computed with 32 von Karman elements and clamped ends (shallow arches and plates:
+        Amabili, *Nonlinear Vibrations and Stability of Shells and Plates*, 2008).
         """
         check_elastic(material)
         sizes, start, height = self.strip

@@ -372,7 +372,7 @@ class NormalLaw(Parametric, ABC):
         return np.zeros(0), np.zeros(0)
 
     def _table_reach(self, d: float) -> float | None:
-        """Increment u [m] beyond which N(d + u) is negligible; None if it is not smooth in u."""
+        """Increment u [m] up to which N(d + u) must be tabulated; None if it is not smooth in u."""
         if self._spheres is not None or d < self._edge:
             return None
         _, length = quadrature._decay(self, d)
@@ -394,8 +394,7 @@ class NormalLaw(Parametric, ABC):
     def _solve(self, loads: Floats) -> Floats:
         """Solve N(d) = load for d [m] by Newton's method on ln N, with a bracket for each load.
 
-        ln N is concave for most laws; for a table it need not be, and there the brackets ensure
-        convergence.
+        The brackets ensure convergence where ln N is not concave, as is possible for a table.
         """
         low, high = self._span
         scale = max(high - low, 1e-12)

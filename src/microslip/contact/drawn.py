@@ -245,7 +245,7 @@ class DrawnFace(FaceLaw):
         return cls(pair, rms.middle, slope.middle, area, tightening_pressure, **options)
 
     def along(self, direction: float | None) -> DrawnFace:
-        """Return a copy for motion at an angle [rad] to the normal of the lay; None: the mean."""
+        """Return a copy for motion at an angle [rad] to the lay normal; None averages all."""
         return self._changed(direction=direction)
 
     def _changed(self, **changes: Any) -> DrawnFace:

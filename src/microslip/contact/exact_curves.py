@@ -7,10 +7,9 @@ In a memory diagram (:mod:`microslip.friction.memory.diagram`) D(eta) is the rat
 displacement/kappa to approach in the contacts that first touch at separation eta, with the slip per
 indentation kappa; a row is an interval of eta with constant D. Slip in the direction s (1 or -1) at
 separation d sets D to s from eta = d to the slip front eta = q; beyond q, D keeps its earlier
-value. As q advances by dq into a row of the earlier value D, the change of D is s - D, and the
-energy lost is mu kappa |s - D| [N(d) - N(q) + N'(q) (q - d)] dq, with the friction coefficient mu
-and |s - D| = 1 - s D. The bracket is the integral of v N''(d + v) over 0 <= v <= q - d, which has
-no negative term.
+value. As q advances by dq into a row with the earlier value D, the energy lost is mu kappa |s - D|
+[N(d) - N(q) + N'(q) (q - d)] dq, with the friction coefficient mu and |s - D| = 1 - s D. The
+bracket is the integral of v N''(d + v) over 0 <= v <= q - d, which has no negative term.
 """
 
 from __future__ import annotations
@@ -223,10 +222,9 @@ class SlipLosses:
         """Return the energy dissipated in each sample of a record, divided by mu kappa [N m].
 
         A column of ``runs`` is one advance of the slip front q into a row of the memory diagram, in
-        order of time. Its eight entries are (symbols as in the module docstring): index of the
-        sample; distance of the advance [m]; q - d before it, and after it [m]; earlier value D of
-        the row; direction s of slip; separation d before the advance, and after it [m]. ``samples``
-        is the number of samples of the record.
+        order of time. Its eight entries, with the symbols of the module docstring, are the sample,
+        the distance of the advance [m], q - d before and after it [m], the earlier value D of the
+        row, the direction s, and d before and after it [m]. The record has ``samples`` samples.
         """
         total = np.zeros(samples)
         for begin in range(0, runs.shape[1], _RUNS):
@@ -289,7 +287,10 @@ class SlipLosses:
         return self._marks
 
     def _rules(self, front: Floats) -> list[tuple[Rule, NDArray[np.bool_]]]:
-        """Return quadrature rules and, by slip fronts [m], the mask of intervals that use each."""
+        """Return quadrature rules (nodes, weights), each with a mask of the intervals that use it.
+
+        ``front`` are the slip fronts [m] in the middle of the intervals.
+        """
         spline = self._law._spline
         if spline is None:
             return [(_ROOTS, np.ones(front.size, dtype=bool))]
@@ -334,8 +335,7 @@ def _summit_means(
 
     A run is an advance of the slip front q. During it the distance q - d changes linearly from
     ``gap`` to ``until`` [m], both not negative, and d from ``first`` to ``last`` [m]. Each summit
-    is integrated over its time in contact, at whose ends the integrand has square-root
-    singularities.
+    is integrated from its first to its last contact, with square-root singularities there.
     """
     result = np.zeros(gap.size)
     closest = np.minimum(first, last)
@@ -354,7 +354,7 @@ def _summit_means(
 
 
 def _summits(y: Floats, gap: Floats, until: Floats, first: Floats, last: Floats) -> Floats:
-    """Return :func:`_summit_means` of single summits at y [m] with k = 1, (runs, summits)."""
+    """Return :func:`_summit_means` for each summit height y [m] and k = 1, (runs, summits)."""
     deep, low = y - first, y - last
     before = deep - gap  # what the front leaves of the indentation; it falls
     after = np.minimum(low - until, before)

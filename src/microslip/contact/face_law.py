@@ -96,9 +96,8 @@ class FaceLaw(TabulatedNormalLaw):
     def slip_per_indentation(self, direction: float | None = None) -> float:
         """Return k_n/k_t [-], the slip per indentation for a friction coefficient of one.
 
-        k_n and k_t are the normal and the tangential stiffness. Multiplied by the friction
-        coefficient the ratio is kappa: the tangential displacement at which a contact slips, over
-        its indentation.
+        This ratio of normal to tangential stiffness times the friction coefficient is kappa: the
+        tangential displacement at which a contact slips, over its indentation.
 
         Parameters
         ----------

@@ -95,7 +95,7 @@ class _Piece:
         self.heights = self.heights + np.where(hard, np.minimum(gap, 0.0), 0.0)
 
     def relieved(self) -> float:
-        """Return -dp/dd of the mean pressure after the points at the hardness have yielded."""
+        """Return -dp/dd of the mean pressure p after the points at the hardness have yielded."""
         assert self.pressure is not None
         return float(closing(self.space, self.pressure > 0.0, self.growth).mean())
 

@@ -127,14 +127,12 @@ def fit(nodes: dict[str, NDArray[Any]]) -> dict[str, Floats]:
         ``weight`` in the fit; ``waves``, the side of the solved face over the roll-off wavelength
         of its spectrum; and the quantities of :class:`NodeValues`, where ``stiffness``,
         ``loading``, ``contact`` and ``bends`` are logarithms. Arrays with the prefix ``pixel_`` are
-        corrections from the pixel of the nodes to an infinitely fine pixel, and the groups at which
-        they are known.
+        corrections from the pixel of the nodes to an infinitely fine one, at groups of their own.
 
     Returns
     -------
     dict of ndarray
-        Coefficients by property, for an infinitely large face: terms in 1/``waves`` are fitted too,
-        but not returned.
+        Coefficients by property; those of terms in 1/``waves``, zero for a large face, are omitted.
     """
     weight = np.asarray(nodes["weight"], dtype=float)
     powers, rising = _powers(*groups(nodes["hardness"], nodes["pressure"]))

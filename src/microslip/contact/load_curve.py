@@ -229,7 +229,10 @@ class LoadCurve:
         return sum_over_pairs(self.surface, "drop", base + self.origin, width)
 
     def excess(self, kind: Literal["excess", "excess_slope"], step: Floats, u: Floats) -> Floats:
-        """Return the excess [N m] or its derivative by u [N] (:mod:`.grids`) at steps and u [m]."""
+        """Return the excess [N m] or its derivative with respect to u [N], by ``kind``.
+
+        The excess is half the integral of v (u - v) N''(step + v) over 0 <= v <= u.
+        """
         shared = self.shared and kind == "excess_slope"
         profile = self.profile(float(step.min()), 0.0) if shared else None
         if profile is None:

@@ -193,7 +193,7 @@ class MeasuredContact(FaceLaw):
     # -- the same face in another way -------------------------------------------------------------
 
     def along(self, direction: float | None) -> MeasuredContact:
-        """Return the face for motion in a direction [rad] from x of the scan; None: the mean."""
+        """Return the face for motion at an angle [rad] to x of the scan; None averages all."""
         return self._changed(direction=direction)
 
     def of_pieces(self, pieces: ArrayLike) -> MeasuredContact:
@@ -375,7 +375,10 @@ def _hardness(hardness: float | None, pair: MaterialPair, pressure: float | None
 
 
 def _table(solution: FaceSolution) -> tuple[Floats, Floats]:
-    """Return separations d, mean pressures p: splines of ln p(d) between loads, made convex."""
+    """Return separations d and mean pressures p, interpolated between the solved loads.
+
+    ln p is a cubic Hermite spline in d; points at which p(d) would not be convex are omitted.
+    """
     from scipy.interpolate import CubicHermiteSpline
 
     d = solution.separation

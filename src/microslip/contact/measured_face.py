@@ -87,7 +87,7 @@ class Face(NamedTuple):
         return Face(lock(heights), self.pixel, self.name), 2.0 * math.pi / edge
 
     def pieces(self, points: int | None) -> list[Floats]:
-        """Divide the face into equal parts of about `points` points a side, not levelled anew."""
+        """Divide the face into equal parts of about ``points`` points a side, not levelled."""
         parts = [1 if points is None else max(round(n / points), 1) for n in self.heights.shape]
         rows, columns = (n // k for n, k in zip(self.heights.shape, parts, strict=True))
         return [
@@ -191,8 +191,7 @@ class ContactNumbers:
     stiffest_direction: float
     """Direction of the largest tangential stiffness, from x of the scan [rad]."""
     ratio_change: float
-    """Normal over tangential stiffness, as a mean over all directions, at a tenth of the largest
-    load, over that at the largest load [-]."""
+    """Normal over tangential stiffness at a tenth of the largest load, over that at this load."""
     coarser: float | None
     """Stiffness for twice the pixel, relative to that for the pixel [-]; None if not solved."""
     smoother: float | None = None
@@ -271,9 +270,9 @@ def stiffness_scatter(solution: FaceSolution) -> float | None:
 
 
 def ratio_of(tensor: Floats, direction: float | None) -> float:
-    """Return normal over tangential stiffness [-] along a direction [rad]; None: the mean.
+    """Return normal over tangential stiffness [-] for motion in a direction [rad] from x.
 
-    ``tensor`` is the ratio of tangential to normal stiffness [-], shape (2, 2).
+    ``tensor`` (2, 2) is tangential over normal stiffness [-]; None averages it over directions.
     """
     if direction is None:
         return 2.0 / float(np.trace(tensor))

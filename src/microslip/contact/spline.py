@@ -93,7 +93,7 @@ def decayed(x: Floats, power: int, other_power: int) -> Floats:
 
 
 def over_pairs(spline: Spline, kind: str, d: Floats, u: Floats) -> Floats:
-    """Return the ``kind`` of :mod:`.grids` at pairs (d, u) as a sum of positive terms."""
+    """Return drop, excess or excess slope (:mod:`.grids`) at pairs (d, u), without cancellation."""
     if kind == "drop":
         return _drops(spline, d, u)
     last = float(spline.knots[-1])

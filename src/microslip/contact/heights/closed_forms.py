@@ -92,9 +92,8 @@ class Exponential(HeightDistribution):
     -----
     With h = threshold/scale, the partial moment of order n over scale^n is F_n = Gamma(n+1) exp(-h)
     for h >= 0. For h < 0 every summit is above the threshold, and F_n = exp(x) Gamma(n+1, x) with
-    x = -h. This is g(n+1), with g(a) = exp(x) Gamma(a, x); it follows from g(1/2) = sqrt(pi)
-    erfcx(sqrt(x)) or g(1) = 1 by the recurrence g(a+1) = a g(a) + x^a, whose terms are all positive
-    (DLMF 8.8.2).
+    x = -h. With g(a) = exp(x) Gamma(a, x), it follows from g(1/2) = sqrt(pi) erfcx(sqrt(x)) or g(1)
+    = 1 by the recurrence g(a+1) = a g(a) + x^a, whose terms are all positive (DLMF 8.8.2).
     """
 
     scale: float = field(

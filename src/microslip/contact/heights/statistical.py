@@ -192,7 +192,10 @@ class Statistical(DensityHeights):
         return np.where(np.isfinite(values), values, 0.0)
 
     def _probabilities(self, edges: Floats) -> Floats:
-        """Probabilities of point masses (panels, nodes); exact panel sums near a singularity."""
+        """Probabilities of point masses, shape (panels, nodes).
+
+        If the density is infinite at an end, they are scaled to the exact sum over each panel.
+        """
         weights = super()._probabilities(edges)
         if not self._singular:
             return weights

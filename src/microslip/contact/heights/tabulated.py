@@ -184,7 +184,6 @@ class TabulatedHeights(Locked, HeightDistribution):
 
     @cached_property
     def _far(self) -> dict[int, Floats]:
-        """Chebyshev series of :func:`.far_series`, by twice the order of the moment."""
         return far_series(self._panels)
 
     # -- what a distribution offers ------------------------------------------------------------
@@ -318,7 +317,7 @@ class TabulatedHeights(Locked, HeightDistribution):
         return knots.tolist(), left.tolist(), right.tolist()
 
     def _moment_above(self, twice: int, knot: NDArray[np.intp], distance: Floats) -> Floats:
-        """Return moments of the heights above knots, about points ``distance`` [m] below them."""
+        """Return moments of order twice/2 above knots, about points ``distance`` [m] below them."""
         f0, f1, f2 = (f[knot] for f in self._moments_about_knots)
         if twice == 0:
             return f0

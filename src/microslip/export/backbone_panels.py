@@ -134,7 +134,7 @@ def _unequal(law: BackboneLaw, smallest: float) -> BackbonePanels:
     places, rows = [0.0], []
     while todo:
         low, high, depth, before = todo.pop()
-        row, error = _panel(law._backbone, low, high, floor, limit)
+        row, error = _panel(law._backbone, low, high, floor)
         middle = low + 0.5 * (high - low)
         noise = low > 0.0 and 0.5 * before < error <= _NOISE
         if error > 0.0 and not noise and depth < _HALVINGS and low < middle < high:
@@ -151,7 +151,7 @@ def _unequal(law: BackboneLaw, smallest: float) -> BackbonePanels:
 
 
 def _panel(
-    backbone: Callable[[Floats], Floats], low: float, high: float, floor: float, limit: float
+    backbone: Callable[[Floats], Floats], low: float, high: float, floor: float
 ) -> tuple[Floats, float]:
     """Return coefficients of powers of s on the panel [low, high], and their error.
 

@@ -176,8 +176,8 @@ class FreeForm:
     def _refine(self) -> None:
         """Insert thresholds between sliders, and below the first one, where they affect the fit.
 
-        A slider that yields between two thresholds a distance D apart is approximated with an error
-        of up to k D/4 [N], which matters unless it is small compared with the noise of the bins.
+        Thresholds a distance D apart cause an error of up to k D/4 [N], which the noise should
+        exceed.
         """
         y, k = self.y[:-1], self.k[:-1]
         noise = min(float((1.0 / rows.weight).mean()) for rows in self.rows)
@@ -210,10 +210,9 @@ class FreeForm:
         self._solve()
 
     def _search_shifts(self) -> None:
-        """Find initial shifts of the lower loads from the backbones of separate fits.
+        """Find initial shifts of the lower loads from the backbones B of separate fits.
 
-        The backbone at a lower load is the part of the backbone at the highest load beyond a
-        displacement u*: B_low(u) = B_high(u* + u) - B_high(u*). The shift is -u*.
+        If B_low(u) = B_high(u* + u) - B_high(u*) at displacements u, the shift of that load is -u*.
         """
         alone = [
             FreeForm(
@@ -326,8 +325,7 @@ class FreeForm:
 
         For a shift that varies within the cycle, min(-s, y_i) in ds/dk_i = min(-s, y_i)/B'(-s) is
         approximated by alpha_i (-s) + beta_i, the line through its values at both ends of the range
-        of -s. The value at the highest mean load is subtracted (see :meth:`shift_by_stiffness`).
-        For y_i below twice the result of :meth:`_fall` the derivatives are set to zero.
+        of -s. The value at the highest mean load is subtracted. The result is 0 if y_i < 2 _fall().
         """
         y, top = self.y, self._fall()
         low, high = -float(path[0].max()), -float(path[0].min())
@@ -389,7 +387,10 @@ class FreeForm:
         return carried(y, self._fall(), self._fall(friction))
 
     def carried_to(self, y: Floats, fall: float) -> Floats:
-        """Return thresholds ``y`` moved to ``fall`` [m] above those at the highest mean load."""
+        """Return the thresholds at the reference load [m] if their decrease becomes ``fall`` [m].
+
+        The decrease is that to the highest mean load, at which thresholds do not change.
+        """
         return carried(y, self.fall, fall)
 
     def about(self, friction: float, k: Floats) -> FreeForm:

@@ -207,7 +207,10 @@ STIFFNESS = "chord_stiffness"
 
 
 class BranchCompliance(NamedTuple):
-    """Chord compliance of branches from reversal to 5 % of the force range (cycles,), or NaN."""
+    """Chord compliance of branches after displacement maxima or after minima (cycles,).
+
+    The chord extends over the first 5 % of the force range after a reversal. NaN if unknown.
+    """
 
     compliance: Floats
     """Compliance of the chord [m/N]."""

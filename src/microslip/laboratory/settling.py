@@ -284,7 +284,7 @@ def _moving(
 def _settled_end(
     columns: Mapping[str, Floats], places: NDArray[np.intp], alike: float
 ) -> int | None:
-    """Return the index in ``places`` from which :func:`_moving` finds no trends, or None."""
+    """Return the index in ``places`` from which there is no trend (see _moving); None if never."""
     rates = {name: abs(slope) for name, (slope, _) in _moving(columns, places, alike).items()}
     if not rates:
         return 0

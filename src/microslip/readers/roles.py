@@ -114,8 +114,8 @@ _WITH_UNIT = {
 def guess(columns: Sequence[Named], role: str, by_part: Mapping[str, Named]) -> tuple[Named, str]:
     """Return the column of a role by its name, else by its unit, and the reason in words.
 
-    ``by_part`` holds the columns that already have a role, which are excluded. Raises LookupError
-    if no column has the role, InputError if several could have it.
+    Columns in ``by_part``, which already have a role, are excluded. Raises LookupError if no column
+    has the role, InputError if several could have it.
     """
     free = [c for c in columns if c not in by_part.values()]
     by_name = [c for c in free if role_of(c) == role]

@@ -53,7 +53,7 @@ def _by_rows(law: NormalLaw, points: int, rows: int) -> bool:
 
 
 def pairs_of(law: NormalLaw) -> Callable[[NormalLaw, Kind, Floats, Floats], Floats] | None:
-    """Return f(law, kind, d, u) for arrays d and u; None for a law evaluated at one d per call."""
+    """Return f(law, kind, d, u), like :func:`sum_over_pairs`; None if law needs one d per call."""
     if law._spline is not None:
         return _spline_pairs
     general = all(

@@ -240,7 +240,7 @@ class MeasuredContact(FaceLaw):
         return self._made_of(solution, numbers, self.pair, area, self.direction)
 
     def _length_factors(self, shares: Floats) -> Floats | None:
-        """Interpolate :meth:`FaceLaw._length_factors` between the solved tightening pressures.
+        """Interpolate p/k_n between the solved tightening pressures, see FaceLaw._length_factors.
 
         Scaled from 100 MPa to tightening at 3 to 50 MPa, a law deviates from one solved for the
         lower pressure by up to 9 % in force. The energy of a cycle of amplitude mu N/k_t is 0.8 to

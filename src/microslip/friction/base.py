@@ -64,9 +64,10 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
 
     @cached_property
     def _pieces(self) -> Pieces | None:
-        """Force limit minus T0 [N] as polynomials between kinks, for harmonics without `_table`.
+        """Force limit minus T0 [N], as polynomials of the displacement between kinks.
 
-        None if the law is rigid at rest, or needs too many polynomials to reach its force limit.
+        The harmonics of a law without `_table` are integrated from them. None if the law is rigid
+        at rest, or needs too many polynomials to reach its force limit.
         """
         stiffness = self.tangential_stiffness
         if not (math.isfinite(stiffness) and stiffness > 0.0):
@@ -107,7 +108,7 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         return invert(self._backbone_and_slope, force, low, high)
 
     def _energy(self, amplitude: Floats) -> Floats:
-        """Integrate dE_d/da = 4 (T0 - a T0') to the energy of a cycle E_d [J]; T0 may be kinked."""
+        """Return the energy E_d of cycles [J], the integral of 4 (T0 - a T0') over amplitude a."""
 
         # Stop at the rounding error of T0 - a T0': small amplitudes would be bisected for ever.
         def noise(low: Floats, high: Floats) -> Floats:

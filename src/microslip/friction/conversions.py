@@ -212,7 +212,7 @@ def to_segalman(
 
 
 def check_not_rigid(law: BackboneLaw, model: str) -> None:
-    """Raise InputError for a law that is rigid at rest; ``model`` names the conversion."""
+    """Raise InputError for a law that is rigid at rest, and has no equivalent ``model``."""
     if math.isinf(law.tangential_stiffness):
         raise InputError(
             f"{model} need a finite stiffness at rest, got {type(law).__name__} friction, "

@@ -69,7 +69,7 @@ class FieldBackbone(Locked, BackboneLaw):
 
     @cached_property
     def _energy_tables(self) -> tuple[Table, Floats] | None:
-        """Piecewise polynomial of dE_d/da [N] over amplitude a [m]; E_d [J] where pieces begin."""
+        """Piecewise polynomial dE_d/da [N] of amplitude a [m], and E_d [J] where pieces begin."""
         if self._table is None:
             return None
         table = Table.sample(

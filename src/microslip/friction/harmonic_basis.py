@@ -45,7 +45,7 @@ class Basis:
         self.is_sparse = count * (count + 1) // 2 < 4 * self.orders[-1] + 1
 
     def values(self, t: Floats, derivative: int = 0) -> Floats:
-        """Return the basis functions or a derivative (order 1 or 2) at phases t [rad], in rows."""
+        """Return the basis functions, or a derivative (order 1 or 2); rows are phases t [rad]."""
         angle = t[:, None] * self._n
         even, odd = np.cos(angle[:, ::2]), np.sin(angle[:, ::2])
         waves = np.empty((t.size, self._n.size))
@@ -93,7 +93,7 @@ class Basis:
 
         ``rows`` are displacement coefficients [m], shape (joints, size), and ``begin``
         displacements at rest [m], one or one per joint. ``tolerance`` is relative to the largest
-        force. The last arguments of ``kernel``, ``line``, are tables and factors of the law.
+        force. ``line`` are further arguments of ``kernel``: the tables and factors of the law.
         """
         orders = _ALL_ORDERS
         if self.is_sparse:

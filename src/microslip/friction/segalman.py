@@ -163,7 +163,7 @@ class SegalmanIwan(PowerModel):
         return np.array([self.slip_displacement])
 
     def sliders(self) -> Sliders:
-        """Return sliders of density R u^chi [N/m^2] up to phi [m], and for beta > 0 one at phi.
+        """Return sliders of a density ~ u^chi [N/m^2] up to phi [m], and for beta > 0 one at phi.
 
         For chi < 0 the density is infinite at 0.
         """

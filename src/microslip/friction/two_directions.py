@@ -268,7 +268,7 @@ class IsotropicField(Locked):
 
     @cached_property
     def resolution(self) -> Floats:
-        """Amplitudes [m] below which nodes do not dissipate: kappa times spacing of :attr:`knots`.
+        """Amplitudes [m] below which nodes do not dissipate: kappa times the spacing of ``knots``.
 
         Energies are accurate above ten times this amplitude; smaller cycles need more sliders.
         """

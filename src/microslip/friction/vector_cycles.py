@@ -99,9 +99,9 @@ def _settle(
 ) -> _Settled:
     """Repeat the cycle of each node until it settles; return forces and their derivatives.
 
-    ``places`` are slider coordinates and ``steps`` those of :class:`.SliderBank` [m] at the
-    samples; ``by_place`` and ``by_step`` are their derivatives with respect to parameters, the
-    arguments ``directions`` and ``separations`` of :meth:`VectorCycle.derivative`.
+    ``places`` are slider coordinates and ``steps`` separations from the origin of the load curve at
+    the samples [m], see :class:`.SliderBank`. ``by_place`` and ``by_step`` are the ``directions``
+    and ``separations`` of :meth:`VectorCycle.derivative`.
     """
     nothing = np.zeros((places.shape[1], 0))
     by_place = nothing if by_place is None else by_place

@@ -217,7 +217,7 @@ class FieldState(Resumable):
         return FieldResponse(force, load, tangent, stiffness)
 
     def _steps(self, separations: ArrayLike) -> tuple[Floats, tuple[float, float]]:
-        """Return trial steps from rest, and the extreme steps from the origin; see Nodes [m]."""
+        """Return trial steps from rest, and the range of steps from the origin [m], see Nodes."""
         nodes = self._nodes
         if _is_plain(separations, nodes.size):
             step = np.empty(nodes.size)
@@ -368,9 +368,9 @@ class FieldState(Resumable):
     def _losses(self, place: Floats, step: Floats, code: Integers, reach: Any) -> Floats:
         """Return the dissipated energies of the nodes in a step, divided by weights and slips [J].
 
-        Here :class:`.Nodes` defines ``weights``, ``slips``, and the ``place`` and ``step`` at the
-        end. ``code`` is 4 times the number of rows of the diagram that remain, plus 0 for a node
-        that sticks, or 1 or 2 for one that slips. ``reach`` is the range of the load curve needed.
+        ``place`` and ``step`` from rest are those at the end; :class:`.Nodes` defines these terms.
+        ``code`` is 4 times the number of rows of the diagram that remain, plus 0 for a node that
+        sticks, or 1 or 2 for one that slips. ``reach`` is the range of the load curve needed.
         """
         nodes, lost = self._nodes, np.empty(place.size)
         profile = nodes.curve.profile(*reach)

@@ -51,7 +51,7 @@ class SliderBank:
     tops: Floats
     """Separation, or displacement at constant load, at which each slider begins to slip [m]."""
     weights: Floats
-    """Stiffness of each slider [N/m] in terms of its coordinate, without the factor ``scales``."""
+    """Stiffness of each slider [N/m]: force over deflection, without the factor ``scales``."""
     nodes: Nodes | None
     """The nodes, or None for a law at constant load, whose slider coordinate is the displacement.
     """

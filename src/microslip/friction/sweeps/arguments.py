@@ -19,7 +19,7 @@ _OTHER_BODY = ("other_young_modulus", "other_poisson_ratio")
 
 
 def checked(args: Arguments) -> Arguments:
-    """Validate arguments; return them as float arrays, with "shape" for their broadcast shape."""
+    """Validate arguments; return float arrays by name, and their broadcast shape as "shape"."""
     needs = ["friction_coefficient"]
     of_surface = ("young_modulus", "poisson_ratio", "radius", "density", "area", "std")
     if "surface" in args:

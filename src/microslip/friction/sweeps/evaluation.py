@@ -442,7 +442,7 @@ def _check_below_limit(force: Floats, limit: Floats) -> None:
 
 
 def _inverse(law: Pointwise, place: Floats, drop: Floats) -> Floats:
-    """Solve N(d) - N(d + u) = ``drop`` for increases u of the separations d, ``place``."""
+    """Solve N(d) - N(d + u) = ``drop`` for the increases u of separations d in ``place``."""
     step = drop / law.sum("fall", place, np.zeros(place.size))
     active = np.arange(place.size)
     for _ in range(200):

@@ -25,9 +25,10 @@ def intervals(samples: Floats, shares: Sequence[float], draws: int | None = None
     the quantiles. The result, shape (2, shares, ...), holds the lower and upper ends. Groups are
     independent scramblings of quasi-random points. The fraction of samples below a quantile differs
     between groups. Its standard deviation and Student's t distribution give an interval of the
-    fraction, whose ends are the ranks of the samples returned. An end is infinite if there are too
-    few samples. The estimates of the groups are unbiased and independent whatever the dependence
-    within a group (L'Ecuyer and Lemieux 2002, DOI 10.1007/0-306-48102-2_20).
+    fraction; the ends, times the number of samples, are the ranks of the results. An end is
+    infinite if there are too few samples. The estimates of the groups are unbiased and independent
+    whatever the dependence within a group (L'Ecuyer and Lemieux 2002, DOI
+    10.1007/0-306-48102-2_20).
 
     The samples of a single group are treated as independent, with a binomial number below the
     quantile, which is conservative for quasi-random points. If they are not, because each of fewer

@@ -254,7 +254,10 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         return result
 
     def _locate(self, d: float, u: Floats) -> tuple[_Run, Integers, Floats]:
-        """Return the spline beyond d, the piece of each d + u, and its distance into the piece."""
+        """Return the spline pieces from d on, and the piece that contains each d + u.
+
+        The third value is the distance of d + u from the start of its piece [m].
+        """
         run = self._run(d)
         k = np.searchsorted(run.starts, u, side="right") - 1
         return run, k, u - run.starts[k]

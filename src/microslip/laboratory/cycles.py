@@ -245,7 +245,7 @@ class Cycles:
 
     @cached_property
     def plateaus(self) -> tuple[Plateau, ...]:
-        """Plateaus at the extremes of displacement and force."""
+        """Plateaus of clipped displacements or forces, at the smallest and largest value."""
         found = []
         for name in ("displacement", "force"):
             values: Floats = getattr(self.record, name)

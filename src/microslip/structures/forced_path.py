@@ -24,7 +24,11 @@ _FINEST = 1e-6  # shortest arc step, beside the range of frequencies
 
 @dataclass(frozen=True, eq=False)
 class Excitation:
-    """Excitation of a periodic motion: sums of F_k omega^-k, stored as dictionaries of F_k by k."""
+    """Excitation of a periodic motion as a function of the angular frequency omega [rad/s].
+
+    Forces and base motions are sums of F_k omega^-k, given as dictionaries from k to the Fourier
+    coefficients F_k.
+    """
 
     forces: dict[int, Floats]
     """Forces on the modes, shape (modes, size)."""

@@ -297,7 +297,7 @@ def _composite(args: Arguments) -> tuple[Floats, Floats]:
 
 
 def evaluated(args: Arguments, names: tuple[str, ...]) -> Mapping[str, Any]:
-    """Return results by name for arguments returned by :func:`checked`."""
+    """Evaluate the quantities ``names`` for the arguments that :func:`checked` returned."""
     shape = args["shape"]
     arrays = {name: value for name, value in args.items() if name in _ARRAYS}
     driven = {"amplitude", "force_amplitude"}

@@ -96,7 +96,10 @@ class Template:
     # -- shares of the force limit ---------------------------------------------------------------
 
     def shares(self, z: float, x: Floats) -> Shares:
-        """Return 1 - n(z + x)/n(z) [-] and its slope, at normalised displacements x >= 0."""
+        """Return the force over its limit, 1 - n(z + x)/n(z) [-], and its derivative with respect to x.
+
+        z and x >= 0 are separation and displacement over their scales, n the normalised load.
+        """
         tables = self._tables(z)
         if tables is None:
             return Shares(*self._exact(z, x))

@@ -281,7 +281,10 @@ def _first_loading(path: list[tuple[float, float]]) -> Floats:
 
 
 def _sliding(face: _Face, stiffness_ratio: float, aspect: float, workers: int) -> Floats:
-    """Return tangential over normal stiffness [-] of the contacts of all pieces, shape (2, 2)."""
+    """Return the tensor of tangential over normal stiffness [-] of the whole face, shape (2, 2).
+
+    It is the mean over the pieces of the scan, weighted by their normal stiffness.
+    """
     total, weight = np.zeros((2, 2)), 0.0
     for piece, share in zip(face.pieces, face.weights, strict=True):
         assert piece.pressure is not None

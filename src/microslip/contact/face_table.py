@@ -81,7 +81,8 @@ _POWERS = tuple((i, j) for i in range(_DEGREE + 1) for j in range(_DEGREE + 1 - 
 def _terms(degree: int, by_v: int, by_breadth: int) -> tuple[list[int], list[int]]:
     """Return the indices in _POWERS of the terms of a fit.
 
-    They are t^i v^j with i + j <= degree and j <= by_v, then ln(breadth) t^i v^j with i + j <= by_breadth.
+    They are t^i v^j with i + j <= degree and j <= by_v, then ln(breadth) t^i v^j with
+    i + j <= by_breadth.
     """
     plain = [n for n, (i, j) in enumerate(_POWERS) if i + j <= degree and j <= by_v]
     return plain, [n for n, (i, j) in enumerate(_POWERS) if i + j <= by_breadth]

@@ -414,7 +414,7 @@ class FreeForm:
         return gradient
 
     def _follow_loads(self) -> None:
-        """Refer thresholds to the largest load within a cycle, and fit mu in place of shifts."""
+        """Take thresholds at the largest load within a cycle; fit mu, not a shift for each load."""
         high = self.loads[0]
         assert high is not None
         top = max(

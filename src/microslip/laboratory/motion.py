@@ -60,7 +60,7 @@ def basis(
 
 
 def corner_terms(phase: Floats, corners: Floats, order: int = 0) -> NDArray[np.float64]:
-    """Return K and K' of :class:`Motion` for each corner at phases [rad], (phases, 2 corners).
+    """Return K and K' of :class:`Motion` at phases [rad], columns K, K' of each corner in turn.
 
     ``order`` is the number of further derivatives with respect to the phase.
     """

@@ -180,7 +180,10 @@ class FieldAttachment:
         return _stuck(field, np.tile(np.eye(2), (field.size, 1, 1))).reshape(-1)
 
     def group(self, motion: Floats, line: Floats) -> FieldGroup:
-        """Return the nodes; each slides along its tangential motion in the shape ``line``."""
+        """Return the nodes at the separations of the joint motions ``motion`` [m], as one group.
+
+        Each node slides along its tangential direction in the joint motions ``line``.
+        """
         field = self.field.at(separations=self.separations(motion))
         return FieldGroup(field, self.directions, line.reshape(-1, 3)[:, :2])
 

@@ -85,8 +85,9 @@ class Convergence(Locked):
     def error(self) -> tuple[float, float]:
         """Estimated relative errors of frequency and damping ratio of ``joint`` [-].
 
-        Root of the sum of squares of all remaining changes. If the elements are too large to halve
-        the patches again, the total change by all refinements so far counts as one more.
+        Root of the sum of squares of the changes that further refinement of each parameter would
+        cause. If the elements are too large to halve the patches, the total change of all
+        refinements is included.
         """
         left = np.array([(c.frequency_left, c.damping_left) for c in self.changes])
         if self._patches_untried and len(self.steps) > 1:

@@ -287,7 +287,8 @@ def _spline_profile(values: Floats, weights: Floats, alpha: float) -> Floats:
 def _spline_area(values: Floats, weights: Floats, along_x: float, along_y: float) -> Floats:
     """Solve (W + K) z = W values, with weights W and the bending stiffness K of a plate.
 
-    The plate is isotropic with free edges; ``along_x`` and ``along_y`` are alpha for both axes. The
+    The plate is isotropic with free edges; ``along_x`` and ``along_y`` are alpha of both axes, the
+    constant of the spline filter (ISO 16610-22); K is proportional to alpha^4. The
     conjugate gradients are preconditioned by a plate with guided edges, which a cosine transform
     solves.
     """

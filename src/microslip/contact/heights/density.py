@@ -207,10 +207,10 @@ class DensityHeights(HeightDistribution):
         return tables
 
     def _masses_below(self, octave: int) -> tuple[Floats, Floats]:
-        """Return heights [m] and probabilities of point masses, for thresholds below all heights.
+        """Return a discrete distribution, heights [m] and probabilities, that replaces the density.
 
-        The distance of the thresholds from the lowest height is at least 2**-octave times the range
-        of the heights. The point masses are denser near the lowest height.
+        It serves for moments above thresholds that are below the lowest height by at least
+        2**-octave times the range of the heights. Its heights are denser near the lowest one.
         """
         cloud = self._clouds.get(octave)
         if cloud is None:

@@ -80,7 +80,7 @@ class SliderBank:
 
     @cached_property
     def compliances(self) -> Floats | None:
-        """Reciprocals of the principal values of ``lay``, and cosine and sine of the first axis."""
+        """Inverse principal values of ``lay``; cosine and sine of its first principal angle."""
         if self.lay is None:
             return None
         stiffnesses, axes = np.linalg.eigh(self.lay)

@@ -96,7 +96,7 @@ class Template:
     # -- shares of the force limit ---------------------------------------------------------------
 
     def shares(self, z: float, x: Floats) -> Shares:
-        """Return the force over its limit, 1 - n(z + x)/n(z) [-], and its derivative with respect to x.
+        """Return the force over its limit, 1 - n(z + x)/n(z) [-], and its derivative by x.
 
         z and x >= 0 are separation and displacement over their scales, n the normalised load.
         """

@@ -250,7 +250,11 @@ class Interface(CoupledLaw):
                 return super()._backbone_at(u)
             curve = self._load_curve.scalar
             force = min(self._friction * curve.drop(0.0, step), self.force_limit)
-            return force, factor * curve.load(step)[1]
+            slope = factor * curve.load(step)[1]
+            if slope < 1e-3 * self.tangential_stiffness:
+                # Next to full slip it depends on the last place of the step: as in `_slope`.
+                slope = factor * float(self.surface._fall(self.separation, np.array([step]))[0])
+            return force, slope
         slope = -self.surface._derivative_at(self.separation + step, 1)
         return self._table.at(u)[0], factor * slope
 

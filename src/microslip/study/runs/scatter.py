@@ -145,6 +145,8 @@ def scatter(
     names, left_out = _with_bands(nominal, count)
     stacks = {name: np.empty((len(all_scores), *nominal[name].values.shape)) for name in names}
     for index, sample in enumerate(_results(design, compute, all_scores, workers, report)):
+        # An asymptote of the energy that one sample does not have has no band.
+        stacks = {name: stack for name, stack in stacks.items() if name in sample}
         for name, stack in stacks.items():
             stack[index] = sample[name]
     quantiles = np.array(design.part.quantiles)

@@ -17,13 +17,14 @@ from typing import Any
 
 BEFORE = set(sys.modules)
 ALONE = {"numpy", "microslip"}
+COMPILER = {"ziglang"}  # fetched by the build where there is no other
 WITH_SCIPY = "--scipy" in sys.argv
 
 
 class Hidden(MetaPathFinder):
     """Finder that reports all packages as missing, except the few."""
 
-    names = frozenset(packages_distributions()) - ALONE - ({"scipy"} if WITH_SCIPY else set())
+    names = frozenset(packages_distributions()) - ALONE - COMPILER - {"scipy" * WITH_SCIPY}
 
     def find_spec(self, name: str, path: Any = None, target: Any = None) -> None:
         if name.partition(".")[0] in self.names:

@@ -38,3 +38,28 @@ def differences(name, x, options, weights, by_point, by_x):
     scale = np.abs(by_x * way).sum()
     assert abs((by_x * way).sum() - wanted) < 2e-5 * scale
     return way
+
+
+def field_motion(varies):
+    """Return two nodes and their motion: displacements, and separations if these vary."""
+    nodes = ms.JointField(make(**POINT).surface, 0.4, areas=[1e-5, 2e-5], loads=[100.0, 300.0])
+    x = np.stack([C, -0.7 * C])
+    d = 0.2 * np.roll(x, 1, axis=1)
+    d[:, 0] = nodes.separations
+    return nodes, ((x, d) if varies else (x,))
+
+
+def check_field(nodes, motion, value, by):
+    """Values and Jacobians of harmonics are those of the nodes, and no node moves another."""
+    varies = len(motion) == 2
+    exact = nodes.harmonics(motion[0], (0, 1, 3), separations=motion[1] if varies else None)
+    np.testing.assert_allclose(value[0], exact.force, rtol=1e-12)
+    if varies:
+        np.testing.assert_allclose(value[1], exact.load, rtol=1e-12)
+    for k, part in enumerate(by):
+        for i in range(2):
+            block = exact.jacobian[:, :, k] if varies else exact.jacobian[:, None]
+            np.testing.assert_allclose(
+                part[:, i, :, i], block[i], rtol=1e-12, atol=1e-12 * np.abs(block).max()
+            )
+            np.testing.assert_array_equal(part[:, i, :, 1 - i], 0.0)

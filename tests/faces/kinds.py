@@ -156,20 +156,25 @@ KINDS: dict[str, tuple[Callable[[np.random.Generator], Floats], float, float]] =
 
 
 def made(kind: str, seed: int) -> Made:
-    """Return a face of a kind, its plane taken off."""
+    """Return a face of a kind, without its mean plane."""
     generator, rms, gradient = KINDS[kind]
     rng = np.random.default_rng([seed, *kind.encode()])
-    z = gaussian_filter(generator(rng), 0.7 * _SHORT, mode="nearest")
+    face = scaled(gaussian_filter(generator(rng), 0.7 * _SHORT, mode="nearest"), rms, gradient)
+    if kind != "honed":
+        return face
+    # Rms of the heights above the grooves, about their median.
+    upper = face.heights[face.heights > np.quantile(face.heights, 0.4)]
+    plateau = float(1.4826 * np.median(np.abs(upper - np.median(upper)))) / 0.6
+    return face._replace(plateau=plateau)
+
+
+def scaled(z: Floats, rms: float, gradient: float) -> Made:
+    """Return heights without their mean plane, scaled to Rq [m] and an rms gradient [-]."""
     place = np.arange(POINTS) - 0.5 * (POINTS - 1)
     z = z - z.mean()
     z = z - (z.mean(0) @ place * place + (z.mean(1) @ place * place)[:, None]) / (place @ place)
     z *= rms / z.std()
     across, along = (math.sqrt(np.mean(np.diff(z, axis=axis) ** 2)) for axis in (1, 0))
     pixel = math.hypot(across, along) / gradient
-    plateau = None
-    if kind == "honed":  # rms of the heights above the grooves, about their median
-        upper = z[z > np.quantile(z, 0.4)]
-        plateau = float(1.4826 * np.median(np.abs(upper - np.median(upper)))) / 0.6
-    steep, gentle = max(across, along), min(across, along)
-    lay = gentle / steep
-    return Made(z, pixel, rms, steep / pixel, 1.0 if lay > 0.85 else lay, plateau)
+    steep, lay = max(across, along), min(across, along) / max(across, along)
+    return Made(z, pixel, rms, steep / pixel, 1.0 if lay > 0.85 else lay, None)

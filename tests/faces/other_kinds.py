@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .kinds import POINTS, Floats, Made
+from .kinds import POINTS, Floats, Made, scaled
 
 _SHORTEST = 8.0
 """Shortest wave [pixels]."""
@@ -136,14 +136,7 @@ OTHER_KINDS: dict[str, tuple[Callable[[np.random.Generator], Floats], float, flo
 
 
 def other(kind: str, seed: int) -> Made:
-    """Return a face of a kind, its plane taken off."""
+    """Return a face of a kind, without its mean plane."""
     generator, rms, gradient = OTHER_KINDS[kind]
     z = _smoothed(generator(np.random.default_rng([seed, 41, *kind.encode()])))
-    place = np.arange(POINTS) - 0.5 * (POINTS - 1)
-    z = z - z.mean()
-    z = z - (z.mean(0) @ place * place + (z.mean(1) @ place * place)[:, None]) / (place @ place)
-    z *= rms / z.std()
-    across, along = (math.sqrt(np.mean(np.diff(z, axis=axis) ** 2)) for axis in (1, 0))
-    pixel = math.hypot(across, along) / gradient
-    steep, lay = max(across, along), min(across, along) / max(across, along)
-    return Made(z, pixel, rms, steep / pixel, 1.0 if lay > 0.85 else lay, None)
+    return scaled(z, rms, gradient)

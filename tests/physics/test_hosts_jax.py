@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from differentiable import CASES, POINT, C, differences, direct, make
+from differentiable import CASES, POINT, C, check_field, differences, direct, field_motion, make
 
 import microslip as ms
 
@@ -96,29 +96,15 @@ def test_a_batch_is_one_call(joint, monkeypatch):
 def test_fields_have_their_jacobians(joint, varies):
     from microslip.export.hosts.jax import DifferentiableField
 
-    nodes = ms.JointField(make(**POINT).surface, 0.4, areas=[1e-5, 2e-5], loads=[100.0, 300.0])
+    nodes, motion = field_motion(varies)
     field = DifferentiableField(nodes)
-    x = np.stack([C, -0.7 * C])
-    d = 0.2 * np.roll(x, 1, axis=1)
-    d[:, 0] = nodes.separations
-    given = (x, d) if varies else (x,)
 
     def both(*motion):
         found = field.harmonics(*motion, harmonics=(0, 1, 3))
         return jax.numpy.stack(found if varies else [found])
 
-    exact = nodes.harmonics(x, (0, 1, 3), separations=d if varies else None)
-    value = jax.jit(both)(*given)
-    np.testing.assert_allclose(value[0], exact.force, rtol=1e-12)
-    by = jax.jacobian(both, argnums=tuple(range(len(given))))(*given)
-    for k, part in enumerate(by):
-        for i in range(2):
-            block = exact.jacobian[:, :, k] if varies else exact.jacobian[:, None]
-            np.testing.assert_allclose(
-                part[:, i, :, i], block[i], rtol=1e-12, atol=1e-12 * np.abs(block).max()
-            )
-            np.testing.assert_array_equal(part[:, i, :, 1 - i], 0.0)
-    if varies:
-        np.testing.assert_allclose(value[1], exact.load, rtol=1e-12)
+    by = jax.jacobian(both, argnums=tuple(range(len(motion))))(*motion)
+    check_field(nodes, motion, jax.jit(both)(*motion), by)
+    x = motion[0]
     rows = jax.vmap(lambda c: field.harmonics(c, harmonics=(0, 1, 3)))(np.stack([x, 2.0 * x]))
     np.testing.assert_allclose(rows[1], nodes.harmonics(2.0 * x, (0, 1, 3)).force, rtol=1e-12)

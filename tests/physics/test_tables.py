@@ -9,7 +9,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 from cases import reach_of, records
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 import microslip as ms
@@ -174,6 +174,9 @@ def test_sliders_are_all_of_the_stiffness(made, shares):
     share=st.floats(0, 0.9),
     steps=st.lists(st.floats(1e-7, 1.5)),
 )
+@example(
+    made=(2.0**-20 * np.arange(3), np.array([200.0, 100.0, 0.0]), None), share=4.5e-7, steps=[0.5]
+)  # straight
 def test_differences_do_not_cancel(made, share, steps):
     """Backbone and energy against exact sums over the pieces, at amplitudes of all sizes."""
     d = made[0]

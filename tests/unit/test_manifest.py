@@ -225,7 +225,7 @@ def test_no_wear_of_a_specimen_counted_twice(campaign: Path, tmp_path: Path) -> 
     text = " ".join(outcome.stdout.split())
     assert text.count("several series whose cycles are counted from the same number") == 2
     assert "begins at cycle 900" in text
-    assert "of 1 worn volume over" in text
+    assert "from 1 worn volume and" in text
     found = json.loads(
         run("measure", "--manifest", str(tmp_path / "manifest.csv"), "--json").stdout
     )

@@ -62,6 +62,11 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         """Polynomials for T0 over the displacement, or None for a law that is cheap to evaluate."""
         return None
 
+    @property
+    def _harmonic_parts(self) -> tuple[BackboneLaw, ...]:
+        """Laws whose harmonics are integrated one by one and added; the law itself by default."""
+        return (self,)
+
     @cached_property
     def _pieces(self) -> Pieces | None:
         """Force limit minus T0 [N], as polynomials of the displacement between kinks.
@@ -309,7 +314,13 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         to the mean depends on this choice. For a constant displacement the Jacobian is the limit
         for cycles of vanishing amplitude.
         """
-        return harmonic_force(self, coefficients, harmonics, rest, rtol)
+        parts = [
+            harmonic_force(law, coefficients, harmonics, rest, rtol) for law in self._harmonic_parts
+        ]
+        if len(parts) == 1:
+            return parts[0]
+        force, jacobian = (np.asarray(sum(part)) for part in zip(*parts, strict=True))
+        return HarmonicForce(force, jacobian)
 
     def parameter_derivatives(
         self,

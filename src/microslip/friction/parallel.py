@@ -6,16 +6,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, members
 from microslip._core.frozen import Locked, assign, lock, made_once
 from microslip.friction.base import BackboneLaw
-from microslip.friction.cycles import Rest
-from microslip.friction.harmonics import HarmonicForce
 from microslip.friction.interface import Interface
 from microslip.friction.jenkins import Jenkins
 from microslip.friction.sliders import Sliders
@@ -103,24 +99,12 @@ class Parallel(Locked, BackboneLaw):
     def _kinks(self) -> Floats:
         return np.unique(np.concatenate([law._kinks for law in self.laws]))
 
-    def harmonics(
-        self,
-        coefficients: ArrayLike,
-        harmonics: Any = (0, 1),
-        rest: Rest = 0.0,
-        *,
-        rtol: float = 1e-10,
-    ) -> HarmonicForce:
-        """Compute Fourier coefficients of the settled force [N]: the sum over the laws.
-
-        Parameters and result, their units and shapes are those of :meth:`BackboneLaw.harmonics`.
-        """
+    @property
+    def _harmonic_parts(self) -> tuple[BackboneLaw, ...]:
         if not self._rigid:
-            return super().harmonics(coefficients, harmonics, rest, rtol=rtol)
-        laws = [*self._rigid] if self._compliant is None else [*self._rigid, self._compliant]
-        parts = [law.harmonics(coefficients, harmonics, rest, rtol=rtol) for law in laws]
-        force, jacobian = (np.asarray(sum(part)) for part in zip(*parts, strict=True))
-        return HarmonicForce(force, jacobian)
+            return (self,)
+        laws = self._rigid if self._compliant is None else (*self._rigid, self._compliant)
+        return tuple(part for law in laws for part in law._harmonic_parts)
 
     def sliders(self) -> Sliders:
         """Return the sliders of all laws together, discrete [m, N/m] and continuous [N/m^2]."""

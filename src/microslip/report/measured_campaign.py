@@ -129,8 +129,8 @@ def _wear_section(wear: Wear) -> Section:
         count = len(wear.records)
         parts.append(
             Note(
-                f"Energy wear coefficient: {value:.3g} µm³/J{ends}, of {count} worn volume"
-                f"{'s' * (count > 1)} over the energy dissipated since the specimen was new "
+                f"Energy wear coefficient: {value:.3g} µm³/J{ends}, from {count} worn volume"
+                f"{'s' * (count > 1)} and the energy dissipated since the specimen was new "
                 "(Fouvry et al. 2003)."
             )
         )

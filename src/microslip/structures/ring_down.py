@@ -61,7 +61,7 @@ class RingDown(LockedArrays, Plottable):
 
     @cached_property
     def _half_ranges(self) -> tuple[Floats, Floats]:
-        """Half the range of the downward, and of the upward motion of each whole cycle [m]."""
+        """Half-ranges [m] of the downward and of the upward motion of each whole cycle."""
         half = 0.5 * np.abs(np.diff(self.turning_displacement))
         end = half.size // 2 * 2
         return half[:end:2], half[1:end:2]

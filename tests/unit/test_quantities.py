@@ -100,6 +100,7 @@ def test_entrances_of_joints_convert_units(group: str) -> None:
             continue
         written = quantity(name, key, SI[UNIT_OF[key]]).to(UNIT_OF[key])
         plain = written.to(SI[UNIT_OF[key]]).magnitude
+        called(name, **{key: plain})  # shared tables grow in the first call, by a last digit
         got, wanted = called(name, **{key: written}), called(name, **{key: plain})
         np.testing.assert_array_equal(numbers_of(got), numbers_of(wanted), f"{name}({key})")
         done += 1

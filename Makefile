@@ -161,8 +161,10 @@ docs: $(READY) $(DOCS)  ## write the reference pages and build the documentation
 	@"$(PY)" -m sphinx -W -E --keep-going -q -b html docs docs/_build/html
 	@echo "docs/_build/html/index.html"
 
+# NOTEBOOKS="01 13" makes these alone
+NOTEBOOKS ?=
 notebooks: $(READY) $(DOCS)  ## make notebooks of the gallery in notebooks/, each run by Jupyter
-	@OPENBLAS_NUM_THREADS=1 "$(PY)" tools/make_notebooks.py notebooks --run
+	@OPENBLAS_NUM_THREADS=1 "$(PY)" tools/make_notebooks.py notebooks --run $(NOTEBOOKS)
 
 dist: $(READY) $(DEV)  ## build the sdist, and from it the wheel, into dist/
 	@rm -rf dist

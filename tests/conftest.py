@@ -22,20 +22,7 @@ settings.register_profile("slow", max_examples=20, derandomize=True, **_COMMON)
 settings.register_profile("explore", max_examples=500, print_blob=True, **_COMMON)
 
 
-def _wants_slow(config: pytest.Config) -> bool:
-    return config.option.markexpr == "slow"
-
-
 def pytest_configure(config: pytest.Config) -> None:
     """HYPOTHESIS_PROFILE chooses the profile; ``-m slow`` means the slow one."""
-    default = "slow" if _wants_slow(config) else "quick"
+    default = "slow" if config.option.markexpr == "slow" else "quick"
     settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", default))
-
-
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """With ``-m slow`` every property test joins in, on the many examples of that profile."""
-    if _wants_slow(config):
-        for item in items:
-            if getattr(getattr(item, "obj", None), "is_hypothesis_test", False):
-                item.add_marker("slow")

@@ -3,8 +3,9 @@
 
 The tests run the scripts, and hold a notebook's code to be its script's. With --run each notebook
 is run by Jupyter, too, and holds what came out; a cell that fails ends it all.
+Numbers such as 01 and 13 choose scripts.
 
-Usage: make_notebooks.py FOLDER [--run]
+Usage: make_notebooks.py FOLDER [--run [NUMBER...]]
 """
 
 from __future__ import annotations
@@ -67,10 +68,12 @@ def run(made: dict[str, Any]) -> dict[str, Any]:
     return dict(json.loads(nbformat.writes(own)))
 
 
-def main(folder: Path, execute: bool = False) -> None:
-    """Write a notebook for each script."""
+def main(folder: Path, execute: bool = False, numbers: tuple[str, ...] = ()) -> None:
+    """Write a notebook for each script, or for those of the given numbers."""
     folder.mkdir(parents=True, exist_ok=True)
     for script in SCRIPTS:
+        if numbers and script.stem.partition("_")[0] not in numbers:
+            continue
         made = notebook(script.read_text(encoding="utf-8"))
         made = run(made) if execute else made
         text = json.dumps(made, indent=1, ensure_ascii=False) + "\n"
@@ -79,6 +82,6 @@ def main(folder: Path, execute: bool = False) -> None:
 
 
 if __name__ == "__main__":
-    if sys.argv[2:] not in ([], ["--run"]) or len(sys.argv) < 2:
+    if len(sys.argv) < 2 or sys.argv[2:3] not in ([], ["--run"]):
         sys.exit(__doc__)
-    main(Path(sys.argv[1]), execute=len(sys.argv) > 2)
+    main(Path(sys.argv[1]), len(sys.argv) > 2, tuple(sys.argv[3:]))

@@ -100,6 +100,9 @@ class NormalLaw(Parametric, ABC):
     tangential force is T0 = mu [N(d) - N(d + delta/kappa)], with the friction coefficient mu and
     the slip per indentation kappa = mu k_n/k_t (Jaeger 1998, DOI 10.1115/1.2833765; Ciavarella
     1998, J. Appl. Mech. 65, 998), see :class:`microslip.Interface`.
+
+    A law may yield: then the face was flattened permanently by the largest load that it has
+    carried, the *tightening load*, and N(d) is its law on unloading from that load.
     """
 
     pair: MaterialPair
@@ -120,9 +123,9 @@ class NormalLaw(Parametric, ABC):
         return {}
 
     def _slip_measure(self) -> tuple[float, str] | None:
-        """Width of the summit heights [m] and its name; None for a law without heights.
+        """Width of the summit heights [m] and its description; None for a law without heights.
 
-        Multiplied by the slip per indentation it is the displacement scale of slip.
+        The width times the slip per indentation is the displacement scale of slip.
         """
         return None
 
@@ -140,7 +143,7 @@ class NormalLaw(Parametric, ABC):
 
     @property
     def _edge(self) -> float:
-        """Separation [m] at which the lowest summit touches and N'' is not smooth; or -inf."""
+        """Separation [m] at which the lowest summit touches, if N'' has a kink there; else -inf."""
         return -math.inf
 
     @property
@@ -221,11 +224,11 @@ class NormalLaw(Parametric, ABC):
         """Raise an InputError if loads of the joint at rest [N] are too large for the law."""
 
     def _tightened_by(self, shares: Floats) -> tuple[Floats, Floats] | None:
-        """Return the laws of areas tightened to the fractions ``shares`` of the tightening load.
+        """Return factors [-] and offsets [m] of the separation of less tightened faces.
 
-        They are given by factors [-] and offsets [m] of the separation: an area tightened to the
-        fraction s carries s N((d - offset)/factor) at separation d, where N is this law. None for a
-        law that does not yield.
+        A face like this one, but tightened only to the fraction s of its tightening load, carries
+        s N((d - offset)/factor) at separation d. ``shares`` are the values of s [-]. None for a law
+        that does not yield.
         """
         return None
 
@@ -235,19 +238,23 @@ class NormalLaw(Parametric, ABC):
         return self
 
     def _under(self, load: float) -> NormalLaw:
-        """Return the surface under a load [N], tightened again if the load makes it yield."""
+        """Return the law after tightening to ``load`` [N]; this law if it does not yield then."""
         return self
 
     @property
     def _scales(self) -> dict[str, tuple[float, float, float]] | None:
-        """Scales of a law N = C F(d/L) with a fixed function F; None if it has no such form.
+        """Sensitivities of C and L in N = C F(d/L); None for a law without this form.
 
-        They are {name of a parameter: (value p, d ln C/d ln p [-], d ln L/d ln p [-])}.
+        They are {name of a parameter: (its value p, d ln C/d ln p [-], d ln L/d ln p [-])}; the
+        function F is independent of all parameters.
         """
         return None
 
     def _patch(self, area: float, tightening: float) -> NormalLaw:
-        """Return this law for ``area`` [m^2] and ``tightening`` times its tightening pressure."""
+        """Return this law with another apparent area [m^2] and tightening pressure.
+
+        The new pressure is ``tightening`` [-] times that of this law, if it has one.
+        """
         if not any(item.name == "area" for item in dataclasses.fields(self)):  # type: ignore[arg-type]
             raise InputError(
                 "`surface` must have an apparent area over which a pressure is spread, as a "

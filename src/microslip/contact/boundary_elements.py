@@ -212,10 +212,11 @@ def _relax(
 def closing(
     space: HalfSpace, contact: Mask, start: Floats | None = None, tolerance: float = 1e-5
 ) -> Floats:
-    """Return s = -dP/dd, the increase of the pressures P per approach: K s = 1 on the contact.
+    """Return s = -dP/dd, the increase of the pressures P per decrease of the separation d.
 
-    The mean of s is -dp/dd of the mean pressure p: changes of the contact have a second-order
-    effect. The relative error of the mean is the square of the tolerance.
+    It solves K s = 1 on the points in contact. They are held constant, since the change of the
+    contact with d changes P only to second order; the mean of s is -dp/dd of the mean pressure p.
+    The relative error of the mean is the square of the tolerance.
     """
     touching = contact.astype(float)
     first = np.zeros(contact.shape) if start is None else start * touching

@@ -3,13 +3,14 @@
 A profile is a piecewise polynomial approximation of N. Laws without one, such as individually given
 summits, are evaluated here for one separation at a time.
 
-In a memory diagram (:mod:`microslip.friction.memory.diagram`) D(eta) is the ratio of
-displacement/kappa to approach in the contacts that first touch at separation eta, with the slip per
-indentation kappa; a row is an interval of eta with constant D. Slip in the direction s (1 or -1) at
-separation d sets D to s from eta = d to the slip front eta = q; beyond q, D keeps its earlier
-value. As q advances by dq into a row with the earlier value D, the energy lost is mu kappa |s - D|
-[N(d) - N(q) + N'(q) (q - d)] dq, with the friction coefficient mu and |s - D| = 1 - s D. The
-bracket is the integral of v N''(d + v) over 0 <= v <= q - d, which has no negative term.
+In a memory diagram (:mod:`microslip.friction.memory.diagram`) D(eta) is the increase of
+displacement/kappa per decrease of separation with which the contacts that first touch at separation
+eta were loaded; kappa is the slip per indentation. A row is an interval of eta with constant D.
+Slip in the direction s (1 or -1) at separation d sets D to s from eta = d to the slip front eta =
+q; beyond q, D keeps its earlier value. As q advances by dq into a row with the earlier value D, the
+energy lost is mu kappa |s - D| [N(d) - N(q) + N'(q) (q - d)] dq, with the friction coefficient mu
+and |s - D| = 1 - s D. The bracket is the integral of v N''(d + v) over 0 <= v <= q - d, which has
+no negative term.
 """
 
 from __future__ import annotations
@@ -263,7 +264,7 @@ class SlipLosses:
         """Return the separations above ``low`` [m] at which quadrature intervals end.
 
         They are the kinks of the law and, where it is smooth, points one decay length apart: a
-        single rule over many decay lengths would be inaccurate as the faces separate.
+        single rule over many decay lengths would be inaccurate if the faces move far apart.
         """
         if low >= self._low:
             return self._marks
@@ -287,9 +288,9 @@ class SlipLosses:
         return self._marks
 
     def _rules(self, front: Floats) -> list[tuple[Rule, NDArray[np.bool_]]]:
-        """Return quadrature rules (nodes, weights), each with a mask of the intervals that use it.
+        """Return quadrature rules (nodes and weights on [0, 1]), each with the mask of its pieces.
 
-        ``front`` are the slip fronts [m] in the middle of the intervals.
+        ``front`` is the slip front [m] in the middle of each piece of :func:`_pieces`.
         """
         spline = self._law._spline
         if spline is None:
@@ -354,7 +355,10 @@ def _summit_means(
 
 
 def _summits(y: Floats, gap: Floats, until: Floats, first: Floats, last: Floats) -> Floats:
-    """Return :func:`_summit_means` for each summit height y [m] and k = 1, (runs, summits)."""
+    """Return :func:`_summit_means` for single summits, shape (runs, summits).
+
+    A summit of height y [m] has the load (y - d)^(3/2), that is a load constant of one.
+    """
     deep, low = y - first, y - last
     before = deep - gap  # what the front leaves of the indentation; it falls
     after = np.minimum(low - until, before)
@@ -400,7 +404,7 @@ def _partly_slipped(
     A^2 is the indentation y - d of a summit of height y, and B^2 = y - q, the indentation less the
     distance q - d of the slip front from the separation. A^2 changes linearly from ``a0`` to
     ``a1``, B^2 from ``b0`` to ``b1`` and q - d from ``g0`` to ``g1`` [m]. A quarter of the result
-    is the mean of :func:`_summit_means` for a partly slipped summit of load constant one.
+    is the mean of :func:`_summit_means` for a partly slipped summit with the load (y - d)^(3/2).
     """
     result = np.zeros(a0.size)
     at = np.arange(a0.size)

@@ -88,7 +88,7 @@ class _Piece:
         return float(self.pressure.mean()), float(self.growth.mean())
 
     def yielded(self, hardness: float) -> None:
-        """Flatten the points whose pressure is the hardness, so that their overlap becomes zero."""
+        """Lower the heights at points with the hardness until they no longer overlap the body."""
         assert self.pressure is not None
         gap = self.space.displacement(self.pressure) - self.heights + self.separation
         hard = self.pressure >= hardness

@@ -131,7 +131,8 @@ def fit(nodes: dict[str, NDArray[Any]]) -> dict[str, Floats]:
         ``weight`` in the fit; ``waves``, the side of the solved face over the roll-off wavelength
         of its spectrum; and the quantities of :class:`NodeValues`, where ``stiffness``,
         ``loading``, ``contact`` and ``bends`` are logarithms. Arrays with the prefix ``pixel_`` are
-        corrections from the pixel of the nodes to an infinitely fine one, at groups of their own.
+        corrections of quantities from the pixel of the nodes to an infinitely fine one, at the
+        groups ``pixel_hardness`` and ``pixel_pressure``.
 
     Returns
     -------

@@ -125,7 +125,10 @@ class Pointwise:
 
     @cached_property
     def _profile(self) -> tuple[Profile, tuple[Floats, Floats]] | None:
-        """Piecewise polynomials of N and N'', and integrals of N above each midpoint; or None."""
+        """Polynomials of N and N'' on panels, and integrals of N from each midpoint to infinity.
+
+        None if N is not smooth or decays too slowly.
+        """
         law = self.law
         if law._spheres is not None or law._breaks[1:].size or pairs_of(law) is not _own_pairs:
             return None

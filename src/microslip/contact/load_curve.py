@@ -354,8 +354,8 @@ class LoadCurve:
 def shared_curve(surface: NormalLaw, nearest: float) -> LoadCurve:
     """Return the load curve that all contact fields on a surface share.
 
-    Its origin is near the separation ``nearest`` [m], in a discrete set, so that results do not
-    depend on the order of requests.
+    Its origin is ``nearest`` [m], rounded down to a fixed grid within the span of the surface, so
+    that results do not depend on the order of requests.
     """
     low, high = surface._span
     width = (high - low) / _ORIGINS

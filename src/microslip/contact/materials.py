@@ -211,7 +211,7 @@ def _plain(name: str) -> str:
 
 
 def _near(name: str, table: Mapping[str, Metal]) -> str:
-    """Return the names in the table that resemble an unknown name; without any, all names."""
+    """Return a hint: the names in the table that resemble an unknown name, or else all names."""
     from difflib import get_close_matches
 
     # A part of a name, such as "4340" or "iron", may be too short to be close to the whole.

@@ -244,7 +244,7 @@ class MeasuredContact(FaceLaw):
 
         Scaled from 100 MPa to tightening at 3 to 50 MPa, a law deviates from one solved for the
         lower pressure by up to 9 % in force. The energy of a cycle of amplitude mu N/k_t is 0.8 to
-        1.35 times that of the solved law; if these factors were one it would be 2 to 20 times.
+        1.35 times that of the solved law; with all factors set to one it is 2 to 20 times as large.
         """
         if self.solution.lighter_tightenings.size < 4:  # an elastic face
             return None

@@ -251,7 +251,7 @@ def remember(key: str, solution: FaceSolution) -> None:
 def stiffness_scatter(solution: FaceSolution) -> float | None:
     """Return the standard deviation of ln(-dp/dd) between the pieces [-]; None for one piece.
 
-    Each piece is evaluated where its own pressure is half the heaviest mean pressure of the face.
+    Each piece is evaluated where its own pressure is half the largest mean pressure of the face.
     """
     count = solution.pressure.shape[1]
     if count < 2:

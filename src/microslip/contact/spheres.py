@@ -142,7 +142,7 @@ class Contacts:
     def _far(self, kind: Kind) -> Table:
         """Tabulate the sum over contacts with s beyond the panel of v and the next two.
 
-        The table holds it over v**kind.order, a smooth function of v, on each panel of v.
+        The table holds the sum divided by v**kind.order, which is smooth on each panel of v.
         """
         points = 0.5 * (1.0 + NODES)
         halves = [_resample(side) for side in (0, 1)]

@@ -143,11 +143,11 @@ class DensityHeights(HeightDistribution):
 
     @cached_property
     def _panel_masses(self) -> tuple[tuple[float, Floats, Floats], ...]:
-        """Point masses [-] that replace the density of each panel for thresholds below it.
+        """Sets of point masses [-] that replace the density of a panel for thresholds below it.
 
-        There is one set for each least distance of a threshold from the panel, in panel widths: the
-        larger it is, the fewer points represent the integrand within 1e-14. A set is this distance,
-        and the positions above the lower panel edge [m] and masses, both (panels, points).
+        A set is (smallest distance of the threshold from the panel in panel widths, positions above
+        the lower panel edge [m], masses); the last two have the shape (panels, points). The larger
+        the distance, the fewer points suffice for an error of 1e-14.
         """
         edges = self._density_pieces.edges
         fine = self._probabilities(edges)

@@ -138,8 +138,8 @@ class TabulatedHeights(Locked, HeightDistribution):
         Returns
         -------
         TabulatedHeights
-            Piecewise linear density with the mean of the binned heights; it is zero one bin beyond
-            the extremes.
+            Piecewise linear density, whose mean is that of the binned heights. It falls to zero
+            half a bin beyond the lowest and highest height.
         """
         values = sized("values", record("values", values, "m")).reshape(-1)
         low, high = float(values.min()), float(values.max())

@@ -249,9 +249,9 @@ class Asperity(Interface):
     ) -> AsperityFields:
         """Compute slip zones, tractions and surface displacements at the end of a record from rest.
 
-        They are attributes and methods of the returned :class:`AsperityFields`. The record is
-        one-dimensional: displacements [m], or forces [N] below the force limit. The turning points
-        and the last sample are sufficient; a single number is first loading.
+        The result has them as attributes and methods. The record is one-dimensional: displacements
+        [m], or forces [N] below the force limit. Its turning points and last sample are sufficient;
+        a single number means first loading to this displacement or force.
         """
         name, values = _one_of(displacement, force)
         x = record(name, values, "N" if name == "force" else "m").reshape(-1)

@@ -210,8 +210,8 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         ----------
         arrays : mapping of str to array_like, optional
             Output of :meth:`microslip.State.to_arrays` [m, N, J], shapes as described there, or the
-            same arrays read by ``numpy.load``. The state continues from it with its own limit of
-            rows; ``depth`` is ignored.
+            same arrays read by ``numpy.load``. The state continues from them and keeps the saved
+            limit of rows; ``depth`` is ignored.
         depth : int, optional
             Largest number of rows of the memory diagram [-], at least four; only for an interface.
             There is about one row for each reversal that still affects the force. Further rows are
@@ -345,9 +345,9 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         names : sequence of str, optional
             Parameters, all by default. An :class:`microslip.Interface` has friction_coefficient and
             normal_load, and with a Greenwood-Williamson surface std (a scale of all heights),
-            radius, density, area, young_modulus and poisson_ratio. If the two materials differ, the
-            last two are of the first body, other_young_modulus and other_poisson_ratio of the
-            second.
+            radius, density, area, young_modulus and poisson_ratio. If the two materials differ,
+            young_modulus and poisson_ratio are those of the first body; the second body has
+            other_young_modulus and other_poisson_ratio.
         harmonics, rest
             See :meth:`harmonics`.
 

@@ -100,7 +100,7 @@ class PeriodicResponse(_Cycle):
 
 
 def rows_of(name: str, value: ArrayLike, samples: int) -> Floats:
-    """Check array ``value``, ``name`` in errors: shape (samples,) or (samples, parameters)."""
+    """Return ``value`` as an array; its shape must be (samples,) or (samples, parameters)."""
     rows = floats(name, value)
     if rows.ndim not in (1, 2) or rows.shape[0] != samples:
         raise InputError(

@@ -64,7 +64,7 @@ def _dissipated(energy: Floats, sign: Floats, parent: Integers) -> Floats:
     """Return the energy dissipated up to each sample [J].
 
     ``sign`` and ``parent`` are those of :class:`microslip.friction.memory.record.Tree`, and
-    ``energy`` [J] is E(half) of each sample, with its ``half`` in that tree.
+    ``energy`` is E(half) of each sample [J], with the distance ``half`` of that tree.
     """
     first = parent < 0
     branch = np.where(first, 0.25, 0.5) * energy

@@ -37,7 +37,7 @@ class NodeCycles:
 
     Each node goes from rest in a straight line to the sample with the largest step + |place|, its
     root, where slip wipes out all memory; the cycle from the root is settled. If new contact that
-    formed on the line still sticks at the root, the cycle is computed twice.
+    formed on the line still sticks at the root, two periods are computed, and the second is used.
     """
 
     def __init__(
@@ -238,8 +238,8 @@ class SettledField:
         Each node goes from rest in a straight line of (separation, displacement) to the sample with
         the largest separation + |displacement|/kappa, with the slip per indentation kappa. There
         slip wipes out all memory of earlier motion, so the cycle from there is settled. If new
-        contact that formed on the line still sticks at that sample, the cycle is computed twice.
-        The result does not depend on the first sample.
+        contact that formed on the line still sticks at that sample, two periods are computed, and
+        the second is used. The result does not depend on the first sample.
         """
         nodes = self._nodes
         x, steps = _per_sample(nodes, "displacements", displacements), None

@@ -62,7 +62,7 @@ class Basis:
 
     @property
     def factors(self) -> Floats:
-        """Factors from integrals of basis function times force over a period to coefficients."""
+        """Fourier coefficients over the integrals of basis function times force in a period."""
         result = np.full(self.size, 1.0 / math.pi)
         if self.has_mean:
             result[0] = 0.5 / math.pi
@@ -112,7 +112,7 @@ class Basis:
         return force[:, columns], jacobian[:, columns][:, :, columns]
 
     def dense(self, rows: Floats) -> tuple[Floats, list[int]]:
-        """Insert zeros for missing harmonics in ``rows``; also return the columns of the others."""
+        """Insert zeros for harmonics that the basis lacks; also return the columns of ``rows``."""
         if self.is_dense:
             return np.array(rows, dtype=float, order="C"), self.columns
         dense = np.zeros((len(rows), 2 * self.orders[-1] + 1))
@@ -128,7 +128,7 @@ def _basis(harmonics: tuple[int, ...]) -> Basis:
 
 
 def tolerance_error(tolerance: float) -> InputError:
-    """Return the error for a tolerance that is not reached on a load curve with many corners."""
+    """Return the exception for a tolerance not reached on a load curve with many corners."""
     return InputError(
         f"`rtol` must be larger for this law, whose load curve has too many corners for "
         f"{tolerance:g}; write rtol={100.0 * tolerance:g}"
@@ -146,7 +146,10 @@ def _sampled(orders: tuple[int, ...], samples: int) -> tuple[Floats, Floats]:
 def coefficients_of(
     name: str, coefficients: ArrayLike, basis: Basis, nodes: int | None = None, unit: str = "m"
 ) -> Floats:
-    """Check coefficients of shape (size,), or also (nodes, size) if ``nodes`` is given."""
+    """Check and return Fourier coefficients, shape (size,), with the size of the basis.
+
+    With ``nodes``, (nodes, size) is accepted too, and is the shape of the result.
+    """
     values = floats(name, coefficients, unit)
     if nodes is not None:
         if values.shape not in ((basis.size,), (nodes, basis.size)):

@@ -216,14 +216,20 @@ def _at_rest(law: KinkedBackbone, motion: _Motion) -> HarmonicForce:
 
 
 class _Piece(NamedTuple):
-    begin: float  # displacement [m] at the start of a piece of the cycle, which is monotone
-    end: float  # displacement [m] at its end
-    parent: int  # index of the turning point at which its branch began
-    way: int  # index of the turning point before the piece
+    """Monotone part of a cycle, with the displacements [m] at which it begins and ends.
+
+    ``parent`` is the index of the turning point at which its branch began, and ``turn`` that of the
+    turning point before it.
+    """
+
+    begin: float
+    end: float
+    parent: int
+    turn: int
 
 
 class _Cycle:
-    """Branches of a settled cycle of a law, from the largest displacement on."""
+    """Branches of a settled cycle of a law, from the largest |displacement| on."""
 
     def __init__(self, law: KinkedBackbone, motion: _Motion) -> None:
         self.law, self.motion = law, motion
@@ -241,33 +247,33 @@ class _Cycle:
         self.force[0] = math.copysign(1.0, x[0]) * float(law._backbone(half)[0])
         self.derivative[0] = float(law._slope(half)[0]) * self.changes[0]
         pieces = []
-        for way in range(count):
-            here, end, sign = float(x[way]), float(x[(way + 1) % count]), self.sign[way]
-            if way:
-                stack.append(way)
+        for turn in range(count):
+            here, end, sign = float(x[turn]), float(x[(turn + 1) % count]), self.sign[turn]
+            if turn:
+                stack.append(turn)
             while len(stack) > 2 and (end - x[stack[-2]]) * sign >= 0.0:
                 close = float(x[stack[-2]])
                 if (close - here) * sign > 0.0:
-                    pieces.append(_Piece(here, close, stack[-1], way))
+                    pieces.append(_Piece(here, close, stack[-1], turn))
                     here = close
                 del stack[-2:]
             parent = stack[-1]
             if (end - here) * sign > 0.0:
-                pieces.append(_Piece(here, end, parent, way))
-            if way + 1 < count:
+                pieces.append(_Piece(here, end, parent, turn))
+            if turn + 1 < count:
                 half = np.array([0.5 * abs(end - x[parent])])
                 rise = 2.0 * sign * float(law._backbone(half)[0])
-                self.force[way + 1] = self.force[parent] + rise
+                self.force[turn + 1] = self.force[parent] + rise
                 slope = float(law._slope(half)[0])
-                change = self.changes[way + 1] - self.changes[parent]
-                self.derivative[way + 1] = self.derivative[parent] + slope * change
+                change = self.changes[turn + 1] - self.changes[parent]
+                self.derivative[turn + 1] = self.derivative[parent] + slope * change
         return pieces
 
     def _cut(self) -> tuple[Floats, Floats, Any]:
-        """Return start and end times, and (parent, way), of the pieces cut at the kinks."""
+        """Return the pieces, cut at the kinks of the law: begin and end [rad], (parent, turn)."""
         kinks = self.law._kinks
-        begin, end, parent, way = (np.array(v) for v in zip(*self.pieces, strict=True))
-        sign = self.sign[way]
+        begin, end, parent, turn = (np.array(v) for v in zip(*self.pieces, strict=True))
+        sign = self.sign[turn]
         marks, owner = [begin, end], [np.arange(begin.size)] * 2
         if kinks.size:
             origin = self.x[parent]
@@ -282,11 +288,11 @@ class _Cycle:
         order = np.lexsort((x * sign[of], of))
         x, of = x[order], of[order]
         # Turning points are known; other times are solved for.
-        first = self.times[way[of]]
-        last = np.roll(self.times, -1)[way[of]]
+        first = self.times[turn[of]]
+        last = np.roll(self.times, -1)[turn[of]]
         last = np.where(last <= first, last + 2.0 * math.pi, last)
-        t = np.where(x == self.x[way[of]], first, last)
-        inner = np.flatnonzero((x != self.x[way[of]]) & (x != np.roll(self.x, -1)[way[of]]))
+        t = np.where(x == self.x[turn[of]], first, last)
+        inner = np.flatnonzero((x != self.x[turn[of]]) & (x != np.roll(self.x, -1)[turn[of]]))
         if inner.size:
             target = x[inner]
             t[inner] = solve(
@@ -296,10 +302,10 @@ class _Cycle:
                 last[inner],
             )
         inside = np.flatnonzero((np.diff(of) == 0) & (np.diff(t) > 0.0))
-        return t[inside], t[inside + 1], np.column_stack((parent[of[inside]], way[of[inside]]))
+        return t[inside], t[inside + 1], np.column_stack((parent[of[inside]], turn[of[inside]]))
 
     def coefficients(self, tolerance: float, least: float) -> HarmonicForce:
-        """Return coefficients and Jacobian; bisect pieces until both halves sum to the whole."""
+        """Return coefficients and Jacobian; bisect pieces until their integrals have converged."""
         size = self.motion.basis.size
         begin, end, of = self._cut()
         total, slopes = np.zeros(size), np.zeros((size, size))
@@ -339,10 +345,10 @@ class _Cycle:
     def _integrals(self, begin: Floats, end: Floats, of: Any) -> tuple[Floats, Floats]:
         """Return integrals of basis functions times force, and times dforce/dc, for each piece.
 
-        Pieces are from ``begin`` to ``end`` [rad], with (parent, way) of :class:`_Piece` in ``of``;
-        c are the displacement coefficients.
+        The pieces, cut at the kinks, are from ``begin`` to ``end`` [rad]. The columns of ``of`` are
+        their ``parent`` and ``turn``, see :class:`_Piece`. c are the displacement coefficients.
         """
-        parent, way = of[:, 0], of[:, 1]
+        parent, turn = of[:, 0], of[:, 1]
         width = end - begin
         t = begin[:, None] + width[:, None] * _SHARES
         weights = width[:, None] * _SHARE_WEIGHTS
@@ -351,7 +357,7 @@ class _Cycle:
         half = 0.5 * np.abs(x - self.x[parent, None])
         value = self.law._backbone(half.ravel()).reshape(shape)
         slope = self.law._slope(half.ravel()).reshape(shape)
-        force = self.force[parent, None] + 2.0 * self.sign[way, None] * value
+        force = self.force[parent, None] + 2.0 * self.sign[turn, None] * value
         functions = self.motion.basis.values(flat).reshape(*shape, -1)
         change = functions * self.motion.moves - self.changes[parent, None, :]
         derivative = self.derivative[parent, None, :] + slope[:, :, None] * change

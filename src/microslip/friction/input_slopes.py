@@ -28,8 +28,8 @@ def input_slopes(joint: Interface, amplitude: float) -> dict[str, dict[str, floa
 
     Outputs are the tangential stiffness at rest and the loss factor. They are differentiated by
     central differences with steps of 2 %; inputs are sorted by decreasing magnitude. A tabulated
-    surface has only friction and load as inputs. Slopes with respect to modulus, hardness and
-    heights of a measured face are those of the Gaussian face with its rms height, rms slope and
+    surface has only friction and load as inputs. For a measured face, slopes with respect to
+    modulus, hardness and heights are those of a Gaussian face with equal rms height, rms slope and
     stiffness.
     """
     slopes_of: dict[str, dict[str, float]] = {"tangential_stiffness": {}, "loss_factor": {}}

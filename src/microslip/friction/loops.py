@@ -192,7 +192,7 @@ def unit_cycle(samples: int) -> tuple[Floats, int]:
 
 @lru_cache(maxsize=32)
 def halves_of(samples: int) -> Floats:
-    """Return half the distance of each sample of the unit cycle from its last turning point."""
+    """Return half the distance of each sample of the unit cycle from the preceding reversal."""
     shape, turn = unit_cycle(samples)
     return lock(0.5 * np.concatenate((1.0 - shape[: turn + 1], 1.0 + shape[turn + 1 :])))
 

@@ -30,8 +30,8 @@ class Parallel(Locked, BackboneLaw):
     -----
     All laws obey Masing's rules with the same reversals, so their sum does too: backbones,
     stiffnesses, energies and slider densities add (Iwan 1966, DOI 10.1115/1.3625199). If one law is
-    rigid at rest, such as :class:`microslip.Coulomb`, so is the sum: under forces up to the limit
-    of the rigid laws the displacement is 0.
+    rigid at rest, such as :class:`microslip.Coulomb`, the sum is rigid too: the displacement is 0
+    under forces up to the limit of the rigid laws.
     """
 
     laws: Sequence[BackboneLaw]

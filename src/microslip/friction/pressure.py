@@ -323,7 +323,7 @@ class Pressure(ByValue, Locked):
 
     @classmethod
     def _pressed(cls, areas: Floats, loads: Floats, places: Floats | None, kind: str) -> Pressure:
-        """Return the distribution without areas below 1e-12 of the mean pressure."""
+        """Return the distribution without areas of less than 1e-12 times the mean pressure."""
         bears = loads > 1e-12 * loads.sum() * areas / areas.sum()
         if not bears.any():
             raise InputError("`pressure` must have a value above zero, got none")

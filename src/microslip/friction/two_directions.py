@@ -228,8 +228,8 @@ class IsotropicField(Locked):
     In one direction, a memory diagram D (DOI 10.3389/fmech.2020.00030) at separation d is
     equivalent to sliders at all separations eta > d. The spring of a slider is deflected by g, the
     integral of D from d to eta, |g| <= eta - d, and T is mu times the integral of N''(eta) g over
-    eta. Here g is a vector that follows every step, and slips along itself if its length would
-    exceed the radius eta - d. The assumptions are those of :class:`microslip.IsotropicJoint`; in
+    eta. Here g is a vector that follows every step; if it becomes longer than the radius eta - d,
+    it is shortened to it. The assumptions are those of :class:`microslip.IsotropicJoint`; in
     addition a slider whose radius shrinks as contact is lost slips along its force. Along a line
     the model equals a :class:`microslip.Interface` under varying load, at constant separations an
     IsotropicJoint, both with a piecewise linear load curve.

@@ -1,9 +1,10 @@
 """Memory diagrams: exact memory of a contact with a varying normal load.
 
 The state of shear of an interface at separation d is a function D(eta) of the separations eta >= d,
-piecewise constant with |D| <= 1. D(eta) is the ratio of displacement/kappa to approach in the
-contacts that first touch at separation eta; where it is 1 or -1 they have slipped. Here kappa = mu
-E*/(4 G*) is the slip per indentation, and the place is displacement/kappa [m]. Then
+piecewise constant with |D| <= 1. D(eta) is the increase of displacement/kappa per decrease of
+separation with which the contacts that first touch at separation eta were loaded; 1 or -1 means
+that they have slipped since. Here kappa = mu E*/(4 G*) is the slip per indentation, and the place
+is displacement/kappa [m]. Then
 
     T/mu = integral of D(eta) (-N'(eta)) over eta >= d,    place = integral of D(eta).
 

@@ -217,7 +217,10 @@ class FieldState(Resumable):
         return FieldResponse(force, load, tangent, stiffness)
 
     def _steps(self, separations: ArrayLike) -> tuple[Floats, tuple[float, float]]:
-        """Return trial steps from rest, and the range of steps from the origin [m], see Nodes."""
+        """Return the steps from rest of a trial, and its smallest and largest step from the origin.
+
+        All are in [m]; :class:`.Nodes` defines steps.
+        """
         nodes = self._nodes
         if _is_plain(separations, nodes.size):
             step = np.empty(nodes.size)
@@ -366,9 +369,9 @@ class FieldState(Resumable):
         self._depth = kept
 
     def _losses(self, place: Floats, step: Floats, code: Integers, reach: Any) -> Floats:
-        """Return the dissipated energies of the nodes in a step, divided by weights and slips [J].
+        """Return energies dissipated in a step: per node [J], divided by ``weights`` and ``slips``.
 
-        ``place`` and ``step`` from rest are those at the end; :class:`.Nodes` defines these terms.
+        ``place`` and ``step`` from rest are those at the end; :class:`.Nodes` defines all terms.
         ``code`` is 4 times the number of rows of the diagram that remain, plus 0 for a node that
         sticks, or 1 or 2 for one that slips. ``reach`` is the range of the load curve needed.
         """

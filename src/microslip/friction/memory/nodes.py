@@ -74,11 +74,7 @@ class Nodes:
         return self.origins + self.lengths * steps
 
     def per_length(self, values: Floats) -> Floats:
-        """Divide values, nodes on the first axis, by the separation factor of each node.
-
-        The factor is ``lengths``. This converts derivatives with respect to steps to those with
-        respect to separations.
-        """
+        """Convert d/d(step) to d/d(separation), for values with nodes on the first axis."""
         if self.lengths is None:
             return values
         return np.asarray(values / self.lengths.reshape(-1, *[1] * (values.ndim - 1)))

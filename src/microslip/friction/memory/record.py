@@ -123,8 +123,9 @@ class Memory:
         """Return the amplitudes [m] of the loops that a record closes; the memory is not updated.
 
         They are half the widths of loops. A return to first loading past the only open reversal
-        closes half a loop; to mark it, minus the distance of that reversal from rest is returned.
-        The ``first`` oldest reversals are ignored; ``first`` must be 0 or leave at least two.
+        closes half a loop; it is marked by a negative amplitude: minus the distance of that
+        reversal from rest. The ``first`` oldest reversals are ignored; if ``first`` is not 0, at
+        least two others must remain open.
         """
         depth = self.depth - first
         places, result = (np.empty(depth + x.size + 1) for _ in range(2))

@@ -366,7 +366,7 @@ class State(Resumable):
         return state
 
     def _close(self, x: Floats, first: int = 0) -> None:
-        """Accumulate the energy of closed loops, ignoring the ``first`` oldest reversals."""
+        """Add the energies of loops closed by ``x`` [m]; ignore the ``first`` oldest reversals."""
         closed = self._memory.closed(x, first)
         if closed.size:
             # Limit the amplitude to avoid overflow.

@@ -65,7 +65,7 @@ class SliderBank:
 
     @cached_property
     def scales(self) -> Floats:
-        """Force of each node over the sum of ``weights`` times deflections of its sliders [-]."""
+        """Force of each node over the sum of stiffness times deflection of its sliders [-]."""
         return np.ones(self.size) if self.nodes is None else self.nodes.weights
 
     @cached_property
@@ -80,7 +80,10 @@ class SliderBank:
 
     @cached_property
     def compliances(self) -> Floats | None:
-        """Inverse principal values of ``lay``; cosine and sine of its first principal angle."""
+        """Inverse principal values of the stiffness tensor ``lay``, and its first principal axis.
+
+        The axis is given by the cosine and sine of its angle from the first displacement.
+        """
         if self.lay is None:
             return None
         stiffnesses, axes = np.linalg.eigh(self.lay)

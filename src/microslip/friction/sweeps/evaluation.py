@@ -174,9 +174,10 @@ def _unit_gaussian() -> GreenwoodWilliamson:
 
 
 def _unit(heights: Any) -> GreenwoodWilliamson:
-    """Return a surface with these heights and modulus, summit radius, density and area of 1.
+    """Return a surface with these heights, and elastic moduli, radius, density and area of 1.
 
-    At equal separation, the load of any surface with these heights is a constant times its load.
+    At equal separation, the load of any surface with these heights is a constant times the load of
+    this one.
     """
     metal = Material(1.0, 0.0)
     surface = GreenwoodWilliamson(MaterialPair(metal, metal), heights, 1.0, 1.0, 1.0)

@@ -24,15 +24,15 @@ def intervals(samples: Floats, shares: Sequence[float], draws: int | None = None
     ``samples`` has shape (groups, points per group, ...), and ``shares`` are the probabilities of
     the quantiles. The result, shape (2, shares, ...), holds the lower and upper ends. Groups are
     independent scramblings of quasi-random points. The fraction of samples below a quantile differs
-    between groups. Its standard deviation and Student's t distribution give an interval of the
-    fraction; the ends, times the number of samples, are the ranks of the results. An end is
-    infinite if there are too few samples. The estimates of the groups are unbiased and independent
-    whatever the dependence within a group (L'Ecuyer and Lemieux 2002, DOI
-    10.1007/0-306-48102-2_20).
+    between groups; its standard deviation and Student's t distribution give the half-width r of an
+    interval of the mean fraction. The ends for the probability p are the samples of ranks n (p - r)
+    and n (p + r) among all n samples; an end is infinite if there is no such sample. The estimates
+    of the groups are unbiased and independent whatever the dependence within a group (L'Ecuyer and
+    Lemieux 2002, DOI 10.1007/0-306-48102-2_20).
 
-    The samples of a single group are treated as independent, with a binomial number below the
-    quantile, which is conservative for quasi-random points. If they are not, because each of fewer
-    random points gives several samples, ``draws`` is the number of points.
+    The samples of a single group are treated as independent, so that the number below the quantile
+    is binomial; this is conservative for quasi-random points. If each independent random point has
+    given several samples, ``draws`` is the number of these points.
     """
     from scipy.special import stdtrit
 
@@ -93,10 +93,11 @@ def quantiles(
     quantiles are those of the points, with intervals from order statistics, infinite for too few
     points.
 
-    ``added`` holds the values of a second quantity at ``scores``, shape (points,), and those at
-    ``dense``. If given, ``values`` must be logarithms, and the quantiles are those of
-    log(exp(values) + added). If also a function ``of`` is given, the quantiles are those of the
-    columns of ``of(values, added)``; ``values`` must then be finite.
+    ``added`` is a second quantity, known everywhere: (its values at ``scores``, those at
+    ``dense``), both one-dimensional. If it is given, ``values`` must be logarithms, and the
+    quantiles are those of log(exp(values) + added). If a function ``of`` is given too, the
+    quantiles are those of the columns of ``of(values, added)`` instead, with the values of both
+    quantities at the same points; ``values`` must then be finite.
     """
     if of is not None:
         return _column_quantiles(scores, values, dense, shares, added, of)

@@ -98,11 +98,11 @@ def sweeps() -> None:
     summits = ms.AsperityPopulation(pair, heights=rng.normal(0.0, 5e-7, 1000), radii=1e-3)
     surfaces["1000 given summits"] = summits, 0.05
     for name, (surface, share) in surfaces.items():
-        joint = ms.Interface(surface, 0.55, 2000.0 * share)
-        loads = share * np.geomspace(100.0, 5e3, 100_000)
+        joints = {"surface": surface, "friction_coefficient": 0.55}
+        joints["normal_load"] = share * np.geomspace(100.0, 5e3, 100_000)[:, None]
         for amplitudes in ([1e-7], np.geomspace(1e-9, 1e-5, 10)):
             start = time.process_time()
-            ms.sweep(joint, normal_load=loads, amplitude=amplitudes)
+            ms.evaluate(**joints, amplitude=amplitudes)
             label = f"{name}, 1e5 loads by {len(amplitudes)}"
             print(f"{label:40} {time.process_time() - start:10.2f} s")
 

@@ -2,8 +2,8 @@
 A map of damping
 ================
 
-``sweep`` computes a joint at many loads and amplitudes at once, as labelled arrays: here forty
-thousand points, in a fraction of a second.
+``evaluate`` computes a joint at many loads and amplitudes at once: here forty thousand points, in a
+fraction of a second.
 """
 
 import matplotlib.pyplot as plt
@@ -18,40 +18,45 @@ al = ms.Material(young_modulus=69e9, poisson_ratio=0.33)
 surface = ms.GreenwoodWilliamson(
     ms.MaterialPair(al, al), ms.Gaussian(std=5e-7), radius=1e-3, density=1e8, area=2e-4
 )
-joint = ms.Interface(surface, friction_coefficient=0.55, normal_load=2000.0)
 
 # %%
-# Two axes and the quantities wanted. The result is a set of labelled arrays, for ``to_xarray``,
-# ``to_netcdf`` and ``to_csv``.
+# Two axes and the quantities wanted. The arguments broadcast as in NumPy: loads along the rows,
+# amplitudes along the columns.
 
-grid = ms.sweep(
-    joint,
-    normal_load=np.geomspace(100.0, 10e3, 200),
-    amplitude=np.geomspace(1e-8, 1e-5, 200),
+loads, amplitudes = np.geomspace(100.0, 10e3, 200), np.geomspace(1e-8, 1e-5, 200)
+grid = ms.evaluate(
+    surface=surface,
+    friction_coefficient=0.55,
+    normal_load=loads[:, None],
+    amplitude=amplitudes,
     quantities=["dissipated_energy", "loss_factor", "force_amplitude"],
 )
-print(f"{grid.dims}, {grid.shape}")
-print(*(f"{name} [{grid.variables[name].attributes['units']}]" for name in grid))
+print(*(f"{name} {values.shape}" for name, values in grid.items()))
 
 # %%
 # At a given force amplitude a joint dissipates most at the smallest load that still holds the
-# force; at larger loads less of it slips. A sweep along force amplitudes needs loads whose
-# force limit is above them.
+# force; at larger loads less of it slips. Force amplitudes need loads whose force limit is above
+# them.
 
-pushed = ms.sweep(joint, normal_load=np.linspace(750.0, 5000.0, 400), force_amplitude=[400.0])
-energy = pushed["dissipated_energy"][:, 0]
+pushed = ms.evaluate(
+    surface=surface,
+    friction_coefficient=0.55,
+    normal_load=np.linspace(750.0, 5000.0, 400),
+    force_amplitude=400.0,
+)
+energy = pushed["dissipated_energy"]
 print(f"pushed with ±400 N: {energy[0] * 1e6:.0f} µJ at 750 N, {energy[-1] * 1e6:.2f} µJ at 5 kN")
 
 # %%
 # At a given displacement the largest load dissipates most, but has the smallest loss factor.
 
-at = np.searchsorted(grid["amplitude"], 3e-7)
+at = np.searchsorted(amplitudes, 3e-7)
 losses = grid["loss_factor"][:, at]
 print(f"moved by ±0.3 µm: loss factor {losses[0]:.3f} at 100 N, {losses[-1]:.3f} at 10 kN")
 
 fig, (left, right) = plt.subplots(1, 2, figsize=(7.1, 3.5), sharey=True)
 fig.get_layout_engine().set(wspace=0.08)
-x, y = grid["amplitude"] * 1e6, grid["normal_load"] / 1e3
+x, y = amplitudes * 1e6, loads / 1e3
 for axes, name, norm, label in (
     (left, "loss_factor", None, "Loss factor η [–]"),
     (right, "dissipated_energy", LogNorm(), "Energy per cycle [J]"),

@@ -15,6 +15,9 @@ REMOVED: dict[str, str] = {
     "faces yield by themselves",
     "SurfaceFinish": "use ms.Finish with ms.DrawnFace.from_finish",
     "EllipticSummits": "use a measured face with its direction, microslip.MeasuredContact",
+    "sweep": "use ms.evaluate(surface=joint.surface, normal_load=loads[:, None], "
+    "amplitude=..., ...); with arguments of xarray the results are labelled",
+    "Sweep": "use the DataArrays that ms.evaluate returns for arguments of xarray",
     "BoucWen": "use ms.SegalmanIwan or ms.Iwan: every friction law is given by its backbone",
 }
 """Public names of version 0.2 with their replacements. The next version drops this table."""

@@ -54,9 +54,7 @@ from .friction.memory import State as State
 from .friction.memory import Trial as Trial
 from .friction.memory import VectorResponse as VectorResponse
 from .friction.memory import VectorState as VectorState
-from .friction.sweeps import Sweep as Sweep
 from .friction.sweeps import evaluate as evaluate
-from .friction.sweeps import sweep as sweep
 from .identification import Comparison as Comparison
 from .identification import Identification as Identification
 from .identification import compare as compare

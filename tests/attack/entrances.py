@@ -99,7 +99,6 @@ def entrances() -> dict[str, Entrance]:
     add("joint.try_ with a load", joint.start().try_, displacement=1e-7, normal_load=1e3)
     add("Oscillator", ms.Oscillator, joint=joint, mass=1.0, stiffness=1e6,
         viscous_damping_ratio=0.01)  # fmt: skip
-    add("sweep", ms.sweep, joint=joint, normal_load=[100.0], amplitude=[1e-7])
     _add_motion(add, laws)
     _add_fields(add, surface, joint)
     add_structures(add, surface, joint)
@@ -270,9 +269,6 @@ def _add_records(add: Add, joint: Any) -> None:
         smallest_amplitude=1e-8, largest_amplitude=1e-6)  # fmt: skip
     add("SliderLaw.outside", found.law.outside, amplitude=[1e-9, 1e-7])
     _add_evaluations(add, joint)
-    add("sweep of forces", ms.sweep, joint=joint, normal_load=[100.0], force_amplitude=[1.0])
-    add("sweep of all", ms.sweep, joint=joint, normal_load=[100.0], amplitude=[1e-7],
-        friction_coefficient=[0.3])  # fmt: skip
 
 
 def _add_evaluations(add: Add, joint: Any) -> None:

@@ -95,8 +95,7 @@ envelope off by 0.4% at most
 energy kept to 4e-08
 """,
     "10_sweep": """
-('normal_load', 'amplitude'), (200, 200)
-dissipated_energy [J] loss_factor [1] force_amplitude [N]
+dissipated_energy (200, 200) loss_factor (200, 200) force_amplitude (200, 200)
 pushed with ±400 N: 316 µJ at 750 N, 1.14 µJ at 5 kN
 moved by ±0.3 µm: loss factor 0.470 at 100 N, 0.179 at 10 kN
 """,

@@ -128,7 +128,7 @@ NOT_ENTERED = {
     *("MeshedJoint", "ModalCurve", "ModalIdentification", "Motion", "PeriodicResponse", "RingDown"),
     *("Preload", "Pressure", "ReducedJoint", "SegalmanFit", "Sliders", "Summits"),
     *("FieldState", "State"),
-    *("Sweep", "VectorCycle", "VectorResponse", "Verdict"),
+    *("VectorCycle", "VectorResponse", "Verdict"),
     *("MeshedJoint.read", "ModalTest.read", "Record.read", "Scan.read", "Structure.load"),
     "ReducedJoint.load",
     *("Drawing.converge", "Scan.changed"),

@@ -1,4 +1,4 @@
-"""Sweeps against one interface after the other, on every surface and in every shape."""
+"""Arrays of joints against one interface after the other, on every surface and in every shape."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from scipy import stats
 
 import microslip as ms
 from microslip.contact import NORMAL_LAWS, grids
-from microslip.friction.sweeps.run import DIMENSIONS
 
 AL = ms.Material(69e9, 0.33)
 PAIR = ms.MaterialPair(AL, AL)
@@ -48,6 +47,12 @@ class OwnLaw(ms.NormalLaw):
         return 1e12 * v * (2.0 * s - v)
 
 
+QUANTITIES = (
+    "force_amplitude", "dissipated_energy", "energy_ratio", "loss_factor", "damping_ratio",
+    "secant_stiffness", "tangent_stiffness", "dissipation_exponent", "stick_area", "separation",
+    "normal_stiffness", "tangential_stiffness", "contact_count", "contact_area", "force_limit",
+    "slip_per_indentation",
+)  # fmt: skip
 RNG = np.random.default_rng(3)
 SURFACES = {
     **{
@@ -102,10 +107,23 @@ def one_by_one(
     return values
 
 
+def swept_over(
+    surface: ms.NormalLaw, frictions: Any, loads: Any, *, quantities: Any = None, **along: Any
+) -> Any:
+    """Results with the dimensions friction, load and amplitude."""
+    return ms.evaluate(
+        surface=surface,
+        friction_coefficient=np.reshape(frictions, (-1, 1, 1)),
+        normal_load=np.reshape(loads, (-1, 1)),
+        quantities=quantities,
+        **along,
+    )
+
+
 def known_to(surface: ms.NormalLaw) -> list[str]:
     contacts = {"contact_count", "contact_area", "stick_area"}
     without = contacts if isinstance(surface, (ms.TabulatedNormalLaw, OwnLaw)) else set()
-    return [name for name in DIMENSIONS if name not in without and name != "amplitude"]
+    return [name for name in QUANTITIES if name not in without]
 
 
 @pytest.mark.parametrize("surface", SURFACES.values(), ids=SURFACES)
@@ -113,26 +131,12 @@ def test_equal_to_one_interface_after_the_other(surface: ms.NormalLaw) -> None:
     joint, loads, amplitudes = joint_on(surface)
     frictions = [0.1, 0.7]
     names = known_to(surface)
-    swept = ms.sweep(
-        joint,
-        normal_load=loads,
-        amplitude=amplitudes,
-        friction_coefficient=frictions,
-        quantities=names,
-    )
-    assert swept.shape == (2, 5, 8)
+    swept = swept_over(surface, frictions, loads, amplitude=amplitudes, quantities=names)
     for name in names:
         wanted = one_by_one(joint, frictions, loads, amplitudes, name, by_force=False)
-        dims = [swept.dims.index(dim) for dim in swept.variables[name].dims]
-        every = [slice(None) if k in dims else 0 for k in range(3)]
+        assert swept[name].shape == (2, 5, 8)
         # Interfaces tabulate their energies to 1e-12, at worst.
-        np.testing.assert_allclose(
-            swept[name],
-            wanted[tuple(every)],
-            rtol=3e-13,
-            atol=1e-290,
-            err_msg=name,
-        )
+        np.testing.assert_allclose(swept[name], wanted, rtol=3e-13, atol=1e-290, err_msg=name)
 
 
 @pytest.mark.parametrize("surface", SURFACES.values(), ids=SURFACES)
@@ -140,14 +144,7 @@ def test_force_amplitudes(surface: ms.NormalLaw) -> None:
     joint, loads, _ = joint_on(surface)
     forces = 0.1 * loads.min() * np.array([0.0, 1e-6, 1e-2, 0.5, 0.99])
     names = ["amplitude", "dissipated_energy", "damping_ratio", "secant_stiffness"]
-    swept = ms.sweep(
-        joint,
-        normal_load=loads,
-        force_amplitude=forces,
-        friction_coefficient=[0.1, 0.7],
-        quantities=names,
-    )
-    assert swept.dims == ("friction_coefficient", "normal_load", "force_amplitude")
+    swept = swept_over(surface, [0.1, 0.7], loads, force_amplitude=forces, quantities=names)
     for name in names:
         wanted = one_by_one(joint, [0.1, 0.7], loads, forces, name, by_force=True)
         # Near the limit the displacement of a force magnifies the rounding of the force.
@@ -179,14 +176,14 @@ def test_any_shape(shape: tuple[int, int]) -> None:
     joint = ms.Interface.examples()[0]
     loads = np.geomspace(1.0, 2e4, shape[0]) if shape[0] > 1 else np.array([300.0])
     amplitudes = np.geomspace(1e-11, 1e-4, shape[1]) if shape[1] > 1 else np.array([2e-7])
-    names = [name for name, dims in DIMENSIONS.items() if len(dims) == 3 and name != "amplitude"]
-    swept = ms.sweep(joint, normal_load=loads, amplitude=amplitudes, quantities=names)
-    assert swept.shape == shape
+    names = [name for name in QUANTITIES if name not in PROPERTIES]
+    friction = joint.friction_coefficient
+    swept = swept_over(joint.surface, friction, loads, amplitude=amplitudes, quantities=names)
     for j in {0, shape[0] // 2, shape[0] - 1}:
         each = joint.at(normal_load=loads[j])
         for name in names:
             wanted = getattr(each, OTHER_NAMES.get(name, name))(amplitudes)
-            np.testing.assert_allclose(swept[name][j], wanted, rtol=3e-13, err_msg=name)
+            np.testing.assert_allclose(swept[name][0, j], wanted, rtol=3e-13, err_msg=name)
 
 
 @pytest.mark.parametrize("surface", SURFACES.values(), ids=SURFACES)
@@ -204,8 +201,8 @@ def test_scaling() -> None:
     """Twice the coefficient of friction at twice the amplitude: twice the force, four times E_d."""
     joint = ms.Interface.examples()[0]
     loads, a = np.geomspace(10.0, 1e4, 7), np.geomspace(1e-10, 1e-5, 9)
-    one = ms.sweep(joint, normal_load=loads, amplitude=a, friction_coefficient=0.3)
-    two = ms.sweep(joint, normal_load=loads, amplitude=2.0 * a, friction_coefficient=0.6)
+    one = swept_over(joint.surface, 0.3, loads, amplitude=a)
+    two = swept_over(joint.surface, 0.6, loads, amplitude=2.0 * a)
     np.testing.assert_allclose(two["force_amplitude"], 2.0 * one["force_amplitude"], rtol=1e-13)
     np.testing.assert_allclose(two["dissipated_energy"], 4.0 * one["dissipated_energy"], rtol=3e-13)
     np.testing.assert_allclose(two["loss_factor"], one["loss_factor"], rtol=3e-13)
@@ -215,15 +212,12 @@ def test_gross_slip_and_microslip() -> None:
     """E_d tends to (2/3)(mu/kappa^2) N'' a^3 and to 4 mu N a, at every load."""
     joint = ms.Interface.examples()[0]
     loads = np.geomspace(10.0, 1e4, 50)
-    swept = ms.sweep(
-        joint,
-        normal_load=loads,
-        amplitude=[1e-13, 1e-1],
-        quantities=["dissipated_energy", "separation", "slip_per_indentation", "energy_ratio"],
-    )
-    curvature = joint.surface._derivative(swept["separation"], 2)
-    cubic = 2.0 / 3.0 * 0.55 / swept["slip_per_indentation"] ** 2 * curvature * 1e-39
-    np.testing.assert_allclose(swept["dissipated_energy"][:, 0], cubic, rtol=1e-5)
-    np.testing.assert_allclose(swept["dissipated_energy"][:, 1], 0.22 * loads, rtol=1e-4)
-    assert np.all(swept["energy_ratio"][:, 1] < 1.0)
-    assert math.isclose(swept["slip_per_indentation"], joint.slip_per_indentation)
+    names = ["dissipated_energy", "separation", "slip_per_indentation", "energy_ratio"]
+    swept = swept_over(joint.surface, 0.55, loads, amplitude=[1e-13, 1e-1], quantities=names)
+    small, large = ({name: swept[name][0, :, end] for name in names} for end in (0, 1))
+    curvature = joint.surface._derivative(small["separation"], 2)
+    cubic = 2.0 / 3.0 * 0.55 / small["slip_per_indentation"] ** 2 * curvature * 1e-39
+    np.testing.assert_allclose(small["dissipated_energy"], cubic, rtol=1e-5)
+    np.testing.assert_allclose(large["dissipated_energy"], 0.22 * loads, rtol=1e-4)
+    assert np.all(large["energy_ratio"] < 1.0)
+    assert math.isclose(small["slip_per_indentation"][0], joint.slip_per_indentation)

@@ -205,6 +205,8 @@ def test_xarray_and_dask() -> None:
     np.testing.assert_array_equal(by_user.values, plain["loss_factor"])
     for name, values in plain.items():
         np.testing.assert_array_equal(labelled[name].values, values)
+    one = ms.evaluate(**given, normal_load=loads, amplitude=a, quantities=["loss_factor"])
+    np.testing.assert_array_equal(one["loss_factor"].values, plain["loss_factor"])
     dask_array = pytest.importorskip("dask.array", reason="the extra dask is not installed")
     lazy = ms.evaluate(**given, normal_load=loads.chunk(load=4), amplitude=a, samples=9)
     arrays = ms.evaluate(
@@ -213,6 +215,13 @@ def test_xarray_and_dask() -> None:
         amplitude=dask_array.from_array(a.values, chunks=3),
         samples=9,
     )
+    alone = ms.evaluate(
+        **given,
+        normal_load=loads.chunk(load=4),
+        amplitude=a,
+        quantities=["loss_factor"],
+    )
+    np.testing.assert_array_equal(alone["loss_factor"].compute().values, plain["loss_factor"])
     assert isinstance(arrays["loss_factor"], dask_array.Array)
     for name, values in plain.items():
         np.testing.assert_array_equal(lazy[name].compute().values, values)

@@ -90,7 +90,7 @@ def test_records_cycles_and_fits() -> None:
         fit.plot(loop)
 
 
-def test_modes_responses_motions_and_sweeps() -> None:
+def test_modes_responses_and_motions() -> None:
     masses, springs = np.diag([2.0, 1.0]), np.array([[2e8, -1e8], [-1e8, 1e8]])
     structure = ms.Structure(masses, springs).attach(JOINT, directions=[1.0, -1.0])
     frequency, damping = structure.modes(0, [1e-9, 1e-8, 1e-7]).plot()
@@ -103,11 +103,6 @@ def test_modes_responses_motions_and_sweeps() -> None:
     assert motion.plot(at=1)[0].get_ylabel().startswith("Displacement")
     with pytest.raises(ms.InputError, match="at must be an integer from 0 to 1, got 2"):
         motion.plot(at=2)
-    swept = ms.sweep(JOINT, normal_load=[10.0, 20.0], amplitude=np.geomspace(1e-8, 1e-5, 30))
-    ax = swept.plot(quantity="dissipated_energy")
-    assert len(ax.lines) == 2
-    with pytest.raises(ms.InputError, match=r"quantity must be one of .*, got 'colour'"):
-        swept.plot(quantity="colour")
 
 
 def test_summits_lie_on_the_map_of_their_scan() -> None:

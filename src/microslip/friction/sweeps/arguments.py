@@ -119,14 +119,16 @@ def evaluate_labelled(
     names = tuple(arrays)
     keys = {**settings, "quantities": [name for name in outputs if not name.startswith("loop_")]}
 
-    def blockwise(*values: Any) -> tuple[Any, ...]:
+    def blockwise(*values: Any) -> Any:
         shape = np.broadcast_shapes(*map(np.shape, values))
         if 0 in shape:  # Dask calls the function once with empty arrays
-            return tuple(
+            found = [
                 np.zeros((*shape, *(settings["samples"],) * n.startswith("loop_"))) for n in outputs
-            )
-        answers = evaluate(**dict(zip(names, values, strict=True)), **keys)
-        return tuple(np.asarray(answers[name]) for name in outputs)
+            ]
+        else:
+            answers = evaluate(**dict(zip(names, values, strict=True)), **keys)
+            found = [np.asarray(answers[name]) for name in outputs]
+        return tuple(found) if len(found) > 1 else found[0]
 
     sizes = {_SAMPLE_AXIS: settings["samples"]} if "samples" in settings else {}
     last = [(_SAMPLE_AXIS,) if name.startswith("loop_") else () for name in outputs]

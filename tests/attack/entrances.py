@@ -252,7 +252,7 @@ def _add_records(add: Add, joint: Any) -> None:
     add("Record with a command", ms.Record, displacement=x, force=force, sample_rate=64.0,
         commanded=x)  # fmt: skip
     add("VirtualTribometer with noise", ms.VirtualTribometer, joint=joint, noise=0.01,
-        sample_rate=100.0, limits={"force": (-1.0, 1.0)})  # fmt: skip
+        sample_rate=100.0)  # fmt: skip
     loaded = ms.Record(
         displacement=x, force=force, sample_rate=64.0, normal_load=np.full(x.size, 9.0)
     )

@@ -85,6 +85,7 @@ def test_delays_are_held_by_their_intervals() -> None:
         of = record(seed, amplitude, period, late)
         (block,) = blocks_of(of).having_cycles
         found = lag_of(of.displacement, of.force, block.cycles, 0.95)
+        assert found is not None
         held += abs(found.value - late) <= found.half
         off.append(found.value - late)
     assert held >= 74

@@ -158,7 +158,6 @@ def test_results_independent_of_the_rig() -> None:
         assert found.mean[name].value == pytest.approx(expected[name], rel=1e-4)
     assert found.mean["energy_ratio"].value < 0.5 * expected["energy_ratio"]
     assert found.regime == "gross slip"
-    assert any("give `rig_stiffness`" in note for note in found.notes)
 
 
 def test_thresholds_are_those_of_one_sphere() -> None:
@@ -183,7 +182,7 @@ def test_regimes_of_one_sphere(share: float, regime: str) -> None:
     pair = JOINT.surface.pair  # type: ignore[attr-defined]
     sphere = ms.Interface(ms.SphereOnFlat(pair, 0.1), 0.4, 1000.0)
     limit = sphere.slip_per_indentation * -sphere.separation
-    rig = ms.VirtualTribometer(sphere, sample_rate=1000, limits={"amplitude": (0.0, 1.0)})
+    rig = ms.VirtualTribometer(sphere, sample_rate=1000)
     record = rig.record(amplitude=share * limit, cycles=3)
     assert ms.measure(record).regime == regime
 
@@ -243,6 +242,5 @@ def test_real_record() -> None:
     assert 506e-6 < found.mean["dissipated_energy"].value < 535e-6
     assert 0.450 < found.mean["friction_energy"].value < 0.463
     assert found.frequency == pytest.approx(0.25, rel=1e-3)
-    assert any("give `rig_stiffness`" in note for note in found.notes)
     with pytest.raises(ms.InputError, match="opposite sign"):
         ms.measure(ms.Record.read(REAL))

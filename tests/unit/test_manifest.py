@@ -77,7 +77,6 @@ def test_measure_reads_a_manifest(campaign: Path, tmp_path: Path) -> None:
     assert rows[0].split(",")[:5] == [
         *("record", "specimen", "stage", "Öl", "cycles"),
     ]
-    assert (out / "fretting-map.svg").stat().st_size > 1000
 
 
 @pytest.mark.slow

@@ -63,7 +63,6 @@ def virtual_rig(joint: Interface, seed: int = 0) -> VirtualTribometer:
         third_harmonic=HARMONIC,
         sample_rate=SAMPLES * _FREQUENCY,
         seed=seed,
-        limits={"normal_load": (100.0, 5200.0)},  # 5 kN and its ripple
     )
 
 

@@ -56,9 +56,8 @@ def measure(
     """Measure every cycle in each RECORD: CSV, TXT, Excel, MAT, TDMS or HDF5 files, or folders.
 
     Reports energy, damping, friction, stiffness and regime with confidence intervals of the means;
-    for several records also one row per record and a fretting map. Files that cannot be measured
-    are listed and skipped. Columns and units are detected unless given, and reported. Files are not
-    changed.
+    for several records also one row per record. Files that cannot be measured are listed and
+    skipped. Columns and units are detected unless given, and reported. Files are not changed.
 
     A RECORD can also be a test of a mode of a structure: a ring-down (time and sensor signal), a
     stepped sine (frequency, amplitude, phase) or a table of amplitude, frequency and damping ratio.

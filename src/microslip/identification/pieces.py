@@ -130,7 +130,6 @@ def loop_of(record: Record, noise: tuple[float, float], bins: int) -> Folded:
             folded,
             stepped=lock(row[None]),
             notes=(*folded.notes, note),
-            fold_notes=(*folded.fold_notes, note),
         )
     steps = np.hypot(*((np.roll(v, -1) - v) / np.ptp(v) for v in (x, force)))
     # A single closed loop: its ends are no turning points, wherever it starts.

@@ -146,9 +146,7 @@ def fitted_records(
         rows.append(Rows(one, level))
     fits, notes = _fitted(rows, means)
     for one in folded:
-        late = (one.late,) if one.late else ()
-        doubts = (f"the law is {one.doubt}",) if one.doubt else ()
-        notes += [f"{one.name}: {text}" for text in (*one.fold_notes, *late, *doubts)]
+        notes += [f"{one.name}: {text}" for text in one.notes]
     return _check_rig(_result_of(fits, rows, rig, gains, notes)), rows
 
 

@@ -1,4 +1,4 @@
-"""Evaluation of several measured records together: fretting map, wear, contradictions."""
+"""Evaluation of several measured records together: wear, contradictions."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import NamedTuple
 
 from microslip._core import checks
 from microslip._core.checks import positive, show
@@ -19,20 +18,6 @@ from microslip.laboratory.wear import Wear, wear_of
 
 _CARRIED, _SAME_LOAD = 1.05, 0.03
 """Ratio of forces above which two records contradict each other; relative width of one load."""
-MIXED = 0.05
-"""Probability of a second regime from which on a condition is mixed."""
-
-
-class Point(NamedTuple):
-    """Record as a point of the fretting map."""
-
-    record: str
-    amplitude: float
-    """Displacement amplitude [m]."""
-    normal_load: float
-    """Normal load [N]."""
-    regime: str
-    """Likeliest regime; "mixed" if another one has a probability or share of cycles of 5 %."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,10 +37,6 @@ class Campaign(Locked):
         Number of the first cycle of each record in the life of its specimen [-]; None if unknown.
     columns : mapping of str to sequence, optional
         Other data of each record, as in a manifest: "specimen", "stage" and others.
-
-    Notes
-    -----
-    Fretting maps after Vingsbo and Soderberg (1988, DOI 10.1016/0043-1648(88)90050-1).
     """
 
     measurements: Sequence[Measurement]
@@ -140,21 +121,3 @@ class Campaign(Locked):
                 step = round(math.log(load.value) / _SAME_LOAD)
                 by_load.setdefault((labels[i] if labels else "", step), []).append(measured)
         return by_load
-
-    def fretting_map(self) -> list[Point]:
-        """Return amplitude, load and regime of each record that has a normal load."""
-        points = []
-        for measured in self.measurements:
-            load = measured.mean.get("normal_load")
-            if load is None:
-                continue
-            likely = sorted(measured.probability.values())
-            count = len(measured)
-            frequencies = sorted(
-                measured.regimes.count(name) / count for name in measured.probability
-            )
-            mixed = len(likely) > 1 and max(likely[-2], frequencies[-2]) >= MIXED
-            amplitude = measured.mean["amplitude"].value
-            regime = "mixed" if mixed else measured.regime
-            points.append(Point(measured.name, amplitude, load.value, regime))
-        return points

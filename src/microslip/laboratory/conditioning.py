@@ -68,8 +68,7 @@ a contact near gross slip (19.15); the second set gives the systematic error."""
 _DOUBT, _LEAST, _OF_WINDOW = 0.5, 0.1, 0.003
 """Systematic error of the lag: fraction of the difference of both sets of powers, samples, and
 fraction of the window."""
-_LEFT = 0.15
-"""Largest ratio of the misfits with and without the lag for which its removal is suggested."""
+_GROUPS = 10
 _DEGREE = 10
 """Degree of the polynomial of the displacement within a fifth of a cycle from its reversal."""
 
@@ -79,105 +78,64 @@ class Lag(NamedTuple):
 
     value: float
     half: float
-    """Half-width of the confidence interval of the lag [samples]."""
-    error: float
-    number: int
-    """Number of groups of cycles averaged."""
-    is_remedy: bool
-    """Whether its removal reduces most of the misfit at the reversals."""
-
-
-class _Reversals(NamedTuple):
-    """Force [N] and displacement ``way`` [m] around the reversals of cycles (cycles, samples).
-
-    Rows are half the differences of samples around a peak and those around the next trough.
-    """
-
-    force: Floats
-    way: Floats
-    reach: int
-    """Number of samples on each side of a reversal."""
-    half: int
-    """Number of samples within a quarter of the force range after a reversal."""
-
-    def shift(self, rows: slice, shapes: int = 0, near: float | None = None) -> float:
-        """Return the lag of the force [samples] in the mean of the cycles ``rows``.
-
-        ``shapes`` is the index of a set of powers in _SHAPES; ``near`` is a first estimate
-        [samples].
-        """
-        return self._fit(rows, shapes, near)[0]
-
-    def misfit_left(self) -> float:
-        """Return the sum of squared residuals with the lag, divided by that without it [-].
-
-        The contribution of noise is subtracted from both sums.
-        """
-        _, best, at_zero = self._fit(slice(None), 0, None)
-        noise = noise_of(self.force.ravel()) ** 2 / self.force.shape[0] * (2 * self.half + 1)
-        return float(max(best - noise, 0.0) / max(at_zero - noise, 1e-300))
-
-    def _fit(self, rows: slice, shapes: int, near: float | None) -> tuple[float, float, float]:
-        return _shift(
-            self.force[rows], self.way[rows], self.reach, self.half, _SHAPES[shapes], near
-        )
-
-
-def _reversals(x: Floats, force: Floats, cuts: Cuts, most: int) -> _Reversals:
-    reach = int(cuts.period / 5.0)
-    inside = np.flatnonzero((cuts.peaks >= reach) & (cuts.troughs < force.size - reach))
-    inside = inside[:most] if most else inside
-    if inside.size < 2:
-        raise InputError(
-            "the lag of the force needs at least two cycles away from the ends of the record"
-        )
-    steps = np.arange(-reach, reach + 1)
-    sign = -0.5 if cuts.flipped else 0.5
-    forces, ways = (
-        sign * (values[cuts.peaks[inside][:, None] + steps] - values[ends[:, None] + steps])
-        for values, ends in ((force, cuts.troughs[inside]), (x, cuts.troughs[inside]))
-    )
-    profile = forces.mean(axis=0)
-    spread = float(np.ptp(profile)) * 2.0
-    fallen = np.flatnonzero(profile[reach:] < profile.max() - 0.125 * spread)
-    half = min(int(fallen[0]) if fallen.size else reach, (2 * reach) // 3)
-    if half < 4:
-        raise InputError(
-            "the lag of the force needs at least 4 samples in the first quarter of the force after "
-            f"a reversal, got {half}; sample faster"
-        )
-    return _Reversals(forces, ways, reach, half)
+    """Half-width of the confidence interval of the lag [samples]; infinite if it is not known."""
+    misfit_left: float
+    """Sum of squared residuals at the reversals with the lag, over that without it [-]."""
 
 
 def lag_of(
-    x: Floats, force: Floats, cuts: Cuts, confidence: float, groups: int = 10, most: int = 0
-) -> Lag:
+    x: Floats,
+    force: Floats,
+    cuts: Cuts,
+    confidence: float,
+    most: int | None = None,
+    smallest: float = 0.0,
+) -> Lag | None:
     """Estimate the lag of the force in a block of cycles, or in its first ``most`` cycles.
 
-    The interval follows from the scatter between ``groups`` groups of successive cycles.
+    The interval follows from the scatter between groups of successive cycles. None if there are too
+    few cycles or samples, or if the lag is not above ``smallest`` [samples].
     """
-    reversals = _reversals(x, force, cuts, most)
-    size = reversals.force.shape[0]
-    middle = reversals.shift(slice(None))
-    edges = np.linspace(0, size, min(groups, size) + 1).astype(int)
-    late = np.array([reversals.shift(slice(a, b), 0, middle) for a, b in pairwise(edges)])
-    other = reversals.shift(slice(None), 1, middle)
-    error = float(late.std(ddof=1)) / math.sqrt(late.size)
-    chance = quantile(confidence, late.size - 1) * error
-    doubt = _LEAST + _OF_WINDOW * reversals.half + _DOUBT * abs(middle - other)
-    is_remedy = reversals.misfit_left() < _LEFT
+    reach = int(cuts.period / 5.0)
+    inside = np.flatnonzero((cuts.peaks >= reach) & (cuts.troughs < force.size - reach))[:most]
+    if inside.size < 2:
+        return None
+    steps = np.arange(-reach, reach + 1)
+    sign = -0.5 if cuts.flipped else 0.5
+    # Half the differences of samples around a peak and around the next trough (cycles, samples).
+    forces, ways = (
+        sign
+        * (
+            values[cuts.peaks[inside][:, None] + steps]
+            - values[cuts.troughs[inside][:, None] + steps]
+        )
+        for values in (force, x)
+    )
+    profile = forces.mean(axis=0)
+    fallen = np.flatnonzero(profile[reach:] < profile.max() - 0.25 * float(np.ptp(profile)))
+    # Samples within a quarter of the force range after a reversal.
+    half = min(int(fallen[0]) if fallen.size else reach, (2 * reach) // 3)
+    if half < 4:
+        return None
+
+    def shift(
+        rows: slice, shapes: int = 0, near: float | None = None
+    ) -> tuple[float, float, float]:
+        return _shift(forces[rows], ways[rows], reach, half, _SHAPES[shapes], near)
+
+    middle, best, at_zero = shift(slice(None))
+    if not abs(middle) > smallest:
+        return None
+    edges = np.linspace(0, inside.size, min(_GROUPS, inside.size) + 1).astype(int)
+    late = np.array([shift(slice(a, b), 0, middle)[0] for a, b in pairwise(edges)])
+    other = shift(slice(None), 1, middle)[0]
+    chance = quantile(confidence, late.size - 1) * float(late.std(ddof=1)) / math.sqrt(late.size)
+    doubt = _LEAST + _OF_WINDOW * half + _DOUBT * abs(middle - other)
     # Lags of groups are sought near that of all of them: beyond that range they are not known.
-    is_found = float(np.abs(late - middle).max()) < 2.4 * reversals.half / (_COARSE - 1.0)
-    half = math.hypot(chance, doubt) if is_found else math.inf
-    return Lag(float(late.mean()), half, error, late.size, is_remedy)
-
-
-def lag_exceeds(x: Floats, force: Floats, cuts: Cuts, smallest: float, most: int) -> bool:
-    """Return whether the lag of the first ``most`` cycles exceeds ``smallest`` [samples]."""
-    try:
-        return abs(_reversals(x, force, cuts, most).shift(slice(None))) > smallest
-    except InputError:  # too few cycles or samples to tell
-        return False
+    is_found = float(np.abs(late - middle).max()) < 2.4 * half / (_COARSE - 1.0)
+    noise = noise_of(forces.ravel()) ** 2 / inside.size * (2 * half + 1)
+    left = max(best - noise, 0.0) / max(at_zero - noise, 1e-300)
+    return Lag(float(late.mean()), math.hypot(chance, doubt) if is_found else math.inf, left)
 
 
 def _shift(

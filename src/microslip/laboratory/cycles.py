@@ -20,7 +20,7 @@ from microslip._core.errors import InputError
 from microslip._core.units import engineering, significant
 from microslip._core.wording import plural
 from microslip.laboratory.blocks import Block, Blocks, blocks_of
-from microslip.laboratory.conditioning import lag_exceeds, lag_of
+from microslip.laboratory.conditioning import lag_of
 from microslip.laboratory.cuts import noise_of
 from microslip.laboratory.cycle_columns import columns_of
 from microslip.laboratory.estimates import trend
@@ -48,8 +48,9 @@ DRIFTS = 0.005
 """Smallest drift over the cycles, relative to the range of the channel, that is reported."""
 STEADY = 0.02
 """Relative range of the mean loads of the cycles above which it is reported."""
-_LATE, _LOOKED_AT = 0.02, 40
-"""Smallest relative effect of a lag on the energy, and number of cycles it is estimated from."""
+_LATE, _LOOKED_AT, _LEFT = 0.02, 40, 0.15
+"""Smallest relative effect of a lag on the energy; number of cycles it is estimated from; largest
+ratio of the misfits with and without the lag for which its removal is suggested."""
 _STANDARD_ERRORS, _ALIKE, _THIN = 5.0, 0.2, 1e-3
 """Standard errors of a significant energy; smallest correlation of force and displacement if
 a delay has inverted a loop; energy over that of the surrounding ellipse, below which a loop is a
@@ -318,12 +319,10 @@ class Cycles:
         if not per_sample > 0.0:
             return None
         smallest = _LATE * max(energy, _LATE * around) / per_sample
-        if not lag_exceeds(x, force, block.cycles, smallest, _LOOKED_AT):
+        lag = lag_of(x, force, block.cycles, 0.999, _LOOKED_AT, smallest)
+        if lag is None or abs(lag.value) < max(smallest, 0.5 * smallest + lag.half):
             return None
-        lag = lag_of(x, force, block.cycles, 0.999, most=_LOOKED_AT)
-        if abs(lag.value) - lag.half < 0.5 * smallest or abs(lag.value) < smallest:
-            return None
-        if not lag.is_remedy or not self._is_better(lag.value):
+        if lag.misfit_left >= _LEFT or not self._is_better(lag.value):
             return None
         time, share = record.time, abs(lag.value) * per_sample / energy
         rate = record.sample_rate

@@ -15,7 +15,6 @@ from microslip.figures.plot import (
     DASHES,
     Axis,
     Entry,
-    Marker,
     Panel,
     Plot,
     stacked,
@@ -119,46 +118,6 @@ def record_figure(record: Any) -> Plot:
         panels.append(panel)
     panels[0].note = shorten(record.name, 60)
     return stacked(panels, 0.9 + 1.8 * len(panels), (1.0,) * len(panels))
-
-
-# -- campaigns -----------------------------------------------------------------------------------
-
-_REGIMES: dict[str, tuple[Marker, str]] = {
-    "stick": ("o", COLORS[1]),
-    "partial slip": ("s", COLORS[3]),
-    "mixed": ("D", COLORS[5]),
-    "gross slip": ("^", COLORS[2]),
-}
-
-
-def fretting_map(campaign: Any) -> Plot:
-    """Draw the slip regime of each record over displacement amplitude and normal load."""
-    points = campaign.fretting_map()
-    unit, letter = length_prefix(max(point.amplitude for point in points))
-    scale, load_letter = prefix(max(point.normal_load for point in points))
-    sizes = [point.amplitude / unit for point in points]
-    # Amplitudes that are alike are not drawn as if they differed.
-    low, high = min(sizes), max(sizes)
-    is_one = high < 1.2 * low
-    panel = Panel(
-        Axis(
-            f"Amplitude [{letter}m]",
-            0.5 * low if is_one else None,
-            2.0 * high if is_one else None,
-            log=True,
-            margin=0.12,
-            unit=unit,
-        ),
-        Axis(f"Normal load [{load_letter}N]", log=True, margin=0.12, unit=scale),
-    )
-    legend = []
-    for regime, (marker, color) in _REGIMES.items():
-        of = [point for point in points if point.regime == regime]
-        if of:
-            x, y = [p.amplitude / unit for p in of], [p.normal_load / scale for p in of]
-            panel.marks(x, y, color, marker=marker, filled=True, size=6.0)
-            legend.append(Entry(regime, color, marker=marker, filled=True, line=False))
-    return Plot([panel], 4.4, legend=tuple(legend))
 
 
 def worn(wear: Any) -> Plot:

@@ -14,7 +14,6 @@ from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, lock
 from microslip._core.units import engineering
 from microslip._core.wording import plural
-from microslip.friction.loops import Loop
 from microslip.laboratory.cuts import FEWEST_SAMPLES, one_loop
 from microslip.laboratory.cycles import Cycles, cycles_of, step_of
 from microslip.laboratory.estimates import Estimate, trend
@@ -22,7 +21,6 @@ from microslip.laboratory.mean_cycle import (
     MeanCycle,
     all_turns,
     drift_of,
-    error_of_mean,
     errors_of_steps,
     places_of,
     stretches,
@@ -42,9 +40,6 @@ _FEW = 16
 _LOAD_HARMONICS, _STANDS_OUT, _UNVARIED = 32, 3.5, 3e-4
 """Largest number of load harmonics; standard errors of a significant one, and its smallest size
 over the mean."""
-
-CLIPPED = "found from a record with signs of clipping"
-"""Reason of doubt for a record with clipped sensors."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -77,33 +72,20 @@ class Folded(Locked):
     """Covariance of the coefficients [m^2]."""
     force_noise: float
     """Standard deviation of one sample of force [N]."""
-    displacement_noise: float
-    """Standard deviation of one sample of displacement [m]."""
     normal_load: float | None
     """Mean normal load [N]; None without one."""
-    frequency: float | None
-    """Frequency of the cycles [Hz]; None without a time base."""
     cycles: int
     """Number of settled cycles."""
     notes: tuple[str, ...]
-    fold_notes: tuple[str, ...] = ()
-    """Notes on the folding, in addition to those on the record."""
-    late: str = ""
-    """Note on a delay of the force that shows in its cycles."""
+    """Notes on the cycles and on the folding."""
     load_terms: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros(0)))
     """Cosine and sine of each harmonic of the normal load [N]; empty if the load is constant."""
-    load_error: float = 0.0
-    """Standard error of the mean normal load [N]; 0 if the load was given as a number."""
-    drift: float = 0.0
-    """Drift of the force per cycle [N], which is removed."""
     drifted: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros(0)))
     """Effect of one standard error of the drift on the force of each bin [N]."""
     stepped: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros((0, 0))))
     """Effects of the converter steps, one standard deviation per row [N]."""
     growth: float = 0.0
     """Relative growth of the force of the loops over the cycles; 0 if not significant."""
-    doubt: str = ""
-    """Reason why the identification is in doubt; empty without one."""
     freedom: float = math.inf
     """Degrees of freedom of the noise of the force."""
     corners: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros(0)))
@@ -133,12 +115,6 @@ class Folded(Locked):
         """Displacement increment over each bin [m]; its product with the force is the work."""
         width = 0.5 * (np.roll(self.phase, -1) - np.roll(self.phase, 1)) % math.pi
         return self.displacement(self.phase, 1) * width
-
-    @property
-    def loop(self) -> Loop:
-        """Closed mean loop: displacement and force at the phases of the bins."""
-        x, force = self.displacement(self.phase), self.force
-        return Loop(np.append(x, x[0]), np.append(force, force[0]))
 
     def part(self, rows: NDArray[np.bool_]) -> Folded:
         """Return the average of some of the cycles, with the displacement and noise of all."""
@@ -198,7 +174,7 @@ def fold(record: Record, bins: int = _MOST_BINS) -> Folded:
         time = time / record.sample_rate
     phases = all_turns(time, x, judgement.blocks)
     del time
-    rate, samples_a_cycle = phases.rate, phases.samples_a_cycle
+    samples_a_cycle = phases.samples_a_cycle
     is_folded, spike_notes = _folded_cycles(judgement)
     counting = judgement.settled
     rows = np.flatnonzero(is_folded)
@@ -244,14 +220,20 @@ def fold(record: Record, bins: int = _MOST_BINS) -> Folded:
     drifted = drift.error * np.bincount(column, gone) / total
     del gone
     noise_f = curve.noise(level.residual, 1)
-    load, load_error = _mean_load(record, inside, place, curve)
+    load = _mean_load(record, inside, place)
     load_terms = _load_terms(record, inside, curve)
     drifts = judgement.drifts(counting.selection)
-    fold_notes = (
+    notes = [
         *(note for note in judgement.notes(counting) if note not in judgement.excess_loss),
         *spike_notes,
         *(drift_there.note("a linear trend is removed") for drift_there in drifts),
-    )
+    ]
+    if judgement.delay is not None:
+        notes.append(judgement.delay.note())
+    if counting.is_moving:
+        notes.append("the law is the mean over drifting cycles and describes no single state")
+    elif judgement.is_clipped:
+        notes.append("the law is found from a record with signs of clipping")
     step, stepped = step_of(force), np.zeros((0, size))
     if step is not None:
         # Half a step as a standard deviation: errors of steps go along with the course of a loop.
@@ -269,12 +251,6 @@ def fold(record: Record, bins: int = _MOST_BINS) -> Folded:
     sums += np.bincount(place, level.residual, minlength=rows.size * size).reshape(shape)
     grown = _growth(sums, counts, level.mean)
     growth = grown.value if abs(grown.value) > _LIKELY * grown.standard_error else 0.0
-    doubt = ""
-    if counting.is_moving:
-        doubt = "found as a mean over drifting cycles, so it describes no single state of the joint"
-    elif judgement.is_clipped:
-        doubt = CLIPPED
-    timed = record.time is not None or record.sample_rate is not None
     return Folded(
         name=record.name,
         phase=lock(curve.middle),
@@ -287,20 +263,13 @@ def fold(record: Record, bins: int = _MOST_BINS) -> Folded:
         coefficients=lock(motion.coefficients),
         covariance=lock(motion.covariance + np.outer(saw, saw)),
         force_noise=max(noise_f, QUIET * 0.5 * float(np.ptp(level.mean))),
-        displacement_noise=motion.noise,
         normal_load=load,
-        frequency=rate if timed else None,
         cycles=int(rows.size),
-        notes=(*record.notes, *fold_notes),
-        fold_notes=fold_notes,
-        late="" if judgement.delay is None else judgement.delay.note(),
-        load_error=load_error,
+        notes=tuple(notes),
         load_terms=lock(load_terms),
-        drift=drift.slope,
         growth=growth,
         drifted=lock(drifted),
         stepped=lock(stepped),
-        doubt=doubt,
         freedom=max(curve.freedom - 1.0, 1.0),
         corners=lock(motion.corners),
         samples=lock(samples),
@@ -337,13 +306,11 @@ def _folded_cycles(judged: Cycles) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
     return chosen, (f"too few cycles without spikes: {plural(lost, 'cycle')} with spikes used",)
 
 
-def _mean_load(
-    record: Record, inside: NDArray[np.bool_], cycle: NDArray[np.int64], curve: MeanCycle
-) -> tuple[float | None, float]:
+def _mean_load(record: Record, inside: NDArray[np.bool_], cycle: NDArray[np.int64]) -> float | None:
     if not isinstance(record.normal_load, np.ndarray):
-        return record.normal_load, 0.0
+        return record.normal_load
     load = record.normal_load[inside]
-    mean, error = float(load.mean()), error_of_mean(load, cycle, curve)
+    mean = float(load.mean())
     cycle_means = np.bincount(cycle, load) / np.bincount(cycle)
     low, high = float(cycle_means.min()), float(cycle_means.max())
     if high - low > _CHANGED * abs(mean):
@@ -351,7 +318,7 @@ def _mean_load(
             f"{record.name}: the normal load must be the same in all cycles, got means of "
             f"{low:.4g} to {high:.4g} N; select cycles with one load, such as `cycles=slice(0, 10)`"
         )
-    return mean, error
+    return mean
 
 
 def load_basis(phase: Floats, terms: int) -> Floats:
@@ -414,14 +381,8 @@ def averaged(record: Record, noise: tuple[float, float], bins: int = _MOST_BINS)
             f"{FEWEST_SAMPLES} samples, got {size} samples that are no single cycle; without "
             "`noise` it is estimated from several cycles"
         )
-    phase = 2.0 * math.pi * np.arange(size) / size
-    rate = None
-    if record.time is not None:
-        time = record.time[:size]
-        rate = (size - 1.0) / size / float(time[-1] - time[0])
-        phase = 2.0 * math.pi * (time - time[0]) * rate
-    elif record.sample_rate is not None:
-        rate = record.sample_rate / size
+    time: Floats = np.arange(float(size)) if record.time is None else record.time[:size]
+    phase = 2.0 * math.pi * (time - time[0]) * ((size - 1.0) / size / float(time[-1] - time[0]))
     # From its highest place on, as those of records are.
     first = int(np.argmax(x))
     x, force, phase = (np.roll(values, -first) for values in (x, force, phase))
@@ -433,9 +394,9 @@ def averaged(record: Record, noise: tuple[float, float], bins: int = _MOST_BINS)
     count = np.bincount(column).astype(float)
     places = np.bincount(column, phase) / count
     sums = np.bincount(column, force)
-    fold_notes = (
+    note = (
         f"read as one averaged cycle with the given noise, {engineering(noise[0], 'N')} in force "
-        f"and {engineering(noise[1], 'm')} in displacement",
+        f"and {engineering(noise[1], 'm')} in displacement"
     )
     return Folded(
         name=record.name,
@@ -449,12 +410,9 @@ def averaged(record: Record, noise: tuple[float, float], bins: int = _MOST_BINS)
         coefficients=lock(motion.coefficients),
         covariance=lock(motion.covariance * (stated / max(motion.noise, floor)) ** 2),
         force_noise=noise[0],
-        displacement_noise=noise[1],
         normal_load=float(load.mean()) if isinstance(load, np.ndarray) else load,
-        frequency=rate,
         cycles=1,
-        notes=(*record.notes, *fold_notes),
-        fold_notes=fold_notes,
+        notes=(note,),
         corners=lock(motion.corners),
         samples=lock(np.stack((phase, column, np.zeros(size)))),
     )

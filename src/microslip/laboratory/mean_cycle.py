@@ -199,6 +199,8 @@ class Slope(NamedTuple):
 
 def drift_of(values: Floats, cycle: NDArray[np.int64], curve: MeanCycle) -> Slope:
     """Fit the drift per cycle of a channel; its standard error includes scatter between cycles."""
+    from scipy.special import chdtrc
+
     progress = curve.of(cycle).residual
     square = float(progress @ progress)
     if square == 0.0:
@@ -209,37 +211,14 @@ def drift_of(values: Floats, cycle: NDArray[np.int64], curve: MeanCycle) -> Slop
     scatter -= progress
     del progress
     noise = curve.noise(scatter, 1)
-    return Slope(slope, noise * math.sqrt(slow_variance_ratio(scatter, cycle, noise, 2) / square))
-
-
-def slow_variance_ratio(
-    residual: Floats, number: NDArray[np.int64], noise: float, fitted_count: int
-) -> float:
-    """Return the variance of cycle means over that of white noise [-]; 1 if not significant."""
-    from scipy.special import chdtrc
-
-    count = np.bincount(number).astype(float)
-    freedom = np.count_nonzero(count) - fitted_count
-    if freedom < 1 or noise == 0.0:
-        return 1.0
-    sums = np.bincount(number, residual)
-    square = float(np.sum(sums**2 / np.maximum(count, 1.0))) / noise**2
-    return square / freedom if chdtrc(freedom, square) < _SIGNIFICANT else 1.0
-
-
-def error_of_mean(values: Floats, number: NDArray[np.int64], curve: MeanCycle) -> float:
-    """Return the standard error of the mean of all samples, from noise and scatter of cycles."""
-    residual = curve.of(values).residual
-    noise = curve.noise(residual)
-    count = np.bincount(number).astype(float)
-    means = np.bincount(number, residual) / count
-    place = np.arange(means.size, dtype=float)
-    if means.size > 2:
-        line = np.polynomial.Polynomial.fit(place, means, 1, w=np.sqrt(count))
-        for piece in stretches(residual.size):
-            residual[piece] -= line(place)[number[piece]]
-    noise = curve.noise(residual, 1)
-    return noise * math.sqrt(slow_variance_ratio(residual, number, noise, 2) / values.size)
+    # The means of cycles may scatter more than white noise does.
+    count = np.bincount(cycle).astype(float)
+    freedom, ratio = np.count_nonzero(count) - 2, 1.0
+    if freedom > 0 and noise > 0.0:
+        sums = np.bincount(cycle, scatter)
+        total = float(np.sum(sums**2 / np.maximum(count, 1.0))) / noise**2
+        ratio = total / freedom if chdtrc(freedom, total) < _SIGNIFICANT else 1.0
+    return Slope(slope, noise * math.sqrt(ratio / square))
 
 
 # -- the phase of each sample --------------------------------------------------------------------

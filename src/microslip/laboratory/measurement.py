@@ -39,7 +39,7 @@ from microslip.laboratory.estimates import (
     trend,
     with_gain,
 )
-from microslip.laboratory.loop_shape import UNDECIDED, parallel_spring, shape_notes, without_spring
+from microslip.laboratory.loop_shape import parallel_spring, shape_notes, without_spring
 from microslip.laboratory.record import Record
 from microslip.laboratory.record_motion import (
     distortion_of,
@@ -52,8 +52,6 @@ from microslip.laboratory.sampling_errors import sampling_errors
 _NOISE_SAMPLES = 1 << 17
 MOST_OF_LOOP = 1 << 17
 """Largest number of samples of a single averaged loop."""
-_MOSTLY = 0.9
-"""Fraction of the displacement below which gross slip has a considerable elastic part."""
 _TWO_SIDED = 1.96
 """Normal quantile by which half-widths become standard errors."""
 _MOST = {
@@ -335,16 +333,6 @@ def measure(
     spring = None if shape is None or judged.delay is not None else parallel_spring(shape)
     of_contact = columns if not (shape and spring) else without_spring(columns, shape, spring)
     record_regimes = regimes_of(of_contact, counting.selection, counting.is_moving)
-    slid = columns["sliding_ratio"][np.isfinite(columns["sliding_ratio"])]
-    sliding = float(np.median(slid)) if slid.size else math.nan
-    is_gross = record_regimes.of_each.count("gross slip") > len(record_regimes.of_each) / 2
-    if rig_stiffness is None and is_gross and sliding < _MOSTLY:
-        notes.append(
-            f"gross slip by B, though only {sliding:.0%} of the displacement slides: the rest is "
-            f"elastic, {UNDECIDED} (contact, rig, or crosstalk between the sensors), and the "
-            "stiffness is that of all of them in series; a record of a rigid specimen would "
-            "identify the cause; give `rig_stiffness` to subtract the rig"
-        )
     rates = columns.get("frequency")
     steps = judged.step_errors
     shared = {k: math.hypot(steps.get(k, 0.0), gains.get(k, 0.0)) for k in {**steps, **gains}}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -26,16 +26,6 @@ _FEWEST_SAMPLES = 16
 _MOST_SAMPLES = 100_000_000
 STEPS_A_CYCLE = 1024
 """Smallest number of steps per cycle of a joint under a varying load."""
-
-LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType(
-    {
-        "normal_load": (100.0, 5000.0),
-        "force": (-5000.0, 5000.0),
-        "amplitude": (0.0, 100e-6),
-        "frequency": (0.0, 200.0),
-    }
-)
-"""Limits of the rig of section 2.1 [N, N, m, Hz]; amplitudes may be below its 1 um."""
 
 
 class InSeries(BackboneLaw):
@@ -109,20 +99,19 @@ class VirtualTribometer:
     ripple_phase : float, optional
         Angle by which the ripple leads that force [rad].
     third_harmonic : float, optional
-        Third harmonic of the displacement over its fundamental [-], 0 <= ratio < 1; 0.05 on the
-        rig of the chapter. It flattens the peaks.
+        Third harmonic of the displacement over its fundamental [-], 0 <= ratio <= 1/9; 0.05 on the
+        rig of the chapter. It flattens the peaks; above 1/9 the motion would reverse beside them.
     sample_rate : float, optional
         Sampling rate [Hz]; by default 512 samples per cycle.
     seed : int, optional
         Seed of the noise: the same seed gives the same record.
-    limits : mapping, optional
-        (lowest, highest) of "normal_load" [N], "force" [N], "amplitude" [m] and "frequency" [Hz],
-        in place of those of section 2.1: 100 to 5000 N, -5000 to 5000 N, up to 100 um and 200 Hz.
 
     Notes
     -----
-    The rig of section 2.1 of chapter 19 (DOI 10.1007/978-3-319-56818-8_19). Turning points of the
-    motion are computed even if they lie between samples: a lower sampling rate only omits samples.
+    The rig of section 2.1 of chapter 19 (DOI 10.1007/978-3-319-56818-8_19) reaches normal loads of
+    100 to 5000 N, forces of 5000 N, amplitudes of 1 to 100 um and 200 Hz; other values are
+    accepted. Turning points of the motion are computed even if they lie between samples: a lower
+    sampling rate only omits samples.
 
     At a constant load the response is exact at every sample, the compliance included. With a load
     ripple the load is exact, too; between turning points of motion and load the joint follows
@@ -143,7 +132,6 @@ class VirtualTribometer:
     third_harmonic: float = 0.0
     sample_rate: float | None = None
     seed: int = 0
-    limits: Mapping[str, tuple[float, float]] = field(default_factory=lambda: LIMITS)
 
     def __post_init__(self) -> None:
         if not isinstance(self.joint, BackboneLaw):
@@ -157,11 +145,11 @@ class VirtualTribometer:
             keep(self, "rig_stiffness", positive("rig_stiffness", self.rig_stiffness, "N/m", 1e8))
         if self.sample_rate is not None:
             keep(self, "sample_rate", positive("sample_rate", self.sample_rate, "Hz", 1e4))
-        for name in ("load_ripple", "third_harmonic"):
+        for name, largest in (("load_ripple", math.nextafter(1.0, 0.0)), ("third_harmonic", 1 / 9)):
             value = number(name, getattr(self, name), "", 0.02)
-            if not 0.0 <= value < 1.0:
+            if not 0.0 <= value <= largest:
                 raise InputError(
-                    f"`{name}` must be a fraction from 0 to below 1, got {exact(value)}"
+                    f"`{name}` must be a fraction from 0 to {largest:.4g}, got {exact(value)}"
                 )
             keep(self, name, value)
         keep(self, "ripple_phase", number("ripple_phase", self.ripple_phase, "rad"))
@@ -171,26 +159,11 @@ class VirtualTribometer:
             )
         whole_number("seed", self.seed, 0)
         keep(self, "noise", _checked_noise(self.noise))
-        keep(self, "limits", _checked_limits(self.limits))
-        if self._load is not None:
-            for way in (-1.0, 1.0):
-                load = self._load * (1.0 + way * self.load_ripple)
-                name = "normal load of the joint, ripple included,"
-                self._check_limit("normal_load", load, "N", name)
 
     @property
     def _load(self) -> float | None:
         load: float | None = getattr(self.joint, "normal_load", None)
         return load
-
-    def _check_limit(self, limit: str, value: float, unit: str, name: str) -> None:
-        low, high = self.limits[limit]
-        if not low <= value <= high:
-            raise InputError(
-                f"`{name}` must be within the limits of the rig, {exact(low)} to {exact(high)} "
-                f"{unit}, got {value:.6g} {unit}; limits={{'{limit}': (lowest, highest)}} sets "
-                "own ones"
-            )
 
     @cached_property
     def series(self) -> BackboneLaw:
@@ -225,8 +198,6 @@ class VirtualTribometer:
         amplitude = positive("amplitude", amplitude, "m", 1e-5)
         frequency = positive("frequency", frequency, "Hz", 10.0)
         cycles = whole_number("cycles", cycles, 1, _MOST_SAMPLES)
-        self._check_limit("amplitude", amplitude, "m", "amplitude")
-        self._check_limit("frequency", frequency, "Hz", "frequency")
         rate = self.sample_rate or SAMPLES_A_CYCLE * frequency
         if rate < _FEWEST_SAMPLES * frequency:
             raise InputError(
@@ -243,11 +214,9 @@ class VirtualTribometer:
                 "take fewer cycles or a lower sample_rate"
             )
         size, step = math.floor(length + 1e-9) + 1, 2.0 * math.pi * frequency / rate
-        angle, sampled = self._history(size, step)
+        angle, sampled = self._angles(step * np.arange(float(size)))
         x = amplitude * motion_over_amplitude(angle, self.third_harmonic)
         force, load = self._respond(x, amplitude, angle)
-        for extreme in (float(force.min()), float(force.max())):  # between samples, too
-            self._check_limit("force", extreme, "N", "force")
         history = {"displacement": x, "force": force, "normal_load": load}
         clean = {name: v[sampled] for name, v in history.items() if v is not None}
         noisy = self._with_noise(clean, amplitude)
@@ -260,18 +229,22 @@ class VirtualTribometer:
             name="virtual tribometer",
         )
 
-    def _history(self, size: int, step: float) -> tuple[Floats, NDArray[np.bool_]]:
-        last, share = (size - 1.0) * step, self.third_harmonic
-        between, parts = turning_angles(0.0, last, share), 1
+    def _angles(self, samples: Floats) -> tuple[Floats, NDArray[np.intp]]:
+        """Return the phases of the drive [rad] for integration, and the indices of the samples.
+
+        Between the phases ``samples`` are the reversals of the motion, and with a load ripple its
+        reversals and its start from rest, and at least ``STEPS_A_CYCLE`` equal steps per cycle.
+        """
+        last = float(samples[-1])
+        between = np.arange(0.5 * math.pi, last, math.pi)
         if self.load_ripple > 0.0:
-            ahead = self.ripple_phase
-            begin = np.array([-ahead] if 0.0 < -ahead < last else [])  # of the ripple, from rest
-            between = np.concatenate(
-                (between, begin, turning_angles(ahead, last + ahead, share) - ahead)
-            )
-            between.sort()
-            parts = math.ceil(STEPS_A_CYCLE * step / (2.0 * math.pi) - 1e-9)
-        return path_of_angles(size, step, max(1, parts), between)
+            ripple = np.arange(0.5 * math.pi, last + self.ripple_phase, math.pi)
+            ripple = np.append(ripple, 0.0) - self.ripple_phase
+            parts = math.ceil(STEPS_A_CYCLE * samples[1] / (2.0 * math.pi) - 1e-9)
+            steps = samples[1] / parts * np.arange(parts * samples.size - parts)
+            between = np.concatenate((between, ripple[(ripple > 0.0) & (ripple < last)], steps))
+        angles = np.union1d(samples, between)
+        return angles, np.searchsorted(angles, samples)
 
     def _respond(self, x: Floats, amplitude: float, angle: Floats) -> tuple[Floats, Floats | None]:
         """Return force [N] and normal load [N] for displacements ``x`` [m] from rest.
@@ -356,81 +329,7 @@ def _not_negative(name: str, value: float, unit: str) -> float:
     return result
 
 
-def _checked_limits(limits: Mapping[str, tuple[float, float]]) -> Mapping[str, tuple[float, float]]:
-    example = 'limits={"amplitude": (1e-7, 1e-3)}'
-    if not isinstance(limits, Mapping):
-        raise InputError(f"`limits` must be a mapping, got {show(limits)}; write {example}")
-    checked = dict(LIMITS)
-    for name, pair in limits.items():
-        if name not in LIMITS:
-            raise InputError(
-                f"limits has the keys {', '.join(LIMITS)}, got {show(name)}; write {example}"
-            )
-        try:
-            low, high = (float(value) for value in pair)
-        except (TypeError, ValueError):
-            low, high = math.nan, math.nan
-        if not low < high:
-            raise InputError(
-                f'limits["{name}"] must be a pair (lowest, highest), got {show(pair)}; '
-                f"write {example}"
-            )
-        checked[name] = low, high
-    return MappingProxyType(checked)
-
-
-# -- commanded motion -----------------------------------------------------------------------------
-
-_NEAR = 1e-9
-"""Angle [rad] around a turning point without motion to rounding."""
-
-
 def motion_over_amplitude(angle: Floats, share: float) -> Floats:
     """Return displacement over amplitude: a sine with third harmonic; zero up to angle 0."""
-    top = 1.0 - share
-    if share > 1.0 / 9.0:  # the peak is then beside the middle of the half cycle
-        sine = math.sqrt((1.0 + 3.0 * share) / (12.0 * share))
-        top = (1.0 + 3.0 * share) * sine - 4.0 * share * sine**3
-    moved = (np.sin(angle) + share * np.sin(3.0 * angle)) / top
+    moved = (np.sin(angle) + share * np.sin(3.0 * angle)) / (1.0 - share)
     return np.where(angle > 0.0, moved, 0.0)
-
-
-def turning_angles(first: float, last: float, share: float) -> Floats:
-    """Return the angles t of zero velocity, the roots of cos t (1 - 9 s + 12 s cos^2 t).
-
-    The third harmonic over the fundamental is s = ``share``.
-    """
-    first, quarter = max(first, 0.0), 0.5 * math.pi
-    if last <= first:
-        return np.zeros(0)
-    within = [quarter]  # of half a cycle
-    if share > 1.0 / 9.0:
-        beside = math.acos(math.sqrt((9.0 * share - 1.0) / (12.0 * share)))
-        within = [beside, quarter, math.pi - beside]
-    halves = np.arange(first // math.pi, last // math.pi + 1.0)
-    every: Floats = (math.pi * halves[:, None] + np.array(within)).reshape(-1)
-    return every[(every > first) & (every < last)]
-
-
-def path_of_angles(
-    size: int, step: float, parts: int, between: Floats
-) -> tuple[Floats, NDArray[np.bool_]]:
-    """Return the phases of the drive [rad] for integration, and a mask of those that are samples.
-
-    Each of the ``size`` - 1 sampling steps of ``step`` [rad] is divided into ``parts``. The phases
-    ``between`` [rad] of reversals are inserted, except where they coincide with another phase.
-    """
-    angle: Floats = np.arange(float(size))
-    angle *= step
-    sampled = np.ones(size, dtype=bool)
-    if parts > 1:
-        fine: Floats = np.arange(float((size - 1) * parts + 1))
-        fine *= step / parts
-        fine[::parts] = angle
-        angle, sampled = fine, np.zeros(fine.size, dtype=bool)
-        sampled[::parts] = True
-    between = between[(np.diff(between, prepend=0.0) > _NEAR) & (between < angle[-1])]
-    at = np.searchsorted(angle, between)
-    far = (between - angle[at - 1] > _NEAR) & (angle[at] - between > _NEAR)
-    at, between = at[far], between[far]
-    return np.insert(angle, at, between), np.insert(sampled, at, False)

@@ -1,4 +1,4 @@
-"""Report of a campaign: table of records, contradictions between them, fretting map, wear."""
+"""Report of a campaign: table of records, contradictions between them, wear."""
 
 from __future__ import annotations
 
@@ -107,14 +107,6 @@ def campaign_sections(
     if contradictions := campaign.contradictions():
         first.append(Section("Contradictions", (Items(tuple(contradictions)),)))
     last = []
-    if campaign.fretting_map():
-        caption = (
-            "Regimes over amplitude and normal load (Vingsbo and Söderberg 1988); mixed if a "
-            "second regime has a probability, or a fraction of the cycles, of 5 % or more."
-        )
-        plot = partial(figures.fretting_map, campaign)
-        picture = Picture("fretting-map", caption, plot, "Regimes over amplitude and normal load")
-        last.append(Section("Fretting map", (picture,), brief=False))
     if (wear := campaign.wear(confidence)) is not None:
         last.append(_wear_section(wear))
     return first, last
@@ -153,7 +145,6 @@ def campaign_data(
     data = {
         "skipped": [{"file": name, "reason": why} for name, why in skipped],
         "table": [dict(zip(keys, row, strict=True)) for row in campaign_rows(campaign)],
-        "fretting_map": list(map(named, campaign.fretting_map())),
         "contradictions": campaign.contradictions(),
         "wear": None if wear is None else _wear_data(wear),
     }

@@ -29,9 +29,10 @@ from microslip.structures.periodic_motion import HarmonicBasis, HarmonicForces
 
 @dataclass(frozen=True, eq=False)
 class Balance:
-    """Equations of harmonic balance; ``answers`` are the joint forces of each group of joints.
+    """Equations of harmonic balance; ``answers`` are joint forces and Jacobian of each group.
 
-    *Slip forces* are joint forces minus those of sticking joints, stiffness at rest times motion.
+    *Slip forces* are joint forces minus those of sticking joints; the latter are the stiffness at
+    rest times the joint motion.
     """
 
     model: ModalModel
@@ -95,9 +96,9 @@ class Balance:
         return self.by_motion(answers, self.joints.flat.T @ change)
 
     def by_motion(self, answers: list[HarmonicForces], motion: Floats) -> Floats:
-        """Return the change of the modal slip forces (modes, size) with the joint motions.
+        """Return the change of the modal slip forces (modes, size) for a change of joint motions.
 
-        ``motion`` is the small change of these, as Fourier coefficients (coordinates, size) [m].
+        ``motion`` are the Fourier coefficients of this small change (coordinates, size) [m].
         """
         size = self.basis.size
         moved = -self.joints.stuck[:, None] * motion

@@ -63,7 +63,7 @@ class BaseMotion:
 
     @property
     def viscous_push(self) -> Floats | None:
-        """Modal damping forces per unit velocity of each input (modes, inputs); None for none."""
+        """Modal forces of dashpots per unit velocity of each input (modes, inputs), or None."""
         return None if self.drag is None else np.asarray(-self.model.shapes.T @ self.drag)
 
 

@@ -229,7 +229,7 @@ class Drawing:
         material, density : Material, float or sequence
             As for :meth:`reduce` [kg/m^3].
         surface, friction_coefficient : NormalLaw, array_like
-            The law of the surface and Coulomb's coefficient [-], one number (of shape ()).
+            The law of the surface, and Coulomb's coefficient [-] as a single number, shape ().
         amplitudes : array_like
             Modal amplitudes [m kg^(1/2)] at which the mode is computed, one-dimensional.
         mode : int

@@ -147,7 +147,7 @@ def six_digits(frequency: Floats) -> Floats:
 
 
 def universal_files() -> Any:
-    """Import the library that writes universal files, or raise an error on how to install it."""
+    """Import pyuff, which writes universal files; errors explain how to install it."""
     with needed_for("universal files are written by", "uff", "CSV needs nothing more"):
         import pyuff
     return pyuff

@@ -197,7 +197,10 @@ def geometry(
 
 
 def _forms(p: int) -> Floats:
-    """Return unit vectors (forms, p) of linear forms whose powers span all cubics and quartics."""
+    """Return unit vectors w (forms, p) whose (w z)^3 and (w z)^4 span the cubics and quartics in z.
+
+    z are p coordinates.
+    """
     if p == 1:
         return np.ones((1, 1))
     count = math.ceil(1.5 * math.comb(p + 3, 4))
@@ -402,7 +405,10 @@ class Strip:
         return force
 
     def cases(self, reach: float) -> tuple[Floats, Floats]:
-        """Return mean deflections (middle up to ``reach``) and elongations [m], and forces [N]."""
+        """Return the static cases: mean deflections and elongations [m], and their forces [N].
+
+        The middle is deflected by up to ``reach`` [m].
+        """
         # Half of what the ends would come closer if nothing held them.
         shortening = 4.9 / self._sizes.length * reach * (self._sizes.rise + 0.5 * reach)
         places = np.array([z for z in product(_STEPS, _STEPS) if any(z)])

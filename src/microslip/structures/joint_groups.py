@@ -40,7 +40,7 @@ class LawAttachment:
 
     @property
     def representative_stiffness(self) -> Floats:
-        """Stiffness at rest of each joint coordinate [N/m]; zero if it bears no static load."""
+        """Stiffness at rest [N/m] of each joint coordinate; zero if it carries no static load."""
         return np.full(self.columns.shape[1], self.law.tangential_stiffness)
 
     def static_forces(self, motion: Floats) -> tuple[Floats, Floats]:
@@ -143,7 +143,10 @@ class FieldAttachment:
 
     @property
     def representative_stiffness(self) -> Floats:
-        """Indicator of static load, in place of a stiffness: 1 for openings, else 0 [-]."""
+        """Mask of the coordinates that carry static load: 1 for openings, 0 for tangential ones.
+
+        It takes the place of a stiffness, since only its sign is used.
+        """
         result = np.zeros(self.directions.shape[1:])
         result[:, 2] = 1.0
         return result.reshape(-1)

@@ -16,7 +16,7 @@ class LapJoint(Drawing):
     """Two beams or plates, bolted where they overlap.
 
     The lap is centred at the origin and lies in the plane z = 0: x runs along the joint, y across,
-    z from the left, lower part to the right, upper part. Both ends are free. For several laps, or
+    z upwards. In the lap the left part is the lower one. Both ends are free. For several laps, or
     ends bolted to the ground, see :class:`BoltedBeam`.
 
     Parameters

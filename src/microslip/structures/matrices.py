@@ -1,4 +1,4 @@
-"""Mass, stiffness and damping matrices: reading, checks, and free motions."""
+"""Mass, stiffness and damping matrices: reading, checks, linear modes and rigid-body motions."""
 
 from __future__ import annotations
 
@@ -170,7 +170,7 @@ def vector(name: str, value: ArrayLike, size: int) -> Floats:
 
 
 def direction_matrix(name: str, value: Any, size: int, last: Sequence[int] = ()) -> Any:
-    """Validate directions as columns, (size, joints) or (size, nodes, one of ``last``)."""
+    """Validate directions of shape (size, joints), or (size, nodes, k) with k in ``last``."""
     array = floats(name, value.toarray() if is_sparse(value) else value)
     expected = f"({size},) or ({size}, joints)"
     if last:

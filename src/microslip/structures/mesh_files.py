@@ -338,10 +338,10 @@ def read_mesh(path: Path) -> dict[str, Any]:
 
 
 def _as_meshio_reads(path: Path) -> io.StringIO | Path:
-    """Return a mesh as meshio reads it.
+    """Return the text of a Nastran or Abaqus mesh, changed so that meshio reads it; else the path.
 
-    Gmsh omits the line ``BEGIN BULK`` of Nastran files, and writes faces of second order in Abaqus
-    files as plane elements, which meshio does not know.
+    The line ``BEGIN BULK`` is added to Nastran files of Gmsh, which omits it. Plane elements in
+    Abaqus files, which Gmsh writes for faces of second order, are renamed to shells.
     """
     suffix = path.suffix.lower()
     if suffix not in (*_NASTRAN, ".inp"):

@@ -269,9 +269,9 @@ class Resonant(NamedTuple):
 def interpolate_in_amplitude(amplitude: Floats, logs: Floats) -> tuple[Floats, Floats]:
     """Interpolate curves over amplitude to a fine grid; return the grid and the values on it.
 
-    ``logs`` are logarithms of the given values, (samples, curves, amplitudes); returned values are
-    no logarithms. Interpolation is by monotone cubics in ln(amplitude); below the smallest given
-    amplitude values are constant.
+    ``logs``, shape (samples, curves, amplitudes), are the natural logarithms of the curves; the
+    returned values are not logarithms. Interpolation is by monotone cubics in ln(amplitude); below
+    the smallest given amplitude values are constant.
     """
     from scipy.interpolate import PchipInterpolator
 
@@ -332,7 +332,8 @@ def with_phase(
 ) -> NDArray[np.complex128]:
     """Return complex amplitudes of a mode at the frequencies ``at`` [Hz], see :func:`resonant`.
 
-    For one sample, with the phase from the force; NaN above the last amplitude of the curve.
+    The curve is a single sample, and phases are relative to the force. The result is NaN where the
+    amplitude exceeds the last one of the curve.
     """
     found = resonant(amplitude[None], frequency[None], damping[None], push[None], at)
     size, place = found.amplitude[0], np.log(amplitude)

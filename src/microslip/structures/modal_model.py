@@ -55,7 +55,7 @@ class ModalModel:
         return self.squares.size
 
     def joints(self, line: Floats) -> ModalJoints:
-        """Return the joints; nodes of fields slide as the modal motion ``line`` moves them."""
+        """Return the joints; nodes of fields slide in the direction of a modal motion ``line``."""
         shape = self.shapes @ line
         pairs = zip(self.attachments, self.motions, strict=True)
         groups = [joints.group(motion, joints.columns.T @ shape) for joints, motion in pairs]

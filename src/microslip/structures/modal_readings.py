@@ -301,7 +301,7 @@ def _noise(x: Floats, step: float, width: float) -> float:
 
 
 def _above_noise(x: Floats, skipped: int, noise: float) -> slice:
-    """Return the samples from ``skipped`` after the peak up to the last one above the noise."""
+    """Return the slice of x from ``skipped`` samples after its peak to the last one above noise."""
     begin = min(int(np.argmax(np.abs(x))) + skipped, x.size - 1)
     loud = np.flatnonzero(np.abs(x[begin:]) > _ABOVE_NOISE * noise)
     return slice(begin, begin + (int(loud[-1]) + 1 if loud.size else x.size))

@@ -200,7 +200,7 @@ def integrate(
     work = _work(forces[:reached], x, cubic) + kinetic[0] + elastic[0] + joint[0]
 
     def with_steps(factor: int) -> Floats:
-        """Return displacements computed with time steps longer by a factor (times, n) [m]."""
+        """Return displacements (times, n) [m], computed with steps longer by ``factor``."""
         rows = slice(0, reached, factor)
         if len(times[rows]) < 2:
             return np.asarray(x[:1])

@@ -76,8 +76,8 @@ def rim_gaps(
     """Return the change of the gap of each patch by raised rims around holes (patches,) [m].
 
     It is negative at the rims. A rim decreases linearly from ``height``, the sum over both faces
-    [m], at the edge of the hole to zero at 0.95 (``reach`` 0) to 1.67 (``reach`` 1) hole diameters
-    from the centre. Holes are positions along and across, diameter [m] and number of the contact.
+    [m], at the edge of the hole to zero at a radius of 0.95 + 0.72 ``reach`` hole diameters.
+    Holes are positions along and across, diameter [m] and number of the contact.
     """
     samples = joint.samples
     contacts = joint.patch_contacts[samples.patches]

@@ -117,7 +117,7 @@ class RandomResponse(ModalResult):
     _spectrum: Spectrum
 
     def _sizes(self, columns: Floats) -> Floats:
-        """Return three standard deviations of the motion along columns (n, k), shape (k,) [m]."""
+        """Return three times the standard deviation of the motion along columns (n, k) [m]."""
         modal = columns.T @ self._shapes
         squares = np.einsum("km,mn,kn->k", modal, self._variances.displacement, modal)
         return np.asarray(3.0 * np.sqrt(squares))
@@ -210,7 +210,7 @@ class RandomResponse(ModalResult):
 
 
 def mean_over_amplitudes(values: Floats) -> Floats:
-    """Return means of ``values``, at quadrature nodes (last axis), over Rayleigh amplitudes."""
+    """Return means over Rayleigh amplitudes; the last axis of ``values`` has quadrature nodes."""
     return np.asarray(values @ _W)
 
 
@@ -238,7 +238,10 @@ def _linearised(
 
 
 def _fixed_point(advance: Callable[[float], float], enough: float, what: str) -> tuple[int, str]:
-    """Call ``advance(relaxation)`` until its result is below ``enough``; return count, message."""
+    """Iterate until the relative change returned by ``advance(relaxation)`` is below ``enough``.
+
+    Return the number of rounds, and a message on the outcome, where ``what`` names the unknown.
+    """
     change = math.inf
     for rounds in range(1, _ROUNDS + 1):
         change = advance(1.0 if rounds < 5 else 0.7)

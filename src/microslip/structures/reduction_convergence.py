@@ -86,8 +86,8 @@ class Convergence(Locked):
         """Estimated relative errors of frequency and damping ratio of ``joint`` [-].
 
         Root of the sum of squares of the changes that further refinement of each parameter would
-        cause. If the elements are too large to halve the patches, the total change of all
-        refinements is included.
+        cause. If the elements are too large to halve the patches, the change from the requested to
+        the final patches is taken as that by finer patches.
         """
         left = np.array([(c.frequency_left, c.damping_left) for c in self.changes])
         if self._patches_untried and len(self.steps) > 1:

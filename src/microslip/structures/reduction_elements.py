@@ -101,7 +101,7 @@ class Elements:
         return float(sum(chunk[3].sum() for chunk in self._chunks(np.asarray(cells))))
 
     def axial_force(self, cells: Indices, material: Any, axis: Floats, length: float) -> Floats:
-        """Return f: f^T u is the mean axial force [N] in a shank at nodal displacements u."""
+        """Return f such that f^T u is the mean axial force [N] in a shank at displacements u."""
         shear, lame = _lame(material)
         result: Floats = np.zeros(self.size)
         for part, gradients, _, weights in self._chunks(np.asarray(cells)):

@@ -350,9 +350,10 @@ class ReducedJoint(LockedArrays):
         return pull
 
     def _pulled(self, surface: NormalLaw, law: NormalLaw) -> tuple[Preload, Floats]:
-        """Return the state under the bolt tensions as constant forces, and :meth:`static_force`.
+        """Return the static state with bolt tensions as constant forces, and the static force.
 
-        ``law`` is the normal law of the contact: ``surface`` or its law of first loading.
+        The second result is that of :meth:`static_force`. ``law`` is the normal law of the contact:
+        ``surface`` or its law of first loading.
         """
         pull = np.zeros(self.size)
         pull[self._bolts] = -self.bolt_tension

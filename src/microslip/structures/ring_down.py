@@ -112,9 +112,10 @@ _TERMS = 26
 
 @lru_cache(maxsize=1)
 def _weights() -> list[tuple[float, ...]]:
-    """Return series coefficients of the matrix exponential and its integrals with cubics.
+    """Return Taylor coefficients of exp(A) and of the integrals of exp(A (1 - s)) H(s).
 
-    A row for each power n of the step: 1/n!, and one for each of the four Hermite cubics.
+    The integrals are over 0 <= s <= 1, for each of the four Hermite cubics H. The result has a
+    tuple for each power of A, with the coefficients of exp(A) and of the four integrals.
     """
     n = np.arange(_TERMS)
     factorial = np.array([math.factorial(int(i)) for i in range(_TERMS + 4)], dtype=float)

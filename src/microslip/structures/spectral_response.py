@@ -79,7 +79,7 @@ class Variances(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class LinearStructure:
-    """Modal equations with springs and dashpots for joints; modal forces per unit base motion."""
+    """Modal equations of a structure on a moving base, with springs and dashpots for joints."""
 
     squares: Floats
     damping: Floats
@@ -229,10 +229,11 @@ def linear_structure(
 
 
 def _outside(frequencies: Floats, rates: Floats, poles: NDArray[np.complex128]) -> Floats:
-    """Return the fraction of each joint's velocity variance [-] outside the band of one mode.
+    """Return the fraction of each joint's velocity variance [-] that its main mode leaves out.
 
-    This mode contributes most to that variance, to which ``rates`` (frequencies, joints) add up.
-    Bands end at the geometric means of neighbouring frequencies of poles.
+    The variance is the sum of ``rates`` (frequencies, joints). It is divided into one band for each
+    mode, from one geometric mean of neighbouring pole frequencies to the next; the main mode of a
+    joint is that of the largest band.
     """
     total = rates.sum(axis=0)
     if poles.size < 2:

@@ -49,7 +49,7 @@ class StaticState(NamedTuple):
 
 
 def closed_stiffness(stiffness: Any, attachments: tuple[Attachment, ...]) -> Any:
-    """Return the stiffness matrix with stiff springs along all joints that carry load.
+    """Return the stiffness matrix with stiff springs along all coordinates that carry static load.
 
     The springs have the largest entry of the matrix as stiffness.
     """

@@ -125,7 +125,10 @@ def stepped_sine(
 
 
 def _other_phase(frequency: Floats, phase: Floats, power: int) -> str:
-    """Return advice on how to convert ``phase`` to that of the sensor ahead of the force."""
+    """Return a sentence on how to convert ``phase`` to that of the sensor ahead of the force.
+
+    ``power`` is the order of the time derivative of displacement that the sensor measures.
+    """
     turned = np.unwrap(phase[np.argsort(frequency, kind="stable")])
     falling = bool(turned[-1] < turned[0])
     ahead = phase if falling else -phase
@@ -159,8 +162,9 @@ def _by_levels(
 ) -> SteppedSine | None:
     """Fit a linear mode to the points of each level; None if no level passes its resonance.
 
-    At the excitation frequency W, the force over the amplitude has the parts ``cosine`` in phase,
-    (w^2 - W^2)/p, and ``sine``, 2 zeta w W/p, with natural frequency w and modal constant p.
+    At the excitation frequency W, the force over the displacement amplitude ``a`` has the parts
+    ``cosine`` in phase, (w^2 - W^2)/p, and ``sine`` at 90 degrees, 2 zeta w W/p, with the natural
+    frequency w and the modal constant p. ``power`` is that of :func:`_other_phase`.
     """
     read = []
     for level in levels:

@@ -260,7 +260,10 @@ class Structure:
 
     @cached_property
     def verdicts(self) -> tuple[Verdict, ...]:
-        """Verdicts on the first frequency (wrong units) and on joints that rigid motion deforms."""
+        """Verdicts on a first frequency that suggests wrong units, and on joints in rigid motion.
+
+        Rigid-body motion of the structure must not deform its joints.
+        """
         return judge(self.mass, self.stiffness, self.attachments)
 
     # -- statics ----------------------------------------------------------------------------------
@@ -381,7 +384,7 @@ GROUNDED = Rule(
 
 
 def judge(mass: Any, stiffness: Any, attachments: tuple[Attachment, ...]) -> tuple[Verdict, ...]:
-    """Return verdicts on the first frequency without joints, and on joints in rigid motion."""
+    """Return the verdicts on the first frequency without joints, and on rigid-body motion."""
     count = None if mass.shape[0] <= LARGEST_DENSE else _MOST_RIGID + 1
     squares, shapes = linear_modes(stiffness, mass, count)
     rigid = rigid_count(squares, stiffness, mass)

@@ -46,8 +46,8 @@ def tie_limits(
     Notes
     -----
     Tied patches have zero mean relative displacements, so the limits have the resolution of the
-    patches. A patch is under a washer if a quarter of its area is, or if no other patch is covered
-    more by this washer.
+    patches. A patch counts as tied by a washer if the washer covers a quarter of its area, and in
+    any case if it is the patch with the largest area under this washer.
     """
     every = np.arange(joint.size)
     samples = joint.samples

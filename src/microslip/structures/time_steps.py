@@ -40,8 +40,8 @@ class TimeSteps:
 
     The linear equations, with joints as springs of their stiffness at rest, are factorised once.
     Each step solves for the joint motions alone by Newton's method and then commits the joint
-    states. The equations are normalised to unit modal mass. ``short`` are *slip forces* [N]: joint
-    forces minus those of sticking joints.
+    states. The equations are normalised to unit modal mass. The name ``short`` denotes *slip
+    forces* [N]: joint forces minus those of sticking joints.
     """
 
     def __init__(self, model: ModalModel, joints: ModalJoints, step: float, radius: float) -> None:

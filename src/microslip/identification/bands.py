@@ -30,13 +30,14 @@ _UNLIKELY = 0.01
 class Bands:
     """Confidence intervals of linear functionals c.x of a fit.
 
-    The vector x holds the stiffnesses of the sliders, then the changes of the threshold shifts from
-    their fitted values. An interval is the range of c.x in which the sum of squares rises by at
-    most a quantile over its minimum, with no stiffness negative. The quantile is that of
-    chi-squared times two factors: one from fits to simulated noise (at a bound of the stiffnesses
-    the statistic is a mixture of chi-squared distributions), one for residuals and cycles that
-    scatter more than white noise. Scaled functionals and coefficients refer to a design matrix
-    whose columns are divided by their norms (``fit.scale``).
+    The vector x holds the stiffnesses of the sliders, then the changes, from their fitted values,
+    of the shifts by which yield thresholds are smaller at lower loads. An interval is the range of
+    c.x in which the sum of squares rises by at most a quantile over its minimum, with no stiffness
+    negative. The quantile is that of chi-squared times two factors: one from fits to simulated
+    noise (at a bound of the stiffnesses the statistic is a mixture of chi-squared distributions),
+    the other the variance of correlated residuals and of the scatter between cycles, relative to
+    that of white noise. Scaled functionals and coefficients refer to a design matrix whose columns
+    are divided by their norms (``fit.scale``).
     """
 
     def __init__(self, fit: FreeForm) -> None:
@@ -71,7 +72,7 @@ class Bands:
         return scatter
 
     def _by_cycles(self, direction: Floats) -> float:
-        """Return the variance of a functional between cycles, divided by its variance from noise.
+        """Return a functional's variance from cycle to cycle, divided by that due to noise [-].
 
         ``direction`` holds its derivatives with respect to the whitened forces of all records.
         """

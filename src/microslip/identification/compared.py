@@ -185,7 +185,7 @@ def compare(
 def _parts(name: str, fits: Sequence[FreeForm]) -> list[FreeForm]:
     """Return the free-form fits with which the fits of the law ``name`` are compared.
 
-    "interface" is fitted to all loads together, other laws to each load alone, and so are these.
+    For "interface" each is fitted to all loads together, for any other law to a single load.
     """
     if name == "interface":
         return list(fits)

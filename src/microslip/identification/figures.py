@@ -106,7 +106,7 @@ def law(result: Any) -> Plot:
 
 
 def cycles_by_load(result: Any) -> list[tuple[str, list[RecordFit]]]:
-    """Return the fitted records of each load, smallest first, with the title of its panel."""
+    """Return the title of the panel and the fitted records of each load, in order of the loads."""
     by_load: dict[str, list[RecordFit]] = {}
     for r in sorted(result.records, key=lambda r: r.normal_load or math.inf):
         name = "Load unknown" if r.normal_load is None else f"N = {engineering(r.normal_load, 'N')}"

@@ -252,7 +252,11 @@ class Identification(Locked, Plottable):
     def _with_rig(
         self, name: str, at: _At, a: float, ends: tuple[float, float, float]
     ) -> tuple[float, float]:
-        """Return the interval of ``name`` at amplitude ``a`` [m], widened by the rig's error."""
+        """Return the interval of a quantity including the error of the rig stiffness.
+
+        ``name`` is the quantity, such as "force", ``a`` the amplitude [m], and ``ends`` are value,
+        lower and upper end without that error.
+        """
         value, low, high = ends
         if self.rig_stiffness is None or not self.rig_stiffness[1]:
             return low, high

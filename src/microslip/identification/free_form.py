@@ -305,7 +305,8 @@ class FreeForm:
         """Return the derivatives of the shift at a load with respect to each k_i [m^2/N].
 
         Differentiating B(-s) = mu (N_reference - N) gives ds/dk_i = min(-s, y_i)/B'(-s). The value
-        at the highest mean load is subtracted, since the thresholds at that load stay fixed.
+        at the highest mean load, which is zero unless the load varies within a cycle, is
+        subtracted, since the thresholds at that load stay fixed.
         """
         if self.friction is None:
             return np.zeros(self.y.size)
@@ -321,11 +322,12 @@ class FreeForm:
         return np.asarray(stuck[np.searchsorted(self.y, u, side="right")])
 
     def _by_path(self, rows: Rows, path: tuple[Floats, Floats], force: Floats) -> Floats:
-        """Return the derivatives of the force with respect to the stiffnesses, through the shift s.
+        """Return derivatives of the force by the stiffnesses k_i through s, (bins, thresholds) [m].
 
         For a shift that varies within the cycle, min(-s, y_i) in ds/dk_i = min(-s, y_i)/B'(-s) is
         approximated by alpha_i (-s) + beta_i, the line through its values at both ends of the range
-        of -s. The value at the highest mean load is subtracted. The result is 0 if y_i < 2 _fall().
+        of -s. The value at the highest mean load is subtracted. The result is set to 0 for y_i < 2
+        _fall(), as in :meth:`shift_by_stiffness`.
         """
         y, top = self.y, self._fall()
         low, high = -float(path[0].max()), -float(path[0].min())
@@ -405,7 +407,10 @@ class FreeForm:
         return other
 
     def shift_gradient(self, level: int) -> Floats:
-        """Return the derivatives of shift ``level`` with respect to fitted shifts [-] or mu [m]."""
+        """Return the derivatives of the shift at load number ``level``.
+
+        They are with respect to mu [m] if mu is fitted, or else to all fitted shifts [-].
+        """
         gradient = np.zeros(self.extra)
         if self.friction is not None:
             gradient[0] = self.friction_gradient(self.loads[level])
@@ -414,7 +419,7 @@ class FreeForm:
         return gradient
 
     def _follow_loads(self) -> None:
-        """Take thresholds at the largest load within a cycle; fit mu, not a shift for each load."""
+        """Refer thresholds to the largest load in any cycle, and fit mu, not a shift per load."""
         high = self.loads[0]
         assert high is not None
         top = max(

@@ -392,7 +392,10 @@ def _data(
     loads: list[float],
     contact_area: Any,
 ) -> tuple[list[Datum], tuple[str, float, float, float] | None]:
-    """Return the measured values of parameters, and the one that determines radius and density."""
+    """Return measured values to be fitted, and the value that separates radius from density.
+
+    The latter is (quantity, value, uncertainty, load [N]), or None if none was measured.
+    """
     measured = None
     top = max(loads)
     has_summits = isinstance(model.template.law, GreenwoodWilliamson)

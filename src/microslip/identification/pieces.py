@@ -41,7 +41,7 @@ def _part(record: Record, first: int, last: int, label: str) -> Record:
 
 
 def stretches_of(record: Record) -> list[Record]:
-    """Cut a record of several amplitudes or frequencies into parts of one each.
+    """Cut a record of several amplitudes or frequencies into parts with one of each.
 
     A record is not cut if its cycles are alike, or if fewer than two parts have enough cycles.
     """

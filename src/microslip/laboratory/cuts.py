@@ -190,7 +190,10 @@ def _times(count: int) -> str:
 
 
 def _crossings(x: Floats, band: float) -> tuple[Floats, NDArray[np.bool_]]:
-    """Return zero crossings [samples] between values outside a band, and a mask of upward ones."""
+    """Return zero crossings [samples], and a mask of the upward ones.
+
+    Each is between two successive values outside the range from -``band`` to ``band``.
+    """
     outside = np.flatnonzero(np.abs(x) > band)
     if outside.size == 0:
         return np.zeros(0), np.zeros(0, dtype=bool)
@@ -213,7 +216,8 @@ def _crossings(x: Floats, band: float) -> tuple[Floats, NDArray[np.bool_]]:
 def window_of(noise: float, period: float) -> int:
     """Return the half-width [samples] of windows for parabolas fitted to the peaks of a sine.
 
-    Bias and standard error of the fitted peak are equal. ``noise`` is relative to the amplitude.
+    With this width the bias of the fitted peak equals its standard error. ``noise`` is relative to
+    the amplitude [-], ``period`` is in [samples].
     """
     angle: float = (420.0 * noise / math.sqrt(period / math.pi)) ** (2.0 / 9.0)
     return math.floor(min(angle, WIDEST) * period / (2.0 * math.pi))

@@ -417,8 +417,8 @@ def check_direction(
 ) -> None:
     """Raise InputError, with the likely cause, if loops have a significantly negative energy [J].
 
-    A delay makes the energy of thin loops negative, too, but force and displacement stay
-    correlated. Such loops are an error only if ``delay`` is given: the advice for the message.
+    If force and displacement are positively correlated, the cause is a delay of the force, which
+    matters in thin loops. It is an error only if the advice for its message, ``delay``, is given.
     """
     away, against = x - x.mean(), force - force.mean()
     size = float(np.linalg.norm(away) * np.linalg.norm(against))

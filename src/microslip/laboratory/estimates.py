@@ -66,7 +66,7 @@ class Dependence(NamedTuple):
 
 
 def dependence_of(values: Floats, fitted_count: int = 1) -> Dependence:
-    """Estimate the variance of the mean of a series, relative to independent values.
+    """Estimate the variance of the mean of a series over that for independent values [-].
 
     The autocorrelation of a first-order process is fitted to the values and to means of blocks of
     4, 16, ... values, since noise may hide it; the largest variance is returned. The estimate is
@@ -181,7 +181,10 @@ def with_gain(estimate: Estimate, relative: float, confidence: float) -> Estimat
 
 
 def mean_of_inverses(values: Floats, confidence: float, moving: bool = False) -> Estimate:
-    """Return the harmonic mean with its interval; NaN if the interval reaches zero."""
+    """Return the harmonic mean and its interval, from those of the mean inverse.
+
+    Both are NaN if the interval of the mean inverse includes zero.
+    """
     of = mean_of(1.0 / values[values != 0.0], confidence, moving)
     if not of.value > 0.0 or of.low <= 0.0:
         return Estimate(math.nan, math.nan, math.nan, math.nan, of.number)

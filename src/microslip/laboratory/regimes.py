@@ -31,7 +31,11 @@ def regimes_of(
     is_counted: NDArray[np.bool_],
     is_moving: bool,
 ) -> RecordRegimes:
-    """Return the slip regime of each cycle, and the probabilities of the mean cycle's regime."""
+    """Return the slip regime of each cycle, and the probability of each regime for their mean.
+
+    The mean is over the cycles ``is_counted``. If the cycles have a trend, ``is_moving``, the
+    fraction of the cycles in each regime takes the place of its probability.
+    """
     energy, force = columns["dissipated_energy"], columns["force_amplitude"]
     below = _chance_below(energy, 4.0 * columns["amplitude"] * force, STICK, is_counted)
     short = _chance_below(energy, 4.0 * force * columns["sliding_distance"], GROSS, is_counted)

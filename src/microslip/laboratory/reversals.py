@@ -167,8 +167,9 @@ def _corners(rows: Floats, t: Floats, noise: float) -> _Corner:
     """Fit two straight lines to each row of samples, split where the sum of squares is smallest.
 
     The corner is the intersection of the lines, limited to the interval between the two samples at
-    the split. The interval is widened by half a sample and twice the standard error of the position
-    at each end, since at its ends the lower of both lines would be too low in noisy samples.
+    the split, widened at each end by half a sample and twice the standard error of the position.
+    Without this margin a split displaced by noise would make the corner too low, since its height
+    is that of the lower line.
     """
     splits = np.arange(2, t.size - 1)
     powers = np.array([np.ones_like(t), t, t * t])

@@ -96,7 +96,7 @@ def _halved(cycles: Cuts, parity: int, size: int) -> Cuts:
 def _relative(whole: Floats, half: Floats, is_stiffness: bool) -> float:
     """Return the median relative change of a column if only every other sample is used [-].
 
-    A mean would depend on cycles of other amplitudes, in which a divisor may be zero.
+    The median ignores cycles of other amplitudes, in which the divisor may be almost zero.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         change = (whole / half if is_stiffness else half / whole) - 1.0

@@ -59,7 +59,7 @@ def spikes_of(record: Record) -> tuple[Spike, ...]:
     around them exceeds each of the following limits: five times half the range of these eight
     without the lowest and highest; five times half the range of the record (5th to 95th
     percentile); for a normal load, five times its median. Growing amplitudes and noise are not
-    spikes. The limits are this project's.
+    spikes. The limits are not from literature.
     """
     spikes: list[Spike] = []
     for channel in ("displacement", "force", "normal_load"):
@@ -114,9 +114,10 @@ def _spikes_in(channel: str, values: NDArray[np.float64]) -> list[Spike]:
 
 
 def _peaks_in(channel: str, values: NDArray[np.float64], span: float) -> list[Spike]:
-    """Find samples beyond all neighbours, though within the range of the channel.
+    """Find samples that are far from all neighbours, though within the range of the channel.
 
-    Peaks that occur in many cycles belong to the loop, such as coarsely sampled corners.
+    ``span`` is the usual range; the distance must be at least a tenth of it. Peaks that occur in
+    many cycles, such as coarsely sampled corners, belong to the loop.
     """
     if channel == "normal_load" or values.size < 64:
         return []

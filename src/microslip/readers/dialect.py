@@ -165,9 +165,11 @@ def _first_row(
     mask: Sequence[bool | None],
     number: Callable[[str], object],
 ) -> int:
-    """Return the index of the first row of numbers above or at ``start``.
+    """Return the index of the first row of numbers, which is ``start`` or above it.
 
-    A malformed row near the start is included, so that it is reported and not skipped as a heading.
+    ``number`` recognises the text of a number, and ``mask`` are the column kinds of
+    :func:`_best_run`. A malformed row near the start is included, so that it is reported and not
+    skipped as a heading.
     """
     lead = mask.index(True)
     first = start

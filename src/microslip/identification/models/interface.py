@@ -86,10 +86,10 @@ class InterfaceModel:
     def by_summits(self, u: Floats, values: Values, load: float, loads: Sequence[float]) -> Floats:
         """Return the standard deviations of the force that random summits cause, times sqrt(M) [N].
 
-        M is the total number of summits. The shape is (height intervals, displacements); intervals
-        are the same for all ``loads``. The number of summits in each interval of heights z scatters
-        by Poisson's distribution. If it is higher by c M, h rises to keep the load N, and the force
-        of first loading changes by
+        M is the total number of summits. The result has the shape (height intervals,
+        displacements); the intervals are the same for all ``loads``. The number of summits in each
+        interval of heights z scatters by Poisson's distribution. If it exceeds its mean by c M, h
+        rises to keep the load N, and the force of first loading changes by
 
         -mu N/n(h) c [(z - h - x)^(3/2) - (z - h)^(3/2) n'(h + x)/n'(h)].
         """

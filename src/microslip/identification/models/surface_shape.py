@@ -50,7 +50,7 @@ _MOST_CACHED = 256  # separations
 
 @dataclass(frozen=True, eq=False)
 class Template:
-    """Shape n of a normal law: the load over ``norm`` [N], at a separation z over ``unit`` [m].
+    """Shape n(z) of a normal law: n is load over ``norm`` [N], z is separation over ``unit`` [m].
 
     For heights the unit is their standard deviation and n is the standardised moment F_{3/2} of
     Greenwood and Williamson (1966, DOI 10.1098/rspa.1966.0242).

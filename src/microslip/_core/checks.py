@@ -186,7 +186,7 @@ def positives(name: str, value: ArrayLike, unit: str = "") -> Floats:
 
 
 def check_one_of(wording: str, first: Any, second: Any) -> None:
-    """Check that exactly one of two arguments, named in ``wording``, is not None."""
+    """Check that exactly one of two values is not None; ``wording`` names both in messages."""
     if (first is None) == (second is None):
         came = "neither" if first is None else "both"
         raise InputError(f"exactly one of {wording} must be given, got {came}")

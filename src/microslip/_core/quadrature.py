@@ -110,7 +110,7 @@ def _smooth(g: Function, u: Floats, t: Floats | float, edge: float) -> Floats:
 
 
 def _piecewise(g: Function, u: Floats, t: float, marks: Floats) -> Floats:
-    """Integrate g from 0 to each ``u``, split at the marks 0 = v_0 < v_1 < ... < infinity."""
+    """Integrate g from 0 to each ``u``, split at ``marks``, which begin with 0 and end with inf."""
     total = np.zeros_like(u)
     for low, high in pairwise(marks):
         # Steps that cover the whole piece share its nodes.

@@ -31,8 +31,8 @@ class BackbonePanels:
     """Backbone T0 as polynomials on panels from 0 to ``end``, and the force limit beyond.
 
     Each polynomial is in powers of s, which increases from -1 to 1 over the panel. If panels have
-    equal width (``inverse_width`` above 0), all are polynomials of T0/u; otherwise only the first
-    is, and the others are polynomials of T0.
+    equal width (``inverse_width`` above 0), all polynomials represent T0/u; otherwise the first
+    represents T0/u, and the others T0.
     """
 
     edges: Floats  # (panels + 1,), rising from 0

@@ -44,8 +44,8 @@ _BUILD = (
 def write_fmu(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
     """Return a functional mock-up unit (FMU), and the errors of the exported law.
 
-    The archive is a dict from its name to its bytes; nothing is written. It contains a binary for
-    each platform for which a compiler is found.
+    The unit is returned as {file name: bytes of the archive}; nothing is written. It contains a
+    binary for each platform for which a compiler is found.
     """
     header = comment(order.header())
     body = f"{header}\n/* {order.size} node(s). */\n{declarations(order)}\n{definitions(order)}"

@@ -172,12 +172,12 @@ class Order:
 def element_of(
     kind: str, law: Any, element: str, cells: int, span: dict[str, Any]
 ) -> tuple[str, Any, Any]:
-    """Check ``element`` for the kind and law; return its name, its law and a law for its errors.
+    """Check ``element`` for the kind and law; return its name, the exported law and a reference.
 
-    The first law is that to be exported, with as many directions as the element; for two directions
-    it consists of ``cells`` sliders, which for ``planar`` elements are fitted over the amplitudes
-    in ``span`` [m]. The second is a law in one direction: its motion along a straight line is the
-    reference for the errors of the export.
+    The exported law has as many directions as the element; for two directions it consists of
+    ``cells`` sliders, which for ``planar`` elements are fitted over the amplitudes in ``span`` [m].
+    The reference is a law in one direction, with which the exported law is compared in motion along
+    a straight line, for the errors of the export.
     """
     check_word("element", element, COMPONENTS)
     if kind not in CODE:

@@ -68,8 +68,8 @@ class Curve(Protocol):
 def curve_arguments(curve: Curve) -> tuple[Callable[[memoryview, memoryview], None]]:
     """Return the arguments of a kernel for a load curve that is evaluated in Python.
 
-    They take the place of ``Profile.arguments``. The kernel gathers all separations that it needs
-    and obtains the loads in a single call of the returned function.
+    They take the place of ``Profile.arguments``. The single argument is a function, which the
+    kernel calls once, with all separations whose loads it needs.
     """
 
     def answer(drops: memoryview, loads: memoryview) -> None:
@@ -93,12 +93,13 @@ def slip_runs(
 ) -> Floats:
     """Return each advance of the slip front along a record as a column, shape (8, n).
 
-    The contact slips (D = 1 or -1 in the memory diagram) between the separation d and the slip
-    front q > d, whose advances dissipate energy. The rows of the result are described in
-    :meth:`microslip.contact.exact_curves.SlipLosses.of`. The record consists of the separations
-    ``separation`` [m] and of ``place`` [m], the tangential displacement divided by kappa, the slip
-    limit per indentation [-]; ``last_separation`` and ``last_place`` are their values before the
-    record. The first ``depth`` rows of ``stack`` are the memory diagram before the record, see
+    Contacts that touch at separations between the current one d and the slip front q > d have
+    slipped: there D is 1 or -1 in the memory diagram. An advance of q dissipates energy. The rows
+    of the result are described in :meth:`microslip.contact.exact_curves.SlipLosses.of`. The record
+    consists of the separations ``separation`` [m] and of ``place`` [m], the tangential displacement
+    divided by kappa, which is the displacement at which a contact slips over its indentation [-];
+    ``last_separation`` and ``last_place`` are their values before the record. The first ``depth``
+    rows of ``stack`` are the memory diagram before the record, see
     :mod:`microslip.friction.memory.diagram`.
     """
     count = room = 4 * separation.size + depth

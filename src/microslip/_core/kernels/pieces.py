@@ -34,8 +34,8 @@ _SHARES, _WEIGHTS = gauss_legendre(16)
 def _mean_matrix(roots: bool) -> Floats:
     """Return the matrix from Chebyshev coefficients of the slope to power coefficients of its mean.
 
-    The slope is -N' on a piece as a function of z, and its mean G is the average over distances
-    from 0 to z from the end of the piece. With ``roots`` both are series in sqrt(z) instead of z.
+    The slope is -N' on a piece as a function of z; G(z) is its mean over the part of the piece
+    from its end, z = 0, to z. With ``roots`` both are series in sqrt(z) instead of z.
     """
     weights = 2.0 * _SHARES * _WEIGHTS if roots else _WEIGHTS
     places = 2.0 * _Y[:, None] * _SHARES - 1.0
@@ -76,9 +76,9 @@ class Pieces(Locked):
         """Sample N on [low, high]; return None if too many pieces are needed.
 
         ``fall`` computes -N' and ``load`` N. Pieces end at the ``breaks``, where N is not smooth,
-        and at ``cuts``, further initial edges for N with several length scales. Positions are x +
-        ``origin``; their rounding error limits the resolution of x. Pieces are bisected until the
-        truncation error is within rounding of -N', or negligible relative to N.
+        and at ``cuts``, further initial edges for N with several length scales. x is a position
+        minus ``origin``; the rounding error of positions limits the resolution of x. Pieces are
+        bisected until the truncation error is within rounding of -N', or negligible relative to N.
         """
         inner = breaks[(breaks > low) & (breaks < high)]
         edges = np.concatenate(([low], inner, [high]))

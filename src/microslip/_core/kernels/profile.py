@@ -44,7 +44,7 @@ class _Grid(NamedTuple):
     ) -> _Grid:
         """Return panels of equal ``width`` from ``low`` to ``end``, or ``panels`` of them.
 
-        Below ``edge`` <= low the load curve is not smooth.
+        The load curve is smooth only above ``edge`` <= low, so no panel extends below it.
         """
         # A panel begins at 0 or at the edge, so that nearby places keep their digits.
         anchor = 0.0 if low - width >= edge else edge

@@ -31,7 +31,7 @@ class ContactNodes:
     balanced : bool
         Subtract the normal load at zero opening, so that forces are changes from it.
     tolerance : float, optional
-        Largest distance of the settled (periodic) forces from the limit cycle, relative to the
+        Largest estimated difference of computed forces from exactly periodic ones, relative to the
         force limit [-]; used only if ``directions`` is 3.
 
     Attributes
@@ -39,7 +39,7 @@ class ContactNodes:
     converged : ndarray of bool
         True for each node that settled in the last call of :meth:`harmonics`, shape (nodes,).
     residual : ndarray
-        Estimated distance of the forces of that call from the limit cycle [N], shape (nodes,).
+        Estimated difference of the forces of that call from exactly periodic ones [N], (nodes,).
     """
 
     def __init__(

@@ -217,10 +217,10 @@ class FieldForce(_Force):
     balanced : bool, optional
         Subtract the normal load at zero displacement, so that forces are changes from it.
     tolerance : float, optional
-        Largest distance of the settled (periodic) forces from the limit cycle, relative to the
+        Largest estimated difference of computed forces from exactly periodic ones, relative to the
         force limit [-]; used only with two tangential directions. After :meth:`aft`,
         ``nodes.converged`` states for each node whether it was reached, and ``nodes.residual`` is
-        the remaining distance [N].
+        the remaining difference [N].
     """
 
     def __init__(

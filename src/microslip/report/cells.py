@@ -174,7 +174,8 @@ def is_text(table: Table, column: Column) -> bool:
 def _rows_shown(table: Table, limit: int) -> list[int]:
     """Return the indices of ``limit`` rows or fewer, evenly spaced.
 
-    If two or more columns identify a row, equally many are kept for each value of the first column.
+    If the table has two or more key columns, equally many rows are kept for each value of the
+    first one.
     """
     count = len(table.rows)
     if count <= limit:

@@ -71,7 +71,7 @@ def repeated(heights: NDArray[np.float64]) -> tuple[float, int, float, float] | 
 
 
 def exact_zeros(heights: NDArray[np.float64]) -> int | None:
-    """Return how often the height 0 occurs, if over ten times as often as any other near zero.
+    """Return how often height 0 occurs if that is over ten times as often as heights next to it.
 
     Otherwise return None: in data with few digits all heights near zero are equally frequent.
     """

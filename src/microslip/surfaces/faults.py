@@ -112,7 +112,7 @@ def _long(length: float) -> str:
 
 
 def _clipped(there: Floats) -> list[str]:
-    """Report clipping: too many of the heights present, ``there``, equal the highest or lowest."""
+    """Report clipping: too many of the heights ``there`` equal the highest or the lowest one."""
     words = []
     ordered = np.sort(there)
     for name, sign, run in (("tops", "highest", ordered[::-1]), ("dales", "lowest", ordered)):

@@ -192,8 +192,8 @@ class HeightMap(Locked, Plottable):
     def noise_behind(self, cutoff: float | None) -> float:
         """Return the standard deviation [m] of the noise left by a further filter ``cutoff``.
 
-        ``cutoff`` is a short-wave cut-off [m], or None for no filter. White noise is assumed: in
-        the scan before all its short-wave filters, if that noise is known, or else in this scan.
+        ``cutoff`` is a short-wave cut-off [m], or None for no filter. The noise is assumed to be
+        white before all short-wave filters of the scan if it is known there, or else in this scan.
         """
         if cutoff is not None:
             cutoff = length_of("cutoff", cutoff, "10 um")

@@ -161,7 +161,7 @@ def contact_words(numbers: ContactNumbers) -> str:
 def _rounded_up(value: float) -> float:
     """Round upwards to four significant digits.
 
-    A study with the rounded tightening pressure can then carry the load.
+    A tightening pressure that is rounded down would be below the pressure of the load.
     """
     scale = 10.0 ** (math.floor(math.log10(value)) - 3)
     return math.ceil(value / scale) * scale

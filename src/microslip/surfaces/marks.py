@@ -85,8 +85,8 @@ def scratch_and_dust_words(flat: Floats, rms: float) -> list[str]:
 def edge_words(lines: str, flat: Floats) -> list[str]:
     """Report overshoots at the first or last line.
 
-    The mean heights of the two lines at an edge are compared with those six lines further inside;
-    their rms difference is unusual if it far exceeds that of such lines elsewhere.
+    The mean of the two lines at an edge is compared with that of two lines six lines further
+    inside; their rms difference is unusual if it far exceeds that of such pairs inside the scan.
     """
     if len(flat) < 40:
         return []

@@ -226,10 +226,10 @@ def _merge(count: int, high: Places, two: Places, saddle: Floats) -> Floats:
 
 
 def _at_first_meeting(count: int, high: Places, two: Places) -> Places:
-    """Return the indices of the meetings that are the highest one of their lower hill.
+    """Return the indices of the meetings that are the highest of all meetings of their lower hill.
 
-    The meetings of a hill are those with its number in ``high`` or ``two``, in descending order of
-    their saddles; see :func:`_merge`.
+    ``high`` and ``two`` are the numbers of the higher and the lower hill of each meeting, in
+    descending order of their saddles; see :func:`_merge`.
     """
     numbers = np.arange(high.size)
     firsts = np.full((2, count), high.size)

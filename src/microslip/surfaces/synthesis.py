@@ -159,7 +159,7 @@ class _Band:
     def solve(self, m0: float, m2: float, m4: float) -> tuple[float, float]:
         """Return the wavenumbers at the ends of the band that give the ratios of the moments.
 
-        For each lower end, the upper end follows from m4/m2; the lower end follows from m2/m0.
+        The lower end is solved from m2/m0, with the upper end that m4/m2 requires for it.
         """
         from scipy.optimize import brentq
 

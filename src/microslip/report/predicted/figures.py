@@ -113,9 +113,9 @@ def _loop_bands(result: Prediction, load: int, index: int) -> list[Floats]:
 def _prefix(value: float, largest: float, smallest: float = 0.0) -> tuple[float, str]:
     """Return factor and letter of the unit prefix for one panel.
 
-    The prefix is that for ``largest``, the maximum of all panels. If ``value``, the maximum of this
-    panel, is below 0.1 with it, the prefix is that for ``value``, or for ``smallest`` if that is
-    larger.
+    The prefix is that for ``largest``, the maximum of all panels, unless ``value``, the maximum of
+    this panel, is then a number below 0.1. In that case the prefix is that for the larger of
+    ``value`` and ``smallest``.
     """
     unit, letter = prefix(largest)
     return (unit, letter) if value >= 0.0999 * unit else prefix(max(value, smallest))

@@ -97,7 +97,7 @@ def _size(cost: Cost) -> Facts:
 
 
 def next_step(document: Document) -> str:
-    """Describe the run that the suggested next command starts."""
+    """Describe what the command suggested below the preview will compute."""
     data = document.data
     parts = [f"{data['loops']} loops", f"curves of {data['points']} points in all"]
     if "structure" in data:

@@ -81,7 +81,7 @@ def _bands(result: Prediction, scatter: PredictionScatter, name: str) -> Table:
 
 
 def _half_widths(scatter: PredictionScatter, name: str) -> Floats:
-    """Return the half-widths of the confidence intervals of quantiles, over the quantiles [-].
+    """Return the half-widths of the confidence intervals of quantiles, relative to them [-].
 
     For an asymmetric interval it is the larger distance to an end. Unknown ends give infinity.
     """
@@ -146,7 +146,7 @@ _FINE = 0.01
 
 
 def tornado(result: Prediction, scatter: PredictionScatter) -> Plot:
-    """Plot the effect of each input on the loss factor of the loop for which it scatters most."""
+    """Plot the effect of each input on the loss factor, for the loop where it scatters most."""
     decision = max(
         (d for d in scatter.decisions if d.name == "loss_factor"), key=lambda d: d.scatter
     )

@@ -70,7 +70,7 @@ def structure_verdicts(prediction: StructurePrediction) -> tuple[Verdict, ...]:
 
 
 def with_structure(block: Verdicts, prediction: StructurePrediction) -> Verdicts:
-    """Add the verdicts on a structure to those on its contact; their values are in percent."""
+    """Add the verdicts on a structure, with values in percent, to those on its contact."""
     verdicts = structure_verdicts(prediction)
     return replace(
         block,

@@ -412,7 +412,10 @@ def _first_line(model: type) -> str:
 
 
 def first_error(errors: Sequence[tuple[str, str]], blamed: str = "") -> str:
-    """Format the first error and the number of others; ``blamed`` is inserted after its key."""
+    """Format the first error and the number of further errors.
+
+    ``blamed`` is a text on the override that caused the first error, inserted after its key.
+    """
     key, message = errors[0]
     extra = len(errors) - 1
     suffix = f" (and {extra} more error{'s' * (extra > 1)})" if extra else ""

@@ -232,7 +232,8 @@ class NamedValues(_Several):
 def as_keyed(error: InputError, table: str, names: Sequence[str]) -> tuple[str, str]:
     """Return the key of a study that an InputError is about, and its message on one line.
 
-    The key is the error's argument, in ``table``, if that is one of ``names``, otherwise ``table``.
+    The key is ``table``.argument if the argument named by the error is one of ``names``, otherwise
+    ``table``.
     """
     argument, text = error.argument, error.text
     if argument is not None and argument in names:

@@ -89,9 +89,9 @@ def relocated_text(text: str, folder: Path, new_folder: Path) -> str:
 def _files(
     node: dict[str, Any], relocated: Callable[[str], str], above: tuple[str, ...] = ()
 ) -> Iterator[tuple[tuple[str, ...], Any]]:
-    """Yield the path and the new value of each key that names files.
+    """Yield the path of keys and the new value of each key that names files.
 
-    Of a list of tables that name files, the value is the whole list.
+    ``relocated`` rewrites a file name. If tables in a list name files, the value is the new list.
     """
     for key, value in node.items():
         if isinstance(value, dict):

@@ -74,7 +74,7 @@ def items_of(source: Path, study: Path | None) -> list[BatchItem]:
     """Return the items of a folder, a list of paths, or a CSV table of changes to a study.
 
     A table requires ``study``. In a folder or list, a file that is not a study is read as a
-    measured record; but if the surface of ``study`` is a scan, as another scan that replaces it.
+    measured record or, if the surface of ``study`` is a scan, as a scan that takes its place.
     """
     base = "" if study is None else str(study.resolve())
     if source.is_dir():

@@ -316,7 +316,10 @@ def _solving(study: StudyDescription) -> float:
 
 
 def _part(progress: Progress | None, index: int, count: int, begin: float, end: float) -> Progress:
-    """Return a progress callback that maps a step to the range ``begin`` to ``end`` of a run."""
+    """Return a callback for a part of run ``index`` of ``count``, from ``begin`` to ``end`` of it.
+
+    It receives the completed fraction of the part and reports that of all runs [-].
+    """
     report = progress or (lambda share: None)
     return lambda share: report((index + begin + (end - begin) * share) / count)
 

@@ -418,7 +418,7 @@ def _bands(
 ) -> ModeBands | None:
     """Return quantiles of frequency and damping of a mode, and contributions of the inputs.
 
-    The outer quantiles are moved outwards by the error of the converged model.
+    The outer quantiles are moved outwards by the discretisation error of the refined model.
     """
     if sampled is None:
         return None

@@ -84,10 +84,10 @@ def _judged(test: ModalTest, mode: Mode, name: str, moved: Floats) -> QuantityVe
 
 
 def _against(mode: Mode, band: Floats, moved: Floats, value: Floats) -> tuple[int, int, int, float]:
-    """Return how many points are above a band, below it, and compared, and the worst deviation.
+    """Return the numbers of points above a band, below it and in all, and the worst deviation.
 
-    Points ``value`` are compared if their amplitudes ``moved`` are within the range of ``mode``.
-    The deviation is relative to the nearest end of the band [-], and negative below it.
+    Points ``value`` count if their amplitudes ``moved`` are within the range of ``mode``. The
+    deviation is relative to the nearest end of the band [-], and negative below it.
     """
     at, known = mode.curve.amplitude, np.isfinite(band).all(axis=0)
     if not known.any():

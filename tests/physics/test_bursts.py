@@ -108,12 +108,12 @@ def test_the_command_reads_the_counter(tmp_path: Path, monkeypatch: pytest.Monke
 def test_wear_coefficient_of_all_cycles() -> None:
     """Cycles that were not logged count, with the error of a monotonic course of their energy."""
     worn = 1e-12
-    wear = Campaign((ms.measure(logged(True)),), worn_volumes=(worn,)).wear()
+    wear = Campaign((ms.measure(logged(True)),), {"worn_volume": (worn,)}).wear()
     assert wear is not None
     assert wear.coefficient is not None
     assert wear.coefficient.value == pytest.approx(worn / total(), rel=5e-3)
     assert wear.coefficient.low < worn / total() < wear.coefficient.high
-    unknown = Campaign((ms.measure(logged(False)),), worn_volumes=(worn,)).wear()
+    unknown = Campaign((ms.measure(logged(False)),), {"worn_volume": (worn,)}).wear()
     assert unknown is not None
     assert unknown.coefficient is None
     assert "were not logged" in unknown.unknown["record"]
@@ -125,6 +125,7 @@ def test_wear_of_a_specimen_in_several_files() -> None:
         time, x, force, _ = burst(first, first)
         measured.append(ms.measure(ms.Record(x, force, time=time, name=f"stage {first}")))
     last = [None] * (len(STARTS) - 1) + [1e-12]
-    wear = Campaign(tuple(measured), ["a"] * len(STARTS), last, STARTS).wear()
+    columns = {"run": ["a"] * len(STARTS), "worn_volume": last, "first_cycle": STARTS}
+    wear = Campaign(tuple(measured), columns).wear()
     assert wear is not None
     assert float(wear.energy[-1]) == pytest.approx(total(), rel=5e-3)

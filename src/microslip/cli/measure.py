@@ -108,13 +108,7 @@ def measure(
             if not results:
                 name, why = skipped[0]
                 raise InputError(f"none of the {len(paths)} records can be measured; {name}: {why}")
-            campaign = Campaign(
-                tuple(results),
-                [files.runs[i] for i in places] if files.runs else None,
-                files.numbers("worn_volume", places),
-                files.numbers("first_cycle", places),
-                columns=files.columns(places),
-            )
+            campaign = Campaign(tuple(results), files.columns(places))
             result_document = measurement_document(campaign, in_options, skipped)
             if stage is not None:
                 result_document = write_document(result_document, stage, output.kinds)

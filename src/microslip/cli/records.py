@@ -226,24 +226,16 @@ class Listed(NamedTuple):
     """Labels of the runs; may be empty."""
     manifest: Manifest | None
 
-    def numbers(self, name: str, rows: Sequence[int]) -> list[float | None] | None:
-        """Return a numeric manifest column for the given files; None without the column."""
-        if self.manifest is None or name not in self.manifest.columns:
-            return None
-        values = [self.manifest.columns[name][i] for i in rows]
-        return [value if isinstance(value, float) else None for value in values]
-
     def columns(self, rows: Sequence[int]) -> dict[str, list[Any]]:
-        """Return manifest columns of further data, such as "specimen", for the given files."""
-        if self.manifest is None:
-            return {}
-        elsewhere = ("normal_load", "amplitude", "worn_volume", "first_cycle", "run", "rig")
-        columns, units = self.manifest.columns, self.manifest.units
-        return {
-            f"{name} [{units[name]}]" if units[name] else name: [columns[name][i] for i in rows]
-            for name in columns
-            if name not in elsewhere
-        }
+        """Return the runs and the manifest columns of further data, such as "specimen", by name."""
+        columns: dict[str, list[Any]] = {}
+        if self.manifest is not None:
+            units = {**self.manifest.units, "worn_volume": "", "first_cycle": ""}
+            for name, values in self.manifest.columns.items():
+                if name not in ("normal_load", "amplitude", "run", "rig"):
+                    head = f"{name} [{units[name]}]" if units[name] else name
+                    columns[head] = [values[i] for i in rows]
+        return columns | ({"run": [self.runs[i] for i in rows]} if self.runs else {})
 
 
 def list_records(names: Sequence[str], manifest: Path | None) -> Listed:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import Any
 
 from microslip._core import checks
 from microslip._core.checks import positive, show
@@ -28,61 +29,48 @@ class Campaign(Locked):
     ----------
     measurements : sequence of Measurement
         Evaluated records, at least one.
-    runs : sequence of str, optional
-        Label of the run, the rig or the laboratory of each record. Records with the same label are
-        of one contact, unless ``columns`` has a "specimen".
-    worn_volumes : sequence of float or None, optional
-        Worn volume [m^3] measured after each record; None if it was not measured.
-    first_cycles : sequence of float or None, optional
-        Number of the first cycle of each record in the life of its specimen [-]; None if unknown.
     columns : mapping of str to sequence, optional
-        Other data of each record, as in a manifest: "specimen", "stage" and others.
+        Data of each record, as in a manifest, such as "stage". "specimen", or "run" (test run, rig
+        or laboratory) without it, tells the contacts apart; "worn_volume" [m^3] is that after the
+        record; "first_cycle" [-] is the number of its first cycle in the life of the specimen. None
+        where a value is unknown.
     """
 
     measurements: Sequence[Measurement]
-    runs: Sequence[str] | None = None
-    worn_volumes: Sequence[float | None] | None = None
-    first_cycles: Sequence[float | None] | None = None
     columns: Mapping[str, Sequence[Cell]] = field(default_factory=lambda: MappingProxyType({}))
 
     def __post_init__(self) -> None:
         count = len(checks.members("measurements", self.measurements, Measurement, "Measurements"))
         if not isinstance(self.columns, Mapping):
             raise InputError(f"`columns` must be a mapping of names, got {show(self.columns)}")
-        given = {
-            "runs": self.runs,
-            "worn_volumes": self.worn_volumes,
-            "first_cycles": self.first_cycles,
-        }
-        for name, values in {**given, **self.columns}.items():
+        for name, values in self.columns.items():
             is_right = isinstance(values, Sequence) and not isinstance(values, str)
-            if values is not None and not (is_right and len(values) == count):
+            if not (is_right and len(values) == count):
                 raise InputError(
-                    f"`{name}` must be one for each of {count} records, got {show(values)}"
+                    f"`columns`: {name} must have a value for each of {count} records, got "
+                    f"{show(values)}"
                 )
+        for name, unit in (("worn_volume", "m^3"), ("first_cycle", "")):
+            for value in self._column(name):
+                if value is not None and value != 0.0:
+                    positive(name, value, unit, 1.0)
 
-        for volume in self.worn_volumes or ():
-            if volume is not None and volume != 0.0:
-                positive("worn_volumes", volume, "m^3", 1e-12)
-        for first in self.first_cycles or ():
-            if first is not None:
-                positive("first_cycles", first, "", 1.0)
+    def _column(self, name: str) -> Sequence[Any]:
+        return self.columns.get(name) or [None] * len(self.measurements)
 
     def wear(self, confidence: float = 0.95) -> Wear | None:
         """Fit the energy wear coefficient to the worn volumes; None if none was measured."""
-        unknown: list[float | None] = [None] * len(self.measurements)
-        specimens = self._contacts() or tuple(map(str, range(len(self.measurements))))
         return wear_of(
             self.measurements,
-            specimens,
-            self.worn_volumes or unknown,
-            self.first_cycles or unknown,
+            self._contacts() or tuple(map(str, range(len(self.measurements)))),
+            self._column("worn_volume"),
+            self._column("first_cycle"),
             confidence,
         )
 
     def _contacts(self) -> tuple[str, ...]:
         """Contact (specimen) of each record; an empty tuple if the records have no labels."""
-        return tuple(map(text_of, self.columns.get("specimen", ()))) or tuple(self.runs or ())
+        return tuple(map(text_of, self.columns.get("specimen") or self.columns.get("run", ())))
 
     def contradictions(self) -> list[str]:
         """Return notes on records of one contact and load that contradict each other.

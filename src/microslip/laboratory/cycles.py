@@ -73,56 +73,25 @@ _STEP_ERROR = 12.0**-0.5
 """Standard deviation of a rounding error over the step."""
 
 
-class Drift(NamedTuple):
-    """Linear trend of a channel over the evaluated cycles."""
-
-    channel: str
-    total: float
-    """Change of the channel over the cycles [m, N]."""
-    share: float
-    """Change relative to the range of the channel [-]."""
-
-    def note(self, treatment: str) -> str:
-        """Format the drift and its ``treatment`` as a sentence for the user."""
-        total = engineering(self.total, UNITS[self.channel])
-        return (
-            f"the {self.channel} drifts by {total} over the evaluated cycles, "
-            f"{significant(100.0 * self.share, 2)} % of its range; {treatment}"
-        )
-
-
 class Plateau(NamedTuple):
-    """Plateau of a channel: successive samples exactly at its maximum or minimum."""
+    """Plateau of a channel at its maximum or minimum, which it does not approach gradually."""
 
     channel: str
     extreme: float
     share: float
-    """Fraction of all samples [-]."""
-    step: float | None
-    """Converter step; None if the samples are not on steps."""
-    is_neared: bool
-    """Whether the channel approaches it gradually, as in friction but not in clipping."""
-    is_quiet: bool = False
-    """Whether the channel has no noise where it moves."""
+    """Fraction of all samples that are exactly at the extreme [-]."""
+    is_noisy: bool
+    """Whether the channel has noise where it moves, so that only a clipped sensor has none."""
 
     def note(self) -> str:
         """Describe the plateau and its likely cause in a sentence for the user."""
         words = f"{self.share:.1%} of the {self.channel} is exactly {self.extreme:g}: "
-        if self.step is not None:
-            step = engineering(self.step, UNITS[self.channel])
-            kind = "a plateau" if self.is_neared else "a plateau or a sensor at its limit"
-            return (
-                f"{words}{kind} on the converter's steps of {step}; the intervals include an "
-                "error of half a step"
-            )
-        if self.is_neared:
-            return f"{words}a plateau"
-        if self.is_quiet:
-            return (
-                f"{words}{UNDECIDED} (friction of a channel without noise, or a sensor at its "
-                "limit); a record of a smaller amplitude would identify the cause"
-            )
-        return f"{words}a clipped sensor, since the channel has noise elsewhere"
+        if self.is_noisy:
+            return f"{words}a clipped sensor, since the channel has noise elsewhere"
+        return (
+            f"{words}{UNDECIDED} (friction of a channel without noise, or a sensor at its "
+            "limit); a record of a smaller amplitude would identify the cause"
+        )
 
 
 class Delay(NamedTuple):
@@ -212,10 +181,11 @@ class Cycles:
             *self.blocks.notes,
             *self._left_out(),
             *counting.notes,
-            *self.excess_loss,
+            *excess_loss_notes(self.columns["loss_factor"]),
             *(plateau.note() for plateau in self.plateaus),
             *self.coarse_steps,
-            *self.load_notes(counting.selection),
+            *self._load_notes(counting.selection),
+            *self._drifts(counting.selection),
         ]
 
     def _left_out(self) -> list[str]:
@@ -239,14 +209,9 @@ class Cycles:
             )
         return notes
 
-    @property
-    def excess_loss(self) -> list[str]:
-        """Notes on loops with a larger area than the rectangle around their reversal points."""
-        return excess_loss_notes(self.columns["loss_factor"])
-
     @cached_property
     def plateaus(self) -> tuple[Plateau, ...]:
-        """Plateaus of clipped displacements or forces, at the smallest and largest value."""
+        """Plateaus of displacement and force at their smallest and largest values."""
         found = []
         for name in ("displacement", "force"):
             values: Floats = getattr(self.record, name)
@@ -254,36 +219,34 @@ class Cycles:
         return tuple(plateau for plateau in found if plateau is not None)
 
     @cached_property
+    def steps(self) -> dict[str, float]:
+        """Converter steps [m, N] of the channels that lie on steps."""
+        channels = {"displacement": self.record.displacement, "force": self.record.force}
+        return {name: step for name, x in channels.items() if (step := step_of(x)) is not None}
+
+    @property
     def coarse_steps(self) -> list[str]:
         """Notes on channels whose converter steps are large compared with their range."""
         notes = []
-        for name in ("displacement", "force"):
-            values: Floats = getattr(self.record, name)
-            step = step_of(values)
-            if step is not None and 2.0 * step > _COARSE * float(np.ptp(values)):
-                share = 100.0 * step / float(np.ptp(values))
+        for name, step in self.steps.items():
+            share = step / float(np.ptp(getattr(self.record, name)))
+            if 2.0 * share > _COARSE:
                 notes.append(
                     f"the {name} lies on a converter's steps of {engineering(step, UNITS[name])}, "
-                    f"{significant(share, 2)} % of its range; use a smaller measuring range"
+                    f"{significant(100.0 * share, 2)} % of its range; use a smaller measuring range"
                 )
         return notes
-
-    @property
-    def is_clipped(self) -> bool:
-        """Whether a sensor may be clipped: a plateau that is not approached gradually."""
-        return any(not plateau.is_neared for plateau in self.plateaus)
 
     @property
     def step_errors(self) -> dict[str, float]:
         """Relative standard deviation of each channel's amplitude due to converter steps [-]."""
         size = {"displacement": "amplitude", "force": "force_amplitude"}
         return {
-            p.channel: p.step * _STEP_ERROR / abs(float(np.median(self.columns[size[p.channel]])))
-            for p in self.plateaus
-            if p.step is not None
+            channel: step * _STEP_ERROR / abs(float(np.median(self.columns[size[channel]])))
+            for channel, step in self.steps.items()
         }
 
-    def load_notes(self, selection: NDArray[np.bool_]) -> list[str]:
+    def _load_notes(self, selection: NDArray[np.bool_]) -> list[str]:
         """Return notes on a normal load whose mean differs between the selected cycles."""
         if not isinstance(self.record.normal_load, np.ndarray):
             return []
@@ -308,10 +271,7 @@ class Cycles:
             abs(float(np.median(self.columns[name][self.counted])))
             for name in ("dissipated_energy", "amplitude", "force_amplitude")
         )
-        step = step_of(record.force)
-        if step is not None and step > _COARSE * size:
-            return None
-        if self.is_clipped:
+        if self.steps.get("force", 0.0) > _COARSE * size or self.plateaus:
             return None
         # A small lag angle of an elastic force changes the energy by pi T x times that angle.
         around = np.pi * amplitude * size
@@ -348,19 +308,22 @@ class Cycles:
         depth = hollow_of(after)[0]
         return depth < max(fine, 0.5 * hollow_of(before)[0]) and depth < 2.0 * fine
 
-    def drifts(self, selection: NDArray[np.bool_]) -> tuple[Drift, ...]:
-        """Return the significant drifts of displacement and force over the selected cycles."""
+    def _drifts(self, selection: NDArray[np.bool_]) -> list[str]:
+        """Return notes on significant drifts of displacement and force over selected cycles."""
         rows = np.flatnonzero(selection)
-        drifts = []
+        notes = []
         for channel, size in (("displacement", "amplitude"), ("force", "force_amplitude")):
-            line = trend(
-                rows.astype(float), self.columns[f"{channel}_offset"][rows], 0.95, independent=False
-            )
+            offsets = self.columns[f"{channel}_offset"][rows]
+            line = trend(rows.astype(float), offsets, 0.95, independent=False)
             total = line.value * float(np.ptp(rows) + 1.0) if rows.size > 3 else 0.0
             share = abs(total) / (2.0 * abs(float(np.median(self.columns[size][rows]))) or 1.0)
             if is_certain(line) and share > DRIFTS:
-                drifts.append(Drift(channel, total, share))
-        return tuple(drifts)
+                notes.append(
+                    f"the {channel} drifts by {engineering(total, UNITS[channel])} over the "
+                    f"evaluated cycles, {significant(100.0 * share, 2)} % of its range; a linear "
+                    "trend is removed"
+                )
+        return notes
 
 
 @once_a_record
@@ -442,21 +405,20 @@ def _plateau_at(channel: str, values: Floats, extreme: float) -> Plateau | None:
     share = at.size / values.size
     if share <= _CLIPPED or at.size <= 8 or np.count_nonzero(np.diff(at) == 1) <= 0.5 * at.size:
         return None
-    step, is_neared = step_of(values), False
-    if step is not None:
+    if (step := step_of(values)) is not None:
         # A converter has many at each of its steps; of a sine twice as many at the last as at the
-        # next. What nears a plateau by itself slows down before it, what is cut off does not.
+        # next. A channel that approaches a plateau by itself slows down before it.
         number = np.rint(np.abs(values - extreme) / step)
         beside = np.bincount(number[number < 16.0].astype(int), minlength=16)
         inner = np.flatnonzero(beside[1:]) + 1
-        if inner.size and at.size < _STEPPED * beside[inner[0]]:
+        is_neared = beside[1:4].mean() > _SLOWER * beside[8:].mean() > 0.0
+        if is_neared or (inner.size and at.size < _STEPPED * beside[inner[0]]):
             return None
-        is_neared = bool(beside[1:4].mean() > _SLOWER * beside[8:].mean() > 0.0)
     moving = np.delete(values, at)
     noise = noise_of(moving)
     # White noise is the same in every other sample; the course of a loop is rougher there.
-    is_quiet = noise < max(_QUIET * float(np.ptp(values)), _ROUGHER * noise_of(moving[::2]))
-    return Plateau(channel, float(extreme), share, step, is_neared, is_quiet)
+    quiet = max(_QUIET * float(np.ptp(values)), _ROUGHER * noise_of(moving[::2]))
+    return Plateau(channel, float(extreme), share, step is None and noise >= quiet)
 
 
 def step_of(values: Floats) -> float | None:

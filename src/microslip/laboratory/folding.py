@@ -184,8 +184,8 @@ def fold(record: Record, bins: int = _MOST_BINS) -> Folded:
     phase = 2.0 * math.pi * phases.turns[inside]
     del phases
     x, force = x[inside], force[inside]
-    places = places_of(phase, samples_a_cycle)
-    size = int(min(bins, max(16, places.number)))
+    phase_count, is_alike = places_of(phase, samples_a_cycle)
+    size = int(min(bins, max(16, phase_count)))
 
     # Where a cycle has a whole number of samples they lie in the middle of the bins.
     width = 2.0 * math.pi / size
@@ -201,38 +201,34 @@ def fold(record: Record, bins: int = _MOST_BINS) -> Folded:
     size = int(number[-1]) + 1
     if size < number.size:
         column = number[column]
-    curve = MeanCycle(phase, column, size, places.alike and places.number <= size)
+    curve = MeanCycle(phase, column, size, is_alike and phase_count <= size)
     total, spread = curve.total, curve.spread
     spread[spread < 1e-3 * width] = 0.0
-    drift, moved = drift_of(force, cycle, curve), drift_of(x, cycle, curve)
+    drift, drift_error = drift_of(force, cycle, curve)
+    moved, moved_error = drift_of(x, cycle, curve)
     gone = phase / (2.0 * math.pi)
     gone += cycle
     gone -= float(gone.mean())
     del cycle
-    x -= moved.slope * gone
-    motion = motion_of(np.mod(phase, 2.0 * math.pi), x, places.number)
+    x -= moved * gone
+    motion = motion_of(np.mod(phase, 2.0 * math.pi), x, phase_count)
     del x
     harmonics = motion.harmonics
     saw = np.zeros(motion.coefficients.size)
     # A straight line, cut at each cycle.
-    saw[2 : 2 + 2 * harmonics.size : 2] = moved.error / (math.pi * harmonics)
-    level = curve.of(force - drift.slope * gone)
-    drifted = drift.error * np.bincount(column, gone) / total
+    saw[2 : 2 + 2 * harmonics.size : 2] = moved_error / (math.pi * harmonics)
+    level = curve.of(force - drift * gone)
+    drifted = drift_error * np.bincount(column, gone) / total
     del gone
     noise_f = curve.noise(level.residual, 1)
     load = _mean_load(record, inside, place)
     load_terms = _load_terms(record, inside, curve)
-    drifts = judgement.drifts(counting.selection)
-    notes = [
-        *(note for note in judgement.notes(counting) if note not in judgement.excess_loss),
-        *spike_notes,
-        *(drift_there.note("a linear trend is removed") for drift_there in drifts),
-    ]
+    notes = [*judgement.notes(counting), *spike_notes]
     if judgement.delay is not None:
         notes.append(judgement.delay.note())
     if counting.is_moving:
         notes.append("the law is the mean over drifting cycles and describes no single state")
-    elif judgement.is_clipped:
+    elif judgement.plateaus:
         notes.append("the law is found from a record with signs of clipping")
     step, stepped = step_of(force), np.zeros((0, size))
     if step is not None:

@@ -188,23 +188,17 @@ def errors_of_steps(values: Floats, step: float, column: NDArray[np.int64]) -> N
 # -- trends over the cycles -----------------------------------------------------------------------
 
 
-class Slope(NamedTuple):
-    """Linear trend of a channel over the cycles."""
+def drift_of(values: Floats, cycle: NDArray[np.int64], curve: MeanCycle) -> tuple[float, float]:
+    """Fit the drift per cycle of a channel; return it with its standard error.
 
-    slope: float
-    """Change of the channel per cycle."""
-    error: float
-    """Standard error of the slope."""
-
-
-def drift_of(values: Floats, cycle: NDArray[np.int64], curve: MeanCycle) -> Slope:
-    """Fit the drift per cycle of a channel; its standard error includes scatter between cycles."""
+    The error includes the scatter between cycles.
+    """
     from scipy.special import chdtrc
 
     progress = curve.of(cycle).residual
     square = float(progress @ progress)
     if square == 0.0:
-        return Slope(0.0, 0.0)
+        return 0.0, 0.0
     scatter = curve.of(values).residual
     slope = float(progress @ scatter) / square
     progress *= slope
@@ -218,14 +212,14 @@ def drift_of(values: Floats, cycle: NDArray[np.int64], curve: MeanCycle) -> Slop
         sums = np.bincount(cycle, scatter)
         total = float(np.sum(sums**2 / np.maximum(count, 1.0))) / noise**2
         ratio = total / freedom if chdtrc(freedom, total) < _SIGNIFICANT else 1.0
-    return Slope(slope, noise * math.sqrt(ratio / square))
+    return slope, noise * math.sqrt(ratio / square)
 
 
 # -- the phase of each sample --------------------------------------------------------------------
 
 _IN_STEP, _MOST_CYCLES, _LOOKED_AT = 0.95, 32, 1 << 14
 _FEWEST, _SAMPLES_A_BIN = 3, 4  # samples per phase, and per bin if no phases repeat
-_HARMONICS, _STEPS, _PIECE = 5, 4, 1 << 16
+_HARMONICS, _STEPS, _PIECE = 5, 6, 1 << 16
 _UNEVEN, _FEWEST_BENT = 0.01, 4
 """Scatter of the phases [cycles] above which the frequency varies, and fewest cycles for that."""
 _SAME_RATE = 0.1
@@ -242,20 +236,14 @@ def turns_of(time: Floats, x: Floats, cycles: Cuts) -> tuple[Floats, float]:
         return (time - first) * rate, rate
     inner = slice(int(cuts[0]), int(cuts[-1]))
     mean = float(np.mean(x[inner]))
-    offset = 0.0
-    for _ in range(3):
-        angles = np.angle(_fundamentals(time, x, mean, first, rate, cuts)) / (2.0 * math.pi)
-        angles = np.unwrap(angles, period=1.0)
-        centres = np.arange(angles.size) + 0.5
-        # Ends are cut to whole samples, so that the slope is that of a straight line through all.
-        slope, offset = np.polyfit(centres, angles, 1) if angles.size > 2 else (0.0, angles.mean())
-        rate *= 1.0 + float(slope)
-        if angles.size > _FEWEST_BENT:
-            line = np.polynomial.Polynomial.fit(centres, angles, 1)
-            if float(np.std(angles - line(centres))) > _UNEVEN:
-                return _bent_turns(time, x, mean, cycles), rate
-        if abs(slope) * angles.size < 1e-9:
-            break
+    angles = np.angle(_fundamentals(time, x, mean, first, rate, cuts)) / (2.0 * math.pi)
+    angles = np.unwrap(angles, period=1.0)
+    centres = np.arange(angles.size) + 0.5
+    # Ends are cut to whole samples, so that the slope is that of a straight line through all.
+    slope, offset = np.polyfit(centres, angles, 1) if angles.size > 2 else (0.0, angles.mean())
+    if angles.size > _FEWEST_BENT and np.std(angles - offset - slope * centres) > _UNEVEN:
+        return _bent_turns(time, x, mean, cycles), rate * (1.0 + float(slope))
+    rate *= 1.0 + float(slope)
     rate, offset = _by_least_squares(
         time[inner], x[inner], (first, mean), rate, float(offset), cuts.size - 1
     )
@@ -397,19 +385,11 @@ def _least_squares(normal: Floats, right: Floats) -> Floats:
     return np.asarray(np.linalg.lstsq(normal, right, rcond=None)[0], dtype=np.float64)
 
 
-class Places(NamedTuple):
-    """Phase bins onto which the cycles of a record are folded."""
+def places_of(phase: Floats, a_cycle: float) -> tuple[int, bool]:
+    """Return the number of phase bins, and whether all samples of a bin have the same phase.
 
-    number: int
-    """Number of bins."""
-    alike: bool
-    """Whether all samples of a bin have the same phase."""
-
-
-def places_of(phase: Floats, a_cycle: float) -> Places:
-    """Return the number of distinct phases of samples, or of bins if phases do not repeat.
-
-    ``a_cycle`` is the mean number of samples per cycle.
+    Bins are the distinct phases of the samples, if phases repeat. ``a_cycle`` is the mean number of
+    samples per cycle.
     """
     first_phases = phase[: min(phase.size, _LOOKED_AT)]
     for cycles in range(1, _MOST_CYCLES + 1):
@@ -417,8 +397,8 @@ def places_of(phase: Floats, a_cycle: float) -> Places:
         if cycles > 1 and sample_count * _FEWEST > phase.size:
             break
         if abs(np.exp(1j * sample_count * first_phases).mean()) > _IN_STEP:
-            return Places(sample_count, True)
-    return Places(max(math.floor(a_cycle), phase.size // _SAMPLES_A_BIN), False)
+            return sample_count, True
+    return max(math.floor(a_cycle), phase.size // _SAMPLES_A_BIN), False
 
 
 def stretches(size: int) -> Iterator[slice]:

@@ -318,8 +318,6 @@ def measure(
             "in some cycles the first quarter of the force after a reversal has too few samples "
             "for a stiffness"
         )
-    treatment = "a linear trend is removed"
-    notes += [drift.note(treatment) for drift in judged.drifts(counting.selection)]
     shape = judged.shape(counting.selection)
     if judged.delay is not None:
         disturbances = [judged.delay.note()]

@@ -7,7 +7,6 @@ interval narrows with the number of cycles. So means are taken over cycles witho
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -215,25 +214,21 @@ def _is_level(levels: Floats, begin: int, end: int, widest: float) -> bool:
 
 
 def _longest(values: Floats, widest: float) -> tuple[int, int]:
-    best, begin = (0, 0), 0
-    highest: deque[int] = deque()
-    lowest: deque[int] = deque()
-    for i, value in enumerate(values):
-        while highest and values[highest[-1]] <= value:
-            highest.pop()
-        while lowest and values[lowest[-1]] >= value:
-            lowest.pop()
-        highest.append(i)
-        lowest.append(i)
-        while values[highest[0]] - values[lowest[0]] > widest:
-            begin += 1
-            if highest[0] < begin:
-                highest.popleft()
-            if lowest[0] < begin:
-                lowest.popleft()
-        if i + 1 - begin > best[1] - best[0]:
-            best = begin, i + 1
-    return best
+    """Return begin and end of the longest stretch of values with a range of up to ``widest``."""
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+    begin, shortest, longest = 0, 1, values.size
+    while shortest < longest:
+        size = (shortest + longest + 1) // 2
+        # Filters are centred; windows that reach beyond the ends are left out.
+        whole = slice(size // 2, values.size - (size - 1) // 2)
+        ranges = maximum_filter1d(values, size)[whole] - minimum_filter1d(values, size)[whole]
+        fine = np.flatnonzero(ranges <= widest)
+        if fine.size:
+            begin, shortest = int(fine[0]), size
+        else:
+            longest = size - 1
+    return begin, begin + shortest
 
 
 def is_certain(line: Estimate) -> bool:

@@ -48,26 +48,12 @@ def wear_of(
 ) -> Wear | None:
     """Fit worn volumes as proportional to the energy dissipated since the specimen was new.
 
-    Parameters
-    ----------
-    measurements : sequence of Measurement
-        Measured records.
-    specimens : sequence of str
-        Specimen of each record.
-    volumes : sequence of float or None
-        Worn volume [m^3] after each record, None if it was not measured.
-    first_cycles : sequence of float or None
-        Number of the first cycle of each record in the life of its specimen [-]. If None, the rig's
-        counter of cycles is used, or 1 for the only record of a specimen that has no counter.
-    confidence : float, optional
-        Level of the interval [-].
-
-    Returns
-    -------
-    Wear or None
-        None if no volume was measured. Energies of cycles that were not logged are interpolated
-        linearly in the cycle number. The coefficient's interval includes the largest error of this
-        interpolation if the energy changes monotonically between the logged cycles.
+    ``volumes`` [m^3] are those after each record, ``first_cycles`` the numbers of the first cycle
+    of each record in the life of its specimen [-]; None where unknown. Then the rig's counter of
+    cycles is used, or 1 for the only record of a specimen that has no counter. Energies of cycles
+    that were not logged are interpolated linearly in the cycle number. The coefficient's interval
+    includes the largest error of this interpolation if the energy changes monotonically between the
+    logged cycles. None if no volume was measured.
     """
     confidence = checked_confidence(confidence)
     if not any(volume is not None for volume in volumes):

@@ -13,7 +13,7 @@ from microslip.figures.picture import Picture
 from microslip.laboratory import figures
 from microslip.laboratory.campaign import Campaign
 from microslip.laboratory.cycle_columns import LABELS, UNITS
-from microslip.laboratory.manifest import text_of
+from microslip.laboratory.manifest import Cell, text_of
 from microslip.laboratory.wear import Wear
 from microslip.report.document import Block, Column, Items, Note, Section, Table
 from microslip.report.files import csv_text, text_cell
@@ -27,15 +27,24 @@ _COLUMNS_SHOWN = (
     "dissipated_energy",
     "loss_factor",
 )
+_OF_WEAR = {"first_cycle": "first_cycle [-]", "worn_volume": "worn_volume [m^3]"}
+"""Columns of a manifest that determine the wear, with their headings in campaign.csv."""
 _NO_MEAN = (None, None, None)
 _BRIEF = ("amplitude", "normal_load", "friction_energy", "dissipated_energy", "loss_factor")
+
+
+def _data(campaign: Campaign) -> dict[str, Sequence[Cell]]:
+    """Return the columns of a campaign beside those of its wear."""
+    return {name: values for name, values in campaign.columns.items() if name not in _OF_WEAR}
 
 
 def _columns(campaign: Campaign) -> tuple[Column, ...]:
     return (
         Column("record", "record"),
-        *(Column(name, name, brief=name in ("specimen", "stage")) for name in campaign.columns),
-        *((Column("run", "run"),) if campaign.runs is not None else ()),
+        *(
+            Column(name, name, brief=name in ("specimen", "stage", "run"))
+            for name in _data(campaign)
+        ),
         Column("cycles", "cycles"),
         Column("regime", "regime"),
         Column("probability", "probability", "", 3, brief=False),
@@ -55,8 +64,7 @@ def campaign_rows(campaign: Campaign) -> list[tuple[Any, ...]]:
         rows.append(
             (
                 shorten(measured.name, 40),
-                *(text_of(values[i]) for values in campaign.columns.values()),
-                *((campaign.runs[i],) if campaign.runs is not None else ()),
+                *(text_of(values[i]) for values in _data(campaign).values()),
                 len(measured),
                 measured.regime,
                 measured.probability.get(measured.regime),
@@ -70,11 +78,8 @@ def campaign_rows(campaign: Campaign) -> list[tuple[Any, ...]]:
 def csv_of(campaign: Campaign) -> str:
     """Return campaign.csv as text: a row per record, with wear and ends of confidence intervals."""
     heads = [c.key if c.unit is None else f"{c.key} [{c.unit or '-'}]" for c in _columns(campaign)]
-    extra = {
-        "first_cycle [-]": campaign.first_cycles,
-        "worn_volume [m^3]": campaign.worn_volumes,
-    }
-    stated = {head: values for head, values in extra.items() if values is not None}
+    columns = campaign.columns
+    stated = {head: columns[name] for name, head in _OF_WEAR.items() if name in columns}
     heads += ["frequency [Hz]", *stated]
     heads += [f"{name} {end} [{UNITS[name]}]" for name in _COLUMNS_SHOWN for end in ("low", "high")]
     behind = [

@@ -224,7 +224,7 @@ class Elements:
         return np.asarray((3 * scalar[:, None] + np.arange(3)).ravel())
 
     def rows(self, points: Points, weights: Floats, groups: Indices, count: int) -> Any:
-        """Return a sparse matrix (3 count, size) of weighted displacement sums over each group."""
+        """Return the matrix (3 count, size) of weighted displacement sums over groups of points."""
         from scipy import sparse
 
         functions = points.values.shape[1]

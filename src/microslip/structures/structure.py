@@ -260,7 +260,7 @@ class Structure:
 
     @cached_property
     def verdicts(self) -> tuple[Verdict, ...]:
-        """Verdicts on a first frequency that suggests wrong units, and on joints in rigid motion.
+        """Verdicts on the first frequency, as a check of units, and on joints in rigid motion.
 
         Rigid-body motion of the structure must not deform its joints.
         """
@@ -384,7 +384,7 @@ GROUNDED = Rule(
 
 
 def judge(mass: Any, stiffness: Any, attachments: tuple[Attachment, ...]) -> tuple[Verdict, ...]:
-    """Return the verdicts on the first frequency without joints, and on rigid-body motion."""
+    """Return verdicts on the first frequency and on joints that rigid-body motion deforms."""
     count = None if mass.shape[0] <= LARGEST_DENSE else _MOST_RIGID + 1
     squares, shapes = linear_modes(stiffness, mass, count)
     rigid = rigid_count(squares, stiffness, mass)

@@ -135,10 +135,10 @@ def direct(
 
 
 def far_series(panels: Panels) -> dict[int, Floats]:
-    """Return series for the moments of all heights above the next panel, by twice the order.
+    """Return Chebyshev series for the moments of distant heights, by twice the order.
 
-    A row holds the Chebyshev coefficients of the moment as a function of the threshold in a panel;
-    the heights in that panel and in the next higher one are not included. Shape (panels, terms).
+    Each has the shape (panels, terms): a row holds the coefficients of the moment as a function of
+    the threshold in a panel. Heights in that panel and in the next higher one are left out.
     """
     knots = panels[0]
     half = 0.5 * np.diff(knots)

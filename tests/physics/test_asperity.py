@@ -187,6 +187,9 @@ def test_alike_bodies() -> None:
 @all_asperities
 def test_it_is_the_interface_of_a_sphere(asperity: ms.Asperity) -> None:
     surface = ms.SphereOnFlat(asperity.pair, asperity.radius)
+    assert asperity.surface == surface
+    pressed = ms.Asperity(asperity.pair, asperity.radius, 0.3, indentation=asperity.indentation)
+    assert pressed.normal_load == pytest.approx(asperity.normal_load, rel=1e-15, abs=0)
     joint = ms.Interface(surface, asperity.friction_coefficient, asperity.normal_load)
     alone = ms.AsperityPopulation(asperity.pair, [0.0], asperity.radius)
     other = ms.Interface(alone, asperity.friction_coefficient, asperity.normal_load)

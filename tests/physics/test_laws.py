@@ -18,6 +18,7 @@ import microslip as ms
 ROUNDING = 4e-15
 NEXT_TO_CORNERS = 2e-13
 
+RIGID = ms.Coulomb(force_limit=100.0)
 CASES = json.loads((REFERENCE / "laws.json").read_text(encoding="utf-8"))["cases"]
 
 
@@ -207,3 +208,30 @@ def test_stiff_cells_become_coulomb():
         a = 1e-6
         missing = 1 - law.dissipated_energy(a) / coulomb.dissipated_energy(a)
         assert missing == pytest.approx(100.0 / stiffness / a, rel=1e-6, abs=1e-16)
+
+
+# -- Coulomb: rigid --------------------------------------------------------------------------------
+
+
+def test_coulomb_backbone() -> None:
+    np.testing.assert_array_equal(
+        RIGID.backbone([0.0, -0.0, 1e-300, -1e-12, 5.0]), [0.0, -0.0, 100.0, -100.0, 100.0]
+    )
+    np.testing.assert_array_equal(RIGID.backbone_stiffness([0.0, 1e-12]), [math.inf, 0.0])
+    assert RIGID.tangential_stiffness == math.inf
+    np.testing.assert_array_equal(RIGID.secant_stiffness([0.0, 1e-6]), [math.inf, 1e8])
+
+
+def test_coulomb_in_a_solver() -> None:
+    state = RIGID.start()
+    assert state.try_(0.0) == (0.0, math.inf)
+    assert state.try_(1e-9) == (100.0, 0.0)
+    state.commit()
+    assert state.try_(1e-9) == (100.0, 0.0)
+    assert state.try_(0.5e-9) == (-100.0, 0.0)
+    state.commit()
+    assert (state.force, state.displacement, state.open_reversals) == (-100.0, 0.5e-9, 1)
+    assert state.advance([0.6e-9, 0.6e-9, 2e-9]).tolist() == [100.0] * 3
+    response = RIGID.periodic([0.0, 1e-6, 0.0, -1e-6])
+    assert response.force.tolist() == [100.0, 100.0, -100.0, -100.0]
+    assert response.stiffness.tolist() == [0.0] * 4

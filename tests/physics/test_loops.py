@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from cases import is_elastic, is_polygon, law_params, reach_of
@@ -160,3 +162,18 @@ def test_pairs_of_samples_are_counted_once():
     shifted = ms.Loop(loop.displacement + 1e-6, loop.force + 100.0)
     for name in ("dissipated_energy", "sliding_ratio", "loss_factor"):
         assert getattr(shifted, name) == pytest.approx(getattr(loop, name), rel=1e-9, abs=0)
+
+
+@pytest.mark.parametrize("lag", [1e-3, 0.3, 1.0, math.pi / 2])
+@pytest.mark.parametrize("start", [0.0, 1.0, 4.0])
+def test_a_viscous_loop(lag, start):
+    """An ellipse: area pi x t sin(lag), loss factor sin(lag)."""
+    phase = start + np.linspace(0.0, 2.0 * np.pi, 2001)
+    loop = ms.Loop(2e-6 * np.cos(phase), 3.0 * np.cos(phase + lag))
+    assert loop.dissipated_energy == pytest.approx(math.pi * 6e-6 * math.sin(lag), rel=1e-5, abs=0)
+    assert loop.loss_factor == pytest.approx(math.sin(lag), rel=1e-5, abs=0)
+    assert loop.damping_ratio == pytest.approx(0.5 * math.sin(lag), rel=1e-5, abs=0)
+    assert loop.energy_ratio == pytest.approx(math.pi / 4 * math.sin(lag), rel=1e-5, abs=0)
+    assert loop.secant_stiffness == pytest.approx(1.5e6, rel=1e-5, abs=0)
+    assert loop.sliding_ratio == pytest.approx(math.sin(lag), rel=1e-4, abs=0)
+    assert loop.closure_error < 1e-14

@@ -233,19 +233,23 @@ def test_a_study_by_size_and_torque() -> None:
     assert (band.low, band.high) == pytest.approx((20.0 * 2 / 3, 20.0 * 4 / 3))
 
 
-# s of ISO 4014 and ISO 4032, k of ISO 4014, greatest m of ISO 4032, d2 and h of ISO 7089 [mm].
+# s of ISO 4014 and ISO 4032, k of ISO 4014, greatest m of ISO 4032, d2 and h of ISO 7089 and medium
+# holes of ISO 273 [mm], as the open library BOLTS lists them
+# (github.com/boltsparts/BOLTS_archive, data/hex.blt, nut.blt and washer.blt).
 STANDARD = {
-    "M5": (8, 3.5, 4.7, 10, 1), "M6": (10, 4, 5.2, 12, 1.6), "M8": (13, 5.3, 6.8, 16, 1.6),
-    "M10": (16, 6.4, 8.4, 20, 2), "M12": (18, 7.5, 10.8, 24, 2.5), "M14": (21, 8.8, 12.8, 28, 2.5),
-    "M16": (24, 10, 14.8, 30, 3), "M20": (30, 12.5, 18, 37, 3),
+    "M5": (8, 3.5, 4.7, 10, 1, 5.5), "M6": (10, 4, 5.2, 12, 1.6, 6.6),
+    "M8": (13, 5.3, 6.8, 16, 1.6, 9), "M10": (16, 6.4, 8.4, 20, 2, 11),
+    "M12": (18, 7.5, 10.8, 24, 2.5, 13.5), "M14": (21, 8.8, 12.8, 28, 2.5, 15.5),
+    "M16": (24, 10, 14.8, 30, 3, 17.5), "M20": (30, 12.5, 18, 37, 3, 22),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("size", STANDARD)
 def test_heads_nuts_and_washers_are_those_of_the_standards(size: str) -> None:
-    flats, head, nut, washer, thickness = (1e-3 * value for value in STANDARD[size])
+    flats, head, nut, washer, thickness, hole = (1e-3 * value for value in STANDARD[size])
     bolts = ms.Bolts([0.0], size=size, tension=1e3)
-    assert (bolts.head, bolts.washer, bolts.washer_thickness) == (flats, washer, thickness)
+    found = bolts.head, bolts.washer, bolts.washer_thickness, bolts.hole
+    assert found == pytest.approx((flats, washer, thickness, hole), rel=1e-12)
     assert bolts.pressed == pytest.approx(min(flats + 1.6 * thickness, washer))
     hexagons = np.sqrt(0.75) * flats**2 * (head + nut)
     # The hole of the nut is left out: half of the shank's section over both heights.

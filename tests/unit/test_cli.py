@@ -16,6 +16,7 @@ import pytest
 from command import STUDY, fails, names, process, run
 
 from microslip.cli import main
+from microslip.contact.materials import metals
 
 
 @pytest.fixture(autouse=True)
@@ -246,3 +247,16 @@ def test_many_loads_and_amplitudes_are_thinned_out() -> None:
     assert len(re.findall(r"(?m)^ ?\d+ kN .* nm .* [nµ]J ", text)) == 40
     for load, amplitude in (("1 kN", "10 nm"), ("1 kN", "39 nm"), ("40 kN", "39 nm")):
         assert re.search(rf"(?m)^ ?{load} +{amplitude} ", text)
+
+
+def test_materials_in_json() -> None:
+    every = json.loads(run("materials", "--json").stdout)
+    assert list(every) == list(metals())
+    for name, metal in metals().items():
+        entry = every[name]
+        for key in ("description", "young_modulus", "poisson_ratio", "hardness"):
+            assert entry[key] == getattr(metal, key)
+        assert entry["sources"] == dict(metal.sources)
+    assert json.loads(run("materials", "steel", "--json").stdout) == {"steel": every["steel"]}
+    assert [*json.loads(run("materials", "S355", "--json").stdout)] == ["steel-s355"]
+    assert fails("materials", "al2071").endswith("did you mean 'al2017'?")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 from collections.abc import Callable
 from typing import Any
@@ -51,15 +50,38 @@ def test_load_too_heavy_for_a_table() -> None:
     ids=["Gaussian", "exponential", "tailed", "parabola", "population", "given", "sphere"],
 )  # fmt: skip
 @pytest.mark.parametrize(
-    "load", [1e-6, 1e-10, 1e-20, 1e-39, 1e-100, 1e-300, 5e-324, 1e6, 1e20, 1e39, 1e100, 1e308]
+    "load", [1e-3, 1e-6, 1e-15, 1e-39, 1e-100, 1e-300, 5e-324, 1e6, 1e20, 1e39, 1e100, 1e308]
 )
 def test_light_and_heavy_loads_are_carried_or_refused(law: ms.NormalLaw, load: float) -> None:
-    """Never another load than the one that was asked for."""
-    with contextlib.suppress(ms.InputError):
-        d = law.separation(load)
-        assert law.load(d) == pytest.approx(load, rel=1e-9, abs=0)
+    """The joint carries the load that was given, and its backbone is made of that load."""
+    refused = ""
+    try:
+        joint = ms.Interface(law, 0.55, load)
+    except ms.InputError as error:
+        refused = str(error)
+    if refused:
+        assert "load must be " in refused
         return
-    assert refusal(law.separation, load).startswith("load must be ")
+    assert law.load(joint.separation) == pytest.approx(load, rel=1e-9, abs=0)
+    if load <= 1e-3:
+        slip = 30.0 * joint.slip_per_indentation * 1e-6
+        assert joint.backbone(slip) == pytest.approx(joint.force_limit, rel=1e-9, abs=0)
+        assert joint.loop(slip).force_amplitude == pytest.approx(joint.force_limit, rel=1e-9, abs=0)
+        assert joint.tangential_stiffness > 0.0
+
+
+def test_values_at_rest() -> None:
+    for joint in ms.Interface.examples():
+        for name in ("dissipated_energy", "energy_ratio", "loss_factor", "damping_ratio"):
+            value = getattr(joint, name)(0.0)
+            assert value == 0.0
+            assert math.copysign(1.0, getattr(joint, name)(-0.0)) == 1.0, name
+        assert joint.secant_stiffness(0.0) == pytest.approx(
+            joint.tangential_stiffness, rel=1e-12, abs=0
+        )
+        assert joint.force(0.0) == joint.displacement(0.0) == 0.0
+        # Cubic microslip, but for a table of straight runs, which sticks.
+        assert joint.dissipation_exponent(0.0) == 3.0
 
 
 # -- what is refused when a law is made ------------------------------------------------------------
@@ -101,3 +123,7 @@ def test_summits_are_pressed_by_their_radius_at_most(law) -> None:
         with pytest.raises(ms.InputError, match="radius") as caught:
             refused()
         assert caught.value.argument in ("separation", "load")
+
+
+def test_examples_of_interfaces_reach_every_surface() -> None:
+    assert {type(joint.surface) for joint in ms.Interface.examples()} == set(NORMAL_LAWS)

@@ -30,10 +30,10 @@ class Campaign(Locked):
     measurements : sequence of Measurement
         Evaluated records, at least one.
     columns : mapping of str to sequence, optional
-        Data of each record, as in a manifest, such as "stage". "specimen", or "run" (test run, rig
-        or laboratory) without it, tells the contacts apart; "worn_volume" [m^3] is that after the
-        record; "first_cycle" [-] is the number of its first cycle in the life of the specimen. None
-        where a value is unknown.
+        Data of each record, as in a manifest, such as "stage"; None where a value is unknown.
+        Records with equal "specimen" (without it, equal "run": test run, rig or laboratory) are of
+        one contact. "worn_volume" [m^3] is the volume after the record, "first_cycle" [-] the
+        number of its first cycle in the life of the specimen.
     """
 
     measurements: Sequence[Measurement]

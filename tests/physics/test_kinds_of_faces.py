@@ -28,10 +28,11 @@ def test_twenty_kinds_of_machined_faces() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("pressure", PRESSURES)
 @pytest.mark.parametrize("name", KEPT)
-def test_joints_of_kept_scans(name: str) -> None:
+def test_joints_of_kept_scans(name: str, pressure: float) -> None:
     if not (SCANS / name).exists():
         pytest.skip("the folder of shared scans is not beside the repository")
-    row = compared_scan(name, 8e7)
+    row = compared_scan(name, pressure)
     assert row.ratios[0] == pytest.approx(1.0, abs=0.05)
     assert row.ratios[_THIRD] == pytest.approx(1.0, abs=0.25)

@@ -53,7 +53,10 @@ def _by_rows(law: NormalLaw, points: int, rows: int) -> bool:
 
 
 def pairs_of(law: NormalLaw) -> Callable[[NormalLaw, Kind, Floats, Floats], Floats] | None:
-    """Return f(law, kind, d, u), like :func:`sum_over_pairs`; None if law needs one d per call."""
+    """Return the fastest function for :func:`sum_over_pairs`, called as f(law, kind, d, u).
+
+    None if the law computes the increments u of only one separation d per call.
+    """
     if law._spline is not None:
         return _spline_pairs
     general = all(

@@ -298,7 +298,10 @@ class MeasuredContact(FaceLaw):
 
     @property
     def first_loading(self) -> FirstLoading:
-        """First-loading curve up to tightening; slopes by differences of the solved loads."""
+        """Mean pressure, separation and stiffness of first loading, up to the tightening pressure.
+
+        The stiffness is a finite difference between the solved loads.
+        """
         pressure, separation = self.solution.loading
         p = pressure * self.pair.composite_modulus
         d = separation * self.numbers.pixel[0]

@@ -98,7 +98,12 @@ class Contacts:
         self._inside = inside
 
     def sum(self, kind: Kind, v: Floats) -> Floats:
-        """Return the sum that ``kind`` defines, for increments ``v`` >= 0 [m], one-dimensional."""
+        """Return the sum over the contacts after the separation has increased by ``v`` >= 0 [m].
+
+        ``kind`` selects the quantity: the drop of the load, the stiffness, or the energy and its
+        derivative (:data:`DROP`, :data:`FALL`, :data:`EXCESS`, :data:`EXCESS_SLOPE`). ``v`` and the
+        result are one-dimensional.
+        """
         result = np.empty(v.size)
         if not self._panels:
             everyone = np.arange(self._s.size)

@@ -112,7 +112,11 @@ class Basis:
         return force[:, columns], jacobian[:, columns][:, :, columns]
 
     def dense(self, rows: Floats) -> tuple[Floats, list[int]]:
-        """Insert zeros for harmonics that the basis lacks; also return the columns of ``rows``."""
+        """Return coefficients of all harmonics up to the highest one, and their column indices.
+
+        The coefficients are ``rows`` (joints, size), with zeros for harmonics that the basis lacks.
+        The indices are those of the columns of ``rows`` in the result.
+        """
         if self.is_dense:
             return np.array(rows, dtype=float, order="C"), self.columns
         dense = np.zeros((len(rows), 2 * self.orders[-1] + 1))

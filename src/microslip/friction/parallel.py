@@ -107,7 +107,11 @@ class Parallel(Locked, BackboneLaw):
         return tuple(part for law in laws for part in law._harmonic_parts)
 
     def sliders(self) -> Sliders:
-        """Return the sliders of all laws together, discrete [m, N/m] and continuous [N/m^2]."""
+        """Return the sliders of all laws together.
+
+        The discrete ones have yield displacements [m] and stiffnesses [N/m], the others a
+        density [N/m^2] over the yield displacement.
+        """
         parts = [law.sliders() for law in self.laws]
         places = np.concatenate([part.yield_displacements for part in parts])
         stiffnesses = np.concatenate([part.stiffnesses for part in parts])

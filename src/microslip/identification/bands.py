@@ -100,9 +100,10 @@ class Bands:
 
     @cached_property
     def _probes(self) -> Floats:
-        """Four typical functionals, scaled (4, coefficients), for calibration of the quantile.
+        """Coefficients of four functionals that calibrate the quantile, shape (4, coefficients).
 
-        Force and energy at the largest amplitude, energy at half the smallest one, stiffness.
+        They are the force and energy at the largest amplitude, the energy at half the smallest
+        amplitude, and the stiffness. Each coefficient is divided by ``fit.scale``.
         """
         fit = self.fit
         y, size = fit.thresholds(), fit.g.size

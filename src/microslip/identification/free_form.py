@@ -1,4 +1,4 @@
-"""Friction law of free form: a density of sliders, by a convex fit to folded cycles."""
+"""Friction law of free form: a density of sliders, by a convex fit to mean cycles of records."""
 
 from __future__ import annotations
 
@@ -65,8 +65,8 @@ class FreeForm:
     def __post_init__(self) -> None:
         self.largest = max(rows.amplitude for rows in self.rows)
         self.smallest = min(rows.amplitude for rows in self.rows)
-        told = np.median([rows.displacement_error for rows in self.rows])
-        finest = min(max(2.0 * float(told), self.smallest / _FINEST), 0.2 * self.smallest)
+        error = np.median([rows.displacement_error for rows in self.rows])
+        finest = min(max(2.0 * float(error), self.smallest / _FINEST), 0.2 * self.smallest)
         self.finest = finest
         grid = np.geomspace(finest, self.largest, THRESHOLDS)
         self.y = np.append(grid, NEVER * self.largest)
@@ -352,7 +352,11 @@ class FreeForm:
         return change
 
     def _correct(self) -> None:
-        """Repeat the fit by Newton's method, with the effect of the stiffnesses on the shift."""
+        """Improve the fit by a Newton step that includes the derivatives of the shifts s.
+
+        The shifts [m] of the thresholds depend on the fitted stiffnesses, since B(-s) = mu
+        (N_reference - N) with the backbone B.
+        """
         self.is_exact = True
         for _ in range(_CORRECTIONS):
             self._assemble()

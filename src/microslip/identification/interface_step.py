@@ -369,7 +369,11 @@ def _summits(
 
 
 def pair_of(name: str, datum: Any) -> tuple[float, float]:
-    """Return a datum as (value, standard deviation); raise InputError for any other type."""
+    """Return a datum as (value, standard deviation).
+
+    A datum is such a pair, or a number with its error as accepted by :func:`as_pair`. InputError
+    is raised for anything else.
+    """
     try:
         value, error = (float(part) for part in as_pair(datum))
     except (TypeError, ValueError):
@@ -392,9 +396,11 @@ def _data(
     loads: list[float],
     contact_area: Any,
 ) -> tuple[list[Datum], tuple[str, float, float, float] | None]:
-    """Return measured values to be fitted, and the value that separates radius from density.
+    """Return the measured values to be fitted, and one that is not fitted.
 
-    The latter is (quantity, value, uncertainty, load [N]), or None if none was measured.
+    Loops determine only the density of the summits times the root of their radius. The second
+    result is the measured value from which both follow: (quantity, value, uncertainty, load [N]),
+    or None.
     """
     measured = None
     top = max(loads)

@@ -43,7 +43,7 @@ class Rows:
 
     @cached_property
     def noise(self) -> float:
-        """Standard deviation of force samples [N], not below the error due to threshold spacing."""
+        """Standard deviation of force samples [N], at least the error of discrete thresholds."""
         floor = _FLOOR * 0.5 * float(np.ptp(self.folded.force))
         return max(self.folded.force_noise, floor * math.sqrt(float(self.folded.count.mean())))
 

@@ -227,13 +227,15 @@ def branch_compliance(
     span: Floats,
     compliance: float,
 ) -> BranchCompliance:
-    """Fit the first part of each branch, between a reversal and sample ``end``.
+    """Return the chord compliance [m/N] of each branch after its reversal, by a fit.
 
-    Signs are such that the force increases. Noise of the force in the abscissa of the fit, or in
-    the choice of samples, would bias the stiffness upwards. So the window ends at the sample where
-    the mean branch reaches a fraction of its force range ``span`` [N], and each branch is replaced
-    by its least-squares fit by the mean branch and a parabola in time. Then the deflection of the
-    rig with the given ``compliance`` [m/N] is subtracted.
+    The displacement ``x`` [m] is fitted as a function of ``force`` [N] over the first part of the
+    branch from the reversal ``start`` to the sample number ``end``. Signs are such that the force
+    increases. Noise of the force in the abscissa of the fit, or in the choice of samples, would
+    bias the stiffness upwards. So the window ends at the sample where the mean branch reaches a
+    fraction of its force range ``span`` [N], and each branch is replaced by its least-squares fit
+    by the mean branch and a parabola in time. Then the deflection of the rig with the given
+    ``compliance`` [m/N] is subtracted.
     """
     nothing = np.full(span.size, np.nan)
     begin = np.ceil(start.place + 0.25).astype(np.int64)

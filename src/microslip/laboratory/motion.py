@@ -88,7 +88,8 @@ def later(
 def phase_derivative(coefficients: Floats, harmonics: NDArray[np.int64]) -> Floats:
     """Return the coefficients of the derivative of a motion with respect to the phase.
 
-    Of c K' + d K'' at each corner (see :class:`Motion`), the impulse d K'' is left out.
+    A corner contributes c K' + d K'', with the kernel K and the coefficients c and d of
+    :class:`Motion`. The impulse d K'' is left out.
     """
     n, end = harmonics.astype(float), 1 + 2 * harmonics.size
     moved = np.zeros_like(coefficients)

@@ -77,7 +77,10 @@ class Drawing:
 
     @property
     def stretches(self) -> tuple[Stretch, ...]:
-        """Parts of the beam and the ground, alternately on the lower and the upper side."""
+        """Parts of the beam and the ground from left to right, alternately lower and upper ones.
+
+        Neighbours overlap at a lap, where the lower part is below the contact face.
+        """
         laps = self.laps
         # The ground lies below, where it can.
         first = 1 if self.ground == ("right",) and len(laps) % 2 else 0

@@ -242,7 +242,7 @@ class Followed(NamedTuple):
 
 
 def follow(drive: Drive, targets: Floats) -> Followed:
-    """Return points along the path from the first to the last frequency [Hz]."""
+    """Follow periodic motions from the first to the last of the frequencies ``targets`` [Hz]."""
     path, marks, iterations, stopped = _follow(drive, 2.0 * math.pi * targets)
     message = f"solved at {len(path)} points in {iterations} iterations"
     if stopped:

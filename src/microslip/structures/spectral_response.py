@@ -201,9 +201,11 @@ class LinearStructure:
 def linear_structure(
     base: BaseMotion, spectrum: Spectrum, directions: Floats, carried: Floats
 ) -> LinearStructure:
-    """Return the structure with sticking joints on a moving base.
+    """Return the modal equations of the structure on a moving base, with sticking joints.
 
-    InputError is raised if the base has several inputs or if there is no stationary response.
+    ``directions`` (modes, coordinates) are the joint motions of each mode, and ``carried``
+    (coordinates,) those for a unit displacement of the base. InputError is raised if the base has
+    several inputs or if there is no stationary response.
     """
     if base.carried.shape[1] != 1:
         raise InputError(

@@ -160,7 +160,7 @@ class MeasuredFace(SurfaceTable):
 
     @cached_property
     def face(self) -> Any:
-        """Scan after all filters, in the state in which it is solved."""
+        """Scan after all filters, as it is passed to the contact solver."""
         scan = self.conditioned
         if self._removes_form:
             scan = scan.condition(long_cutoff=self._patch)

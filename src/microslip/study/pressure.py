@@ -262,7 +262,7 @@ class TablePressure(PressurePart):
     count: int = key(_COUNT, "Number of identical, separate contacts.", default=1)
 
     def spread(self, rings: int = RINGS) -> Pressure:
-        """Return the distribution with the radii and pressures of the table."""
+        """Return the distribution of the table; ``rings`` is not used, radii are those given."""
         return Pressure.table(self.distance, self.pressure, count=self.count)
 
 

@@ -244,7 +244,7 @@ class StudyTables(Part):
 
     @classmethod
     def prepare(cls, raw: dict[str, Any], place: Place) -> dict[str, Any]:
-        """Insert metals of the table of metals, and resolve multiples of other numbers."""
+        """Complete materials from the table of metals, and replace ``{ of, factor }`` by values."""
         return with_linked_values(with_metals(raw, place.reading))
 
 

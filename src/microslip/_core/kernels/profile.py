@@ -149,7 +149,7 @@ class Profile(Locked):
 
     @cached_property
     def arguments(self) -> tuple[Any, ...]:
-        """Coefficients and positions of the panels, in the order in which the kernels take them."""
+        """Arguments of the kernels: coefficients and positions of the polynomial pieces."""
         return self.coefficients, self.anchor, self.inverse_width, self.first
 
     @cached_property

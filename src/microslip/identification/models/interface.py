@@ -89,7 +89,8 @@ class InterfaceModel:
         M is the total number of summits. The result has the shape (height intervals,
         displacements); the intervals are the same for all ``loads``. The number of summits in each
         interval of heights z scatters by Poisson's distribution. If it exceeds its mean by c M, h
-        rises to keep the load N, and the force of first loading changes by
+        rises to keep the load N, and the force of first loading changes as follows, with the
+        separation h at the load N, and n and x as defined in the class:
 
         -mu N/n(h) c [(z - h - x)^(3/2) - (z - h)^(3/2) n'(h + x)/n'(h)].
         """

@@ -185,7 +185,10 @@ def _units(part: Any, path: str = "") -> Iterator[tuple[str, str]]:
 
 
 def _walk(source: Any, values: Any, path: str = "") -> Iterator[tuple[str, Any, Any]]:
-    """Yield key, text and value of the entries with numbers, or with a file of numbers."""
+    """Yield the keys of a study that hold numbers or a file of numbers.
+
+    Each one comes as (key, entry as written in the file, value as read).
+    """
     for key, written in source.items():
         here, value = f"{path}{key}", values.get(key)
         if isinstance(written, dict) and "file" in written and path != "structure.":

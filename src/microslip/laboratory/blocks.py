@@ -214,17 +214,9 @@ def _with_smaller(x: Floats, force: Floats, block: Block, motion: Motion, kind: 
 
 
 def _cycles_between(block: Block, begin: int, end: int) -> Block:
-    cycles = block.cycles
-    origin = cycles.cuts[begin]
-    return Block(
-        block.first + int(origin),
-        block.first + int(cycles.cuts[end]) + 1,
-        cycles._replace(
-            cuts=cycles.cuts[begin : end + 1] - origin,
-            peaks=cycles.peaks[begin:end] - origin,
-            troughs=cycles.troughs[begin:end] - origin,
-        ),
-    )
+    first, last = (int(block.cycles.cuts[i]) for i in (begin, end))
+    cycles = block.cycles.selected(begin, end, first)
+    return Block(block.first + first, block.first + last + 1, cycles)
 
 
 def _gap_note(time: Floats, gaps: NDArray[np.intp], empty: int) -> str:

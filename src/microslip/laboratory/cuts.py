@@ -46,6 +46,14 @@ class Cuts(NamedTuple):
     noise: float
     """Standard error of half the range of a cycle due to noise [m]."""
 
+    def selected(self, begin: int, end: int, origin: int = 0) -> Cuts:
+        """Return the cycles ``begin`` to ``end`` (exclusive), with places counted from a sample."""
+        return self._replace(
+            cuts=self.cuts[begin : end + 1] - origin,
+            peaks=self.peaks[begin:end] - origin,
+            troughs=self.troughs[begin:end] - origin,
+        )
+
 
 def runs_of(mask: NDArray[Any]) -> NDArray[np.intp]:
     """Return first index and end (exclusive) of each run of true values (runs, 2)."""

@@ -10,7 +10,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,51 +70,6 @@ _IRREGULAR, _FEWEST_PAIRS = 0.12, 5
 not cyclic, and fewest cycles for that decision."""
 _STEP_ERROR = 12.0**-0.5
 """Standard deviation of a rounding error over the step."""
-
-
-class Plateau(NamedTuple):
-    """Plateau of a channel at its maximum or minimum, which it does not approach gradually."""
-
-    channel: str
-    extreme: float
-    share: float
-    """Fraction of all samples that are exactly at the extreme [-]."""
-    is_noisy: bool
-    """Whether the channel has noise where it moves, so that only a clipped sensor has none."""
-
-    def note(self) -> str:
-        """Describe the plateau and its likely cause in a sentence for the user."""
-        words = f"{self.share:.1%} of the {self.channel} is exactly {self.extreme:g}: "
-        if self.is_noisy:
-            return f"{words}a clipped sensor, since the channel has noise elsewhere"
-        return (
-            f"{words}{UNDECIDED} (friction of a channel without noise, or a sensor at its "
-            "limit); a record of a smaller amplitude would identify the cause"
-        )
-
-
-class Delay(NamedTuple):
-    """Delay of the force relative to the displacement, positive if the force is late."""
-
-    samples: float
-    seconds: float | None
-    """Delay [s]; None for a record without a time."""
-    share: float
-    """Approximate relative error of the energy per cycle [-]."""
-
-    def note(self) -> str:
-        """Describe size, effect and removal of the delay in a sentence for the user."""
-        size = f"{significant(abs(self.samples), 2)} samples"
-        remedy = "`sample_rate` converts it to a time"
-        if self.seconds is not None:
-            size = engineering(abs(self.seconds), "s")
-            remedy = f"`delay={self.seconds:.3g}` removes it"
-        way = "behind" if self.samples > 0.0 else "ahead of"
-        return (
-            f"the force seems {size} {way} the displacement, by a delay or a filter of its "
-            f"channel, which changes the energy by about {significant(100.0 * self.share, 2)} %; "
-            f"{remedy}"
-        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,7 +136,7 @@ class Cycles:
             *self._left_out(),
             *counting.notes,
             *excess_loss_notes(self.columns["loss_factor"]),
-            *(plateau.note() for plateau in self.plateaus),
+            *self.plateaus,
             *self.coarse_steps,
             *self._load_notes(counting.selection),
             *self._drifts(counting.selection),
@@ -210,13 +164,15 @@ class Cycles:
         return notes
 
     @cached_property
-    def plateaus(self) -> tuple[Plateau, ...]:
-        """Plateaus of displacement and force at their smallest and largest values."""
-        found = []
-        for name in ("displacement", "force"):
-            values: Floats = getattr(self.record, name)
-            found += [_plateau_at(name, values, end) for end in (values.min(), values.max())]
-        return tuple(plateau for plateau in found if plateau is not None)
+    def plateaus(self) -> list[str]:
+        """Notes on extremes of displacement and force at which a sensor may be clipped."""
+        channels = {name: getattr(self.record, name) for name in ("displacement", "force")}
+        return [
+            note
+            for name, values in channels.items()
+            for extreme in (values.min(), values.max())
+            if (note := _plateau_note(name, values, extreme))
+        ]
 
     @cached_property
     def steps(self) -> dict[str, float]:
@@ -260,10 +216,10 @@ class Cycles:
         ]
 
     @cached_property
-    def delay(self) -> Delay | None:
-        """Delay of the force if it changes the energy by over 2 %; None otherwise.
+    def delay(self) -> str:
+        """Note on a delay of the force that changes the energy by over 2 %; empty otherwise.
 
-        None also for a clipped force, since cut-off reversals look like a delay.
+        Empty also for a clipped force, since cut-off reversals look like a delay.
         """
         block, record = self.largest_block, self.record
         x, force = record.displacement[block.samples], record.force[block.samples]
@@ -272,23 +228,32 @@ class Cycles:
             for name in ("dissipated_energy", "amplitude", "force_amplitude")
         )
         if self.steps.get("force", 0.0) > _COARSE * size or self.plateaus:
-            return None
+            return ""
         # A small lag angle of an elastic force changes the energy by pi T x times that angle.
         around = np.pi * amplitude * size
         per_sample = 2.0 * np.pi / block.cycles.period * np.sqrt(max(around**2 - energy**2, 0.0))
         if not per_sample > 0.0:
-            return None
+            return ""
         smallest = _LATE * max(energy, _LATE * around) / per_sample
         lag = lag_of(x, force, block.cycles, 0.999, _LOOKED_AT, smallest)
         if lag is None or abs(lag.value) < max(smallest, 0.5 * smallest + lag.half):
-            return None
+            return ""
         if lag.misfit_left >= _LEFT or not self._is_better(lag.value):
-            return None
-        time, share = record.time, abs(lag.value) * per_sample / energy
-        rate = record.sample_rate
-        if time is not None:
+            return ""
+        share, rate = abs(lag.value) * per_sample / energy, record.sample_rate
+        if (time := record.time) is not None:
             rate = (block.stop - block.first - 1) / float(time[block.stop - 1] - time[block.first])
-        return Delay(lag.value, None if rate is None else lag.value / rate, share)
+        size_text = f"{significant(abs(lag.value), 2)} samples"
+        remedy = "`sample_rate` converts it to a time"
+        if rate is not None:
+            size_text = engineering(abs(lag.value) / rate, "s")
+            remedy = f"`delay={lag.value / rate:.3g}` removes it"
+        way = "behind" if lag.value > 0.0 else "ahead of"
+        return (
+            f"the force seems {size_text} {way} the displacement, by a delay or a filter of its "
+            f"channel, which changes the energy by about {significant(100.0 * share, 2)} %; "
+            f"{remedy}"
+        )
 
     def shape(self, selection: NDArray[np.bool_], lag: float = 0.0) -> Shape | None:
         """Return the mean branch of the selected cycles, after removal of a lag [samples]."""
@@ -400,11 +365,15 @@ def check_direction(
     raise InputError(f"{words}: {cause}, or the two columns are swapped")
 
 
-def _plateau_at(channel: str, values: Floats, extreme: float) -> Plateau | None:
+def _plateau_note(channel: str, values: Floats, extreme: float) -> str:
+    """Return a note on a plateau of a channel at an extreme.
+
+    Empty without a plateau, and if the channel approaches it gradually, as friction does.
+    """
     at = np.flatnonzero(values == extreme)
     share = at.size / values.size
     if share <= _CLIPPED or at.size <= 8 or np.count_nonzero(np.diff(at) == 1) <= 0.5 * at.size:
-        return None
+        return ""
     if (step := step_of(values)) is not None:
         # A converter has many at each of its steps; of a sine twice as many at the last as at the
         # next. A channel that approaches a plateau by itself slows down before it.
@@ -413,12 +382,18 @@ def _plateau_at(channel: str, values: Floats, extreme: float) -> Plateau | None:
         inner = np.flatnonzero(beside[1:]) + 1
         is_neared = beside[1:4].mean() > _SLOWER * beside[8:].mean() > 0.0
         if is_neared or (inner.size and at.size < _STEPPED * beside[inner[0]]):
-            return None
+            return ""
     moving = np.delete(values, at)
     noise = noise_of(moving)
     # White noise is the same in every other sample; the course of a loop is rougher there.
     quiet = max(_QUIET * float(np.ptp(values)), _ROUGHER * noise_of(moving[::2]))
-    return Plateau(channel, float(extreme), share, step is None and noise >= quiet)
+    words = f"{share:.1%} of the {channel} is exactly {extreme:g}: "
+    if step is None and noise >= quiet:
+        return f"{words}a clipped sensor, since the channel has noise elsewhere"
+    return (
+        f"{words}{UNDECIDED} (friction of a channel without noise, or a sensor at its limit); a "
+        "record of a smaller amplitude would identify the cause"
+    )
 
 
 def step_of(values: Floats) -> float | None:

@@ -23,7 +23,6 @@ from microslip.laboratory.mean_cycle import (
     drift_of,
     errors_of_steps,
     places_of,
-    stretches,
 )
 from microslip.laboratory.motion import QUIET, basis, motion_of
 from microslip.laboratory.record import Record
@@ -190,12 +189,10 @@ def fold(record: Record, bins: int = _MOST_BINS) -> Folded:
     # Where a cycle has a whole number of samples they lie in the middle of the bins.
     width = 2.0 * math.pi / size
     edge = float(phase[0]) % width - 0.5 * width
-    cycle, column = np.empty((2, phase.size), dtype=np.int64)
-    for piece in stretches(phase.size):
-        wrapped = edge + np.mod(phase[piece] - edge, 2.0 * math.pi)
-        cycle[piece] = np.rint((phase[piece] - wrapped) / (2.0 * math.pi)).astype(np.int64)
-        column[piece] = np.clip(((wrapped - edge) / width).astype(np.int64), 0, size - 1)
-        phase[piece] = wrapped
+    wrapped = edge + np.mod(phase - edge, 2.0 * math.pi)
+    cycle = np.rint((phase - wrapped) / (2.0 * math.pi)).astype(np.int64)
+    column = np.clip(((wrapped - edge) / width).astype(np.int64), 0, size - 1)
+    phase = wrapped
     cycle -= cycle.min()
     number = np.cumsum(np.bincount(column, minlength=size) > 0) - 1
     size = int(number[-1]) + 1
@@ -224,8 +221,7 @@ def fold(record: Record, bins: int = _MOST_BINS) -> Folded:
     load = _mean_load(record, inside, place)
     load_terms = _load_terms(record, inside, curve)
     notes = [*judgement.notes(counting), *spike_notes]
-    if judgement.delay is not None:
-        notes.append(judgement.delay.note())
+    notes += [judgement.delay] if judgement.delay else []
     if counting.is_moving:
         notes.append("the law is the mean over drifting cycles and describes no single state")
     elif judgement.plateaus:

@@ -35,8 +35,7 @@ class MeanCycle:
     """Mean cycle of a channel as a smooth curve through phase bins.
 
     If all samples of a bin have the same phase, the curve is the mean of the bin with a slope from
-    the neighbouring bins, otherwise a cubic fitted to the bin and its neighbours. Samples are
-    processed in pieces to limit memory.
+    the neighbouring bins, otherwise a cubic fitted to the bin and its neighbours.
     """
 
     def __init__(self, phase: Floats, column: NDArray[np.int64], size: int, alike: bool) -> None:
@@ -45,30 +44,24 @@ class MeanCycle:
         self.middle = np.bincount(column, phase) / self.total
         self._alike = alike or size < 8
         self._unit = 1.0 if self._alike else 2.0 * math.pi / size
-        self._phase = phase
+        # Phases of samples relative to the mean phase of their bin [bin widths].
+        self._about: Floats = (phase - self.middle[column]) / self._unit
         squares = self._moments(np.ones(phase.size), 2)
         self.spread = self._unit * np.sqrt(squares[2] / self.total)
         self.freedom = float(phase.size - size)
         """Degrees of freedom of the residual."""
         if not self._alike:
             self._prepare()
-            self.freedom = sum(float(self._noise_share(at).sum()) for at in stretches(phase.size))
-
-    def _offsets(self, piece: slice) -> Floats:
-        """Return the phases of samples relative to the mean phase of their bin [bin widths]."""
-        away: Floats = self._phase[piece] - self.middle[self.column[piece]]
-        return away / self._unit
+            self.freedom = float(self._noise_share.sum())
 
     def _moments(
         self, values: NDArray[np.float64] | NDArray[np.int64], highest_power: int
     ) -> Floats:
-        moments = np.zeros((highest_power + 1, self.size))
-        for piece in stretches(values.size):
-            column, about, powers = self.column[piece], self._offsets(piece), values[piece]
-            for row in moments:
-                row += np.bincount(column, powers, minlength=self.size)
-                powers = powers * about
-        return moments
+        rows, powers = [], values
+        for _ in range(highest_power + 1):
+            rows.append(np.bincount(self.column, powers, minlength=self.size))
+            powers = powers * self._about
+        return np.array(rows)
 
     def _with_neighbours(self, moments: Floats) -> Floats:
         turn, number = 2.0 * math.pi, moments.shape[0]
@@ -82,12 +75,11 @@ class MeanCycle:
                     sums[k] += math.comb(k, j) * shift ** (k - j) * neighbour[j]
         return sums
 
-    def _curve(self, factors: Floats, piece: slice) -> Floats:
-        column, about = self.column[piece], self._offsets(piece)
-        curve: Floats = factors[-1][column]
+    def _curve(self, factors: Floats) -> Floats:
+        curve: Floats = factors[-1][self.column]
         for row in factors[-2::-1]:
-            curve *= about
-            curve += row[column]
+            curve *= self._about
+            curve += row[self.column]
         return curve
 
     def _prepare(self) -> None:
@@ -95,13 +87,11 @@ class MeanCycle:
         normal = np.stack([sums[i : i + 4].T for i in range(4)], axis=1)
         normal += 1e-9 * normal[:, :1, :1] * np.eye(4)  # too few samples for a cubic
         self._inverse = np.linalg.inv(normal)
-        self._levers = np.zeros((7, self.size))
+        levers = np.zeros((7, self.size))
         for i in range(4):
-            self._levers[i : i + 4] += self._inverse[:, i].T
-
-    def _noise_share(self, piece: slice) -> Floats:
-        """Return the variance of each sample's residual over that of the noise of a sample [-]."""
-        return 1.0 - self._curve(self._levers, piece)
+            levers[i : i + 4] += self._inverse[:, i].T
+        # Variance of each sample's residual over that of the noise of a sample [-].
+        self._noise_share = 1.0 - self._curve(levers)
 
     def of(self, values: NDArray[np.float64] | NDArray[np.int64]) -> Level:
         """Fit the mean cycle to the samples of a channel, in any unit."""
@@ -112,9 +102,7 @@ class MeanCycle:
         else:
             sums = self._with_neighbours(moments)
             factors = np.einsum("nij,jn->in", self._inverse, sums)
-        residual = values.astype(float)
-        for piece in stretches(values.size):
-            residual[piece] -= self._curve(factors, piece)
+        residual = values - self._curve(factors)
         if self._alike:
             return Level(mean, mean, residual)
         return Level(mean, mean - np.bincount(self.column, residual) / self.total, residual)
@@ -126,32 +114,16 @@ class MeanCycle:
         if self._alike:
             return total_noise
         # A cubic does not follow a kink: large residuals there are not noise.
-        far = _TAILS * 1.4826 * float(np.median(self._scaled(residual), overwrite_input=True))
-        near_freedom, square = -float(fitted_count), 0.0
-        for piece in stretches(residual.size):
-            share, piece_residual = self._noise_share(piece), residual[piece]
-            near = (share > _LEAST_SHARE) & (
-                np.abs(piece_residual) <= far * np.sqrt(np.maximum(share, _LEAST_SHARE))
-            )
-            near_freedom += float(share[near].sum())
-            square += float(np.sum(piece_residual[near] ** 2))
+        is_free = self._noise_share > _LEAST_SHARE
+        share, free = self._noise_share[is_free], residual[is_free]
+        scaled = np.abs(free) / np.sqrt(share)
+        far = _TAILS * 1.4826 * float(np.median(scaled))
+        near = scaled <= far
+        near_freedom = float(share[near].sum()) - fitted_count
         if near_freedom < 0.5 * freedom or far == 0.0:
             return total_noise
+        square = float(np.sum(free[near] ** 2))
         return min(total_noise, math.sqrt(square / near_freedom / _WITHIN))
-
-    def _scaled(self, residual: Floats) -> Floats:
-        """Return absolute residuals over the root of :meth:`_noise_share`.
-
-        Samples for which this share is too small are left out.
-        """
-        scaled, end = np.empty(residual.size), 0
-        for piece in stretches(residual.size):
-            share, piece_residual = self._noise_share(piece), residual[piece]
-            is_free = share > _LEAST_SHARE
-            new = np.abs(piece_residual[is_free]) / np.sqrt(share[is_free])
-            scaled[end : end + new.size] = new
-            end += new.size
-        return scaled[:end]
 
 
 def _slopes(middle: Floats, mean: Floats) -> Floats:
@@ -236,8 +208,7 @@ def turns_of(time: Floats, x: Floats, cycles: Cuts) -> tuple[Floats, float]:
         return (time - first) * rate, rate
     inner = slice(int(cuts[0]), int(cuts[-1]))
     mean = float(np.mean(x[inner]))
-    angles = np.angle(_fundamentals(time, x, mean, first, rate, cuts)) / (2.0 * math.pi)
-    angles = np.unwrap(angles, period=1.0)
+    angles = _angles(x[inner] - mean, (time[inner] - first) * rate, cuts)
     centres = np.arange(angles.size) + 0.5
     # Ends are cut to whole samples, so that the slope is that of a straight line through all.
     slope, offset = np.polyfit(centres, angles, 1) if angles.size > 2 else (0.0, angles.mean())
@@ -262,27 +233,16 @@ def _bent_turns(time: Floats, x: Floats, mean: float, cycles: Cuts) -> Floats:
     at = time[np.minimum(cuts, time.size - 1)]
     turn = CubicSpline(at, np.arange(float(cuts.size)))
     for _ in range(3):
-        wave = (x[inner] - mean) * np.exp(-2j * math.pi * turn(time[inner]))
-        sums = np.add.reduceat(wave, cuts[:-1] - cuts[0])
-        angles = np.unwrap(np.angle(sums) / (2.0 * math.pi), period=1.0)
+        angles = _angles(x[inner] - mean, turn(time[inner]), cuts)
         middle = 0.5 * (at[1:] + at[:-1])
         turn = CubicSpline(middle, turn(middle) + angles)
     return _from_first_cut(np.asarray(turn(time), dtype=np.float64), cycles)
 
 
-def _fundamentals(
-    time: Floats, x: Floats, mean: float, first: float, rate: float, cuts: NDArray[np.int64]
-) -> NDArray[np.complex128]:
-    harmonics = np.empty(cuts.size - 1, dtype=complex)
-    at = 0
-    while at < harmonics.size:
-        last = int(np.searchsorted(cuts, cuts[at] + _PIECE, side="right")) - 1
-        stop = min(max(last, at + 1), harmonics.size)
-        piece = slice(int(cuts[at]), int(cuts[stop]))
-        wave = (x[piece] - mean) * np.exp(-2j * math.pi * rate * (time[piece] - first))
-        harmonics[at:stop] = np.add.reduceat(wave, cuts[at:stop] - cuts[at])
-        at = stop
-    return harmonics
+def _angles(x: Floats, turn: Floats, cuts: NDArray[np.int64]) -> Floats:
+    """Return the phase of the fundamental of each cycle, less the phases ``turn`` [cycles]."""
+    sums = np.add.reduceat(x * np.exp(-2j * math.pi * turn), cuts[:-1] - cuts[0])
+    return np.unwrap(np.angle(sums) / (2.0 * math.pi), period=1.0)
 
 
 def _from_first_cut(turn: Floats, cycles: Cuts) -> Floats:

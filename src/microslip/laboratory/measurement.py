@@ -19,7 +19,6 @@ from microslip._core.units import engineering, significant
 from microslip._core.wording import plural
 from microslip.figures.plot import Plot
 from microslip.figures.plottable import Plottable
-from microslip.laboratory.blocks import Blocks
 from microslip.laboratory.conditioning import condition
 from microslip.laboratory.cuts import noise_of, one_loop
 from microslip.laboratory.cycle_columns import (
@@ -42,9 +41,9 @@ from microslip.laboratory.estimates import (
 from microslip.laboratory.loop_shape import parallel_spring, shape_notes, without_spring
 from microslip.laboratory.record import Record
 from microslip.laboratory.record_motion import (
-    distortion_of,
     load_ripple_of,
     mean_loop_of,
+    third_harmonic_of,
 )
 from microslip.laboratory.regimes import GROSS, REGIMES, STICK, regimes_of
 from microslip.laboratory.sampling_errors import sampling_errors
@@ -276,12 +275,10 @@ def measure(
     force range, ``friction_peak`` is the force amplitude over P, and ``friction_energy`` is
     E_d/(4 P delta_g).
 
-    With the amplitudes T_m of the force and delta of the displacement, A = E_d/(4 T_m delta) and
-    B = E_d/(4 T_m delta_g). The regime is "stick" up to the A at which the backbone of one sphere
-    is 1 % below its initial tangent (0.0034), and "gross slip" from the B at which a sphere reaches
-    its limit (0.7695). Settled cycles have the regime of their mean, with a probability from their
-    scatter. B and D = delta_g/delta are those of Fouvry, Kapsa and Vincent (1995,
-    DOI 10.1016/0043-1648(94)06582-9).
+    A, B and D are those of :class:`Measurement`. The regime is "stick" up to the A at which the
+    backbone of one sphere is 1 % below its initial tangent (0.0034), and "gross slip" from the B at
+    which a sphere reaches its limit (0.7695). Settled cycles have the regime of their mean, with a
+    probability from their scatter.
     """
     if not isinstance(record, Record):
         raise InputError(
@@ -292,7 +289,7 @@ def measure(
     gains = checked_gains(gain_errors)
     record = condition(record, delay=delay) if delay else record
     judged = cycles_of(_turned_to_its_peak(record))
-    record, blocks, columns = judged.record, judged.blocks, judged.columns
+    record, columns = judged.record, judged.columns
     x, force = record.displacement, record.force
     counting = judged.selected(cycles)
     energies = columns["dissipated_energy"][counting.selection]
@@ -307,7 +304,7 @@ def measure(
     if rig_stiffness is not None:
         rig_stiffness = positive("rig_stiffness", rig_stiffness, "N/m", 1e8)
         columns = columns_of(record, 1.0 / rig_stiffness)
-        _refuse_soft(rig_stiffness, x, columns["force_amplitude"], blocks)
+        _refuse_soft(rig_stiffness, columns)
         x = x - force / rig_stiffness
     coarse = sampling_errors(
         record, largest, columns, 0.0 if rig_stiffness is None else 1.0 / rig_stiffness
@@ -319,31 +316,30 @@ def measure(
             "for a stiffness"
         )
     shape = judged.shape(counting.selection)
-    if judged.delay is not None:
-        disturbances = [judged.delay.note()]
+    if judged.delay:
+        notes.append(judged.delay)
     else:
-        disturbances = shape_notes(shape, isinstance(record.normal_load, np.ndarray))
-    notes += disturbances
-    distortion = distortion_of(record, largest)
-    notes += [distortion.note()] if distortion.is_cubic else []
+        notes += shape_notes(shape, isinstance(record.normal_load, np.ndarray))
+    third_harmonic, bent_notes = third_harmonic_of(record, largest)
+    notes += bent_notes
     notes += _beyond_all_rigs(columns)
     columns = {name: columns[name] for name in UNITS if name in columns}
-    spring = None if shape is None or judged.delay is not None else parallel_spring(shape)
+    spring = None if shape is None or judged.delay else parallel_spring(shape)
     of_contact = columns if not (shape and spring) else without_spring(columns, shape, spring)
-    record_regimes = regimes_of(of_contact, counting.selection, counting.is_moving)
+    regimes, probability = regimes_of(of_contact, counting.selection, counting.is_moving)
     rates = columns.get("frequency")
     steps = judged.step_errors
     shared = {k: math.hypot(steps.get(k, 0.0), gains.get(k, 0.0)) for k in {**steps, **gains}}
     return Measurement(
         name=record.name,
         cycles=MappingProxyType({name: lock(values) for name, values in columns.items()}),
-        regimes=record_regimes.of_each,
+        regimes=regimes,
         mean=_means(columns, counting.selection, level, counting.is_moving, shared, coarse),
         gain_errors=MappingProxyType(gains),
-        probability=MappingProxyType(record_regimes.probability),
+        probability=MappingProxyType(probability),
         confidence=level,
         frequency=None if rates is None else float(np.median(rates)),
-        third_harmonic=distortion.third,
+        third_harmonic=third_harmonic,
         load_ripple=load_ripple_of(record, judged.largest_block),
         rig_stiffness=rig_stiffness,
         loop=mean_loop_of(x, force, columns, np.flatnonzero(counting.selection)),
@@ -432,20 +428,16 @@ def _beyond_all_rigs(columns: Mapping[str, Floats]) -> list[str]:
     return notes
 
 
-def _refuse_soft(rig_stiffness: float, x: Floats, force_amplitude: Floats, blocks: Blocks) -> None:
-    ways = [x[block.samples] for block in blocks.having_cycles]
-    ranges = [
-        way[block.cycles.peaks] - way[block.cycles.troughs]
-        for way, block in zip(ways, blocks.having_cycles, strict=True)
-    ]
-    moved = 0.5 * float(np.median(np.abs(np.concatenate(ranges))))
-    pushed = float(np.median(np.abs(force_amplitude)))
-    if pushed < rig_stiffness * moved:
+def _refuse_soft(rig_stiffness: float, columns: Mapping[str, Floats]) -> None:
+    """Raise InputError if the rig deflects by more than the measured amplitude."""
+    left, pushed = (float(np.median(columns[name])) for name in ("amplitude", "force_amplitude"))
+    deflection = abs(pushed) / rig_stiffness
+    if left > 0.0:
         return
     raise InputError(
         f"`rig_stiffness` {engineering(rig_stiffness, 'N/m')} deflects by "
-        f"{engineering(pushed / rig_stiffness, 'm')} under the force amplitude of "
-        f"{engineering(pushed, 'N')}, more than the whole measured amplitude of "
-        f"{engineering(moved, 'm')}; a number alone is in N/m, so {exact(rig_stiffness)} "
-        f"N/um is `rig_stiffness={1e6 * rig_stiffness:g}`"
+        f"{engineering(deflection, 'm')} under the force amplitude of "
+        f"{engineering(abs(pushed), 'N')}, more than the whole measured amplitude of "
+        f"{engineering(left + deflection, 'm')}; a number alone is in N/m, so "
+        f"{exact(rig_stiffness)} N/um is `rig_stiffness={1e6 * rig_stiffness:g}`"
     )

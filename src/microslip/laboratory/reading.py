@@ -6,7 +6,6 @@ import math
 import numbers
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from decimal import Decimal
 from pathlib import Path
 from typing import Any, Self
@@ -42,20 +41,6 @@ _MOST_LONE, _LONGEST_LONE = 0.01, 3
 """Largest share of rows without numbers that are interpolated, and of consecutive ones."""
 
 
-@dataclass(frozen=True)
-class Statements:
-    """Specification by the user of how to read a file; None where nothing is given."""
-
-    columns: Mapping[str, Any]
-    sample_rate: float | None
-    units: Any
-    calibration: Any
-    sign: Any
-    zero: Any
-    rows: Any
-    format: Any
-
-
 class ChannelNote(Remark):
     """Note on the column from which a channel of a record was read."""
 
@@ -75,24 +60,27 @@ class ChannelNote(Remark):
         return self.kind, self.heading, self._how, self.is_turned
 
 
-def read(path: Path, statements: Statements) -> dict[str, Any]:
-    """Read a file; return the arguments of :class:`Record` by name."""
-    table = read_table(path, "a record", statements.format)
+def read(path: Path, stated: Mapping[str, Any]) -> dict[str, Any]:
+    """Read a file; return the arguments of :class:`Record` by name.
+
+    ``stated`` has the arguments of :meth:`Record.read`: names of columns by role, and "sample_rate"
+    [Hz], "units", "calibration", "sign", "zero", "rows" and "format"; None where nothing is given.
+    """
+    table = read_table(path, "a record", stated["format"])
     columns = understood(table.columns)
-    loads = statements.columns["normal_load"]
-    load = _one_load(columns, loads)
-    by_part, how = _columns_by_part(columns, statements, skip_load=load is not None)
+    load = _one_load(columns, stated["normal_load"])
+    by_part, how = _columns_by_part(columns, stated, skip_load=load is not None)
     if {"force", "normal_load"} <= by_part.keys():
         force, across = by_part["force"], by_part["normal_load"]
         by_part["force"] = with_unit_of_other_force(force, across)
         by_part["normal_load"] = with_unit_of_other_force(across, force)
-    stated = {
-        "units": by_role("units", statements.units, '{"force": "mN"}'),
-        "calibration": by_role("calibration", statements.calibration, '{"force": "12.5 N/V"}'),
-        "zero": by_role("zero", statements.zero, '{"force": "mean"}'),
-        "sign": by_role("sign", _signs(statements.sign), '{"force": -1}'),
+    by_name = {
+        "units": by_role("units", stated["units"], '{"force": "mN"}'),
+        "calibration": by_role("calibration", stated["calibration"], '{"force": "12.5 N/V"}'),
+        "zero": by_role("zero", stated["zero"], '{"force": "mean"}'),
+        "sign": by_role("sign", _signs(stated["sign"]), '{"force": -1}'),
     }
-    for name, mapping in stated.items():
+    for name, mapping in by_name.items():
         for role in mapping:
             if role not in by_part:
                 raise InputError(f"`{name}`: no column is read as {role}; write `{role}=...`")
@@ -105,14 +93,14 @@ def read(path: Path, statements: Statements) -> dict[str, Any]:
     scales = {
         role: Scale(Decimal("0.01" if column.unit else "1"), "a coefficient of friction")
         if role == "force" and is_ratio
-        else scale_of(column, role, stated["units"].get(role), stated["calibration"].get(role))
+        else scale_of(column, role, by_name["units"].get(role), by_name["calibration"].get(role))
         for role, column in by_part.items()
         if role != CYCLE_NUMBER
     }
-    signs = {role: sign_of(stated["sign"].get(role, 1), role) for role in by_part}
-    arrays, first, notes = _arrays(table, by_part, statements.rows)
+    signs = {role: sign_of(by_name["sign"].get(role, 1), role) for role in by_part}
+    arrays, first, notes = _arrays(table, by_part, stated["rows"])
     notes = [f"{shorten(path.name, 100)}: {table.kind}.", *notes]
-    is_stated = any("normal_load" in stated[name] for name in ("sign", "zero", "calibration"))
+    is_stated = any("normal_load" in by_name[name] for name in ("sign", "zero", "calibration"))
     if "normal_load" in arrays and not is_stated:
         # Some rigs count compression as negative.
         signs["normal_load"] = -1 if float(arrays["normal_load"].mean()) < 0.0 else 1
@@ -121,7 +109,7 @@ def read(path: Path, statements: Statements) -> dict[str, Any]:
     for role in sorted(by_part, key=lambda role: is_ratio and role == "force"):
         if is_ratio and role == "force":
             arrays[role] *= arrays["normal_load"] if load is None else load
-        words = _to_si(arrays[role], role, scales[role], stated["zero"].get(role), signs[role])
+        words = _to_si(arrays[role], role, scales[role], by_name["zero"].get(role), signs[role])
         heading = shorten(by_part[role].heading, 60)
         texts[role] = ChannelNote(role, heading, f"{how[role]}, {words}.", signs[role] < 0)
     notes += [texts[role] for role in by_part]
@@ -130,11 +118,11 @@ def read(path: Path, statements: Statements) -> dict[str, Any]:
     if "time" in by_part:
         _check_time(table, arrays["time"], first)
     parts: dict[str, Any] = dict.fromkeys(ROLES) | {k: lock(v) for k, v in arrays.items()}
-    parts["sample_rate"] = statements.sample_rate
+    parts["sample_rate"] = stated["sample_rate"]
     if load is not None:
         parts["normal_load"] = load
         notes.append(f"normal_load: {engineering(load, 'N')} throughout, as stated.")
-    _add_stated(parts, table, by_part, statements, notes)
+    _add_values_of_file(parts, table, by_part, stated, notes)
     if "time" not in by_part and parts["sample_rate"] is None:
         notes.append("time: none; frequencies are not known.")
     read_places = {c.place for c in (*by_part.values(), counter) if c is not None}
@@ -178,18 +166,19 @@ def _signs(sign: Any) -> Any:
 
 
 def _columns_by_part(
-    columns: list[Named], statements: Statements, skip_load: bool
+    columns: list[Named], stated: Mapping[str, Any], skip_load: bool
 ) -> tuple[dict[str, Named], dict[str, str]]:
     by_part: dict[str, Named] = {}
     how: dict[str, str] = {}
     skipped = {"normal_load"} if skip_load else set[str]()
-    if statements.columns["time"] is None and statements.sample_rate is not None:
+    if stated["time"] is None and stated["sample_rate"] is not None:
         skipped.add("time")
-    for role, stated in statements.columns.items():
-        if stated is False and role not in NEEDED:
+    for role in ROLES:
+        name = stated[role]
+        if name is False and role not in NEEDED:
             skipped.add(role)
-        elif stated is not None and role not in skipped:
-            column = find(columns, stated, role)
+        elif name is not None and role not in skipped:
+            column = find(columns, name, role)
             same_column = next((r for r, c in by_part.items() if c == column), None)
             if same_column:
                 raise InputError(
@@ -326,11 +315,11 @@ def _check_time(table: RawTable, time: Floats, first: int) -> None:
     )
 
 
-def _add_stated(
+def _add_values_of_file(
     parts: dict[str, Any],
     table: RawTable,
     by_part: Mapping[str, Named],
-    statements: Statements,
+    stated: Mapping[str, Any],
     notes: list[str],
 ) -> None:
     """Add the sample rate and the load stated by the file, unless given otherwise."""
@@ -345,12 +334,12 @@ def _add_stated(
             raise ValueError(f"displacement and force differ in sample rate, got {rate_texts}")
         (rate,) = rates
         where = "their channels"
-        if rate is None and (stated := table.stated.get("sample_rate")):
-            rate, where = stated.value, stated.where
+        if rate is None and (value := table.stated.get("sample_rate")):
+            rate, where = value.value, value.where
         if rate is not None:
             parts["sample_rate"] = rate
             notes.append(f'sample_rate: {rate:g} Hz by "{where}" of the file.')
     load = table.stated.get("normal_load")
-    if load and parts["normal_load"] is None and statements.columns.get("normal_load") is None:
+    if load and parts["normal_load"] is None and stated["normal_load"] is None:
         parts["normal_load"] = load.value
         notes.append(f'normal_load: {load.value:g} N by "{load.where}" of the file.')

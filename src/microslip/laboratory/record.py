@@ -22,7 +22,7 @@ from microslip._core.files import atomic_file
 from microslip._core.frozen import Locked, lock
 from microslip.figures.plot import Plot
 from microslip.figures.plottable import Plottable
-from microslip.laboratory.reading import Statements, read
+from microslip.laboratory.reading import read
 from microslip.readers.files import POINTS, reading
 
 Answer = TypeVar("Answer")
@@ -223,25 +223,23 @@ class Record(Locked, Plottable):
             One-dimensional arrays in SI units. Rows at the end without numbers are left out.
         """
         path = checked_path(path)
-        statements = Statements(
-            columns={
-                "displacement": displacement,
-                "force": force,
-                "normal_load": normal_load,
-                "time": time,
-                "commanded": commanded,
-                "cycle_number": cycle_number,
-            },
-            sample_rate=_frequency(sample_rate),
-            units=units,
-            calibration=calibration,
-            sign=sign,
-            zero=zero,
-            rows=rows,
-            format=format,
-        )
+        stated: dict[str, Any] = {
+            "displacement": displacement,
+            "force": force,
+            "normal_load": normal_load,
+            "time": time,
+            "commanded": commanded,
+            "cycle_number": cycle_number,
+            "units": units,
+            "sign": sign,
+            "sample_rate": _frequency(sample_rate),
+            "calibration": calibration,
+            "zero": zero,
+            "rows": rows,
+            "format": format,
+        }
         with reading(path, "a record", limit, path_text(path)):
-            parts = read(path, statements)
+            parts = read(path, stated)
             return cls(**parts, name=path.stem if name is None else name)
 
     def to_csv(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,27 +34,12 @@ def _angles(cycles: Cuts, sample_limit: int = 1 << 18) -> tuple[slice, Floats]:
     return slice(int(cuts[0]), int(cuts[-1])), np.interp(place, cuts, np.arange(cuts.size)) % 1.0
 
 
-class Distortion(NamedTuple):
-    """Third harmonic of the displacement, relative to the fundamental."""
+def third_harmonic_of(record: Record, block: Block) -> tuple[float, list[str]]:
+    """Return the third harmonic of the displacement over the fundamental [-], with a note.
 
-    third: float
-    """Third harmonic relative to the fundamental [-]."""
-    is_cubic: bool
-    """Whether it is in phase with the fundamental and the fifth harmonic is much smaller, as for a
-    sinusoidal motion measured by a sensor with a cubic characteristic."""
-
-    def note(self) -> str:
-        """Describe the third harmonic and its possible causes in a sentence for the user."""
-        return (
-            f"the displacement has a third harmonic of {100.0 * self.third:.1f} %, in phase with "
-            f"it and alone: {UNDECIDED} (the drive, or a displacement sensor that is not linear, "
-            "which makes amplitude, energy and stiffness wrong); a calibration of the sensor, or "
-            "a column of the commanded displacement, would identify the cause"
-        )
-
-
-def distortion_of(record: Record, block: Block) -> Distortion:
-    """Return the third harmonic of the displacement, which a non-linear sensor may have caused."""
+    The note is given if it is in phase with the fundamental and the fifth harmonic is much smaller,
+    as for a sinusoidal motion measured by a sensor with a cubic characteristic.
+    """
     piece, share = _angles(block.cycles)
 
     def harmonics(values: Floats) -> NDArray[np.complex128]:
@@ -70,7 +54,14 @@ def distortion_of(record: Record, block: Block) -> Distortion:
     if record.commanded is not None:
         wave = np.abs(harmonics(record.commanded))
         is_cubic &= abs(wave[1] / wave[0] - size) > 0.5 * size
-    return Distortion(size, bool(is_cubic))
+    if not is_cubic:
+        return size, []
+    return size, [
+        f"the displacement has a third harmonic of {100.0 * size:.1f} %, in phase with "
+        f"it and alone: {UNDECIDED} (the drive, or a displacement sensor that is not linear, "
+        "which makes amplitude, energy and stiffness wrong); a calibration of the sensor, or "
+        "a column of the commanded displacement, would identify the cause"
+    ]
 
 
 def load_ripple_of(record: Record, block: Block) -> float | None:
@@ -97,15 +88,10 @@ def mean_loop_of(
 
     At most a hundred cycles, evenly distributed over the rows, are averaged.
     """
-    places = rows[np.linspace(0, rows.size - 1, min(100, rows.size)).astype(int)]
-    grid = np.linspace(0.0, 1.0, samples + 1)
-    total = np.zeros((2, grid.size))
-    for i in places:
-        first = int(columns["start"][i])
-        last = first + int(columns["period"][i])
-        share = np.arange(last - first + 1) / (last - first)
-        for row, values in zip(total, (x, force), strict=True):
-            row += np.interp(grid, share, values[first : last + 1])
-    total /= places.size
-    total[:, -1] = total[:, 0]
-    return lock(total[0].copy()), lock(total[1].copy())
+    some = rows[np.linspace(0, rows.size - 1, min(100, rows.size)).astype(int)]
+    share = np.linspace(0.0, 1.0, samples + 1)
+    places = columns["start"][some, None] + columns["period"][some, None] * share
+    loop = [np.interp(places, np.arange(x.size), values).mean(axis=0) for values in (x, force)]
+    for values in loop:
+        values[-1] = values[0]
+    return lock(loop[0]), lock(loop[1])

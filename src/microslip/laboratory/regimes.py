@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,20 +16,11 @@ STICK, GROSS = 0.0033783480491788817, 0.7694644203726145
 where T0 is 1 % below its first tangent, and B = 0.2/(2^(1/3) - 1) at the slip limit."""
 
 
-class RecordRegimes(NamedTuple):
-    """Slip regime of each cycle of a record, and probability of each regime for the mean cycle."""
-
-    of_each: tuple[str, ...]
-    """Regime of each cycle; settled cycles have that of their mean."""
-    probability: dict[str, float]
-    """Probability of each regime for the mean."""
-
-
 def regimes_of(
     columns: Mapping[str, Floats],
     is_counted: NDArray[np.bool_],
     is_moving: bool,
-) -> RecordRegimes:
+) -> tuple[tuple[str, ...], dict[str, float]]:
     """Return the slip regime of each cycle, and the probability of each regime for their mean.
 
     The mean is over the cycles ``is_counted``. If the cycles have a trend, ``is_moving``, the
@@ -49,12 +39,10 @@ def regimes_of(
     )
     if is_moving:
         share = {name: cycle_regimes.count(name) / max(len(cycle_regimes), 1) for name in REGIMES}
-        return RecordRegimes(cycle_regimes, share)
+        return cycle_regimes, share
     mean = max(REGIMES, key=lambda name: likely[name])
     pairs = zip(cycle_regimes, is_counted.tolist(), strict=True)
-    return RecordRegimes(
-        tuple(mean if is_chosen else regime for regime, is_chosen in pairs), likely
-    )
+    return tuple(mean if is_chosen else regime for regime, is_chosen in pairs), likely
 
 
 def _chance_below(

@@ -49,7 +49,7 @@ def sampling_errors(
         x, force = sign * record.displacement[block.samples], sign * record.force[block.samples]
         load = record.normal_load
         pressed = load[block.samples] if isinstance(load, np.ndarray) else load
-        few = _first(block.cycles)
+        few = block.cycles.selected(0, min(_MOST_CYCLES, block.cycle_count))
         whole = block_columns(x, force, pressed, few, compliance)
         for parity in (0, 1):
             half = _halved(few, parity, x[parity::2].size)
@@ -71,13 +71,6 @@ def sampling_errors(
     chord_doubt = float(np.median(fine)) if fine.size else 0.0
     errors[STIFFNESS] = math.hypot(errors[STIFFNESS], chord_doubt)
     return errors
-
-
-def _first(cycles: Cuts) -> Cuts:
-    n = min(_MOST_CYCLES, cycles.peaks.size)
-    return cycles._replace(
-        cuts=cycles.cuts[: n + 1], peaks=cycles.peaks[:n], troughs=cycles.troughs[:n]
-    )
 
 
 def _halved(cycles: Cuts, parity: int, size: int) -> Cuts:

@@ -350,16 +350,11 @@ def _run_up_note(
 
 
 def _steps_note(columns: Mapping[str, Floats], parts: list[NDArray[np.intp]]) -> str:
-    texts = []
-    for of in parts:
-        texts.append(
-            f"cycles {of[0] + 1} to {of[-1] + 1} at "
-            f"{engineering(float(columns['amplitude'][of].mean()), 'm')} with "
-            f"{engineering(float(columns['dissipated_energy'][of].mean()), 'J')} a cycle"
-        )
+    means = sorted(float(columns["amplitude"][part].mean()) for part in parts)
+    low, high = (engineering(end, "m") for end in (means[0], means[-1]))
     largest = max(parts, key=len)
     return (
-        f"the amplitude is not the same in all cycles: {'; '.join(texts[:8])}"
-        f"{'; ...' if len(texts) > 8 else ''}. Each amplitude has its own means; those of the "
-        f"record are over cycles {largest[0] + 1} to {largest[-1] + 1}"
+        f"the amplitude is not the same in all cycles: {len(parts)} amplitudes from {low} to "
+        f"{high}. Each has its own means; those of the record are over cycles {largest[0] + 1} to "
+        f"{largest[-1] + 1}"
     )

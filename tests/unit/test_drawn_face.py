@@ -163,6 +163,17 @@ def test_a_drawing_finds_rq_and_rdq_of_gaussian_profiles_again() -> None:
         assert rz / by_height.middle == pytest.approx(peaks.sum(axis=1).mean(), rel=0.02)
 
 
+@pytest.mark.parametrize(
+    ("rsm", "waves"), [(None, 10.0), (0.08e-3, 10.0), (0.2e-3, 4.0), (0.4e-3, 2.0), (1.6e-3, 2.0)]
+)
+def test_the_range_of_a_profile_is_that_of_so_many_waves(rsm: float | None, waves: float) -> None:
+    """Peaks of a narrow band are of Rayleigh's distribution; a sampling length has two or more."""
+    x = np.linspace(0.0, 12.0, 200_001)
+    peak = np.trapezoid(1.0 - (1.0 - np.exp(-0.5 * x**2)) ** waves, x)
+    rms = ms.Finish(rz=6.3e-6, rsm=rsm).rms.middle  # Ra 1.26 um: a sampling length of 0.8 mm
+    assert rms == pytest.approx(6.3e-6 / (2.0 * peak), rel=0.04)
+
+
 def test_two_faces_and_what_a_drawing_leaves_open() -> None:
     exact, open_ = ms.Finish(rq=3e-7, rdq=0.06), ms.Finish(rq=4e-7, process="EDM")
     assert open_.process == "eroded"

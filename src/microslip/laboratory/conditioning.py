@@ -35,12 +35,10 @@ def condition(record: Record, *, delay: float) -> Record:
     if not isinstance(record, Record):
         raise InputError(f"`record` must be a Record, got {show(record)}")
     delay = number("delay", delay, "s", 1e-4)
-    time = record.time
+    time = record.seconds
     if time is None:
-        if record.sample_rate is None:
-            raise InputError("delay needs a record with time or sample_rate")
-        time = np.arange(float(len(record))) / record.sample_rate
-    elif (gaps := gaps_of(record)).size:
+        raise InputError("delay needs a record with time or sample_rate")
+    if (gaps := gaps_of(record)).size:
         raise InputError(
             f"{record.name}: the time has a gap after {exact(time[gaps[0]])} s, and no delay can "
             "be removed across it; take the samples of one block"

@@ -10,15 +10,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._core.checks import Floats, exact, positive, show
+from microslip._core.checks import Floats, exact, positive
 from microslip._core.errors import InputError
-from microslip._core.wording import did_you_mean
 from microslip.laboratory.blocks import blocks_of
 from microslip.laboratory.cuts import Cuts
 from microslip.laboratory.estimates import trend
 from microslip.laboratory.record import Record
 from microslip.laboratory.reversals import Branches, Reversals, branches_of
 from microslip.laboratory.settling import is_certain
+from microslip.readers.roles import by_role
 
 _MOVED, _PUSHED = ("displacement",), ("force",)
 _WORK, _RATIO = ("force", "displacement"), ("force", "normal_load")
@@ -142,17 +142,13 @@ def _drift(branches: Branches, channel: str, middles: Floats) -> float:
 
 def columns_of(record: Record, compliance: float) -> dict[str, Floats]:
     """Evaluate the cycles of all blocks of a record; ``compliance`` [m/N] is the rig's."""
-    blocks, load = blocks_of(record), record.normal_load
+    blocks, load, seconds = blocks_of(record), record.normal_load, record.seconds
     sign = -1.0 if blocks.flipped else 1.0
     x, force, parts = sign * record.displacement, sign * record.force, []
     for block in blocks.having_cycles:
         at = block.samples
         pressed = load[at] if isinstance(load, np.ndarray) else load
-        time = None
-        if record.time is not None:
-            time = record.time[at]
-        elif record.sample_rate is not None:
-            time = np.arange(float(at.stop - at.start)) / record.sample_rate
+        time = None if seconds is None else seconds[at]
         parts.append(block_columns(x[at], force[at], pressed, block.cycles, compliance, time))
         parts[-1]["start"] += block.first
         if record.cycle_number is not None:
@@ -393,24 +389,12 @@ _SENSORS = ("force", "displacement", "normal_load")
 
 def checked_gains(errors: Mapping[str, float] | None) -> dict[str, float]:
     """Validate the relative standard deviations [-] of sensor gains, by measured quantity."""
-    if errors is not None and not isinstance(errors, Mapping):
-        raise InputError(
-            f"`gain_errors` must be a mapping such as {{'force': 0.01}}, got {show(errors)}"
-        )
-    for role in errors or ():
-        if role not in _SENSORS:
-            raise InputError(
-                f"`gain_errors` must be among {', '.join(_SENSORS)}, got {show(role)}"
-                f"{did_you_mean(role, _SENSORS) if isinstance(role, str) else ''}"
-            )
-    checked = {
-        role: positive(f"error of the gain of {role}", error)
-        for role, error in (errors or {}).items()
-    }
-    for role, error in checked.items():
-        if error >= 1.0:
+    checked = {}
+    for role, error in by_role("gain_errors", errors, '{"force": 0.01}', _SENSORS).items():
+        checked[role] = positive(f"gain_errors: {role}", error)
+        if checked[role] >= 1.0:
             raise InputError(
                 f"`gain_errors`: that of {role} must be a fraction below 1, such as 0.01 for 1 %, "
-                f"got {exact(error)}"
+                f"got {exact(checked[role])}"
             )
     return checked

@@ -123,11 +123,10 @@ class Cycles:
     @property
     def cycle_of_sample(self) -> NDArray[np.int64]:
         """Index of the cycle of each sample; -1 outside the cycles."""
-        place = np.full(len(self.record), -1, dtype=np.int64)
-        starts, periods = (self.columns[name].astype(int) for name in ("start", "period"))
-        for i, (start, period) in enumerate(zip(starts.tolist(), periods.tolist(), strict=True)):
-            place[start : start + period] = i
-        return place
+        sample = np.arange(len(self.record))
+        starts, periods = self.columns["start"], self.columns["period"]
+        place = np.searchsorted(starts, sample, side="right") - 1
+        return np.where((place >= 0) & (sample < (starts + periods)[place]), place, -1)
 
     def notes(self, counting: Settled) -> list[str]:
         """Return the notes for the user on a record that is evaluated over the given cycles."""

@@ -99,9 +99,10 @@ def _envelope(time: Any, values: Any) -> tuple[Any, Any]:
 
 def record_figure(record: Any) -> Plot:
     """Draw displacement, force and load against time, or sample number if there is no time."""
-    time, label, t_unit = np.arange(len(record), dtype=np.float64), "Sample", 1.0
-    if record.time is not None or record.sample_rate is not None:
-        time = record.time if record.time is not None else time / record.sample_rate
+    time, label, t_unit = record.seconds, "Sample", 1.0
+    if time is None:
+        time = np.arange(float(len(record)))
+    else:
         t_unit, letter = prefix(float(time[-1])) if 0.0 < float(time[-1]) < 1.0 else (1.0, "")
         label = f"Time [{letter}s]"
     x_unit, x_letter = length_prefix(float(np.abs(record.displacement).max()) or 1.0)

@@ -166,13 +166,9 @@ def fold(record: Record, bins: int = _MOST_BINS) -> Folded:
     judgement = cycles_of(record)
     record = judgement.record
     x, force = record.displacement, record.force
-    time = np.arange(x.size, dtype=float)
-    if record.time is not None:
-        time = record.time
-    elif record.sample_rate is not None:
-        time = time / record.sample_rate
+    seconds = record.seconds
+    time = np.arange(float(x.size)) if seconds is None else seconds
     phases = all_turns(time, x, judgement.blocks)
-    del time
     samples_a_cycle = phases.samples_a_cycle
     is_folded, spike_notes = _folded_cycles(judgement)
     counting = judgement.settled

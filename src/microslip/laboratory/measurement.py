@@ -347,11 +347,11 @@ def measure(
         is_settled=not counting.is_moving,
         levels=tuple(
             AmplitudeLevel(
-                lock(stretch.selection),
-                not stretch.is_moving,
-                _means(columns, stretch.selection, level, stretch.is_moving, shared, coarse),
+                lock(rows),
+                not is_moving,
+                _means(columns, rows, level, is_moving, shared, coarse),
             )
-            for stretch in counting.levels
+            for rows, is_moving in counting.levels
         ),
     )
 

@@ -138,6 +138,13 @@ class Record(Locked, Plottable):
         for key, value in fields.items():
             object.__setattr__(self, key, value)
 
+    @property
+    def seconds(self) -> Floats | None:
+        """Time of each sample [s], from 0 if only the sampling rate is known; None without both."""
+        if self.time is not None or self.sample_rate is None:
+            return self.time
+        return np.arange(float(len(self))) / self.sample_rate
+
     def _figure(self) -> Plot:
         from microslip.laboratory.figures import record_figure
 

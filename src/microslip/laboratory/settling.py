@@ -49,13 +49,9 @@ _LOSS = 0.01
 _MOVING = ("force_amplitude", "dissipated_energy", "force_rms")
 
 
-class Level(NamedTuple):
-    """Cycles at one of several amplitudes of a record."""
-
-    selection: NDArray[np.intp]
-    """Settled cycles of the level; all its cycles if none are settled."""
-    is_moving: bool
-    """Whether no settled stretch was found."""
+Level = tuple[NDArray[np.intp], bool]
+"""Settled cycles at one of several amplitudes of a record, all its cycles if none are settled, and
+whether none are."""
 
 
 class Settled(NamedTuple):
@@ -135,7 +131,7 @@ def requested(columns: Mapping[str, Floats], selection: NDArray[np.bool_]) -> Se
 
 def _level(columns: Mapping[str, Floats], places: NDArray[np.intp]) -> Level:
     late = settled_from(columns, places)
-    return Level(places[late or 0 :], late is None)
+    return places[late or 0 :], late is None
 
 
 def settled_from(columns: Mapping[str, Floats], places: NDArray[np.intp]) -> int | None:

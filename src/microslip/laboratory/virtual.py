@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats, exact, number, positive, show, whole_number
 from microslip._core.errors import InputError
 from microslip.friction import BackboneLaw
+from microslip.readers.roles import by_role
 
 if TYPE_CHECKING:
     from microslip.laboratory.record import Record
@@ -208,10 +209,9 @@ class VirtualTribometer:
         length = (cycles + 0.25) * rate / frequency
         steps = max(length, (cycles + 0.25) * STEPS_A_CYCLE if self.load_ripple else 0.0)
         if steps > _MOST_SAMPLES:
-            step_note = f" ({STEPS_A_CYCLE} a cycle with load_ripple)" if steps > length else ""
             raise InputError(
-                f"a record must have at most {_MOST_SAMPLES} samples{step_note}, got {steps:.4g}: "
-                "take fewer cycles or a lower sample_rate"
+                f"a record must have at most {_MOST_SAMPLES} samples, {STEPS_A_CYCLE} a cycle with "
+                f"load_ripple, got {steps:.4g}: take fewer cycles or a lower sample_rate"
             )
         size, step = math.floor(length + 1e-9) + 1, 2.0 * math.pi * frequency / rate
         angle, sampled = self._angles(step * np.arange(float(size)))
@@ -311,14 +311,9 @@ class VirtualTribometer:
 def _checked_noise(noise: float | Mapping[str, float]) -> float | Mapping[str, float]:
     if not isinstance(noise, Mapping):
         return _not_negative("noise", noise, "")
-    for name in noise:
-        if name not in CHANNELS:
-            raise InputError(
-                f"noise has the channels {', '.join(CHANNELS)}, got {show(name)}; "
-                'write noise={"force": 2.0}'
-            )
+    sizes = by_role("noise", noise, '{"force": 2.0}', CHANNELS)
     return MappingProxyType(
-        {name: _not_negative(f'noise["{name}"]', v, _UNITS[name]) for name, v in noise.items()}
+        {name: _not_negative(f'noise["{name}"]', v, _UNITS[name]) for name, v in sizes.items()}
     )
 
 

@@ -6,7 +6,7 @@ The role of a column, such as "force" or "time", follows from its name and unit.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from decimal import Decimal, DecimalException
 from typing import Any, NamedTuple
 
@@ -336,13 +336,15 @@ def sign_of(sign: object, role: str) -> int:
     raise ValueError(f"{role}: wanted a sign 1 or -1, got {quote(sign)}")
 
 
-def by_role(name: str, option: object, example: str) -> Mapping[str, Any]:
+def by_role(
+    name: str, option: object, example: str, roles: Collection[str] = ROLE_KINDS
+) -> Mapping[str, Any]:
     """Validate an option that maps quantities of a record, such as "force", to values."""
     if option is None:
         return {}
     if not isinstance(option, Mapping):
         raise InputError(f"wanted `{name}={example}`, got {quote(option)}")
     for key in option:
-        if key not in ROLE_KINDS:
-            raise InputError(f"`{name}`: wanted one of {quoted(ROLE_KINDS)}, got {quote(key)}")
+        if key not in roles:
+            raise InputError(f"`{name}`: wanted one of {quoted(roles)}, got {quote(key)}")
     return option

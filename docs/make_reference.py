@@ -220,7 +220,7 @@ def names_page() -> str:
         "# Quantities of a result\n\n" + NOTE + "\nHere you find the columns "
         "of the tables, keys of "
         "`summary.json`, variables of `result.nc` and attributes of `ms.Result`, each with its "
-        "unit; [Results](results.md) says which file has which.\n\n"
+        "unit; [Results](results.md) lists which file has which.\n\n"
         + table(["name", "unit", "meaning"], rows)
     ).rstrip() + "\n"
 

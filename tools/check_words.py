@@ -1,8 +1,8 @@
-"""Check docstrings, messages and commit subjects for plain English: python tools/check_words.py
+"""Check docstrings, messages, pages and commit subjects for plain English: tools/check_words.py
 
 The check is deliberately narrow: it finds docstrings that start with a pronoun or a preposition
 instead of a verb or a noun, words that personify, some idioms, ratios above 100 %, overlong
-sentences in messages, and overlong commit subjects. It cannot decide whether a sentence is
+sentences that users see, and overlong commit subjects. It cannot decide whether a sentence is
 understood.
 """
 
@@ -15,8 +15,12 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).parent))
+
+from list_sentences import SOURCES, sentences_of
+
 ROOT = Path(__file__).parents[1]
-SOURCES = ROOT / "src" / "microslip"
+PAGES = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs/*.md")
 # Pronouns, prepositions and conjunctions that leave the subject of a first sentence open.
 UNCLEAR_STARTS = frozenset(
     [
@@ -98,7 +102,7 @@ PERSONIFYING = re.compile(
 )
 # Idioms that a reader with another first language takes literally, and ratios written as percent.
 IDIOMS = re.compile(
-    r"\b(next to nothing|of before|off by|on top of|show which|stands? on something"
+    r"\b(next to nothing|of before|(?<!-)off by|on top of|show which|stands? on something"
     r"|stands? still|to speak of|wrong way round)\b|(?<![\d.,])(?!100 ?%)[1-9]\d{2,} ?%"
 )
 MOST_WORDS = 40
@@ -121,16 +125,6 @@ def texts(tree: ast.Module) -> Iterator[tuple[int, str]]:
             yield node.lineno, node.value
 
 
-def messages(tree: ast.Module) -> Iterator[tuple[int, str]]:
-    """Yield line number and text of raised errors; a value in braces counts as one word."""
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call) and node.exc.args:
-            message = node.exc.args[0]
-            parts = message.values if isinstance(message, ast.JoinedStr) else [message]
-            texts = (str(part.value) if isinstance(part, ast.Constant) else "x" for part in parts)
-            yield node.lineno, "".join(texts)
-
-
 def problems_of(source: str, path: Path) -> Iterator[str]:
     """Yield the problems of one source file."""
     tree = ast.parse(source)
@@ -142,14 +136,27 @@ def problems_of(source: str, path: Path) -> Iterator[str]:
             start = opening[0] if opening else first and first[1]
             yield f'{place}:{line}: docstring starts with "{start}": start with a verb or noun'
     for line, text in texts(tree):
-        if word := PERSONIFYING.search(text):
-            yield f'{place}:{line}: "{word[0]}" makes a person of a thing: {text.strip()[:60]!r}'
-        if word := IDIOMS.search(text):
-            yield f'{place}:{line}: "{word[0]}" is an idiom or a ratio in percent: write it plainly'
-    for line, text in messages(tree):
-        for sentence in re.split(r"[.;:] ", text):
+        yield from unclear_words(f"{place}:{line}", text)
+    # A value in braces counts as one word.
+    for line, text in sentences_of(source, path):
+        for sentence in re.split(r"[.;:] |\| ", text):
             if (count := len(sentence.split())) > MOST_WORDS:
                 yield f"{place}:{line}: {count} words in a sentence, at most {MOST_WORDS}"
+
+
+def unclear_words(place: str, text: str) -> Iterator[str]:
+    """Yield words of a text that personify, idioms, and ratios above 100 %."""
+    if word := PERSONIFYING.search(text):
+        yield f'{place}: "{word[0]}" makes a person of a thing: {text.strip()[:60]!r}'
+    if word := IDIOMS.search(text):
+        yield f'{place}: "{word[0]}" is an idiom or a ratio in percent: write it plainly'
+
+
+def problems_of_page(page: str, name: str) -> Iterator[str]:
+    """Yield the problems of a page in Markdown, without its code."""
+    prose = re.sub(r"```.*?```", lambda code: "\n" * code[0].count("\n"), page, flags=re.DOTALL)
+    for line, text in enumerate(prose.splitlines(), 1):
+        yield from unclear_words(f"{name}:{line}", text)
 
 
 def long_subjects() -> Iterator[str]:
@@ -172,6 +179,9 @@ def main() -> int:
         for path in sorted(SOURCES.rglob("*.py"))
         for text in problems_of(path.read_text(encoding="utf-8"), path)
     ]
+    for pattern in PAGES:
+        for page in sorted(ROOT.glob(pattern)):
+            found += problems_of_page(page.read_text(encoding="utf-8"), str(page.relative_to(ROOT)))
     found += long_subjects()
     print("\n".join(found), end="\n" if found else "")
     return 1 if found else 0

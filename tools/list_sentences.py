@@ -27,9 +27,9 @@ def text_of(node: ast.AST) -> str | None:
     return None
 
 
-def sentences(path: Path) -> Iterator[tuple[int, str]]:
-    """Yield line number and text of the sentences of one file, in order."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
+def sentences_of(source: str, path: Path) -> Iterator[tuple[int, str]]:
+    """Yield line number and text of the sentences in the source of one file, in order."""
+    tree = ast.parse(source)
     shown = path.relative_to(SOURCES).parts[0] in SHOWN_DOCSTRINGS
     hidden, found = set(), {}
     for node in ast.walk(tree):
@@ -56,7 +56,7 @@ if __name__ == "__main__":
     packages = sys.argv[1:] or [""]
     for package in packages:
         for path in sorted((SOURCES / package).rglob("*.py")):
-            if listed := list(sentences(path)):
+            if listed := list(sentences_of(path.read_text(encoding="utf-8"), path)):
                 print(f"\n{path.relative_to(SOURCES)}")
                 for line, text in listed:
                     print(f"{line:5d}  {text}")

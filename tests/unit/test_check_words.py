@@ -2,29 +2,65 @@
 
 from __future__ import annotations
 
+import importlib
+import subprocess
 import sys
 from pathlib import Path
+
+import pytest
 
 TOOL = Path(__file__).parents[2] / "tools" / "check_words.py"
 
 
-def test_problems_are_found(tmp_path: Path) -> None:
-    sys.path.insert(0, str(TOOL.parent))
-    try:
-        import check_words
-    finally:
-        sys.path.remove(str(TOOL.parent))
+sys.path.insert(0, str(TOOL.parent))
+
+check_words = importlib.import_module("check_words")
+
+
+def test_problems_are_found() -> None:
     words = "word " * 41
     text = (
         f'"""As before."""\nx = 1\n"""One-sided spectrum."""\nraise ValueError(f"{words}{{x}}")\n'
         'y = 2\n"""The same [m]."""\nz = "the file says so"\n'
         'a = "an error of 561 % by hand"\n'
+        f'note = "{words} in a help text | a table of other words"\n'
     )
     path = check_words.ROOT / "src" / "microslip" / "made_up.py"
     found = list(check_words.problems_of(text, path))
-    assert len(found) == 5
+    assert len(found) == 6
     assert 'starts with "As"' in found[0]
     assert 'starts with "The same"' in found[1]
     assert '"says" makes a person of a thing' in found[2]
     assert '"561 %" is an idiom' in found[3]
     assert "42 words in a sentence" in found[4]
+    assert "45 words in a sentence" in found[5]
+
+
+def test_prose_of_pages_is_checked_and_code_is_not() -> None:
+    page = "# Page\n\n```python\nsays = 1  # it says so\n```\n\nThe scan says so.\n"
+    (found,) = check_words.problems_of_page(page, "docs/page.md")
+    assert found.startswith('docs/page.md:7: "says"')
+
+
+def test_subjects_are_checked_only_with_git(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Run the check in a history with a long subject, in a folder without git, and without git."""
+
+    def git(*arguments: str) -> str:
+        command = ["git", "-C", str(tmp_path), "-c", "user.name=a", "-c", "user.email=a@b"]
+        done = subprocess.run([*command, *arguments], capture_output=True, text=True, check=True)
+        return done.stdout.strip()
+
+    monkeypatch.setattr(check_words, "ROOT", tmp_path)
+    assert list(check_words.long_subjects()) == []
+    git("init", "--quiet")
+    git("commit", "--quiet", "--allow-empty", "-m", "x" * 80)
+    monkeypatch.setattr(check_words, "FIRST_COMMIT", git("rev-parse", "HEAD"))
+    git("commit", "--quiet", "--allow-empty", "-m", "y" * 72)
+    assert list(check_words.long_subjects()) == []
+    git("commit", "--quiet", "--allow-empty", "-m", "z" * 73)
+    (found,) = check_words.long_subjects()
+    assert "subject of 73 letters" in found
+    monkeypatch.setenv("PATH", "")
+    assert list(check_words.long_subjects()) == []

@@ -88,9 +88,8 @@ def identify(
     law.json and joint.toml, a study for microslip predict with the same intervals.
 
     If the study describes a bolted structure, each RECORD is a test of one of its modes (ring-down,
-    stepped sine, or table of amplitude, frequency and damping ratio), and friction, bolt tension
-    and a scale factor of the form of the faces (their deviation from flatness) are fitted to the
-    tests.
+    stepped sine, or table of amplitude, frequency and damping ratio). Friction, bolt tension and a
+    scale factor of the form of the faces (their deviation from flatness) are fitted to the tests.
     """
     if study is not None and has_structure(study):
         identify_structure(study, records, output, band)

@@ -234,3 +234,24 @@ def test_no_wear_of_a_specimen_counted_twice(campaign: Path, tmp_path: Path) -> 
     (tmp_path / "manifest.csv").write_text("\n".join(row.replace(",1,", ",,") for row in rows))
     text = " ".join(run("measure", "--manifest", str(tmp_path / "manifest.csv")).stdout.split())
     assert 'in a column "first cycle"' in text
+
+
+def test_files_are_read_each_in_its_way(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Columns, units and missing columns by row; loads that differ are on the first screen."""
+    monkeypatch.chdir(tmp_path)
+    made = cell_record(0.5, 400.0, 3e-5, 1, 0.0)
+    made.to_csv("a.csv")
+    rows = (f"{i},{1e6 * x!r},{f!r}" for i, (x, f) in enumerate(zip(*(
+        values.tolist() for values in (made.displacement, made.force)), strict=True)))  # fmt: skip
+    Path("b.csv").write_text("clock,A,B\n" + "\n".join(rows) + "\n")
+    head = "file,load [N],amplitude,displacement column,force column,time column,sample rate"
+    texts = (head, "a.csv,400,60 um,,,,", f"b.csv,400,,A [um],B [N],none,{RATE:g}")
+    Path("manifest.csv").write_text("\n".join(texts) + "\n")
+    outcome = run("measure", "--manifest", "manifest.csv", "-o", "out")
+    assert outcome.exit_code == 0, outcome.output
+    text = " ".join(outcome.stdout.split())
+    assert "a: amplitude 60.0 µm by the manifest, measured 30.0 µm" in text
+    rows_read = json.loads(Path("out/summary.json").read_text("utf-8"))["campaign"]["table"]
+    assert [row["record"] for row in rows_read] == ["a", "b"]
+    energies = [row["dissipated_energy"] for row in rows_read]
+    assert energies[0] == pytest.approx(energies[1], rel=1e-9)

@@ -250,6 +250,11 @@ def test_mat_structs(put: Any) -> None:
     record = ms.Record.read("s.mat", displacement="others#1", force="others#2", units=UNITS)
     equal(record.displacement, X)
     equal(record.force, T)
+    # A struct is named for its data, with the unit in its name.
+    savemat("d.mat", {"run": {"disp_um": {"data": X * 1e6}, "force_N": {"data": T}, "fs": 100.0}})
+    record = ms.Record.read("d.mat")
+    np.testing.assert_allclose(record.displacement, X, rtol=4e-16)
+    assert record.sample_rate == 100.0
     # An array of channels that carry their names.
     channels = np.empty(2, dtype=object)
     channels[0] = {"name": "Position", "unit": "m", "data": X}

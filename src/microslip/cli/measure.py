@@ -100,8 +100,6 @@ def measure(
                         raise error from None
                     skipped.append((path, in_options(error.text).removeprefix(f"{path}: ")))
                 else:
-                    if files.manifest is not None:
-                        result = files.manifest.compared(result, index)
                     results.append(result)
                     places.append(index)
                 report((index + 1) / len(paths))

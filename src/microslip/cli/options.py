@@ -155,7 +155,8 @@ def _settings(option: Option) -> dict[str, Any]:
 
 
 _ARGUMENT = re.compile(
-    r'`(\w+)(?:=(\{"\w+": )?("[^"`]*"|\("[^`]*"\)|slice\(\w+, \w+\)|[-+.\d][^\s`}]*|True)\}?)?`'
+    r'`(\w+)(?:=(\{"\w+": )?'
+    r'("[^"`]*"|\("[^`]*"\)|slice\(\w+, \w+\)|[-+.\d][^\s`}]*|True|False)\}?)?`'
 )
 
 
@@ -184,7 +185,7 @@ def in_options(text: str, command: click.Command | None = None) -> str:
         if not value or param.is_flag:
             return param.opts[-1]
         between = " " if param.nargs > 1 else f" {param.opts[-1]} "
-        words = value.strip("()").replace('", "', f'"{between}"')
+        words = "none" if value == "False" else value.strip("()").replace('", "', f'"{between}"')
         return f"{param.opts[-1]} {key[2:-3] + '=' if key else ''}{words}"
 
     return _ARGUMENT.sub(write, text).replace("`", "")

@@ -125,13 +125,15 @@ class Reading(NamedTuple):
             "normal_load": _or_none(loads[index if len(loads) > 1 else 0] if loads else None),
             "time": _or_none(self.time),
         }
+        units = pairs("unit", self.units)
         if manifest is not None:
             given |= manifest.reading(index)
+            units |= given.pop("units", {})
         record = Record.read(
             path,
             **given,
             sign=-1 if self.flip_sign else None,
-            units=pairs("unit", self.units) or None,
+            units=units or None,
             calibration=pairs("calibration", calibration_of(self.calibration)[0]) or None,
             zero=pairs("zero", self.zero) or None,
             rows=slice_of("--rows", self.rows),
@@ -228,13 +230,14 @@ class Listed(NamedTuple):
 
     def columns(self, rows: Sequence[int]) -> dict[str, list[Any]]:
         """Return the runs and the manifest columns of further data, such as "specimen", by name."""
+        from microslip.laboratory.campaign import NUMBERS
+
         columns: dict[str, list[Any]] = {}
         if self.manifest is not None:
-            units = {**self.manifest.units, "worn_volume": "", "first_cycle": ""}
             for name, values in self.manifest.columns.items():
-                if name not in ("normal_load", "amplitude", "run", "rig"):
-                    head = f"{name} [{units[name]}]" if units[name] else name
-                    columns[head] = [values[i] for i in rows]
+                unit = "" if name in NUMBERS else self.manifest.units[name]
+                if name not in ("run", "rig"):
+                    columns[f"{name} [{unit}]" if unit else name] = [values[i] for i in rows]
         return columns | ({"run": [self.runs[i] for i in rows]} if self.runs else {})
 
 

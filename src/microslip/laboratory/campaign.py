@@ -17,8 +17,12 @@ from microslip.laboratory.manifest import Cell, text_of
 from microslip.laboratory.measurement import Measurement
 from microslip.laboratory.wear import Wear, wear_of
 
-_CARRIED, _SAME_LOAD = 1.05, 0.03
-"""Ratio of forces above which two records contradict each other; relative width of one load."""
+_CARRIED, _SAME_LOAD, _BESIDE = 1.05, 0.03, 0.25
+"""Ratio of forces above which two records contradict each other; relative width of one load;
+largest relative difference of measured and nominal load or amplitude."""
+
+NUMBERS = {"worn_volume": "m^3", "first_cycle": "", "normal_load": "N", "amplitude": "m"}
+"""Numeric columns of a campaign and their units."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +37,8 @@ class Campaign(Locked):
         Data of each record, as in a manifest, such as "stage"; None where a value is unknown.
         Records with equal "specimen" (without it, equal "run": test run, rig or laboratory) are of
         one contact. "worn_volume" [m^3] is the volume after the record, "first_cycle" [-] the
-        number of its first cycle in the life of the specimen.
+        number of its first cycle in the life of the specimen, "normal_load" [N] and "amplitude" [m]
+        are nominal values.
     """
 
     measurements: Sequence[Measurement]
@@ -50,7 +55,7 @@ class Campaign(Locked):
                     f"`columns`: {name} must have a value for each of {count} records, got "
                     f"{show(values)}"
                 )
-        for name, unit in (("worn_volume", "m^3"), ("first_cycle", "")):
+        for name, unit in NUMBERS.items():
             for value in self._column(name):
                 if value is not None and value != 0.0:
                     positive(name, value, unit, 1.0)
@@ -73,12 +78,21 @@ class Campaign(Locked):
         return tuple(map(text_of, self.columns.get("specimen") or self.columns.get("run", ())))
 
     def contradictions(self) -> list[str]:
-        """Return notes on records of one contact and load that contradict each other.
+        """Return notes on records that contradict each other or the values in the manifest.
 
         A contact in gross slip at a force cannot carry a larger force without gross slip in another
-        record at the same load.
+        record at the same load. The mean load or amplitude of a record should not differ from its
+        nominal value by more than a quarter.
         """
         notes = []
+        for name, unit in (("normal_load", "N"), ("amplitude", "m")):
+            for measured, nominal in zip(self.measurements, self._column(name), strict=True):
+                mean = measured.mean.get(name)
+                if nominal and mean and abs(mean.value - nominal) > _BESIDE * nominal:
+                    notes.append(
+                        f"{measured.name}: {name.replace('_', ' ')} {engineering(nominal, unit)} "
+                        f"by the manifest, measured {engineering(mean.value, unit)}"
+                    )
         for members in self._by_load().values():
             sliding = [m for m in members if set(m.possible_regimes) == {"gross slip"}]
             if not sliding:

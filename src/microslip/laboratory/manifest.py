@@ -13,7 +13,6 @@ from typing import Any
 from microslip._core.errors import InputError
 from microslip._core.units import FORCE, LENGTH, VOLUME, Kind, QuantityError, engineering, to_si
 from microslip._core.wording import quote, quoted
-from microslip.laboratory.measurement import Measurement
 from microslip.laboratory.record import Record, checked_path, path_text
 from microslip.readers.files import file_kind, head_of, usable
 from microslip.readers.laboratory import read_rows
@@ -53,8 +52,6 @@ _POSITIVE = {"sample_rate": "a number in Hz", "first_cycle": "a number"}
 """Columns of positive numbers, and their description."""
 _FILE = "file"
 _NONE = ("", "-", "–", "none", "nan", "n/a")
-_BESIDE = 0.25
-"""Largest relative difference of measured and nominal load or amplitude."""
 
 Cell = str | float | None
 
@@ -159,25 +156,21 @@ class Manifest:
         return replace(record, normal_load=load, notes=(*record.notes, note))
 
     def reading(self, row: int) -> dict[str, Any]:
-        """Return the arguments of :meth:`Record.read` for a row: columns and sample rate [Hz]."""
-        return {
-            argument: value if name == "sample_rate" else text_of(value)
-            for name, argument in _READING.items()
-            if (value := self._cell(name, row)) is not None
-        }
+        """Return the arguments of :meth:`Record.read` for a row: columns and sample rate [Hz].
 
-    def compared(self, measured: Measurement, row: int) -> Measurement:
-        """Return a copy with notes if load or amplitude differs from the nominal value of a row."""
-        notes = list(measured.notes)
-        for name, unit in (("normal_load", "N"), ("amplitude", "m")):
-            nominal, mean = self._cell(name, row), measured.mean.get(name)
-            if nominal is None or mean is None or abs(mean.value - nominal) <= _BESIDE * nominal:
-                continue
-            notes.append(
-                f"{name.replace('_', ' ')} {engineering(nominal, unit)} by the manifest, measured "
-                f"{engineering(mean.value, unit)}"
-            )
-        return replace(measured, notes=tuple(notes))
+        A cell "none" means that the file has no such column; a cell "A [um]" has the unit of the
+        column, which then takes precedence over the unit in the file.
+        """
+        given: dict[str, Any] = {}
+        units = {}
+        for name, argument in _READING.items():
+            value = self._cell(name, row)
+            if isinstance(value, str):
+                value, unit = name_and_unit(value)
+                units |= {argument: unit} if unit else {}
+            if value is not None:
+                given[argument] = False if value == "none" else value
+        return given | ({"units": units} if units else {})
 
 
 def text_of(value: Cell) -> str:

@@ -139,14 +139,16 @@ def understood(columns: Sequence[RawColumn]) -> list[Named]:
 
 def _named(place: int, column: RawColumn) -> Named:
     heading, unit, where = column.heading or f"#{place + 1}", column.unit, "by the file"
-    name, in_heading = name_and_unit(heading)
+    words, short = heading, column.short or heading
+    parts = re.split(r"[./]", heading)
+    if short.casefold() in _VALUES and len(parts) > 1:
+        words, short = heading[: -len(short) - 1], parts[-2]
+    name, in_heading = name_and_unit(words)
+    short, in_short = name_and_unit(short)
     if unit is None:
-        unit, where = in_heading, "by its header"
+        unit, where = in_heading or in_short, "by its header"
     unit = spelt(unit) if unit and unit.casefold() not in NO_UNITS else None
     unit = unit and shorten(unit, 80)  # of a damaged file it may be anything
-    short = name_and_unit(column.short or heading)[0]
-    if short.casefold() in _VALUES and len(parts := re.split(r"[./]", name)) > 1:
-        short = parts[-2]
     return Named(place, heading, name, short, unit, where)
 
 

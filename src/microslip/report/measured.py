@@ -68,7 +68,7 @@ def measurement_document(
         for part in _sections(measured, adapt, len(measurements) == 1)
     ]
     last: list[Section] = []
-    if len(measurements) > 1 or skipped:
+    if len(measurements) > 1 or skipped or campaign.contradictions():
         first, last = together.campaign_sections(campaign, skipped, measurements[0].confidence)
         sections[:0] = first
         data["campaign"] = together.campaign_data(campaign, skipped, measurements[0].confidence)

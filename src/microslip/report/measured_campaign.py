@@ -11,7 +11,7 @@ from microslip._core.quantities import json_value, named
 from microslip._core.wording import shorten
 from microslip.figures.picture import Picture
 from microslip.laboratory import figures
-from microslip.laboratory.campaign import Campaign
+from microslip.laboratory.campaign import NUMBERS, Campaign
 from microslip.laboratory.cycle_columns import LABELS, UNITS
 from microslip.laboratory.manifest import Cell, text_of
 from microslip.laboratory.wear import Wear
@@ -34,8 +34,8 @@ _BRIEF = ("amplitude", "normal_load", "friction_energy", "dissipated_energy", "l
 
 
 def _data(campaign: Campaign) -> dict[str, Sequence[Cell]]:
-    """Return the columns of a campaign beside those of its wear."""
-    return {name: values for name, values in campaign.columns.items() if name not in _OF_WEAR}
+    """Return the columns of a campaign without its numbers, which have columns of their own."""
+    return {name: values for name, values in campaign.columns.items() if name not in NUMBERS}
 
 
 def _columns(campaign: Campaign) -> tuple[Column, ...]:

@@ -27,7 +27,8 @@ METALS = ("steel-c45", "steel-c45")
 HARDNESS = 2.4e9
 PRESSURES = (8e7, 2.5e8)
 SEEDS = (0, 1, 2)
-DRAWS = 100
+DRAWS = 400
+"""Random faces of a band; the 95 % quantile of 100 is off by 0.2 standard deviations."""
 FRICTION = 0.2
 KEPT = ("plu-1.plu", "mnt-1.mnt", "al3d-1.al3d")
 """Scans whose middle is solved."""
@@ -105,7 +106,7 @@ def drawn_law(face: Made, pressure: float) -> ms.DrawnFace:
     )  # fmt: skip
 
 
-def _held(drawn: ms.DrawnFace, true: Truth, pressure: float) -> tuple[bool, ...]:
+def _held(drawn: ms.DrawnFace, true: Truth, pressure: float, seed: bytes) -> tuple[bool, ...]:
     """Return whether the 90 % bands of k_n and of the energies [J] hold the truth.
 
     The amplitudes [m] are shares of mu N/k_t of the truth, so that a band of the energy includes
@@ -115,7 +116,7 @@ def _held(drawn: ms.DrawnFace, true: Truth, pressure: float) -> tuple[bool, ...]
     tangential = true.stiffness * drawn.area / drawn.stiffness_ratio
     amplitudes = np.array(AMPLITUDES) * FRICTION * load / tangential
     values = [true.stiffness * drawn.area, *(np.array(true.energies) * tangential * amplitudes**2)]
-    random, draws = np.random.default_rng(7), []
+    random, draws = np.random.default_rng([7, *seed]), []
     for _ in range(DRAWS):
         joint = ms.Interface(drawn.drawn(random), FRICTION, normal_load=load)
         draws.append([joint.normal_stiffness, *joint.dissipated_energy(amplitudes)])
@@ -132,7 +133,7 @@ def compared(kind: str, seed: int, pressure: float) -> tuple[Row, Row]:
         face.heights, _pair(), tightening_pressure=pressure, pixel=face.pixel, piece=None
     )
     drawn = drawn_law(face, pressure)
-    inside = _held(drawn, true, pressure)
+    inside = _held(drawn, true, pressure, key.encode())
     return (
         Row(kind, pressure, _ratios(_numbers(measured, pressure), true)),
         Row(kind, pressure, _ratios(_numbers(drawn, pressure), true), inside),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from faces.campaign import KEPT, PRESSURES, SCANS, compared, compared_scan
 from faces.kinds import KINDS
@@ -9,22 +10,22 @@ from faces.other_kinds import OTHER_KINDS
 
 _THIRD = 2
 """Place of the energy at 0.3 mu N/k_t among the numbers of a row."""
-_WHOLE = 3
-"""Place of the energy at mu N/k_t."""
 
 
 @pytest.mark.slow
 def test_twenty_kinds_of_machined_faces() -> None:
     """Stiffness of a scan within 5 %, energy within 25 %; bands of drawings hold 90 %.
 
-    Ten kinds set the errors of the bands and ten did not. At other seeds see ``python -m faces``.
+    Faces of ten kinds at other seeds set the errors of the bands, the other ten kinds did not. At
+    more seeds see ``python -m faces``.
     """
-    rows = [compared(kind, 0, p) for p in PRESSURES for kind in (*KINDS, *OTHER_KINDS)]
-    for measured, _ in rows:
-        assert measured.ratios[0] == pytest.approx(1.0, abs=0.05)
-        assert measured.ratios[_THIRD] == pytest.approx(1.0, abs=0.25)
-    for place in (0, _THIRD, _WHOLE):
-        assert sum(drawn.inside[place] for _, drawn in rows) >= 0.9 * len(rows)
+    for kinds in (KINDS, OTHER_KINDS):
+        rows = [compared(kind, 0, p) for p in PRESSURES for kind in kinds]
+        for measured, _ in rows:
+            assert measured.ratios[0] == pytest.approx(1.0, abs=0.05)
+            assert measured.ratios[_THIRD] == pytest.approx(1.0, abs=0.25)
+        held = np.array([drawn.inside for _, drawn in rows]).sum(axis=0)
+        assert (held >= 0.9 * len(rows)).all(), held
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -9,7 +10,7 @@ from microslip._core.errors import InputError
 from microslip._core.options import option
 from microslip._core.units import PRESSURE, engineering, significant
 from microslip.contact import DrawnFace, NormalLaw
-from microslip.contact.drawn import SHAPE_ERROR, STIFFNESS_ERROR
+from microslip.contact.drawn import SHAPE_ERROR, SHAPE_FACTOR, STIFFNESS_ERROR
 from microslip.contact.finish import Estimate, Finish, combined
 from microslip.study.fields import MATERIALS, POSITIVE_AREA, UNCERTAIN_LENGTH, one_of, scalar
 from microslip.study.part import Part, SubTable, SurfaceTable, key, optional_key, tag
@@ -138,15 +139,19 @@ class DrawnSurface(_Drawing, SurfaceTable):
     def model_spreads(self) -> dict[str, Spread]:
         """Uncertain factors, by key, on the normal law and on Rq and Rdq estimated from a drawing.
 
-        Their mean is 1 and their scatter the known error of the law or of the estimate.
+        Their scatter is the known error of the law or of the estimate. Their mean is 1, except for
+        the energy of small cycles, which is larger for machined faces than for Gaussian ones.
         """
-        errors = {"stiffness_factor": STIFFNESS_ERROR, "shape_factor": SHAPE_ERROR}
-        errors |= {f"{name}_factor": found.spread for name, found in self._estimates.items()}
-        return {
-            name: Spread.about(1.0, error)
-            for name, error in errors.items()
-            if error > 0.0 and name not in self._keys_in_file
+        variation = math.sqrt(math.expm1(SHAPE_ERROR**2))
+        mean = SHAPE_FACTOR * math.hypot(1.0, variation)
+        found = {
+            "stiffness_factor": Spread.about(1.0, STIFFNESS_ERROR),
+            "shape_factor": Spread.about(round(mean, 2), round(variation, 2)),
         }
+        for name, estimate in self._estimates.items():
+            if estimate.spread > 0.0:
+                found[f"{name}_factor"] = Spread.about(1.0, estimate.spread)
+        return {name: spread for name, spread in found.items() if name not in self._keys_in_file}
 
     def build(self, pair: MaterialPair) -> NormalLaw:
         """Return the normal law of the gap between the two faces."""

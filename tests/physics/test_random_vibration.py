@@ -128,7 +128,7 @@ def test_incomplete_spectra_are_refused() -> None:
     options = {"directions": np.ones(3), "joints_on_base": True}
     for words, psd in (
         ("psd must be frequencies and levels", [1.0]),
-        ("rising frequencies", ([200.0, 100.0], [1.0, 1.0])),
+        ("increasing frequencies", ([200.0, 100.0], [1.0, 1.0])),
         ("not all zero", ([100.0, 200.0], [0.0, 0.0])),
     ):
         with pytest.raises(ms.InputError, match=words):

@@ -130,7 +130,7 @@ def test_fits_are_studies_with_their_misfit():
         ("c", ms.Gaussian(1e-6), {}, "law must be a backbone law"),
         ("c", JOINT, {"nodes": [[1, 2]]}, "nodes must not be given for c"),
         ("abaqus", JOINT, {}, "nodes must be given for abaqus"),
-        ("abaqus", _FIELD, {}, "nodes must be given for a field, two numbers a patch"),
+        ("abaqus", _FIELD, {}, "nodes must be given for a field, two numbers per patch"),
         ("abaqus", _FIELD, {"nodes": [[1, 2]]}, "nodes must be two different node numbers"),
         ("abaqus", JOINT, {"nodes": [[1, 1]]}, "nodes must be two different node numbers"),
         ("abaqus", JOINT, {"nodes": [[1.5, 2]]}, "nodes must be two different node numbers"),

@@ -31,7 +31,7 @@ import microslip as ms
         ({"patches": [[0.0, -0.01, 0.0, 0.01]]}, "the bounds of a patch must increase"),
         ({"patches": [[1.0, 1.1, 0.0, 0.01]]}, "no patch holds any of the faces"),
         ({"kept_modes": 0}, "kept_modes must be an integer from 1"),
-        ({"sensors": {"tip": (9, 9, 9)}}, 'sensor "tip" must be a place and a direction'),
+        ({"sensors": {"tip": (9, 9, 9)}}, 'sensor "tip" must be a position and a direction'),
         ({"sensors": {"tip": ((1.0, 0, 0), "z")}}, 'sensor "tip" must lie on the bodies'),
         ({"sensors": {"tip": ((0.1, 0, 0), "w")}}, 'the direction of sensor "tip" must be "x"'),
         ({"sensors": {"tip": ((0.1, 0, 0), (0, 0, 0))}}, "must not be zero"),

@@ -303,7 +303,7 @@ def test_numbers_and_verdicts_go_with_it() -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"z": heights().astype(float) * np.nan}, "no holes"),
+        ({"z": heights().astype(float) * np.nan}, "no missing points"),
         ({"z": heights()[0]}, "an area"),
         ({"z": heights() * 1e6}, "in metres"),
         ({"z": heights()[:8]}, "16 points"),

@@ -75,7 +75,7 @@ def test_a_stop_while_logging_ruins_nothing(where: int) -> None:
     record = record_of(np.concatenate((x[:at], np.full(2000, x[at]), x[at:])))
     measured = ms.measure(record)
     assert measured.mean["dissipated_energy"].value == pytest.approx(ENERGY, rel=2e-3)
-    assert any("the rig stood still 1 time" in note for note in measured.notes)
+    assert any("the record contains 1 pause" in note for note in measured.notes)
     limit = ms.identify(record).force_limit
     assert limit.value == pytest.approx(LIMIT, rel=2e-3)
 

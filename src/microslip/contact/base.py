@@ -337,8 +337,8 @@ class NormalLaw(Parametric, ABC):
 
     def _unknown(self, name: str) -> InputError:
         return InputError(
-            f"{type(self).__name__} has no {name}: it holds loads only; "
-            "take a GreenwoodWilliamson surface or an AsperityPopulation"
+            f"{type(self).__name__} has no {name}: it has loads only; "
+            "use a GreenwoodWilliamson surface or an AsperityPopulation"
         )
 
     # -- for the interface -------------------------------------------------------------------

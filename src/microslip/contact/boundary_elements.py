@@ -178,8 +178,8 @@ def press(
             return pressure
         low, high = (low & ~up) | below, (high & ~down) | above
     raise InputError(
-        f"the pressures at a separation of {separation:g} pixels were not found in {_ROUNDS} "
-        "rounds; a separation next to zero, or heights in a wrong unit"
+        f"the pressures at a separation of {separation:g} pixels did not converge in {_ROUNDS} "
+        "iterations; the separation is nearly zero, or the heights are in a wrong unit"
     )
 
 

@@ -150,8 +150,8 @@ class MeasuredContact(FaceLaw):
         if solution.pixels < FEWEST_POINTS:
             raise InputError(
                 f"`tightening_pressure` must bring at least {FEWEST_POINTS} points into contact, "
-                f"got {solution.pixels} of {face.heights.size} under {pressure:.4g} Pa: a larger "
-                "scan, a smaller pixel, or a longer short-wave cut-off"
+                f"got {solution.pixels} of {face.heights.size} under {pressure:.4g} Pa; use a "
+                "larger scan, a smaller pixel, or a longer short-wave cut-off"
             )
         changes = resolution_changes(task, solution, workers, second_half) if coarser else {}
         area = face.area if area is None else positive("area", area, "m^2", 1e-4)
@@ -388,7 +388,7 @@ def _table(solution: FaceSolution) -> tuple[Floats, Floats]:
     p, s = solution.pressure.mean(axis=1), solution.slope.mean(axis=1)
     if d.size < 2:
         raise InputError(
-            f"`loads` must leave two in contact, got {d.size}: write more loads, or a larger "
+            f"`loads` must include two with contact, got {d.size}; write more loads, or a larger "
             "`lightest`"
         )
     curve = CubicHermiteSpline(d, np.log(p), -s / p)

@@ -115,11 +115,13 @@ def face_of(heights: Any, pixel: Any) -> Face:
             "profile cannot be solved point by point"
         )
     if min(z.shape) < 16:
-        raise InputError(f"`heights` must have at least 16 points a side, got shape {z.shape}")
+        raise InputError(
+            f"`heights` must have at least 16 points along each side, got shape {z.shape}"
+        )
     holes = int(np.count_nonzero(np.isnan(z)))
     if holes:
         raise InputError(
-            f"`heights` must have no holes, got {holes} missing of {z.size} points; fill them "
+            f"`heights` must have no missing points, got {holes} of {z.size}; fill them "
             'before: scan.condition(fill="interpolate")'
         )
     if pixel is None:
@@ -447,7 +449,7 @@ def _check(arrays: dict[str, Any]) -> None:
         if array.ndim != dimensions or not np.isfinite(array).all():
             raise ValueError(f"no {name}")
     if arrays["reach"].shape != arrays["map"].shape:
-        raise ValueError("maps of two sizes")
+        raise ValueError("maps of different sizes")
     shapes = {arrays[name].shape[0] for name in ("pressure", "slope", "contact")}
     tensors = {arrays[name].shape for name in ("sliding", "lighter_sliding")}
     mean = arrays["pressure"].mean(axis=1)
@@ -464,7 +466,7 @@ def _check(arrays: dict[str, Any]) -> None:
         and math.isfinite(float(np.linalg.det(arrays["sliding"])))
         and np.all(np.linalg.eigvalsh(arrays["sliding"]) > 0.0)
     ):
-        raise ValueError("values that no face has")
+        raise ValueError("values that no face can have")
 
 
 def _damaged(path: str | os.PathLike[str], error: Exception) -> InputError:

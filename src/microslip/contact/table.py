@@ -301,8 +301,8 @@ def _check_table(d: Floats, n: Floats, tail: str | None) -> None:
     i = int(np.argmin(bends))
     if bends[i] < -1e-9 * drops[i] / steps[i]:
         raise InputError(
-            "`load` must be convex (its fall must slow down: N'' < 0 would be a negative "
-            f"density of sliders), got a fall that grows at index {i + 1}, d = {d[i + 1]:g} m"
+            "`load` must be convex (its slope must decrease: N'' < 0 would be a negative "
+            f"density of sliders), got a slope that grows at index {i + 1}, d = {d[i + 1]:g} m"
         )
     if tail is None and n[-1] > 0.0:
         raise InputError(

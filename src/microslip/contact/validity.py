@@ -103,7 +103,8 @@ RULES: tuple[Rule, ...] = (
         outside=float(FEWEST_POINTS),
         meaning="enough points are in contact to resolve the contacts",
         reason="from 1000 down to 100 points the stiffness of a piece scatters by tens of percent; "
-        "the energy of a cycle at mu N/k_t is up to 8 % off friction solved point by point",
+        "the energy of a cycle at mu N/k_t deviates by up to 8 % from friction solved point by "
+        "point",
         remedy="a larger scan, or a smaller pixel",
     ),
     Rule(
@@ -122,7 +123,7 @@ RULES: tuple[Rule, ...] = (
         outside=0.5,
         meaning="pieces are larger than the longest waves of the face",
         reason="the elastic coupling between pieces is neglected: "
-        "loads were 0 to 16 % off where pieces reached half of the longest wave",
+        "loads deviated by 0 to 16 % where pieces reached half of the longest wave",
         remedy="larger pieces, `piece=None`, or a long-wave cut-off: form then belongs "
         "to the structure",
     ),

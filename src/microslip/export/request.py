@@ -229,7 +229,7 @@ def patches_of(kind: str, law: Any, nodes: ArrayLike | None) -> tuple[Patch, ...
     if nodes is None:
         if len(laws) > 1:
             raise InputError(
-                f"`nodes` must be given for a field, two numbers a patch [{len(laws)} patches], "
+                f"`nodes` must be given for a field, two numbers per patch [{len(laws)} patches], "
                 "got none"
             )
         return (Patch(laws[0], ()),)

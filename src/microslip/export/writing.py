@@ -218,8 +218,8 @@ def _check_sliders(order: Order, law: Any, limits: dict[str, Any]) -> None:
     low = order.span[0]
     if isinstance(law, (IsotropicJoint, IsotropicField)):
         raise InputError(
-            f"`law` must have enough sliders for cycles of {low:.3g} m: they miss the dissipated "
-            f"energy by {100.0 * error:.3g} %; give the joint itself with `cells`, more sliders, "
+            f"`law` must have enough sliders for cycles of {low:.3g} m, got a relative error of "
+            f"{error:.3g} in the energy; give the joint itself with `cells`, more sliders, "
             "or a larger `smallest_amplitude`"
         )
     cells = order.cells
@@ -237,6 +237,6 @@ def _check_sliders(order: Order, law: Any, limits: dict[str, Any]) -> None:
         else "give a larger smallest_amplitude"
     )
     raise InputError(
-        f"`cells` must be enough for cycles of {low:.3g} m, where {order.cells} sliders miss the "
-        f"dissipated energy by {100.0 * error:.3g} %; {remedy}"
+        f"`cells` must be enough for cycles of {low:.3g} m, where {order.cells} sliders have a "
+        f"relative error of {error:.3g} in the dissipated energy; {remedy}"
     )

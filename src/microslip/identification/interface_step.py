@@ -447,7 +447,7 @@ def _data(
         if name not in functions:
             hint = did_you_mean(name, list(functions))
             raise InputError(
-                f"`known`: {show(name)} is no parameter of an interface, which has "
+                f"`known`: {show(name)} is not a parameter of an interface, which has "
                 f"{', '.join(functions)}{hint}"
             )
         data.append(Datum(name, value, error, functions[name]))

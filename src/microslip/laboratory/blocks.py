@@ -160,8 +160,8 @@ def blocks_of(record: Record) -> Blocks:
     if len(inner_stops):
         longest_stop = float(np.diff(inner_stops, axis=1).max()) / motion.period
         notes += (
-            f"the rig stood still {plural(len(inner_stops), 'time')} while it was logged, for "
-            f"{significant(longest_stop, 2)} cycles at most: cycles are cut there",
+            f"the record contains {plural(len(inner_stops), 'pause')} of the motion, of up to "
+            f"{significant(longest_stop, 2)} cycles: cycles are cut there",
         )
     small = [part for block in blocks for part in _with_smaller(x, force, block, motion, kind)]
     small = [part for block in small for part in _by_frequency(block, motion)]

@@ -100,7 +100,7 @@ def motion_of(displacement: Floats, force: Floats, gaps: Sequence[int] = ()) -> 
     low, high = (float(value) for value in np.percentile(sampled, (1.0, 99.0)))
     middle, amplitude = 0.5 * (low + high), 0.5 * (high - low)
     if amplitude == 0.0:
-        raise InputError(f"`displacement` must move, got {displacement[0]:g} m nearly throughout")
+        raise InputError(f"`displacement` must vary, got {displacement[0]:g} m nearly throughout")
     x = displacement - middle
     edges = [0, *(gap + 1 for gap in gaps), x.size]
     crossings = [_crossings(x[a:b], BAND * amplitude)[0] for a, b in pairwise(edges)]

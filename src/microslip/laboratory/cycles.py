@@ -352,9 +352,8 @@ def check_direction(
     ellipse = 2.0 * np.pi * size / x.size
     if not energy < -max(_STANDARD_ERRORS * error, _THIN * ellipse):
         return
-    words = (
-        f"{name}: the loops run in the wrong direction (energy {engineering(energy, 'J')} a cycle)"
-    )
+    loss = engineering(energy, "J")
+    words = f"{name}: the loops run in the wrong direction (energy {loss} per cycle)"
     if float(away @ against) < _ALIKE * size:
         cause = "the force has the opposite sign (--flip-sign, `sign=-1` in Python, reverses it)"
     elif delay:

@@ -229,8 +229,8 @@ def shape_notes(shape: Shape | None, is_load_recorded: bool) -> list[str]:
         else:
             load = "" if is_load_recorded else "the normal load within the cycle, or "
             notes.append(
-                f"the force does not rise along concave branches, as friction at a constant load "
-                f"does: it is {100.0 * depth:.0f} % of its amplitude too low at "
+                f"the branches of the loop are not concave, as those of friction at a constant "
+                f"load are: the force is {100.0 * depth:.0f} % of its amplitude too low at "
                 f"{100.0 * place:.0f} % of the way after a reversal; {UNDECIDED} (a load that "
                 "changes within the cycle, stick-slip, play in the drive, a force that depends on "
                 "the rate, a delay); "

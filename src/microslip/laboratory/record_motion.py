@@ -57,10 +57,10 @@ def third_harmonic_of(record: Record, block: Block) -> tuple[float, list[str]]:
     if not is_cubic:
         return size, []
     return size, [
-        f"the displacement has a third harmonic of {100.0 * size:.1f} %, in phase with "
-        f"it and alone: {UNDECIDED} (the drive, or a displacement sensor that is not linear, "
-        "which makes amplitude, energy and stiffness wrong); a calibration of the sensor, or "
-        "a column of the commanded displacement, would identify the cause"
+        f"the displacement has a third harmonic of {100.0 * size:.1f} %, in phase "
+        f"with the first and without others: {UNDECIDED} (the drive, or a displacement sensor that "
+        "is not linear, which makes amplitude, energy and stiffness wrong); a calibration of the "
+        "sensor, or a column of the commanded displacement, would identify the cause"
     ]
 
 

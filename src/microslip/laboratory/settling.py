@@ -72,9 +72,9 @@ def excess_loss_notes(loss_factor: NDArray[np.float64]) -> list[str]:
     if not large.any():
         return []
     return [
-        f"a loss factor above 4/π = 1.27, up to {float(np.nanmax(loss_factor)):.3g}, in "
-        f"{named_cycles(large)}: larger than the rectangle around the reversals, the limit of "
-        "friction alone: viscous or inertial forces, or spikes"
+        f"the loss factor exceeds 4/π = 1.27, the limit of friction alone: it is up to "
+        f"{float(np.nanmax(loss_factor)):.3g} in {named_cycles(large)}; viscous or inertial "
+        "forces, or spikes, increase the area of the loops"
     ]
 
 

@@ -202,7 +202,7 @@ class VirtualTribometer:
         rate = self.sample_rate or SAMPLES_A_CYCLE * frequency
         if rate < _FEWEST_SAMPLES * frequency:
             raise InputError(
-                f"`sample_rate` must give at least {_FEWEST_SAMPLES} samples a cycle, "
+                f"`sample_rate` must give at least {_FEWEST_SAMPLES} samples per cycle, "
                 f"{exact(_FEWEST_SAMPLES * frequency)} Hz at {exact(frequency)} Hz, got "
                 f"{exact(rate)} Hz"
             )

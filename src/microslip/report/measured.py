@@ -178,7 +178,8 @@ def _sections(
     if measured.rig_stiffness is not None:
         facts.append(f"rig of {engineering(measured.rig_stiffness, 'N/m')} subtracted")
     regimes = (
-        f"Regimes: stick up to A = {STICK:.3g}, gross slip from B = {GROSS:.3g}, as of one sphere."
+        f"Regimes: stick up to A = {STICK:.3g}, gross slip from B = {GROSS:.3g}, "
+        "the limits of one sphere."
     )
     channels = [note for note in measured.notes if isinstance(note, ChannelNote)]
     blocks: tuple[Block, ...] = (

@@ -95,7 +95,7 @@ def _columns(name: str, value: ArrayLike, rows: int, what: str) -> Floats:
         )
     idle = np.flatnonzero(~array.any(axis=0))
     if idle.size:
-        raise InputError(f"{name} must move something: input {int(idle[0])} is all zeros")
+        raise InputError(f"{name} must have a nonzero number: input {int(idle[0])} is all zeros")
     return array
 
 
@@ -193,10 +193,11 @@ def _at_supports(
     inner = modal_model(mass, stiffness, damping, tuple(inner_joints), motions)
     if inner.free.shape[1]:
         raise InputError(
-            f"supports must restrain the structure: {inner.free.shape[1]} of its motions are free"
+            f"supports must restrain the structure: {inner.free.shape[1]} rigid-body motions "
+            "are free"
         )
     if not inner.size:
-        raise InputError("supports must leave something that moves elastically")
+        raise InputError("supports must leave at least one elastic mode")
     stuck = stuck_stiffness(rest.stiffness, rest.attachments, motions)
     carried = np.zeros((size, moved.shape[1]))
     carried[given] = moved
@@ -433,7 +434,7 @@ def _control(
     carried = np.array([(moved + free).real, -(moved + free).imag])
     modal = base.model.shapes.T @ sensor
     if not carried.any() and not modal.any():
-        raise InputError("at must be a position that moves")
+        raise InputError("at must be a direction in which the structure moves")
     return Control(modal, carried, power_of(quantity), target)
 
 

@@ -366,8 +366,8 @@ def _places(positions: ArrayLike) -> Floats:
         array = np.stack([np.atleast_1d(array), np.zeros(array.size)], axis=1)
     if array.ndim != 2 or array.shape[1] != 2:
         raise InputError(
-            "positions must be places along the lap [m], or pairs along and across it, got shape "
-            f"{array.shape}"
+            "positions must be coordinates along the lap [m], or pairs along and across it, got "
+            f"shape {array.shape}"
         )
     if len(np.unique(array, axis=0)) != len(array):
         raise InputError("positions must differ from bolt to bolt, got one twice")

@@ -153,7 +153,7 @@ def geometry(
     if limits is not None:
         if limits.size not in (1, p):
             raise InputError(
-                f"reach must be one number or {p}, a coordinate each, got {limits.size}"
+                f"reach must be one number or {p}, one for each coordinate, got {limits.size}"
             )
         limits = np.broadcast_to(limits.reshape(-1), (p,)).copy()
     if limits is not None and limits.min() <= 0.0:

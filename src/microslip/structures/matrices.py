@@ -187,7 +187,8 @@ def direction_matrix(name: str, value: Any, size: int, last: Sequence[int] = ())
     if idle.size:
         column = np.unravel_index(int(idle[0]), array.shape[1:])
         raise InputError(
-            f"{name} must move something: column {show(tuple(int(i) for i in column))} is all zeros"
+            f"{name} must have a nonzero number in each column, and column "
+            f"{show(tuple(int(i) for i in column))} is all zeros"
         )
     return lock(np.array(array))
 

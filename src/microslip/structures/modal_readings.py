@@ -78,7 +78,7 @@ def read_decay(time: ArrayLike, signal: ArrayLike) -> FreeDecay:
         )
     steps = np.diff(t)
     if steps.min() <= 0.0 or np.ptp(steps) > 1e-6 * steps.mean():
-        raise InputError("time must increase in even steps")
+        raise InputError("time must increase in equal steps")
     rising = _crossings(t, x)
     if rising.size < 7 or (rising[-1] - rising[0]) / (rising.size - 1) < 8.0 * steps.mean():
         raise InputError(
@@ -89,7 +89,7 @@ def read_decay(time: ArrayLike, signal: ArrayLike) -> FreeDecay:
     amplitude = 0.5 * (peaks[:, 0] - peaks[:, 1])
     if amplitude.min() <= 0.0:
         at = float(rising[int(np.argmin(amplitude))])
-        raise InputError(f"signal must swing to both sides in each cycle, not so at {at:.6g} s")
+        raise InputError(f"signal must change sign in each cycle, which it does not at {at:.6g} s")
     period = np.diff(rising)
     # Over two cycles around each: a decrement between neighbours sits between them.
     decrement = 0.5 * np.log(amplitude[:-2] / amplitude[2:])
@@ -181,7 +181,7 @@ def ring_down(time: ArrayLike, signal: ArrayLike, points: Any, quantity: Any, ba
         step = float(t[-1] - t[0]) / (t.size - 1)
         even_times = np.linspace(t[0], t[-1], t.size)
         if not step > 0.0 or float(np.abs(t - even_times).max()) > 0.5 * step:
-            raise InputError("time must increase in even steps")
+            raise InputError("time must increase in equal steps")
         t = even_times  # what differs by less than half a step is rounding of the file
         if band is None:
             part = _above_noise(_single_mode(x, step), 0, _noise(x, step, 0.5 / step))

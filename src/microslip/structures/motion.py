@@ -173,7 +173,7 @@ def integrate(
     steps = np.diff(times)
     if times.size < 2 or steps.min() <= 0.0 or np.ptp(steps) > 1e-6 * steps.mean():
         raise InputError(
-            "time must hold at least two rising times in even steps, such as "
+            "time must hold at least two increasing times in equal steps, such as "
             "np.linspace(0.0, 0.1, 10001)"
         )
     if radius is not None and not 0.0 <= (radius := number("spectral_radius", radius)) <= 1.0:

@@ -104,8 +104,8 @@ def slow_flow(
 
     if not slow(0.0, np.ones(1)) > 0.0:
         raise InputError(
-            f"`amplitude` must be one that decays slowly: of {exact(amplitude)} m a cycle "
-            "would lose more than half; ring_down(...) follows any motion"
+            f"`amplitude` must decay slowly: from {exact(amplitude)} m more than half is lost "
+            "in a cycle; use ring_down(...), which computes any motion"
         )
     if duration is not None and not periods <= MOST_CYCLES:
         raise InputError(

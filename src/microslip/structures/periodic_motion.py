@@ -82,7 +82,7 @@ def harmonic_basis(harmonics: Sequence[int], samples: Any) -> HarmonicBasis:
     samples = whole_number("samples", samples, 1, MOST_SAMPLES)
     if samples < 4 * orders[-1]:
         raise InputError(
-            f"samples must be at least {4 * orders[-1]}, four a period of the highest one, "
+            f"samples must be at least {4 * orders[-1]}, four per period of the highest harmonic, "
             f"got {samples}"
         )
     return HarmonicBasis(tuple(sorted({0, *orders})), samples)

@@ -227,7 +227,7 @@ def _fixed_modes(
 def _place(raw_place: Any, label: str) -> Floats:
     place = floats(label, raw_place)
     if place.shape != (3,):
-        raise InputError(f"{label} must be a place (x, y, z) [m], got {show(raw_place)}")
+        raise InputError(f"{label} must be a position (x, y, z) [m], got {show(raw_place)}")
     return place
 
 
@@ -262,7 +262,7 @@ def _sensors(elements: Elements, sensors: Mapping[str, Any] | None) -> tuple[tup
             place, direction = position
         except (TypeError, ValueError):
             raise InputError(
-                f'{label} must be a place and a direction, such as ((0.36, 0, 0), "z"), '
+                f'{label} must be a position and a direction, such as ((0.36, 0, 0), "z"), '
                 f"got {show(position)}"
             ) from None
         if isinstance(direction, str):

@@ -275,8 +275,8 @@ def gaps_at(form: Any, places: Floats) -> Floats:
             values = np.full(len(places), float(values))
         if values.shape != (len(places),):
             raise InputError(
-                "form must be a function that gives one gap [m] a place, got shape "
-                f"{values.shape} for {len(places)} places"
+                "form must be a function that gives one gap [m] per position, got shape "
+                f"{values.shape} for {len(places)} positions"
             )
         return values
     table = floats("form", form, missing=True)
@@ -287,7 +287,7 @@ def gaps_at(form: Any, places: Floats) -> Floats:
         )
     measured = table[np.isfinite(table).all(axis=1)]
     if len(measured) < 4:
-        raise InputError(f"form must have at least 4 places, got {len(measured)}")
+        raise InputError(f"form must have at least 4 positions, got {len(measured)}")
     floats("form", measured)
     return _interpolated(measured, places)
 
@@ -298,7 +298,7 @@ def _interpolated(table: Floats, places: Floats) -> Floats:
 
     scale = np.ptp(table[:, :2], axis=0)
     if not (scale > 0.0).all():
-        raise InputError("form must have places that differ along and across the faces")
+        raise InputError("form must have positions that differ along and across the faces")
     flat = table[:, :2] / scale
     values = np.asarray(LinearNDInterpolator(Delaunay(flat), table[:, 2])(places / scale))
     missing = np.flatnonzero(np.isnan(values))

@@ -50,7 +50,7 @@ class Spectrum:
             )
         frequency, density = array
         if frequency[0] < 0.0 or np.diff(frequency).min() <= 0.0:
-            raise InputError("psd must have rising frequencies, none below zero [Hz]")
+            raise InputError("psd must have increasing frequencies of at least 0 Hz")
         if density.min() < 0.0 or not density.any():
             raise InputError("psd must have levels that are not below zero, and not all zero")
         return cls(frequency.copy(), density.copy())

@@ -21,7 +21,7 @@ _LEVEL_SCATTER, _LEVEL_STEP = 0.03, 0.1  # of ln(amplitude), in a level and from
 _FORCED = 0.2  # of ln(force): how far it goes in a level of controlled response, at least
 
 LINEAR = Rule(
-    "misfit of one linear mode a level",
+    "misfit of one linear mode per level",
     0.05, 0.2,
     "At constant amplitude the mode is linear and isolated.",
     "Rms residual of force over amplitude, relative to its smallest value, which is at the "
@@ -138,9 +138,9 @@ def _other_phase(frequency: Floats, phase: Floats, power: int) -> str:
     if POWERS[name] != power:
         steps.append(f"add {90 * (power - POWERS[name]):+d} degrees")
     if not steps:
-        return "look at its sign and unit"
+        return "check its sign and unit"
     sense = "ahead of" if falling else "behind"
-    return f"it goes as that of the {name} {sense} the force does: {' and '.join(steps)}"
+    return f"it varies as the phase of the {name} {sense} the force: {' and '.join(steps)}"
 
 
 def _controlled_levels(sensed: Floats, push: Floats) -> list[np.ndarray[Any, Any]]:

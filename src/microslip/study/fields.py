@@ -228,7 +228,7 @@ def _si(
     if file.decimal == "," and "." not in cell:
         number = number.replace(",", ".")
     if not _NUMBER.fullmatch(number) or (file.decimal == "," and "." in cell):
-        hint = f' (a unit stands in the header, "x [{cell}]")' if cell and is_unit(cell) else ""
+        hint = f' (write the unit in the header, "x [{cell}]")' if cell and is_unit(cell) else ""
         raise ValueError(f"{file.no_number(line, place, cell)}{hint}")
     # A power of ten goes into the exponent, so that each number is the nearest double.
     if power is not None and "e" not in number and "E" not in number:

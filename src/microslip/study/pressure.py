@@ -232,10 +232,10 @@ class AnnulusPressure(_Round):
 class RectanglePressure(PressurePart):
     """Uniform pressure on a rectangle."""
 
-    kind: str = tag("rectangle", "Even on a rectangle, such as a specimen of a rig.")
+    kind: str = tag("rectangle", "Uniform on a rectangle, such as a specimen of a rig.")
     length: float = key(_LENGTH, "One side.", '"12 mm"')
     width: float = key(_LENGTH, "The other side.", '"3 mm"')
-    count: int = key(_COUNT, "Number of such contacts, equal and separate.", default=1)
+    count: int = key(_COUNT, "Number of identical, separate contacts.", default=1)
 
     def spread(self, rings: int = RINGS) -> Pressure:
         """Return the uniform pressure on the total area of all rectangles."""

@@ -54,7 +54,7 @@ REMOVED_KEYS: dict[str, str] = {
     "intervals of the law",
     "uncertainty.indices": "use scipy.stats.sobol_indices over ms.evaluate in Python",
     "uncertainty.method": "leave it out: the points are scrambled Sobol' points",
-    "not_identified": "leave it out: the joint.toml that identify writes carries intervals",
+    "not_identified": "leave it out: the joint.toml that identify writes includes intervals",
     "structure.bolts.order": "leave it out: settled motion does not depend on the tightening order",
     "structure.bolts.passes": "leave it out: each bolt is tightened to its tension",
 }

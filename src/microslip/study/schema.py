@@ -162,7 +162,7 @@ class History(Part):
             times = here.attempt(lambda: column_values(_TIMES, here, self.file, time))
             if times is not FAILED:
                 if not np.all(np.diff(times) > 0.0):
-                    raise KeyedError(".time", f"{name}: wanted times that rise")
+                    raise KeyedError(".time", f"{name}: wanted increasing times")
                 self.keep(times=lock(np.array(times)))
         self.keep(values=lock(np.array(values)))
 

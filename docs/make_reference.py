@@ -1,19 +1,23 @@
 """Write the reference pages that follow from declarations: python docs/make_reference.py
 
 ``study-keys.md`` lists the keys of a study from its JSON Schema, ``command-options.md`` the options
-of the command from click, ``results-names.md`` the quantities of a result from their table. Explain
-keys, options and quantities where they are declared; the pages beside these are for prose.
+of the command from click, ``results-names.md`` the quantities of a result from their table, and
+``verdicts.md`` the limits of all verdicts from their rules. Explain keys, options, quantities and
+limits where they are declared; the pages beside these are for prose.
 """
 
 from __future__ import annotations
 
+import importlib
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import click
 
 from microslip._core.quantities import QUANTITIES
+from microslip._core.verdicts import Rule
 from microslip.cli import main as command
 from microslip.study.json_schema import json_schema
 
@@ -225,10 +229,60 @@ def names_page() -> str:
     ).rstrip() + "\n"
 
 
+# -- verdicts --------------------------------------------------------------------------------------
+
+RULES = {
+    "Joints": ("contact.validity",),
+    "Scans and summits": ("surfaces.scan_rules",),
+    "Structures and their tests": (
+        "structures.structure",
+        "structures.modal_curve",
+        "structures.random_vibration",
+        "structures.stepped_sine",
+        "structures.reduction_identification",
+    ),
+    "Studies of a bolted structure": ("report.structure.judged",),
+}
+
+
+def rules_in(value: Any) -> Iterator[Rule]:
+    """Yield the rules in a module, a collection of rules, or a rule itself."""
+    if isinstance(value, Rule):
+        yield value
+    elif isinstance(value, (tuple, dict)):
+        for item in value.values() if isinstance(value, dict) else value:
+            yield from rules_in(item)
+
+
+def short(limit: float) -> str:
+    """Return a limit with three digits, large ones without an exponent."""
+    return f"{limit:.3g}" if limit < 1000.0 else f"{limit:,.0f}"
+
+
+def verdicts_page() -> str:
+    """Return the page of the verdicts with their limits."""
+    parts = [
+        "# Verdicts and their limits\n\n" + NOTE + "\nHere you find the limits of every verdict: "
+        "up to the first one the verdict is `ok`, beyond the second one `outside`, between them "
+        "`watch`. [Validity](validity.md) explains the assumptions.\n\n"
+    ]
+    for heading, modules in RULES.items():
+        rows = []
+        for name in modules:
+            for rule in rules_in(vars(importlib.import_module(f"microslip.{name}"))):
+                good, bad = ("≥", "<") if rule.outside < rule.watch else ("≤", ">")
+                limits = f"{good} {short(rule.watch)}", f"{bad} {short(rule.outside)}"
+                rows.append([rule.name, rule.meaning, *limits, rule.remedy])
+        parts.append(f"## {heading}\n\n")
+        parts.append(table(["judged number", "assumption", "ok", "outside", "remedy"], rows))
+    return "".join(parts).rstrip() + "\n"
+
+
 PAGES = {
     "study-keys.md": keys_page,
     "command-options.md": options_page,
     "results-names.md": names_page,
+    "verdicts.md": verdicts_page,
 }
 
 

@@ -442,7 +442,9 @@ def reference() -> types.ModuleType:
     return module
 
 
-@pytest.mark.parametrize("name", ["study-keys.md", "command-options.md", "results-names.md"])
+@pytest.mark.parametrize(
+    "name", ["study-keys.md", "command-options.md", "results-names.md", "verdicts.md"]
+)
 def test_reference_pages_are_those_of_the_declarations(name: str) -> None:
     written = (DOCS / name).read_text(encoding="utf-8")
     assert written == reference().PAGES[name](), "python docs/make_reference.py writes it again"

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from cases import folded
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -62,12 +63,12 @@ def unproved(text: str) -> list[str]:
     return found
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@folded("page", {page.name: page for page in PAGES}, whole=True)
 def test_claims_of_accuracy_name_what_shows_them(page: Path) -> None:
     assert unproved(page.read_text("utf-8")) == []
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@folded("page", {page.name: page for page in PAGES}, whole=True)
 def test_what_is_named_is_there(page: Path) -> None:
     text = page.read_text("utf-8")
     for path in re.findall(r"(?:tests|benchmarks|tools)/[\w/]+\.py", text):

@@ -40,6 +40,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from cases import folded
 from click.testing import CliRunner
 
 import microslip as ms
@@ -54,6 +55,7 @@ PAGES = sorted(
     [ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
     + [page for page in DOCS.rglob("*.md") if page.relative_to(DOCS).parts[0] not in MADE]
 )
+NAMED = {str(page.relative_to(ROOT)): page for page in PAGES}
 LANGUAGES = {
     *("python", "sh", "toml", "csv", "text", "matlab", "c", "julia", "{toctree}", "{eval-rst}")
 }
@@ -200,7 +202,7 @@ def quick_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Figure, "savefig", lambda figure, path, **_: Path(path).write_bytes(empty))
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@folded("page", NAMED, whole=True)
 def test_every_block_is_of_a_kind_that_is_tested(page: Path) -> None:
     assert {block.language for block in all_blocks(page)} <= LANGUAGES
 
@@ -378,7 +380,7 @@ def anchors(page: Path) -> set[str]:
     return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
 
 
-@pytest.mark.parametrize("page", [*PAGES, ROOT / "CHANGELOG.md"], ids=lambda page: page.name)
+@folded("page", NAMED | {"CHANGELOG.md": ROOT / "CHANGELOG.md"}, whole=True)
 def test_links(page: Path) -> None:
     text = re.sub(r"(?ms)^```.*?^```", "", page.read_text(encoding="utf-8"))
     for target in re.findall(r"\]\(([^)\s]+)\)", text):
@@ -416,10 +418,10 @@ def test_every_page_is_on_the_site_and_linked_where_it_is_listed() -> None:
             assert f"({below.name})" in text, f"{below.name} is not in the tables of {page.name}"
 
 
-@pytest.mark.parametrize(
+@folded(
     "page",
-    [p for p in PAGES if p.is_relative_to(DOCS) and p.name != "index.md"],
-    ids=lambda p: p.name,
+    {name: p for name, p in NAMED.items() if p.is_relative_to(DOCS) and p.name != "index.md"},
+    whole=True,
 )
 def test_a_page_begins_with_what_the_reader_can_do_and_has_a_picture(page: Path) -> None:
     text = re.sub(r"(?ms)^```.*?^```|<!--.*?-->", "", page.read_text(encoding="utf-8"))

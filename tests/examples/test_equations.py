@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-import pytest
+from cases import folded
 
 import microslip as ms
 
@@ -30,13 +30,13 @@ def test_every_equation_has_one_row() -> None:
     assert numbers == list(range(1, 31))
 
 
-@pytest.mark.parametrize("row", ROWS, ids=lambda row: row[0])
+@folded("row", {row[0]: row for row in ROWS}, whole=True)
 def test_every_row_names_something(row: list[str]) -> None:
     assert len(row) == 3
     assert re.search(r"`\w+\.\w+`", row[2])
 
 
-@pytest.mark.parametrize("name", NAMES)
+@folded("name", {name: name for name in NAMES}, whole=True)
 def test_names_are_there(name: str) -> None:
     owner, _, member = name.partition(".")
     item: Any = CLASSES[owner] if owner in CLASSES else getattr(ms, owner)

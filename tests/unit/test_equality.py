@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import copy
 import pickle
-from typing import Any
 
 import numpy as np
-import pytest
 
 import microslip as ms
 from microslip.contact.heights import HEIGHTS
@@ -17,12 +15,12 @@ from microslip.friction.laws import LAWS
 STATED = [item for kind in (*HEIGHTS, *NORMAL_LAWS, *LAWS) for item in kind.examples()]
 
 
-@pytest.mark.parametrize("item", STATED, ids=lambda item: type(item).__name__)
-def test_a_copy_equals_its_original(item: Any) -> None:
-    for other in (copy.deepcopy(item), pickle.loads(pickle.dumps(item))):
-        assert other == item
-        assert hash(other) == hash(item)
-    assert all((item == other) == (item is other) for other in STATED)
+def test_a_copy_equals_its_original() -> None:
+    for item in STATED:
+        for other in (copy.deepcopy(item), pickle.loads(pickle.dumps(item))):
+            assert other == item
+            assert hash(other) == hash(item)
+        assert all((item == other) == (item is other) for other in STATED)
 
 
 def test_one_other_number_makes_another_law() -> None:

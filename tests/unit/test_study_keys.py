@@ -7,7 +7,7 @@ import tomllib
 from collections.abc import Iterator
 from typing import Any
 
-import pytest
+from cases import folded
 
 from microslip._core.options import Option
 from microslip._core.parameters import Number
@@ -58,16 +58,16 @@ def example(item: Key) -> object:
     return {bool: True, int: 1, str: "text"}[declared.kind]  # type: ignore[index]
 
 
-@pytest.mark.parametrize("path", [path for path in KEYS if example(KEYS[path]) is not None])
-def test_the_example_of_a_key_is_accepted(path: str) -> None:
-    value, errors = read(KEYS[path], example(KEYS[path]))
+@folded("item", {path: item for path, item in KEYS.items() if example(item) is not None})
+def test_the_example_of_a_key_is_accepted(item: Key) -> None:
+    value, errors = read(item, example(item))
     if [message for _, message in errors if message.endswith("no such file")]:
         return  # a table that names a file was read up to the file itself
     assert not errors
     assert value is not FAILED
 
 
-@pytest.mark.parametrize("path", PLAIN)
+@folded("path", {path: path for path in PLAIN})
 def test_a_wrong_kind_is_refused_at_its_key(path: str) -> None:
     item, declared = KEYS[path], PLAIN[path]
     wrong: list[object] = [{"a": 1}, math.nan]
@@ -90,8 +90,8 @@ def test_a_wrong_kind_is_refused_at_its_key(path: str) -> None:
         assert "\n" not in message
 
 
-LIMITED = [
-    (path, value)
+LIMITED = {
+    f"{path} {value:g}": (path, value)
     for path, declared in PLAIN.items()
     if declared.kind in (float, int) or isinstance(declared.kind, Kind)
     for value in (
@@ -102,11 +102,12 @@ LIMITED = [
           if math.isfinite(v)),
     )
     if math.isfinite(value)
-]  # fmt: skip
+}  # fmt: skip
 
 
-@pytest.mark.parametrize(("path", "value"), LIMITED)
-def test_a_value_past_a_limit_is_refused_at_its_key(path: str, value: float) -> None:
+@folded("limited", LIMITED)
+def test_a_value_past_a_limit_is_refused_at_its_key(limited: tuple[str, float]) -> None:
+    path, value = limited
     item, declared = KEYS[path], PLAIN[path]
     raw = text_in_si(declared, value if declared.kind is not int else int(value))
     read_value, errors = read(item, raw)

@@ -1,4 +1,4 @@
-"""Everything is frozen, holds arrays of its own, and survives pickling and copying."""
+"""Everything is frozen, holds arrays of its own, and equals its copies, pickled ones included."""
 
 from __future__ import annotations
 
@@ -99,6 +99,10 @@ def test_copies_give_the_same_numbers(thing: Any) -> None:
     used = [copier(thing) for copier in COPIERS.values()]
     for other in (*new, *used):
         assert type(other) is type(thing)
+        if isinstance(thing, ms.BackboneLaw | ms.NormalLaw | ms.HeightDistribution):
+            assert other == thing
+            assert hash(other) == hash(thing)
+            assert all((thing == one) == (thing is one) for one in THINGS.values())
         assert numbers(other) == expected
         assert repr(other).partition(" object at")[0] == repr(thing).partition(" object at")[0]
 
@@ -142,3 +146,19 @@ def test_later_changes_of_an_array_do_not_reach_what_was_made(held: str) -> None
         assert not np.shares_memory(mine, array), name
         np.testing.assert_array_equal(mine, theirs)
     assert numbers(thing) == numbers(twin)
+
+
+def test_one_other_number_makes_another_law() -> None:
+    loads = np.array([3.0, 1.0, 0.0])
+    pair = ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33))
+    one = ms.TabulatedNormalLaw(pair, [0.0, 1e-6, 2e-6], loads)
+    other = ms.TabulatedNormalLaw(pair, [0.0, 1e-6, 2e-6], loads * (1.0 + 1e-15))
+    assert one == ms.TabulatedNormalLaw(pair, [0.0, 1e-6, 2e-6], loads)
+    assert one != other
+    assert one != "a law"
+    assert ms.Interface(one, 0.3, 1.0) != ms.Interface(other, 0.3, 1.0)
+    field = ms.JointField(one, 0.3, areas=[1e-5, 2e-5], loads=[0.1, 0.15], surface_area=1e-4)
+    assert copy.deepcopy(field) == field
+    assert (
+        ms.JointField(one, 0.3, areas=[1e-5, 2e-5], loads=[0.1, 0.16], surface_area=1e-4) != field
+    )

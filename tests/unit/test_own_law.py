@@ -1,6 +1,11 @@
-"""Heights of one's own on surfaces and in the second step of an identification."""
+"""A user's own law and heights: on surfaces, in fits, in studies and in commands."""
 
 from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -25,3 +30,92 @@ def test_heights_of_ones_own_stand_on_surfaces_and_in_fits() -> None:
     u = joint.force_limit / joint.tangential_stiffness * np.geomspace(1e-3, 30.0, 40)
     assert again.backbone(u) == pytest.approx(joint.backbone(u), rel=1e-9)
     assert model.curve(u, values, 500.0)[0] == pytest.approx(joint.backbone(u), rel=1e-9)
+
+
+TESTS = Path(__file__).parents[1]
+
+EXPORT = """
+import json
+import sys
+
+import numpy as np
+from click.testing import CliRunner
+
+import microslip as ms
+from microslip import friction
+from microslip.contact import heights
+from microslip.friction import laws
+from own_laws import Hyperbola, Ramp
+
+# What an entry in the exported tuples does, before anything has read them.
+laws.LAWS = friction.LAWS = (*laws.LAWS, Hyperbola)
+heights.HEIGHTS = (*heights.HEIGHTS, Ramp)
+assert not any(name.startswith("microslip.study") for name in sys.modules)
+
+from microslip.cli import main
+
+
+def run(*words, code=0):
+    found = CliRunner().invoke(main, words)
+    assert found.exit_code == code, found.output
+    return found.output
+
+
+LAW = Hyperbola(stiffness=2e7, force_limit=300.0)
+"""
+
+STUDIES = """
+friction.save_law(LAW, "law.json")
+open("law.toml", "w").write('''schema = 1
+[joint]
+law_file = "law.json"
+[excitation]
+amplitudes = ["2 um", "30 um"]
+[output]
+formats = ["csv"]
+''')
+assert run("check", "law.toml")
+(joint,) = json.loads(run("predict", "law.toml", "--json"))["joints"]
+energies = [row["dissipated_energy"] for row in joint["amplitudes"]]
+assert energies == list(LAW.dissipated_energy([2e-6, 3e-5])), energies
+assert "the friction law hyperbola" in open("law-result/report.html").read()
+
+open("heights.toml", "w").write('''schema = 1
+[surface]
+law = "greenwood-williamson"
+materials = ["steel", "steel"]
+heights = { kind = "ramp", highest = "2 um" }
+radius = "1 mm"
+density = "100 1/mm^2"
+area = "2 cm^2"
+[joint]
+friction_coefficient = 0.5
+normal_load = "500 N"
+[excitation]
+amplitudes = ["0.1 um", "2 um"]
+[output]
+formats = ["csv"]
+''')
+assert "highest" in run("check", "heights.toml")
+(joint,) = json.loads(run("predict", "heights.toml", "--json"))["joints"]
+pair = ms.MaterialPair(ms.Material.named("steel"), ms.Material.named("steel"))
+surface = ms.GreenwoodWilliamson(pair, Ramp(2e-6), radius=1e-3, density=1e8, area=2e-4)
+own = ms.Interface(surface, 0.5, normal_load=500.0)
+energies = [row["dissipated_energy"] for row in joint["amplitudes"]]
+assert np.allclose(energies, own.dissipated_energy([1e-7, 2e-6]), rtol=1e-12, atol=0.0), energies
+schema = run("schema")
+assert '"ramp"' in schema
+"""
+
+
+def run(tmp_path: Path, *parts: str) -> None:
+    paths = os.pathsep.join(filter(None, (str(TESTS), os.environ.get("PYTHONPATH"))))
+    done = subprocess.run(
+        [sys.executable, "-c", "\n".join(parts)], cwd=tmp_path, capture_output=True, text=True,
+        env={**os.environ, "PYTHONPATH": paths, "OPENBLAS_NUM_THREADS": "1"}, timeout=300,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+
+
+def test_one_export_each_makes_them_keys_of_studies(tmp_path: Path) -> None:
+    run(tmp_path, EXPORT, STUDIES)

@@ -99,11 +99,11 @@ def _wear_section(wear: Wear) -> Section:
         # In cubic micrometres per joule, as usual in the literature.
         value, low, high = (1e18 * end for end in wear.coefficient[:3])
         ends = "" if math.isnan(low) else f" ({low:.3g} to {high:.3g})"
-        count = len(wear.records)
+        volumes = len(wear.records)
         parts.append(
             Note(
-                f"Energy wear coefficient: {value:.3g} µm³/J{ends}, from {count} worn volume"
-                f"{'s' * (count > 1)} and the energy dissipated since the specimen was new "
+                f"Energy wear coefficient: {value:.3g} µm³/J{ends}, from {volumes} worn volume"
+                f"{'s' * (volumes > 1)} and the energy dissipated since the specimen was new "
                 "(Fouvry et al. 2003)."
             )
         )
@@ -126,7 +126,6 @@ def campaign_data(
     data = {
         "skipped": [{"file": name, "reason": why} for name, why in skipped],
         "table": rows.records(_shown(rows)),
-        "fretting_map": list(map(named, campaign.fretting_map())),
         "contradictions": campaign.contradictions(),
         "wear": None if wear is None else _wear_data(wear),
     }

@@ -418,7 +418,8 @@ def residuals_data(found: Identification) -> DataSet:
     sizes = [record.phase.size for record in records]
     names = [name for record, n in zip(records, sizes, strict=True) for name in [record.name] * n]
     loads = np.repeat([_load(record.normal_load) for record in records], sizes)
-    columns = {"record": (count(""), names), "normal load": (Quantity("N"), loads)}
+    columns: dict[str, Any] = {"record": (count(""), names)}
+    columns["normal load"] = Quantity("N"), loads
     for heading, unit, name in (
         ("phase", "rad", "phase"),
         ("displacement", "m", "displacement"),

@@ -86,7 +86,7 @@ def force_section(prediction: StructurePrediction) -> Section:
     unit = prediction.part.unit
     modes = [(mode, forced) for mode in prediction.modes for forced in mode.forced]
     peaks = np.array([forced.peak for _, forced in modes])
-    columns = {
+    columns: dict[str, tuple[Quantity, Any]] = {
         "mode": (Quantity("", label="Mode"), [mode.number for mode, _ in modes]),
         "force": (Quantity("N", label="Force", form="3"), [forced.force for _, forced in modes]),
         "peak_amplitude": (Quantity(unit, label="Peak at the sensor", form="3"), peaks[:, 0]),

@@ -248,7 +248,7 @@ class ReducedJoint(LockedArrays):
         Returns
         -------
         ReducedJoint
-            New joint, which :meth:`save` refuses because it has a geometry.
+            New joint, which :meth:`save` rejects because it has a geometry.
         """
         rows = np.array([self.sensor(name) for name in sensors])
         if weights is not None:

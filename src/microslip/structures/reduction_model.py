@@ -16,6 +16,7 @@ from microslip._core.checks import Floats, floats, number, positive, show
 from microslip._core.errors import InputError
 from microslip._core.files import atomic_file
 from microslip._core.frozen import LockedArrays, lock
+from microslip._core.threads import single_threaded
 from microslip._core.wording import quoted
 from microslip.contact import NormalLaw
 from microslip.friction import JointField
@@ -345,15 +346,15 @@ class ReducedJoint(LockedArrays):
         The tightened state is found first with each bolt replaced by the force F alone, without
         its axial stiffness k_b.
         """
-        state, pull = self._pulled(surface, surface)
+        state, pull = self._pulled(surface, surface, None)
         surface._check_rest(state.pressures * self.field(surface, 1.0).surface_area)
         return pull
 
-    def _pulled(self, surface: NormalLaw, law: NormalLaw) -> tuple[Preload, Floats]:
+    def _pulled(self, surface: NormalLaw, law: NormalLaw, start: Any) -> tuple[Preload, Floats]:
         """Return the static state with bolt tensions as constant forces, and the static force.
 
         The second result is that of :meth:`static_force`. ``law`` is the normal law of the contact:
-        ``surface`` or its law of first loading.
+        ``surface`` or its law of first loading; ``start`` are displacements near the state [m].
         """
         pull = np.zeros(self.size)
         pull[self._bolts] = -self.bolt_tension
@@ -361,10 +362,12 @@ class ReducedJoint(LockedArrays):
         loose = self.stiffness.copy()
         loose[index, index] -= self.bolt_stiffness
         field = self.field(law, 1.0, None if law is surface else getattr(surface, "area", None))
-        state = Structure(self.mass, loose).attach(field, directions=self.directions)._preload(pull)
+        structure = Structure(self.mass, loose).attach(field, directions=self.directions)
+        state = structure._preload(pull, start)
         pull[self._bolts] += self.bolt_stiffness * state.displacement[self._bolts]
         return state, pull
 
+    @single_threaded
     def tightened(self, surface: NormalLaw, friction_coefficient: ArrayLike) -> Preload:
         """Return the joint with its bolts tightened; arguments as :meth:`structure`.
 
@@ -381,8 +384,10 @@ class ReducedJoint(LockedArrays):
         displacement. For a surface described by roughness values the law is computed up to the
         largest pressure of any patch; the table of a measured surface must extend to this pressure.
         """
+        start = None
         for _ in range(_TIGHTENINGS):
-            loosely, force = self._pulled(surface, surface._first)
+            loosely, force = self._pulled(surface, surface._first, start)
+            start = loosely.displacement
             field = self.field(surface, friction_coefficient)
             largest = float(loosely.pressures.max()) * field.surface_area
             if surface._under(largest) is surface:
@@ -392,7 +397,8 @@ class ReducedJoint(LockedArrays):
         if surface._first is not surface:
             field = field._tightened_at(loosely.gaps, loosely.normal_loads)
         structure = Structure(self.mass, self.stiffness).attach(field, directions=self.directions)
-        state = structure.preload(force)
+        state = structure._preload(force, start)
+        structure._check_rest(state)
         if self.geometry is None:
             return state
         bending = replace(self.geometry, rest=state.displacement)  # the cases are of what is tight

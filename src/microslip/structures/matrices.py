@@ -227,7 +227,7 @@ def dense(matrix: Any) -> Floats:
 
 def least_square(stiffness: Any, mass: Any) -> float:
     """Return the squared angular frequency [rad^2/s^2] below which a mode is a rigid motion."""
-    return 50.0 * mass.shape[0] * 2.3e-16 * fastest_rate(stiffness, mass)
+    return fastest_rate(stiffness, mass) * float(50.0 * mass.shape[0] * 2.3e-16)
 
 
 def rigid_count(squares: Floats, stiffness: Any, mass: Any) -> int:

@@ -25,7 +25,7 @@ from microslip.readers.files import POINTS, reading
 from microslip.structures.bolts import each_bolt
 from microslip.structures.geometry import GeometryAttachment
 from microslip.structures.matrices import vector
-from microslip.structures.reduction_files import KIND, NEWER, check_arrays
+from microslip.structures.reduction_files import NEWER, arrays_of, check_arrays
 from microslip.structures.reduction_patches import Samples, Surface, gaps_at, mean_over
 from microslip.structures.static import base_damping
 from microslip.structures.structure import Preload, Structure
@@ -464,16 +464,9 @@ class ReducedJoint(LockedArrays):
             raise InputError(f"{file.name}: a reduced joint is written to an .npz file")
         if self.geometry is not None:
             raise InputError(f"{file.name}: save the joint before with_geometry, which is not kept")
-        arrays: dict[str, Any] = {"kind": np.array(KIND)}
-        for part in (f for f in fields(self) if f.name != "geometry"):
-            value = getattr(self, part.name)
-            if isinstance(value, (Samples, Surface)):
-                arrays |= {f"{part.name}_{k}": v for k, v in value._asdict().items()}
-            else:
-                arrays[part.name] = np.asarray(value)
-        arrays["sensor_names"] = np.array(self.sensor_names, dtype=np.str_)
+        values = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "geometry"}
         with atomic_file(file, overwrite) as stage, stage.open("wb") as stream:
-            np.savez_compressed(stream, **arrays)
+            np.savez_compressed(stream, **arrays_of(values))
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], *, limit: int = POINTS) -> ReducedJoint:

@@ -13,6 +13,8 @@ from microslip.friction.memory import Memory
 from microslip.laboratory.folding import Folded
 
 _COINCIDENT = 1e-7  # rad
+_TANGENT = 1e-3
+"""Distance from a turn [rad] within which the displacement does not cross the level of the turn."""
 
 
 class Cycle(NamedTuple):
@@ -61,7 +63,8 @@ def cycle_of(folded: Folded) -> Cycle:
     turns = low[0] + np.mod(turning_points(folded) - low[0], 2.0 * math.pi)
     # One that a bin meets is not doubled: there would be a cycle of rounding's size.
     away = np.abs((turns[:, None] - nodes + math.pi) % (2.0 * math.pi) - math.pi)
-    phase = np.concatenate((nodes, turns[away.min(axis=1) > _COINCIDENT]))
+    closings = _closings(folded, turns) if is_wide and not sampled and turns.size > 2 else turns[:0]
+    phase = np.concatenate((nodes, turns[away.min(axis=1) > _COINCIDENT], closings))
     phase = low[0] + np.mod(phase - low[0], 2.0 * math.pi)
     order = np.argsort(phase, kind="stable")
     phase = phase[order]
@@ -115,6 +118,27 @@ def cycle_of(folded: Folded) -> Cycle:
         pieces[2],
         share,
     )
+
+
+def _closings(folded: Folded, turns: Floats) -> Floats:
+    """Return phases [rad] just before and after the displacement meets that of an inner turn.
+
+    An inner loop closes there, and the stiffness jumps.
+    """
+    levels = folded.displacement(turns)
+    inner = np.abs(levels - 0.5 * (levels.max() + levels.min())) < 0.4999999 * np.ptp(levels)
+    grid = np.linspace(0.0, 2.0 * math.pi, max(512, 16 * int(folded.harmonics.max())) + 1)
+    above = folded.displacement(grid) > levels[inner][:, None]
+    which, at = np.nonzero(above[:, 1:] != above[:, :-1])
+    level, rises = levels[inner][which], above[which, at + 1]
+    low, high = grid[at], grid[at + 1]
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        before = (folded.displacement(middle) > level) != rises
+        low, high = np.where(before, middle, low), np.where(before, high, middle)
+    away = np.abs((low[:, None] - turns + math.pi) % (2.0 * math.pi) - math.pi)
+    low = low[away.min(axis=1) > _TANGENT]
+    return np.concatenate((low - 2.0 * _COINCIDENT, low + 2.0 * _COINCIDENT))
 
 
 def turning_points(folded: Folded) -> Floats:

@@ -31,6 +31,8 @@ LAWS = ("interface", "jenkins", "segalman", "iwan")
 _CELLS = 8
 _HELD = 4
 """Every fourth cycle is excluded from the fit."""
+_CONTRADICTED = 2.0
+"""Reduced chi-squared, over that of the free form, above which the loops contradict a law."""
 _DECIDED = 6.0
 """Difference of Akaike's criteria from which on a law is preferred."""
 
@@ -72,10 +74,14 @@ class Comparison(Locked):
 
     @property
     def best(self) -> str:
-        """Law that AIC and BIC prefer and that predicts excluded cycles best, or "undecided"."""
-        if not self.laws:
-            return "undecided"
+        """Law that AIC and BIC prefer and that predicts excluded cycles best, or "undecided".
+
+        A law whose reduced chi-squared is over twice that of the free form, or of the noise, is not
+        preferred: the loops contradict it.
+        """
         by_aic = list(self.laws)
+        if not by_aic or self._is_contradicted(by_aic[0]):
+            return "undecided"
         by_bic = min(self.laws, key=lambda name: self.laws[name].bic)
         held = {n: law.held_back for n, law in self.laws.items() if law.held_back is not None}
         agree = by_bic == by_aic[0]
@@ -84,6 +90,10 @@ class Comparison(Locked):
         if len(by_aic) > 1:
             agree &= self.laws[by_aic[1]].aic - self.laws[by_aic[0]].aic >= _DECIDED
         return by_aic[0] if agree else "undecided"
+
+    def _is_contradicted(self, name: str) -> bool:
+        limit = max(self.found.reduced_chi_squared, self.found.masing.high)
+        return self.laws[name].reduced_chi_squared > _CONTRADICTED * limit
 
     def table(self) -> str:
         """Return the table of laws as text, with one law in each line."""
@@ -96,6 +106,9 @@ class Comparison(Locked):
             )
             lines.append(f"{name:<12}{law.parameters:>11}{texts}")
         lines.append(f"preferred: {self.best}")
+        bad = [name for name in self.laws if self._is_contradicted(name)]
+        if bad:
+            lines.append(f"contradicted by the loops: {', '.join(bad)}")
         lines.append(self.found.masing.text)
         lines += [f"{name}: {why}" for name, why in self.failed.items()]
         return "\n".join(lines)

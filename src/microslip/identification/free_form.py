@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.identification.loads import backbone_of, carried
+from microslip.identification.loads import backbone_of, carried, shift_between
 from microslip.identification.nonnegative import Cone, cone_of, minimum
 from microslip.identification.rows import Rows
 
@@ -210,10 +210,7 @@ class FreeForm:
         self._solve()
 
     def _search_shifts(self) -> None:
-        """Find initial shifts of the lower loads from the backbones B of separate fits.
-
-        If B_low(u) = B_high(u* + u) - B_high(u*) at displacements u, the shift of that load is -u*.
-        """
+        """Find initial shifts of the lower loads from the backbones of separate fits."""
         alone = [
             FreeForm(
                 [rows for rows in self.rows if rows.load == load], [self.loads[load]], follow=False
@@ -221,17 +218,10 @@ class FreeForm:
             for load in range(len(self.loads))
         ]
         self.separate = alone
-        high = alone[0]
-        for load, low in enumerate(alone[1:], 1):
-            u = np.linspace(0.0, low.largest, 41)[1:]
-            wanted = low.backbone(u)
-            starts = np.linspace(0.0, high.largest, 401)
-            tail = high.backbone(starts[:, None] + u) - high.backbone(starts)[:, None]
-            miss = np.sum((tail - wanted) ** 2, axis=1)
-            self.shifts[load] = -float(starts[int(np.argmin(miss))])
+        self.shifts[1:] = [shift_between(alone[0], low) for low in alone[1:]]
         for rows in self.rows:
             rows.weigh(alone[rows.load].y, alone[rows.load].k)
-        self.y, self.k = high.y.copy(), high.k.copy()
+        self.y, self.k = alone[0].y.copy(), alone[0].k.copy()
 
     def _settle(self, still: float) -> None:
         last, share = np.zeros(self.extra), np.ones(self.extra)

@@ -24,6 +24,7 @@ from microslip.identification.second_step import (
     BOUNDED,
     IDENTIFIED,
     NOT,
+    RIG,
     Datum,
     Law,
     Parameter,
@@ -39,7 +40,7 @@ from microslip.identification.second_step import (
 )
 
 FRICTION, SCALE, SEPARATION = "friction_coefficient", "slip_scale", "standardised_separation"
-CONTACT_AREA, RIG = "contact_area", "rig_stiffness"
+CONTACT_AREA = "contact_area"
 _SUMMITS = ("radius", "density", "summit_count", CONTACT_AREA)
 _SCALES, _SEPARATIONS = (0.1, 0.25, 0.6, 1.5), (-0.5, 0.8, 2.0, 3.5)
 """Starts: slip scale over the length of the force limit over the stiffness; separation."""
@@ -141,9 +142,9 @@ def interface_step(
     problem, q, least, covariance = solve(statistics, law, data, scatter, starts)
     statistics = problem.statistics
     parameters = parameters_of(problem, q, least, covariance)
-    for name in known:
-        if name in parameters:
-            parameters[name] = replace(parameters[name], verdict=ASSUMED)
+    by_shape = parameters.pop(RIG, None)
+    if by_shape is not None and statistics.rig is not None:
+        parameters[RIG] = _as_given(by_shape, *statistics.rig)
     values = problem.values(q)
     for name, unit, is_log, function in _derived(model, materials, list(loads), measured, known):
         parameters[name] = _propagated(
@@ -157,14 +158,16 @@ def interface_step(
             statistics,
             measured if name in _SUMMITS else None,
         )
-        if name in known or (name == CONTACT_AREA and measured):
-            parameters[name] = replace(parameters[name], verdict=ASSUMED)
+    for name, datum in known.items():
+        one, (value, error) = parameters.get(name), pair_of(name, datum)
+        # Loops that determine a given number twice as well as it was given identify it.
+        if one is not None and (statistics.free_rig or one.high - one.low > 2.0 * error):
+            parameters[name] = _as_given(one, value, error)
     if statistics.free_rig:
         # Loops cannot tell a rig from a joint: only the shape assumed for N(d) does.
         for name, one in list(parameters.items()):
-            if name not in (FRICTION, "force_limit", "rig_stiffness") and one.verdict != ASSUMED:
+            if name not in (FRICTION, "force_limit") and one.verdict != ASSUMED:
                 parameters[name] = _open(one)
-        parameters.pop("rig_stiffness", None)
     step = step_of(statistics, law, problem, least, parameters, q)
     excess = 1.0 if step.fits else math.sqrt(step.misfit / max(step.misfit_limit, 1.0))
     share = _VARYING_LOAD if statistics.fit.friction is not None else 0.0
@@ -186,7 +189,14 @@ def interface_step(
             if one.verdict in (IDENTIFIED, BOUNDED):
                 known_limit = name in (FRICTION, "force_limit")
                 parameters[name] = replace(one, verdict=BOUNDED) if known_limit else _open(one)
-    return replace(step, parameters=parameters), model, materials
+    by_shape = by_shape if step.fits else None
+    return replace(step, parameters=parameters, rig_from_shape=by_shape), model, materials
+
+
+def _as_given(one: Parameter, value: float, error: float) -> Parameter:
+    """Return a copy of a parameter with its given value and error, and the verdict "assumed"."""
+    half = math.sqrt(QUANTILE) * error
+    return replace(one, value=value, low=value - half, high=value + half, verdict=ASSUMED)
 
 
 def _open(one: Parameter) -> Parameter:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 
@@ -41,3 +42,15 @@ def backbone_of(y: Floats, k: Floats, u: Floats) -> Floats:
     stuck = np.append(np.cumsum(k[::-1])[::-1], 0.0)
     at = np.searchsorted(y, u, side="right")
     return np.asarray(slipped[at] + u * stuck[at])
+
+
+def shift_between(high: Any, low: Any) -> float:
+    """Return the shift [m] of thresholds from the fit of a load to that of a lower load.
+
+    If B_low(u) = B_high(u* + u) - B_high(u*) at displacements u, with the backbones B, it is -u*.
+    """
+    u = np.linspace(0.0, low.largest, 41)[1:]
+    starts = np.linspace(0.0, high.largest, 401)
+    tail = high.backbone(starts[:, None] + u) - high.backbone(starts)[:, None]
+    miss = np.sum((tail - low.backbone(u)) ** 2, axis=1)
+    return -float(starts[int(np.argmin(miss))])

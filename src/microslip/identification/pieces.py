@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -12,7 +11,8 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats
 from microslip._core.errors import InputError
 from microslip._core.frozen import lock
-from microslip.laboratory.blocks import blocks_of
+from microslip.laboratory.blocks import blocks_of, stops_of
+from microslip.laboratory.cuts import FEWEST_SAMPLES, noise_of, runs_of
 from microslip.laboratory.folding import Folded, averaged
 from microslip.laboratory.record import Record
 
@@ -20,6 +20,8 @@ _ALIKE = 0.05
 """Largest relative difference of amplitudes or periods within a group of cycles."""
 _FEWEST = 4
 """Smallest number of cycles of a piece: one of running-in and three settled ones."""
+_LEAST_RANGE = 40.0
+"""Smallest range of a displacement with cycles, over its noise."""
 _NEAR, _MOST_CYCLES = 0.5, 3.0
 """Fraction of the amplitude beyond which a run has a turning point; cycles of a digitised loop."""
 
@@ -40,18 +42,46 @@ def _part(record: Record, first: int, last: int, label: str) -> Record:
     )
 
 
-def stretches_of(record: Record) -> list[Record]:
-    """Cut a record of several amplitudes or frequencies into parts with one of each.
+def _cycles_of(record: Record, least: float) -> list[tuple[int, int]]:
+    """Return the first sample and the length in samples of each cycle of a record.
 
-    A record is not cut if its cycles are alike, or if fewer than two parts have enough cycles.
+    Cycles are found by crossings of a band about the middle, which much smaller cycles do not
+    leave. So stretches without cycles are searched again, each by itself, if the displacement
+    moves there by ``least`` [m] or more.
     """
+    x = record.displacement
     try:
         blocks = blocks_of(record).having_cycles
     except (InputError, ValueError):
-        return [record]
-    cuts = [block.first + np.asarray(block.cycles.cuts) for block in blocks]
-    start = np.concatenate([cut[:-1] for cut in cuts])
-    period = np.concatenate([np.diff(cut) for cut in cuts])
+        blocks = ()
+        rest = np.abs(x - np.median(x))
+        is_free = rest < 0.5 * rest.max()  # without what is much larger than the rest
+    else:
+        is_free = np.ones(x.size, dtype=bool)
+    found = []
+    for block in blocks:
+        cuts = block.first + np.asarray(block.cycles.cuts)
+        found += list(zip(cuts[:-1].tolist(), np.diff(cuts).tolist(), strict=True))
+        is_free[cuts[0] : cuts[-1]] = False
+    for begin, end in stops_of(record) if blocks else ():
+        is_free[begin:end] = False
+    for begin, end in runs_of(is_free).tolist():
+        if end - begin > _FEWEST * FEWEST_SAMPLES and np.ptp(x[begin:end]) >= least:
+            inner = _cycles_of(_part(record, begin, end - 1, "part"), least)
+            found += [(begin + start, period) for start, period in inner]
+    return sorted(found)
+
+
+def stretches_of(record: Record) -> tuple[list[Record], int]:
+    """Cut a record of several amplitudes or frequencies into parts with one of each.
+
+    Return the parts, and the number of cycles in none of them. A record is not cut if its cycles
+    are alike, or if fewer than two parts have enough cycles.
+    """
+    cycles = _cycles_of(record, _LEAST_RANGE * noise_of(record.displacement))
+    if not cycles:
+        return [record], 0
+    start, period = np.array(cycles).T
     # The standard deviation within a cycle, which noise changes less than the range.
     x = np.append(0.0, record.displacement - record.displacement.mean())
     sums, squares = np.cumsum(x), np.cumsum(x**2)
@@ -71,13 +101,13 @@ def stretches_of(record: Record) -> list[Record]:
         groups.append([i])
     long = [group for group in groups if len(group) >= _FEWEST]
     if len(long) < 2:
-        return [record]
+        return [record], 0
     pieces = []
     for group in long:
         first, end = int(start[group[0]]), int(start[group[-1]] + period[group[-1]])
         label = f"cycles {group[0] + 1} to {group[-1] + 1}"
         pieces.append(_part(record, first, min(end, record.displacement.size - 1), label))
-    return pieces
+    return pieces, start.size - sum(len(group) for group in long)
 
 
 def _turning_samples(x: Floats) -> NDArray[np.int64]:
@@ -142,8 +172,3 @@ def loop_of(record: Record, noise: tuple[float, float], bins: int) -> Folded:
             first, last = x.size - 1 - round(period), x.size - 1
         return averaged(_part(record, first, last - 1, "last cycle"), noise, bins)
     return averaged(record, noise, bins)
-
-
-def whole_records(records: Sequence[Record]) -> list[Record]:
-    """Return the records, with those of several amplitudes or frequencies cut into parts."""
-    return [piece for record in records for piece in stretches_of(record)]

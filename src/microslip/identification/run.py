@@ -14,19 +14,22 @@ from microslip._core.checks import floats, members, number, positive, show
 from microslip._core.errors import InputError
 from microslip._core.frozen import lock
 from microslip._core.threads import single_threaded
+from microslip._core.units import engineering
+from microslip._core.wording import plural
 from microslip.contact.materials import MaterialPair
 from microslip.identification.estimate import as_pair
 from microslip.identification.found import Identification
 from microslip.identification.free_form import FreeForm
 from microslip.identification.interface_step import pair_of
 from microslip.identification.loads import groups_of
-from microslip.identification.pieces import loop_of, whole_records
+from microslip.identification.pieces import loop_of, stretches_of
 from microslip.identification.record_fit import RecordFit
 from microslip.identification.rows import Rows
 from microslip.laboratory.cycles import check_direction
 from microslip.laboratory.folding import Folded as Folded
 from microslip.laboratory.folding import fold as fold
 from microslip.laboratory.folding import stated_noise
+from microslip.laboratory.measurement import beyond_all_rigs
 from microslip.laboratory.record import Record
 
 _MOST_FORCES = 1 << 13
@@ -35,6 +38,8 @@ _MOST_BINS = 256
 """Largest number of phase bins of one record."""
 _UNLIKELY = 1e-3
 """Significance level of the rise of chi-squared at which each load gets its own slider density."""
+_SLIGHTLY, _WIDELY = 1.1, 2.0
+"""Ratios of the amplitudes of the cycles above which a note is given and an error is raised."""
 _GAINS = {
     "force_gain": "force",
     "displacement_gain": "displacement",
@@ -102,13 +107,20 @@ def identify(
     result, _ = fitted_records(
         records, normal_load=normal_load, rig_stiffness=rig_stiffness, noise=noise, known=known
     )
-    if law is None and pair is None:
-        return result
+    further = {name: datum for name, datum in (known or {}).items() if name not in _GAINS}
     if law not in (None, "interface"):
         raise InputError(
             f'`law` must be "interface" or left out, got {show(law)}; ms.compare fits other laws'
         )
-    further = {name: datum for name, datum in (known or {}).items() if name not in _GAINS}
+    if law is None and pair is None:
+        given = {"area": area, "heights": heights, "contact_area": contact_area, **further}
+        unused = [name for name, datum in given.items() if datum is not None]
+        if unused:
+            raise InputError(
+                f"{', '.join(unused)} belong to the parameters of an interface; give `pair=...`, "
+                'the two materials, or `law="interface"`'
+            )
+        return result
     step = result.interface(
         pair, area=area, heights=heights, known=further, contact_area=contact_area
     )
@@ -242,6 +254,52 @@ def _gains(known: Mapping[str, Any] | None) -> dict[str, float]:
     return gains
 
 
+def _parts_of(records: Sequence[Record]) -> list[tuple[Record, str]]:
+    """Return parts of records with one amplitude and frequency each, and a note on omissions."""
+    parts = []
+    for record in records:
+        pieces, omitted = stretches_of(record)
+        note = ""
+        if omitted > len(pieces):  # more than those from one part to the next
+            note = (
+                f"{plural(omitted, 'cycle')} of the record are left out: not in a stretch of at "
+                "least 4 cycles of one amplitude and frequency"
+            )
+        parts += [(piece, note if i == 0 else "") for i, piece in enumerate(pieces)]
+    return parts
+
+
+def _unlike_amplitudes(folded: Folded) -> str:
+    """Return a note if the cycles of a record differ in amplitude; raise InputError if widely."""
+    if not folded.cycle_amplitude.size:
+        return ""
+    low, high = (float(np.quantile(folded.cycle_amplitude, p)) for p in (0.05, 0.95))
+    words = f"the amplitude of its cycles varies from {engineering(low, 'm', 3)} to "
+    words += engineering(high, "m", 3)
+    if high > _WIDELY * low:
+        raise InputError(
+            f"{folded.name}: {words}, so their mean is no loop of one amplitude; take records or "
+            "steps of at least 4 cycles each, or part of the record, such as `rows=slice(0, 5000)`"
+        )
+    return f"{words}; the law is that of their mean loop" if high > _SLIGHTLY * low else ""
+
+
+def _implausible(folded: Folded, noise: tuple[float, float] | None) -> list[str]:
+    """Return notes on numbers that no rig reaches; raise InputError for noise above the loop."""
+    force = 0.5 * float(np.ptp(folded.force))
+    sizes = (force, folded.amplitude)
+    for size, error, unit in zip(sizes, noise or (0.0, 0.0), ("N", "m"), strict=True):
+        if error > size:
+            raise InputError(
+                f"{folded.name}: `noise` must be below the amplitude of the loop, "
+                f"{engineering(size, unit)}, got {engineering(error, unit)}"
+            )
+    columns = {"amplitude": folded.amplitude, "force_amplitude": force}
+    if folded.normal_load is not None:
+        columns["friction_peak"] = force / folded.normal_load
+    return beyond_all_rigs(columns)
+
+
 def folded_records(
     records: Any,
     normal_load: float | Sequence[float] | None,
@@ -269,8 +327,10 @@ def folded_records(
     bins = max(64, min(_MOST_BINS, _MOST_FORCES // len(listed)))
     stated = None if noise is None else stated_noise(noise)
     folded = []
-    for record in listed if stated is not None else whole_records(listed):
+    for record, note in _parts_of(listed) if stated is None else [(one, "") for one in listed]:
         one = fold(record, bins) if stated is None else loop_of(record, stated, bins)
+        texts = (note, _unlike_amplitudes(one), *_implausible(one, stated))
+        one = replace(one, notes=(*one.notes, *filter(None, texts)))
         x, force, way = one.displacement(one.phase), one.force, one.way
         error = one.force_noise * float(np.linalg.norm(way / np.sqrt(one.count)))
         check_direction(one.name, float(force @ way), error, x, force)

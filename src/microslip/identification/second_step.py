@@ -13,11 +13,12 @@ from scipy.special import chdtri
 
 from microslip._core.checks import Floats
 from microslip._core.frozen import Locked
-from microslip._core.units import engineering
+from microslip._core.units import engineering, interval_digits, significant
 from microslip.identification.bands import QUANTILE, Bands
 from microslip.identification.free_form import FreeForm
 
 IDENTIFIED, BOUNDED, NOT, ASSUMED = "identified", "bounded", "not determined", "assumed"
+RIG = "rig_stiffness"
 _NARROW = 0.3
 """Largest relative half-width of the interval of an identified parameter."""
 _FINE = 1500
@@ -82,10 +83,13 @@ class Parameter(Locked):
     def __str__(self) -> str:
         if self.verdict == NOT:
             return f"{self.name}: {NOT}"
-        ends = (self.value, self.low, self.high)
-        prefixed = self.unit in ("N", "m", "N/m")  # a power of a length has no prefix
+        digits = interval_digits(self.low, self.high, self.value)
         value, low, high = (
-            engineering(v, self.unit) if prefixed else f"{v:.4g} {self.unit}".rstrip() for v in ends
+            # A power of a length has no prefix.
+            engineering(number, self.unit, digits)
+            if self.unit in ("N", "m", "N/m")
+            else f"{significant(number, digits)} {self.unit}".rstrip()
+            for number in (self.value, self.low, self.high)
         )
         return f"{self.name}: {value} ({low} to {high}), {self.verdict}"
 
@@ -104,6 +108,11 @@ class SecondStep(Locked):
     """Rise that noise explains with a probability of 99 % [-]."""
     values: Mapping[str, float] = field(default_factory=dict)
     """Best values of the free parameters."""
+    rig_from_shape: Parameter | None = None
+    """Stiffness of the rig [N/m] that follows from the shape of the normal law, which is assumed.
+
+    None without a rig, with one of exactly known stiffness, or if the law does not fit.
+    """
 
     @property
     def fits(self) -> bool:
@@ -117,7 +126,10 @@ class SecondStep(Locked):
             f"{self.law} {words}: chi-squared rises by {self.misfit:.3g} over the free form "
             f"(noise explains {self.misfit_limit:.3g})"
         )
-        return "\n".join([head, *(str(one) for one in self.parameters.values())])
+        lines = [head, *(str(one) for one in self.parameters.values())]
+        if self.rig_from_shape is not None:
+            lines.append(f"from the assumed shape of the normal law: {self.rig_from_shape}")
+        return "\n".join(lines)
 
     def __repr__(self) -> str:
         return f"SecondStep({self.law!r}, {'fits' if self.fits else 'does not fit'})"
@@ -249,9 +261,9 @@ class _Problem:
         unknowns = list(law.unknowns)
         if statistics.free_rig:
             stiff = statistics.least_stiffness
-            unknowns.append(Unknown("rig_stiffness", "N/m", 3.0 * stiff, low=1.001 * stiff))
+            unknowns.append(Unknown(RIG, "N/m", 3.0 * stiff, low=1.001 * stiff))
         elif statistics.rig is not None and statistics.rig[1] > 0.0:
-            unknowns.append(Unknown("rig_stiffness", "N/m", statistics.rig[0]))
+            unknowns.append(Unknown(RIG, "N/m", statistics.rig[0]))
         self.unknowns = unknowns
 
     def values(self, q: Floats) -> dict[str, float]:
@@ -277,7 +289,7 @@ class _Problem:
 
     def coefficients(self, values: Values) -> Floats:
         rig = self.statistics.rig
-        stiffness = values.get("rig_stiffness", rig[0] if rig else math.inf)
+        stiffness = values.get(RIG, rig[0] if rig else math.inf)
         return self.statistics.sliders(
             lambda u, load: self.law.backbone(u, values, load), 1.0 / stiffness
         )
@@ -290,8 +302,8 @@ class _Problem:
             rows = rows - directions @ (shrink * (directions.T @ rows))
         rig = self.statistics.rig
         extra = [(datum.function(values) - datum.value) / datum.error for datum in self.data]
-        if "rig_stiffness" in values and rig is not None and rig[1] > 0.0:
-            extra.append((values["rig_stiffness"] - rig[0]) / rig[1])
+        if RIG in values and rig is not None and rig[1] > 0.0:
+            extra.append((values[RIG] - rig[0]) / rig[1])
         rows = np.append(rows, extra)
         return np.asarray(np.nan_to_num(rows, nan=1e6, posinf=1e6, neginf=-1e6))
 
@@ -448,7 +460,6 @@ def parameters_of(
 ) -> dict[str, Parameter]:
     """Return the free parameters of a law with profile-likelihood intervals and verdicts."""
     parameters = {}
-    rig = problem.statistics.rig
     for i, one in enumerate(problem.unknowns):
         error = math.sqrt(max(float(covariance[i, i]), 0.0))
         low, high = profile(problem, q, least, i, error)
@@ -457,9 +468,7 @@ def parameters_of(
             value, low, high = math.exp(value), math.exp(low), math.exp(min(high, 700.0))
             low = 0.0 if low < 1e-300 else low
             high = math.inf if high > 1e300 else high
-        verdict = verdict_of(value, low, high, one.is_log)
-        if one.name == "rig_stiffness":
-            verdict = ASSUMED if rig is not None else BOUNDED
+        verdict = BOUNDED if one.name == RIG else verdict_of(value, low, high, one.is_log)
         parameters[one.name] = Parameter(one.name, one.unit, value, low, high, verdict)
     return parameters
 

@@ -32,7 +32,7 @@ _MOST_BINS = 512
 _JUDGED, _LIKELY = 8, 2.0
 """Fewest cycles for an estimate of growth, and standard errors of a likely one."""
 _CHANGED = 0.2
-"""Relative range of the mean loads of the cycles above which a record is rejected."""
+"""Relative range of the mean loads of the cycles above which a record is refused."""
 _FEW = 16
 """Samples per bin, on average, up to which the phase of each sample is kept."""
 
@@ -89,6 +89,8 @@ class Folded(Locked):
     """Degrees of freedom of the noise of the force."""
     corners: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros(0)))
     """Phases [rad] of corners of the displacement."""
+    cycle_amplitude: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros(0)))
+    """Displacement amplitude of each cycle [m]; empty for an averaged cycle."""
     samples: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros((3, 0))))
     """Phase [rad], bin and cycle of each sample, shape (3, samples).
 
@@ -247,6 +249,7 @@ def fold(record: Record, bins: int = _MOST_BINS) -> Folded:
         count=lock(total),
         cycle_force=lock(sums),
         cycle_count=lock(counts),
+        cycle_amplitude=lock(np.asarray(judgement.columns["amplitude"])[is_folded]),
         harmonics=lock(harmonics),
         coefficients=lock(motion.coefficients),
         covariance=lock(motion.covariance + np.outer(saw, saw)),

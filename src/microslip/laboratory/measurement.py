@@ -38,7 +38,7 @@ from microslip.laboratory.estimates import (
     trend,
     with_gain,
 )
-from microslip.laboratory.loop_shape import UNDECIDED, parallel_spring, shape_notes, without_spring
+from microslip.laboratory.loop_shape import parallel_spring, shape_notes, without_spring
 from microslip.laboratory.record import Record
 from microslip.laboratory.record_motion import (
     load_ripple_of,
@@ -51,8 +51,6 @@ from microslip.laboratory.sampling_errors import sampling_errors
 _NOISE_SAMPLES = 1 << 17
 MOST_OF_LOOP = 1 << 17
 """Largest number of samples of a single averaged loop."""
-_ELASTIC = 0.5
-"""Fraction of the displacement below which sliding is less than its elastic part."""
 _TWO_SIDED = 1.96
 """Normal quantile by which half-widths become standard errors."""
 _MOST = {
@@ -324,18 +322,11 @@ def measure(
         notes += shape_notes(shape, isinstance(record.normal_load, np.ndarray))
     third_harmonic, bent_notes = third_harmonic_of(record, largest)
     notes += bent_notes
-    notes += _beyond_all_rigs(columns)
+    notes += beyond_all_rigs(columns)
     columns = {name: columns[name] for name in UNITS if name in columns}
     spring = None if shape is None or judged.delay else parallel_spring(shape)
     of_contact = columns if not (shape and spring) else without_spring(columns, shape, spring)
     regimes, probability = regimes_of(of_contact, counting.selection, counting.is_moving)
-    slid = columns["sliding_ratio"][counting.selection]
-    if rig_stiffness is None and REGIMES[2] in regimes and np.median(slid) < _ELASTIC:
-        notes.append(
-            "gross slip by B, though most of the displacement is elastic, "
-            f"{UNDECIDED} (contact, rig, or crosstalk between the sensors); a record of a rigid "
-            "specimen would identify the cause; give `rig_stiffness` to subtract the rig"
-        )
     rates = columns.get("frequency")
     steps = judged.step_errors
     shared = {k: math.hypot(steps.get(k, 0.0), gains.get(k, 0.0)) for k in {**steps, **gains}}
@@ -421,7 +412,8 @@ def _turned_to_its_peak(record: Record) -> Record:
     return replace(record, **channels)
 
 
-def _beyond_all_rigs(columns: Mapping[str, Floats]) -> list[str]:
+def beyond_all_rigs(columns: Mapping[str, Floats | float]) -> list[str]:
+    """Return a note for each column whose median no rig reaches: a wrong unit, probably."""
     notes = []
     for name, (most, unit, role) in _MOST.items():
         if name not in columns:

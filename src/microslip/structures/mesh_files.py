@@ -221,7 +221,7 @@ class MeshedJoint(Locked):
 
     def reduce(
         self,
-        patches: Any = None,
+        patches: Any = (15, 2),
         *,
         form: Any = None,
         kept_modes: int = 14,

@@ -346,7 +346,7 @@ def with_phase(
 _NOTHING = 5e-4  # of the frequency: a smaller shift says nothing
 
 SHIFT = Rule(
-    "frequency shift over that of friction",
+    "frequency shift beside friction's",
     watch=2.5,
     outside=6.0,
     meaning=(

@@ -28,9 +28,10 @@ Mask = NDArray[np.bool_]
 _ROUNDS = 300
 """Largest number of active-set iterations; four to twelve are usual."""
 _CAUTIOUS = 14
-"""Iteration from which only the worst points are released, and none while others leave the bounds.
+"""Iteration from which only the points with the largest residuals are released from their bounds.
 
-Otherwise the sets alternate for ever on a smooth face with deep scratches, as nearly all touches.
+No points are released while others leave the bounds. Otherwise the sets would alternate for ever
+on a smooth face with deep scratches, on which nearly all points touch.
 """
 _STEPS = 3000  # of conjugate gradients for one set
 

@@ -87,7 +87,7 @@ class Face(NamedTuple):
         return Face(lock(heights), self.pixel, self.name), 2.0 * math.pi / edge
 
     def pieces(self, points: int | None) -> list[Floats]:
-        """Divide the face into equal parts of about ``points`` points a side, not levelled."""
+        """Divide the face into equal parts, not levelled, with about ``points`` points per side."""
         parts = [1 if points is None else max(round(n / points), 1) for n in self.heights.shape]
         rows, columns = (n // k for n, k in zip(self.heights.shape, parts, strict=True))
         return [

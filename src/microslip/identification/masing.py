@@ -44,8 +44,9 @@ class Masing(Locked):
     high: float
     """Ends of the 99 % interval of reduced chi-squared for noise alone [-]."""
     even: float
+    """Fraction of the residual that is equal in both half cycles [-]."""
     odd: float
-    """Fractions of the residual that repeat and that change sign in the other half cycle [-]."""
+    """Fraction of the residual that changes its sign in the other half cycle [-]."""
     cause: str
     """Cause of the misfit, several joined by "or" if they explain it equally well; "not
     determined", or empty where the residual is noise."""

@@ -42,7 +42,7 @@ class Cuts(NamedTuple):
     window: int
     """Half-width of the windows around the turning points, chosen by the noise [samples]."""
     period: float
-    """Samples a cycle."""
+    """Samples per cycle."""
     noise: float
     """Standard error of half the range of a cycle due to noise [m]."""
 
@@ -87,7 +87,7 @@ class Motion(NamedTuple):
     window: int
     """Half-width of the windows around turning points, in samples."""
     period: float
-    """Samples a cycle."""
+    """Samples per cycle."""
     crossings: int
     """Number of crossings of the middle."""
     relative_noise: float

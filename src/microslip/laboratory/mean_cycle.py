@@ -17,7 +17,8 @@ _LEAST_SHARE = 0.1  # smallest noise share of a residual that is used
 _TAILS, _WITHIN = 3.0, 0.97334  # share of the variance of a normal distribution within three
 _SIGNIFICANT = 1e-3
 _TWO_STEPS, _LEAST_BINS = 0.25 + 1e-9, 0.05
-"""Variance of numbers split evenly over two steps; smallest share of bins on steps."""
+"""Largest variance [steps^2] of samples that lie on one or two neighbouring converter steps, and
+smallest fraction of such bins in a record that is evaluated by steps."""
 
 
 class Level(NamedTuple):

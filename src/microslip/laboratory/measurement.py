@@ -68,7 +68,7 @@ class AmplitudeLevel(NamedTuple):
     cycles: NDArray[np.intp]
     """Indices of the cycles, from 0."""
     is_settled: bool
-    """Whether they are settled; otherwise the intervals are their range."""
+    """Whether the cycles are settled; otherwise the intervals are the range of the cycles."""
     mean: Mapping[str, Estimate]
     """Means of the columns with confidence intervals."""
 

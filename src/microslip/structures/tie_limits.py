@@ -19,11 +19,11 @@ class TieLimits(NamedTuple):
     """Frequencies of one mode for limiting conditions of the lap [Hz]."""
 
     open: float
-    """No contact: only the bolts connect the parts."""
+    """Frequency [Hz] without contact: only the bolts connect the parts."""
     washers: float
-    """Patches under the washers tied, all others open."""
+    """Frequency [Hz] with the patches under the washers tied, all others open."""
     tied: float
-    """All patches tied."""
+    """Frequency [Hz] with all patches tied."""
 
 
 def tie_limits(

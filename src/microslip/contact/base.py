@@ -262,8 +262,6 @@ class NormalLaw(Parametric, ABC):
             )
         return dataclasses.replace(self, area=area)  # type: ignore[type-var]
 
-    # -- the law itself ---------------------------------------------------------------------
-
     def load(self, separation: ArrayLike) -> Any:
         """Compute the normal load N(d) (19.8).
 

@@ -202,8 +202,6 @@ class DrawnFace(FaceLaw):
                 f"{exact(self.tightening_pressure)} Pa; check `slope`, or lower the pressure"
             )
 
-    # -- other ways to say it ----------------------------------------------------------------------
-
     @classmethod
     def from_finish(
         cls,
@@ -270,8 +268,6 @@ class DrawnFace(FaceLaw):
         h, pi, breadth = self._groups
         found = table.continued(np.full(shares.size, h), pi * shares, breadth)
         return np.asarray(float(self._numbers.stiffness[0]) / found.stiffness)
-
-    # -- numbers -----------------------------------------------------------------------------------
 
     @property
     def hardness(self) -> float:
@@ -364,8 +360,6 @@ class DrawnFace(FaceLaw):
         inside = np.interp(x, np.append(at, 0.0), np.append(shares, 0.0))
         inside = inside + np.minimum(x - at[0], 0.0)
         return plain(np.asarray(self.area * float(self._numbers.contact[0]) * np.exp(inside)))
-
-    # -- errors ------------------------------------------------------------------------------------
 
     def scatter(self, size: float) -> float:
         """Return the standard deviation of ln k_n between square patches of one face [-].

@@ -76,8 +76,6 @@ class FaceLaw(TabulatedNormalLaw):
         loads = np.concatenate([np.exp(beyond), share]) * heaviest
         TabulatedNormalLaw.__init__(self, pair, d, loads, tail="exponential")
 
-    # -- the face ----------------------------------------------------------------------------------
-
     @property
     @abstractmethod
     def first_loading(self) -> FirstLoading:
@@ -152,8 +150,6 @@ class FaceLaw(TabulatedNormalLaw):
         lightest = np.log(shares * self._tightening) - pressures[0]
         at += np.minimum(lightest, 0.0) * slope
         return lengths, at - lengths * self.closest
-
-    # -- the law -----------------------------------------------------------------------------------
 
     @property
     def stiffness_ratio(self) -> float:

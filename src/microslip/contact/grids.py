@@ -100,9 +100,6 @@ def _row(law: NormalLaw, kind: Kind, d: float, u: Floats) -> Floats:
     return exact(d, u) if table is None else table.value(u)
 
 
-# -- sums over pairs -------------------------------------------------------------------------------
-
-
 def _own_pairs(law: NormalLaw, kind: Kind, d: Floats, u: Floats) -> Floats:
     return _sum_of(law, kind)(d, u)
 
@@ -111,9 +108,6 @@ def _spline_pairs(law: NormalLaw, kind: Kind, d: Floats, u: Floats) -> Floats:
     if kind == "fall" or law._spline is None:
         return -law._derivative(d + u, 1)
     return over_pairs(law._spline, kind, d, u)
-
-
-# -- pairs by a profile ----------------------------------------------------------------------------
 
 
 class Pointwise:

@@ -70,8 +70,6 @@ class LoadCurve:
         """Decay length -N/N' at the origin [m]."""
         return self.load_at_origin / -self.surface._derivative_at(self.origin, 1)
 
-    # -- as a profile -----------------------------------------------------------------------------
-
     def profile(self, low: float, high: float) -> Profile | None:
         """Return a piecewise polynomial of N over the steps `low` to `high` [m].
 
@@ -188,8 +186,6 @@ class LoadCurve:
         """N [N] (order 0) or its derivative [N/m^order] at one step [m]."""
         return self.surface._derivative_at(step + self.origin, order)
 
-    # -- N and its differences --------------------------------------------------------------------
-
     @cached_property
     def scalar(self) -> ScalarCurve:
         """Load curve for single separations, used for laws without a compiled profile."""
@@ -254,8 +250,6 @@ class LoadCurve:
         while self.surface._derivative_at(self.origin + step, 0) > faintest:
             step *= 1.25
         return step
-
-    # -- steps of loads and separations -----------------------------------------------------------
 
     def steps_at(self, separation: ArrayLike) -> Floats:
         """Validate separations [m] and return them relative to the origin."""
@@ -346,9 +340,6 @@ class LoadCurve:
             low, high = (low, middle) if refusal(loads(middle)) else (middle + 1, high)
         i = int(samples[high - 1])
         return i, refusal(load[i : i + 1]) or error.statement
-
-
-# -- curves that fields share ---------------------------------------------------------------------
 
 
 def shared_curve(surface: NormalLaw, nearest: float) -> LoadCurve:

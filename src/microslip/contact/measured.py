@@ -190,8 +190,6 @@ class MeasuredContact(FaceLaw):
         law._set(solution, numbers, pair, area, direction)
         return law
 
-    # -- the same face in another way -------------------------------------------------------------
-
     def along(self, direction: float | None) -> MeasuredContact:
         """Return the face for motion at an angle [rad] to x of the scan; None averages all."""
         return self._changed(direction=direction)
@@ -285,8 +283,6 @@ class MeasuredContact(FaceLaw):
         from microslip.figures.plottable import notebook_view
 
         return notebook_view(self, face_plot(self))
-
-    # -- the law ----------------------------------------------------------------------------------
 
     @property
     def _tangential(self) -> Floats:

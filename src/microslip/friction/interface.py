@@ -115,8 +115,6 @@ class Interface(CoupledLaw):
             separation=separation,  # type: ignore[arg-type]
         )
 
-    # -- scalars ----------------------------------------------------------------------------------
-
     @property
     def force_limit(self) -> float:
         """Force of gross slip mu N [N]."""
@@ -189,8 +187,6 @@ class Interface(CoupledLaw):
         place = np.minimum(np.abs(x), LARGEST * min(self.slip_per_indentation, 1.0))
         area = self.surface.contact_area(self.separation + place / self.slip_per_indentation)
         return plain(np.asarray(area))
-
-    # -- backbone ---------------------------------------------------------------------------------
 
     def _steps(self, u: Floats) -> Floats:
         """Convert displacements u to increases u/kappa of separation [m], without overflow."""

@@ -115,8 +115,6 @@ class PressedJoint(Parallel):
         joint.__dict__.update(fields)
         return joint
 
-    # -- single areas -----------------------------------------------------------------------------
-
     @cached_property
     def pressures(self) -> Floats:
         """Pressure [Pa] on each area of the distribution."""
@@ -135,8 +133,6 @@ class PressedJoint(Parallel):
         """Return T/(mu N) [-] of each area at a displacement [m] from rest: 1 in full slip."""
         u = number("displacement", displacement, "m", 1e-7)
         return np.array([float(law.backbone(u)) / law.force_limit for law in self._joints])
-
-    # -- whole joint ------------------------------------------------------------------------------
 
     @cached_property
     def separation(self) -> float:

@@ -135,8 +135,6 @@ class Pressure(ByValue, Locked):
         """Largest pressure over the mean pressure of the pressed area [-]."""
         return float((self.shares / self.areas).max() * self.area)
 
-    # -- axisymmetric -----------------------------------------------------------------------------
-
     @classmethod
     def cone(
         cls, outer: float, inner: float = 0.0, *, count: int = 1, rings: int = RINGS
@@ -263,8 +261,6 @@ class Pressure(ByValue, Locked):
         )
         loads = areas * shape(t)
         return cls(areas, loads / loads.sum(), r, kind)
-
-    # -- measured or computed ---------------------------------------------------------------------
 
     @classmethod
     def table(cls, distance: ArrayLike, pressure: ArrayLike, *, count: int = 1) -> Pressure:

@@ -188,8 +188,6 @@ def drift_of(values: Floats, cycle: NDArray[np.int64], curve: MeanCycle) -> tupl
     return slope, noise * math.sqrt(ratio / square)
 
 
-# -- the phase of each sample --------------------------------------------------------------------
-
 _IN_STEP, _MOST_CYCLES, _LOOKED_AT = 0.95, 32, 1 << 14
 _FEWEST, _SAMPLES_A_BIN = 3, 4  # samples per phase, and per bin if no phases repeat
 _HARMONICS, _STEPS, _PIECE = 5, 6, 1 << 16

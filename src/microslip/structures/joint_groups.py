@@ -283,8 +283,6 @@ def _unit(line: Floats) -> Floats:
     return np.where(moves[:, None], line / safe, np.array([1.0, 0.0]))
 
 
-# -- any of them --------------------------------------------------------------------------------
-
 Attachment = LawAttachment | FieldAttachment | GeometryAttachment
 JointGroup = LawGroup | FieldGroup | GeometryGroup
 JointState = LawStates | FieldState | GeometryGroup

@@ -234,8 +234,6 @@ class AtRest:
     iterations: int
     """Number of Newton steps."""
 
-    # -- the static state -------------------------------------------------------------------------
-
     @property
     def message(self) -> str:
         """Outcome in a sentence: number of Newton steps, and relative unbalanced force."""
@@ -309,8 +307,6 @@ class AtRest:
         squares, shapes = linear_modes(stiffness, self.mass, min(count, self.static_force.size))
         frequency = np.sqrt(np.maximum(squares, 0.0)) / (2.0 * math.pi)
         return LinearModes(frequency, shapes)
-
-    # -- its geometry, where it has one ------------------------------------------------------------
 
     @property
     def _geometric(self) -> list[GeometryAttachment]:

@@ -341,8 +341,6 @@ class Structure:
             )
         return self.preload()
 
-    # -- motion about the state of rest without static forces -------------------------------------
-
     linear_modes = _of_rest(Preload.linear_modes)
     modes = _of_rest(Preload.modes)
     forced_response = _of_rest(Preload.forced_response)
@@ -351,8 +349,6 @@ class Structure:
     shock = _of_rest(Preload.shock)
     integrate = _of_rest(Preload.integrate)
 
-
-# -- how far matrices can be those of a structure --------------------------------------------------
 
 _MOST_RIGID = 12  # two free bodies
 

@@ -257,8 +257,6 @@ class Part:
         """Return the value of the key ``tag`` that identifies this variant of a table."""
         return str(cls.keys[tag].reader.value)  # type: ignore[attr-defined]
 
-    # -- messages ------------------------------------------------------------------------------
-
     @classmethod
     def no_table(cls, raw_value: object, place: Place) -> str:
         """Return the error message for a value that is not a table."""
@@ -301,8 +299,6 @@ class Part:
             "additionalProperties": False,
             **cls.rules,
         }
-
-    # -- as an object --------------------------------------------------------------------------
 
     def __setattr__(self, name: str, value: object) -> None:
         if not name.startswith("_"):

@@ -158,8 +158,6 @@ class TabulatedHeights(Locked, HeightDistribution):
         height = np.concatenate([[middle[0] - step], middle, [middle[-1] + step]])
         return cls(height, np.concatenate([[0.0], counts / (values.size * step), [0.0]]))
 
-    # -- pieces --------------------------------------------------------------------------------
-
     @cached_property
     def _pieces(self) -> tuple[Floats, Floats, Floats]:
         """Knots [m], and the density [1/m] at the left and right end of each piece."""
@@ -185,8 +183,6 @@ class TabulatedHeights(Locked, HeightDistribution):
     @cached_property
     def _far(self) -> dict[int, Floats]:
         return far_series(self._panels)
-
-    # -- what a distribution offers ------------------------------------------------------------
 
     @cached_property
     def mean(self) -> float:

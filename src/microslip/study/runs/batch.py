@@ -132,9 +132,6 @@ def _of_table(source: Path, rows: list[list[str]], study: str) -> Iterator[Batch
         )
 
 
-# -- one item --------------------------------------------------------------------------------------
-
-
 def run_item(item: BatchItem) -> Outcome:
     """Return the outcome of an item: rows of numbers, or the reason of its failure."""
     begin = time.perf_counter()
@@ -162,9 +159,6 @@ def _rows(item: BatchItem) -> Any:
         return rows_at_amplitudes(study)
     means = measure(Record.read(item.path)).mean
     return [{name: float(mean.value) for name, mean in means.items()}]
-
-
-# -- all items -------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

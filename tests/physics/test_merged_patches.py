@@ -18,7 +18,7 @@ def joints() -> dict[tuple[int, int], ms.ReducedJoint]:
     lap = ms.LapJoint(length=0.3, width=0.03, thickness=0.02, lap=0.06, bolts=bolts)
     end = {"end": ((0.14, 0.0, 0.0), "z")}
     return {
-        (nx, ny): lap.reduce(STEEL, 7850.0, (nx, ny), element_size=8e-3, sensors=end)
+        (nx, ny): lap.reduce(STEEL, 7850.0, (nx, ny), element_size=1e-2, sensors=end)
         for nx, ny in ((8, 2), (4, 2), (8, 1))
     }
 

@@ -80,23 +80,25 @@ def test_gaussian_interfaces_need_no_scipy() -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "unneeded"),
+    "steps",
     [
-        (("measure", "record.csv"), "pint scipy.fft microslip.study.description"),
-        (("identify", "record.csv"), "pint microslip.study.description"),
-        (("check", "joint.toml"), "pint scipy.fft microslip.surfaces.filters microslip.app"),
+        {
+            ("measure", "record.csv"): "pint scipy.fft microslip.study.description",
+            ("identify", "record.csv"): "pint microslip.study.description",
+        },
+        {("check", "joint.toml"): "pint scipy.fft microslip.surfaces.filters microslip.app"},
     ],
-    ids=("measure", "identify", "check"),
+    ids=("records", "study"),
 )
-def test_a_command_loads_what_it_needs(
-    arguments: tuple[str, ...], unneeded: str, tmp_path: Path
-) -> None:
+def test_a_command_loads_what_it_needs(steps: dict[tuple[str, ...], str], tmp_path: Path) -> None:
     rig = ms.VirtualTribometer(ms.Interface.examples()[0], noise={"force": 0.2})
     rig.record(amplitude=1e-6, frequency=10.0, cycles=4).to_csv(tmp_path / "record.csv")
     (tmp_path / "joint.toml").write_text(STUDY)
-    code = f"from microslip.cli import main; main({arguments!r}, standalone_mode=False)"
-    loaded = run(f"import os; os.chdir({str(tmp_path)!r}); {code}; {LOADED}").split()
-    assert not set(unneeded.split()) & set(loaded)
+    code = f"import os, sys; os.chdir({str(tmp_path)!r}); from microslip.cli import main\n"
+    for arguments, unneeded in steps.items():
+        code += f"main({arguments!r}, standalone_mode=False)\n"
+        code += f"assert not {set(unneeded.split())!r} & set(sys.modules), {arguments!r}\n"
+    run(code)
 
 
 def test_the_core_needs_only_numpy() -> None:

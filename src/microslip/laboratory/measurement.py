@@ -273,7 +273,7 @@ def measure(
     and 2 or 1 and 3/2 of the force, or a logarithm). Stiffnesses are averaged as compliances. With
     the mean normal load P of a cycle and half the width delta_g of the loop at the middle of its
     force range, ``friction_peak`` is the force amplitude over P, and ``friction_energy`` is
-    E_d/(4 P delta_g).
+    E_d/(4 P delta_g), with the energy E_d of (19.29).
 
     A, B and D are those of :class:`Measurement`. The regime is "stick" up to the A at which the
     backbone of one sphere is 1 % below its initial tangent (0.0034), and "gross slip" from the B at

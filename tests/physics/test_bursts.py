@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -125,7 +126,8 @@ def test_wear_of_a_specimen_in_several_files() -> None:
         time, x, force, _ = burst(first, first)
         measured.append(ms.measure(ms.Record(x, force, time=time, name=f"stage {first}")))
     last = [None] * (len(STARTS) - 1) + [1e-12]
-    columns = {"run": ["a"] * len(STARTS), "worn_volume": last, "first_cycle": STARTS}
+    runs = ["a"] * len(STARTS)
+    columns: dict[str, Any] = {"run": runs, "worn_volume": last, "first_cycle": STARTS}
     wear = Campaign(tuple(measured), columns).wear()
     assert wear is not None
     assert float(wear.energy[-1]) == pytest.approx(total(), rel=5e-3)

@@ -162,7 +162,7 @@ class Manifest:
         column, which then takes precedence over the unit in the file.
         """
         given: dict[str, Any] = {}
-        units = {}
+        units: dict[str, str] = {}
         for name, argument in _READING.items():
             value = self._cell(name, row)
             if isinstance(value, str):

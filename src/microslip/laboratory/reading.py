@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 import numbers
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from decimal import Decimal
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 
-from microslip._core.checks import Floats
+from microslip._core.checks import Floats, exact
 from microslip._core.errors import InputError
 from microslip._core.frozen import lock
 from microslip._core.units import CLAMPING, QuantityError, engineering, to_si
@@ -74,11 +74,14 @@ def read(path: Path, stated: Mapping[str, Any]) -> dict[str, Any]:
         force, across = by_part["force"], by_part["normal_load"]
         by_part["force"] = with_unit_of_other_force(force, across)
         by_part["normal_load"] = with_unit_of_other_force(across, force)
+    sign = stated["sign"]
+    if isinstance(sign, int) and not isinstance(sign, bool):
+        sign = {"force": sign}
     by_name = {
         "units": by_role("units", stated["units"], '{"force": "mN"}'),
         "calibration": by_role("calibration", stated["calibration"], '{"force": "12.5 N/V"}'),
         "zero": by_role("zero", stated["zero"], '{"force": "mean"}'),
-        "sign": by_role("sign", _signs(stated["sign"]), '{"force": -1}'),
+        "sign": by_role("sign", sign, '{"force": -1}'),
     }
     for name, mapping in by_name.items():
         for role in mapping:
@@ -116,7 +119,8 @@ def read(path: Path, stated: Mapping[str, Any]) -> dict[str, Any]:
     if counter is not None:
         notes.append(_counted(arrays, counter, how[CYCLE_NUMBER]))
     if "time" in by_part:
-        _check_time(table, arrays["time"], first)
+        advice = "write `time=False` and `sample_rate=...`"
+        check_time(arrays["time"], lambda row: table.where(row + first), advice)
     parts: dict[str, Any] = dict.fromkeys(ROLES) | {k: lock(v) for k, v in arrays.items()}
     parts["sample_rate"] = stated["sample_rate"]
     if load is not None:
@@ -159,10 +163,6 @@ def _one_load(columns: list[Named], stated: Any) -> float | None:
         except QuantityError as error:
             raise InputError(f"`normal_load`: {error}") from None
     return None
-
-
-def _signs(sign: Any) -> Any:
-    return {"force": sign} if isinstance(sign, int) and not isinstance(sign, bool) else sign
 
 
 def _columns_by_part(
@@ -233,7 +233,9 @@ def _arrays(
         good = np.flatnonzero(~bad)
         end_row = int(good[-1]) + 1 if good.size else 0
         if bad[:end_row].any():
-            if not _is_isolated(bad[:end_row]):
+            lengths = np.diff(runs_of(bad[:end_row]), axis=1)
+            is_rare = float(bad[:end_row].mean()) <= _MOST_LONE
+            if bad[0] or int(lengths.max()) > _LONGEST_LONE or not is_rare:
                 _refuse_gaps(table, arrays, names, bad[:end_row], first)
             arrays = {role: _filled(values[:end_row]) for role, values in arrays.items()}
             notes.append(
@@ -246,11 +248,6 @@ def _arrays(
     if end_row < 2:
         raise ValueError(f"wanted at least two rows of numbers, got {end_row}")
     return arrays, first, notes
-
-
-def _is_isolated(bad: Any) -> bool:
-    lengths = np.diff(runs_of(bad), axis=1)
-    return not bad[0] and int(lengths.max()) <= _LONGEST_LONE and float(bad.mean()) <= _MOST_LONE
 
 
 def _filled(values: Floats) -> Floats:
@@ -303,15 +300,16 @@ def _range(low: float, high: float, unit: str) -> tuple[str, str]:
     return engineering(low, unit, digits), engineering(high, unit, digits)
 
 
-def _check_time(table: RawTable, time: Floats, first: int) -> None:
+def check_time(time: Floats, where: Callable[[int], str], advice: str) -> None:
+    """Raise InputError unless the time [s] increases; ``where`` names the sample of an index."""
     steps = np.diff(time)
     if steps.min() > 0.0:
         return
-    row = int(np.flatnonzero(steps <= 0.0)[0])
-    why = "repeats; if it is rounded" if steps[row] == 0.0 else "goes backwards; if it is no time"
+    i = int(np.flatnonzero(steps <= 0.0)[0]) + 1
+    rounded = f"; if it is rounded, {advice}" if steps.min() == 0.0 else ""
     raise InputError(
-        f"{table.where(row + 1 + first)}: time {why}, write `time=False` and `sample_rate=...`, "
-        f"got {time[row + 1]:.9g} s after {time[row]:.9g} s"
+        f"{where(i)}: `time` must increase, got {exact(time[i])} s after {exact(time[i - 1])} s"
+        f"{rounded}"
     )
 
 

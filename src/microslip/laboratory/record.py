@@ -15,14 +15,14 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._core.checks import Floats, exact, positive, show, without_unit
+from microslip._core.checks import Floats, positive, show, without_unit
 from microslip._core.checks import record as checked
 from microslip._core.errors import InputError
 from microslip._core.files import atomic_file
 from microslip._core.frozen import Locked, lock
 from microslip.figures.plot import Plot
 from microslip.figures.plottable import Plottable
-from microslip.laboratory.reading import read
+from microslip.laboratory.reading import check_time, read
 from microslip.readers.files import POINTS, reading
 
 Answer = TypeVar("Answer")
@@ -122,7 +122,9 @@ class Record(Locked, Plottable):
                 "reverse its sign"
             )
         if time is not None:
-            _check_time(arrays["time"], sample_rate)
+            if sample_rate is not None:
+                raise InputError("`time` and `sample_rate` are redundant; give one of them")
+            check_time(arrays["time"], lambda i: f"sample {i}", "give `sample_rate` instead")
         counter = arrays.get("cycle_number")
         if counter is not None and (counter[0] < 0.0 or float(np.diff(counter).min()) < 0.0):
             raise InputError(
@@ -312,22 +314,6 @@ def _locked_series(key: str, raw_values: Any) -> Floats:
 
 def _frequency(raw_value: Any) -> float | None:
     return None if raw_value is None else positive("sample_rate", raw_value, "Hz", 1000.0)
-
-
-def _check_time(time: Floats, sample_rate: float | None) -> None:
-    if sample_rate is not None:
-        raise InputError("`time` and `sample_rate` are redundant; give one of them, got both")
-    steps = np.diff(time)
-    if steps.min() > 0.0:
-        return
-    i = int(np.flatnonzero(steps <= 0.0)[0]) + 1
-    rounded = ""
-    if steps.min() == 0.0:
-        rounded = "; if it is rounded, give `sample_rate` instead"
-    raise InputError(
-        f"`time` must increase, got {exact(time[i])} s after {exact(time[i - 1])} s at "
-        f"sample {i}{rounded}"
-    )
 
 
 def checked_path(path: Any) -> Path:

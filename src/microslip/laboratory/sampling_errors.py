@@ -41,10 +41,9 @@ def sampling_errors(
     names = [name for name in columns if name not in _NO_LENGTH]
     period = block.cycles.period
     polygon = (2.0 * math.pi / period) ** 2 / 6.0
-    errors = dict.fromkeys(names, 0.0)
-    if period > _MOST_SAMPLES:
-        errors = dict.fromkeys(names, polygon)
-    elif period >= _FEWEST:
+    errors = dict.fromkeys(names, polygon)
+    if _FEWEST <= period <= _MOST_SAMPLES:
+        errors = dict.fromkeys(names, 0.0)
         sign = -1.0 if block.cycles.flipped else 1.0
         x, force = sign * record.displacement[block.samples], sign * record.force[block.samples]
         load = record.normal_load
@@ -58,8 +57,6 @@ def sampling_errors(
             for name in names:
                 change = _relative(whole[name], part[name], name == STIFFNESS)
                 errors[name] = max(errors[name], change / _ORDER)
-    else:
-        errors = dict.fromkeys(names, polygon)
     # The reversal is extrapolated from samples beside it: an error of the next order remains.
     errors = {name: max(error, 2.0 * polygon**2) for name, error in errors.items()}
     for name in _ENCLOSED:

@@ -103,7 +103,11 @@ def settled(columns: Mapping[str, Floats], sound: NDArray[np.bool_], noise: floa
             return Settled(sound, True, (_moving_note(columns, places, ("amplitude",)),))
         if len(parts) > 1:
             notes.append(_steps_note(columns, [places[part] for part in parts]))
-            levels = tuple(_level(columns, places[part]) for part in parts)
+            late_ones = [settled_from(columns, places[part]) for part in parts]
+            levels = tuple(
+                (places[part][late or 0 :], late is None)
+                for part, late in zip(parts, late_ones, strict=True)
+            )
         largest = max(parts, key=len)
         if len(parts) == 1 and largest.size < places.size:
             notes.append(_run_up_note(columns, places, largest))
@@ -127,11 +131,6 @@ def requested(columns: Mapping[str, Floats], selection: NDArray[np.bool_]) -> Se
     if _moving(columns, places, ALIKE):
         return Settled(selection, True, (_moving_note(columns, places, _MOVING[:2]),))
     return Settled(selection, False, ())
-
-
-def _level(columns: Mapping[str, Floats], places: NDArray[np.intp]) -> Level:
-    late = settled_from(columns, places)
-    return places[late or 0 :], late is None
 
 
 def settled_from(columns: Mapping[str, Floats], places: NDArray[np.intp]) -> int | None:

@@ -19,7 +19,7 @@ import click
 from microslip._core.quantities import QUANTITIES
 from microslip._core.verdicts import Rule
 from microslip.cli import main as command
-from microslip.study.json_schema import json_schema
+from microslip.study.json_schema import complete_schema
 
 DOCS = Path(__file__).parent
 NOTE = "<!-- Written by `python docs/make_reference.py` from the declarations; do not edit. -->\n"
@@ -166,7 +166,7 @@ def keys_page() -> str:
             for key, inner in part["properties"].items():
                 write(f"{path}.{key}", inner)
 
-    top = json_schema()["properties"]
+    top = complete_schema()["properties"]
     plain = [name for name, part in top.items() if not tables_in(part) and name != "material"]
     rows = [[f"`{n}`", kind_of(top[n]), top[n].get("description", "")] for n in plain]
     parts.append("## At the top\n\n" + table(["key", "value", "meaning"], rows))

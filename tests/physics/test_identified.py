@@ -534,7 +534,11 @@ def test_the_law_that_made_the_loops_is_preferred() -> None:
 @pytest.mark.parametrize(
     ("amplitude", "rig"), [pytest.param(5e-6, 1e9, marks=pytest.mark.slow), (2e-6, 1e8)]
 )
-@pytest.mark.parametrize("known", [None, {"summits": 5700.0}], ids=["smooth", "summits"])
+@pytest.mark.parametrize(
+    "known",
+    [None, pytest.param({"summits": 5700.0}, marks=pytest.mark.slow)],
+    ids=["smooth", "summits"],
+)
 def test_friction_under_a_load_that_varies(
     amplitude: float, rig: float, known: dict[str, float] | None
 ) -> None:

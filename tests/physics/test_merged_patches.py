@@ -55,3 +55,20 @@ def test_error_is_a_third_of_the_changes_by_merging(joints) -> None:
     single = merged(merged(merged(merged(joints[8, 2], 0), 0), 0), 1)
     assert single.patches == 1
     assert patch_error(single, mode) is None
+
+
+def test_patches_finer_than_the_elements_are_merged() -> None:
+    """Twice as many patches as the elements tell apart give the answer of the usual number."""
+    bolts = ms.Bolts([0.0], shank=8e-3, hole=9e-3, washer=16e-3, tension=10e3)
+    lap = ms.LapJoint(length=0.3, width=0.03, thickness=0.02, lap=0.06, bolts=bolts)
+    end = {"end": ((0.14, 0.0, 0.0), "z")}
+    usual, fine = (
+        lap.reduce(STEEL, 7850.0, patches, sensors=end, element_size=0.015)
+        for patches in (None, (60, 4))
+    )
+    assert usual.patches < 60 < fine.patches < 240
+    for joint in (usual, fine):
+        assert joint.patch_areas.sum() == pytest.approx(lap.face_area, rel=5e-3)
+        assert np.unique(joint.samples.patches).size == joint.patches
+    for part, whole in zip(mode(usual), mode(fine), strict=True):
+        np.testing.assert_allclose(part, whole, rtol=2e-2)

@@ -108,7 +108,7 @@ def test_noise_widens_the_intervals_and_they_hold_the_truth() -> None:
         assert low - 0.5 * spread < value < high + 0.5 * spread
     assert 0.3 < found.misfit < 2.0
     words = {verdict.name: verdict.word for verdict in found.verdicts}
-    assert words["misfit beside the errors of the test"] == "ok"
+    assert words["misfit over the errors of the test"] == "ok"
     assert words["parameters at a bound"] == "ok"
 
 
@@ -138,7 +138,7 @@ def test_a_wrong_assumption_is_seen_in_the_misfit() -> None:
         0.0, ("friction_coefficient",)
     )  # tension and form are held where they are not
     words = {verdict.name: verdict.word for verdict in found.verdicts}
-    assert words["misfit beside the errors of the test"] == "outside"
+    assert words["misfit over the errors of the test"] == "outside"
     assert words["correlation of two parameters"] == "not judged"
 
 

@@ -241,8 +241,7 @@ def test_forms_leave_out_nothing_but_where_results_go() -> None:
             if isinstance(param, click.Option)
             and not {text.removeprefix("--") for text in param.opts} & offered
         }
-        of_files = {"group", "over"}  # which name files that nobody sent
-        assert left_out <= {"folder", "overwrite", "as_json", "overrides", *of_files}, name
+        assert left_out <= {"folder", "overwrite", "as_json", "overrides"}, name
         assert all(field.label and field.help for field in FORMS[name])
     kinds = {field.name: field.kind for name in COMMANDS for field in FORMS[name]}
     # What names a file in the command is a file that was sent.

@@ -16,7 +16,6 @@ from matplotlib.text import Text
 
 import microslip as ms
 from microslip.chapter import KIND, LEFT_OUT, PLATES, DrawnFigure, Plate, select, write_figures
-from microslip.chapter.contact import summit
 from microslip.chapter.joint import with_summits
 from microslip.chapter.rig import (
     HARMONIC,
@@ -94,36 +93,6 @@ def test_data(plate: Plate) -> None:
 
 
 # -- what they show --------------------------------------------------------------------------------
-
-
-def test_traction_figures() -> None:
-    joint = summit()
-    for number, name in (
-        ("19.2", "tangential traction [Pa]"),
-        ("19.11", "tangential traction at B [Pa]"),
-    ):
-        data = columns(number)
-        bound = joint.friction_coefficient * joint.pressure(np.abs(data["x [m]"]))
-        np.testing.assert_array_equal(data["friction times pressure [Pa]"], bound)
-        assert np.all(np.abs(data[name]) <= bound * (1.0 + 1e-14))
-    data = columns("19.11")
-    np.testing.assert_allclose(
-        data["tangential traction at C [Pa]"], -data["tangential traction at A [Pa]"], atol=1.0
-    )
-    # No force at B: the tractions balance over the circle.
-    half = data["x [m]"] >= 0.0
-    r, q = data["x [m]"][half], data["tangential traction at B [Pa]"][half]
-    moment = q * r
-    total = np.sum(0.5 * (moment[1:] + moment[:-1]) * np.diff(r))
-    assert abs(total) < 1e-3 * np.sum(0.5 * np.abs(moment[1:] + moment[:-1]) * np.diff(r))
-
-
-def test_zones_figure() -> None:
-    data = columns("19.10")
-    assert list(data["state"]) == [0.0] * 2 + [1.0] * 3 + [2.0] * 4
-    a = summit().contact_radius
-    at_zero = data["inner radius [m]"][4] / a
-    assert at_zero == pytest.approx((0.5 * (1.0 + 0.25)) ** (1 / 3), rel=1e-12, abs=0)  # (19.18)
 
 
 def test_number_of_asperities_figure() -> None:

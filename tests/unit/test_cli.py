@@ -226,12 +226,11 @@ def test_a_pipe_that_nobody_reads_is_no_error(arguments: list[str]) -> None:
 def test_streams_may_be_closed(arguments: list[str]) -> None:
     command = shlex.join([sys.executable, "-m", "microslip.cli", *arguments])
     # One of them says which streams count, the others that no way of writing goes round them.
-    single = (">&-", "2>&-") if arguments == WRITING[0] else ()
-    for closed in (*single, "<&- >&- 2>&-"):
+    for closed in (">&-", "<&- 2>&-") if arguments == WRITING[0] else ("<&- >&- 2>&-",):
         shutil.rmtree("joint-result", ignore_errors=True)
         done = subprocess.run(["sh", "-c", f"{command} {closed}"], capture_output=True, check=False)
         assert (done.returncode, done.stderr) == (0, b""), closed
-        assert bool(done.stdout) == (closed == "2>&-")
+        assert bool(done.stdout) == (">&-" not in closed.split())
         assert ("joint-result" in names()) == (arguments[0] == "predict")
 
 

@@ -17,7 +17,7 @@ from jsonschema import Draft7Validator
 from studies import AMPLITUDES, GAUSSIAN, LOADS, MATERIAL, SURFACE, SURFACES, edited
 
 import microslip as ms
-from microslip.study.json_schema import json_schema
+from microslip.study.json_schema import complete_schema, json_schema
 from microslip.study.toml_text import FILE_KEYS
 
 ROOT = Path(__file__).parents[2]
@@ -50,6 +50,7 @@ def test_the_build_writes_it() -> None:
     command = [sys.executable, "-m", "microslip.study.json_schema"]
     printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     assert printed == shipped
+    assert len(shipped) < 200_000, "repeated parts are references"
 
 
 @pytest.mark.parametrize("study", list(shown_studies()))
@@ -148,7 +149,7 @@ def keys(schema: dict[str, Any], path: str = "") -> Iterator[tuple[str, dict[str
 
 
 def test_every_key_is_explained_to_an_editor() -> None:
-    found = dict(keys(json_schema()))
+    found = dict(keys(complete_schema()))
     assert len(found) > 40
     for path, schema in found.items():
         assert schema["title"], path
@@ -165,7 +166,7 @@ def test_keys_that_name_files_are_known() -> None:
     """A study is moved, and refused by the workbench, by these keys."""
     found = {
         path.rpartition(".")[2]
-        for path, schema in keys(json_schema())
+        for path, schema in keys(complete_schema())
         if re.search(
             "[Nn]ame of (a|the) .*file|[Ff]older (that|written)",
             json.dumps(schema.get("description")),

@@ -22,8 +22,8 @@ from command import run
 from html_pages import Page
 
 import microslip as ms
+from microslip._core.dataset import text_cell
 from microslip._core.wording import one_line
-from microslip.report.files import text_cell
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="files cannot have such names here")
 

@@ -15,11 +15,6 @@ AL = ms.Material(69e9, 0.33)
 # -- numbers ---------------------------------------------------------------------------------------
 
 
-def test_shear_modulus() -> None:
-    assert ms.Material(69e9, 0.33).shear_modulus == pytest.approx(69e9 / 2.66, rel=1e-15, abs=0)
-    assert ms.Material(3e9, 0.5).shear_modulus == 1e9
-
-
 @pytest.mark.parametrize(
     ("modulus", "ratio", "said"),
     [

@@ -13,6 +13,7 @@ from scipy.special import ndtr, ndtri
 
 import microslip as ms
 from microslip._core.dataset import Variable
+from microslip._core.quantities import QUANTITIES
 from microslip.cli import main
 from microslip.study.build import Design, check_draws
 from microslip.study.description import StudyDescription
@@ -121,7 +122,7 @@ def product(study: StudyDescription) -> dict[str, Variable]:
     values = np.array([[load * friction, load**2 * friction]])
     dims = ("load", "amplitude")
     names = ("loss_factor", "dissipated_energy", "secant_stiffness")
-    return {name: Variable(dims, values, {"units": "1"}) for name in names}
+    return {name: Variable(dims, values, QUANTITIES[name]) for name in names}
 
 
 def of_product(more: str = "", **changes: str) -> Any:

@@ -11,6 +11,7 @@ from studies import STUDY, edited
 
 import microslip as ms
 from microslip._core.dataset import Variable
+from microslip._core.quantities import QUANTITIES
 from microslip._core.units import HARDNESS, QuantityError, to_si
 from microslip.contact import NORMAL_LAWS
 from microslip.friction.input_slopes import input_slopes
@@ -105,7 +106,7 @@ def test_sensitivities_rank_as_the_scatter_beside_them() -> None:
         values = dict.fromkeys(RANKED, joint.tangential_stiffness)
         values["loss_factor"] = float(joint.loss_factor(1e-7))
         dims = ("load", "amplitude")
-        return {name: Variable(dims, np.array([[v]]), {}) for name, v in values.items()}
+        return {n: Variable(dims, np.array([[v]]), QUANTITIES[n]) for n, v in values.items()}
 
     study = ms.Study.from_toml(UNSURE)
     found = scatter(study, answers(at_central_values(study)), answers)

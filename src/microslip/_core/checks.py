@@ -1,7 +1,7 @@
 """Checks of arguments of public functions, with one wording for each kind of mistake.
 
 Numbers are in SI units. A quantity with a unit (pint, astropy, unyt) is converted to the unit of
-the argument. It is refused if it has another dimension or if the argument has no unit; its unit is
+the argument. It is rejected if it has another dimension or if the argument has no unit; its unit is
 never ignored. Values of xarray and pandas objects are taken to be in SI units, even if their
 attributes name another unit.
 """

@@ -1,9 +1,9 @@
-"""Data set of a result: named arrays with dimensions and units; lines for CSV."""
+"""Data set of a result: named, labelled columns, from which all tables and files are written."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -12,23 +12,29 @@ from numpy.typing import NDArray
 
 from microslip._core.errors import InputError
 from microslip._core.packages import needed_for
-from microslip._core.wording import quote
+from microslip._core.quantities import Quantity, json_value
+from microslip._core.wording import one_line, quote
 
 _BLOCK = 20_000  # rows of a CSV file formatted at once
+_FORMULAS = tuple(
+    "=+-@\N{FULLWIDTH EQUALS SIGN}\N{FULLWIDTH PLUS SIGN}"
+    "\N{FULLWIDTH HYPHEN-MINUS}\N{FULLWIDTH COMMERCIAL AT}"
+)
 
 
 class Variable(NamedTuple):
-    """Array with the names of its dimensions and its attributes (``units``, ``long_name``)."""
+    """Column of a data set: an array, the names of its dimensions, and the quantity it holds."""
 
     dims: tuple[str, ...]
     values: NDArray[Any]
-    attributes: Mapping[str, Any]
+    quantity: Quantity
+    more: Mapping[str, Any] = {}
+    """Attributes in files, besides the unit and the meaning of the quantity."""
 
     @property
-    def unit(self) -> str:
-        """Unit for tables, "-" for a dimensionless number."""
-        unit = str(self.attributes["units"])
-        return "-" if unit == "1" else unit
+    def attributes(self) -> dict[str, Any]:
+        """Attributes in files (``units``, ``long_name`` and others)."""
+        return {**self.quantity.attributes, **self.more}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -49,6 +55,21 @@ class DataSet(Mapping[str, Variable]):
     coords: Mapping[str, Variable]
     variables: Mapping[str, Variable]
     attributes: Mapping[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of_rows(cls, columns: Mapping[str, tuple[Quantity, Iterable[Any]]]) -> DataSet:
+        """Return the data set of columns of equal length, along the dimension "row".
+
+        A column of text has a quantity without unit, "".
+        """
+        variables = {}
+        for name, (quantity, values) in columns.items():
+            if not isinstance(values, np.ndarray):
+                listed = list(values)
+                text = any(isinstance(value, str) for value in listed)
+                values = np.array(listed, dtype=object if text else None)
+            variables[name] = Variable(("row",), values, quantity)
+        return cls({"row": len(next(iter(variables.values())).values)}, {}, variables)
 
     def __getitem__(self, name: str) -> Variable:
         for group in (self.variables, self.coords):
@@ -73,6 +94,19 @@ class DataSet(Mapping[str, Variable]):
         values = variable.values.transpose(order)[places] if places else variable.values
         return np.broadcast_to(values, tuple(self.sizes[dim] for dim in dims))
 
+    def rows(self, names: Iterable[str] = ()) -> list[tuple[Any, ...]]:
+        """Return the rows of the named columns along "row", all by default.
+
+        Numbers that are not finite are None.
+        """
+        columns = (json_value(self[name].values) for name in names or self)
+        return list(zip(*columns, strict=True))
+
+    def records(self, names: Iterable[str] = ()) -> list[dict[str, Any]]:
+        """Return the rows of a data set along "row" as dictionaries, for summary.json."""
+        names = tuple(names or self)
+        return [dict(zip(names, row, strict=True)) for row in self.rows(names)]
+
     def csv_lines(
         self, columns: Mapping[str, str], dims: tuple[str, ...]
     ) -> Iterator[tuple[int, str]]:
@@ -82,12 +116,25 @@ class DataSet(Mapping[str, Variable]):
         the name of its variable. There is one row per point along ``dims``, of which the first
         varies slowest. Numbers have the fewest digits from which they can be restored exactly.
         """
-        yield 0, ",".join(f"{key} [{self[name].unit}]" for key, name in columns.items()) + "\n"
-        arrays = [np.asarray(self.spread(name, dims), dtype=float) for name in columns.values()]
+        yield 0, ",".join(map(self._heading, columns, columns.values())) + "\n"
+        arrays = [self.spread(name, dims) for name in columns.values()]
+        # Columns without a unit are text and counts.
+        arrays = [
+            array if self[name].quantity.unit == "" else np.asarray(array, dtype=float)
+            for name, array in zip(columns.values(), arrays, strict=True)
+        ]
+        writers = [text_cell if array.dtype == object else repr for array in arrays]
         for start in range(0, self.count(dims), _BLOCK):
-            texts = (map(repr, a.flat[start : start + _BLOCK].tolist()) for a in arrays)
+            texts = (
+                map(write, array.flat[start : start + _BLOCK].tolist())
+                for write, array in zip(writers, arrays, strict=True)
+            )
             lines = [",".join(row) + "\n" for row in zip(*texts, strict=True)]
             yield len(lines), "".join(lines)
+
+    def _heading(self, key: str, name: str) -> str:
+        unit = self[name].quantity.unit
+        return f"{key} [{unit}]" if unit else key
 
     def count(self, dims: tuple[str, ...]) -> int:
         """Return the number of points along ``dims``, the product of their lengths."""
@@ -102,3 +149,14 @@ class DataSet(Mapping[str, Variable]):
             for group in (self.coords, self.variables)
         )
         return xarray.Dataset(variables, coords, attrs=dict(self.attributes))
+
+
+def text_cell(text: str) -> str:
+    """Quote a name as a one-line CSV cell that spreadsheets do not interpret as a formula.
+
+    A name that starts with =, +, - or @, or the full-width form of one, gets a leading apostrophe.
+    """
+    text = one_line(text)
+    if text.lstrip()[:1] in _FORMULAS:
+        text = f"'{text}"
+    return '"' + text.replace('"', '""') + '"'

@@ -27,8 +27,8 @@ def store(path: str | Path, data: DataSet, progress: Progress | None = None) -> 
         for name, value in data.attributes.items():
             _set(file, name, value)
         for group in (coords, variables):
-            for name, (names, values, about) in group.items():
-                array = np.asarray(values)
+            for name, column in group.items():
+                names, array = column.dims, np.asarray(column.values)
                 text = array.dtype.kind not in "iufb"
                 if array.dtype.kind == "b":
                     array = array.astype(np.int8)
@@ -40,7 +40,7 @@ def store(path: str | Path, data: DataSet, progress: Progress | None = None) -> 
                     data=array.astype(object) if text else array,
                     **(packed if array.nbytes > _COMPRESSED and not text else {}),
                 )
-                for key, value in about.items():
+                for key, value in column.attributes.items():
                     _set(variable, key, value)
                 near = [key for key, its in auxiliary.items() if its <= set(names)]
                 if group is variables and near:

@@ -31,21 +31,36 @@ class Quantity(NamedTuple):
     """Unit, meaning and format of a number in tables, figures, summaries and netCDF files."""
 
     unit: str
-    """SI unit, "-" for a dimensionless number."""
-    meaning: str
+    """SI unit, "-" for a dimensionless number, "" for text and counts."""
+    meaning: str = ""
     label: str = ""
     """Column heading in reports."""
     symbol: str = ""
     """Column heading in the terminal, by default the label."""
     form: str = "4"
-    """Number of significant digits, or the name of a format in
-    :data:`microslip.report.cells.FORMS`."""
+    """Number of significant digits, the name of a format in
+    :data:`microslip.report.cells.FORMS`, or a format specification of Python."""
 
     @property
     def attributes(self) -> dict[str, str]:
         """Attributes of the CF conventions, with the unit "1" for a dimensionless number."""
         unit = "1" if self.unit == "-" else self.unit
         return {"units": unit, "long_name": self.meaning}
+
+
+def count(label: str) -> Quantity:
+    """Return the quantity of a column of whole numbers or text."""
+    return Quantity("", label=label)
+
+
+def hertz(label: str) -> Quantity:
+    """Return the quantity of a column of frequencies [Hz]."""
+    return Quantity("Hz", label=label, form=".5g")
+
+
+def ratio(label: str, form: str = "ratio") -> Quantity:
+    """Return the quantity of a column of dimensionless numbers."""
+    return Quantity("-", label=label, form=form)
 
 
 QUANTITIES: dict[str, Quantity] = {
@@ -122,7 +137,7 @@ QUANTITIES: dict[str, Quantity] = {
     ),
     "mode": Quantity("-", "number of the mode of the structure"),
     "modal_frequency": Quantity(
-        "Hz", "frequency of a mode, by harmonic balance", "Frequency [Hz]", "Hz", "hertz"
+        "Hz", "frequency of a mode, by harmonic balance", "Frequency [Hz]", "Hz", ".5g"
     ),
     "modal_damping_ratio": Quantity(
         "-", "damping ratio of a mode in steady motion, by harmonic balance",
@@ -133,7 +148,7 @@ QUANTITIES: dict[str, Quantity] = {
             unit, f"{share} % quantile of the {meaning} of a mode", f"{letter}, {share} %", "", form
         )
         for name, unit, meaning, letter, form in (
-            ("frequency", "Hz", "frequency", "f", "hertz"),
+            ("frequency", "Hz", "frequency", "f", ".5g"),
             ("damping_ratio", "-", "damping ratio", "ζ", "ratio"),
         )
         for word, share in (("low", 5), ("median", 50), ("high", 95))

@@ -166,7 +166,7 @@ def _mindlin(plate: Plate) -> DrawnFigure:
         columns[f"tangential traction at T = {share:g} mu N [Pa]"] = q
         axes.plot(x / MICRO, q / MEGA, color=color, linestyle=line, label=f"q at T = {share:g} μN")
     columns["without slip at T = 0.5 mu N [Pa]"] = welded
-    label = "q at T = 0.5 μN, were there no slip"
+    label = "q at T = 0.5 μN without slip"
     axes.plot(x / MICRO, welded / MEGA, color=BLUE, linestyle=DOTS, label=label)
     axes.set(xlabel="Position along the force x [µm]", ylabel="Traction [MPa]")
     axes.set(xlim=(x[0] / MICRO, x[-1] / MICRO), ylim=(0.0, 1.12 * joint.peak_pressure / MEGA))

@@ -40,7 +40,7 @@ def joint_note(addition: str = "") -> str:
     length = joint.slip_per_indentation * SPREAD
     return (
         "The worked example: Al 2017 on itself, E = 69 GPa, ν = 0.33, μ = 0.55, Gaussian heights "
-        f"of σ = {engineering(SPREAD, 'm', trim=True)}, ρ = 1 mm, 1e8 summits a m² on 2 cm², "
+        f"of σ = {engineering(SPREAD, 'm', trim=True)}, ρ = 1 mm, 1e8 summits per m² on 2 cm², "
         f"N = {engineering(joint.normal_load, 'N')}: μN = {engineering(joint.force_limit, 'N')}, "
         f"κσ = {engineering(length, 'm')}. {addition}"
     ).strip()
@@ -92,10 +92,10 @@ def with_summits(joint: Interface, count: float) -> Interface:
     "number-of-asperities",
     "number of asperities in contact at one normal load",
     "One asperity that carries the whole load is soft, and 1 µm is far below its slip limit. The "
-    "more asperities share the load, the stiffer the joint and the nearer its loop to Coulomb's "
-    "rectangle: from one asperity to the 5700 of 20 000 that touch in the worked example the "
-    "stiffness grows 271-fold, and the energy over that of Coulomb friction, "
-    "E_d/4μNδ, from 0.001 to 0.670.",
+    "more asperities share the load, the stiffer the joint is, and the closer its loop is to "
+    "Coulomb's rectangle. From one asperity to the 5700 of 20 000 that touch in the worked example "
+    "the stiffness grows 271-fold, and the energy over that of Coulomb friction, E_d/4μNδ, grows "
+    "from 0.001 to 0.670.",
     joint_note("Amplitude 1 µm. The density of summits is changed, nothing else."),
 )
 def _many_summits(plate: Plate) -> DrawnFigure:

@@ -304,7 +304,7 @@ def _variable_loop(plate: Plate) -> DrawnFigure:
     rest = {"color": LIGHT, "zorder": 1.9}
     _branches(
         axes, record, force, (0, 1, _FIRST, "O–A"), (1, 2, _BACK, "A–B"), (2, 3, _AGAIN, "B–C"),
-        (3, 4, _CLOSING, "C–D"), (4, 6, rest, "on to gross slip, both ways"),
+        (3, 4, _CLOSING, "C–D"), (4, 6, rest, "gross slip in both directions"),
     )  # fmt: skip
     _loop_axes(axes, joint, 1.75)
     offsets = {"O": (-9, 8), "A": (5, 10), "B": (10, -6), "C": (8, -8), "D": (-8, 9)}

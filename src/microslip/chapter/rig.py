@@ -78,9 +78,9 @@ def _assumed(addition: str) -> str:
     "19.7",
     "normalised-loops",
     "normalised force against displacement (synthetic)",
-    "All loads slip at the same μ, here 2 % above μ and −μ because of the ripple of the load. The "
-    "oblique parts differ in length: they are the deflection of the rig. The contact alone would "
-    "reach gross slip within a micrometre.",
+    "At all loads gross slip has the same T/N, here 2 % beyond μ and −μ because of the ripple of "
+    "the load. The oblique parts, which differ in length, are the deflection of the rig. The "
+    "contact alone would reach gross slip within a micrometre.",
     _assumed("Amplitude 40 µm, 10 Hz; other loads: the same surface."),
 )
 def _normalised(plate: Plate) -> DrawnFigure:
@@ -127,11 +127,11 @@ def identified() -> Identification:
     "measured-and-model",
     "a record over the model (synthetic)",
     "The law of the joint and the rig in series, fitted to one record at one load; the joint "
-    "alone follows from the stiffness of the rig, which is given to 2 %. Friction comes out with "
-    "a narrow interval; the slip scale is only bounded, because the rig is softer than the joint "
-    "by a factor of 57: a second load or a stiffer rig would determine it. The fit follows the "
-    "ripple of the load: the residual is noise (reduced χ² 1.09), as it is with a rig of "
-    "10 000 N/µm and 1.5 µm, where the ripple bends the branches.",
+    "alone follows from the stiffness of the rig, which is given to 2 %. The interval of the "
+    "friction coefficient is narrow. The slip scale is only bounded, because the rig is softer "
+    "than the joint by a factor of 57; a second load or a stiffer rig would determine it. The fit "
+    "includes the ripple of the load: the residual is noise (reduced χ² 1.09), as it is with a rig "
+    "of 10 000 N/µm and 1.5 µm, where the ripple bends the branches.",
     _assumed(
         f"Amplitude {OVERLAY / MICRO:g} µm, {_FREQUENCY:g} Hz, {CYCLES} cycles, the first left out."
     ),

@@ -50,7 +50,7 @@ def _heights_assumed() -> str:
     return (
         f"Gaussian summit heights, σ = {engineering(SPREAD, 'm')}, mean 0; at "
         f"N = {engineering(joint.normal_load, 'N')} the separation of the worked example (Al 2017, "
-        f"ρ = 1 mm, 1e8 summits a m² on 2 cm²) is δn = {engineering(joint.separation, 'm')}."
+        f"ρ = 1 mm, 1e8 summits per m² on 2 cm²) is δn = {engineering(joint.separation, 'm')}."
     )
 
 
@@ -158,8 +158,8 @@ def _assumed_profile() -> str:
     return (
         f"Synthetic, no measurement: Gaussian heights, Rq = {engineering(ROUGHNESS, 'm')}, so "
         f"Ra = {engineering(ROUGHNESS * math.sqrt(2.0 / math.pi), 'm')}; autocorrelation "
-        f"exp(−x²/β²), β = {engineering(CORRELATION, 'm')}; 8 mm in steps of 1 µm. A "
-        f"surface like that in all directions has {density:.2g} summits a m², of radius "
+        f"exp(−x²/β²), β = {engineering(CORRELATION, 'm')}; 8 mm in steps of 1 µm. An "
+        f"isotropic surface with this profile has {density:.2g} summits per m², of radius "
         f"{engineering(radius, 'm')} and σ = {engineering(spread, 'm')} (Nayak 1971, McCool 1986)."
     ).replace("e+07", "e7")
 

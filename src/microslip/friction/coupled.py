@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,14 +18,8 @@ from microslip._core.frozen import Locked, lock
 from microslip.contact.base import NormalLaw
 from microslip.contact.load_curve import LoadCurve
 from microslip.friction.base import BackboneLaw
-from microslip.friction.coupled_cycles import (
-    CoupledCycle,
-    CoupledHarmonics,
-    coupled_cycle,
-    coupled_harmonics,
-)
-from microslip.friction.cycles import PeriodicResponse, Rest
-from microslip.friction.harmonics import HarmonicForce
+from microslip.friction.coupled_cycles import coupled_cycle, coupled_harmonics
+from microslip.friction.cycles import Rest
 from microslip.friction.memory import Diagram, Nodes, steps_along
 from microslip.friction.straight_step import FirstLoading, first_loading_by_slip
 
@@ -260,10 +254,6 @@ class CoupledLaw(BackboneLaw):
         displacement, forces, load, separation = map(lock, arrays)
         return CoupledResponse(displacement, forces, load, separation, curve, lock(steps))
 
-    @overload
-    def periodic(self, displacement_cycle: ArrayLike, rest: Rest = 0.0) -> PeriodicResponse: ...
-
-    @overload
     def periodic(
         self,
         displacement_cycle: ArrayLike,
@@ -271,16 +261,7 @@ class CoupledLaw(BackboneLaw):
         *,
         normal_load: ArrayLike | None = None,
         separation: ArrayLike | None = None,
-    ) -> CoupledCycle: ...
-
-    def periodic(
-        self,
-        displacement_cycle: ArrayLike,
-        rest: Rest = 0.0,
-        *,
-        normal_load: ArrayLike | None = None,
-        separation: ArrayLike | None = None,
-    ) -> PeriodicResponse | CoupledCycle:
+    ) -> Any:
         """Compute the settled cycle of a periodic displacement, with a constant or periodic load.
 
         Parameters
@@ -303,17 +284,6 @@ class CoupledLaw(BackboneLaw):
         check_one_of("normal_load=... [N] or separation=... [m]", normal_load, separation)
         return coupled_cycle(self._nodes, displacement_cycle, rest, normal_load, separation)
 
-    @overload
-    def harmonics(
-        self,
-        coefficients: ArrayLike,
-        harmonics: Any = (0, 1),
-        rest: Rest = 0.0,
-        *,
-        rtol: float = 1e-10,
-    ) -> HarmonicForce: ...
-
-    @overload
     def harmonics(
         self,
         coefficients: ArrayLike,
@@ -324,19 +294,7 @@ class CoupledLaw(BackboneLaw):
         normal_load: ArrayLike | None = None,
         separation: ArrayLike | None = None,
         samples: int | None = None,
-    ) -> CoupledHarmonics: ...
-
-    def harmonics(
-        self,
-        coefficients: ArrayLike,
-        harmonics: Any = (0, 1),
-        rest: Rest = 0.0,
-        *,
-        rtol: float = 1e-10,
-        normal_load: ArrayLike | None = None,
-        separation: ArrayLike | None = None,
-        samples: int | None = None,
-    ) -> HarmonicForce | CoupledHarmonics:
+    ) -> Any:
         """Compute Fourier coefficients of force and load in the settled cycle, with their Jacobian.
 
         Parameters

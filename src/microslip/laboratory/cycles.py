@@ -24,7 +24,6 @@ from microslip.laboratory.cuts import noise_of
 from microslip.laboratory.cycle_columns import columns_of
 from microslip.laboratory.estimates import trend
 from microslip.laboratory.loop_shape import (
-    NOT_CONCAVE,
     UNDECIDED,
     Shape,
     hollow_of,
@@ -47,9 +46,10 @@ DRIFTS = 0.005
 """Smallest drift over the cycles, relative to the range of the channel, that is reported."""
 STEADY = 0.02
 """Relative range of the mean loads of the cycles above which it is reported."""
-_LATE, _LOOKED_AT, _LEFT = 0.02, 40, 0.15
+_LATE, _LOOKED_AT, _LEFT, _CONCAVE = 0.02, 40, 0.15, 0.025
 """Smallest relative effect of a lag on the energy; number of cycles it is estimated from; largest
-ratio of the misfits with and without the lag for which its removal is suggested."""
+ratio of the misfits with and without the lag, and largest depth of a hollow of the branch over the
+force amplitude, for which its removal is suggested."""
 _STANDARD_ERRORS, _ALIKE, _THIN = 5.0, 0.2, 1e-3
 """Standard errors of a significant energy; smallest correlation of force and displacement if
 a delay has inverted a loop; energy over that of the surrounding ellipse, below which a loop is a
@@ -63,6 +63,8 @@ _ROUNDING, _ON_STEP = 1e-7, 0.01
 _QUIET, _ROUGHER = 1e-4, 0.15
 """Noise over the range of a channel, and over that of every other sample, below which it has
 none."""
+_FEW_SAMPLES = 40
+"""Samples per cycle below which noise and the course of a loop are not distinguished."""
 _COARSE = 0.02
 """Converter step over the force amplitude above which no delay is estimated."""
 _IRREGULAR, _FEWEST_PAIRS = 0.12, 5
@@ -164,14 +166,25 @@ class Cycles:
 
     @cached_property
     def plateaus(self) -> list[str]:
-        """Notes on extremes of displacement and force at which a sensor may be clipped."""
-        channels = {name: getattr(self.record, name) for name in ("displacement", "force")}
-        return [
-            note
-            for name, values in channels.items()
-            for extreme in (values.min(), values.max())
-            if (note := _plateau_note(name, values, extreme))
-        ]
+        """Notes on channels with extremes at which a sensor may be clipped."""
+        notes = []
+        for name in ("displacement", "force"):
+            values: Floats = getattr(self.record, name)
+            found = {at: _plateau(values, at) for at in (values.min(), values.max())}
+            texts = [f"{share:.1%} exactly at {at:g}" for at, (share, _) in found.items() if share]
+            if not texts:
+                continue
+            words = f"of the {name}, {' and '.join(texts)}: "
+            # The course of a loop of few samples is as rough as noise.
+            is_sampled = float(np.median(self.columns["period"])) >= _FEW_SAMPLES
+            if is_sampled and any(is_noisy for _, is_noisy in found.values()):
+                notes.append(f"{words}a clipped sensor, since the channel has noise elsewhere")
+            else:
+                notes.append(
+                    f"{words}{UNDECIDED} (friction of a channel without noise, or a sensor at its "
+                    "limit); a record of a smaller amplitude would identify the cause"
+                )
+        return notes
 
     @cached_property
     def steps(self) -> dict[str, float]:
@@ -268,7 +281,7 @@ class Cycles:
         before, after = (self.shape(self.settled.selection, by) for by in (0.0, lag))
         if before is None or after is None or lost_motion_of(before) is not None:
             return False
-        fine = 0.5 * NOT_CONCAVE + 5.0 * after.error
+        fine = _CONCAVE + 5.0 * after.error
         depth = hollow_of(after)[0]
         return depth < max(fine, 0.5 * hollow_of(before)[0]) and depth < 2.0 * fine
 
@@ -363,15 +376,15 @@ def check_direction(
     raise InputError(f"{words}: {cause}, or the two columns are swapped")
 
 
-def _plateau_note(channel: str, values: Floats, extreme: float) -> str:
-    """Return a note on a plateau of a channel at an extreme.
+def _plateau(values: Floats, extreme: float) -> tuple[float, bool]:
+    """Return the share of samples on a plateau, and whether the channel is noisy elsewhere.
 
-    Empty without a plateau, and if the channel approaches it gradually, as friction does.
+    The share is 0 without a plateau, and if the channel approaches it gradually, as friction does.
     """
     at = np.flatnonzero(values == extreme)
     share = at.size / values.size
     if share <= _CLIPPED or at.size <= 8 or np.count_nonzero(np.diff(at) == 1) <= 0.5 * at.size:
-        return ""
+        return 0.0, False
     if (step := step_of(values)) is not None:
         # A converter has many at each of its steps; of a sine twice as many at the last as at the
         # next. A channel that approaches a plateau by itself slows down before it.
@@ -380,18 +393,12 @@ def _plateau_note(channel: str, values: Floats, extreme: float) -> str:
         inner = np.flatnonzero(beside[1:]) + 1
         is_neared = beside[1:4].mean() > _SLOWER * beside[8:].mean() > 0.0
         if is_neared or (inner.size and at.size < _STEPPED * beside[inner[0]]):
-            return ""
+            return 0.0, False
     moving = np.delete(values, at)
     noise = noise_of(moving)
     # White noise is the same in every other sample; the course of a loop is rougher there.
     quiet = max(_QUIET * float(np.ptp(values)), _ROUGHER * noise_of(moving[::2]))
-    words = f"{share:.1%} of the {channel} is exactly {extreme:g}: "
-    if step is None and noise >= quiet:
-        return f"{words}a clipped sensor, since the channel has noise elsewhere"
-    return (
-        f"{words}{UNDECIDED} (friction of a channel without noise, or a sensor at its limit); a "
-        "record of a smaller amplitude would identify the cause"
-    )
+    return share, step is None and noise >= quiet
 
 
 def step_of(values: Floats) -> float | None:

@@ -32,7 +32,7 @@ _MOST_BINS = 512
 _JUDGED, _LIKELY = 8, 2.0
 """Fewest cycles for an estimate of growth, and standard errors of a likely one."""
 _CHANGED = 0.2
-"""Relative range of the mean loads of the cycles above which a record is refused."""
+"""Relative range of the mean loads of the cycles above which a record is rejected."""
 _FEW = 16
 """Samples per bin, on average, up to which the phase of each sample is kept."""
 

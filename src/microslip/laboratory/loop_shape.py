@@ -18,8 +18,9 @@ from microslip._core.units import engineering
 BINS = 48
 """Bins of the displacement on each branch."""
 UNDECIDED = "cause not determined"
-NOT_CONCAVE, _ERRORS = 0.05, 5.0
-"""Smallest depth of a hollow of the branch over the force amplitude, and over its error."""
+_NOT_CONCAVE, _HOLLOW, _ERRORS = 0.005, 8.0, 5.0
+"""Smallest depth of a hollow of the branch over the force amplitude, and over its error; smallest
+significant difference of forces over its error."""
 _ASYMMETRIC = 0.05
 """Smallest reported difference of both branches over the force amplitude."""
 _OFFSET = 0.05
@@ -212,7 +213,7 @@ def shape_notes(shape: Shape | None, is_load_recorded: bool) -> list[str]:
     notes: list[str] = []
     depth, place = hollow_of(shape)
     found = False
-    if depth > NOT_CONCAVE + _ERRORS * shape.error:
+    if depth > _NOT_CONCAVE + _HOLLOW * shape.error:
         if (width := clearance_of(shape)) is not None:
             found = True
             notes.append(

@@ -38,7 +38,7 @@ from microslip.laboratory.estimates import (
     trend,
     with_gain,
 )
-from microslip.laboratory.loop_shape import parallel_spring, shape_notes, without_spring
+from microslip.laboratory.loop_shape import UNDECIDED, parallel_spring, shape_notes, without_spring
 from microslip.laboratory.record import Record
 from microslip.laboratory.record_motion import (
     load_ripple_of,
@@ -51,6 +51,8 @@ from microslip.laboratory.sampling_errors import sampling_errors
 _NOISE_SAMPLES = 1 << 17
 MOST_OF_LOOP = 1 << 17
 """Largest number of samples of a single averaged loop."""
+_ELASTIC = 0.5
+"""Fraction of the displacement below which sliding is less than its elastic part."""
 _TWO_SIDED = 1.96
 """Normal quantile by which half-widths become standard errors."""
 _MOST = {
@@ -327,6 +329,13 @@ def measure(
     spring = None if shape is None or judged.delay else parallel_spring(shape)
     of_contact = columns if not (shape and spring) else without_spring(columns, shape, spring)
     regimes, probability = regimes_of(of_contact, counting.selection, counting.is_moving)
+    slid = columns["sliding_ratio"][counting.selection]
+    if rig_stiffness is None and REGIMES[2] in regimes and np.median(slid) < _ELASTIC:
+        notes.append(
+            "gross slip by B, though most of the displacement is elastic, "
+            f"{UNDECIDED} (contact, rig, or crosstalk between the sensors); a record of a rigid "
+            "specimen would identify the cause; give `rig_stiffness` to subtract the rig"
+        )
     rates = columns.get("frequency")
     steps = judged.step_errors
     shared = {k: math.hypot(steps.get(k, 0.0), gains.get(k, 0.0)) for k in {**steps, **gains}}

@@ -1,4 +1,4 @@
-"""HDF5 data sets, structured data sets and netCDF-4; links to other files are refused.
+"""HDF5 data sets, structured data sets and netCDF-4; links to other files are rejected.
 
 A child process reads, because a damaged file can put the HDF5 library into an endless loop.
 """

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats
+from microslip._core.dataset import DataSet
 from microslip._core.files import atomic_file
-from microslip._core.quantities import UNITS
+from microslip._core.quantities import UNITS, Quantity, count
 from microslip._core.units import SMALLEST, significant
 from microslip.report import cells
 from microslip.report.document import (
@@ -22,14 +23,7 @@ from microslip.report.document import (
     Section,
     Table,
 )
-from microslip.report.files import (
-    csv_text,
-    header,
-    standard_files,
-    text_cell,
-    text_file,
-    with_file_names,
-)
+from microslip.report.files import header, rows_file, standard_files, with_file_names
 from microslip.study.runs.batch import Batch, Outcome
 
 KIND = "microslip-batch"
@@ -51,11 +45,13 @@ def batch_document(batch: Batch) -> Document:
         ("Failed", str(len(failed))),
         ("Computed in this run", str(batch.computed)),
     )
-    reasons = [(outcome["item"], outcome["reason"]) for outcome in failed]
+    reasons = {
+        name: (count(name.capitalize()), [outcome[name] for outcome in failed])
+        for name in ("item", "reason")
+    }
     blocks: list[Block] = [Facts("Items", counts)]
     if failed:
-        heads = (Column("item", "Item"), Column("reason", "Reason"))
-        blocks.append(Table("Failed", heads, tuple(reasons), noun="items"))
+        blocks.append(cells.table("Failed", DataSet.of_rows(reasons), noun="items"))
     sections = [Section("Items", tuple(blocks))]
     if done:
         sections.append(Section("All items", (_table(statistics),)))
@@ -66,17 +62,14 @@ def batch_document(batch: Batch) -> Document:
         **header(KIND, BATCH_SCHEMA, "Batch"),
         "items": len(batch.outcomes),
         "done": len(done),
-        "failed": [{"item": item, "reason": reason} for item, reason in reasons],
+        "failed": DataSet.of_rows(reasons).records(),
         "statistics": statistics,
         "units": dict(UNITS),
         "files": [],
     }
     files = (
-        text_file("items.csv", lambda: _items(done, columns)),
-        text_file(
-            "failures.csv",
-            lambda: csv_text(("item", "reason"), (map(text_cell, row) for row in reasons)),
-        ),
+        rows_file("items.csv", lambda: items_data(done, columns)),
+        rows_file("failures.csv", lambda: DataSet.of_rows(reasons)),
     )
     return with_file_names(
         Document(KIND, "Batch", answer, tuple(sections), data, number=number, files=files)
@@ -132,11 +125,11 @@ def _table(statistics: dict[str, Any]) -> Table:
     return Table("All rows of all items", columns, rows, noun="quantities")
 
 
-def _items(completed: list[Outcome], columns: dict[str, Floats]) -> str:
-    items = [text_cell(outcome["item"]) for outcome in completed for _ in outcome["rows"]]
-    numbers = (map(repr, values.tolist()) for values in columns.values())
-    heads = ["item", *(f"{name} [{UNITS.get(name, '-')}]" for name in columns)]
-    return csv_text(heads, zip(items, *numbers, strict=True))
+def items_data(completed: list[Outcome], columns: dict[str, Floats]) -> DataSet:
+    """Return the numbers of all items, one row per load and amplitude."""
+    items = [outcome["item"] for outcome in completed for _ in outcome["rows"]]
+    numbers = {name: (Quantity(UNITS.get(name, "-")), v) for name, v in columns.items()}
+    return DataSet.of_rows({"item": (count("Item"), items), **numbers})
 
 
 def finish(batch: Batch, folder: Path) -> Document:

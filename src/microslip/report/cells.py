@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
-from microslip._core.quantities import QUANTITIES
+from microslip._core.dataset import DataSet
+from microslip._core.quantities import QUANTITIES, Quantity
 from microslip._core.units import engineering, significant
 from microslip._core.verdicts import WORDS, Verdict
 from microslip._core.wording import joined, one_line
@@ -23,11 +24,6 @@ Wording = Callable[[str], str]  # adapts argument names in a message, such as to
 def trimmed(unit: str, digits: int = 4) -> Callable[[float], str]:
     """Return a function that formats values with a unit, without trailing zeros."""
     return partial(engineering, unit=unit, digits=digits, trim=True)
-
-
-def hertz(value: float) -> str:
-    """Format a frequency [Hz] as a number, without unit or prefix."""
-    return f"{value:.5g}"
 
 
 def value(number: float | None, unit: str, digits: int = 4) -> str:
@@ -98,19 +94,41 @@ FORMS: dict[str, Callable[[Any], str]] = {
     "decimals": decimals,
     "area": area,
     "general": significant,
-    "hertz": hertz,
+    "counted": counted,
 }
 """Number formats by name, as quantities declare them."""
 
 
-def column(name: str, **changes: Any) -> Column:
-    """Return a table column for a quantity, with its label, unit and number format."""
-    quantity = QUANTITIES[name]
-    unit = quantity.unit.replace("-", "")
-    write = trimmed(unit) if quantity.form == "chosen" else FORMS.get(quantity.form)
-    digits = int(quantity.form) if quantity.form.isdigit() else 4
-    of_quantity = Column(name, quantity.label, unit, digits, write, quantity.symbol)
+def column(name: str, quantity: Quantity | None = None, **changes: Any) -> Column:
+    """Return a table column for a quantity, with its label, unit and number format.
+
+    The quantity is by default that of :data:`microslip._core.quantities.QUANTITIES`.
+    """
+    quantity = quantity or QUANTITIES[name]
+    unit, form, digits, write = quantity.unit.replace("-", ""), quantity.form, 4, None
+    if form.isdigit():
+        digits = int(form)
+    elif form == "chosen":
+        write = trimmed(unit)
+    else:
+        write = FORMS.get(form) or partial(_formatted, form)
+    of_quantity = Column(
+        name, quantity.label, unit if quantity.unit else None, digits, write, quantity.symbol
+    )
     return replace(of_quantity, **changes)
+
+
+def _formatted(form: str, value: Any) -> str:
+    return format(value, form)
+
+
+def table(title: str, data: DataSet, names: Sequence[str] = (), **settings: Any) -> Table:
+    """Return the table of the named columns of a data set along "row", all by default.
+
+    ``settings`` are fields of :class:`~microslip.report.document.Table`.
+    """
+    columns = tuple(column(name, data[name].quantity) for name in names or data)
+    return Table(title, columns, tuple(data.rows(names)), **settings)
 
 
 class TextTable(NamedTuple):

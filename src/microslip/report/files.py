@@ -12,16 +12,11 @@ from typing import Any
 from microslip._core import kernels, netcdf
 from microslip._core.checks import Progress
 from microslip._core.dataset import DataSet
-from microslip._core.wording import ESCAPED, one_line
+from microslip._core.wording import ESCAPED
 from microslip._version import __version__
 from microslip.figures.picture import PictureCache
 from microslip.report.document import Document, File
 from microslip.report.folder import staged
-
-_FORMULAS = tuple(
-    "=+-@\N{FULLWIDTH EQUALS SIGN}\N{FULLWIDTH PLUS SIGN}"
-    "\N{FULLWIDTH HYPHEN-MINUS}\N{FULLWIDTH COMMERCIAL AT}"
-)
 
 # Approximate times [s] for the progress bar: a number as text, a binary number, a figure.
 TEXT, NUMBER, FIGURE = 6e-7, 9e-8, 0.02
@@ -91,6 +86,17 @@ def csv_file(name: str, data: DataSet, columns: Mapping[str, str], dims: tuple[s
     )
 
 
+def rows_file(name: str, make: Callable[[], DataSet]) -> File:
+    """Return a CSV table of a data set along "row", which is made when the file is written."""
+
+    def write(path: Path, progress: Progress) -> None:
+        data = make()
+        lines = data.csv_lines({key: key for key in data}, ("row",))
+        write_csv(path, lines, data.sizes["row"] or 1, progress)
+
+    return File(name, write)
+
+
 def netcdf_file(name: str, data: DataSet) -> File:
     """Return a netCDF-4 file of labelled arrays."""
     count = sum(variable.values.size for variable in data.values())
@@ -141,28 +147,6 @@ def save(
     with staged(Path(folder), overwrite, kind, noun) as stage:
         write_all(files, stage, progress)
     return tuple(Path(folder) / file.name for file in files)
-
-
-def text_cell(text: str) -> str:
-    """Quote a name as a one-line CSV cell that spreadsheets do not interpret as a formula.
-
-    A name that starts with =, +, - or @, or the full-width form of one, gets a leading apostrophe.
-    """
-    text = one_line(text)
-    if text.lstrip()[:1] in _FORMULAS:
-        text = f"'{text}"
-    return '"' + text.replace('"', '""') + '"'
-
-
-def csv_text(heads: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
-    """Format a CSV table: text unchanged, numbers with all digits, missing values empty."""
-
-    def cell(value: Any) -> str:
-        if isinstance(value, str):
-            return value
-        return "" if value is None or value != value else repr(value)
-
-    return "\n".join([",".join(heads), *(",".join(map(cell, row)) for row in rows)]) + "\n"
 
 
 def json_text(data: Mapping[str, Any]) -> str:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from itertools import count, repeat
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from microslip._core.checks import Floats
+from microslip._core.dataset import DataSet
+from microslip._core.quantities import Quantity, count
 from microslip._core.units import engineering, interval_digits, significant
 from microslip._core.wording import plural, shorten
 from microslip.figures.picture import Picture
@@ -22,7 +24,7 @@ from microslip.laboratory.settling import is_certain
 from microslip.report import cells
 from microslip.report import measured_campaign as together
 from microslip.report.document import Block, Column, Document, Headline, Items, Note, Section, Table
-from microslip.report.files import csv_text, header, text_cell, text_file
+from microslip.report.files import header, rows_file
 
 KIND = "microslip-measurement"
 """Kind of a folder of measured records, stored in summary.json."""
@@ -83,9 +85,9 @@ def measurement_document(
         "Mean loops, and energies over the cycles",
     )
     sections += [Section("Loops", (picture,), brief=False), *last]
-    tables = [text_file("cycles.csv", lambda: _cycles(measurements))]
+    tables = [rows_file("cycles.csv", lambda: cycles_data(measurements))]
     if len(measurements) > 1:
-        tables.append(text_file("campaign.csv", lambda: together.csv_of(campaign)))
+        tables.append(rows_file("campaign.csv", lambda: together.campaign_table(campaign)))
     answer, number = _answer(measurements), _number(measurements)
     return Document(KIND, title, answer, tuple(sections), data, (), number, "loops", tuple(tables))
 
@@ -268,15 +270,19 @@ def _interval(low: float, high: float, name: str) -> str:
     return " … ".join(_written(end, name) for end in (low, high)) if np.isfinite(low) else "–"
 
 
-def _cycles(measurements: Sequence[Measurement]) -> str:
-    names = [name for name in UNITS if any(name in m.cycles for m in measurements)]
+def cycles_data(measurements: Sequence[Measurement]) -> DataSet:
+    """Return the numbers of all cycles of all records, NaN where a record has no such number."""
 
-    def rows() -> Iterator[tuple[Any, ...]]:
-        for measured in measurements:
-            unknown = np.full(len(measured), np.nan)
-            columns = [measured.cycles.get(name, unknown).astype(float).tolist() for name in names]
-            record = repeat(text_cell(measured.name), len(measured))
-            yield from zip(record, count(1), *columns, measured.regimes, strict=False)
+    def over_records(name: str) -> Floats:
+        parts = (m.cycles.get(name, np.full(len(m), np.nan)) for m in measurements)
+        return np.concatenate([np.asarray(part, dtype=float) for part in parts])
 
-    heads = ["record", "cycle", *(f"{name} [{UNITS[name]}]" for name in names), "regime"]
-    return csv_text(heads, rows())
+    columns: dict[str, Any] = {
+        "record": (count(""), [m.name for m in measurements for _ in m.regimes]),
+        "cycle": (count(""), [n + 1 for m in measurements for n in range(len(m))]),
+    }
+    for name, unit in UNITS.items():
+        if any(name in m.cycles for m in measurements):
+            columns[name] = Quantity(unit), over_records(name)
+    columns["regime"] = count(""), [regime for m in measurements for regime in m.regimes]
+    return DataSet.of_rows(columns)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from microslip._core.quantities import json_value, named
+from microslip._core.dataset import DataSet
+from microslip._core.quantities import Quantity, count, json_value, named, ratio
 from microslip._core.wording import shorten
 from microslip.figures.picture import Picture
 from microslip.laboratory import figures
@@ -15,8 +17,8 @@ from microslip.laboratory.campaign import NUMBERS, Campaign
 from microslip.laboratory.cycle_columns import LABELS, UNITS
 from microslip.laboratory.manifest import Cell, text_of
 from microslip.laboratory.wear import Wear
-from microslip.report.document import Block, Column, Items, Note, Section, Table
-from microslip.report.files import csv_text, text_cell
+from microslip.report import cells
+from microslip.report.document import Block, Items, Note, Section
 
 _COLUMNS_SHOWN = (
     "amplitude",
@@ -27,83 +29,57 @@ _COLUMNS_SHOWN = (
     "dissipated_energy",
     "loss_factor",
 )
-_OF_WEAR = {"first_cycle": "first_cycle [-]", "worn_volume": "worn_volume [m^3]"}
-"""Columns of a manifest that determine the wear, with their headings in campaign.csv."""
-_NO_MEAN = (None, None, None)
 _BRIEF = ("amplitude", "normal_load", "friction_energy", "dissipated_energy", "loss_factor")
+_BRIEF_TEXTS = ("record", "specimen", "stage", "run", "cycles", "regime", "settled")
 
 
-def _data(campaign: Campaign) -> dict[str, Sequence[Cell]]:
-    """Return the columns of a campaign without its numbers, which have columns of their own."""
-    return {name: values for name, values in campaign.columns.items() if name not in NUMBERS}
+def campaign_table(campaign: Campaign) -> DataSet:
+    """Return one row for each record: means of its cycles, then wear and confidence intervals."""
+    every, unknown = campaign.measurements, (math.nan, math.nan, math.nan)
+    texts = {"record": [shorten(measured.name, 40) for measured in every]}
+    texts |= {
+        name: list(map(text_of, values))
+        for name, values in campaign.columns.items()
+        if name not in NUMBERS
+    }
+    columns: dict[str, Any] = {name: (count(name), values) for name, values in texts.items()}
+    columns["cycles"] = count("cycles"), list(map(len, every))
+    columns["regime"] = count("regime"), [measured.regime for measured in every]
+    likely = [measured.probability.get(measured.regime, math.nan) for measured in every]
+    columns["probability"] = ratio("probability", "3"), likely
+    means = {name: [m.mean.get(name, unknown)[:3] for m in every] for name in _COLUMNS_SHOWN}
+    for name, values in means.items():
+        quantity = Quantity(UNITS[name], label=LABELS[name])
+        columns[name] = quantity, [value for value, _, _ in values]
+    settled = ["yes" if measured.is_settled else "no" for measured in every]
+    columns["settled"] = count("settled"), settled
+    columns["frequency"] = Quantity("Hz"), [_number(measured.frequency) for measured in every]
+    for name, unit in (("first_cycle", "-"), ("worn_volume", "m^3")):
+        if name in campaign.columns:
+            columns[name] = Quantity(unit), list(map(_number, campaign.columns[name]))
+    for name, values in means.items():
+        for place, end in ((1, "low"), (2, "high")):
+            columns[f"{name} {end}"] = Quantity(UNITS[name]), [row[place] for row in values]
+    return DataSet.of_rows(columns)
 
 
-def _columns(campaign: Campaign) -> tuple[Column, ...]:
-    return (
-        Column("record", "record"),
-        *(
-            Column(name, name, brief=name in ("specimen", "stage", "run"))
-            for name in _data(campaign)
-        ),
-        Column("cycles", "cycles"),
-        Column("regime", "regime"),
-        Column("probability", "probability", "", 3, brief=False),
-        *(
-            Column(name, LABELS[name], UNITS[name].replace("-", ""), brief=name in _BRIEF)
-            for name in _COLUMNS_SHOWN
-        ),
-        Column("settled", "settled"),
-    )
+def _number(value: Cell) -> float:
+    return math.nan if value is None else float(value)
 
 
-def campaign_rows(campaign: Campaign) -> list[tuple[Any, ...]]:
-    """Return one row for each record: plain values in SI units, None if unknown."""
-    rows = []
-    for i, measured in enumerate(campaign.measurements):
-        means = {name: json_value(mean.value) for name, mean in measured.mean.items()}
-        rows.append(
-            (
-                shorten(measured.name, 40),
-                *(text_of(values[i]) for values in _data(campaign).values()),
-                len(measured),
-                measured.regime,
-                measured.probability.get(measured.regime),
-                *(means.get(name) for name in _COLUMNS_SHOWN),
-                "yes" if measured.is_settled else "no",
-            )
-        )
-    return rows
-
-
-def csv_of(campaign: Campaign) -> str:
-    """Return campaign.csv as text: a row per record, with wear and ends of confidence intervals."""
-    heads = [c.key if c.unit is None else f"{c.key} [{c.unit or '-'}]" for c in _columns(campaign)]
-    columns = campaign.columns
-    stated = {head: columns[name] for name, head in _OF_WEAR.items() if name in columns}
-    heads += ["frequency [Hz]", *stated]
-    heads += [f"{name} {end} [{UNITS[name]}]" for name in _COLUMNS_SHOWN for end in ("low", "high")]
-    behind = [
-        [
-            measured.frequency,
-            *(values[i] for values in stated.values()),
-            *(end for name in _COLUMNS_SHOWN for end in measured.mean.get(name, _NO_MEAN)[1:3]),
-        ]
-        for i, measured in enumerate(campaign.measurements)
-    ]
-    return csv_text(
-        heads,
-        (
-            [*(text_cell(v) if isinstance(v, str) else v for v in row), *map(json_value, more)]
-            for row, more in zip(campaign_rows(campaign), behind, strict=True)
-        ),
-    )
+def _shown(data: DataSet) -> list[str]:
+    names = list(data)
+    return names[: names.index("settled") + 1]
 
 
 def campaign_sections(
     campaign: Campaign, skipped: Sequence[tuple[str, str]], confidence: float
 ) -> tuple[list[Section], list[Section]]:
     """Return two lists of sections, to be placed before and after the sections on each record."""
-    table = Table("Records", _columns(campaign), tuple(campaign_rows(campaign)), noun="records")
+    data = campaign_table(campaign)
+    table = cells.table("Records", data, _shown(data), noun="records")
+    brief = (replace(c, brief=c.key in (*_BRIEF, *_BRIEF_TEXTS)) for c in table.columns)
+    table = replace(table, columns=tuple(brief))
     first = [Section("Records", (table,))]
     if skipped:
         texts = tuple(f"{shorten(name, 80)}: {why}" for name, why in skipped)
@@ -123,11 +99,11 @@ def _wear_section(wear: Wear) -> Section:
         # In cubic micrometres per joule, as usual in the literature.
         value, low, high = (1e18 * end for end in wear.coefficient[:3])
         ends = "" if math.isnan(low) else f" ({low:.3g} to {high:.3g})"
-        count = len(wear.records)
+        volumes = len(wear.records)
         parts.append(
             Note(
-                f"Energy wear coefficient: {value:.3g} µm³/J{ends}, from {count} worn volume"
-                f"{'s' * (count > 1)} and the energy dissipated since the specimen was new "
+                f"Energy wear coefficient: {value:.3g} µm³/J{ends}, from {volumes} worn volume"
+                f"{'s' * (volumes > 1)} and the energy dissipated since the specimen was new "
                 "(Fouvry et al. 2003)."
             )
         )
@@ -145,11 +121,11 @@ def campaign_data(
     campaign: Campaign, skipped: Sequence[tuple[str, str]], confidence: float
 ) -> dict[str, Any]:
     """Return the numbers of a campaign as plain values in SI units."""
-    keys = [column.key for column in _columns(campaign)]
+    rows = campaign_table(campaign)
     wear = campaign.wear(confidence)
     data = {
         "skipped": [{"file": name, "reason": why} for name, why in skipped],
-        "table": [dict(zip(keys, row, strict=True)) for row in campaign_rows(campaign)],
+        "table": rows.records(_shown(rows)),
         "contradictions": campaign.contradictions(),
         "wear": None if wear is None else _wear_data(wear),
     }

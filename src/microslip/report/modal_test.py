@@ -8,19 +8,21 @@ from collections.abc import Sequence
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip._core.quantities import named
+from microslip._core.dataset import DataSet
+from microslip._core.quantities import Quantity, hertz, named, ratio
 from microslip._core.units import engineering, prefix
 from microslip._core.wording import shorten
 from microslip.figures.picture import Picture
 from microslip.figures.plot import COLORS, DASHES, Axis, Entry, Panel, Plot, stacked
 from microslip.report import cells
-from microslip.report.document import Block, Column, Document, Items, Section, Table, Verdicts
-from microslip.report.files import csv_text, header, text_cell, text_file
+from microslip.report.document import Block, Document, Items, Section, Verdicts
+from microslip.report.files import header, rows_file
 from microslip.report.structure.fitted import MOTIONS
 from microslip.structures import ModalTest
 
 KIND = "microslip-modal-test"
 """Kind of a folder of modal tests, stored in summary.json."""
+_NAMES = ("amplitude", "modal_frequency", "modal_damping_ratio")
 
 
 def modal_test_document(tests: Sequence[ModalTest]) -> Document:
@@ -32,9 +34,7 @@ def modal_test_document(tests: Sequence[ModalTest]) -> Document:
         "tests": [
             {
                 "name": test.name,
-                "amplitude": test.amplitude.tolist(),
-                "modal_frequency": test.frequency.tolist(),
-                "modal_damping_ratio": test.damping_ratio.tolist(),
+                **{n: v.tolist() for n, v in zip(_NAMES, _columns(test), strict=True)},
                 **named(test, "motion", "notes"),
                 "verdicts": [verdict._asdict() for verdict in test.verdicts],
             }
@@ -54,7 +54,7 @@ def modal_test_document(tests: Sequence[ModalTest]) -> Document:
         "Frequency and damping of the tests against amplitude",
     )
     sections.append(Section("Curves", (picture,), brief=False))
-    table = text_file("modal_curves.csv", lambda: _csv(tests))
+    table = rows_file("modal_curves.csv", lambda: curves_data(tests))
     return Document(KIND, title, _answer(tests), tuple(sections), data, files=(table,))
 
 
@@ -74,26 +74,36 @@ def _answer(tests: Sequence[ModalTest]) -> str:
 
 
 def _section(test: ModalTest) -> Section:
-    columns = (
-        Column("amplitude", "Amplitude at the sensor", "m", 3),
-        Column("modal_frequency", "Frequency", "Hz", write=lambda f: f"{f:.5g}"),
-        Column("modal_damping_ratio", f"ζ, {MOTIONS[test.motion]}", "", write=cells.ratio),
+    order, damping = test.amplitude.argsort(kind="stable"), f"ζ, {MOTIONS[test.motion]}"
+    quantities = (
+        Quantity("m", label="Amplitude at the sensor", form="3"),
+        hertz("Frequency"),
+        ratio(damping),
     )
-    rows = tuple(map(tuple, _rows(test)[test.amplitude.argsort(kind="stable")].tolist()))
+    columns = zip(quantities, (values[order] for values in _columns(test)), strict=True)
+    data = DataSet.of_rows(dict(zip(_NAMES, columns, strict=True)))
     name = shorten(test.name, 100)
-    blocks: list[Block] = [Table(name, columns, rows, noun="amplitudes"), Items(test.notes)]
+    blocks: list[Block] = [cells.table(name, data, noun="amplitudes"), Items(test.notes)]
     if test.verdicts:
         blocks.insert(1, Verdicts(test.verdicts, caption="Validity of the evaluation."))
     return Section(name, tuple(blocks))
 
 
-def _rows(test: ModalTest) -> Floats:
-    return np.column_stack([test.amplitude, test.frequency, test.damping_ratio])
+def _columns(test: ModalTest) -> tuple[Floats, ...]:
+    return test.amplitude, test.frequency, test.damping_ratio
 
 
-def _csv(tests: Sequence[ModalTest]) -> str:
-    rows = ((text_cell(test.name), *row) for test in tests for row in _rows(test).tolist())
-    return csv_text(("test", "amplitude [m]", "frequency [Hz]", "damping_ratio"), rows)
+def curves_data(tests: Sequence[ModalTest]) -> DataSet:
+    """Return all points of all tests."""
+    amplitude, frequency, damping = map(np.concatenate, zip(*map(_columns, tests), strict=True))
+    return DataSet.of_rows(
+        {
+            "test": (Quantity(""), [test.name for test in tests for _ in test.amplitude]),
+            "amplitude": (Quantity("m"), amplitude),
+            "frequency": (Quantity("Hz"), frequency),
+            "damping_ratio": (Quantity(""), damping),
+        }
+    )
 
 
 def modal_test_plot(tests: Sequence[ModalTest]) -> Plot:

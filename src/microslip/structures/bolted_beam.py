@@ -149,7 +149,7 @@ class Drawing:
         self,
         material: Any,
         density: Any,
-        patches: Any = (15, 2),
+        patches: Any = None,
         *,
         form: Any = None,
         kept_modes: int = 14,
@@ -166,9 +166,10 @@ class Drawing:
             Material of all parts, or of each part from left to right.
         density : float or sequence of float
             Density of all parts, or of each part [kg/m^3].
-        patches : (int, int) or array_like
+        patches : (int, int) or array_like, optional
             Number of patches along and across each lap, or the bounds of each patch: rows of
-            x from, x to, y from, y to [m].
+            x from, x to, y from, y to [m]. By default some 60 patches a lap, such as 30 x 2.
+            Patches that the elements cannot tell apart are merged with their neighbours.
         form : array_like or callable, optional
             Gap between the unloaded faces, see :meth:`ReducedJoint.with_form`; flat by default.
         kept_modes : int

@@ -75,7 +75,7 @@ class Bolts(Locked):
         and pitch: heads of ISO 4014, nuts of ISO 4032, washers of ISO 7089, medium holes of
         ISO 273, coarse threads.
     grade : str, optional
-        Property class such as "8.8" (ISO 898-1); tensions that yield the bolt are refused.
+        Property class such as "8.8" (ISO 898-1); tensions that yield the bolt are rejected.
     tightening_factor : float, optional
         VDI 2230's alpha_A [-], the largest preload over the smallest at one torque: 1.2 to 1.4 with
         a torque set by tests on the joint, 1.4 to 1.6 by measured friction, 1.6 to 2 by estimated

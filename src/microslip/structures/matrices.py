@@ -225,10 +225,14 @@ def dense(matrix: Any) -> Floats:
     return np.asarray(matrix.toarray() if is_sparse(matrix) else matrix)
 
 
+def least_square(stiffness: Any, mass: Any) -> float:
+    """Return the squared angular frequency [rad^2/s^2] below which a mode is a rigid motion."""
+    return fastest_rate(stiffness, mass) * float(50.0 * mass.shape[0] * 2.3e-16)
+
+
 def rigid_count(squares: Floats, stiffness: Any, mass: Any) -> int:
     """Return the number of ``squares`` [rad^2/s^2] that are zero up to rounding."""
-    rate = fastest_rate(stiffness, mass)
-    return int(np.count_nonzero(squares <= 50.0 * mass.shape[0] * 2.3e-16 * rate))
+    return int(np.count_nonzero(squares <= least_square(stiffness, mass)))
 
 
 # A superelement's, the free ones, the generalised and all degrees of freedom in Nastran.

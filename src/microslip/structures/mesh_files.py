@@ -221,7 +221,7 @@ class MeshedJoint(Locked):
 
     def reduce(
         self,
-        patches: Any = (15, 2),
+        patches: Any = None,
         *,
         form: Any = None,
         kept_modes: int = 14,

@@ -346,7 +346,7 @@ def with_phase(
 _NOTHING = 5e-4  # of the frequency: a smaller shift says nothing
 
 SHIFT = Rule(
-    "frequency shift beside friction's",
+    "frequency shift over that of friction",
     watch=2.5,
     outside=6.0,
     meaning=(

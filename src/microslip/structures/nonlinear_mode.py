@@ -70,7 +70,7 @@ class ModeEquations:
         The factorised Jacobian is reused while steps reduce the residual tenfold, since a residual
         costs a third of a factorisation. The tolerance of the solution does not depend on it.
         """
-        point, converged, iterations = guess, False, 0
+        point, converged, iterations, before = guess, False, 0, 0.0
         current = self._residual(point, amplitude)
         factors: Elimination | None = None
         while iterations < _ITERATIONS:
@@ -98,7 +98,11 @@ class ModeEquations:
             if after.merit > _FALLING * current.merit:
                 factors = None
             point, current = trial, after
-            if share == 1.0 and (size < self.rtol or (size < 1e-6 and after.merit < _BALANCED)):
+            # Inexact steps shrink at a steady rate, which gives the size of the next one.
+            rate = size / before if before and self.rtol > _LOOSE else 1.0
+            left = size * min(max(rate, 0.01), 1.0)
+            before = size
+            if share == 1.0 and (left < self.rtol or (size < 1e-6 and after.merit < _BALANCED)):
                 converged = True
                 break
         return Solution(point, converged, iterations, current.merit, current.answers)

@@ -16,7 +16,7 @@ from microslip.structures.matrices import factorised
 from microslip.structures.mesh import JointMesh, check_count, facets_of, outer
 from microslip.structures.reduction_elements import Elements
 from microslip.structures.reduction_model import ReducedJoint
-from microslip.structures.reduction_patches import Surface, patches_of
+from microslip.structures.reduction_patches import Surface, merging, patches_of
 
 _COLUMNS = 32  # forces at once, and
 _ROWS = 4096  # rows at once: bounds on memory
@@ -103,12 +103,18 @@ class Reducer:
         patched = patches_of(self.mesh, elements, patches, self.along)
         names, sensing = _sensors(elements, sensors)
         body = self._body  # last, for it takes longest
-        count, bolts = len(patched.areas), len(self.shanks)
+        bolts = len(self.shanks)
         elongations = [sparse.csr_matrix(elongation) for elongation, _ in self.shanks]
         functionals = sparse.vstack([patched.functionals, *elongations]).tocsr()
         static = body.solve(functionals.T.tocsc())
         compliance = functionals @ static
-        boundary = _inverse(compliance)
+        while (boundary := _inverse(compliance)) is None:  # patches finer than the elements
+            patched, turn = merging(patched, _dependence(compliance, len(patched.areas)))
+            every = sparse.block_diag(
+                [sparse.kron(turn, sparse.identity(3)), sparse.identity(bolts)]
+            )
+            functionals, static = (every @ functionals).tocsr(), (every @ static.T).T
+            compliance = every @ (every @ compliance).T
         squares, modes = _fixed_modes(body, functionals, static, boundary, kept_modes)
         for start in range(0, len(static), _ROWS):  # in place: these are large
             static[start : start + _ROWS] = static[start : start + _ROWS] @ boundary
@@ -135,7 +141,7 @@ class Reducer:
             mass=0.5 * (mass + mass.T),
             stiffness=stiffness,
             patch_areas=patched.areas,
-            patch_gaps=np.zeros(count),
+            patch_gaps=np.zeros(len(patched.areas)),
             patch_boxes=patched.boxes,
             patch_contacts=patched.contacts,
             bolt_stiffness=np.array([stiff for _, stiff in self.shanks]),
@@ -150,17 +156,27 @@ class Reducer:
         return reduced if form is None else reduced.with_form(form)
 
 
-def _inverse(compliance: Floats) -> Floats:
+def _scaled_modes(compliance: Floats) -> tuple[Floats, Floats, Floats]:
     scale = 1.0 / np.sqrt(np.diag(compliance))
     scaled = compliance * scale * scale[:, None]
     values, vectors = np.linalg.eigh(0.5 * (scaled + scaled.T))
+    return scale, values, vectors
+
+
+def _inverse(compliance: Floats) -> Floats | None:
+    """Return the stiffness of a compliance; None if displacements depend on each other."""
+    scale, values, vectors = _scaled_modes(compliance)
     if values[0] < _INDEPENDENT * values[-1]:
-        raise InputError(
-            "patches are finer than the elements beneath them can resolve; take larger patches, "
-            "or smaller elements"
-        )
+        return None
     result: Floats = (vectors / values) @ vectors.T * scale * scale[:, None]
     return 0.5 * (result + result.T)
+
+
+def _dependence(compliance: Floats, patches: int) -> Floats:
+    """Return the share of each patch in displacements that need no force [-]."""
+    _, values, vectors = _scaled_modes(compliance)
+    idle = vectors[: 3 * patches, values < _INDEPENDENT * values[-1]]
+    return np.asarray((idle**2).reshape(patches, -1).sum(axis=1))
 
 
 def _check_joined(mesh: JointMesh) -> None:

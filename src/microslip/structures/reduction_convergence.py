@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -167,10 +167,9 @@ def converge(
 
     def finer(coarse: _Trial, selected: Any, axis: int) -> _Trial:
         """Return the model with halved patches; ``coarse`` itself if the elements are too large."""
-        try:
-            return trial(halved_boxes(coarse.joint.layout, selected, axis))
-        except InputError:
+        if not selected.any():
             return coarse
+        return trial(halved_boxes(coarse.joint.layout, selected, axis))
 
     narrowest = NARROWEST * element_size
     current = first = trial(patches)
@@ -223,37 +222,6 @@ def converge(
         current.joint, current.curve, tuple(changes), tuple(steps), tolerance,
         (float(asked[0]), float(asked[1])), tuple(untried),
     )  # fmt: skip
-
-
-def refined(
-    reducer: Reducer,
-    narrowest: float,
-    surface: NormalLaw,
-    friction_coefficient: ArrayLike,
-    mode: int,
-    amplitudes: Floats,
-    quantity: Any,
-    reduction: Mapping[str, Any],
-    progress: Callable[[float], None] | None = None,
-) -> ReducedJoint:
-    """Return a joint with flat faces, with the most dissipating patches halved along the lap.
-
-    Patches up to ``narrowest`` [m] are kept. ``reduction`` are arguments of :meth:`Reducer.reduce`.
-    """
-    tell = progress or (lambda share: None)
-    coarse = reducer.reduce(**reduction)
-    tell(0.5)
-    state = coarse.tightened(surface, friction_coefficient)
-    boxes = coarse.layout
-    sensor = coarse.sensor("sensor")
-    loss = state.modes(mode, amplitudes, at=sensor, quantity=quantity).loss
-    tell(0.7)
-    losers = dissipating_patches(loss) & (np.diff(boxes)[:, 1] > narrowest)
-    flat = {**reduction, "form": None}
-    try:
-        return reducer.reduce(**{**flat, "patches": halved_boxes(boxes, losers, 0)})
-    except InputError:  # the elements cannot tell those apart
-        return reducer.reduce(**flat)
 
 
 def patch_error(

@@ -65,3 +65,14 @@ def check_arrays(arrays: Mapping[str, Any]) -> None:
             raise InputError(f"is damaged: {name} has the shape {array.shape}")
         if not np.isfinite(array).all():
             raise InputError(f"is damaged: {name} contains values that are not finite")
+
+
+def arrays_of(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values of a joint as arrays by their names in a file."""
+    arrays: dict[str, Any] = {"kind": np.array(KIND)}
+    for name, value in values.items():
+        if hasattr(value, "_asdict"):
+            arrays |= {f"{name}_{part}": array for part, array in value._asdict().items()}
+        else:
+            arrays[name] = np.array(value, dtype=np.str_ if name == "sensor_names" else None)
+    return arrays

@@ -52,7 +52,7 @@ KINDS = {
 """Parameters that can be fitted; tension, form and Young's modulus are factors on given values."""
 
 MISFIT = Rule(
-    "misfit beside the errors of the test",
+    "misfit over the errors of the test",
     1.5, 3.0,
     "The residual is no larger than the errors of the test.",
     "Root of chi-squared per degree of freedom; the intervals are widened by this factor.",

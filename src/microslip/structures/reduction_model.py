@@ -16,6 +16,7 @@ from microslip._core.checks import Floats, floats, number, positive, show
 from microslip._core.errors import InputError
 from microslip._core.files import atomic_file
 from microslip._core.frozen import LockedArrays, lock
+from microslip._core.threads import single_threaded
 from microslip._core.wording import quoted
 from microslip.contact import NormalLaw
 from microslip.friction import JointField
@@ -24,7 +25,7 @@ from microslip.readers.files import POINTS, reading
 from microslip.structures.bolts import each_bolt
 from microslip.structures.geometry import GeometryAttachment
 from microslip.structures.matrices import vector
-from microslip.structures.reduction_files import KIND, NEWER, check_arrays
+from microslip.structures.reduction_files import NEWER, arrays_of, check_arrays
 from microslip.structures.reduction_patches import Samples, Surface, gaps_at, mean_over
 from microslip.structures.static import base_damping
 from microslip.structures.structure import Preload, Structure
@@ -248,7 +249,7 @@ class ReducedJoint(LockedArrays):
         Returns
         -------
         ReducedJoint
-            New joint, which :meth:`save` refuses because it has a geometry.
+            New joint, which :meth:`save` rejects because it has a geometry.
         """
         rows = np.array([self.sensor(name) for name in sensors])
         if weights is not None:
@@ -345,15 +346,15 @@ class ReducedJoint(LockedArrays):
         The tightened state is found first with each bolt replaced by the force F alone, without
         its axial stiffness k_b.
         """
-        state, pull = self._pulled(surface, surface)
+        state, pull = self._pulled(surface, surface, None)
         surface._check_rest(state.pressures * self.field(surface, 1.0).surface_area)
         return pull
 
-    def _pulled(self, surface: NormalLaw, law: NormalLaw) -> tuple[Preload, Floats]:
+    def _pulled(self, surface: NormalLaw, law: NormalLaw, start: Any) -> tuple[Preload, Floats]:
         """Return the static state with bolt tensions as constant forces, and the static force.
 
         The second result is that of :meth:`static_force`. ``law`` is the normal law of the contact:
-        ``surface`` or its law of first loading.
+        ``surface`` or its law of first loading; ``start`` are displacements near the state [m].
         """
         pull = np.zeros(self.size)
         pull[self._bolts] = -self.bolt_tension
@@ -361,10 +362,12 @@ class ReducedJoint(LockedArrays):
         loose = self.stiffness.copy()
         loose[index, index] -= self.bolt_stiffness
         field = self.field(law, 1.0, None if law is surface else getattr(surface, "area", None))
-        state = Structure(self.mass, loose).attach(field, directions=self.directions)._preload(pull)
+        structure = Structure(self.mass, loose).attach(field, directions=self.directions)
+        state = structure._preload(pull, start)
         pull[self._bolts] += self.bolt_stiffness * state.displacement[self._bolts]
         return state, pull
 
+    @single_threaded
     def tightened(self, surface: NormalLaw, friction_coefficient: ArrayLike) -> Preload:
         """Return the joint with its bolts tightened; arguments as :meth:`structure`.
 
@@ -381,8 +384,10 @@ class ReducedJoint(LockedArrays):
         displacement. For a surface described by roughness values the law is computed up to the
         largest pressure of any patch; the table of a measured surface must extend to this pressure.
         """
+        start = None
         for _ in range(_TIGHTENINGS):
-            loosely, force = self._pulled(surface, surface._first)
+            loosely, force = self._pulled(surface, surface._first, start)
+            start = loosely.displacement
             field = self.field(surface, friction_coefficient)
             largest = float(loosely.pressures.max()) * field.surface_area
             if surface._under(largest) is surface:
@@ -392,7 +397,8 @@ class ReducedJoint(LockedArrays):
         if surface._first is not surface:
             field = field._tightened_at(loosely.gaps, loosely.normal_loads)
         structure = Structure(self.mass, self.stiffness).attach(field, directions=self.directions)
-        state = structure.preload(force)
+        state = structure._preload(force, start)
+        structure._check_rest(state)
         if self.geometry is None:
             return state
         bending = replace(self.geometry, rest=state.displacement)  # the cases are of what is tight
@@ -458,16 +464,9 @@ class ReducedJoint(LockedArrays):
             raise InputError(f"{file.name}: a reduced joint is written to an .npz file")
         if self.geometry is not None:
             raise InputError(f"{file.name}: save the joint before with_geometry, which is not kept")
-        arrays: dict[str, Any] = {"kind": np.array(KIND)}
-        for part in (f for f in fields(self) if f.name != "geometry"):
-            value = getattr(self, part.name)
-            if isinstance(value, (Samples, Surface)):
-                arrays |= {f"{part.name}_{k}": v for k, v in value._asdict().items()}
-            else:
-                arrays[part.name] = np.asarray(value)
-        arrays["sensor_names"] = np.array(self.sensor_names, dtype=np.str_)
+        values = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "geometry"}
         with atomic_file(file, overwrite) as stage, stage.open("wb") as stream:
-            np.savez_compressed(stream, **arrays)
+            np.savez_compressed(stream, **arrays_of(values))
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], *, limit: int = POINTS) -> ReducedJoint:

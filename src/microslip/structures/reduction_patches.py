@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -117,6 +118,44 @@ def patches_of(mesh: JointMesh, elements: Elements, layout: Any, along: Floats |
     return Patches(samples, areas, boxes, numbers, functionals, left_out / total)
 
 
+def merging(patches: Patches, dependent: Floats) -> tuple[Patches, Any]:
+    """Merge patches that the elements cannot tell apart with their neighbours.
+
+    ``dependent`` (patches,) is the share of each patch in displacements that need no force [-]. A
+    neighbour is the patch of the same contact whose box leaves the least area when both are joined.
+    Also return the sparse weights (merged, patches) of mean displacements.
+    """
+    from scipy import sparse
+
+    count, boxes = len(patches.areas), patches.boxes.copy()
+    owner, taken = np.arange(count), np.zeros(count, dtype=bool)
+    for i in np.argsort(-dependent):
+        if taken[i] or dependent[i] < 0.3 * dependent.max():
+            continue
+        low = np.minimum(boxes[i, [0, 2]], boxes[:, [0, 2]])
+        high = np.maximum(boxes[i, [1, 3]], boxes[:, [1, 3]])
+        area = (boxes[:, 1] - boxes[:, 0]) * (boxes[:, 3] - boxes[:, 2])
+        spare = np.prod(high - low, axis=1) / (area + area[i])
+        spare[taken | (patches.contacts != patches.contacts[i])] = np.inf
+        spare[i] = np.inf
+        j = int(np.argmin(spare - 1e-3 * dependent))
+        if np.isfinite(spare[j]):
+            owner[j], taken[[i, j]] = i, True
+            boxes[i] = np.stack([low[j], high[j]], axis=1).ravel()
+    if not taken.any():
+        raise InputError("a contact has too few elements for a patch; take smaller elements")
+    kept, owner = np.unique(owner, return_inverse=True)
+    areas: Floats = np.bincount(owner, patches.areas).astype(np.float64)
+    share = patches.areas / areas[owner]
+    turn = sparse.csr_matrix((share, (owner, np.arange(count))), (kept.size, count))
+    samples = patches.samples._replace(patches=owner[patches.samples.patches])
+    merged = patches._replace(
+        samples=samples, areas=areas, boxes=boxes[kept], contacts=patches.contacts[kept],
+        functionals=(sparse.kron(turn, sparse.identity(3)) @ patches.functionals).tocsr(),
+    )  # fmt: skip
+    return merged, turn
+
+
 def _opposite(elements: Elements, places: Floats, cells: Indices, normal: Floats) -> Points:
     """Return the points of the other face along the normal; the faces may be slightly apart."""
     points = elements.locate(places, cells)
@@ -206,9 +245,15 @@ def sample(corners: Floats) -> tuple[Floats, Floats]:
     return places.reshape(-1, 3), areas.ravel()
 
 
+def usual_counts(length: float, width: float) -> tuple[int, int]:
+    """Return the usual numbers of patches along and across a face: some 60, longer across."""
+    across = max(2, round(math.sqrt(20.0 * width / length)))
+    return max(4, round(60 / across)), across
+
+
 def _boxes(layout: Any, contact: int, low: Floats, high: Floats) -> Floats:
     """Return the boxes given for a contact, or an even division of the shared extent."""
-    boxes = floats("patches", layout)
+    boxes = floats("patches", usual_counts(*(high - low)) if layout is None else layout)
     if boxes.ndim == 2 and boxes.shape[1] == 5:  # each with the number of its contact
         boxes = boxes[boxes[:, 0] == contact, 1:]
     if boxes.ndim == 1:

@@ -23,8 +23,9 @@ from microslip.structures.matrices import (
     factorised,
     fastest_rate,
     is_sparse,
+    least_square,
     linear_modes,
-    rigid_count,
+    positive_definite,
 )
 from microslip.structures.modal_model import ModalModel, SolverResult, modal_model, stuck_stiffness
 from microslip.structures.periodic_motion import HARMONICS
@@ -68,14 +69,17 @@ def closed_stiffness(stiffness: Any, attachments: tuple[Attachment, ...]) -> Any
 
 
 def static_state(
-    stiffness: Any, mass: Any, attachments: tuple[Attachment, ...], static_force: Floats
+    stiffness: Any,
+    mass: Any,
+    attachments: tuple[Attachment, ...],
+    static_force: Floats,
+    start: Floats | None = None,
 ) -> StaticState:
-    """Return the static equilibrium, by Newton's method with a line search on the energy."""
-    closed = closed_stiffness(stiffness, attachments)
-    count = None if mass.shape[0] <= LARGEST_DENSE else 12
-    squares, shapes = linear_modes(closed, mass, count)
-    # Motions that neither the structure nor its joints resist when these are closed.
-    free = shapes[:, : rigid_count(squares, closed, mass)]
+    """Return the static equilibrium, by Newton's method with a line search on the energy.
+
+    ``start`` are displacements near the equilibrium [m], zero by default.
+    """
+    free = _free_motions(closed_stiffness(stiffness, attachments), mass)
     _check_balanced(free, static_force)
     columns = all_columns(attachments, static_force.size)
     parts = np.cumsum([a.columns.shape[1] for a in attachments])[:-1]
@@ -90,6 +94,8 @@ def static_state(
 
     preloaded = max((a.largest_load_at_rest for a in attachments), default=0.0)
     x, error, converged = np.zeros(static_force.size), math.inf, False
+    if start is not None:
+        x = start
     force, tangent = joints(x)
     for iterations in range(_ITERATIONS + 1):
         elastic, contact = stiffness @ x, columns @ force
@@ -112,6 +118,16 @@ def static_state(
             break
     forces = np.split(force, parts) if attachments else []
     return StaticState(x, forces, error, iterations)
+
+
+def _free_motions(closed: Any, mass: Any) -> Floats:
+    """Return the motions (n, count) that neither the structure nor its closed joints resist."""
+    size = mass.shape[0]
+    least = least_square(closed, mass)
+    if size <= LARGEST_DENSE and positive_definite(dense(closed) - least * dense(mass)):
+        return np.zeros((size, 0))
+    squares, shapes = linear_modes(closed, mass, None if size <= LARGEST_DENSE else 12)
+    return shapes[:, squares <= least]
 
 
 class _Solver:

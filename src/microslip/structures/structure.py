@@ -304,9 +304,12 @@ class Structure:
         self._check_rest(state)
         return state
 
-    def _preload(self, force: Floats) -> Preload:
-        """Return the static state without checking that loads stay in the range of the surface."""
-        state = static_state(self.stiffness, self.mass, self.attachments, force)
+    def _preload(self, force: Floats, start: Floats | None = None) -> Preload:
+        """Return the static state without checking that loads stay in the range of the surface.
+
+        ``start`` are displacements near the state [m].
+        """
+        state = static_state(self.stiffness, self.mass, self.attachments, force, start)
         if state.equilibrium_error > 1e-6:
             raise InputError(
                 f"static_force must have a state of rest: after {state.iterations} steps "

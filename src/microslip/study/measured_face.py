@@ -39,7 +39,8 @@ HARDNESS_OPTION = option(
 TIGHTENING_OPTION = option(
     "tightening_pressure",
     "Mean pressure to which the face was tightened, with contacts that yield; larger loads are "
-    "refused. By default the largest normal load over the area, or the pressure under the washers.",
+    "rejected. By default the largest normal load over the area, or the pressure under the "
+    "washers.",
     PRESSURE,
     example="100 MPa",
     metavar="PRESSURE",

@@ -173,19 +173,15 @@ class Part:
 
     def __init_subclass__(cls, **settings: Any) -> None:
         super().__init_subclass__(**settings)
-        keys: dict[str, Key] = {}
-        attributes: dict[str, str] = {}
-        for base in reversed(cls.__mro__):
-            for attribute, item in list(vars(base).get("_declared", vars(base)).items()):
-                if isinstance(item, Key):
-                    name = item.name or attribute
-                    keys[name], attributes[name] = item, attribute
-        cls._declared = {n: i for n, i in vars(cls).items() if isinstance(i, Key)}
-        for name in cls._declared:
-            delattr(cls, name)
-        cls.keys, cls.attributes = keys, attributes
+        declared = {
+            attribute: item
+            for base in reversed(cls.__mro__)
+            for attribute, item in vars(base).items()
+            if isinstance(item, Key)
+        }
+        cls.keys = {item.name or attribute: item for attribute, item in declared.items()}
+        cls.attributes = {item.name or attribute: attribute for attribute, item in declared.items()}
 
-    _declared: ClassVar[dict[str, Key]] = {}
     _keys_in_file: frozenset[str] = frozenset()  # keys that the file has
 
     def __init__(self, /, **tables: Any) -> None:

@@ -13,6 +13,7 @@ from microslip.structures.bolt_tightening import BoltForces
 from microslip.structures.bolts import tensions, yield_tension
 from microslip.structures.lap_joint import LapJoint
 from microslip.structures.mesh import loosened, tight
+from microslip.structures.reduction_patches import usual_counts
 from microslip.study.bodies import (
     DRAWING_KEYS,
     BoltsPart,
@@ -54,7 +55,7 @@ LABORATORY = Spread.between(2e-4, 1e-3, log=True)
 _MEASURED = Spread.between(1e-9, 1.0, log=True)
 """Placeholder for a base damping that is computed from the tests of a study."""
 _MOST_SAMPLES = 4096
-USUAL_PATCHES = (15, 2)
+_COARSE = (15, 2)  # patches that a convergence study refines
 
 
 class BaseDamping(Uncertain):
@@ -111,9 +112,9 @@ class StructurePart(Part):
     density: float | None = optional_key(Uncertain(POSITIVE_DENSITY), "Mass density of the parts.")
     bolts: BoltsPart = key(SubTable(BoltsPart), "The bolts.")
     patches: tuple[int, int] | None = optional_key(
-        ListOf(integer(1, 100), "[15, 2]", (2, 2)),
-        "Contact patches along and across the lap; by default 15 x 2, with the patches that "
-        "dissipate most energy halved along.",
+        ListOf(integer(1, 100), "[30, 2]", (2, 2)),
+        "Contact patches along and across the lap; by default some 60, such as 30 x 2. Patches "
+        "that the elements cannot tell apart are merged.",
     )
     element_size: float | None = optional_key(
         POSITIVE_LENGTH,
@@ -349,7 +350,7 @@ class StructurePart(Part):
         """Keyword arguments of the reduction of the mesh."""
         return {
             "tension": self.tension,
-            "patches": self.patches or USUAL_PATCHES,
+            "patches": self.patches,
             "sensors": self.sensors,
         }
 
@@ -372,18 +373,9 @@ class StructurePart(Part):
     @property
     def patch_size(self) -> float:
         """Side [m] of a square with the mean area of a patch."""
-        along, across = self.patches or USUAL_PATCHES
+        width = self.face_area / self._lap_length
+        along, across = self.patches or usual_counts(self._lap_length, width)
         return float(np.sqrt(self.face_area / (along * across)))
-
-    @property
-    def least_patch(self) -> float:
-        """Smallest patch length that the elements resolve [m]."""
-        from microslip.structures.reduction_convergence import NARROWEST
-
-        if self.mesh is None:
-            return NARROWEST * self.build().size_of_elements(self.element_size)
-        mesh = self.mesh.joint.mesh
-        return NARROWEST * float(np.sqrt(self.face_area / sum(len(c.lower) for c in mesh.contacts)))
 
     def convergence(
         self,
@@ -402,7 +394,7 @@ class StructurePart(Part):
             friction,
             amplitudes,
             mode=self.modes[0] - 1,
-            patches=self.patches or USUAL_PATCHES,
+            patches=self.patches or _COARSE,
             form=self.gaps,
             element_size=self.element_size,
             sensors=self.sensors,

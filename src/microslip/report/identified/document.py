@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from microslip._core.quantities import json_value
+from microslip._core.dataset import DataSet
+from microslip._core.quantities import Quantity, count, json_value
 from microslip._core.units import engineering, interval_digits, significant
 from microslip._core.verdicts import Word
 from microslip._core.wording import capital, plural, shorten
@@ -29,7 +31,7 @@ from microslip.report.document import (
     Section,
     Table,
 )
-from microslip.report.files import csv_text, header, text_cell, text_file
+from microslip.report.files import header, rows_file, text_file
 from microslip.study.toml_text import dump
 
 KIND = "microslip-identification"
@@ -205,8 +207,8 @@ def identification_document(outcome: Identified, adapt: cells.Wording = str) -> 
         _number(data),
         "law",
         (
-            text_file("curves.csv", lambda: _curves_csv(data)),
-            text_file("residuals.csv", lambda: _residuals_csv(found)),
+            rows_file("curves.csv", lambda: curves_data(found)),
+            rows_file("residuals.csv", lambda: residuals_data(found)),
             text_file("law.json", lambda: law_json(outcome)),
             text_file("joint.toml", lambda: study),
         ),
@@ -397,29 +399,42 @@ def _written(amplitude: float) -> str:
     return engineering(amplitude, "m", 6, trim=True).replace("µ", "u")
 
 
-def _curves_csv(data: Mapping[str, Any]) -> str:
-    heads = ["normal load [N]", "amplitude [m]"]
+def curves_data(found: Identification) -> DataSet:
+    """Return the curves of force, energy and damping over amplitude, with their intervals."""
+    tables = curves_of(found)
+    sizes = [len(table.amplitude) for table in tables]
+    columns: dict[str, Any] = {
+        "normal load": (Quantity("N"), np.repeat([_load(table.load) for table in tables], sizes)),
+        "amplitude": (Quantity("m"), np.concatenate([table.amplitude for table in tables])),
+    }
     for name in SHOWN:
         label, unit = name.replace("_", " "), _COLUMNS[name][1] or "-"
-        heads += [f"{label} [{unit}]", f"{label} low [{unit}]", f"{label} high [{unit}]"]
-
-    def rows() -> Iterator[tuple[Any, ...]]:
-        for curve in data["curves"]:
-            columns = [curve[name][key] for name in SHOWN for key in Estimate._fields]
-            for row in zip(curve["amplitude"], *columns, strict=True):
-                yield curve["normal_load"], *row
-
-    return csv_text(heads, rows())
+        for key in Estimate._fields:
+            values = [np.asarray(getattr(table.estimates[name], key), float) for table in tables]
+            heading = label if key == "value" else f"{label} {key}"
+            columns[heading] = Quantity(unit), np.concatenate(values)
+    return DataSet.of_rows(columns)
 
 
-def _residuals_csv(found: Identification) -> str:
-    def rows() -> Iterator[tuple[Any, ...]]:
-        for record in found.records:
-            columns = (
-                record.phase, record.displacement, record.measured, record.model, record.residual
-            )  # fmt: skip
-            for row in zip(*(column.tolist() for column in columns), strict=True):
-                yield text_cell(record.name), record.normal_load, *row
+def _load(load: float | None) -> float:
+    return math.nan if load is None else load
 
-    heads = ["record", "normal load [N]", "phase [rad]", "displacement [m]", "measured force [N]"]
-    return csv_text([*heads, "fitted force [N]", "residual [N]"], rows())
+
+def residuals_data(found: Identification) -> DataSet:
+    """Return measured and fitted forces of all records."""
+    records = found.records
+    sizes = [record.phase.size for record in records]
+    names = [name for record, n in zip(records, sizes, strict=True) for name in [record.name] * n]
+    loads = np.repeat([_load(record.normal_load) for record in records], sizes)
+    columns: dict[str, Any] = {"record": (count(""), names)}
+    columns["normal load"] = Quantity("N"), loads
+    for heading, unit, name in (
+        ("phase", "rad", "phase"),
+        ("displacement", "m", "displacement"),
+        ("measured force", "N", "measured"),
+        ("fitted force", "N", "model"),
+        ("residual", "N", "residual"),
+    ):
+        values = np.concatenate([getattr(record, name) for record in records])
+        columns[heading] = Quantity(unit), values
+    return DataSet.of_rows(columns)

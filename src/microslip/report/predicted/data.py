@@ -8,6 +8,7 @@ from dataclasses import fields
 import numpy as np
 
 from microslip._core.dataset import DataSet, Variable
+from microslip._core.quantities import Quantity
 from microslip.report.structure.data import AMPLITUDE, structure_arrays
 from microslip.study.runs.columns import AmplitudeCurve, HistoryResponse
 from microslip.study.runs.prediction import Prediction, variable_of, variables_of
@@ -91,7 +92,7 @@ def tables(result: Prediction, data: DataSet) -> dict[str, tuple[dict[str, str],
 
 def _index(dim: str, size: int, meaning: str) -> Variable:
     values = np.arange(size, dtype=np.int32)
-    return Variable((dim,), values, {"units": "1", "long_name": meaning})
+    return Variable((dim,), values, Quantity("-", meaning))
 
 
 def _validity(result: Prediction) -> dict[str, Variable]:
@@ -102,12 +103,12 @@ def _validity(result: Prediction) -> dict[str, Variable]:
         of_loads = [of_load[place] for of_load in judged]
         values = np.array([np.nan if v.value is None else float(v.value) for v in of_loads])
         words = np.array([FLAGS.index(v.word) for v in of_loads], dtype=np.int8)
-        about = {"units": "1", "long_name": verdict.name}
+        about = Quantity("-", verdict.name)
         about_values = {"limit": float(verdict.limit), "comment": verdict.meaning}
-        arrays[name] = Variable(("load",), values, {**about, **about_values})
+        arrays[name] = Variable(("load",), values, about, about_values)
         flags = {
             "flag_values": np.arange(len(FLAGS), dtype=np.int8),
             "flag_meanings": " ".join(word.replace(" ", "_") for word in FLAGS),
         }
-        arrays[f"{name}_word"] = Variable(("load",), words, {**about, **flags})
+        arrays[f"{name}_word"] = Variable(("load",), words, about, flags)
     return arrays

@@ -23,6 +23,7 @@ from microslip.report.document import Document, File
 from microslip.report.files import (
     csv_file,
     netcdf_file,
+    rows_file,
     save,
     standard_files,
     text_file,
@@ -64,8 +65,8 @@ def result_document(result: Result, folder: Path) -> Document:
     if "csv" in output.formats:
         for name, (columns, dims) in tables(result, data).items():
             files.append(csv_file(f"{name}.csv", data, columns, dims))
-        for name, table in forced_tables(structure).items() if structure is not None else ():
-            files.append(csv_file(f"{name}.csv", table, {key: key for key in table}, ("row",)))
+        for name, table in forced_tables(structure).items():
+            files.append(rows_file(f"{name}.csv", lambda table=table: table))  # type: ignore[misc]
     document = replace(prediction_document(result), files=tuple(files))
     kinds = [kind for kind in ("svg", "png", "pdf") if kind in output.formats]
     return with_file_names(document, kinds, page=output.report)

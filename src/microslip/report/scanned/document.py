@@ -10,9 +10,10 @@ from typing import Any, Literal
 
 import numpy as np
 
+from microslip._core.dataset import DataSet
 from microslip._core.errors import InputError
 from microslip._core.parameters import parameters_of
-from microslip._core.quantities import json_value, named
+from microslip._core.quantities import Quantity, json_value, named
 from microslip._core.units import SMALLEST, engineering, significant
 from microslip._core.verdicts import Remark
 from microslip._core.wording import capital
@@ -31,7 +32,7 @@ from microslip.report.document import (
     Table,
     Verdicts,
 )
-from microslip.report.files import csv_text, header, text_file
+from microslip.report.files import header, rows_file, text_file
 from microslip.report.scanned import joint_section
 from microslip.report.scanned.height_pictures import height_plot, spectrum_plot
 from microslip.report.scanned.study_file import STUDY_NAME, face_study_text
@@ -87,9 +88,9 @@ def scan_document(
         Section("Figures", _pictures(findings), brief=False),
         Section("Validity", (Verdicts(findings.verdicts, short=True),)),
     ]
-    files = [text_file("spectrum.csv", lambda: _spectrum_rows(findings))]
+    files = [rows_file("spectrum.csv", lambda: spectrum_data(findings))]
     if (summits := findings.summits) is not None:
-        files.append(text_file("summits.csv", lambda: _summit_rows(summits)))
+        files.append(rows_file("summits.csv", lambda: summits_data(summits)))
     if findings.face is not None:
         text = face_study_text(findings, findings.face, folder or Path())
         files.append(text_file(STUDY_NAME, lambda: text))
@@ -276,26 +277,31 @@ def _pictures(findings: Findings) -> tuple[Picture, ...]:
     )
 
 
-def _spectrum_rows(findings: Findings) -> str:
-    """Return spectrum.csv: density with its relative error, and density after the cut-offs."""
+def spectrum_data(findings: Findings) -> DataSet:
+    """Return the spectral density with its relative error, and the density after the cut-offs."""
     unfiltered, filtered = findings.whole_spectrum, findings.spectrum
     unit = "m^3" if findings.scan.is_profile else "m^4"
-    heads = ["wavelength [m]", "wavenumber [rad/m]", f"density [{unit}]", "relative_error [-]"]
     same = filtered.density.shape == unfiltered.density.shape
     density = filtered.density if same else unfiltered.density
     # Densities far below the measured ones after a filter are set to zero.
-    densities = [np.where(c > SMALLEST, c, 0.0) for c in (unfiltered.density, density)]
-    columns = (
-        unfiltered.wavelength, unfiltered.wavenumber, densities[0],
-        unfiltered.relative_error, densities[1],
-    )  # fmt: skip
-    rows = zip(*(column.tolist() for column in columns), strict=True)
-    return csv_text([*heads, f"density_cut_off [{unit}]"], (map(repr, row) for row in rows))
+    before, after = (np.where(c > SMALLEST, c, 0.0) for c in (unfiltered.density, density))
+    return DataSet.of_rows(
+        {
+            "wavelength": (Quantity("m"), unfiltered.wavelength),
+            "wavenumber": (Quantity("rad/m"), unfiltered.wavenumber),
+            "density": (Quantity(unit), before),
+            "relative_error": (Quantity("-"), unfiltered.relative_error),
+            "density_cut_off": (Quantity(unit), after),
+        }
+    )
 
 
-def _summit_rows(summits: Summits) -> str:
-    heads = ["x [m]", "y [m]", "height [m]", "radius [m]"]
-    heads += ["curvature_1 [1/m]", "curvature_2 [1/m]", "prominence [m]"]
+def summits_data(summits: Summits) -> DataSet:
+    """Return all summits, the highest first."""
     parts = [summits.positions, summits.heights, summits.radii, summits.curvatures]
     columns = np.column_stack([*parts, summits.prominences])
-    return csv_text(heads, columns[np.argsort(-summits.heights, kind="stable")].tolist())
+    order = np.argsort(-summits.heights, kind="stable")
+    units = dict.fromkeys(("x", "y", "height", "radius"), "m")
+    units |= {"curvature_1": "1/m", "curvature_2": "1/m", "prominence": "m"}
+    pairs = zip(map(Quantity, units.values()), columns[order].T, strict=True)
+    return DataSet.of_rows(dict(zip(units, pairs, strict=True)))

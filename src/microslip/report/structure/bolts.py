@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from microslip._core.quantities import json_value
+from microslip._core.dataset import DataSet
+from microslip._core.quantities import Quantity, hertz, json_value, ratio
 from microslip._core.units import engineering
 from microslip.report import cells
-from microslip.report.document import Column, Section, Table
+from microslip.report.document import Section
 from microslip.structures.bolt_tightening import BoltForces, tension_band
 from microslip.study.runs.structure_prediction import StructurePrediction, TightMode
 
@@ -58,32 +59,33 @@ def force_numbers(forces: BoltForces | None) -> dict[str, Any] | None:
 def comparison(prediction: StructurePrediction) -> Section:
     """Compare each mode with the corresponding mode with all bolts tight, in words."""
     unit = prediction.part.unit
-    listed = (
-        Column("amplitude", "Amplitude at the sensor", unit, 3, short="amplitude"),
-        Column("slack_frequency", "Slack", "Hz", write=lambda f: f"{f:.5g}"),
-        Column("tight_frequency", "All tight", "Hz", write=lambda f: f"{f:.5g}"),
-        Column("slack_damping_ratio", "ζ, slack", "", write=cells.ratio),
-        Column("tight_damping_ratio", "ζ, all tight", "", write=cells.ratio),
-    )
+    quantities = {
+        "amplitude": Quantity(unit, "", "Amplitude at the sensor", "amplitude", "3"),
+        "slack_frequency": hertz("Slack"),
+        "tight_frequency": hertz("All tight"),
+        "slack_damping_ratio": ratio("ζ, slack"),
+        "tight_damping_ratio": ratio("ζ, all tight"),
+    }
     tables = []
     for mode, beside in zip(prediction.modes, prediction.tight, strict=True):
         curves = (
             mode.curve.amplitude, mode.curve.frequency, beside.curve.frequency,
             mode.curve.damping_ratio, beside.curve.damping_ratio,
         )  # fmt: skip
-        rows = tuple(zip(*(json_value(values) for values in curves), strict=True))
+        columns = zip(quantities.values(), curves, strict=True)
+        data = DataSet.of_rows(dict(zip(quantities, columns, strict=True)))
         title = (
             f"Mode {mode.number} with {slack_names(prediction)} slack, "
             f"mode {beside.number} with all tight"
         )
         last = engineering(float(mode.curve.amplitude[mode.last]), unit, 3)
         change = mode.curve.frequency[mode.last] / beside.curve.frequency[mode.last] - 1.0
-        ratio = mode.curve.damping_ratio[mode.last] / beside.curve.damping_ratio[mode.last]
+        factor = mode.curve.damping_ratio[mode.last] / beside.curve.damping_ratio[mode.last]
         caption = (
             f"At {last} the frequency changes by {change:+.2%} and the damping ratio by a factor "
-            f"of {ratio:.3g}. The MAC of the two shapes is {beside.mac:.3f}."
+            f"of {factor:.3g}. The MAC of the two shapes is {beside.mac:.3f}."
         )
-        tables.append(Table(title, listed, rows, caption=caption, noun="amplitudes"))
+        tables.append(cells.table(title, data, caption=caption, noun="amplitudes"))
     return Section("Slack bolts", tuple(tables))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.dataset import DataSet, Variable
-from microslip._core.quantities import QUANTITIES
+from microslip._core.quantities import QUANTITIES, Quantity
 from microslip.study.runs.structure_prediction import Mode, StructurePrediction
 
 AMPLITUDE, PATCH = "structure_amplitude", "patch"
@@ -37,7 +37,7 @@ def structure_arrays(prediction: StructurePrediction) -> DataSet:
     numbers = np.array([mode.number for mode in modes], dtype=np.int32)
     part, centres = prediction.part, joint.patch_centres
     coords = {
-        "mode": Variable(("mode",), numbers, QUANTITIES["mode"].attributes),
+        "mode": Variable(("mode",), numbers, QUANTITIES["mode"]),
         AMPLITUDE: _named(
             (AMPLITUDE,), amplitude, part.unit, f"{part.quantity} amplitude at the sensor"
         ),
@@ -49,7 +49,7 @@ def structure_arrays(prediction: StructurePrediction) -> DataSet:
         name: Variable(
             ("mode", AMPLITUDE),
             np.stack([columns[name] for columns in of_modes]),
-            QUANTITIES[name].attributes,
+            QUANTITIES[name],
         )
         for name in of_modes[0]
         if name != "amplitude"
@@ -61,7 +61,7 @@ def structure_arrays(prediction: StructurePrediction) -> DataSet:
         ("area", joint.patch_areas, "m^2", "area of a patch"),
         ("gap", joint.patch_gaps, "m", "gap of a patch between the unloaded faces"),
         ("normal_load", state.normal_loads, "N", "normal load of a patch after tightening"),
-        ("loss_share", loss, "1", f"fraction of the loss per cycle in a patch {largest}"),
+        ("loss_share", loss, "-", f"fraction of the loss per cycle in a patch {largest}"),
         ("slip", slip, "m", f"relative tangential amplitude of a patch {largest}"),
     ):
         along = ("mode", PATCH)[2 - values.ndim :]
@@ -70,4 +70,4 @@ def structure_arrays(prediction: StructurePrediction) -> DataSet:
 
 
 def _named(dims: tuple[str, ...], values: Floats, unit: str, meaning: str) -> Variable:
-    return Variable(dims, np.ascontiguousarray(values), {"units": unit, "long_name": meaning})
+    return Variable(dims, np.ascontiguousarray(values), Quantity(unit, meaning))

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.quantities import json_value, named
+from microslip._core.dataset import DataSet
+from microslip._core.quantities import QUANTITIES, json_value, named
 from microslip._core.units import engineering
 from microslip.figures.kit import evenly
 from microslip.figures.picture import Picture
@@ -296,27 +297,24 @@ def _form(prediction: StructurePrediction) -> str:
 
 
 _CURVES = ("amplitude", "modal_frequency", "modal_damping_ratio")
-_COLUMNS = (
-    cells.column("amplitude", label="Amplitude at the sensor", digits=3, write=None),
-    *(
-        replace(cells.column(name), brief=not name.endswith("median"))
-        for quantity in ("modal_frequency", "modal_damping_ratio")
-        for name in (quantity, *(f"{quantity}_{word}" for word in ("low", "median", "high")))
-    ),
-)
 
 
 def _table(mode: Mode, unit: str, few: int) -> Table:
     columns = curves(mode)
-    listed = tuple(
-        replace(column, unit=unit) if column.key == "amplitude" else column
-        for column in _COLUMNS
-        if column.key in columns
+    at_sensor = QUANTITIES["amplitude"]._replace(
+        unit=unit, label="Amplitude at the sensor", form="3"
     )
-    rows = tuple(zip(*(json_value(columns[column.key]) for column in listed), strict=True))
+    data = DataSet.of_rows(
+        {
+            name: (at_sensor if name == "amplitude" else QUANTITIES[name], columns[name])
+            for name in sorted(columns, key=lambda name: name.startswith("modal_damping"))
+        }
+    )
     title = f"Mode {mode.number}, {mode.curve.linear_frequency:.5g} Hz fully stuck"
-    shown = tuple(evenly(len(rows), few))
-    return Table(title, listed, rows, caption=mode.curve.message, noun="amplitudes", few=shown)
+    shown = tuple(evenly(data.sizes["row"], few))
+    table = cells.table(title, data, caption=mode.curve.message, noun="amplitudes", few=shown)
+    brief = (replace(c, brief=not c.key.endswith("median")) for c in table.columns)
+    return replace(table, columns=tuple(brief))
 
 
 def _patches_remark(prediction: StructurePrediction) -> list[str]:

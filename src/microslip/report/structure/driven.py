@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import Floats
-from microslip._core.dataset import DataSet, Variable
-from microslip._core.quantities import json_value, named
+from microslip._core.dataset import DataSet
+from microslip._core.quantities import Quantity, json_value, named
 from microslip._core.units import engineering, prefix
 from microslip.figures.kit import between, line_style
 from microslip.figures.plot import Axis, Entry, Panel, Plot, stacked
-from microslip.report.document import Column, Note, Section, Table
+from microslip.report import cells
+from microslip.report.document import Note, Section
 from microslip.report.structure.pictures import PALE
 from microslip.structures.forced import response_columns
 from microslip.study.runs.structure_prediction import (
@@ -30,9 +29,9 @@ FORCED_TABLES = ("forced_response", "frf")
 """Names of the CSV files: near each mode with bands, and of all modes together."""
 
 
-def forced_tables(prediction: StructurePrediction) -> dict[str, DataSet]:
+def forced_tables(prediction: StructurePrediction | None) -> dict[str, DataSet]:
     """Return the columns of the CSV tables of responses to forces, by the name of the table."""
-    if not (responses := prediction.frequency_responses):
+    if prediction is None or not (responses := prediction.frequency_responses):
         return {}
     unit = prediction.part.unit
     parts = []
@@ -49,21 +48,15 @@ def forced_tables(prediction: StructurePrediction) -> dict[str, DataSet]:
                     **(dict(zip(_BAND, bands, strict=True)) if prediction.inputs else {}),
                 }
             )
-    units = {"mode": "1", "force_amplitude": "N", "frequency": "Hz"}
+    units = {"mode": "-", "force_amplitude": "N", "frequency": "Hz"}
     near = {
         name: (units.get(name, unit), np.concatenate([part[name] for part in parts]))
         for name in parts[0]
     }
-    tables = zip(FORCED_TABLES, (near, response_columns(responses)), strict=True)
-    return {name: _table_of(columns) for name, columns in tables}
-
-
-def _table_of(columns: Mapping[str, tuple[str, Floats]]) -> DataSet:
-    variables = {
-        name: Variable(("row",), values, {"units": unit})
-        for name, (unit, values) in columns.items()
+    return {
+        table: DataSet.of_rows({name: (Quantity(u), v) for name, (u, v) in columns.items()})
+        for table, columns in zip(FORCED_TABLES, (near, response_columns(responses)), strict=True)
     }
-    return DataSet({"row": len(next(iter(variables.values())).values)}, {}, variables)
 
 
 _BAND = ("amplitude_low", "amplitude_median", "amplitude_high")
@@ -91,28 +84,25 @@ def response_numbers(forced: ForcedMode) -> dict[str, Any]:
 def force_section(prediction: StructurePrediction) -> Section:
     """Return the section on the peaks of the response to each force, with bands."""
     unit = prediction.part.unit
-    listed = [
-        Column("mode", "Mode"),
-        Column("force", "Force", "N", 3),
-        Column("peak_amplitude", "Peak at the sensor", unit, 3),
-        Column("peak_frequency", "at", "Hz", write=lambda f: f"{f:.5g}"),
-    ]
     modes = [(mode, forced) for mode in prediction.modes for forced in mode.forced]
-    banded = any(forced.peak_bands is not None for _, forced in modes)
-    if banded:
-        listed += [Column("peak_low", "Peak, 5 %", unit, 3), Column("peak_high", "95 %", unit, 3)]
-    rows = []
+    peaks = np.array([forced.peak for _, forced in modes])
+    columns: dict[str, tuple[Quantity, Any]] = {
+        "mode": (Quantity("", label="Mode"), [mode.number for mode, _ in modes]),
+        "force": (Quantity("N", label="Force", form="3"), [forced.force for _, forced in modes]),
+        "peak_amplitude": (Quantity(unit, label="Peak at the sensor", form="3"), peaks[:, 0]),
+        "peak_frequency": (Quantity("Hz", label="at", form=".5g"), peaks[:, 1]),
+    }
+    if any(forced.peak_bands is not None for _, forced in modes):
+        none = np.full((3, 2), math.nan)
+        bands = np.array([none if f.peak_bands is None else f.peak_bands for _, f in modes])
+        columns["peak_low"] = Quantity(unit, label="Peak, 5 %", form="3"), bands[:, 0, 0]
+        columns["peak_high"] = Quantity(unit, label="95 %", form="3"), bands[:, 2, 0]
     remarks = [
         "Computed near each resonance from its modal curve, without other modes; if a frequency "
         "has several motions, the largest is given. frf.csv has the response per unit force, with "
         "the other modes linear."
     ]
     for mode, forced in modes:
-        ends = [] if forced.peak_bands is None else forced.peak_bands[[0, 2], 0].tolist()
-        ends += [math.nan] * (2 * banded - len(ends))
-        rows.append(
-            (mode.number, forced.force, *json_value(forced.peak), *json_value(np.array(ends)))
-        )
         name = f"Mode {mode.number} under {engineering(forced.force, 'N', 3)}"
         if not np.isfinite(forced.peak[0]):
             most = engineering(forced.largest_force, "N", 2)
@@ -135,7 +125,7 @@ def force_section(prediction: StructurePrediction) -> Section:
                 f"{name}: the sampling error of the quantiles of the peak is at most "
                 f"±{forced.error:.1%} (90 %)."
             )
-    table = Table("Response to the force", tuple(listed), tuple(rows), noun="peaks")
+    table = cells.table("Response to the force", DataSet.of_rows(columns), noun="peaks")
     return Section("Response to the force", (table, Note(" ".join(remarks), small=True)))
 
 

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip._core.quantities import json_value
+from microslip._core.dataset import DataSet
+from microslip._core.quantities import Quantity, hertz, json_value, ratio
 from microslip.report import cells
 from microslip.report.document import Block, Column, Note, Section, Table, Verdicts
 from microslip.report.structure.fitted_study import FITTED_STUDY
@@ -92,15 +93,15 @@ def _linear(prediction: StructurePrediction, identified: ModalIdentification) ->
 MOTIONS = {"steady": "steady motion", "decay": "free decay"}
 
 
-_COMPARED = (
-    Column("amplitude", "Displacement amplitude at the sensor", "m", 3, short="amplitude"),
-    Column("test_frequency", "Frequency, test", "Hz", write=lambda f: f"{f:.5g}"),
-    Column("fitted_frequency", "fitted", "Hz", write=lambda f: f"{f:.5g}"),
-    Column("test_damping_ratio", "ζ, test", "", write=cells.ratio),
-    Column("fitted_damping_ratio", "ζ, fitted", "", write=cells.ratio),
-    Column("fitted_damping_ratio_low", "ζ, 5 %", "", write=cells.ratio),
-    Column("fitted_damping_ratio_high", "ζ, 95 %", "", write=cells.ratio),
-)
+_COMPARED = {
+    "amplitude": Quantity("m", "", "Displacement amplitude at the sensor", "amplitude", "3"),
+    "test_frequency": hertz("Frequency, test"),
+    "fitted_frequency": hertz("fitted"),
+    "test_damping_ratio": ratio("ζ, test"),
+    "fitted_damping_ratio": ratio("ζ, fitted"),
+    "fitted_damping_ratio_low": ratio("ζ, 5 %"),
+    "fitted_damping_ratio_high": ratio("ζ, 95 %"),
+}
 
 
 def _compared(test: ModalTest, curve: ModalCurve, band: Floats) -> Table:
@@ -108,9 +109,10 @@ def _compared(test: ModalTest, curve: ModalCurve, band: Floats) -> Table:
         test.amplitude, test.frequency, curve.frequency, test.damping_ratio,
         test.damping_of(curve), *band[1],
     )  # fmt: skip
-    rows = tuple(zip(*(json_value(column) for column in columns), strict=True))
+    pairs = zip(_COMPARED.values(), columns, strict=True)
+    data = DataSet.of_rows(dict(zip(_COMPARED, pairs, strict=True)))
     title = f"Fitted curve of mode {test.mode + 1}, {MOTIONS[test.motion]}"
-    return Table(title, _COMPARED, rows, noun="amplitudes")
+    return cells.table(title, data, noun="amplitudes")
 
 
 def _strongest_correlation(identified: ModalIdentification) -> str:

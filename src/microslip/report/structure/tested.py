@@ -8,9 +8,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from microslip._core.quantities import json_value
+from microslip._core.dataset import DataSet
+from microslip._core.quantities import count, hertz, json_value, ratio
 from microslip.report import cells
-from microslip.report.document import Block, Column, Note, Section, Table
+from microslip.report.document import Block, Note, Section
 from microslip.study.runs.structure_prediction import QuantityVerdict, StructurePrediction
 
 _WORDS = {"frequency": "Frequency", "damping_ratio": "Damping ratio"}
@@ -58,44 +59,38 @@ def tested_sections(prediction: StructurePrediction) -> list[Section]:
         sections.append(Section("Tests compared with the bands", notes))
     blocks: list[Block] = []
     if prediction.limits:
-        rows = tuple(
-            (mode.number, limit.open, limit.washers, mode.curve.linear_frequency, limit.tied)
-            for mode, limit in zip(prediction.modes, prediction.limits, strict=True)
-        )
-        heads = ("Lap open", "Tied under the washers", "Predicted, stuck", "Tied wholly")
-        keys = ("open", "washers", "predicted", "tied")
-        listed = (
-            Column("mode", "Mode"),
-            *(
-                Column(key, head, "Hz", write=lambda f: f"{f:.5g}")
-                for key, head in zip(keys, heads, strict=True)
-            ),
+        limits, modes = prediction.limits, prediction.modes
+        data = DataSet.of_rows(
+            {
+                "mode": (count("Mode"), [mode.number for mode in modes]),
+                "open": (hertz("Lap open"), [limit.open for limit in limits]),
+                "washers": (hertz("Tied under the washers"), [limit.washers for limit in limits]),
+                "predicted": (hertz("Predicted, stuck"), [m.curve.linear_frequency for m in modes]),
+                "tied": (hertz("Tied wholly"), [limit.tied for limit in limits]),
+            }
         )
         caption = (
             "A test near one limit indicates the state of the lap; a test outside the limits "
             "indicates a wrong input, such as a size, a modulus or a mass."
         )
-        blocks.append(
-            Table("Limits of the frequencies", listed, rows, caption=caption, noun="modes")
-        )
+        blocks.append(cells.table("Limits of the frequencies", data, caption=caption, noun="modes"))
     if prediction.changes:
-        listed = (
-            Column("source", "Of"),
-            Column("mode", "Mode"),
-            Column("base_damping", "Base damping", "", write=cells.ratio),
-            Column("rise", "Rise of ζ", "", write=cells.ratio),
-            Column("fall", "Change of frequency", "", write=lambda x: f"{x:+.3%}"),
-            Column("ratio", "Rise over fall", "", write=lambda x: f"{x:.2f}"),
-        )
-        rows = tuple(
-            (c.source, c.mode, *json_value([c.base_damping, c.rise, c.fall, c.ratio]))
-            for c in prediction.changes
+        quantities = {
+            "source": count("Of"),
+            "mode": count("Mode"),
+            "base_damping": ratio("Base damping"),
+            "rise": ratio("Rise of ζ"),
+            "fall": ratio("Change of frequency", "+.3%"),
+            "ratio": ratio("Rise over fall", ".2f"),
+        }
+        data = DataSet.of_rows(
+            {n: (q, [getattr(c, n) for c in prediction.changes]) for n, q in quantities.items()}
         )
         caption = " ".join(
             ["From the smallest to the largest amplitude; microslip has a ratio of 0.40 to 0.50.",
              *(c.doubt for c in prediction.changes if c.doubt)]
         )  # fmt: skip
-        blocks.append(Table("Rise and fall", listed, rows, caption=caption, noun="curves"))
+        blocks.append(cells.table("Rise and fall", data, caption=caption, noun="curves"))
     if blocks:
         brief = bool(prediction.tests)
         sections.append(Section("Limits, rise and fall", tuple(blocks), brief=brief))

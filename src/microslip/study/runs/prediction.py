@@ -87,8 +87,7 @@ def variable_of(dims: tuple[str, ...], values: Floats, name: str, meaning: str =
 
     ``meaning`` replaces the description, if given.
     """
-    about = QUANTITIES[name].attributes
-    return Variable(dims, values, {**about, "long_name": meaning} if meaning else about)
+    return Variable(dims, values, QUANTITIES[name], {"long_name": meaning} if meaning else {})
 
 
 def _scalars(result: Prediction) -> dict[str, Variable]:
@@ -105,9 +104,8 @@ def _scalars(result: Prediction) -> dict[str, Variable]:
         for name in rows[0]
         if any(row[name] is not None for row in rows)
     }
-    scale = variables["slip_scale"]
     comment = {"comment": result.joints[0]._slip_scale[1]}
-    variables["slip_scale"] = scale._replace(attributes={**scale.attributes, **comment})
+    variables["slip_scale"] = variables["slip_scale"]._replace(more=comment)
     return variables
 
 

@@ -100,11 +100,4 @@ def leading_inputs(study: StudyDescription, joint: Any) -> dict[str, Any] | None
     amplitude = joint._slip_scale[0]
     if amplitudes:
         amplitude = math.exp(math.fsum(map(math.log, amplitudes)) / len(amplitudes))
-    slopes = input_slopes(joint, amplitude)
-    return {
-        "amplitude": amplitude,
-        **{
-            name: dict(sorted(slopes_of_answer.items(), key=lambda pair: -abs(pair[1])))
-            for name, slopes_of_answer in slopes.items()
-        },
-    }
+    return {"amplitude": amplitude, **input_slopes(joint, amplitude)}

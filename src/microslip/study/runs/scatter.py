@@ -154,7 +154,7 @@ def scatter(
     for name, stack in stacks.items():
         variable = nominal[name]
         values = np.quantile(stack[:count], quantiles, axis=0)
-        bands[name] = Variable(("quantile", *variable.dims), values, variable.attributes)
+        bands[name] = variable._replace(dims=("quantile", *variable.dims), values=values)
         if "point" not in variable.dims and not variable.dims[-1].endswith("sample"):
             by_group = stack[:count].reshape(groups, size, *variable.values.shape)
             ends[name] = intervals(by_group, design.part.quantiles)

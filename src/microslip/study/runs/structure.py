@@ -22,7 +22,7 @@ from microslip.structures import (
     identify_modal,
 )
 from microslip.structures.periodic_motion import moving_modes
-from microslip.structures.reduction_convergence import patch_error, refined
+from microslip.structures.reduction_convergence import patch_error
 from microslip.structures.tie_limits import tie_limits
 from microslip.study.build import Design, build_surface, is_uncertain, naming_key
 from microslip.study.description import StudyDescription
@@ -79,7 +79,7 @@ def run_structure(study: StudyDescription, progress: Progress | None = None) -> 
     part = middle.bolted
     if isinstance(middle.surface, MeasuredFace):
         build_surface(middle, lambda share: tell(0.1 * share))  # solved once and cached
-    joint = refined_model(middle, lambda share: tell(0.1 + 0.1 * share))
+    joint = _reduced(middle)
     tell(0.2)
     with naming_key(study, "structure"):
         formed, state = tightened(middle, joint)
@@ -141,7 +141,7 @@ def _all_tight(
         return ()
     part = slack.copy(bolts=slack.bolts.copy(slack=()))
     study = study.copy(structure=part)
-    other, rest = tightened(study, _reduced(study, joint.layout if part.patches is None else None))
+    other, rest = tightened(study, _reduced(study, joint.layout if part.converge else None))
     there, here = other.surface, joint.surface
     _, nearest = cKDTree(here.points).query(there.points)
     shapes = np.tensordot(there.motion, rest.model.shapes[:, :_CANDIDATES], 1).reshape(
@@ -162,28 +162,6 @@ def _reduced(study: StudyDescription, patches: Floats | None = None) -> ReducedJ
     reduction = part.reduction if patches is None else part.reduction | {"patches": patches}
     with naming_key(study, "structure"):
         return part.reducer().reduce(**reduction)
-
-
-def refined_model(study: StudyDescription, progress: Progress | None = None) -> ReducedJoint:
-    """Return the reduced model of the structure; patches that the study does not give are refined.
-
-    Patches that dissipate most in the first mode of the study are halved along the lap.
-    """
-    part = study.bolted
-    if part.patches is not None or part.converge:
-        return _reduced(study)
-    with naming_key(study, "structure"):
-        return refined(
-            part.reducer(),
-            part.least_patch,
-            build_surface(study),
-            study.joint.friction_coefficient,
-            part.modes[0] - 1,
-            part.amplitudes[-1:],
-            quantity=part.quantity,
-            reduction={**part.reduction, "form": part.gaps},
-            progress=progress,
-        )
 
 
 def _converged(

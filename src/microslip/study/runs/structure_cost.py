@@ -10,7 +10,6 @@ import numpy as np
 from microslip.study.build import Design, is_uncertain, naming_key
 from microslip.study.description import StudyDescription
 from microslip.study.runs.structure import BASE, keys_of_model, tightened
-from microslip.study.structure import USUAL_PATCHES
 from microslip.study.uncertain import at_central_values
 
 _TRIALS = 20  # reductions of a convergence study
@@ -45,8 +44,7 @@ def cost_of(study: StudyDescription) -> Cost:
     count, samples, drawn_anew = reducer.elements.size, 0, False
     if design is not None and design.changed_keys != {BASE}:
         samples, drawn_anew = part.samples, bool(keys_of_model(study, design.changed_keys))
-    patches = int(np.prod(part.patches or USUAL_PATCHES)) * len(reducer.mesh.contacts)
-    reductions = 1 + (part.patches is None) + samples * drawn_anew + _TRIALS * part.converge
+    reductions = 1 + samples * drawn_anew + _TRIALS * part.converge
     reductions += bool(part.bolts.slack)
     fits = len(part.measured) * (_DRAWS + _EVALUATIONS * len(part.fitted)) if part.fitted else 0
     balances = len(part.modes) * (1 + samples + bool(part.bolts.slack)) + fits
@@ -72,6 +70,6 @@ def cost_of(study: StudyDescription) -> Cost:
     seconds = meshes * factor + reductions * reduction + curves
     bounds = (seconds / _UNSURE, seconds * _UNSURE)
     return Cost(
-        count, patches, balances, reductions, (factor, reduction, balance), bounds,
+        count, joint.patches, balances, reductions, (factor, reduction, balance), bounds,
         0.15 + 0.7 * count / 4e4,
     )  # fmt: skip

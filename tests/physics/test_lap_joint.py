@@ -370,3 +370,20 @@ def test_the_beam_has_the_published_frequencies_flat_and_with_its_form() -> None
     for joint, tolerance in ((wide, 0.013), (flat, 0.019)):
         ours = np.sqrt(np.diag(joint.stiffness)[93:])
         np.testing.assert_allclose(ours, theirs, rtol=tolerance)
+
+
+def test_loose_tolerances_find_gross_slip() -> None:
+    """Short steps far from the solution, with sticking joints, do not count as convergence."""
+    bolts = ms.Bolts([0.0], shank=8e-3, hole=9e-3, washer=16e-3, tension=10e3)
+    lap = ms.LapJoint(length=0.3, width=0.03, thickness=0.02, lap=0.06, bolts=bolts)
+    steel = ms.Material(210e9, 0.3, hardness=2e9)
+    face = ms.DrawnFace(ms.MaterialPair(steel, steel), 1.6e-6, 0.15, 1e-4, 1e4)
+    end = {"end": ((0.14, 0.0, 0.0), "z")}
+    joint = lap.reduce(steel, 7850.0, (4, 1), sensors=end, element_size=0.015)
+    state = joint.tightened(face, 0.2)
+    exact, loose = (
+        state.modes(0, [0.1], at=joint.sensor("end"), rtol=rtol) for rtol in (1e-10, 1e-5)
+    )
+    assert exact.frequency < 0.95 * exact.linear_frequency
+    assert loose.frequency == pytest.approx(exact.frequency, rel=1e-3)
+    assert loose.damping_ratio == pytest.approx(exact.damping_ratio, rel=0.05)

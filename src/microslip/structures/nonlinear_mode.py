@@ -98,11 +98,13 @@ class ModeEquations:
             if after.merit > _FALLING * current.merit:
                 factors = None
             point, current = trial, after
-            # Inexact steps shrink at a steady rate, which gives the size of the next one.
-            rate = size / before if before and self.rtol > _LOOSE else 1.0
-            left = size * min(max(rate, 0.01), 1.0)
-            before = size
-            if share == 1.0 and (left < self.rtol or (size < 1e-6 and after.merit < _BALANCED)):
+            # Inexact steps shrink at a steady rate, which gives the size of the next one. They are
+            # also short far from a solution where joints move little beside the structure.
+            loose = self.rtol > _LOOSE
+            rate = size / before if before and loose else 1.0
+            left, before = size * min(max(rate, 0.01), 1.0), size
+            near = left < self.rtol and (not loose or after.merit < 0.1 * self.rtol)
+            if share == 1.0 and (near or (size < 1e-6 and after.merit < _BALANCED)):
                 converged = True
                 break
         return Solution(point, converged, iterations, current.merit, current.answers)

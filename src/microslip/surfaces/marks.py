@@ -23,8 +23,16 @@ _KINK = 0.5
 """Residual of two planes over that of a parabola below which the form is a kink."""
 _WAVE = 0.3
 """Residual of a wave over that of a parabola below which the form is a wave."""
-_PARITY = 0.5
-"""Power of fourth differences at every second line over that at the other lines."""
+_PLAIN = 4.0
+"""Variance of the mean profile over that about it, above which a wave of it is waviness."""
+_GRAIN = 7.0
+"""Smallest height of the median grain of dust, in robust standard deviations."""
+_GRAINS = 60
+"""Largest number of grains of dust."""
+_WINDOW = 32
+"""Lines of a window in which waves and their images are compared."""
+_COHERENT = 0.65
+"""Squared coherence of waves and their images; at most 0.5 on faces that are not interpolated."""
 
 
 def _long(length: float) -> str:
@@ -56,15 +64,18 @@ def scratch_and_dust_words(flat: Floats, rms: float) -> list[str]:
         square = np.ones((3, 3), dtype=bool)
         labels, _ = ndimage.label(ndimage.binary_closing(far, square), square)
         large = []
-        for part in ndimage.find_objects(labels):
-            y, x = np.nonzero(labels[part] > 0)
+        for number, part in enumerate(ndimage.find_objects(labels), 1):
+            own = labels[part] == number
+            y, x = np.nonzero(own)
             if y.size < 9:
                 continue
             spread = np.linalg.eigvalsh(np.cov(np.stack([x, y]).astype(float)))
             length = math.sqrt(12.0 * float(spread[1]))
             slender = math.sqrt(float(spread[1]) / max(float(spread[0]), 1.0 / 12.0))
-            large.append((y.size, length, slender))
-        if not large or len(large) > 5 or sum(part[0] for part in large) < 0.7 * total:
+            peak = float(np.nanmax(np.abs(flat[part][own]))) / rms
+            large.append((y.size, length, slender, peak))
+        most = 5 if deep else _GRAINS
+        if not 0 < len(large) <= most or sum(part[0] for part in large) < 0.7 * total:
             continue
         long_ones = [p for p in large if p[2] > 6.0 and p[1] > 0.15 * min(flat.shape)]
         if deep and len(long_ones) == len(large):
@@ -73,11 +84,11 @@ def scratch_and_dust_words(flat: Floats, rms: float) -> list[str]:
                 f"lie more than {_FAR:g} standard deviations below all other points; if the "
                 "joint has none, scan an area without scratches."
             )
-        elif not deep and not long_ones:
+        elif not deep and not long_ones and np.median([p[3] for p in large]) > _GRAIN:
             words.append(
-                f"dust: {len(large)} grains, {total} points, rise more than {_FAR:g} standard "
-                "deviations above all other points and would carry the load; clean the face and "
-                "scan again, or mark the grains as missing."
+                f"dust: grains in {len(large)} places, {total} points, rise more than {_FAR:g} "
+                "standard deviations above all other points and would carry the load; clean the "
+                "face and scan again, or mark the grains as missing."
             )
     return words
 
@@ -94,7 +105,7 @@ def edge_words(lines: str, flat: Floats) -> list[str]:
     blocks = 0.5 * (there[1:] + there[:-1])
     rises = np.sqrt(np.mean((blocks[6:] - blocks[:-6]) ** 2, axis=1))
     inside = rises[8:-8]
-    limit = max(_EDGE * float(np.median(inside)), 1.5 * float(inside.max()))
+    limit = max(_EDGE * float(np.median(inside)), 2.0 * float(inside.max()))
     ends = [name for name, at in (("first", 0), ("last", -1)) if rises[at] > limit]
     if not ends:
         return []
@@ -117,7 +128,7 @@ def form_words(lines: str, plane: Floats) -> list[str]:
 
     straight = residual()
     rest = max(float(np.nanvar(plane)) - straight, 0.0)
-    if straight < 0.25 * rest:
+    if straight < rest:
         return []
     parabola = residual(x * x)
     waves = {
@@ -132,7 +143,7 @@ def form_words(lines: str, plane: Floats) -> list[str]:
             f"tilted stitch: the {lines} before and after number {round(place * profile.size)} lie "
             "on two different planes; stitch again with more overlap, or split the scan there."
         ]
-    if straight > rest and waves[periods] < _WAVE * parabola:
+    if straight > _PLAIN * rest and waves[periods] < _WAVE * parabola:
         return [
             f"waviness: {periods:.2g} periods of a wave across the {lines}, "
             f"{_long(math.sqrt(2.0 * straight))} in amplitude; it remains in the face unless "
@@ -142,21 +153,38 @@ def form_words(lines: str, plane: Floats) -> list[str]:
 
 
 def interpolation_words(lines: str, heights: Floats) -> list[str]:
-    """Report that every second line was interpolated, from fourth differences."""
-    if len(heights) < 24:
+    """Report that a scan was enlarged twice, from the images of its waves.
+
+    Enlargement by any interpolation repeats each wave of f periods a line as a weaker wave of
+    f + 1/2, its image. Waves and images are coherent in all windows, but for a phase that turns by
+    half a period over the scan where both ends of the lines were kept.
+    """
+    bends = np.nan_to_num(np.diff(heights, 4, axis=0))
+    half = _WINDOW // 2
+    starts = range(0, len(bends) - _WINDOW + 1, half)
+    if len(starts) < 4:
         return []
-    weights = (1.0, -4.0, 6.0, -4.0, 1.0)
-    size = len(heights) - 4
-    bend = np.sum([w * heights[k : k + size] for k, w in enumerate(weights)], axis=0)
-    known = np.isfinite(bend)
-    counts = np.count_nonzero(known, axis=1)
-    if min(counts[::2].max(), counts[1::2].max()) == 0:
+    window = np.hanning(_WINDOW + 1)[:-1, None]
+    at = np.arange(2, 6)
+    crossed, power, image_power = [], np.zeros(at.size), np.zeros(at.size)
+    for start in starts:
+        part = bends[start : start + _WINDOW]
+        weight = 1.0 / max(float(np.mean(part**2)), 1e-300)
+        spectrum = np.fft.fft(part * window, axis=0)
+        waves, images = spectrum[at], spectrum[at + half]
+        crossed.append(weight * np.sum(waves * images.conj(), axis=1))
+        power += weight * np.sum(np.abs(waves) ** 2, axis=1)
+        image_power += weight * np.sum(np.abs(images) ** 2, axis=1)
+    total = power * image_power
+    if not (total > 0.0).all():
         return []
-    power = np.sum(np.where(known, bend, 0.0) ** 2, axis=1) / np.maximum(counts, 1)
-    even, odd = (float(np.median(power[k::2][counts[k::2] > 0])) for k in (0, 1))
-    if not max(even, odd) > 0.0 or min(even, odd) > _PARITY * max(even, odd):
-        return []
-    return [
-        f"interpolated {lines}: every second of the {lines} is interpolated from its neighbours, "
-        "so the true pixel is twice the stated one; export the scan as measured."
-    ]
+    places = np.linspace(0.0, 1.0, len(crossed))[:, None]
+    for turn in (-1.0, 0.0, 1.0):
+        common = np.sum(np.array(crossed) * np.exp(1j * math.pi * turn * places), axis=0)
+        if float(np.mean(np.abs(common) ** 2 / total)) > _COHERENT:
+            return [
+                f"interpolated {lines}: waves across the {lines} have images of half a period a "
+                "line more, as of a scan that was enlarged twice, so the true pixel is twice the "
+                "stated one; export the scan as measured."
+            ]
+    return []

@@ -15,7 +15,7 @@ from exported import JOINT
 
 import microslip as ms
 from microslip import export
-from microslip.export.request import ELEMENTS, patches_of
+from microslip.export.request import ELEMENTS, checked_patches
 from microslip.study.build import build_joints
 
 _RANGE = {"smallest_amplitude": 1e-8, "largest_amplitude": 1e-6}
@@ -219,7 +219,7 @@ def test_patches_of_a_face_are_exported_as_each_was_tightened():
     steel = ms.Material(210e9, 0.3, hardness=2.4e9)
     face = ms.DrawnFace(ms.MaterialPair(steel, steel), 8e-7, 0.12, 1e-4, 8e7)
     field = ms.JointField(face, 0.2, areas=1e-5, pressures=[8e7, 2e7, 1e6])
-    patches = patches_of("ansys", field, [[1, 2], [3, 4], [5, 6]])
+    patches = checked_patches("ansys", field, [[1, 2], [3, 4], [5, 6]])
     stiffness = [patch.law.tangential_stiffness for patch in patches]
     assert stiffness == pytest.approx(field.tangential_stiffnesses.tolist(), rel=1e-9)
     limits = [patch.law.force_limit for patch in patches]

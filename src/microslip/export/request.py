@@ -223,7 +223,7 @@ def element_of(
     return element, law, law
 
 
-def patches_of(kind: str, law: Any, nodes: ArrayLike | None) -> tuple[Patch, ...]:
+def checked_patches(kind: str, law: Any, nodes: ArrayLike | None) -> tuple[Patch, ...]:
     """Validate the law and its mesh nodes; return the patches that carry a load."""
     laws = _laws(kind, law)
     if nodes is None:

@@ -21,9 +21,9 @@ from microslip.export.request import (
     Order,
     check_name,
     check_word,
+    checked_patches,
     described,
     element_of,
-    patches_of,
     sum_of,
 )
 from microslip.friction import IsotropicField, IsotropicJoint
@@ -186,7 +186,7 @@ def write(
         raise InputError(f"`size` must be 1 for {kind}, got {size}; several nodes need fmu3")
     limits = {"smallest_amplitude": smallest_amplitude, "largest_amplitude": largest_amplitude}
     element, model, law_along = element_of(kind, law, element, cells, limits)
-    patches = patches_of(kind, law_along, nodes)
+    patches = checked_patches(kind, law_along, nodes)
     if first_number is None:
         first_number = 1 + max((node for patch in patches for node in patch.nodes), default=0)
     first_number = whole_number("first_number", first_number, 1, 90_000_000)

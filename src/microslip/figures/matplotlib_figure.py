@@ -95,11 +95,11 @@ def _draw_panel(axes: Axes, panel: Panel, color: str | None, label: str) -> None
     if not count:
         _prepare(axes, panel)
     for number, item in enumerate(panel.items):
-        here = _scaled(item, panel.x.unit / x_unit, panel.y.unit / y_unit)
-        if isinstance(here, (shapes.Line, shapes.Marks)) and here.color == COLORS[0]:
-            here = replace(here, color=color or COLORS[count % len(COLORS)])
-        paint(here, axes, 1.5 + 0.01 * number)
-        if label and isinstance(here, (shapes.Line, shapes.Marks)):
+        is_curve = isinstance(item, (shapes.Line, shapes.Marks))
+        if isinstance(item, (shapes.Line, shapes.Marks)) and item.color == COLORS[0]:
+            item = replace(item, color=color or COLORS[count % len(COLORS)])
+        paint(item, axes, panel.x.unit / x_unit, panel.y.unit / y_unit, 1.5 + 0.01 * number)
+        if label and is_curve:
             axes.lines[-1].set_label(label)
             label = ""
 
@@ -124,17 +124,6 @@ def _prepare(axes: Axes, panel: Panel) -> None:
         axes.set_aspect("equal")
 
 
-def _scaled(item: Item, x: float, y: float) -> Item:
-    if x == y == 1.0 or (isinstance(item, shapes.Words) and not item.data):
-        return item
-    across = y if getattr(item, "axis", "x") == "y" else x  # for rules and bands
-    factors = dict.fromkeys(("x", "left", "right"), x) | dict.fromkeys(("y", "bottom", "top"), y)
-    factors |= dict.fromkeys(("value", "low", "high"), across)
-    there = [name for name in factors if hasattr(item, name)]
-    scaled: dict[str, Any] = {name: getattr(item, name) * factors[name] for name in there}
-    return replace(item, **scaled)
-
-
 def _legend(owner: Figure | Axes, plot: Plot, **place: Any) -> None:
     handles = [
         Line2D(
@@ -155,33 +144,34 @@ def _dash(dash: tuple[float, ...]) -> Any:
     return (0, dash or None)  # None is solid
 
 
-def paint(item: Item, axes: Axes, order: float) -> None:
-    """Draw an item of a panel at a z-order."""
+def paint(item: Item, axes: Axes, x: float, y: float, order: float) -> None:
+    """Draw an item of a panel, its coordinates multiplied by ``x`` and ``y``, at a z-order."""
     look: dict[str, Any] = {"color": getattr(item, "color", None), "zorder": order}
-    stroke: dict[str, Any] = {"lw": getattr(item, "width", None)}
-    stroke["ls"] = _dash(getattr(item, "dash", ()))
+    stroke = {"lw": getattr(item, "width", None), "ls": _dash(getattr(item, "dash", ()))}
+    points = np.multiply(x, getattr(item, "x", 0.0)), np.multiply(y, getattr(item, "y", 0.0))
+    across, side = (y, "h") if getattr(item, "axis", "x") == "y" else (x, "v")
     match item:
         case shapes.Line():
-            axes.plot(item.x, item.y, **look, **stroke)
+            axes.plot(*points, **look, **stroke)
         case shapes.Marks():
             face = item.color if item.filled else "white"
-            axes.plot(item.x, item.y, item.marker, ms=item.size, mfc=face, **look)
+            axes.plot(*points, item.marker, ms=item.size, mfc=face, **look)
         case shapes.Guide():
-            (axes.axhline if item.axis == "y" else axes.axvline)(item.value, **look, **stroke)
+            getattr(axes, f"ax{side}line")(across * item.value, **look, **stroke)
         case shapes.Band():
-            span = axes.axhspan if item.axis == "y" else axes.axvspan
-            span(item.low, item.high, lw=0.0, **look)
+            span = getattr(axes, f"ax{side}span")
+            span(across * item.low, across * item.high, lw=0.0, **look)
         case shapes.Area():
-            axes.fill(item.x, item.y, lw=0.0, **look)
+            axes.fill(*points, lw=0.0, **look)
         case shapes.Words():
+            system, place = ("data", points) if item.data else ("axes fraction", (item.x, item.y))
             axes.annotate(
-                _plain(item.text), (item.x, item.y),
-                xycoords="data" if item.data else "axes fraction", ha=item.align,
+                _plain(item.text), place, xycoords=system, ha=item.align,
                 va=item.valign.replace("middle", "center"), size=item.size, bbox=_WHITE,
                 rotation=item.angle, rotation_mode="anchor", zorder=order + 1.0, color=item.color,
             )  # fmt: skip
         case shapes.Pixels():
-            ends = (item.left, item.right, item.bottom, item.top)
+            ends = (x * item.left, x * item.right, y * item.bottom, y * item.top)
             values = item.values if item.values.ndim == 3 else item.values[..., None].repeat(3, 2)
             axes.imshow(values, extent=ends, zorder=order, aspect=axes.get_aspect(),
                         interpolation="nearest")  # fmt: skip

@@ -25,7 +25,7 @@ from microslip._core.frozen import lock
 from microslip.contact import SphereOnFlat
 from microslip.contact.base import aluminium
 from microslip.contact.materials import Material, MaterialPair
-from microslip.friction.fields import AsperityFields, Body, bodies, distances, potentials
+from microslip.friction.fields import AsperityFields, BodyName, bodies, distances, potentials
 from microslip.friction.interface import Interface
 from microslip.friction.memory import Memory
 
@@ -155,7 +155,7 @@ class Asperity(Interface):
         a = self.contact_radius
         return plain(self._pressure_factor * np.sqrt(np.maximum(a - r, 0.0) * (a + r)))
 
-    def normal_displacement(self, radius: ArrayLike, body: Body | None = None) -> Any:
+    def normal_displacement(self, radius: ArrayLike, body: BodyName | None = None) -> Any:
         """Compute the normal surface displacement [m] at distances from the centre of the contact.
 
         ``radius`` holds the distances r [m], not negative, of any shape, inside or outside the

@@ -44,7 +44,7 @@ from microslip.contact.materials import Material, MaterialPair
 # g is a polynomial of sines, for which this rule is exact to rounding on a quarter turn.
 _NODES, _WEIGHTS = gauss_legendre(16)
 
-Body = Literal["first", "second"]
+BodyName = Literal["first", "second"]
 
 
 class Zone(NamedTuple):
@@ -189,7 +189,7 @@ class AsperityFields(Locked):
             yield factor, *potentials(grade, joint.contact_radius, removed, r)
 
     def surface_displacement(
-        self, x: ArrayLike, y: ArrayLike = 0.0, body: Body | None = None
+        self, x: ArrayLike, y: ArrayLike = 0.0, body: BodyName | None = None
     ) -> tuple[Any, Any]:
         """Compute the tangential surface displacement, inside and outside the contact.
 
@@ -268,7 +268,7 @@ def distances(name: str, value: ArrayLike) -> Floats:
     return r
 
 
-def bodies(pair: MaterialPair, body: Body | None) -> tuple[Material, ...]:
+def bodies(pair: MaterialPair, body: BodyName | None) -> tuple[Material, ...]:
     """Return the material of the selected body, or both materials for None."""
     if body is None:
         return pair.first, pair.second
@@ -277,7 +277,7 @@ def bodies(pair: MaterialPair, body: Body | None) -> tuple[Material, ...]:
     return (pair.first,) if body == "first" else (pair.second,)
 
 
-def shares(pair: MaterialPair, body: Body | None) -> tuple[float, float]:
+def shares(pair: MaterialPair, body: BodyName | None) -> tuple[float, float]:
     """Return the factors [1/Pa] of phi and psi in the surface displacement, summed over bodies."""
     materials = bodies(pair, body)
     along = sum((2.0 - m.poisson_ratio) / m.shear_modulus for m in materials)

@@ -157,7 +157,7 @@ class _Motion:
         low, high = places[change], after[change]
         exact = speed[change] == 0.0
         high = np.where(exact, low, high)
-        turns = solve(lambda t: self.at(t, 1), lambda t: self.at(t, 2), low, high)
+        turns = bracketed_roots(lambda t: self.at(t, 1), lambda t: self.at(t, 2), low, high)
         turns = np.unique(np.mod(turns, 2.0 * math.pi))
         x = self.at(turns)
         # Keep only true turning points, at which the direction changes.
@@ -178,7 +178,7 @@ class _Motion:
         return np.roll(turns, -root)
 
 
-def solve(function: Any, slope: Any, low: Floats, high: Floats) -> Floats:
+def bracketed_roots(function: Any, slope: Any, low: Floats, high: Floats) -> Floats:
     """Find a root of ``function``, with derivative ``slope``, in each bracket [low, high]."""
     low, high = low.copy(), high.copy()
     rising = function(high) > function(low)
@@ -295,7 +295,7 @@ class _Cycle:
         inner = np.flatnonzero((x != self.x[turn[of]]) & (x != np.roll(self.x, -1)[turn[of]]))
         if inner.size:
             target = x[inner]
-            t[inner] = solve(
+            t[inner] = bracketed_roots(
                 lambda s: self.motion.at(s) - target,
                 lambda s: self.motion.at(s, 1),
                 first[inner],

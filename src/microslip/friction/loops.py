@@ -20,7 +20,7 @@ from microslip._core.frozen import Locked, assign, lock
 if TYPE_CHECKING:
     from microslip.figures.plot import Plot
 
-MOST_SAMPLES = 10_000_000
+MOST_LOOP_SAMPLES = 10_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,7 +199,7 @@ def halves_of(samples: int) -> Floats:
 
 def checked_cycle(amplitude: float, samples: int) -> tuple[float, Floats, int]:
     """Check the amplitude [m]; return it and the results of :func:`unit_cycle`."""
-    count = whole_number("samples", samples, 5, MOST_SAMPLES)
+    count = whole_number("samples", samples, 5, MOST_LOOP_SAMPLES)
     a = sized("amplitude", amplitude)
     if a.ndim > 0 or a <= 0.0:
         raise InputError(f"`amplitude` must be one number above zero [m], got {show(amplitude)}")

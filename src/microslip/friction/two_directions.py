@@ -29,7 +29,12 @@ from microslip.friction.base import BackboneLaw, CellModel
 from microslip.friction.field_cycles import FieldOfNodes
 from microslip.friction.field_harmonics import FieldHarmonics
 from microslip.friction.memory import SliderBank, VectorState
-from microslip.friction.vector_cycles import SETTLED, VectorCycle, settled_cycle, settled_harmonics
+from microslip.friction.vector_cycles import (
+    SETTLED,
+    VectorCycle,
+    settled_harmonics,
+    settled_vectors,
+)
 
 _MOST_SLIDERS = 100_000
 _MOST_IN_STATE = 100_000_000  # sliders of all joints of a state
@@ -163,7 +168,7 @@ class IsotropicJoint(Locked):
             ``force`` [N], shape (samples, 2), and the method ``derivative``.
         """
         x = _path("displacement_cycle", displacement_cycle)[None]
-        return settled_cycle(
+        return settled_vectors(
             self._bank, x, None, np.zeros(x.shape[:2]), tolerance, start, single=True
         )
 
@@ -339,7 +344,7 @@ class IsotropicField(Locked):
             if d.shape != x.shape[:2]:
                 raise InputError(f"`separations` must have the shape {x.shape[:2]}, got {d.shape}")
             steps = bank.steps_at(d)
-        return settled_cycle(bank, x, lock(bank.loads(steps)[0]), steps, tolerance, start)
+        return settled_vectors(bank, x, lock(bank.loads(steps)[0]), steps, tolerance, start)
 
     def harmonics(
         self,

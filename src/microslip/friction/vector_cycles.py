@@ -140,7 +140,7 @@ def _settle(
     return _Settled(value, slopes, passes, left * bank.scales, left <= small * (1.0 + 1e-9))
 
 
-def settled_cycle(
+def settled_vectors(
     bank: SliderBank,
     displacements: Floats,
     load: Floats | None,

@@ -23,7 +23,7 @@ from microslip.report.document import (
     Section,
     Table,
 )
-from microslip.report.files import header, rows_file, standard_files, with_file_names
+from microslip.report.files import csv_file, header, standard_files, with_file_names
 from microslip.study.runs.batch import Batch, Outcome
 
 KIND = "microslip-batch"
@@ -68,8 +68,8 @@ def batch_document(batch: Batch) -> Document:
         "files": [],
     }
     files = (
-        rows_file("items.csv", lambda: items_data(done, columns)),
-        rows_file("failures.csv", lambda: DataSet.of_rows(reasons)),
+        csv_file("items.csv", lambda: items_data(done, columns)),
+        csv_file("failures.csv", lambda: DataSet.of_rows(reasons)),
     )
     return with_file_names(
         Document(KIND, "Batch", answer, tuple(sections), data, number=number, files=files)

@@ -76,25 +76,25 @@ def text_file(name: str, text: Callable[[], str]) -> File:
     return File(name, lambda path, _: path.write_bytes(text().encode("utf-8", ESCAPED)))
 
 
-def csv_file(name: str, data: DataSet, columns: Mapping[str, str], dims: tuple[str, ...]) -> File:
-    """Return a CSV table of arrays; see :meth:`~microslip._core.dataset.DataSet.csv_lines`."""
-    rows = data.count(dims)
-    return File(
-        name,
-        lambda path, progress: write_csv(path, data.csv_lines(columns, dims), rows, progress),
-        rows * len(columns) * TEXT,
-    )
+def csv_file(
+    name: str,
+    make: Callable[[], DataSet],
+    columns: Mapping[str, str] | None = None,
+    dims: tuple[str, ...] = ("row",),
+    cost: float = 1e-3,
+) -> File:
+    """Return a CSV table of a data set, which is made when the file is written.
 
-
-def rows_file(name: str, make: Callable[[], DataSet]) -> File:
-    """Return a CSV table of a data set along "row", which is made when the file is written."""
+    ``columns`` maps headings to names, all of the data set by default; see
+    :meth:`~microslip._core.dataset.DataSet.csv_lines`.
+    """
 
     def write(path: Path, progress: Progress) -> None:
         data = make()
-        lines = data.csv_lines({key: key for key in data}, ("row",))
-        write_csv(path, lines, data.sizes["row"] or 1, progress)
+        lines = data.csv_lines(columns or {key: key for key in data}, dims)
+        write_csv(path, lines, data.count(dims) or 1, progress)
 
-    return File(name, write)
+    return File(name, write, cost)
 
 
 def netcdf_file(name: str, data: DataSet) -> File:

@@ -24,7 +24,7 @@ from microslip.laboratory.settling import is_certain
 from microslip.report import cells
 from microslip.report import measured_campaign as together
 from microslip.report.document import Block, Column, Document, Headline, Items, Note, Section, Table
-from microslip.report.files import header, rows_file
+from microslip.report.files import csv_file, header
 
 KIND = "microslip-measurement"
 """Kind of a folder of measured records, stored in summary.json."""
@@ -85,9 +85,9 @@ def measurement_document(
         "Mean loops, and energies over the cycles",
     )
     sections += [Section("Loops", (picture,), brief=False), *last]
-    tables = [rows_file("cycles.csv", lambda: cycles_data(measurements))]
+    tables = [csv_file("cycles.csv", lambda: cycles_data(measurements))]
     if len(measurements) > 1:
-        tables.append(rows_file("campaign.csv", lambda: together.campaign_table(campaign)))
+        tables.append(csv_file("campaign.csv", lambda: together.campaign_table(campaign)))
     answer, number = _answer(measurements), _number(measurements)
     return Document(KIND, title, answer, tuple(sections), data, (), number, "loops", tuple(tables))
 

@@ -16,7 +16,7 @@ from microslip.figures.picture import Picture
 from microslip.figures.plot import COLORS, DASHES, Axis, Entry, Panel, Plot, stacked
 from microslip.report import cells
 from microslip.report.document import Block, Document, Items, Section, Verdicts
-from microslip.report.files import header, rows_file
+from microslip.report.files import csv_file, header
 from microslip.report.structure.fitted import MOTIONS
 from microslip.structures import ModalTest
 
@@ -54,7 +54,7 @@ def modal_test_document(tests: Sequence[ModalTest]) -> Document:
         "Frequency and damping of the tests against amplitude",
     )
     sections.append(Section("Curves", (picture,), brief=False))
-    table = rows_file("modal_curves.csv", lambda: curves_data(tests))
+    table = csv_file("modal_curves.csv", lambda: curves_data(tests))
     return Document(KIND, title, _answer(tests), tuple(sections), data, files=(table,))
 
 

@@ -23,7 +23,7 @@ TERMS = 12
 """Number of coefficients of a panel of a table."""
 PROFILE_TERMS = 14
 """Number of coefficients of a panel of a load curve."""
-RULES = ((0.05, 4), (1.0, 8), (16.0, 16))
+QUADRATURE_RULES = ((0.05, 4), (1.0, 8), (16.0, 16))
 """Quadrature of slip losses: (largest length in panels, number of nodes)."""
 
 try:
@@ -39,7 +39,7 @@ if (compiled.TERMS, compiled.PROFILE_TERMS) != (TERMS, PROFILE_TERMS):
 __all__ = [
     "NAME",
     "PROFILE_TERMS",
-    "RULES",
+    "QUADRATURE_RULES",
     "TERMS",
     "Curve",
     "Floats",

@@ -13,7 +13,7 @@ import numpy as np
 from microslip._core import kernels
 from microslip._core.checks import Floats
 from microslip._core.frozen import Locked, lock
-from microslip._core.kernels import RULES
+from microslip._core.kernels import QUADRATURE_RULES
 from microslip._core.kernels.table import NODES, TO_POWERS, TO_SERIES
 from microslip._core.quadrature import gauss_legendre
 
@@ -27,7 +27,9 @@ _MAX_PANELS = 4096
 _KINKED_PANELS = (512, 1024, 2048, 4096)  # panels of a law with many small kinks
 _KINKED_TOLERANCE = 3e-12  # error of N over N at rest
 _INVERSE_TOLERANCE = 1e-9  # error of the inverse before a Newton step, in decay lengths
-_LOSS_RULES = np.concatenate([np.concatenate(gauss_legendre(count)) for _, count in RULES])
+_LOSS_RULES = np.concatenate(
+    [np.concatenate(gauss_legendre(count)) for _, count in QUADRATURE_RULES]
+)
 
 
 class _Grid(NamedTuple):
@@ -157,7 +159,7 @@ class Profile(Locked):
         """Quadrature rules and integrals of N, an argument of the kernels that compute slip losses.
 
         Slip losses are the friction work under varying load. The array holds the nodes and weights
-        of the rules in :data:`microslip._core.kernels.RULES`, then for each panel the integral of N
+        of :data:`microslip._core.kernels.QUADRATURE_RULES`, then for each panel the integral of N
         [N m] from the middle of the panel to infinity.
         """
         odd = self.coefficients * (-1.0) ** np.arange(kernels.PROFILE_TERMS)

@@ -30,7 +30,7 @@ FIRST_ONLY = "joints of microslip have first derivatives only; use {} to stop se
 
 _LAWS_KEPT = 16  # laws of the last parameters, which a solver uses again and again
 
-Quantity = Callable[[BackboneLaw, Floats, list[str]], Derivatives]
+Evaluation = Callable[[BackboneLaw, Floats, list[str]], Derivatives]
 """Function of a law, displacements [m] and parameter names that returns an :data:`Derivatives`."""
 
 
@@ -46,8 +46,8 @@ def force(law: BackboneLaw, x: Floats, names: list[str]) -> Derivatives:
     return law.force(x), _columns(by, names, x.shape), slopes
 
 
-def settled_force(numbers: tuple[int, ...], rest: Any) -> Quantity:
-    """Return a :data:`Quantity` that computes Fourier coefficients of the settled force [N].
+def settled_force(numbers: tuple[int, ...], rest: Any) -> Evaluation:
+    """Return an :data:`Evaluation` that computes Fourier coefficients of the settled force [N].
 
     ``numbers`` are the orders of the harmonics; these and ``rest`` are the arguments ``harmonics``
     and ``rest`` of :meth:`microslip.BackboneLaw.harmonics`.
@@ -111,7 +111,7 @@ class DifferentiableLaw:
         self._law = lru_cache(_LAWS_KEPT)(lambda items: make(**dict(items)))
 
     def _evaluated(
-        self, quantity: Quantity, names: list[str], values: Any, place: Any, by_parameters: bool
+        self, quantity: Evaluation, names: list[str], values: Any, place: Any, by_parameters: bool
     ) -> Derivatives:
         """Return ``quantity`` and its derivatives for the law whose parameters have ``values``.
 
@@ -148,7 +148,7 @@ class DifferentiableLaw:
         """Return the energy dissipated per cycle [J] at one amplitude [m]."""
         return self._call(dissipated_energy, parameters, amplitude)
 
-    def _call(self, quantity: Quantity, parameters: Mapping[str, Any], x: Any) -> Any:
+    def _call(self, quantity: Evaluation, parameters: Mapping[str, Any], x: Any) -> Any:
         raise NotImplementedError
 
 

@@ -17,7 +17,7 @@ from jax.custom_derivatives import SymbolicZero
 
 from microslip._core.errors import InputError
 from microslip.export.hosts import differentiable
-from microslip.export.hosts.differentiable import FIRST_ONLY, DifferentiableLaw, Quantity
+from microslip.export.hosts.differentiable import FIRST_ONLY, DifferentiableLaw, Evaluation
 
 
 def _called(
@@ -99,7 +99,7 @@ def _by_nodes(slope: Any, tangent: Any) -> Any:
 class DifferentiableJoint(DifferentiableLaw):
     """Functions of JAX for a law made from parameters; JAX must use 64-bit numbers."""
 
-    def _call(self, quantity: Quantity, parameters: Mapping[str, Any], x: Any) -> Any:
+    def _call(self, quantity: Evaluation, parameters: Mapping[str, Any], x: Any) -> Any:
         names = sorted(parameters)
         values = jnp.stack([jnp.asarray(parameters[name], dtype=float) for name in names])
         place = jnp.asarray(x, dtype=float)

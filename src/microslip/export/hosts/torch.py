@@ -13,7 +13,7 @@ import torch
 
 from microslip._core.errors import InputError
 from microslip.export.hosts import differentiable
-from microslip.export.hosts.differentiable import FIRST_ONLY, DifferentiableLaw, Quantity
+from microslip.export.hosts.differentiable import FIRST_ONLY, DifferentiableLaw, Evaluation
 
 _REAL = torch.float64
 
@@ -86,7 +86,7 @@ class DifferentiableJoint(DifferentiableLaw):
     and all first derivatives.
     """
 
-    def _call(self, quantity: Quantity, parameters: Mapping[str, Any], x: Any) -> Any:
+    def _call(self, quantity: Evaluation, parameters: Mapping[str, Any], x: Any) -> Any:
         names = sorted(parameters)
         place = torch.as_tensor(x, dtype=_REAL)
         values = torch.stack(

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Self, TypeVar
 from microslip._core.checks import Floats
 from microslip._core.errors import InputError
 
-Method = TypeVar("Method", bound=Callable[..., Any])
+_Method = TypeVar("_Method", bound=Callable[..., Any])
 
 
 class StateLock(type(threading.RLock())):  # type: ignore[misc]  # no public name in Python
@@ -21,7 +21,7 @@ class StateLock(type(threading.RLock())):  # type: ignore[misc]  # no public nam
         return StateLock, ()
 
 
-def synchronized(method: Method) -> Method:
+def synchronized(method: _Method) -> _Method:
     """Decorate a method so that only one thread at a time uses its object."""
 
     @wraps(method)

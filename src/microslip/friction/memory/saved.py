@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from microslip._core.checks import Floats, without_unit
 from microslip._core.errors import InputError
 
-FORMAT = 1.0
+STATE_FORMAT = 1.0
 """First number of ``joint``; arrays of earlier versions have none."""
 _TOLERANCE = 1e-9  # relative difference of the same joint on another machine
 
@@ -42,7 +42,7 @@ def optional_array(arrays: Mapping[str, ArrayLike], key: str, *shape: int) -> Fl
 
 def joint_array(*numbers: Floats) -> Floats:
     """Concatenate the format number and numbers that identify a joint."""
-    return np.concatenate(([FORMAT], *numbers))
+    return np.concatenate(([STATE_FORMAT], *numbers))
 
 
 def check_joint(arrays: Mapping[str, ArrayLike], joint: Floats) -> None:
@@ -50,9 +50,9 @@ def check_joint(arrays: Mapping[str, ArrayLike], joint: Floats) -> None:
     saved = optional_array(arrays, "joint", -1)
     if not saved.size:
         return
-    if saved[0] != FORMAT:
+    if saved[0] != STATE_FORMAT:
         raise InputError(
-            f"`arrays` must be of format {FORMAT:g}, got {saved[0]:g} of a later version"
+            f"`arrays` must be of format {STATE_FORMAT:g}, got {saved[0]:g} of a later version"
         )
     fits = saved.shape == joint.shape
     if not fits or not np.all(np.abs(saved - joint) <= _TOLERANCE * np.abs(joint)):

@@ -42,7 +42,7 @@ _MARKER_DISPLACEMENTS = np.array(
 )  # displacements [m] whose forces identify a law
 
 
-class Law(Protocol):
+class MasingLaw(Protocol):
     """Protocol: the methods of a law that :class:`State` uses."""
 
     @property
@@ -79,7 +79,7 @@ class State(Resumable):
     # Displacement, force and move of the memory, or displacement and step of the diagram.
     _trial: tuple[float, float, tuple[int, int, int]] | tuple[float, Step] | None
 
-    def __init__(self, law: Law, depth: int | None = None) -> None:
+    def __init__(self, law: MasingLaw, depth: int | None = None) -> None:
         if not hasattr(law, "_backbone_at"):
             raise InputError(f"`law` must be a backbone law, got {show(law)}; write joint.start()")
         super().__init__()
@@ -326,7 +326,7 @@ class State(Resumable):
         }
 
     @classmethod
-    def from_arrays(cls, law: Law, arrays: Mapping[str, ArrayLike]) -> State:
+    def from_arrays(cls, law: MasingLaw, arrays: Mapping[str, ArrayLike]) -> State:
         """Restore a saved state of a law, like ``joint.start(arrays)``.
 
         ``arrays`` is the output of :meth:`to_arrays` [m, N, J], shapes as described there, or the

@@ -22,7 +22,7 @@ from microslip.contact.base import FAINTEST
 from microslip.contact.grids import Pointwise, pointwise_of
 from microslip.contact.heights import Gaussian, as_heights
 from microslip.contact.materials import Material, MaterialPair
-from microslip.friction.loops import MOST_SAMPLES, halves_of, unit_cycle
+from microslip.friction.loops import MOST_LOOP_SAMPLES, halves_of, unit_cycle
 from microslip.friction.sweeps.arguments import (
     NO_ARRAYS,
     Arguments,
@@ -156,7 +156,7 @@ def _quantity_names(args: Arguments) -> tuple[str, ...]:
     quantities = args.get("quantities")
     loops: tuple[str, ...] = ()
     if "samples" in args:
-        whole_number("samples", args["samples"], 5, MOST_SAMPLES)
+        whole_number("samples", args["samples"], 5, MOST_LOOP_SAMPLES)
         if not cycles:
             raise InputError(
                 "`samples` must be given with amplitude or force_amplitude, got neither"

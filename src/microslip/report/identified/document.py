@@ -31,7 +31,7 @@ from microslip.report.document import (
     Section,
     Table,
 )
-from microslip.report.files import header, rows_file, text_file
+from microslip.report.files import csv_file, header, text_file
 from microslip.study.toml_text import dump
 
 KIND = "microslip-identification"
@@ -207,8 +207,8 @@ def identification_document(outcome: Identified, adapt: cells.Wording = str) -> 
         _number(data),
         "law",
         (
-            rows_file("curves.csv", lambda: curves_data(found)),
-            rows_file("residuals.csv", lambda: residuals_data(found)),
+            csv_file("curves.csv", lambda: curves_data(found)),
+            csv_file("residuals.csv", lambda: residuals_data(found)),
             text_file("law.json", lambda: law_json(outcome)),
             text_file("joint.toml", lambda: study),
         ),

@@ -21,9 +21,9 @@ from microslip._core.errors import InputError
 from microslip._version import __version__
 from microslip.report.document import Document, File
 from microslip.report.files import (
+    TEXT,
     csv_file,
     netcdf_file,
-    rows_file,
     save,
     standard_files,
     text_file,
@@ -64,9 +64,10 @@ def result_document(result: Result, folder: Path) -> Document:
         files.append(File(RESPONSES, lambda path, _: write_universal(responses, path)))
     if "csv" in output.formats:
         for name, (columns, dims) in tables(result, data).items():
-            files.append(csv_file(f"{name}.csv", data, columns, dims))
+            cost = data.count(dims) * len(columns) * TEXT
+            files.append(csv_file(f"{name}.csv", lambda: data, columns, dims, cost))
         for name, table in forced_tables(structure).items():
-            files.append(rows_file(f"{name}.csv", lambda table=table: table))  # type: ignore[misc]
+            files.append(csv_file(f"{name}.csv", lambda table=table: table))  # type: ignore[misc]
     document = replace(prediction_document(result), files=tuple(files))
     kinds = [kind for kind in ("svg", "png", "pdf") if kind in output.formats]
     return with_file_names(document, kinds, page=output.report)

@@ -32,7 +32,7 @@ from microslip.report.document import (
     Table,
     Verdicts,
 )
-from microslip.report.files import header, rows_file, text_file
+from microslip.report.files import csv_file, header, text_file
 from microslip.report.scanned import joint_section
 from microslip.report.scanned.height_pictures import height_plot, spectrum_plot
 from microslip.report.scanned.study_file import STUDY_NAME, face_study_text
@@ -88,9 +88,9 @@ def scan_document(
         Section("Figures", _pictures(findings), brief=False),
         Section("Validity", (Verdicts(findings.verdicts, short=True),)),
     ]
-    files = [rows_file("spectrum.csv", lambda: spectrum_data(findings))]
+    files = [csv_file("spectrum.csv", lambda: spectrum_data(findings))]
     if (summits := findings.summits) is not None:
-        files.append(rows_file("summits.csv", lambda: summits_data(summits)))
+        files.append(csv_file("summits.csv", lambda: summits_data(summits)))
     if findings.face is not None:
         text = face_study_text(findings, findings.face, folder or Path())
         files.append(text_file(STUDY_NAME, lambda: text))

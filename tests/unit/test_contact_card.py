@@ -87,7 +87,7 @@ def test_each_program_gets_both_stiffnesses_and_what_is_off(tmp_path, program):
     for value in held:
         assert min(abs(number / value - 1.0) for number in numbers) < 5e-5, (program, value)
     words = " ".join(re.sub(r"(?m)^\W*", "", text).split())
-    assert ("up to 17%" if program == "abaqus" else "up to 76%") in words
+    assert ("up to 17 %" if program == "abaqus" else "up to 76 %") in words
     assert ("not run," in words) == (program != "calculix")
 
 

@@ -81,13 +81,13 @@ def _heights(plate: Plate) -> DrawnFigure:
         hatch="///",
     )
     density_axes.axvline(d / MICRO, color=GREY, linestyle=STROKE, linewidth=1.0)
-    words(density_axes, f"{share:.1%} of the\nsummits touch", 1.12, 0.42)
+    words(density_axes, f"{100.0 * share:.1f} % of the\nsummits touch", 1.12, 0.42)
     density_axes.set(ylabel="Probability density φ [1/µm]", title="(a)")
     density_axes.set_ylim(0.0, 0.95)
     right.plot(y / MICRO, below, color=BLUE, linewidth=1.8)
     right.axvline(d / MICRO, color=GREY, linestyle=STROKE, linewidth=1.0)
     right.plot([y[0] / MICRO, d / MICRO], [1.0 - share] * 2, color=GREY, linewidth=0.9)
-    words(right, f"{1.0 - share:.1%}", -1.2, 1.0 - share + 0.06)
+    words(right, f"{100.0 * (1.0 - share):.1f} %", -1.2, 1.0 - share + 0.06)
     right.set(ylabel="Distribution function Φ [–]", title="(b)")
     right.set_ylim(0.0, 1.05)
     for axes in (density_axes, right):

@@ -177,19 +177,19 @@ def write_card(
 
 def _limits_of(card: ContactCard, holds: str) -> list[str]:
     errors, layer = card.errors, card.layer
-    half, twice = 0.5 * card.pressure, 2.0 * card.pressure
+    span = f"{0.5 * card.pressure:.3g} to {2.0 * card.pressure:.3g} Pa"
     stick = errors.elastic_slip if "slip" in holds else errors.constant_stick
     normal = (
         f"table, relative error up to {errors.pressure:.1g} between its points"
         if "table" in holds
-        else f"constant, error up to {errors.normal_stiffness:.0%}, {half:.3g} to {twice:.3g} Pa"
+        else f"constant, error up to {100.0 * errors.normal_stiffness:.0f} %, {span}"
     )
     lines = [
         f"At the joint's pressure, {card.pressure:.6g} Pa: normal stiffness "
         f"{card.normal_stiffness:.6g} Pa/m, tangential stiffness at rest "
         f"{card.stick_stiffness:.6g} Pa/m, elastic slip {card.elastic_slip:.6g} m.",
         f"Normal: {normal}.",
-        f"Tangential stiffness: error up to {stick:.0%} from {half:.3g} to {twice:.3g} Pa.",
+        f"Tangential stiffness: error up to {100.0 * stick:.0f} % from {span}.",
     ]
     if "layer" not in holds:
         damping = "; ".join(
@@ -197,8 +197,8 @@ def _limits_of(card: ContactCard, holds: str) -> list[str]:
         )
         lines += [
             f"The stick-slip contact exceeds the joint's force by up to "
-            f"{errors.force:.0%}, and dissipates nothing below the elastic slip. Loss factors of "
-            f"joint and contact at amplitudes: {damping}.",
+            f"{100.0 * errors.force:.0f} %, and dissipates nothing below the elastic slip. Loss "
+            f"factors of joint and contact at amplitudes: {damping}.",
         ]
     return [
         *lines,

@@ -69,7 +69,7 @@ class Masing(Locked):
                 f"explains up to {limit}"
             )
         half = "even" if self.even > 0.5 else "odd"
-        share = f"{max(self.even, self.odd):.0%}"
+        share = f"{100.0 * max(self.even, self.odd):.0f} %"
         words = (
             f"the loops do not obey Masing's rules: reduced chi-squared {value}, noise explains up "
             f"to {limit}; the residual is {half} in the two half cycles ({share})"
@@ -77,7 +77,7 @@ class Masing(Locked):
         if self.cause == UNDETERMINED:
             return f"{words}; detected, cause not determined"
         explained = max(self.removed.values())
-        return f"{words}; {explained:.0%} of it is explained by {self.cause}"
+        return f"{words}; {100.0 * explained:.0f} % of it is explained by {self.cause}"
 
 
 def _centred(values: Floats) -> Floats:

@@ -102,9 +102,6 @@ def _discard(folder: Path, kind: str) -> None:
             folder.rmdir()
 
 
-# -- what may be replaced -------------------------------------------------------------------------
-
-
 def _check(place: _Place) -> None:
     target, name = place.target, place.name
     if os.path.islink(target):  # noqa: PTH114 - never raises

@@ -283,8 +283,8 @@ def _single_mode(x: Floats, step: float) -> Floats:
         outside = np.where(inside, 0.0, power)
         second = float(places[int(np.argmax(outside))])
         raise InputError(
-            f"signal must be of one mode, got {share:.0%} of its energy elsewhere: it rings "
-            f"at {first:.5g} Hz and at {second:.5g} Hz; give "
+            f"signal must be of one mode, got {100.0 * share:.0f} % of its energy elsewhere: it "
+            f"rings at {first:.5g} Hz and at {second:.5g} Hz; give "
             f"`band={round(0.85 * first, 1), round(1.15 * first, 1)}` around "
             "the mode that is meant [Hz]"
         )

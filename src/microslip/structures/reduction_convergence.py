@@ -108,11 +108,11 @@ class Convergence(Locked):
         sentences = [
             f"from the {first} requested patches to "
             f"{self.joint.patches if self._patches_untried else 'the limit'} the damping changes "
-            f"by {self.asked[1]:+.1%} and the frequency by {self.asked[0]:+.2%}"
+            f"by {100.0 * self.asked[1]:+.1f} % and the frequency by {100.0 * self.asked[0]:+.2f} %"
             + ("; these elements are too large for finer patches" if self._patches_untried else ""),
             f"refined to {self.joint.patches} patches: of {len(self.changes)} refinements tried, "
             f"{worst.what} ({worst.coarse} to {worst.fine}) still changes the damping most, by "
-            f"{worst.damping_left:+.2%}",
+            f"{100.0 * worst.damping_left:+.2f} %",
             f"{'within' if within else 'outside'} the tolerance {self.tolerance:.2g}",
         ]
         if self.untried:

@@ -191,9 +191,6 @@ def _figure(result: Prediction, axis: AmplitudeAxis) -> Plot:
     return add_legend(stacked(panels, 8.9, (3.0, 2.0, 1.3)), result)
 
 
-# -- energy --------------------------------------------------------------------------------------
-
-
 def _energy(result: Prediction, axis: AmplitudeAxis) -> Panel:
     panel = axis.panel(Axis("Dissipated energy per cycle [J]", log=True))
     names: dict[str, None] = {}
@@ -233,9 +230,6 @@ def _limit_lines(
     return lines
 
 
-# -- damping -------------------------------------------------------------------------------------
-
-
 def _damping(result: Prediction, axis: AmplitudeAxis) -> Panel:
     # Logarithmic like the energy, because loss factors are small in the usual range.
     panel = axis.panel(Axis(f"{QUANTITIES['loss_factor'].label} = 2ζ", log=True))
@@ -255,9 +249,6 @@ def _damping(result: Prediction, axis: AmplitudeAxis) -> Panel:
     panel.y.low = max(0.5 * smallest, 1e-5 * panel.y.high)
     panel.add(Words(0.012, 0.98, text))
     return panel
-
-
-# -- exponent ------------------------------------------------------------------------------------
 
 
 def force_exponent(curve: AmplitudeCurve) -> Floats:

@@ -117,7 +117,7 @@ def _remark(scatter: PredictionScatter) -> str:
     decisions = [d for d in scatter.decisions if d.name == "loss_factor"]
     return (
         "A regression on the inputs explains "
-        f"{min(d.explained for d in decisions):.0%} or more of the variance of ln η. "
+        f"{100.0 * min(d.explained for d in decisions):.0f} % or more of the variance of ln η. "
         f"{_confidence_text(scatter)}"
     )
 
@@ -139,7 +139,8 @@ def _confidence_text(scatter: PredictionScatter) -> str:
         )
     if widest <= _FINE:
         return f"{text}."
-    return f"{text}; ±{_FINE:.0%} needs at most {samples_for(count, widest, _FINE)} samples."
+    enough = samples_for(count, widest, _FINE)
+    return f"{text}; ±{100.0 * _FINE:.0f} % needs at most {enough} samples."
 
 
 _FINE = 0.01

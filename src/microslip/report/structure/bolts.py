@@ -82,8 +82,8 @@ def comparison(prediction: StructurePrediction) -> Section:
         change = mode.curve.frequency[mode.last] / beside.curve.frequency[mode.last] - 1.0
         factor = mode.curve.damping_ratio[mode.last] / beside.curve.damping_ratio[mode.last]
         caption = (
-            f"At {last} the frequency changes by {change:+.2%} and the damping ratio by a factor "
-            f"of {factor:.3g}. The MAC of the two shapes is {beside.mac:.3f}."
+            f"At {last} the frequency changes by {100.0 * change:+.2f} % and the damping ratio by "
+            f"a factor of {factor:.3g}. The MAC of the two shapes is {beside.mac:.3f}."
         )
         tables.append(cells.table(title, data, caption=caption, noun="amplitudes"))
     return Section("Slack bolts", tuple(tables))

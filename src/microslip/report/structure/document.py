@@ -87,11 +87,11 @@ def _errors(prediction: StructurePrediction) -> str:
     mode, convergence = prediction.modes[0], prediction.convergence
     model = "patches, mesh and reduction not estimated"
     if convergence is not None:
-        model = f"patches, mesh and reduction ±{convergence.error[1]:.1%} of the joint's damping"
+        model = f"patches, mesh and reduction ±{_part_of(convergence.error[1])} the joint's damping"
     elif prediction.patch_error is not None:
-        model = f"patches about ±{prediction.patch_error[1]:.0%} of the joint's damping"
+        model = f"patches about ±{_part_of(prediction.patch_error[1])} the joint's damping"
     left = float(abs(mode.curve.harmonic_error[mode.last]))
-    errors = f"Errors: truncated harmonics ±{left:.1%}; {model}"
+    errors = f"Errors: truncated harmonics ±{100.0 * left:.1f} %; {model}"
     if mode.bands is None:
         return f"{errors}."
     sampling = float(mode.bands.damping_error[mode.last])
@@ -99,7 +99,12 @@ def _errors(prediction: StructurePrediction) -> str:
         return f"{errors}; no sample has a solution, so there is no band."
     if not math.isfinite(sampling):
         return f"{errors}; ends of the band unknown: too few samples."
-    return f"{errors}; ends of this band ±{sampling:.1%} by sampling."
+    return f"{errors}; ends of this band ±{100.0 * sampling:.1f} % by sampling."
+
+
+def _part_of(fraction: float) -> str:
+    """Return a fraction as a part of what follows: "31 % of", or "1.5 times" above one."""
+    return f"{100.0 * fraction:.2g} % of" if fraction < 0.995 else f"{fraction:.2g} times"
 
 
 def structure_headline(prediction: StructurePrediction) -> Headline:
@@ -338,7 +343,8 @@ def _methods(prediction: StructurePrediction) -> str:
     text = f"The effect of harmonics beyond {harmonics} is not known."
     if (known := errors[np.isfinite(errors)]).size:
         text = (
-            f"Harmonics beyond {harmonics} would change the joint's damping by {known.max():.1%}."
+            f"Harmonics beyond {harmonics} would change the joint's damping by "
+            f"{100.0 * known.max():.1f} %."
         )
     meshed = prediction.part.mesh is not None
     return " ".join(
@@ -362,8 +368,8 @@ _SAME_SHAPE = 0.99
 def _resonance(mode: Mode, other: Resonance) -> str:
     times = "the frequency" if other.multiple == 1 else f"{other.multiple} times the frequency"
     return (
-        f"Mode {other.mode + 1} is {other.distance:+.1%} away from {times} of mode {mode.number}: "
-        "an internal resonance is possible, which curves of one mode do not show."
+        f"Mode {other.mode + 1} is {100.0 * other.distance:+.1f} % away from {times} of mode "
+        f"{mode.number}: an internal resonance is possible, which curves of one mode do not show."
     )
 
 
@@ -381,7 +387,8 @@ def _bands_remark(mode: Mode, unit: str, meshed: bool) -> str:
     if math.isfinite(most):
         at = engineering(float(mode.curve.amplitude[np.nanargmax(errors)]), unit, 3)
         sampling = (
-            f"of the damping's quantiles is ±{least:.1%} to ±{most:.1%} (90 %), most at {at}."
+            f"of the damping's quantiles is ±{100.0 * least:.1f} % to ±{100.0 * most:.1f} % "
+            f"(90 %), most at {at}."
         )
     text = (
         f"Bands of mode {mode.number} are the 5, 50 and 95 % quantiles of harmonic balances at "
@@ -396,7 +403,7 @@ def _bands_remark(mode: Mode, unit: str, meshed: bool) -> str:
         remedy = "" if meshed else "; converge = true includes it"
         return f"{text} The error of patches, mesh and reduction is not included{remedy}."
     return (
-        f"{text} Their ends are moved out by {mode.bands.model_error[1]:.1%} of the joint's "
+        f"{text} Their ends are moved out by {_part_of(mode.bands.model_error[1])} the joint's "
         "damping, the error of patches, mesh and reduction."
     )
 
@@ -406,10 +413,10 @@ def _convergence_section(convergence: Convergence, number: int) -> Section:
         Column("what", "Changed"),
         Column("from", "From"),
         Column("to", "To"),
-        Column("frequency", "Frequency", "", write=lambda change: f"{change:+.3%}"),
-        Column("damping_ratio", "ζ", "", write=lambda change: f"{change:+.2%}"),
-        Column("frequency_left", "Frequency, left", "", write=lambda change: f"{change:+.3%}"),
-        Column("damping_left", "ζ, left", "", write=lambda change: f"{change:+.2%}"),
+        Column("frequency", "Frequency", "", write=lambda x: f"{100.0 * x:+.3f} %"),
+        Column("damping_ratio", "ζ", "", write=lambda x: f"{100.0 * x:+.2f} %"),
+        Column("frequency_left", "Frequency, left", "", write=lambda x: f"{100.0 * x:+.3f} %"),
+        Column("damping_left", "ζ, left", "", write=lambda x: f"{100.0 * x:+.2f} %"),
     )
     title = f"Mode {number}, the largest changes over its amplitudes"
     table = Table(title, listed, convergence.changes, noun="changes", brief=False)
@@ -427,7 +434,8 @@ def _ranking(modes: tuple[Mode, ...]) -> tuple[Note, Table]:
     names = dict.fromkeys(name for share in shares.values() for name in share)
     rows = tuple((name, *(share.get(name) for share in shares.values())) for name in names)
     largest = "; ".join(
-        f"mode {n}: " + ", ".join(f"{name} {part:.0%}" for name, part in list(share.items())[:2])
+        f"mode {n}: "
+        + ", ".join(f"{x} {100.0 * part:.0f} %" for x, part in list(share.items())[:2])
         for n, share in shares.items()
     )
     note = Note(f"Largest causes of the scatter of ζ: {largest}.")

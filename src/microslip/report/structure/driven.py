@@ -117,13 +117,13 @@ def force_section(prediction: StructurePrediction) -> Section:
             )
         elif forced.beyond:
             remarks.append(
-                f"{name}: {forced.beyond:.0%} of the samples exceed the largest amplitude, which "
-                "limits the bands: increase amplitude.to."
+                f"{name}: {100.0 * forced.beyond:.0f} % of the samples exceed the largest "
+                "amplitude, which limits the bands: increase amplitude.to."
             )
         if np.isfinite(forced.error):
             remarks.append(
                 f"{name}: the sampling error of the quantiles of the peak is at most "
-                f"±{forced.error:.1%} (90 %)."
+                f"±{100.0 * forced.error:.1f} % (90 %)."
             )
     table = cells.table("Response to the force", DataSet.of_rows(columns), noun="peaks")
     return Section("Response to the force", (table, Note(" ".join(remarks), small=True)))

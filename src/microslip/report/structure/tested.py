@@ -34,9 +34,10 @@ def _sentence(verdict: QuantityVerdict) -> str:
     else:
         parts = [f"{count} {word}" for count, word in
                  ((verdict.above, "above"), (verdict.below, "below")) if count]  # fmt: skip
+        far = abs(verdict.distance)
         text = (
-            f"{name}: {' and '.join(parts)} the 5 to 95 % band of {verdict.points} points, by up "
-            f"to {abs(verdict.distance):.2%} of its end"
+            f"{name}: {' and '.join(parts)} the 5 to 95 % band of {verdict.points} points, by "
+            + (f"up to {100.0 * far:.2f} %" if far < 1.0 else f"a factor of up to {1.0 + far:.3g}")
         )
     if verdict.unit:
         return f"{text}. Likely a unit error: {verdict.unit} would bring all points inside."

@@ -171,10 +171,10 @@ class Cycles:
         for name in ("displacement", "force"):
             values: Floats = getattr(self.record, name)
             found = {at: _plateau(values, at) for at in (values.min(), values.max())}
-            texts = [f"{share:.1%} exactly at {at:g}" for at, (share, _) in found.items() if share]
+            texts = [f"{at:g} in {100.0 * n:.1f} %" for at, (n, _) in found.items() if n]
             if not texts:
                 continue
-            words = f"of the {name}, {' and '.join(texts)}: "
+            words = f"the {name} is exactly {' and '.join(texts)} of its samples: "
             # The course of a loop of few samples is as rough as noise.
             is_sampled = float(np.median(self.columns["period"])) >= _FEW_SAMPLES
             if is_sampled and any(is_noisy for _, is_noisy in found.values()):

@@ -119,7 +119,7 @@ def column(name: str, quantity: Quantity | None = None, **changes: Any) -> Colum
 
 
 def _formatted(form: str, value: Any) -> str:
-    return format(value, form)
+    return format(value, form).replace("%", " %")
 
 
 def table(title: str, data: DataSet, names: Sequence[str] = (), **settings: Any) -> Table:

@@ -65,7 +65,7 @@ class Bands:
         for rows in self.fit.rows:
             folded = rows.folded
             if folded.cycles < 3:
-                scatter.append(np.zeros((0, folded.force.size)))
+                scatter.append(np.zeros((0, np.count_nonzero(rows.weight))))
                 continue
             apart = (folded.cycle_force - folded.cycle_count * folded.force) / folded.count
             scatter.append(rows.whitened(apart.T).T)

@@ -180,7 +180,7 @@ class FreeForm:
         exceed.
         """
         y, k = self.y[:-1], self.k[:-1]
-        noise = min(float((1.0 / rows.weight).mean()) for rows in self.rows)
+        noise = min(float((1.0 / rows.weight[rows.weight > 0.0]).mean()) for rows in self.rows)
         wide = (k[1:] + k[:-1]) * np.diff(y) > _VISIBLE * noise
         below = y[0] / 2.0 ** np.arange(5 * int(k[0] * y[0] > noise), 0, -1)
         if not wide.any() and not below.size:

@@ -22,6 +22,9 @@ _FEWEST = 4
 """Smallest number of cycles of a piece: one of running-in and three settled ones."""
 _LEAST_RANGE = 40.0
 """Smallest range of a displacement with cycles, over its noise."""
+_END = 4.0
+"""Distance of the first or last sample from the extreme one, over the noise, up to which half a
+loop begins or ends with that sample."""
 _NEAR, _MOST_CYCLES = 0.5, 3.0
 """Fraction of the amplitude beyond which a run has a turning point; cycles of a digitised loop."""
 
@@ -137,6 +140,10 @@ def loop_of(record: Record, noise: tuple[float, float], bins: int) -> Folded:
     x, force = record.displacement, record.force
     turns = _turning_samples(x)
     if turns.size == 2 and abs(int(turns[1] - turns[0])) >= 0.9 * (x.size - 1):
+        # Where the motion slows down, noise moves the extreme sample: the ends are as good.
+        turns[0] *= abs(x[0] - x[turns[0]]) > _END * noise[1]
+        if abs(x[-1] - x[turns[1]]) <= _END * noise[1]:
+            turns[1] = x.size - 1
         middle_x, middle = (0.5 * (values[turns[0]] + values[turns[1]]) for values in (x, force))
         branch = slice(int(turns[0]), int(turns[1]))
         u, f = x[branch] - middle_x, force[branch] - middle
@@ -147,18 +154,22 @@ def loop_of(record: Record, noise: tuple[float, float], bins: int) -> Folded:
             normal_load=float(np.mean(load)) if load is not None else None,
             name=record.name,
         )
-        # Each sample stands twice: with twice the variance it counts once.
-        folded = averaged(whole, (noise[0] * 2.0**0.5, noise[1] * 2.0**0.5), bins)
-        # The middle is known from two samples only; its error has opposite signs on the branches.
-        error = 0.5**0.5 * np.hypot(noise[0], noise[1] * np.ptp(f) / np.ptp(u))
-        row = error * np.sign(folded.displacement(folded.phase, 1))
-        note = (
-            "half a loop, completed by symmetry: its ends are known from single samples, and its "
-            "95 % intervals contain the truth in about 80 % of such records; record a whole loop"
-        )
+        # Each sample of displacement stands twice: with twice the variance it counts once. Forces
+        # are fitted on the measured branch alone, with an offset: their middle is not known.
+        folded = averaged(whole, (noise[0], noise[1] * 2.0**0.5), bins)
+        width = 3.0**0.5 * folded.spread
+        falls = [folded.displacement(folded.phase + way * width, 1) < 0.0 for way in (-1.0, 1.0)]
+        measured = np.equal(falls, u[-1] < u[0]).all(axis=0)
+        # The middle of the displacement is known from two samples: its error has opposite signs on
+        # both halves.
+        half = np.where(folded.displacement(folded.phase, 1) < 0.0, -1.0, 1.0)
+        shift = np.linalg.lstsq(folded.basis(folded.phase), 0.5**0.5 * noise[1] * half)[0]
+        covariance = lock(folded.covariance + np.outer(shift, shift))
+        note = "half a loop: its other half is completed by symmetry, and not fitted"
         return replace(
             folded,
-            stepped=lock(row[None]),
+            covariance=covariance,
+            completed=lock(~measured),
             notes=(*folded.notes, note),
         )
     steps = np.hypot(*((np.roll(v, -1) - v) / np.ptp(v) for v in (x, force)))

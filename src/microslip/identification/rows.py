@@ -39,6 +39,8 @@ class Rows:
     def __post_init__(self) -> None:
         self.cycle: Cycle = cycle_of(self.folded)
         self.weight = np.sqrt(self.folded.count) / self.noise
+        if self.folded.completed.size:
+            self.weight[self.folded.completed] = 0.0
         self._lost = directions_of(self.weight[:, None], np.zeros((self.weight.size, 0)))
 
     @cached_property
@@ -190,7 +192,11 @@ class Rows:
         self._lost = directions_of(self.weight[:, None], np.asarray(uncertain))
 
     def whitened(self, columns: Floats) -> Floats:
-        """Return columns over their noise (bins, columns), with nuisance parameters eliminated."""
+        """Return columns over their noise (bins, columns), with nuisance parameters eliminated.
+
+        Bins without weight are left out.
+        """
         directions, share = self._lost
         rows = (columns * self.weight[:, None]).T
-        return (rows - ((rows @ directions) * share) @ directions.T).T
+        whitened = (rows - ((rows @ directions) * share) @ directions.T).T
+        return whitened[self.weight > 0.0] if self.folded.completed.size else whitened

@@ -91,6 +91,8 @@ class Folded(Locked):
     """Phases [rad] of corners of the displacement."""
     cycle_amplitude: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros(0)))
     """Displacement amplitude of each cycle [m]; empty for an averaged cycle."""
+    completed: NDArray[np.bool_] = field(default_factory=lambda: lock(np.zeros(0, dtype=bool)))
+    """Whether each bin is of the half of a loop that symmetry completes; empty for whole loops."""
     samples: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros((3, 0))))
     """Phase [rad], bin and cycle of each sample, shape (3, samples).
 

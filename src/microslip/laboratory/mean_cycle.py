@@ -190,7 +190,7 @@ def drift_of(values: Floats, cycle: NDArray[np.int64], curve: MeanCycle) -> tupl
 
 _IN_STEP, _MOST_CYCLES, _LOOKED_AT = 0.95, 32, 1 << 14
 _FEWEST, _SAMPLES_A_BIN = 3, 4  # samples per phase, and per bin if no phases repeat
-_HARMONICS, _STEPS, _PIECE = 5, 6, 1 << 16
+_HARMONICS, _STEPS, _PIECE = 5, 4, 1 << 16
 _UNEVEN, _FEWEST_BENT = 0.01, 4
 """Scatter of the phases [cycles] above which the frequency varies, and fewest cycles for that."""
 _SAME_RATE = 0.1

@@ -164,7 +164,7 @@ def interface_step(
         if one is not None and (statistics.free_rig or one.high - one.low > 2.0 * error):
             parameters[name] = _as_given(one, value, error)
     if statistics.free_rig:
-        # Loops cannot tell a rig from a joint: only the shape assumed for N(d) does.
+        # Loops cannot separate a rig from a joint: only the shape assumed for N(d) does.
         for name, one in list(parameters.items()):
             if name not in (FRICTION, "force_limit") and one.verdict != ASSUMED:
                 parameters[name] = _open(one)

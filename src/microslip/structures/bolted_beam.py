@@ -169,7 +169,7 @@ class Drawing:
         patches : (int, int) or array_like, optional
             Number of patches along and across each lap, or the bounds of each patch: rows of
             x from, x to, y from, y to [m]. By default some 60 patches a lap, such as 30 x 2.
-            Patches that the elements cannot tell apart are merged with their neighbours.
+            Patches that the elements cannot resolve are merged with their neighbours.
         form : array_like or callable, optional
             Gap between the unloaded faces, see :meth:`ReducedJoint.with_form`; flat by default.
         kept_modes : int

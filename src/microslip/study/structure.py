@@ -114,7 +114,7 @@ class StructurePart(Part):
     patches: tuple[int, int] | None = optional_key(
         ListOf(integer(1, 100), "[30, 2]", (2, 2)),
         "Contact patches along and across the lap; by default some 60, such as 30 x 2. Patches "
-        "that the elements cannot tell apart are merged.",
+        "that the elements cannot resolve are merged.",
     )
     element_size: float | None = optional_key(
         POSITIVE_LENGTH,

@@ -1,7 +1,7 @@
 """A second boundary-element solver, which shares no code and no method with microslip.
 
 Heights and separations are in pixels, pressures in units of E*. The face continues as in a mirror
-at its edges: the grid is doubled in both directions and repeats. The mean pressure is given, and
+at its edges, so that displacements follow from cosine transforms. The mean pressure is given, and
 the pressures lie between zero and the hardness. They minimise a convex energy, which is found by
 accelerated projected gradients (Nesterov 1983) with restarts (O'Donoghue and Candes 2015, DOI
 10.1007/s10208-013-9150-3). These converge for any set of contacts, up to full contact, where the
@@ -46,21 +46,16 @@ class Face:
     """A face of these heights [pixels], pressed against a rigid plane."""
 
     def __init__(self, heights: Floats) -> None:
-        z = heights - heights.mean()
-        self.rms = float(z.std())
-        self.z = np.block([[z, z[:, ::-1]], [z[::-1], z[::-1, ::-1]]])
-        q = (
-            2.0
-            * np.pi
-            * np.hypot(np.fft.fftfreq(self.z.shape[0])[:, None], np.fft.rfftfreq(self.z.shape[1]))
-        )
+        self.z = heights - heights.mean()
+        self.rms = float(self.z.std())
+        rows, columns = (np.pi * np.arange(n) / n for n in self.z.shape)
+        q = np.hypot(rows[:, None], columns)
         q[0, 0] = np.inf
         self.kernel = 2.0 / q
         self.pressure = np.zeros(self.z.shape)
 
     def displaced(self, pressure: Floats) -> Floats:
-        waves = fft.rfft2(pressure)
-        return np.asarray(fft.irfft2(self.kernel * waves, s=pressure.shape))
+        return np.asarray(fft.idctn(self.kernel * fft.dctn(pressure)))
 
     def press(self, mean: float, hardness: float = math.inf) -> float:
         """Solve the pressures of this mean, from those of the last; return the separation."""

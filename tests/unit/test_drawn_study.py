@@ -40,6 +40,14 @@ def test_a_study_of_a_drawing_equals_the_same_in_python() -> None:
     assert {"stiffness_factor", "shape_factor"} < spreads.keys()
 
 
+def test_a_table_of_uncertainty_alone_adds_the_bands_of_a_drawing() -> None:
+    amplitudes = '[excitation]\namplitudes = ["10 nm"]\n[uncertainty]\nsamples = 64\n'
+    result = ms.Study.from_toml(TEXT + amplitudes).run()
+    assert result.scatter is not None
+    low, _, high = result.scatter.bands["dissipated_energy"].values.ravel()
+    assert high > 2.0 * low
+
+
 def test_a_face_without_a_tightening_pressure_is_tightened_by_its_load() -> None:
     free = TEXT.replace('tightening_pressure = "100 MPa"\n', "")
     by_load = TEXT.replace('"100 MPa"', '"80 MPa"')

@@ -240,7 +240,9 @@ def with_model_spreads(part: Any) -> Any:
 
 
 def is_uncertain(study: StudyDescription) -> bool:
-    """Return whether any input of a study is uncertain."""
+    """Return whether any input is uncertain; with a table [uncertainty] also by model errors."""
+    if study.uncertainty is not None:
+        study = with_model_spreads(study)
     return next(spreads_of(study), None) is not None
 
 

@@ -42,6 +42,11 @@ class FaceJoint:
         """Stiffnesses at rest, k_n and k_t [N/m], and loss factor at the amplitude [-]."""
         return _values(self.joint, self.amplitude)
 
+    @property
+    def first_loading_stiffness(self) -> float:
+        """Slope of the load over the separation on first loading, at the tightening load [N/m]."""
+        return float(self.law.first_loading.stiffness[-1])
+
     @cached_property
     def intervals(self) -> dict[str, tuple[float, float]]:
         """90 % intervals of :attr:`values`; empty if the scan was solved in a single piece.

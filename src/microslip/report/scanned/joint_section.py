@@ -33,6 +33,8 @@ def joint_sections(findings: Findings, adapt: cells.Wording = str) -> list[Secti
         low_high = intervals.get(name)
         between = "–" if low_high is None else " to ".join(_value(v, unit) for v in low_high)
         rows.append((label, _value(face.values[name], unit), between))
+    first = _value(face.first_loading_stiffness, "N/m")
+    rows.insert(1, ("normal stiffness on first loading", first, "–"))
     columns = (
         Column("quantity", "of the face"),
         Column("value", "value"),
@@ -41,6 +43,8 @@ def joint_sections(findings: Findings, adapt: cells.Wording = str) -> list[Secti
     title = f"The joint at {engineering(face.joint.normal_load, 'N', 4)}"
     notes = [
         f"The face is solved point by point: {contact_words(face.law.numbers)}.",
+        "k_n is that of unloading, as ultrasound measures it; a load-deflection test measures that "
+        "on first loading.",
         "The interval includes the scatter between pieces of the scan and the effect of the pixel, "
         "but not the uncertainty of load, hardness and friction coefficient."
         if intervals
@@ -75,6 +79,7 @@ def summary(findings: Findings) -> dict[str, Any] | None:
         "area": face.law.area,
         "amplitude": face.amplitude,
         **face.values,
+        "first_loading_stiffness": face.first_loading_stiffness,
         "intervals": face.intervals,
         "face": asdict(face.law.numbers),
         "chapter_normal_stiffness": None if chapter is None else chapter.normal_stiffness,

@@ -18,7 +18,7 @@ from microslip._core.checks import Floats, floats, positive, show
 from microslip._core.errors import InputError
 from microslip._core.frozen import Locked
 from microslip._core.packages import needed_for
-from microslip._core.wording import did_you_mean, quoted, shorten
+from microslip._core.wording import did_you_mean, plural, quoted, shorten
 from microslip.contact.materials import Material
 from microslip.readers.child import parsed
 from microslip.readers.files import POINTS, reading, refuse_beyond
@@ -178,7 +178,7 @@ class MeshedJoint(Locked):
         bodies = quoted([body.name for body in mesh.bodies], "and")
         return (
             f"MeshedJoint({len(mesh.cells)} cells of {len(mesh.points)} nodes, bodies {bodies}, "
-            f"{len(mesh.contacts)} contacts, bolt tensions {self.tension} N)"
+            f"{plural(len(mesh.contacts), 'contact')}, bolt tensions {self.tension} N)"
         )
 
     @property

@@ -273,9 +273,13 @@ def _model(prediction: StructurePrediction) -> Facts:
     tensions = joint.tensions(state.displacement, state.static_force)
     pressed = int((state.normal_loads > 0.0).sum())
     bolts = f"{len(tensions)} bolt{'s' if len(tensions) > 1 else ''}"
+    asked = 0 if part.patches is None else int(np.prod(part.patches))
+    contacts = int(joint.patch_contacts.max()) + 1
+    coarse = prediction.convergence is None and joint.patches < asked * contacts
+    fewer = f" (of {asked * contacts}, the others outside the faces or merged)" if coarse else ""
     rows = [
         ("Finite elements", f"{joint.full_size} degrees of freedom"),
-        ("Reduced to", f"{joint.patches} patches, {bolts}, {joint.size} in all"),
+        ("Reduced to", f"{joint.patches} patches{fewer}, {bolts}, {joint.size} in all"),
         ("Bolt tension", ", ".join(engineering(float(t), "N", 4) for t in tensions)),
         *force_rows(part.bolt_forces),
         *([("Slack", slack_names(prediction))] if prediction.tight else []),

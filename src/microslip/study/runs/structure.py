@@ -48,6 +48,7 @@ from microslip.study.vibration import MeasuredPart
 
 _NAMES = {
     "surface.stiffness_factor": "factor on the normal stiffness",
+    "surface.shape_factor": "factor on the energy of small cycles",
     "joint.friction_coefficient": "friction coefficient",
     "structure.bolts.tension": "bolt tension",
     "structure.bolts.torque": "bolt torque",

@@ -69,7 +69,8 @@ def _judged(test: ModalTest, mode: Mode, name: str, moved: Floats) -> QuantityVe
     elif above or below:
         word = "above" if above else "below"
     unit = "" if word == "inside" else _unit(mode, band, moved, value, name)
-    slopes = mode.bands.slopes[name]
+    idle = "base damping ratio" if name == "frequency" else ""  # which moves no frequency
+    slopes = [pair for pair in mode.bands.slopes[name] if pair[0] != idle]
     order = sorted(slopes, key=lambda pair: -abs(pair[1]))
     wanted = 1.0 if above >= below else -1.0
     candidates = tuple(

@@ -16,7 +16,7 @@ the pressure. At each it is unloaded elastically, from the shape that it has the
 gradient are those of the realised face, which takes most of the scatter of a small face away.
 
 Nodes are few, with 20 faces each, since the fit needs only a smooth dependence on three groups:
-five spectra of different breadth, seven hardnesses and up to seven pressures. Two corrections have
+13 spectra of different breadth, seven hardnesses and up to seven pressures. Two corrections have
 faces of their own. The same waves at 6, 12 and 24 pixels a shortest wave give the pixel limit.
 Faces with 2, 4 and 8 roll-off waves along a side give the limit of a large face: at a pressure of
 1 % of the hardness two waves are 13 % stiffer than eight, as ln k - ln k_large ~ 1/waves.
@@ -43,9 +43,6 @@ from scipy import fft  # noqa: E402
 
 from microslip.contact.boundary_elements import HalfSpace, closing, press  # noqa: E402
 
-HURST = (0.4, 0.7, 1.0)
-RATIOS = (4, 8, 16, 32)
-"""Roll-off over the shortest wave."""
 HARDNESS = (0.03, 0.06, 0.12, 0.25, 0.5, 1.0, math.inf)
 """Hardness over E* and the rms gradient."""
 TIGHTENED = (0.003, 0.01, 0.03, 0.1, 0.2, 0.35, 0.5)
@@ -54,8 +51,13 @@ SHARES = (0.985, 0.95, 0.87, 0.72, 0.5, 0.3, 0.15, 0.06, 0.02, 0.005)
 """Loads of the unloading, over that of tightening."""
 LARGEST = 0.32
 """Mean pressure over E* and the rms gradient beyond which an elastic face nears full contact."""
-SPECTRA = ((0.7, 4, 8), (0.4, 8, 4), (1.0, 8, 4), (0.7, 16, 2), (1.0, 32, 2))
-"""Hurst exponents, ratios and roll-off waves of the nodes: breadths of 0.92 to 0.63."""
+SPECTRA = (
+    (0.7, 4, 8), (0.4, 8, 4), (1.0, 8, 4), (0.7, 16, 2), (1.0, 32, 2),
+    (0.4, 4, 8), (1.0, 4, 8), (0.7, 8, 4), (0.4, 16, 3), (0.7, 16, 3), (1.0, 16, 3),
+    (0.4, 32, 2), (0.7, 32, 2),
+)  # fmt: skip
+"""Hurst exponent, ratio of roll-off to shortest wave, and roll-off waves along a side, of nodes:
+breadths of 0.92 to 0.63."""
 FINITE = {4: 24, 2: 48}
 """Faces with fewer roll-off waves at ratio 4 and Hurst exponent 0.7, for the effect of the size."""
 PIXELS = 6

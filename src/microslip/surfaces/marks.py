@@ -183,8 +183,8 @@ def interpolation_words(lines: str, heights: Floats) -> list[str]:
         common = np.sum(np.array(crossed) * np.exp(1j * math.pi * turn * places), axis=0)
         if float(np.mean(np.abs(common) ** 2 / total)) > _COHERENT:
             return [
-                f"interpolated {lines}: waves across the {lines} have images of half a period a "
-                "line more, as of a scan that was enlarged twice, so the true pixel is twice the "
-                "stated one; export the scan as measured."
+                f"interpolated {lines}: waves across the {lines} are correlated with waves of half "
+                "a period per line more, as in a scan enlarged by a factor of two, so the true "
+                "pixel is twice the stated one; export the scan as measured."
             ]
     return []

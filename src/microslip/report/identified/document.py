@@ -341,7 +341,7 @@ def _parameters(data: Mapping[str, Any]) -> tuple[Any, ...]:
     rig = step["rig_from_shape"]
     if rig is not None:
         text = interval_text(Estimate(*(rig[key] for key in Estimate._fields)), "N/m")
-        note += f" From the assumed shape of the normal law the rig has {text}."
+        note += f" The assumed shape of the normal law gives a rig stiffness of {text}."
     return (Table("Parameters", columns, rows), Note(note))
 
 

@@ -60,12 +60,12 @@ class DataSet(Mapping[str, Variable]):
     def of_rows(cls, columns: Mapping[str, tuple[Quantity, Iterable[Any]]]) -> DataSet:
         """Return the data set of columns of equal length, along the dimension "row".
 
-        A column of text has a quantity without unit, "".
+        A column of text has a quantity without unit, "". None is an unknown number, NaN.
         """
         variables = {}
         for name, (quantity, values) in columns.items():
             if not isinstance(values, np.ndarray):
-                listed = list(values)
+                listed = [math.nan if value is None else value for value in values]
                 text = any(isinstance(value, str) for value in listed)
                 values = np.array(listed, dtype=object if text else None)
             variables[name] = Variable(("row",), values, quantity)

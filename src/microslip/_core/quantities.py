@@ -58,7 +58,7 @@ def hertz(label: str) -> Quantity:
     return Quantity("Hz", label=label, form=".5g")
 
 
-def ratio(label: str, form: str = "ratio") -> Quantity:
+def dimensionless(label: str, form: str = "ratio") -> Quantity:
     """Return the quantity of a column of dimensionless numbers."""
     return Quantity("-", label=label, form=form)
 

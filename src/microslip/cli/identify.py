@@ -10,8 +10,8 @@ import click
 from microslip.cli.options import (
     ANY_PATH,
     Output,
+    click_option,
     in_options,
-    option,
     progress,
     stoppable,
     writes,
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 @click.command(short_help="Identify a joint from a tribometer's records.")
 @click.argument("records", metavar="RECORD...", nargs=-1, type=click.Path())
-@option(
+@click_option(
     "--study", "STUDY",
     "Study with materials, area and height distribution, to identify the parameters of the "
     "interface.",
@@ -46,18 +46,18 @@ if TYPE_CHECKING:
     "Folder for report, tables, figures, law.json and joint.toml; without it nothing is written.",
     "identification",
 )  # fmt: skip
-@option(
+@click_option(
     "--rig-stiffness", "VALUE±SD",
     'Measured stiffness of the rig in series with its standard deviation, such as "200±5 N/um"; '
     "without it, results are for joint and rig in series.",
 )  # fmt: skip
-@option(
+@click_option(
     "--known", "NAME=VALUE±SD",
     "Independently known value, for example from a scan, with its standard deviation: "
     'radius="1±0.1 mm", density="100±5 1/mm^2", std="0.5±0.02 um"; may be repeated.',
     "known_values", multiple=True,
 )  # fmt: skip
-@option(
+@click_option(
     "--noise", "FORCE,LENGTH",
     'Standard deviations of force and displacement, such as "2 N, 5 nm", for records that are one '
     "averaged cycle each.",

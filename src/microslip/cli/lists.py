@@ -13,7 +13,7 @@ from microslip._core.errors import InputError
 from microslip._core.quantities import named
 from microslip._core.units import engineering
 from microslip.cli.group import echo_json
-from microslip.cli.options import option, output_option, progress, stoppable, switch
+from microslip.cli.options import click_option, output_option, progress, stoppable, switch
 
 if TYPE_CHECKING:
     from microslip.contact.materials import Metal
@@ -79,7 +79,7 @@ def schema() -> None:
 
 
 @click.command(short_help="Draw the figures of the chapter.")
-@option(
+@click_option(
     "--only", "NUMBER", "Figure number such as 19.13; may be repeated or separated by commas.",
     "numbers", multiple=True,
 )  # fmt: skip
@@ -141,7 +141,7 @@ def explore(output: Path | None, overwrite: bool) -> None:
 
 
 @click.command(short_help="Open the workbench in the browser.")
-@option(
+@click_option(
     "--port", "PORT", "Local port; a free port if absent.",
     type=click.IntRange(0, 65535), default=0,
 )  # fmt: skip

@@ -73,7 +73,7 @@ class CommandOption(click.Option):
         self.option = option
 
 
-def option(flag: str, value: str, text: str, name: str = "", **settings: Any) -> Decorator:
+def click_option(flag: str, value: str, text: str, name: str = "", **settings: Any) -> Decorator:
     """Declare an option of one command by its flag, placeholder for the value, and help text."""
     names = [flag, name] if name else [flag]
     return click.option(*names, metavar=value, help=text, **settings)

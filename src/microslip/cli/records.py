@@ -18,7 +18,7 @@ from microslip._core.units import (
     with_common_unit,
 )
 from microslip._core.wording import did_you_mean, plural, shorten
-from microslip.cli.options import ANY_PATH, Command, Decorator, offers, option, quantity
+from microslip.cli.options import ANY_PATH, Command, Decorator, click_option, offers, quantity
 from microslip.laboratory import options
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ def _or_none(column: str | None) -> Any:
     return False if column == "none" else column
 
 
-MANIFEST_OPTION = option(
+MANIFEST_OPTION = click_option(
     "--manifest", "FILE",
     "CSV or Excel sheet with a row per record: file, and optionally specimen, load, amplitude, "
     "stage, number of the first cycle, worn volume, temperature, columns to read and other data.",
@@ -290,7 +290,7 @@ def slice_of(option: str, text: str | None) -> slice | None:
     return slice(begin - 1, end)
 
 
-CYCLES = option(
+CYCLES = click_option(
     "--cycles", "FIRST..LAST",
     "Cycles to use, counted from 1, such as 100..200; the settled cycles if absent.",
 )  # fmt: skip

@@ -11,11 +11,11 @@ import click
 
 from microslip._core.units import FREQUENCY
 from microslip.cli.group import echo_json
-from microslip.cli.options import Output, ends_in, option, progress, quantity, stoppable
+from microslip.cli.options import Output, click_option, ends_in, progress, quantity, stoppable
 from microslip.cli.studies import predict_into
 from microslip.study.toml_text import as_toml, read_text, tables_of
 
-BAND_OPTION = option(
+BAND_OPTION = click_option(
     "--band", "LOW..HIGH",
     'Frequency band that contains the mode of a ring-down, such as "150..220 Hz".',
 )  # fmt: skip

@@ -17,7 +17,7 @@ from microslip.cli.options import (
     JSON,
     Decorator,
     Output,
-    option,
+    click_option,
     output_option,
     progress,
     stoppable,
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 study_argument = click.argument("study", type=ANY_PATH)
-overridable = option(
+overridable = click_option(
     "--set", "KEY=VALUE",
     'Override a key of the study, such as joint.normal_load="3 kN"; may be repeated.',
     "overrides", multiple=True,
@@ -195,7 +195,7 @@ def new(name: Path, kind: str, law: str, process: str | None) -> None:
 
 @click.command(short_help="Run many studies, records or scans; restartable.")
 @click.argument("source", metavar="FOLDER|LIST", type=ANY_PATH)
-@option(
+@click_option(
     "--study", "STUDY",
     "Base study for a table or for scans; for records the joint that defines the regimes.",
     type=ANY_PATH,
@@ -204,7 +204,7 @@ def new(name: Path, kind: str, law: str, process: str | None) -> None:
 @click.option(
     "--workers", type=click.IntRange(1, 256), default=1, show_default=True, help="Worker processes."
 )
-@option(
+@click_option(
     "--dask", "ADDRESS",
     "Address of a Dask scheduler that runs the items, instead of --workers.",
 )  # fmt: skip

@@ -9,13 +9,13 @@ from functools import partial
 from typing import Any
 
 from microslip._core.dataset import DataSet
-from microslip._core.quantities import Quantity, count, json_value, named, ratio
+from microslip._core.quantities import Quantity, count, dimensionless, json_value, named
 from microslip._core.wording import shorten
 from microslip.figures.picture import Picture
 from microslip.laboratory import figures
 from microslip.laboratory.campaign import NUMBERS, Campaign
 from microslip.laboratory.cycle_columns import LABELS, UNITS
-from microslip.laboratory.manifest import Cell, text_of
+from microslip.laboratory.manifest import text_of
 from microslip.laboratory.wear import Wear
 from microslip.report import cells
 from microslip.report.document import Block, Items, Note, Section
@@ -45,26 +45,22 @@ def campaign_table(campaign: Campaign) -> DataSet:
     columns: dict[str, Any] = {name: (count(name), values) for name, values in texts.items()}
     columns["cycles"] = count("cycles"), list(map(len, every))
     columns["regime"] = count("regime"), [measured.regime for measured in every]
-    likely = [measured.probability.get(measured.regime, math.nan) for measured in every]
-    columns["probability"] = ratio("probability", "3"), likely
+    likely = [measured.probability.get(measured.regime) for measured in every]
+    columns["probability"] = dimensionless("probability", "3"), likely
     means = {name: [m.mean.get(name, unknown)[:3] for m in every] for name in _COLUMNS_SHOWN}
     for name, values in means.items():
         quantity = Quantity(UNITS[name], label=LABELS[name])
         columns[name] = quantity, [value for value, _, _ in values]
     settled = ["yes" if measured.is_settled else "no" for measured in every]
     columns["settled"] = count("settled"), settled
-    columns["frequency"] = Quantity("Hz"), [_number(measured.frequency) for measured in every]
+    columns["frequency"] = Quantity("Hz"), [measured.frequency for measured in every]
     for name, unit in (("first_cycle", "-"), ("worn_volume", "m^3")):
         if name in campaign.columns:
-            columns[name] = Quantity(unit), list(map(_number, campaign.columns[name]))
+            columns[name] = Quantity(unit), campaign.columns[name]
     for name, values in means.items():
         for place, end in ((1, "low"), (2, "high")):
             columns[f"{name} {end}"] = Quantity(UNITS[name]), [row[place] for row in values]
     return DataSet.of_rows(columns)
-
-
-def _number(value: Cell) -> float:
-    return math.nan if value is None else float(value)
 
 
 def _shown(data: DataSet) -> list[str]:

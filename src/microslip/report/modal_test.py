@@ -9,7 +9,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.dataset import DataSet
-from microslip._core.quantities import Quantity, hertz, named, ratio
+from microslip._core.quantities import Quantity, dimensionless, hertz, named
 from microslip._core.units import engineering, prefix
 from microslip._core.wording import shorten
 from microslip.figures.picture import Picture
@@ -54,7 +54,7 @@ def modal_test_document(tests: Sequence[ModalTest]) -> Document:
         "Frequency and damping of the tests against amplitude",
     )
     sections.append(Section("Curves", (picture,), brief=False))
-    table = csv_file("modal_curves.csv", lambda: curves_data(tests))
+    table = csv_file("modal_curves.csv", lambda: points_data(tests))
     return Document(KIND, title, _answer(tests), tuple(sections), data, files=(table,))
 
 
@@ -78,7 +78,7 @@ def _section(test: ModalTest) -> Section:
     quantities = (
         Quantity("m", label="Amplitude at the sensor", form="3"),
         hertz("Frequency"),
-        ratio(damping),
+        dimensionless(damping),
     )
     columns = zip(quantities, (values[order] for values in _columns(test)), strict=True)
     data = DataSet.of_rows(dict(zip(_NAMES, columns, strict=True)))
@@ -93,7 +93,7 @@ def _columns(test: ModalTest) -> tuple[Floats, ...]:
     return test.amplitude, test.frequency, test.damping_ratio
 
 
-def curves_data(tests: Sequence[ModalTest]) -> DataSet:
+def points_data(tests: Sequence[ModalTest]) -> DataSet:
     """Return all points of all tests."""
     amplitude, frequency, damping = map(np.concatenate, zip(*map(_columns, tests), strict=True))
     return DataSet.of_rows(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -403,8 +402,9 @@ def curves_data(found: Identification) -> DataSet:
     """Return the curves of force, energy and damping over amplitude, with their intervals."""
     tables = curves_of(found)
     sizes = [len(table.amplitude) for table in tables]
+    loads = np.array([table.load for table in tables], dtype=float)
     columns: dict[str, Any] = {
-        "normal load": (Quantity("N"), np.repeat([_load(table.load) for table in tables], sizes)),
+        "normal load": (Quantity("N"), np.repeat(loads, sizes)),
         "amplitude": (Quantity("m"), np.concatenate([table.amplitude for table in tables])),
     }
     for name in SHOWN:
@@ -416,16 +416,12 @@ def curves_data(found: Identification) -> DataSet:
     return DataSet.of_rows(columns)
 
 
-def _load(load: float | None) -> float:
-    return math.nan if load is None else load
-
-
 def residuals_data(found: Identification) -> DataSet:
     """Return measured and fitted forces of all records."""
     records = found.records
     sizes = [record.phase.size for record in records]
     names = [name for record, n in zip(records, sizes, strict=True) for name in [record.name] * n]
-    loads = np.repeat([_load(record.normal_load) for record in records], sizes)
+    loads = np.repeat(np.array([r.normal_load for r in records], dtype=float), sizes)
     columns: dict[str, Any] = {"record": (count(""), names)}
     columns["normal load"] = Quantity("N"), loads
     for heading, unit, name in (

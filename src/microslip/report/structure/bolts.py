@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from microslip._core.dataset import DataSet
-from microslip._core.quantities import Quantity, hertz, json_value, ratio
+from microslip._core.quantities import Quantity, dimensionless, hertz, json_value
 from microslip._core.units import engineering
 from microslip.report import cells
 from microslip.report.document import Section
@@ -63,8 +63,8 @@ def comparison(prediction: StructurePrediction) -> Section:
         "amplitude": Quantity(unit, "", "Amplitude at the sensor", "amplitude", "3"),
         "slack_frequency": hertz("Slack"),
         "tight_frequency": hertz("All tight"),
-        "slack_damping_ratio": ratio("ζ, slack"),
-        "tight_damping_ratio": ratio("ζ, all tight"),
+        "slack_damping_ratio": dimensionless("ζ, slack"),
+        "tight_damping_ratio": dimensionless("ζ, all tight"),
     }
     tables = []
     for mode, beside in zip(prediction.modes, prediction.tight, strict=True):

@@ -8,7 +8,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.dataset import DataSet
-from microslip._core.quantities import Quantity, hertz, json_value, ratio
+from microslip._core.quantities import Quantity, dimensionless, hertz, json_value
 from microslip.report import cells
 from microslip.report.document import Block, Column, Note, Section, Table, Verdicts
 from microslip.report.structure.fitted_study import FITTED_STUDY
@@ -97,10 +97,10 @@ _COMPARED = {
     "amplitude": Quantity("m", "", "Displacement amplitude at the sensor", "amplitude", "3"),
     "test_frequency": hertz("Frequency, test"),
     "fitted_frequency": hertz("fitted"),
-    "test_damping_ratio": ratio("ζ, test"),
-    "fitted_damping_ratio": ratio("ζ, fitted"),
-    "fitted_damping_ratio_low": ratio("ζ, 5 %"),
-    "fitted_damping_ratio_high": ratio("ζ, 95 %"),
+    "test_damping_ratio": dimensionless("ζ, test"),
+    "fitted_damping_ratio": dimensionless("ζ, fitted"),
+    "fitted_damping_ratio_low": dimensionless("ζ, 5 %"),
+    "fitted_damping_ratio_high": dimensionless("ζ, 95 %"),
 }
 
 

@@ -9,7 +9,7 @@ import math
 from typing import Any
 
 from microslip._core.dataset import DataSet
-from microslip._core.quantities import count, hertz, json_value, ratio
+from microslip._core.quantities import count, dimensionless, hertz, json_value
 from microslip.report import cells
 from microslip.report.document import Block, Note, Section
 from microslip.study.runs.structure_prediction import QuantityVerdict, StructurePrediction
@@ -79,10 +79,10 @@ def tested_sections(prediction: StructurePrediction) -> list[Section]:
         quantities = {
             "source": count("Of"),
             "mode": count("Mode"),
-            "base_damping": ratio("Base damping"),
-            "rise": ratio("Rise of ζ"),
-            "fall": ratio("Change of frequency", "+.3%"),
-            "ratio": ratio("Rise over fall", ".2f"),
+            "base_damping": dimensionless("Base damping"),
+            "rise": dimensionless("Rise of ζ"),
+            "fall": dimensionless("Change of frequency", "+.3%"),
+            "ratio": dimensionless("Rise over fall", ".2f"),
         }
         data = DataSet.of_rows(
             {n: (q, [getattr(c, n) for c in prediction.changes]) for n, q in quantities.items()}

@@ -156,7 +156,7 @@ def loop_of(record: Record, noise: tuple[float, float], bins: int) -> Folded:
         )
         # Each sample of displacement stands twice: with twice the variance it counts once. Forces
         # are fitted on the measured branch alone, with an offset: their middle is not known.
-        folded = averaged(whole, (noise[0], noise[1] * 2.0**0.5), bins)
+        folded = averaged(whole, noise, bins)
         width = 3.0**0.5 * folded.spread
         falls = [folded.displacement(folded.phase + way * width, 1) < 0.0 for way in (-1.0, 1.0)]
         measured = np.equal(falls, u[-1] < u[0]).all(axis=0)
@@ -164,7 +164,7 @@ def loop_of(record: Record, noise: tuple[float, float], bins: int) -> Folded:
         # both halves.
         half = np.where(folded.displacement(folded.phase, 1) < 0.0, -1.0, 1.0)
         shift = np.linalg.lstsq(folded.basis(folded.phase), 0.5**0.5 * noise[1] * half)[0]
-        covariance = lock(folded.covariance + np.outer(shift, shift))
+        covariance = lock(2.0 * folded.covariance + np.outer(shift, shift))
         note = "half a loop: its other half is completed by symmetry, and not fitted"
         return replace(
             folded,

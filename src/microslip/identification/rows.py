@@ -38,6 +38,7 @@ class Rows:
 
     def __post_init__(self) -> None:
         self.cycle: Cycle = cycle_of(self.folded)
+        self._kept: tuple[Floats, Floats] | None = None
         self.weight = np.sqrt(self.folded.count) / self.noise
         if self.folded.completed.size:
             self.weight[self.folded.completed] = 0.0
@@ -89,9 +90,14 @@ class Rows:
 
         The deflection is averaged over the phases of the bin, also if the element yields inside it.
         """
-        if y.size > _AT_ONCE:  # large temporary arrays cost more than the arithmetic
+        # Shifts of lower loads leave the thresholds at the highest load as they were.
+        if self._kept is None or not np.array_equal(self._kept[0], y):
+            # Large temporary arrays cost more than the arithmetic.
             parts = [y[i : i + _AT_ONCE] for i in range(0, y.size, _AT_ONCE)]
-            return np.hstack([self.columns(part) for part in parts])
+            self._kept = y.copy(), np.hstack([self._some_columns(part) for part in parts])
+        return self._kept[1]
+
+    def _some_columns(self, y: Floats) -> Floats:
         cycle = self.cycle
         reach = np.maximum(y, 0.0)
         half, sign = cycle.half[:, None], cycle.sign[:, None]

@@ -12,6 +12,7 @@ import numpy as np
 from microslip._core.dataset import DataSet
 from microslip._core.quantities import QUANTITIES, json_value, named
 from microslip._core.units import engineering
+from microslip._core.wording import plural
 from microslip.figures.kit import evenly
 from microslip.figures.picture import Picture
 from microslip.report import cells
@@ -272,14 +273,13 @@ def _model(prediction: StructurePrediction) -> Facts:
     joint, state, part = prediction.joint, prediction.state, prediction.part
     tensions = joint.tensions(state.displacement, state.static_force)
     pressed = int((state.normal_loads > 0.0).sum())
-    bolts = f"{len(tensions)} bolt{'s' if len(tensions) > 1 else ''}"
-    asked = 0 if part.patches is None else int(np.prod(part.patches))
-    contacts = int(joint.patch_contacts.max()) + 1
-    coarse = prediction.convergence is None and joint.patches < asked * contacts
-    fewer = f" (of {asked * contacts}, the others outside the faces or merged)" if coarse else ""
+    bolts = plural(len(tensions), "bolt")
+    asked = int(np.prod(part.patches or 0)) * (int(joint.patch_contacts.max()) + 1)
+    fewer = prediction.convergence is None and joint.patches < asked
+    note = f" (of {asked}, the others outside the faces or merged)" if fewer else ""
     rows = [
         ("Finite elements", f"{joint.full_size} degrees of freedom"),
-        ("Reduced to", f"{joint.patches} patches{fewer}, {bolts}, {joint.size} in all"),
+        ("Reduced to", f"{joint.patches} patches{note}, {bolts}, {joint.size} in all"),
         ("Bolt tension", ", ".join(engineering(float(t), "N", 4) for t in tensions)),
         *force_rows(part.bolt_forces),
         *([("Slack", slack_names(prediction))] if prediction.tight else []),

@@ -421,7 +421,7 @@ def test_bursts_from_rest() -> None:
 
 
 def test_half_a_loop_is_fitted_with_an_offset() -> None:
-    """Intervals of half a loop contained 79 % where its middle was taken from its ends."""
+    """The middle of half a loop is not taken from its noisy ends."""
     held = []
     for seed in range(12):
         rng = np.random.default_rng(seed)

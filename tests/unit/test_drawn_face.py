@@ -198,6 +198,14 @@ def test_drawn_faces_scatter_as_their_errors_say() -> None:
     assert np.std(logs) == pytest.approx(law.errors.total, rel=0.12)
 
 
+def test_patches_of_a_lay_differ_more() -> None:
+    """Waves are longer along the lay, up to the side of the patch."""
+    plain, lay = ground(lay=1.0), ground(lay=0.2)
+    longer = math.sqrt(2.0) / math.hypot(1.0, 0.2)  # mean wave, at the same slope across the lay
+    assert lay.scatter(0.01) / plain.scatter(0.01) == pytest.approx(longer / math.sqrt(0.2))
+    assert 0.0 < lay.scatter(1e-4) / plain.scatter(1e-4) < longer / math.sqrt(0.2)
+
+
 def test_a_heavier_joint_tightens_the_face_anew() -> None:
     joint = ms.Interface(ground(), 0.2, normal_load=3e4)
     assert joint.surface.tightening_pressure == pytest.approx(3e8)  # type: ignore[attr-defined]

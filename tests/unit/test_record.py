@@ -175,7 +175,7 @@ def test_wrong_paths(put: Any) -> None:
     for path, message in (
         ("recrod.csv", 'recrod.csv: no such file; did you mean "record.csv"?'),
         ("folder", "folder: wanted a record, got a folder"),
-        ("a\nb.csv", "a b.csv: no such file"),
+        ("a\nb.csv", "a\\nb.csv: no such file"),
         ("nowhere/b.csv", "nowhere/b.csv: no such file"),
         (3, "path must be the name of a file, got 3"),
     ):
@@ -566,7 +566,7 @@ def test_csv_is_not_overwritten(put: Any) -> None:
     record = ms.Record(X, T, 500.0, sample_rate=10.0, notes=("from a\nrig\0",))
     record.to_csv("a.csv")
     assert Path("a.csv").read_text(encoding="utf-8") == (
-        "# sample_rate = 10.0 Hz\n# normal_load = 500.0 N\n# note: from a rig?\n"
+        "# sample_rate = 10.0 Hz\n# normal_load = 500.0 N\n# note: from a\\nrig\\x00\n"
         "displacement [m],force [N]\n1e-06,10.0\n2.5e-06,12.5\n-1e-06,-10.0\n0.0,0.5\n"
     )
     with pytest.raises(ms.InputError) as caught:

@@ -23,7 +23,6 @@ from microslip.laboratory.cuts import (
     candidates,
     len_of,
     motion_of,
-    no_cycle,
     runs_of,
     window_of,
 )
@@ -149,7 +148,10 @@ def blocks_of(record: Record) -> Blocks:
         if (cycles := of_block[kind]) is not None
     ]
     if not blocks:
-        raise no_cycle(motion)
+        raise InputError(
+            f"no full cycle: the displacement crosses its middle {motion.middle:g} m, but no cycle "
+            "is complete between turning points or crossings of one kind"
+        )
     notes: tuple[str, ...] = ()
     gaps = gaps_of(record)
     if gaps.size and record.time is not None:

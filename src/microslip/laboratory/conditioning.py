@@ -14,7 +14,7 @@ from microslip._core.errors import InputError
 from microslip.laboratory.blocks import gaps_of
 from microslip.laboratory.cuts import Cuts, noise_of
 from microslip.laboratory.estimates import quantile
-from microslip.laboratory.record import UNITS, Record
+from microslip.laboratory.record import Record
 
 
 def condition(record: Record, *, delay: float) -> Record:
@@ -46,11 +46,7 @@ def condition(record: Record, *, delay: float) -> Record:
     if abs(delay) > 0.25 * float(time[-1] - time[0]):
         raise InputError(f"`delay` must be less than a quarter of the record, got {delay:g} s")
     has_force = (time + delay >= time[0]) & (time + delay <= time[-1])
-    channels: dict[str, Any] = {
-        key: values[has_force]
-        for key in UNITS
-        if isinstance(values := getattr(record, key), np.ndarray)
-    }
+    channels: dict[str, Any] = {key: v[has_force] for key, v in record.channels.items()}
     channels["force"] = np.interp(time[has_force] + delay, time, record.force)
     note = f"the force was shifted forward by {delay:.6g} s"
     return replace(record, **channels, notes=(*record.notes, note))

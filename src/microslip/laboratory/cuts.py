@@ -84,12 +84,8 @@ class Motion(NamedTuple):
     """Amplitude of the displacement [m], half its range."""
     noise: float
     """Noise of the displacement [m]."""
-    window: int
-    """Half-width of the windows around turning points, in samples."""
     period: float
     """Samples per cycle."""
-    crossings: int
-    """Number of crossings of the middle."""
     relative_noise: float
     """Noise of the displacement or of the force, the larger over half its range [-]."""
 
@@ -104,12 +100,13 @@ def motion_of(displacement: Floats, force: Floats, gaps: Sequence[int] = ()) -> 
     x = displacement - middle
     edges = [0, *(gap + 1 for gap in gaps), x.size]
     crossings = [_crossings(x[a:b], BAND * amplitude)[0] for a, b in pairwise(edges)]
-    number = sum(len(places) for places in crossings)
     halves = np.concatenate([np.diff(places) for places in crossings])
     if halves.size == 0:
+        number = sum(len(places) for places in crossings)
+        times = ("never", "once")[number] if number < 2 else f"{number} times"
         raise InputError(
-            f"no full cycle: the displacement crosses its middle {middle:g} m "
-            f"{_times(number)}; a cycle needs at least two crossings"
+            f"no full cycle: the displacement crosses its middle {middle:g} m {times}; a cycle "
+            "needs at least two crossings"
         )
     wholes = np.concatenate([places[2:] - places[:-2] for places in crossings])
     period = float(np.median(wholes)) if wholes.size else 2.0 * float(np.median(halves))
@@ -121,9 +118,7 @@ def motion_of(displacement: Floats, force: Floats, gaps: Sequence[int] = ()) -> 
     noise = noise_of(x)
     spread = float(np.ptp(force[:: max(1, force.size >> 17)]))
     noise_in_force = 2.0 * noise_of(force) / spread if spread > 0.0 else 0.0
-    relative = max(noise / amplitude, noise_in_force)
-    window = window_of(relative, period)
-    return Motion(middle, amplitude, noise, window, period, number, relative)
+    return Motion(middle, amplitude, noise, period, max(noise / amplitude, noise_in_force))
 
 
 _REPEATED, _CLOSED = 0.3, 4.0
@@ -153,7 +148,8 @@ def candidates(displacement: Floats, motion: Motion) -> tuple[Cuts | None, ...]:
     and plateaus are not counted. A turning point is midway between two crossings if the
     displacement is extreme there within its noise, otherwise at the extreme sample.
     """
-    x, period, window = displacement - motion.middle, motion.period, motion.window
+    x, period = displacement - motion.middle, motion.period
+    window = window_of(motion.relative_noise, period)
     crossings, upwards = _crossings(x, BAND * motion.amplitude)
     if crossings.size < 2:
         return (None,) * 4
@@ -169,7 +165,9 @@ def candidates(displacement: Floats, motion: Motion) -> tuple[Cuts | None, ...]:
     tops = _extended_turns(turns, upwards[:-1], period, x, near, slack)
     bottoms = _extended_turns(turns, ~upwards[:-1], period, x, near, slack)
     return tuple(
-        _assemble(cuts, peaks, troughs, flipped, window, period, noise)
+        None
+        if (places := _whole(cuts, peaks, troughs)) is None
+        else Cuts(*places, flipped, window, period, noise)
         for cuts, peaks, troughs, flipped in (
             (tops, tops, bottoms, False),
             (bottoms, bottoms, tops, True),
@@ -182,19 +180,6 @@ def candidates(displacement: Floats, motion: Motion) -> tuple[Cuts | None, ...]:
 def len_of(cycles: Cuts | None) -> int:
     """Return the number of cycles; 0 for None."""
     return 0 if cycles is None else cycles.cuts.size - 1
-
-
-def no_cycle(motion: Motion) -> InputError:
-    """Return the error for a displacement that has no whole cycle."""
-    return InputError(
-        f"no full cycle: the displacement crosses its middle {motion.middle:g} m "
-        f"{_times(motion.crossings)}, and no cycle is complete between "
-        "turning points or crossings of one kind"
-    )
-
-
-def _times(count: int) -> str:
-    return ("never", "once")[count] if count < 2 else f"{count} times"
 
 
 def _crossings(x: Floats, band: float) -> tuple[Floats, NDArray[np.bool_]]:
@@ -291,16 +276,8 @@ def _extended_turns(
     return _extended(places, period, x, extreme, near, slack)
 
 
-def _assemble(
-    cuts: Floats,
-    peaks: Floats,
-    troughs: Floats,
-    flipped: bool,
-    window: int,
-    period: float,
-    noise: float,
-) -> Cuts | None:
-    """Assemble the cycles if each has a peak followed by a trough; otherwise return None."""
+def _whole(cuts: Floats, peaks: Floats, troughs: Floats) -> tuple[Places, Places, Places] | None:
+    """Round to samples if each cycle has a peak followed by a trough; otherwise return None."""
     cut = np.rint(cuts).astype(np.int64)
     if cut.size < 2:
         return None
@@ -312,4 +289,4 @@ def _assemble(
     top, bottom = peak[first], trough[second]
     if not np.all((cut[:-1] <= top) & (top < bottom) & (bottom <= cut[1:])):
         return None
-    return Cuts(cut, top, bottom, flipped, window, period, noise)
+    return cut, top, bottom

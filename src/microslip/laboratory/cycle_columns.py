@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from types import MappingProxyType
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,11 +87,7 @@ def block_columns(
     mid_force = np.repeat(0.5 * (high + low), last - first)
     energy = branches.energy
     swing = force[begin : end + 1] - np.append(mid_force, mid_force[-1])
-    sliding = _sliding_distance(
-        x[begin : end + 1] - np.append(mid_x, mid_x[-1]),
-        swing,
-        cycles,
-    )
+    sliding = _sliding_distance(x[begin : end + 1] - np.append(mid_x, mid_x[-1]), swing, cycles)
     mean, square = (np.add.reduceat(v[:-1], first - begin) / count for v in (swing, swing**2))
     del mid_x, mid_force, swing
     columns = {
@@ -202,19 +197,6 @@ STIFFNESS = "chord_stiffness"
 """Column that is averaged as a compliance."""
 
 
-class BranchCompliance(NamedTuple):
-    """Chord compliance of branches after displacement maxima or after minima (cycles,).
-
-    The chord extends over the first 5 % of the force range after a reversal. NaN if unknown.
-    """
-
-    compliance: Floats
-    """Compliance of the chord [m/N]."""
-    doubt: Floats
-    """Systematic error of the chord [m/N]: 0.8 times its range over three shapes of the branch, and
-    that of kinks, which none of the shapes has."""
-
-
 def branch_compliance(
     x: Floats,
     force: Floats,
@@ -222,8 +204,10 @@ def branch_compliance(
     end: Floats,
     span: Floats,
     compliance: float,
-) -> BranchCompliance:
-    """Return the chord compliance [m/N] of each branch after its reversal, by a fit.
+) -> tuple[Floats, Floats]:
+    """Return the chord compliance of each branch after its reversal, and its systematic error.
+
+    Both are in [m/N], and NaN if unknown. The chord extends over the first 5 % of the force range.
 
     The displacement ``x`` [m] is fitted as a function of ``force`` [N] over the first part of the
     branch from the reversal ``start`` to the sample number ``end``. Signs are such that the force
@@ -237,7 +221,7 @@ def branch_compliance(
     begin = np.ceil(start.place + 0.25).astype(np.int64)
     length = int(np.median(end - begin)) if begin.size else 0
     if length < _FEWEST:
-        return BranchCompliance(nothing, nothing)
+        return nothing, nothing
     rows = np.clip(begin[:, None] + np.arange(length), 0, x.size - 1)
     moved = x[rows] - start.x[:, None]
     size = float(np.median(np.ptp(moved, axis=1)))
@@ -246,7 +230,7 @@ def branch_compliance(
         scaled = moved * (size / np.ptp(moved, axis=1))[:, None]
     good = np.isfinite(share).all(axis=1) & np.isfinite(scaled).all(axis=1)
     if not good.any() or size == 0.0:
-        return BranchCompliance(nothing, nothing)
+        return nothing, nothing
     mean_share = share[good].mean(axis=0)
     means = (scaled[good].mean(axis=0) / size, mean_share)
     windows: list[int] = []
@@ -268,12 +252,13 @@ def _fit(
     span: Floats,
     compliance: float,
     good: NDArray[np.bool_],
-) -> BranchCompliance:
+) -> tuple[Floats, Floats]:
     """Compute the chord compliance from the first ``window`` samples of each branch.
 
     Let f be the change of force since the reversal, divided by the force range. The displacement is
     fitted in three ways: by powers 1 and 2 of f, by powers 1 and 3/2 of f, and by powers 1 and 2 of
-    -ln(1 - f). The mean of the largest and the smallest chord is returned.
+    -ln(1 - f). The mean of the largest and the smallest chord is returned, with 0.8 times their
+    difference and the error of kinks, which none of the shapes has, as its systematic error.
     """
     good, nothing = good.copy(), np.full(span.size, np.nan)
     place, gone = moved[:, :window], share[:, :window]
@@ -303,28 +288,28 @@ def _fit(
     high, low = np.max(chords, axis=0), np.min(chords, axis=0)
     chord = 0.5 * (high + low)
     doubt = np.hypot(0.8 * (high - low), _KINK * chord)
-    return BranchCompliance(np.where(good, chord, nothing), np.where(good, doubt, nothing))
+    return np.where(good, chord, nothing), np.where(good, doubt, nothing)
 
 
-def _widest_that_agrees(fits: Iterator[BranchCompliance]) -> BranchCompliance:
+def _widest_that_agrees(fits: Iterator[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:
     """Return the fit of the widest window whose mean chord agrees with that of the next narrower.
 
     Means agree within 2.5 standard errors of their difference, or half the systematic error
     ``doubt`` of the wider window. Their difference and twice its standard error are added to the
     ``doubt`` in quadrature.
     """
-    wide = next(fits)
+    chord, doubt = next(fits)
     for narrow in fits:
-        change, error = _mean_and_error(wide.compliance - narrow.compliance)
+        change, error = _mean_and_error(chord - narrow[0])
         if math.isnan(change):  # no solution in the narrower window
             continue
-        doubt = np.abs(wide.doubt)
+        doubt = np.abs(doubt)
         allowed = 0.5 * float(np.nanmean(doubt)) if np.isfinite(doubt).any() else 0.0
-        wide = wide._replace(doubt=np.sqrt(doubt**2 + change**2 + (2.0 * error) ** 2))
+        doubt = np.sqrt(doubt**2 + change**2 + (2.0 * error) ** 2)
         if abs(change) <= max(2.5 * error, allowed):
             break
-        wide = narrow
-    return wide
+        chord, doubt = narrow
+    return chord, doubt
 
 
 def _mean_and_error(values: Floats) -> tuple[float, float]:
@@ -369,19 +354,10 @@ def stiffness_columns(
     next_peaks = np.append(peaks.place[1:], cycles.cuts[-1])
     falling = branch_compliance(-x, -force, after_highest, troughs.place, span, compliance)
     rising = branch_compliance(x, force, troughs, next_peaks, span, compliance)
-    chord = 0.5 * (falling.compliance + rising.compliance)
-    doubt = 0.5 * np.abs(falling.doubt + rising.doubt)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return {
-            "chord_stiffness": _inverse(chord),
-            "chord_doubt": doubt / np.abs(chord),
-        }
-
-
-def _inverse(compliance: Floats) -> Floats:
-    """Return stiffnesses; negative compliances due to noise are kept to avoid a bias of means."""
-    nothing = np.full_like(compliance, np.nan)
-    return np.divide(1.0, compliance, out=nothing, where=compliance != 0.0)
+    chord, doubt = (0.5 * (a + b) for a, b in zip(falling, rising, strict=True))
+    # Negative compliances due to noise are kept, to avoid a bias of means.
+    stiffness = _ratio(np.ones(chord.size), chord)
+    return {"chord_stiffness": stiffness, "chord_doubt": _ratio(np.abs(doubt), np.abs(chord))}
 
 
 _SENSORS = ("force", "displacement", "normal_load")

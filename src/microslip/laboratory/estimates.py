@@ -102,18 +102,17 @@ def dependence_of(values: Floats, fitted_count: int = 1) -> Dependence:
     return largest
 
 
-def chance_below(values: Floats, limit: float = 0.0) -> float:
-    """Return the probability [-] that the true mean of a series is at most a limit."""
-    away = values - limit
-    if away.size == 0:
+def chance_below_zero(values: Floats) -> float:
+    """Return the probability [-] that the true mean of a series is at most zero."""
+    if values.size == 0:
         return 0.5
-    mean = float(away.mean())
-    if away.size == 1 or not (spread := float(away.std(ddof=1))) > 0.0:
+    mean = float(values.mean())
+    if values.size == 1 or not (spread := float(values.std(ddof=1))) > 0.0:
         return float(mean <= 0.0)
-    dependence = dependence_of(away)
+    dependence = dependence_of(values)
     from scipy.special import stdtr
 
-    errors = mean / spread / math.sqrt(dependence.factor / away.size)
+    errors = mean / spread / math.sqrt(dependence.factor / values.size)
     return float(stdtr(dependence.freedom, -errors))
 
 
@@ -205,9 +204,7 @@ def trend(x: Floats, y: Floats, confidence: float, independent: bool = True) -> 
     if x.size < 3:
         return Estimate(slope, math.nan, math.nan, math.nan, int(x.size))
     residual = y - y.mean() - slope * away
-    dependence = Dependence(1.0, x.size - 2)
-    if not independent:
-        dependence = dependence_of(residual, 2)
+    dependence = Dependence(1.0, x.size - 2) if independent else dependence_of(residual, 2)
     error = math.sqrt(float(np.dot(residual, residual)) / (x.size - 2) / square)
     error *= math.sqrt(dependence.factor)
     half = quantile(confidence, dependence.freedom) * error

@@ -9,16 +9,8 @@ import numpy as np
 
 from microslip._core.units import engineering, prefix
 from microslip._core.wording import shorten
-from microslip.figures.kit import evenly, force_prefix, length_prefix
-from microslip.figures.plot import (
-    COLORS,
-    DASHES,
-    Axis,
-    Entry,
-    Panel,
-    Plot,
-    stacked,
-)
+from microslip.figures.kit import evenly, far_apart, force_prefix, length_prefix, line_style
+from microslip.figures.plot import COLORS, Axis, Panel, Plot, stacked
 
 MOST_LOOPS = 6
 _DECADES = 30.0
@@ -34,7 +26,7 @@ def measured_loops(measurements: Sequence[Any]) -> Plot:
     energies = np.concatenate([m.cycles["dissipated_energy"] for m in drawn_records])
     e_unit, e_letter = prefix(float(np.abs(energies).max()))
     usual = [m.mean["dissipated_energy"].value for m in drawn_records]
-    is_wide = min(float(energies.min()), min(usual)) > 0.0 and max(usual) > _DECADES * min(usual)
+    is_wide = min(float(energies.min()), min(usual)) > 0.0 and far_apart(usual, _DECADES)
     force_label = "Force / normal load, T/N [–]" if normalised else f"Force [{y_letter}N]"
     loop_panel = Panel(
         Axis(f"Displacement [{x_letter}m]", unit=x_unit),
@@ -57,7 +49,8 @@ def measured_loops(measurements: Sequence[Any]) -> Plot:
     loop_panel.cross()
     legend = []
     for i, measured in enumerate(drawn_records):
-        color, dash = COLORS[i % len(COLORS)], DASHES[i % len(DASHES)]
+        style = line_style(i)
+        color, dash = style.color, style.dash
         x, force = measured.loop
         x = x - measured.mean["displacement_offset"].value
         force = force - measured.mean["force_offset"].value
@@ -72,7 +65,7 @@ def measured_loops(measurements: Sequence[Any]) -> Plot:
         label = shorten(measured.name, 40)
         if load is not None:
             label += f", {engineering(load.value, 'N')}"
-        legend.append(Entry(label, color, dash))
+        legend.append(style.entry(label, marked=False))
     undrawn = len(measurements) - len(drawn_records)
     return Plot(
         [loop_panel, right],

@@ -126,21 +126,16 @@ def hollow_of(shape: Shape) -> tuple[float, float]:
     return float(depth[at]), float(shape.place[at])
 
 
-class ParallelSpring(NamedTuple):
-    """Spring in parallel with the contact."""
+def parallel_spring(shape: Shape) -> float | None:
+    """Return the force of a spring in parallel with the contact at the amplitude, over that of all.
 
-    stiffness: float
-    """Stiffness of the spring [N/m]."""
-    force: float
-    """Force of the spring at the amplitude, over the force amplitude [-]."""
-
-
-def parallel_spring(shape: Shape) -> ParallelSpring | None:
-    """Return a spring in parallel with the contact if the second half of the branch is straight."""
+    None unless the second half of the branch is straight.
+    """
     slope = np.polynomial.polynomial.polyfit
     p, f = shape.place, shape.force
     third, last = (
-        float(slope(p[part], f[part], 1)[1]) for part in (_part(p, 0.5, 0.74), _part(p, 0.74, 0.97))
+        float(slope(p[part], f[part], 1)[1])
+        for part in ((p >= low) & (p <= high) for low, high in ((0.5, 0.74), (0.74, 0.97)))
     )
     first = float(np.max(np.diff(f[: BINS // 2]) * BINS)) - 2.0 * _ERRORS * shape.error * BINS
     straight = abs(third - last) < _STRAIGHT * last + _ERRORS * shape.error * 4.0
@@ -149,16 +144,13 @@ def parallel_spring(shape: Shape) -> ParallelSpring | None:
     # The slope must be significant.
     if _ERRORS * shape.error * 4.0 > 0.3 * last:
         return None
-    k = 0.5 * (third + last) * shape.force_amplitude / (2.0 * shape.amplitude)
-    return ParallelSpring(k, k * shape.amplitude / shape.force_amplitude)
+    return 0.25 * (third + last)
 
 
-def without_spring(
-    columns: Mapping[str, Floats], shape: Shape, spring: ParallelSpring
-) -> dict[str, Floats]:
+def without_spring(columns: Mapping[str, Floats], shape: Shape, spring: float) -> dict[str, Floats]:
     """Subtract the force of a parallel spring in the columns that determine slip regimes."""
-    rest = 1.0 - spring.force
-    force = shape.force - spring.force * (2.0 * shape.place - 1.0)
+    rest = 1.0 - spring
+    force = shape.force - spring * (2.0 * shape.place - 1.0)
     crossing = float(np.interp(0.0, np.maximum.accumulate(force), shape.place))
     slid = columns["amplitude"] * (1.0 - 2.0 * crossing)
     pushed = columns["force_amplitude"] * rest
@@ -170,10 +162,6 @@ def without_spring(
         "energy_ratio": columns["energy_ratio"] / rest,
         "fouvry_ratio": energy / (4.0 * pushed * slid),
     }
-
-
-def _part(p: Floats, low: float, high: float) -> NDArray[np.bool_]:
-    return np.asarray((p >= low) & (p <= high))
 
 
 def clearance_of(shape: Shape) -> float | None:
@@ -252,10 +240,11 @@ def shape_notes(shape: Shape | None, is_load_recorded: bool) -> list[str]:
             "around, would identify the cause"
         )
     if not notes and (spring := parallel_spring(shape)) is not None:
+        stiffness = spring * shape.force_amplitude / shape.amplitude
         notes.append(
-            f"a spring in parallel of {engineering(spring.stiffness, 'N/m')}: the force rises "
-            f"linearly to each reversal, by {100.0 * spring.force:.0f} % of its amplitude on each "
+            f"a spring in parallel of {engineering(stiffness, 'N/m')}: the force rises "
+            f"linearly to each reversal, by {100.0 * spring:.0f} % of its amplitude on each "
             "side; regimes are those of the loop without the spring, and the friction coefficient "
-            f"by the peak is {1.0 - spring.force:.3g} times the value given"
+            f"by the peak is {1.0 - spring:.3g} times the value given"
         )
     return notes

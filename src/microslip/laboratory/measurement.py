@@ -405,11 +405,7 @@ def _turned_to_its_peak(record: Record) -> Record:
     size = one_loop(x, force)[0]
     first = int(np.argmax(x[:size]))
     order = (first + np.arange(size + 1)) % size
-    channels: dict[str, Any] = {
-        key: values[order]
-        for key in ("displacement", "force", "normal_load", "commanded")
-        if isinstance(values := getattr(record, key), np.ndarray)
-    }
+    channels: dict[str, Any] = {key: values[order] for key, values in record.channels.items()}
     rate = record.sample_rate
     if record.time is not None:
         rate = (x.size - 1) / float(record.time[-1] - record.time[0])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,18 +73,6 @@ def corner_terms(phase: Floats, corners: Floats, order: int = 0) -> NDArray[np.f
     return np.stack(steps[order : order + 2], axis=2).reshape(phase.size, 2 * corners.size)
 
 
-def later(
-    coefficients: Floats, harmonics: NDArray[np.int64], corners: Floats, lag: float
-) -> tuple[Floats, Floats]:
-    """Delay a motion by a phase [rad]; return its coefficients and the phases of its corners."""
-    angle, end = lag * harmonics.astype(float), 1 + 2 * harmonics.size
-    a, b = coefficients[1:end:2], coefficients[2:end:2]
-    turned = coefficients.copy()
-    turned[1:end:2] = a * np.cos(angle) - b * np.sin(angle)
-    turned[2:end:2] = a * np.sin(angle) + b * np.cos(angle)
-    return turned, corners + lag
-
-
 def phase_derivative(coefficients: Floats, harmonics: NDArray[np.int64]) -> Floats:
     """Return the coefficients of the derivative of a motion with respect to the phase.
 
@@ -143,18 +131,11 @@ class _Samples:
         sums = np.bincount(self.column, values, minlength=_FINE)[self.full]
         return np.asarray(sums, dtype=np.float64)
 
-    def solved(self, design: Any) -> tuple[Floats, Floats]:
-        normal = design.T @ (self.weight[:, None] * design)
-        return np.linalg.solve(normal, design.T @ (self.weight * self.mean)), normal
-
     def residual(
         self, coefficients: Floats, harmonics: NDArray[np.int64], corners: Floats
     ) -> Floats:
-        """Return the samples minus a motion [m].
-
-        Harmonics are linearised about the mean phase of each of ``_FINE`` bins.
-        """
         end, smooth = 1 + 2 * harmonics.size, np.zeros(0)
+        # Harmonics are linearised about the mean phase of each bin.
         value, slope, middle = np.zeros((3, _FINE))
         for row, order in ((value, 0), (slope, 1)):
             row[self.full] = basis(self.place, harmonics, smooth, order) @ coefficients[:end]
@@ -186,7 +167,8 @@ def _fitted(
         part = design[:, columns]
         for _ in range(_MOVES if corners.size else 1):
             terms = np.hstack((part, corner_terms(samples.place, corners)))
-            coefficients, normal = samples.solved(terms)
+            normal = terms.T @ (samples.weight[:, None] * terms)
+            coefficients = np.linalg.solve(normal, terms.T @ (samples.weight * samples.mean))
             heights, shifts = coefficients[columns.size :: 2], coefficients[columns.size + 1 :: 2]
             moves = -shifts / heights
             if not np.abs(moves).max(initial=0.0) < 0.2:  # no corner there, and no fit

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import numbers
 import re
 from collections.abc import Callable, Mapping
@@ -15,7 +14,7 @@ import numpy as np
 from microslip._core.checks import Floats, exact
 from microslip._core.errors import InputError
 from microslip._core.frozen import lock
-from microslip._core.units import CLAMPING, QuantityError, engineering, to_si
+from microslip._core.units import CLAMPING, QuantityError, engineering, interval_digits, to_si
 from microslip._core.verdicts import Remark
 from microslip._core.wording import plural, quote, shorten
 from microslip.laboratory.cuts import runs_of
@@ -282,7 +281,7 @@ def _to_si(values: Floats, role: str, taken_as: Scale, zero: Any, sign: int) -> 
     if sign < 0:
         np.negative(values, out=values)
     ends = float(values.min()), float(values.max())
-    low, high = _range(*ends, kind.unit)
+    low, high = (engineering(end, kind.unit, interval_digits(*ends)) for end in ends)
     if not zero_note:
         zero_note = (
             "sign reversed, zero as in the file" if sign < 0 else "sign and zero as in the file"
@@ -290,14 +289,6 @@ def _to_si(values: Floats, role: str, taken_as: Scale, zero: Any, sign: int) -> 
     else:
         zero_note += ", sign reversed" if sign < 0 else ", sign as in the file"
     return f"{taken_as.words}, {zero_note}: from {low} to {high}"
-
-
-def _range(low: float, high: float, unit: str) -> tuple[str, str]:
-    """Format an interval with enough digits to distinguish its ends."""
-    size, distance = max(abs(low), abs(high)), high - low
-    beyond = math.ceil(math.log10(size / distance)) if 0.0 < distance < size else 0
-    digits = min(3 + beyond, 9)
-    return engineering(low, unit, digits), engineering(high, unit, digits)
 
 
 def check_time(time: Floats, where: Callable[[int], str], advice: str) -> None:

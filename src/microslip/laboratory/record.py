@@ -20,6 +20,7 @@ from microslip._core.checks import record as checked
 from microslip._core.errors import InputError
 from microslip._core.files import atomic_file
 from microslip._core.frozen import Locked, lock
+from microslip._core.wording import one_line
 from microslip.figures.plot import Plot
 from microslip.figures.plottable import Plottable
 from microslip.laboratory.reading import check_time, read
@@ -139,6 +140,12 @@ class Record(Locked, Plottable):
         fields["sample_rate"] = _frequency(sample_rate)
         for key, value in fields.items():
             object.__setattr__(self, key, value)
+
+    @property
+    def channels(self) -> dict[str, Floats]:
+        """Values of each sample by quantity, in SI units."""
+        values = ((key, getattr(self, key)) for key in UNITS)
+        return {key: samples for key, samples in values if isinstance(samples, np.ndarray)}
 
     @property
     def seconds(self) -> Floats | None:
@@ -262,11 +269,7 @@ class Record(Locked, Plottable):
             Whether an existing file may be replaced.
         """
         target = checked_path(path)
-        columns = {
-            key: values.tolist()
-            for key in UNITS
-            if isinstance(values := getattr(self, key), np.ndarray)
-        }
+        columns = {key: values.tolist() for key, values in self.channels.items()}
         numbers = {"sample_rate": "Hz"}
         if isinstance(self.normal_load, float):
             numbers["normal_load"] = "N"
@@ -275,7 +278,7 @@ class Record(Locked, Plottable):
             for key, unit in numbers.items()
             if (value := getattr(self, key)) is not None
         ]
-        head += [f"# note: {line_text(note)}\n" for note in self.notes]
+        head += [f"# note: {one_line(note)}\n" for note in self.notes]
         head.append(",".join(f"{key} [{UNITS[key]}]" for key in columns) + "\n")
         rows = zip(*(map(repr, values) for values in columns.values()), strict=True)
         lines = chain(head, (",".join(row) + "\n" for row in rows))
@@ -325,9 +328,4 @@ def checked_path(path: Any) -> Path:
 
 def path_text(path: str | os.PathLike[str]) -> str:
     """Format a path for a message: one line, the last 200 characters."""
-    return line_text(os.fspath(path))[-200:]
-
-
-def line_text(text: str) -> str:
-    """Return text on one line, without unprintable characters."""
-    return "".join(c if c.isprintable() else " " if c.isspace() else "?" for c in text)
+    return one_line(os.fspath(path))[-200:]

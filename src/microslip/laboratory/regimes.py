@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
-from microslip.laboratory.estimates import chance_below
+from microslip.laboratory.estimates import chance_below_zero
 
 REGIMES = ("stick", "partial slip", "gross slip")
 STICK, GROSS = 0.0033783480491788817, 0.7694644203726145
@@ -27,8 +27,13 @@ def regimes_of(
     fraction of the cycles in each regime takes the place of its probability.
     """
     energy, force = columns["dissipated_energy"], columns["force_amplitude"]
-    below = _chance_below(energy, 4.0 * columns["amplitude"] * force, STICK, is_counted)
-    short = _chance_below(energy, 4.0 * force * columns["sliding_distance"], GROSS, is_counted)
+    below, short = (
+        chance_below_zero(away[is_counted & np.isfinite(away)])
+        for away in (
+            energy - STICK * (4.0 * columns["amplitude"] * force),
+            energy - GROSS * (4.0 * force * columns["sliding_distance"]),
+        )
+    )
     likely = dict(
         zip(REGIMES, (below, (1.0 - below) * short, (1.0 - below) * (1.0 - short)), strict=True)
     )
@@ -43,11 +48,3 @@ def regimes_of(
     mean = max(REGIMES, key=lambda name: likely[name])
     pairs = zip(cycle_regimes, is_counted.tolist(), strict=True)
     return tuple(mean if is_chosen else regime for regime, is_chosen in pairs), likely
-
-
-def _chance_below(
-    above: Floats, under: Floats, limit: float, is_counted: NDArray[np.bool_]
-) -> float:
-    """Return the probability [-] that mean ``above`` over mean ``under`` is at most a limit."""
-    fine = is_counted & np.isfinite(above) & np.isfinite(under)
-    return chance_below(above[fine] - limit * under[fine])

@@ -9,7 +9,6 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip.laboratory.blocks import Block
-from microslip.laboratory.cuts import Cuts
 from microslip.laboratory.cycle_columns import STIFFNESS, block_columns
 from microslip.laboratory.record import Record
 
@@ -51,7 +50,10 @@ def sampling_errors(
         few = block.cycles.selected(0, min(_MOST_CYCLES, block.cycle_count))
         whole = block_columns(x, force, pressed, few, compliance)
         for parity in (0, 1):
-            half = _halved(few, parity, x[parity::2].size)
+            last, half = x[parity::2].size - 1, few._replace(period=0.5 * period)
+            for name in ("cuts", "peaks", "troughs"):
+                places = np.clip((getattr(few, name) - parity + 1) // 2, 0, last)
+                half = half._replace(**{name: places})
             load_part = pressed[parity::2] if isinstance(pressed, np.ndarray) else pressed
             part = block_columns(x[parity::2], force[parity::2], load_part, half, compliance)
             for name in names:
@@ -68,19 +70,6 @@ def sampling_errors(
     chord_doubt = float(np.median(fine)) if fine.size else 0.0
     errors[STIFFNESS] = math.hypot(errors[STIFFNESS], chord_doubt)
     return errors
-
-
-def _halved(cycles: Cuts, parity: int, size: int) -> Cuts:
-    cuts, peaks, troughs = (
-        np.clip((places - parity + 1) // 2, 0, size - 1)
-        for places in (cycles.cuts, cycles.peaks, cycles.troughs)
-    )
-    return cycles._replace(
-        cuts=cuts,
-        peaks=peaks,
-        troughs=troughs,
-        period=0.5 * cycles.period,
-    )
 
 
 def _relative(whole: Floats, half: Floats, is_stiffness: bool) -> float:

@@ -49,11 +49,6 @@ _LOSS = 0.01
 _MOVING = ("force_amplitude", "dissipated_energy", "force_rms")
 
 
-Level = tuple[NDArray[np.intp], bool]
-"""Settled cycles at one of several amplitudes of a record, all its cycles if none are settled, and
-whether none are."""
-
-
 class Settled(NamedTuple):
     """Selection of cycles without trends, with notes on cycles left out."""
 
@@ -62,8 +57,9 @@ class Settled(NamedTuple):
     is_moving: bool
     """Whether no settled stretch was found; then all valid cycles are selected."""
     notes: tuple[str, ...]
-    levels: tuple[Level, ...] = ()
-    """Stretches of one amplitude each; empty with a single amplitude."""
+    levels: tuple[tuple[NDArray[np.intp], bool], ...] = ()
+    """Settled cycles at each of several amplitudes, or all its cycles if none are settled, and
+    whether none are; empty with a single amplitude."""
 
 
 def excess_loss_notes(loss_factor: NDArray[np.float64]) -> list[str]:
@@ -95,7 +91,7 @@ def settled(columns: Mapping[str, Floats], sound: NDArray[np.bool_], noise: floa
     """
     places = np.flatnonzero(sound)
     notes: list[str] = []
-    levels: tuple[Level, ...] = ()
+    levels: tuple[tuple[NDArray[np.intp], bool], ...] = ()
     if places.size > 1:
         amplitudes = columns["amplitude"][places]
         parts = _one_amplitude(amplitudes, noise)
@@ -137,15 +133,12 @@ def settled_from(columns: Mapping[str, Floats], places: NDArray[np.intp]) -> int
     """Return the index in ``places`` of the first settled cycle; None if cycles never settle."""
     late = _settled_end(columns, places, MORE_ALIKE)
     late = _settled_end(columns, places, ALIKE) if late is None else late
-    # If the end itself wanders, the change before it may be chance.
-    if late and any(_wanders(columns[name][places[late:]]) for name in _MOVING[:2]):
-        return None
+    if late:
+        # If the end itself wanders, the change before it may be chance.
+        ends = [dependence_of(columns[name][places[late:]]) for name in _MOVING[:2]]
+        if any(end.factor > 1.0 and end.freedom <= _FEW_FREE for end in ends):
+            return None
     return late
-
-
-def _wanders(values: Floats) -> bool:
-    dependence = dependence_of(values)
-    return dependence.factor > 1.0 and dependence.freedom <= _FEW_FREE
 
 
 def _one_amplitude(values: Floats, noise: float) -> list[NDArray[np.intp]]:
@@ -166,8 +159,7 @@ def _one_amplitude(values: Floats, noise: float) -> list[NDArray[np.intp]]:
     levels = np.log(np.maximum(np.abs(values), max(smallest, 1e-9 * usual, 1e-300))) / share
     if smallest > 0.0:
         levels += np.minimum(np.abs(values) / smallest, 1.0) / share
-    widest = 1.0
-    if float(np.ptp(levels)) <= widest:
+    if float(np.ptp(levels)) <= 1.0:
         is_ramp = 2 < values.size < HALVED and _moves(logs, ALIKE_OF_FEW)
         return [] if is_ramp else [np.arange(values.size)]
     runs: list[tuple[int, int]] = []
@@ -177,20 +169,20 @@ def _one_amplitude(values: Floats, noise: float) -> list[NDArray[np.intp]]:
             break
         open_stretches.sort(key=lambda stretch: stretch[1] - stretch[0])
         first_of, stop = open_stretches.pop()
-        begin, end = _longest(levels[first_of:stop], widest)
+        begin, end = _longest(levels[first_of:stop])
         if end - begin < 2:
             continue
         begin, end = begin + first_of, end + first_of
         open_stretches += [(first_of, begin), (end, stop)]
-        if _is_level(levels, begin, end, widest):
+        if _is_level(levels, begin, end):
             runs.append((begin, end))
-    if not runs and float(np.ptp(levels)) <= _JITTER * widest and not _moves(logs, ALIKE_OF_FEW):
+    if not runs and float(np.ptp(levels)) <= _JITTER and not _moves(logs, ALIKE_OF_FEW):
         return [np.arange(values.size)]
     groups: list[list[tuple[int, int]]] = []
     for begin, end in sorted(runs):
         middle = float(np.median(levels[begin:end]))
         for group in groups:
-            if abs(float(np.median(levels[group[0][0] : group[0][1]])) - middle) < 0.5 * widest:
+            if abs(float(np.median(levels[group[0][0] : group[0][1]])) - middle) < 0.5:
                 group.append((begin, end))
                 break
         else:
@@ -198,18 +190,18 @@ def _one_amplitude(values: Floats, noise: float) -> list[NDArray[np.intp]]:
     return [np.concatenate([np.arange(*run) for run in group]) for group in groups]
 
 
-def _is_level(levels: Floats, begin: int, end: int, widest: float) -> bool:
+def _is_level(levels: Floats, begin: int, end: int) -> bool:
     if end - begin < FEWEST:
         # Too few cycles for a trend: the amplitude must jump before and after them.
         inside = float(levels[begin:end].mean())
         beside = [levels[at] for at in (begin - 1, end) if 0 <= at < levels.size]
         change = abs(float(levels[end - 1] - levels[begin]))
-        return change < 0.5 * widest and all(abs(at - inside) > 2.0 * widest for at in beside)
-    return not _moves(levels[begin:end], 0.25 * widest)
+        return change < 0.5 and all(abs(at - inside) > 2.0 for at in beside)
+    return not _moves(levels[begin:end], 0.25)
 
 
-def _longest(values: Floats, widest: float) -> tuple[int, int]:
-    """Return begin and end of the longest stretch of values with a range of up to ``widest``."""
+def _longest(values: Floats) -> tuple[int, int]:
+    """Return begin and end of the longest stretch of values with a range of up to 1."""
     from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
     begin, shortest, longest = 0, 1, values.size
@@ -218,7 +210,7 @@ def _longest(values: Floats, widest: float) -> tuple[int, int]:
         # Filters are centred; windows that reach beyond the ends are left out.
         whole = slice(size // 2, values.size - (size - 1) // 2)
         ranges = maximum_filter1d(values, size)[whole] - minimum_filter1d(values, size)[whole]
-        fine = np.flatnonzero(ranges <= widest)
+        fine = np.flatnonzero(ranges <= 1.0)
         if fine.size:
             begin, shortest = int(fine[0]), size
         else:

@@ -62,9 +62,8 @@ def spikes_of(record: Record) -> tuple[Spike, ...]:
     spikes. The limits are not from literature.
     """
     spikes: list[Spike] = []
-    for channel in ("displacement", "force", "normal_load"):
-        values = getattr(record, channel)
-        if isinstance(values, np.ndarray):
+    for channel, values in record.channels.items():
+        if channel in ("displacement", "force", "normal_load"):
             spikes += _spikes_in(channel, values)
     return tuple(spikes)
 

@@ -56,7 +56,7 @@ def main() -> None:
                     gmsh.option.setNumber("Mesh.MshFileVersion", version)
                     gmsh.option.setNumber("Mesh.Binary", binary)
                     gmsh.write(f"{folder}/order{order}-{version}-{['ascii', 'binary'][binary]}.msh")
-            for suffix in ("inp", "bdf"):
+            for suffix in ("inp", "bdf", "med"):
                 gmsh.write(f"{folder}/order{order}.{suffix}")
             mesh = meshio.read(f"{folder}/order{order}-4.1-ascii.msh")
             mesh.cell_sets = {}

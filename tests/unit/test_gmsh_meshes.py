@@ -16,6 +16,7 @@ STEEL = (ms.Material(young_modulus=210e9, poisson_ratio=0.3), 7850.0)
 NAMED = ("lower", "upper", "bolt", "low face", "high face")
 NAMES = {
     ".msh": NAMED,
+    ".med": NAMED,
     ".inp": tuple(name.replace(" ", "_") for name in NAMED),
     ".bdf": tuple(f"nastran:ref {number}" for number in range(1, 6)),
     ".vtu": tuple(f"gmsh:physical {number}" for number in range(1, 6)),
@@ -33,6 +34,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def joint(path: Path) -> ms.MeshedJoint:
+    if path.suffix == ".med":
+        pytest.importorskip("h5py")
     lower, upper, bolt, low_face, high_face = NAMES[path.suffix]
     return ms.MeshedJoint.read(
         path,
@@ -49,7 +52,7 @@ def test_every_format_gives_the_same_joint(name: str, folder: Path) -> None:
     # 60 mm by 20 mm, less a hole of radius 4.5 mm as its few facets have it.
     assert 1.2e-3 - np.pi * 4.5e-3**2 < found.face_area < 1.2e-3
     rounding = 2e-6 if name.endswith(".bdf") else 1e-12  # Nastran's fields hold six digits
-    first = joint(folder / FILES[0])
+    first = joint(folder / "order1-2.2-ascii.msh")
     assert found.mesh.cells.shape == first.mesh.cells.shape
     assert found.face_area == pytest.approx(first.face_area, rel=rounding)
     sizes = [len(body.cells) for body in found.mesh.bodies]
@@ -58,7 +61,26 @@ def test_every_format_gives_the_same_joint(name: str, folder: Path) -> None:
     np.testing.assert_allclose(ends, [(0, 0, -3e-3), (80e-3, 20e-3, 15e-3)], atol=1e-8)
 
 
+def test_geometries_of_many_parts_are_read(folder: Path) -> None:
+    """Gmsh 4.1 and Abaqus write a block of cells for each volume and face."""
+    lines, kind, cells = [], "", 0
+    for line in (folder / "order1.inp").read_text("utf-8").splitlines():
+        if line.startswith("*"):
+            kind = line.split(",")[1] if line.upper().startswith("*ELEMENT,") else ""
+        elif kind:
+            cells += 1
+            if cells % 5 == 0:
+                lines.append(f"*ELEMENT,{kind}, ELSET=part{cells}")
+        lines.append(line)
+    assert cells > 1000
+    (folder / "parts.inp").write_text("\n".join(lines), "utf-8")
+    found, wanted = joint(folder / "parts.inp"), joint(folder / "order1.inp")
+    assert found.face_area == pytest.approx(wanted.face_area, rel=1e-12)
+    sizes = [len(body.cells) for body in found.mesh.bodies]
+    assert sizes == [len(body.cells) for body in wanted.mesh.bodies]
+
+
 def test_a_mesh_shows_itself_in_a_line(folder: Path) -> None:
-    shown = repr(joint(folder / FILES[0]))
+    shown = repr(joint(folder / "order1-2.2-ascii.msh"))
     assert "\n" not in shown
     assert '"lower", "upper" and "bolt"' in shown

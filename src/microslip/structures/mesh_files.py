@@ -80,9 +80,9 @@ class MeshedJoint(Locked):
         ----------
         path : str or path
             Any file with groups that meshio reads: Gmsh's ``.msh`` with physical groups,
-            Abaqus' or CalculiX' ``.inp`` with sets. Formats that number their groups, such as
-            Nastran's ``.bdf`` by properties and VTK's ``.vtu`` by integer cell data, give names
-            such as ``"nastran:ref 3"``.
+            Abaqus' or CalculiX' ``.inp`` with sets, Salome's ``.med`` with groups. Formats that
+            number their groups, such as Nastran's ``.bdf`` by properties and VTK's ``.vtu`` by
+            integer cell data, give names such as ``"nastran:ref 3"``.
         bodies : mapping
             Material and density [kg/m^3] of each named volume. Bodies that touch are joined where
             they share nodes, and only there: so heads are joined to plates, and the two sides of a
@@ -324,15 +324,30 @@ def read_mesh(path: Path) -> dict[str, Any]:
         index = np.asarray(index)
         if index.size and (index.dtype.kind not in "iu" or index.min() < 0 or index.max() >= size):
             raise ValueError("names nodes or cells that it does not have")
+    # Gmsh writes a block of cells for each part of the geometry. One for each kind is kept.
+    kinds = [block.type for block in mesh.cells]
+
+    def by_kind(blocks: Any, numbers: bool = False) -> list[Any]:
+        merged: dict[str, list[Any]] = {kind: [] for kind in kinds}
+        start = dict.fromkeys(kinds, 0)
+        for kind, size, block in zip(kinds, sizes, blocks, strict=True):
+            block = np.zeros(0, dtype=int) if block is None else np.asarray(block)
+            merged[kind].append(block + start[kind] if numbers else block)
+            start[kind] += size
+        return [np.concatenate(parts) for parts in merged.values()]
+
+    data = {name: by_kind(blocks) for name, blocks in mesh.cell_data.items()}
+    tags = getattr(mesh, "cell_tags", {})
+    named = [("cell_tags", number, name) for number, names in tags.items() for name in names]
+    if _TAGS in data:
+        named += [(_TAGS, number, name) for name, (number, _) in mesh.field_data.items()]
+    groups = _numbered_groups(data, named)
+    groups |= {name: by_kind(blocks, numbers=True) for name, blocks in cell_sets.items()}
+    cells = zip(dict.fromkeys(kinds), by_kind([block.data for block in mesh.cells]), strict=True)
     return {
         "points": points,
-        "cells": [{"type": block.type, "data": np.asarray(block.data)} for block in mesh.cells],
-        "cell_sets": {
-            name: [np.asarray([] if block is None else block, dtype=int) for block in blocks]
-            for name, blocks in {**_numbered_groups(mesh.cell_data), **cell_sets}.items()
-        },
-        "tags": mesh.cell_data.get(_TAGS),
-        "field_data": dict(mesh.field_data or {}) if _TAGS in mesh.cell_data else {},
+        "cells": [{"type": kind, "data": block} for kind, block in cells],
+        "cell_sets": groups,
         "point_sets": {name: np.asarray(nodes) for name, nodes in mesh.point_sets.items()},
     }
 
@@ -355,17 +370,24 @@ def _as_meshio_reads(path: Path) -> io.StringIO | Path:
     return io.StringIO(text)
 
 
-def _numbered_groups(cell_data: Mapping[str, Any]) -> dict[str, list[Indices]]:
-    """Return the cells of numbered, not named, groups by keys such as ``"nastran:ref 3"``."""
+def _numbered_groups(
+    cell_data: Mapping[str, Any], named: Iterable[tuple[str, int, str]]
+) -> dict[str, list[Indices]]:
+    """Return the cells of numbered groups by keys such as ``"nastran:ref 3"``, and by name.
+
+    ``named`` holds the array, the number and the name of parts of each named group.
+    """
     groups: dict[str, list[Indices]] = {}
-    for array, blocks in cell_data.items():
-        columns = [np.asarray(block) for block in blocks]
+    for array, columns in cell_data.items():
         if any(column.ndim != 1 or column.dtype.kind not in "iu" for column in columns):
             continue
         values = np.unique(np.concatenate(columns)) if columns else np.zeros(0)
         if values.size <= _MOST_GROUPS:
             for value in values:
                 groups[f"{array} {value}"] = [np.flatnonzero(c == value) for c in columns]
+    for array, number, name in named:
+        part = [np.flatnonzero(c == number) for c in cell_data.get(array, ())]
+        groups[name] = list(map(np.union1d, groups.get(name, part), part))
     return groups
 
 
@@ -392,12 +414,7 @@ def _solids(path: Path, file: Any) -> tuple[str, Indices, list[Indices]]:
 class _Names:
     def __init__(self, path: Path, file: Any, numbers: list[Indices]) -> None:
         self._path, self._file, self._numbers = path, file, numbers
-        self._sets: dict[str, list[Indices]] = {}
-        for name, blocks in file.cell_sets.items():
-            self._sets[name] = blocks
-        for name, (tag, _) in file.field_data.items():
-            blocks = [np.flatnonzero(block.ravel() == tag) for block in file.tags]
-            self._sets.setdefault(name, blocks)
+        self._sets: dict[str, list[Indices]] = file.cell_sets
         self._nodes = file.point_sets
         if not self._sets:
             raise InputError(

@@ -93,7 +93,14 @@ class Campaign(Locked):
                         f"{measured.name}: {name.replace('_', ' ')} {engineering(nominal, unit)} "
                         f"by the manifest, measured {engineering(mean.value, unit)}"
                     )
-        for members in self._by_load().values():
+        labels = self._contacts()
+        by_load: dict[tuple[str, int], list[Measurement]] = {}
+        for i, measured in enumerate(self.measurements):
+            load = measured.mean.get("normal_load")
+            if load is not None and load.value > 0.0:  # unlabelled records are of one contact
+                step = round(math.log(load.value) / _SAME_LOAD)
+                by_load.setdefault((labels[i] if labels else "", step), []).append(measured)
+        for members in by_load.values():
             sliding = [m for m in members if set(m.possible_regimes) == {"gross slip"}]
             if not sliding:
                 continue
@@ -112,14 +119,3 @@ class Campaign(Locked):
                         "both are uncertain"
                     )
         return notes
-
-    def _by_load(self) -> dict[tuple[str, int], list[Measurement]]:
-        """Group records by contact and load; unlabelled records are taken as one contact."""
-        labels = self._contacts()
-        by_load: dict[tuple[str, int], list[Measurement]] = {}
-        for i, measured in enumerate(self.measurements):
-            load = measured.mean.get("normal_load")
-            if load is not None and load.value > 0.0:
-                step = round(math.log(load.value) / _SAME_LOAD)
-                by_load.setdefault((labels[i] if labels else "", step), []).append(measured)
-        return by_load

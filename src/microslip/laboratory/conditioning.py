@@ -112,17 +112,14 @@ def lag_of(
     if half < 4:
         return None
 
-    def shift(
-        rows: slice, shapes: int = 0, near: float | None = None
-    ) -> tuple[float, float, float]:
-        return _shift(forces[rows], ways[rows], reach, half, _SHAPES[shapes], near)
-
-    middle, best, at_zero = shift(slice(None))
+    middle, best, at_zero = _shift(forces, ways, half, _SHAPES[0])
     if not abs(middle) > smallest:
         return None
     edges = np.linspace(0, inside.size, min(_GROUPS, inside.size) + 1).astype(int)
-    late = np.array([shift(slice(a, b), 0, middle)[0] for a, b in pairwise(edges)])
-    other = shift(slice(None), 1, middle)[0]
+    late = np.array(
+        [_shift(forces[a:b], ways[a:b], half, _SHAPES[0], middle)[0] for a, b in pairwise(edges)]
+    )
+    other = _shift(forces, ways, half, _SHAPES[1], middle)[0]
     chance = quantile(confidence, late.size - 1) * float(late.std(ddof=1)) / math.sqrt(late.size)
     doubt = _LEAST + _OF_WINDOW * half + _DOUBT * abs(middle - other)
     # Lags of groups are sought near that of all of them: beyond that range they are not known.
@@ -135,17 +132,17 @@ def lag_of(
 def _shift(
     forces: Floats,
     ways: Floats,
-    reach: int,
     half: int,
     powers: tuple[tuple[float, ...], tuple[float, ...]],
     near: float | None = None,
 ) -> tuple[float, float, float]:
     """Fit the lag of the force around a reversal, with powers of the displacement on each side.
 
-    Rows of ``forces`` [N] and ``ways`` [m] are cycles, with ``reach`` samples on each side; forces
-    within ``half`` samples of the reversal are fitted; ``near`` is a first estimate of the lag.
+    Rows of ``forces`` [N] and ``ways`` [m] are cycles, with the reversal in the middle; forces
+    within ``half`` samples of it are fitted; ``near`` is a first estimate of the lag.
     Return the lag [samples] and the sums of squares with and without it [N^2].
     """
+    reach = ways.shape[1] // 2
     force = forces.mean(axis=0)[reach - half : reach + half + 1]
     # Free of noise: as the way stands on the axis, noise there would look like a kink.
     grid = np.arange(-reach, reach + 1.0) / reach

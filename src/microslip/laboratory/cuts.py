@@ -76,16 +76,12 @@ def noise_of(values: Floats) -> float:
 
 
 class Motion(NamedTuple):
-    """Middle, amplitude, noise and period of a displacement, from which cycles are found."""
+    """Middle, amplitude (half the range) and noise of a displacement [m], and period [samples]."""
 
     middle: float
-    """Middle of the displacement [m]."""
     amplitude: float
-    """Amplitude of the displacement [m], half its range."""
     noise: float
-    """Noise of the displacement [m]."""
     period: float
-    """Samples per cycle."""
     relative_noise: float
     """Noise of the displacement or of the force, the larger over half its range [-]."""
 

@@ -102,13 +102,6 @@ def block_columns(
     if time is not None:
         samples = np.arange(float(time.size))
         columns["frequency"] = 1.0 / np.diff(np.interp(branches.edges, samples, time))
-    pressed: Floats | None = None
-    if isinstance(load, np.ndarray):
-        pressed = np.add.reduceat(load[begin:end], first - begin) / count
-    elif load is not None:
-        pressed = np.full(first.size, load)
-    if pressed is not None:
-        columns["normal_load"] = pressed
     ratio = _ratio(energy, 4.0 * amplitude * force_amplitude)
     columns |= {
         "dissipated_energy": energy,
@@ -119,7 +112,13 @@ def block_columns(
         "sliding_ratio": _ratio(sliding, amplitude),
         "fouvry_ratio": _ratio(energy, 4.0 * force_amplitude * sliding),
     }
-    if pressed is not None:
+    if load is not None:
+        pressed = (
+            np.add.reduceat(load[begin:end], first - begin) / count
+            if isinstance(load, np.ndarray)
+            else np.full(first.size, load)
+        )
+        columns["normal_load"] = pressed
         columns["friction_peak"] = _ratio(force_amplitude, pressed)
         columns["friction_energy"] = _ratio(energy, 4.0 * pressed * sliding)
     columns |= stiffness_columns(moved, force, cycles, branches, compliance)

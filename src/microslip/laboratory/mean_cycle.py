@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,12 +52,18 @@ class MeanCycle:
         self.freedom = float(phase.size - size)
         """Degrees of freedom of the residual."""
         if not self._alike:
-            self._prepare()
+            sums = self._with_neighbours(self._moments(np.ones(phase.size), 6))
+            normal = np.stack([sums[i : i + 4].T for i in range(4)], axis=1)
+            normal += 1e-9 * normal[:, :1, :1] * np.eye(4)  # too few samples for a cubic
+            self._inverse = np.linalg.inv(normal)
+            levers = np.zeros((7, size))
+            for i in range(4):
+                levers[i : i + 4] += self._inverse[:, i].T
+            # Variance of each sample's residual over that of the noise of a sample [-].
+            self._noise_share = 1.0 - self._curve(levers)
             self.freedom = float(self._noise_share.sum())
 
-    def _moments(
-        self, values: NDArray[np.float64] | NDArray[np.int64], highest_power: int
-    ) -> Floats:
+    def _moments(self, values: NDArray[Any], highest_power: int) -> Floats:
         rows, powers = [], values
         for _ in range(highest_power + 1):
             rows.append(np.bincount(self.column, powers, minlength=self.size))
@@ -83,23 +89,17 @@ class MeanCycle:
             curve += row[self.column]
         return curve
 
-    def _prepare(self) -> None:
-        sums = self._with_neighbours(self._moments(np.ones(self.column.size), 6))
-        normal = np.stack([sums[i : i + 4].T for i in range(4)], axis=1)
-        normal += 1e-9 * normal[:, :1, :1] * np.eye(4)  # too few samples for a cubic
-        self._inverse = np.linalg.inv(normal)
-        levers = np.zeros((7, self.size))
-        for i in range(4):
-            levers[i : i + 4] += self._inverse[:, i].T
-        # Variance of each sample's residual over that of the noise of a sample [-].
-        self._noise_share = 1.0 - self._curve(levers)
-
-    def of(self, values: NDArray[np.float64] | NDArray[np.int64]) -> Level:
+    def of(self, values: NDArray[Any]) -> Level:
         """Fit the mean cycle to the samples of a channel, in any unit."""
         moments = self._moments(values, 0 if self._alike else 3)
         mean = moments[0] / self.total
         if self._alike:
-            factors = np.stack((mean, _slopes(self.middle, mean)))
+            turn = 2.0 * math.pi
+            places = np.concatenate(
+                ([self.middle[-1] - turn], self.middle, [self.middle[0] + turn])
+            )
+            around = np.concatenate(([mean[-1]], mean, [mean[0]]))
+            factors = np.stack((mean, (around[2:] - around[:-2]) / (places[2:] - places[:-2])))
         else:
             sums = self._with_neighbours(moments)
             factors = np.einsum("nij,jn->in", self._inverse, sums)
@@ -125,14 +125,6 @@ class MeanCycle:
             return total_noise
         square = float(np.sum(free[near] ** 2))
         return min(total_noise, math.sqrt(square / near_freedom / _WITHIN))
-
-
-def _slopes(middle: Floats, mean: Floats) -> Floats:
-    """Return the slope of the mean cycle at each bin, per radian, by central differences."""
-    turn = 2.0 * math.pi
-    places = np.concatenate(([middle[-1] - turn], middle, [middle[0] + turn]))
-    values = np.concatenate(([mean[-1]], mean, [mean[0]]))
-    return np.asarray((values[2:] - values[:-2]) / (places[2:] - places[:-2]))
 
 
 def errors_of_steps(values: Floats, step: float, column: NDArray[np.int64]) -> NDArray[np.float64]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats, exact, positive, show
 from microslip._core.errors import InputError
 from microslip._core.frozen import lock
-from microslip._core.quantities import json_value
+from microslip._core.quantities import json_value, named
 from microslip._core.units import engineering, significant
 from microslip._core.wording import plural
 from microslip.figures.plot import Plot
@@ -214,8 +214,7 @@ class Measurement(Plottable):
                 "thresholds": {"stick": STICK, "gross": GROSS},
                 "confidence": self.confidence,
                 "settled": self.is_settled,
-                **{key: getattr(self, key) for key in ("frequency", "third_harmonic")},
-                **{key: getattr(self, key) for key in ("load_ripple", "rig_stiffness")},
+                **named(self, "frequency", "third_harmonic", "load_ripple", "rig_stiffness"),
                 "drift": {name: self.drift(name).value for name in self.mean},
                 "mean": _with_units(self.mean),
                 "levels": levels,

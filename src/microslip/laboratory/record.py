@@ -19,7 +19,7 @@ from microslip._core.checks import Floats, positive, show, without_unit
 from microslip._core.checks import record as checked
 from microslip._core.errors import InputError
 from microslip._core.files import atomic_file
-from microslip._core.frozen import Locked, lock
+from microslip._core.frozen import Locked, assign, lock
 from microslip._core.wording import one_line
 from microslip.figures.plot import Plot
 from microslip.figures.plottable import Plottable
@@ -138,8 +138,7 @@ class Record(Locked, Plottable):
         fields: dict[str, Any] = dict.fromkeys(UNITS) | arrays
         fields |= {"normal_load": load, "name": name, "notes": tuple(notes)}
         fields["sample_rate"] = _frequency(sample_rate)
-        for key, value in fields.items():
-            object.__setattr__(self, key, value)
+        assign(self, **fields)
 
     @property
     def channels(self) -> dict[str, Floats]:
@@ -305,14 +304,8 @@ def once_a_record(function: Callable[[Record], Answer]) -> Callable[[Record], An
 def _locked_series(key: str, raw_values: Any) -> Floats:
     values = checked(key, raw_values, UNITS[key].strip("-")).reshape(-1)
     # Readers hand over arrays that are locked already; a long record is not copied again.
-    if (
-        isinstance(raw_values, np.ndarray)
-        and not raw_values.flags.writeable
-        and raw_values.base is None
-    ):
-        values = raw_values if values.base is raw_values and raw_values.ndim == 1 else values
-        return lock(values)
-    return lock(values.copy())
+    is_array = isinstance(raw_values, np.ndarray) and raw_values.base is None
+    return lock(values if is_array and not raw_values.flags.writeable else values.copy())
 
 
 def _frequency(raw_value: Any) -> float | None:

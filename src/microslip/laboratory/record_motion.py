@@ -15,21 +15,16 @@ from microslip.laboratory.cuts import Cuts
 from microslip.laboratory.loop_shape import UNDECIDED
 from microslip.laboratory.record import Record
 
-_FOLDS = 64
+_FOLDS, _MOST_SAMPLES = 64, 1 << 18
 _THIRD, _FIFTH, _IN_PHASE = 0.02, 0.15, 0.2
 """Least third harmonic over the fundamental, largest fifth over the third, and part of the third
 out of phase, of a sine seen by a sensor that is not linear."""
 
 
-def _angles(cycles: Cuts, sample_limit: int = 1 << 18) -> tuple[slice, Floats]:
-    """Return the slice of the first whole cycles, and the phase of its samples [cycles].
-
-    The slice has all cycles that end within ``sample_limit`` samples, at least one.
-    """
-    count = max(
-        1, int(np.searchsorted(cycles.cuts, cycles.cuts[0] + sample_limit, side="right")) - 1
-    )
-    cuts = cycles.cuts[: count + 1]
+def _angles(cycles: Cuts) -> tuple[slice, Floats]:
+    """Return the slice of the first whole cycles, and the phase of its samples [cycles]."""
+    count = int(np.searchsorted(cycles.cuts, cycles.cuts[0] + _MOST_SAMPLES, side="right")) - 1
+    cuts = cycles.cuts[: max(1, count) + 1]
     place = np.arange(cuts[0], cuts[-1])
     return slice(int(cuts[0]), int(cuts[-1])), np.interp(place, cuts, np.arange(cuts.size)) % 1.0
 
@@ -78,18 +73,14 @@ def load_ripple_of(record: Record, block: Block) -> float | None:
 
 
 def mean_loop_of(
-    x: Floats,
-    force: Floats,
-    columns: Mapping[str, Floats],
-    rows: NDArray[np.intp],
-    samples: int = 256,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    x: Floats, force: Floats, columns: Mapping[str, Floats], rows: NDArray[np.intp]
+) -> tuple[Floats, Floats]:
     """Return displacement [m] and force [N] of the closed mean loop of the cycles ``rows``.
 
     At most a hundred cycles, evenly distributed over the rows, are averaged.
     """
     some = rows[np.linspace(0, rows.size - 1, min(100, rows.size)).astype(int)]
-    share = np.linspace(0.0, 1.0, samples + 1)
+    share = np.linspace(0.0, 1.0, 257)
     places = columns["start"][some, None] + columns["period"][some, None] * share
     loop = [np.interp(places, np.arange(x.size), values).mean(axis=0) for values in (x, force)]
     for values in loop:

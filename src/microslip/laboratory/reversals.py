@@ -65,7 +65,7 @@ def reversals_of(
         t = np.arange(-wide, wide + 1.0)
         # Smoothing moves the highest sample of a corner with unequal slopes.
         corners = _corners(_reflected(x, places, wide), t, noise)
-        places = places + np.rint(corners.shift).astype(np.int64)
+        places = places + np.rint(corners[0]).astype(np.int64)
         rows = _reflected(x, places, wide)
         is_wide = wide > half
         shift, height, smooth = _flanks(rows, t, noise) if is_wide else _corners(rows, t, noise)
@@ -110,7 +110,7 @@ def _corner_window(
             continue
         t = np.arange(-width, width + 1.0)
         rows = _reflected(x, places, width)
-        smooth, lines = _smooth_turns(rows, t, noise)[2], _corners(rows, t, noise).shape
+        smooth, lines = _smooth_turns(rows, t, noise)[2], _corners(rows, t, noise)[2]
         curved, straight = (
             float(np.median(np.mean((rows - fit) ** 2, axis=1))) for fit in (smooth, lines)
         )
@@ -156,16 +156,10 @@ def _smooth_turns(rows: Floats, t: Floats, noise: float) -> tuple[Floats, Floats
     return shift, height, c @ powers.T, slope_error / abs(float(np.median(bend)))
 
 
-class _Corner(NamedTuple):
-    shift: Floats
-    """Position from the middle of the row [samples]."""
-    height: Floats
-    shape: Floats
-
-
-def _corners(rows: Floats, t: Floats, noise: float) -> _Corner:
+def _corners(rows: Floats, t: Floats, noise: float) -> tuple[Floats, Floats, Floats]:
     """Fit two straight lines to each row of samples, split where the sum of squares is smallest.
 
+    Return the positions [samples] and heights of the corners, and the values of the lines.
     The corner is the intersection of the lines, limited to the interval between the two samples at
     the split, widened at each end by half a sample and twice the standard error of the position.
     Without this margin a split displaced by noise would make the corner too low, since its height
@@ -202,10 +196,10 @@ def _corners(rows: Floats, t: Floats, noise: float) -> _Corner:
     shift = np.where(is_turn, np.clip(shift, low, high), near)
     shape = np.where(t < t[splits[best]], a + b * t, c + d * t)
     height = np.minimum(a + b * shift, c + d * shift)
-    return _Corner(shift[:, 0], height[:, 0], shape)
+    return shift[:, 0], height[:, 0], shape
 
 
-def _flanks(rows: Floats, t: Floats, noise: float) -> _Corner:
+def _flanks(rows: Floats, t: Floats, noise: float) -> tuple[Floats, Floats, Floats]:
     """Fit straight lines on both sides of corners near the middle of rows of noisy samples.
 
     Samples in the range where noise may place the corner are left out. (Lines split where the sum
@@ -222,7 +216,7 @@ def _flanks(rows: Floats, t: Floats, noise: float) -> _Corner:
         gap = min(1.0 + 4.0 * noise / np.sqrt(t[-1]) / bend, 0.5 * t[-1])
     shift = np.clip((c - a) / (b - d), -gap, gap)
     height = 0.5 * (a + b * shift + c + d * shift)
-    return _Corner(shift[:, 0], height[:, 0], np.where(t < shift, a + b * t, c + d * t))
+    return shift[:, 0], height[:, 0], np.where(t < shift, a + b * t, c + d * t)
 
 
 class Branches(NamedTuple):

@@ -97,15 +97,21 @@ def settled(columns: Mapping[str, Floats], sound: NDArray[np.bool_], noise: floa
         parts = _one_amplitude(amplitudes, noise)
         if not parts:
             return Settled(sound, True, (_moving_note(columns, places, ("amplitude",)),))
+        largest = max(parts, key=len)
         if len(parts) > 1:
-            notes.append(_steps_note(columns, [places[part] for part in parts]))
+            means = sorted(float(amplitudes[part].mean()) for part in parts)
+            low, high = (engineering(end, "m") for end in (means[0], means[-1]))
+            notes.append(
+                f"the amplitude is not the same in all cycles: {len(parts)} amplitudes from {low} "
+                f"to {high}. Each has its own means; those of the record are over cycles "
+                f"{places[largest[0]] + 1} to {places[largest[-1]] + 1}"
+            )
             late_ones = [settled_from(columns, places[part]) for part in parts]
             levels = tuple(
                 (places[part][late or 0 :], late is None)
                 for part, late in zip(parts, late_ones, strict=True)
             )
-        largest = max(parts, key=len)
-        if len(parts) == 1 and largest.size < places.size:
+        elif largest.size < places.size:
             notes.append(_run_up_note(columns, places, largest))
         places = places[largest]
     late = settled_from(columns, places)
@@ -333,15 +339,4 @@ def _run_up_note(
     return (
         f"left out of the means: {named_cycles(_mask(others, amplitude.size))} at {words}, as in a "
         f"run-up; the others have an amplitude of {mean}"
-    )
-
-
-def _steps_note(columns: Mapping[str, Floats], parts: list[NDArray[np.intp]]) -> str:
-    means = sorted(float(columns["amplitude"][part].mean()) for part in parts)
-    low, high = (engineering(end, "m") for end in (means[0], means[-1]))
-    largest = max(parts, key=len)
-    return (
-        f"the amplitude is not the same in all cycles: {len(parts)} amplitudes from {low} to "
-        f"{high}. Each has its own means; those of the record are over cycles {largest[0] + 1} to "
-        f"{largest[-1] + 1}"
     )

@@ -48,12 +48,10 @@ _OVER_NOISE = 10.0
 
 
 class Block(NamedTuple):
-    """Samples of a record between two gaps, and the whole cycles in them."""
+    """Samples ``first`` to ``stop`` (exclusive) of a record, and the whole cycles in them."""
 
     first: int
-    """The first sample, counted from 0."""
     stop: int
-    """Index after the last sample."""
     cycles: Cuts
     """Cycles, with places counted from the first sample of the block."""
 
@@ -73,11 +71,6 @@ class Blocks(NamedTuple):
 
     having_cycles: tuple[Block, ...]
     notes: tuple[str, ...]
-
-    @property
-    def flipped(self) -> bool:
-        """Whether "peaks" are displacement minima and "troughs" maxima, as in :class:`Cuts`."""
-        return self.having_cycles[0].cycles.flipped
 
 
 @once_a_record
@@ -223,13 +216,14 @@ def _cycles_between(block: Block, begin: int, end: int) -> Block:
 
 def _gap_note(time: Floats, gaps: NDArray[np.intp], empty: int) -> str:
     at = int(gaps[np.diff(time)[gaps].argmax()])
-    longest = f"{engineering(float(time[at + 1] - time[at]), 's')}"
-    after = f"{engineering(float(time[at]), 's')}"
-    if gaps.size == 1:
-        text = f"the time has a gap of {longest} after {after}"
-    else:
-        text = f"the time has {gaps.size} gaps, the longest of {longest} after {after}"
-    text += ": cycles are cut there, and the frequency is that within the blocks"
+    longest, after = (
+        engineering(s, "s") for s in (float(time[at + 1] - time[at]), float(time[at]))
+    )
+    gap = "a gap" if gaps.size == 1 else f"{gaps.size} gaps, the longest"
+    text = (
+        f"the time has {gap} of {longest} after {after}: cycles are cut there, and the frequency "
+    )
+    text += "is that within the blocks"
     if empty:
         text += (
             f"; {empty} of {gaps.size + 1} blocks {'has' if empty == 1 else 'have'} no whole cycle"

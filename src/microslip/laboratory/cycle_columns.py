@@ -67,6 +67,8 @@ def block_columns(
     ``moved`` [m]. Frequencies are given if the ``time`` [s] of the samples is. A significant linear
     drift of a channel is subtracted, but kept in the columns of the offsets.
     """
+    sign = -1.0 if cycles.flipped else 1.0
+    moved, force = sign * moved, sign * force
     branches = branches_of(moved, force, cycles)
     middles = 0.5 * (branches.peaks.place + branches.troughs.place)
     drifts = _drift(branches, "x", middles), _drift(branches, "force", middles)
@@ -90,13 +92,14 @@ def block_columns(
     sliding = _sliding_distance(x[begin : end + 1] - np.append(mid_x, mid_x[-1]), swing, cycles)
     mean, square = (np.add.reduceat(v[:-1], first - begin) / count for v in (swing, swing**2))
     del mid_x, mid_force, swing
+    progress = middles - middles.mean()
     columns = {
         "start": first.astype(float),
         "period": count,
         "amplitude": amplitude,
-        "displacement_offset": 0.5 * (top + bottom) + drifts[0] * (middles - middles.mean()),
+        "displacement_offset": sign * (0.5 * (top + bottom) + drifts[0] * progress),
         "force_amplitude": force_amplitude,
-        "force_offset": 0.5 * (high + low) + drifts[1] * (middles - middles.mean()),
+        "force_offset": sign * (0.5 * (high + low) + drifts[1] * progress),
         "force_rms": np.sqrt(np.maximum(square - mean**2, 0.0)),
     }
     if time is not None:
@@ -136,10 +139,9 @@ def _drift(branches: Branches, channel: str, middles: Floats) -> float:
 
 def columns_of(record: Record, compliance: float) -> dict[str, Floats]:
     """Evaluate the cycles of all blocks of a record; ``compliance`` [m/N] is the rig's."""
-    blocks, load, seconds = blocks_of(record), record.normal_load, record.seconds
-    sign = -1.0 if blocks.flipped else 1.0
-    x, force, parts = sign * record.displacement, sign * record.force, []
-    for block in blocks.having_cycles:
+    x, force, load = record.displacement, record.force, record.normal_load
+    seconds, parts = record.seconds, []
+    for block in blocks_of(record).having_cycles:
         at = block.samples
         pressed = load[at] if isinstance(load, np.ndarray) else load
         time = None if seconds is None else seconds[at]
@@ -148,10 +150,7 @@ def columns_of(record: Record, compliance: float) -> dict[str, Floats]:
         if record.cycle_number is not None:
             cuts = block.first + block.cycles.cuts
             parts[-1]["cycle_number"] = record.cycle_number[(cuts[:-1] + cuts[1:]) // 2]
-    columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    for name in ("displacement_offset", "force_offset"):
-        columns[name] *= sign
-    return columns
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
 def _ratio(numerator: Floats, denominator: Floats) -> Floats:
@@ -299,9 +298,12 @@ def _widest_that_agrees(fits: Iterator[tuple[Floats, Floats]]) -> tuple[Floats, 
     """
     chord, doubt = next(fits)
     for narrow in fits:
-        change, error = _mean_and_error(chord - narrow[0])
-        if math.isnan(change):  # no solution in the narrower window
+        away = chord - narrow[0]
+        away = away[np.isfinite(away)]
+        if away.size == 0:  # no solution in the narrower window
             continue
+        change = float(away.mean())
+        error = float(away.std(ddof=1)) / math.sqrt(away.size) if away.size > 2 else 0.0
         doubt = np.abs(doubt)
         allowed = 0.5 * float(np.nanmean(doubt)) if np.isfinite(doubt).any() else 0.0
         doubt = np.sqrt(doubt**2 + change**2 + (2.0 * error) ** 2)
@@ -309,14 +311,6 @@ def _widest_that_agrees(fits: Iterator[tuple[Floats, Floats]]) -> tuple[Floats, 
             break
         chord, doubt = narrow
     return chord, doubt
-
-
-def _mean_and_error(values: Floats) -> tuple[float, float]:
-    """Return the mean of the finite values and its standard error; NaN without any."""
-    fine = values[np.isfinite(values)]
-    if fine.size < 3:
-        return (float(fine.mean()) if fine.size else math.nan), 0.0
-    return float(fine.mean()), float(fine.std(ddof=1)) / math.sqrt(fine.size)
 
 
 def _smoother(window: int, means: tuple[Floats, ...]) -> Floats:

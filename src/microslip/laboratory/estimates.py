@@ -169,10 +169,8 @@ def with_gain(estimate: Estimate, relative: float, confidence: float) -> Estimat
         return estimate
     error = relative * abs(estimate.value)
     half = quantile(confidence, _NORMAL) * error
-    low, high = (
-        math.hypot(*np.nan_to_num([estimate.value - estimate.low, half]).tolist()),
-        math.hypot(*np.nan_to_num([estimate.high - estimate.value, half]).tolist()),
-    )
+    ends = np.nan_to_num([estimate.value - estimate.low, estimate.high - estimate.value])
+    low, high = (math.hypot(end, half) for end in ends.tolist())
     total_error = math.hypot(float(np.nan_to_num(estimate.standard_error)), error)
     return estimate._replace(
         low=estimate.value - low, high=estimate.value + high, standard_error=total_error

@@ -348,10 +348,8 @@ def stated_noise(stated: Any) -> tuple[float, float]:
             "`noise` must be the standard deviations of a force [N] and a displacement [m], "
             f"such as (2.0, 5e-9), got {show(stated)}"
         )
-    force, displacement = (
-        number("noise", value, unit, example)
-        for value, unit, example in zip(stated, ("N", "m"), (2.0, 5e-9), strict=True)
-    )
+    force = number("noise", stated[0], "N", 2.0)
+    displacement = number("noise", stated[1], "m", 5e-9)
     if not force > 0.0 or displacement < 0.0:
         raise InputError(
             f"`noise` must be above zero in the force, got {force:g} N, {displacement:g} m"

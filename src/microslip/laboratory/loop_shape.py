@@ -73,8 +73,7 @@ def shape_of(
         branches[1].append((0.5 * (1.0 + p[:-1][~falling]), f[:-1][~falling]))
     if not branches[0]:
         return None
-    means = []
-    errors = []
+    means, errors = [], []
     for parts in branches:
         place, values = (np.concatenate([part[i] for part in parts]) for i in (0, 1))
         at = np.clip((place * BINS).astype(int), 0, BINS - 1)
@@ -200,16 +199,14 @@ def shape_notes(shape: Shape | None, is_load_recorded: bool) -> list[str]:
         return []
     notes: list[str] = []
     depth, place = hollow_of(shape)
-    found = False
+    width: float | None = None
     if depth > _NOT_CONCAVE + _HOLLOW * shape.error:
         if (width := clearance_of(shape)) is not None:
-            found = True
             notes.append(
                 f"clearance: a dead zone of {engineering(width, 'm')} at zero force; energy and "
                 "stiffness are those of joint and clearance together"
             )
         elif (width := lost_motion_of(shape)) is not None:
-            found = True
             notes.append(
                 f"lost motion: after each reversal the force does not change over "
                 f"{engineering(width, 'm')}, as with play between the joint and its displacement "
@@ -225,7 +222,7 @@ def shape_notes(shape: Shape | None, is_load_recorded: bool) -> list[str]:
                 "the rate, a delay); "
                 f"a record with {load}at another frequency would identify the cause"
             )
-    if not found and shape.asymmetry > _ASYMMETRIC + _ERRORS * shape.error:
+    if width is None and shape.asymmetry > _ASYMMETRIC + _ERRORS * shape.error:
         notes.append(
             f"the two directions of the loop differ by {100.0 * shape.asymmetry:.0f} % of the "
             f"force amplitude; {UNDECIDED} (a load that changes with the displacement, a tilted or "

@@ -302,14 +302,14 @@ def measure(
         *(record.name, float(np.median(energies)), error / energies.size**0.5, *channels),
         "`delay=1e-4`, say, removes it",
     )
+    compliance = 0.0
     if rig_stiffness is not None:
         rig_stiffness = positive("rig_stiffness", rig_stiffness, "N/m", 1e8)
-        columns = columns_of(record, 1.0 / rig_stiffness)
+        compliance = 1.0 / rig_stiffness
+        columns = columns_of(record, compliance)
         _refuse_soft(rig_stiffness, columns)
         x = x - force / rig_stiffness
-    coarse = sampling_errors(
-        record, largest, columns, 0.0 if rig_stiffness is None else 1.0 / rig_stiffness
-    )
+    coarse = sampling_errors(record, largest, columns, compliance)
     notes = [*record.notes, *judged.notes(counting)]
     if any(np.isnan(columns["chord_stiffness"])):
         notes.append(
@@ -317,10 +317,8 @@ def measure(
             "for a stiffness"
         )
     shape = judged.shape(counting.selection)
-    if judged.delay:
-        notes.append(judged.delay)
-    else:
-        notes += shape_notes(shape, isinstance(record.normal_load, np.ndarray))
+    is_load_recorded = isinstance(record.normal_load, np.ndarray)
+    notes += [judged.delay] if judged.delay else shape_notes(shape, is_load_recorded)
     third_harmonic, bent_notes = third_harmonic_of(record, largest)
     notes += bent_notes
     notes += beyond_all_rigs(columns)

@@ -236,7 +236,13 @@ def _arrays(
             is_rare = float(bad[:end_row].mean()) <= _MOST_LONE
             if bad[0] or int(lengths.max()) > _LONGEST_LONE or not is_rare:
                 _refuse_gaps(table, arrays, names, bad[:end_row], first)
-            arrays = {role: _filled(values[:end_row]) for role, values in arrays.items()}
+            arrays = {role: values[:end_row].copy() for role, values in arrays.items()}
+            for values in arrays.values():
+                lone, known = (
+                    np.flatnonzero(~np.isfinite(values)),
+                    np.flatnonzero(np.isfinite(values)),
+                )
+                values[lone] = np.interp(lone, known, values[known])
             notes.append(
                 f"interpolated linearly: {plural(int(bad[:end_row].sum()), 'row')} "
                 f"without numbers, the first {table.where(int(bad.argmax()) + first)}."
@@ -247,15 +253,6 @@ def _arrays(
     if end_row < 2:
         raise ValueError(f"wanted at least two rows of numbers, got {end_row}")
     return arrays, first, notes
-
-
-def _filled(values: Floats) -> Floats:
-    bad = ~np.isfinite(values)
-    if bad.any():
-        place = np.arange(values.size)
-        values = values.copy()
-        values[bad] = np.interp(place[bad], place[~bad], values[~bad])
-    return values
 
 
 def _refuse_gaps(
@@ -313,8 +310,6 @@ def _add_values_of_file(
 ) -> None:
     """Add the sample rate and the load stated by the file, unless given otherwise."""
     if parts["sample_rate"] is not None:
-        if "time" in by_part:
-            raise InputError("`time` and `sample_rate` are redundant; write one of them")
         notes.append(f"sample_rate: {parts['sample_rate']:g} Hz, as stated.")
     elif "time" not in by_part:
         rates = dict.fromkeys(table.columns[by_part[role].place].rate for role in NEEDED)

@@ -43,8 +43,7 @@ def sampling_errors(
     errors = dict.fromkeys(names, polygon)
     if _FEWEST <= period <= _MOST_SAMPLES:
         errors = dict.fromkeys(names, 0.0)
-        sign = -1.0 if block.cycles.flipped else 1.0
-        x, force = sign * record.displacement[block.samples], sign * record.force[block.samples]
+        x, force = record.displacement[block.samples], record.force[block.samples]
         load = record.normal_load
         pressed = load[block.samples] if isinstance(load, np.ndarray) else load
         few = block.cycles.selected(0, min(_MOST_CYCLES, block.cycle_count))

@@ -247,8 +247,8 @@ def _slope(values: Floats) -> tuple[float, float]:
 
 def _moving(
     columns: Mapping[str, Floats], places: NDArray[np.intp], alike: float
-) -> dict[str, tuple[float, float]]:
-    """Return slope per cycle and its standard error for each column with a trend in ``places``.
+) -> dict[str, float]:
+    """Return the size of the slope per cycle of each column with a trend in ``places``.
 
     A trend is significant and changes the column by more than the fraction ``alike``.
     """
@@ -265,7 +265,7 @@ def _moving(
         if name == "dissipated_energy":
             usual = max(usual, _LOSS * around)
         if _moves(values, alike * usual):
-            moving[name] = _slope(values)
+            moving[name] = abs(_slope(values)[0])
     return moving
 
 
@@ -273,8 +273,7 @@ def _settled_end(
     columns: Mapping[str, Floats], places: NDArray[np.intp], alike: float
 ) -> int | None:
     """Return the index in ``places`` from which there is no trend (see _moving); None if never."""
-    rates = {name: abs(slope) for name, (slope, _) in _moving(columns, places, alike).items()}
-    if not rates:
+    if not (rates := _moving(columns, places, alike)):
         return 0
     number = places.size // 2
     for _ in range(_HALVES):

@@ -33,9 +33,7 @@ class Spike(NamedTuple):
     channel: str
     """"displacement", "force" or "normal_load"."""
     first: int
-    """Index of the first sample."""
     last: int
-    """Index of the last sample, usually equal to ``first``."""
     value: float
     """Value of the farthest sample [m, N]."""
     usual: float
@@ -43,9 +41,8 @@ class Spike(NamedTuple):
 
     def __str__(self) -> str:
         unit = UNITS[self.channel]
-        where = f"sample {self.first}"
-        if self.last > self.first:
-            where = f"samples {self.first} to {self.last}"
+        more = self.last > self.first
+        where = f"samples {self.first} to {self.last}" if more else f"sample {self.first}"
         return (
             f"{self.channel} {engineering(self.value, unit)} at {where} "
             f"(±{engineering(self.usual, unit)} is usual)"

@@ -44,11 +44,7 @@ class InSeries(BackboneLaw):
         return self.joint.force_limit
 
     def contact_displacement(self, x: Floats) -> Floats:
-        """Return the displacement u of the joint [m], from u + T0(u)/k = x.
-
-        T0 is the backbone of the joint, k the stiffness of the spring [N/m], and x >= 0 [m] the
-        displacement of the far end, one-dimensional.
-        """
+        """Return the displacement u of the joint [m], from u + T0(u)/k = x with its backbone T0."""
         k, first = self.stiffness, self.joint.tangential_stiffness
         # u + T0(u)/k is concave: from below Newton's method climbs to the answer, never past it.
         u = np.maximum(x / (1.0 + first / k), x - self.joint.force_limit / k)

@@ -215,7 +215,6 @@ class Cycles:
         }
 
     def _load_notes(self, selection: NDArray[np.bool_]) -> list[str]:
-        """Return notes on a normal load whose mean differs between the selected cycles."""
         if not isinstance(self.record.normal_load, np.ndarray):
             return []
         loads = self.columns["normal_load"][selection]
@@ -252,14 +251,13 @@ class Cycles:
             return ""
         if lag.misfit_left >= _LEFT or not self._is_better(lag.value):
             return ""
-        share, rate = abs(lag.value) * per_sample / energy, record.sample_rate
-        if (time := record.time) is not None:
-            rate = (block.stop - block.first - 1) / float(time[block.stop - 1] - time[block.first])
+        share = abs(lag.value) * per_sample / energy
         size_text = f"{significant(abs(lag.value), 2)} samples"
         remedy = "`sample_rate` converts it to a time"
-        if rate is not None:
-            size_text = engineering(abs(lag.value) / rate, "s")
-            remedy = f"`delay={lag.value / rate:.3g}` removes it"
+        if (time := record.seconds) is not None:
+            step = float(time[block.stop - 1] - time[block.first]) / (block.stop - block.first - 1)
+            size_text = engineering(abs(lag.value) * step, "s")
+            remedy = f"`delay={lag.value * step:.3g}` removes it"
         way = "behind" if lag.value > 0.0 else "ahead of"
         return (
             f"the force seems {size_text} {way} the displacement, by a delay or a filter of its "
@@ -286,7 +284,6 @@ class Cycles:
         return depth < max(fine, 0.5 * hollow_of(before)[0]) and depth < 2.0 * fine
 
     def _drifts(self, selection: NDArray[np.bool_]) -> list[str]:
-        """Return notes on significant drifts of displacement and force over selected cycles."""
         rows = np.flatnonzero(selection)
         notes = []
         for channel, size in (("displacement", "amplitude"), ("force", "force_amplitude")):

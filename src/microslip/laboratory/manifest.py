@@ -10,11 +10,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from microslip._core.errors import InputError
 from microslip._core.units import FORCE, LENGTH, VOLUME, Kind, QuantityError, engineering, to_si
 from microslip._core.wording import quote, quoted
 from microslip.laboratory.record import Record, checked_path, path_text
-from microslip.readers.files import file_kind, head_of, usable
+from microslip.readers.files import file_kind, head_of, reading
 from microslip.readers.laboratory import read_rows
 from microslip.readers.tables import name_and_unit, spelt
 
@@ -85,14 +84,9 @@ class Manifest:
             Paths and columns.
         """
         place = checked_path(path)
-        try:
-            with usable(place, "a manifest"):
-                rows = read_rows(place, file_kind(head_of(place), place.suffix.lower()))
+        with reading(place, "a manifest", called=path_text(place)):
+            rows = read_rows(place, file_kind(head_of(place), place.suffix.lower()))
             return cls._of(rows, place.parent)
-        except InputError as error:
-            raise error.within(f"{path_text(place)}: ") from None
-        except ValueError as error:
-            raise InputError(f"{path_text(place)}: {error}") from None
 
     @classmethod
     def _of(cls, rows: list[list[str]], folder: Path) -> Manifest:
@@ -140,12 +134,10 @@ class Manifest:
 
     def texts(self, name: str) -> tuple[str, ...]:
         """Return a column as labels; an empty tuple if the column does not exist."""
-        values = self.columns.get(name, ())
-        return tuple(text_of(value) for value in values)
+        return tuple(map(text_of, self.columns.get(name, ())))
 
     def _cell(self, name: str, row: int) -> Any:
-        values = self.columns.get(name)
-        return None if values is None else values[row]
+        return self.columns[name][row] if name in self.columns else None
 
     def loaded(self, record: Record, row: int) -> Record:
         """Add the normal load [N] of a manifest row to a record without a load."""

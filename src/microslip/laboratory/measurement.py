@@ -432,7 +432,6 @@ def beyond_all_rigs(columns: Mapping[str, Floats | float]) -> list[str]:
 
 
 def _refuse_soft(rig_stiffness: float, columns: Mapping[str, Floats]) -> None:
-    """Raise InputError if the rig deflects by more than the measured amplitude."""
     left, pushed = (float(np.median(columns[name])) for name in ("amplitude", "force_amplitude"))
     deflection = abs(pushed) / rig_stiffness
     if left > 0.0:

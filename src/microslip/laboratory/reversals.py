@@ -169,16 +169,10 @@ def _corners(rows: Floats, t: Floats, noise: float) -> tuple[Floats, Floats, Flo
     powers = np.array([np.ones_like(t), t, t * t])
     sums = np.cumsum(powers, axis=1)
     value, moment, square = (np.cumsum(rows * factor, axis=1) for factor in (1.0, t, rows))
-    total = square[:, -1:]
-    lines, rest = [], total
-    for n, st, stt, sx, sxt in (
-        (*sums[:, splits - 1], value[:, splits - 1], moment[:, splits - 1]),
-        (
-            *(sums[:, -1:] - sums[:, splits - 1]),
-            value[:, -1:] - value[:, splits - 1],
-            moment[:, -1:] - moment[:, splits - 1],
-        ),
-    ):
+    lines, rest, each = [], square[:, -1:], (*sums[:, None], value, moment)
+    left = [part[:, splits - 1] for part in each]
+    right = [part[:, -1:] - part[:, splits - 1] for part in each]
+    for n, st, stt, sx, sxt in (left, right):
         slope = (n * sxt - st * sx) / (n * stt - st * st)
         start = (sx - slope * st) / n
         rest = rest - start * sx - slope * sxt

@@ -60,10 +60,9 @@ def sampling_errors(
                 errors[name] = max(errors[name], change / _ORDER)
     # The reversal is extrapolated from samples beside it: an error of the next order remains.
     errors = {name: max(error, 2.0 * polygon**2) for name, error in errors.items()}
-    for name in _ENCLOSED:
+    for name in errors.keys() & set(_ENCLOSED):
         # A kink of the branch between two samples costs up to three times the mean of a polygon.
-        if name in errors:
-            errors[name] = max(errors[name], 0.5 * polygon)
+        errors[name] = max(errors[name], 0.5 * polygon)
     doubt = columns["chord_doubt"]
     fine = doubt[np.isfinite(doubt)]
     chord_doubt = float(np.median(fine)) if fine.size else 0.0

@@ -112,7 +112,15 @@ def settled(columns: Mapping[str, Floats], sound: NDArray[np.bool_], noise: floa
                 for part, late in zip(parts, late_ones, strict=True)
             )
         elif largest.size < places.size:
-            notes.append(_run_up_note(columns, places, largest))
+            others = np.delete(places, largest)
+            mean = engineering(float(amplitudes[largest].mean()), "m")
+            ends = (end(columns["amplitude"][others]) for end in (np.min, np.max))
+            low, high = (engineering(float(end), "m") for end in ends)
+            notes.append(
+                f"left out of the means: {named_cycles(_mask(others, sound.size))} at "
+                f"{low if others.size == 1 else f'{low} to {high}'}, as in a run-up; the others "
+                f"have an amplitude of {mean}"
+            )
         places = places[largest]
     late = settled_from(columns, places)
     if late is None:
@@ -324,18 +332,4 @@ def _moving_note(
         f"not settled: {_span(columns, places, names)} from cycle {places[0] + 1} to "
         f"{places[-1] + 1} (running in, wear, or a change of the rig); intervals are the range of "
         "the cycles, since no mean describes them; `cycles=slice(first, last)` selects settled ones"
-    )
-
-
-def _run_up_note(
-    columns: Mapping[str, Floats], places: NDArray[np.intp], part: NDArray[np.intp]
-) -> str:
-    amplitude = columns["amplitude"]
-    others = np.setdiff1d(places, places[part])
-    mean = engineering(float(amplitude[places[part]].mean()), "m")
-    low, high = (engineering(float(end(amplitude[others])), "m") for end in (np.min, np.max))
-    words = low if others.size == 1 else f"{low} to {high}"
-    return (
-        f"left out of the means: {named_cycles(_mask(others, amplitude.size))} at {words}, as in a "
-        f"run-up; the others have an amplitude of {mean}"
     )

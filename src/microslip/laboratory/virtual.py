@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -216,14 +216,8 @@ class VirtualTribometer:
         history = {"displacement": x, "force": force, "normal_load": load}
         clean = {name: v[sampled] for name, v in history.items() if v is not None}
         noisy = self._with_noise(clean, amplitude)
-        return Record(
-            displacement=noisy["displacement"],
-            force=noisy["force"],
-            normal_load=noisy.get("normal_load"),
-            sample_rate=rate,
-            commanded=clean["displacement"],
-            name="virtual tribometer",
-        )
+        name, commanded = "virtual tribometer", clean["displacement"]
+        return Record(**noisy, sample_rate=rate, commanded=commanded, name=name)
 
     def _angles(self, samples: Floats) -> tuple[Floats, NDArray[np.intp]]:
         """Return the phases of the drive [rad] for integration, and the indices of the samples.
@@ -286,10 +280,10 @@ class VirtualTribometer:
             forces[i] = force
         return forces
 
-    def _with_noise(self, clean: Mapping[str, Floats], amplitude: float) -> dict[str, Floats]:
+    def _with_noise(self, clean: Mapping[str, Floats], amplitude: float) -> dict[str, Any]:
         # A stream of its own for each channel: noise on one changes nothing in the others.
         streams = np.random.default_rng(self.seed).spawn(len(CHANNELS))
-        noisy: dict[str, Floats] = {}
+        noisy = {}
         for name, stream in zip(CHANNELS, streams, strict=True):
             if name not in clean:
                 continue

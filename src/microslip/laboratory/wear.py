@@ -58,7 +58,7 @@ def wear_of(
     confidence = checked_confidence(confidence)
     if not any(volume is not None for volume in volumes):
         return None
-    records, work, errors, worn = [], [], [], []
+    rows: list[tuple[str, float, float, float]] = []
     unknown: dict[str, str] = {}
     for i, volume in enumerate(volumes):
         if volume is None:
@@ -70,18 +70,15 @@ def wear_of(
         except InputError as reason:
             unknown[measurements[i].name] = str(reason)
             continue
-        records.append(measurements[i].name)
-        work.append(energy)
-        errors.append(error)
-        worn.append(volume)
-    energies, measured = np.array(work), np.array(worn)
+        rows.append((measurements[i].name, energy, error, volume))
+    work, errors, worn = np.array([row[1:] for row in rows]).reshape(-1, 3).T
     coefficient = None
-    if records:
+    if rows:
         gain = gain_error("dissipated_energy", measurements[0].gain_errors)
-        coefficient = with_gain(
-            _line_through_zero(energies, np.array(errors), measured, confidence), gain, confidence
-        )
-    return Wear(coefficient, tuple(records), energies, measured, MappingProxyType(unknown))
+        line = _line_through_zero(work, errors, worn, confidence)
+        coefficient = with_gain(line, gain, confidence)
+    names = tuple(row[0] for row in rows)
+    return Wear(coefficient, names, work, worn, MappingProxyType(unknown))
 
 
 def _numbers(measured: Measurement, first: float | None, records: int) -> Floats:

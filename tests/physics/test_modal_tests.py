@@ -115,8 +115,8 @@ def test_a_sine_at_held_response_gives_back_the_curve(levels: tuple[float], bar:
 def test_a_phase_of_another_quantity_is_named() -> None:
     f, acceleration, phase, force = held(5.0)
     for wrong, words in (
-        (phase - np.pi, r"as that of the displacement ahead of the force does: add \+180 degrees"),
-        (-phase, "as that of the acceleration behind the force does: change its sign"),
+        (phase - np.pi, r"as the phase of the displacement ahead of the force: add \+180 degrees"),
+        (-phase, "as the phase of the acceleration behind the force: change its sign"),
     ):
         with pytest.raises(ms.InputError, match=words):
             ms.ModalTest.from_stepped_sine(f, acceleration, wrong, force, quantity="acceleration")

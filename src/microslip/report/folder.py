@@ -54,8 +54,8 @@ def staged(
     ancestor = next((p for p in target.parents if os.path.lexists(p)), target)
     stage = ancestor / f".microslip-{secrets.token_hex(4)}.tmp"
     try:
-        stage.mkdir()
         try:
+            stage.mkdir()
             yield stage
             # Check again: the destination may have changed during a long computation.
             _check(place)

@@ -65,19 +65,28 @@ def test_inside_above_and_below() -> None:
 
 
 @pytest.mark.parametrize(
-    ("factor", "word"), [(1e3, "1000 times smaller"), (1e-3, "1000 times larger")]
+    ("factor", "word"), [(1e3, "of a thousandth"), (1e-3, "1000 times as large")]
 )
 def test_amplitudes_in_other_units_are_recognised(factor: float, word: str) -> None:
     test = modal_test(100.0, 1.5e-3, factor * np.array([2e-6, 1e-5, 5e-5]))
     frequency, damping = verdicts(test)
-    assert (frequency.word, frequency.unit) == ("not compared", f"amplitudes: {word}")
-    assert damping.unit == f"amplitudes: {word}"
+    assert (frequency.word, frequency.unit) == ("not compared", f"amplitudes {word}")
+    assert damping.unit == f"amplitudes {word}"
+
+
+@pytest.mark.parametrize(
+    ("factor", "word"), [(2.0 * np.pi, "rad/s instead of Hz"), (1e-3, "kHz instead of Hz")]
+)
+def test_frequencies_in_other_units_are_recognised(factor: float, word: str) -> None:
+    frequency, damping = verdicts(modal_test(100.0 * factor, 1.5e-3))
+    assert frequency.unit == f"frequencies in {word}"
+    assert damping.word == "inside"
 
 
 def test_percent_for_a_ratio_is_recognised() -> None:
     _, damping = verdicts(modal_test(100.0, 0.15))
     assert damping.word == "above"
-    assert damping.unit == "damping ratios: percent where a ratio is written"
+    assert damping.unit == "damping ratios in percent"
 
 
 def test_rise_over_fall_tells_microslip_from_geometry() -> None:

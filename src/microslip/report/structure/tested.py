@@ -40,7 +40,7 @@ def _sentence(verdict: QuantityVerdict) -> str:
             + (f"up to {100.0 * far:.2f} %" if far < 1.0 else f"a factor of up to {1.0 + far:.3g}")
         )
     if verdict.unit:
-        return f"{text}. Likely a unit error: {verdict.unit} would bring all points inside."
+        return f"{text}. Likely a unit error: with {verdict.unit} all points lie inside."
     if verdict.candidates:
         listed = ", ".join(f"{more} {name}" for name, more in verdict.candidates)
         text += f". Candidates, the strongest first: {listed}"

@@ -16,18 +16,20 @@ from microslip.study.runs.structure_prediction import (
     TestWord,
 )
 
-_UNITS = (
-    (1e3, "1000 times larger"), (1e-3, "1000 times smaller"),
-    (9.80665, "g where m/s^2 is written"), (1.0 / 9.80665, "m/s^2 where g is written"),
-    (1e6, "a million times larger"), (1e-6, "a million times smaller"),
-)  # fmt: skip
-"""Factors on amplitudes due to unit errors, with their description."""
-_FACTOR = {"frequency": ((2.0 * math.pi, "rad/s where Hz is written"),
-                         (1.0 / (2.0 * math.pi), "Hz where rad/s is written"),
-                         (1e3, "Hz where kHz is written"), (1e-3, "kHz where Hz is written")),
-           "damping_ratio": ((100.0, "a ratio where percent is written"),
-                             (0.01, "percent where a ratio is written"),
-                             (0.5, "the loss factor, twice the damping ratio"))}  # fmt: skip
+_UNITS = {
+    "amplitude": (
+        (1e3, "1000 times as large"), (1e-3, "of a thousandth"), (1e6, "a million times as large"),
+        (1e-6, "of a millionth"), (9.80665, "in g instead of m/s^2"),
+        (1.0 / 9.80665, "in m/s^2 instead of g"),
+    ),
+    "frequency": (
+        (0.5 / math.pi, "in rad/s instead of Hz"), (2.0 * math.pi, "in Hz instead of rad/s"),
+        (1e3, "in kHz instead of Hz"), (1e-3, "in Hz instead of kHz"),
+    ),
+    "damping_ratio": ((0.01, "in percent"), (100.0, "without percent"), (0.5, "as loss factors")),
+}  # fmt: skip
+"""Factors on measured values, and the description of the values that need them."""
+_PLURAL = {name: name.replace("_", " ") + "s" for name in _UNITS} | {"frequency": "frequencies"}
 
 
 def compare_tests(
@@ -106,17 +108,13 @@ def _against(mode: Mode, band: Floats, moved: Floats, value: Floats) -> tuple[in
 
 
 def _unit(mode: Mode, band: Floats, moved: Floats, value: Floats, name: str) -> str:
-    """Name the unit error, such as rad/s for Hz, that would put a whole test inside the band.
-
-    Return "" if there is none.
-    """
-    tries = [(factor, 1.0, word) for factor, word in _UNITS]
-    tries += [(1.0, factor, word) for factor, word in _FACTOR[name]]
-    for of_amplitude, of_value, word in tries:
-        above, below, points, _ = _against(mode, band, of_amplitude * moved, of_value * value)
-        if points == moved.size and not above + below:
-            what = "amplitudes" if of_value == 1.0 else name.replace("_", " ") + "s"
-            return f"{what}: {word}"
+    """Return the unit error that would put a whole test inside the band; "" if there is none."""
+    for changed in ("amplitude", name):
+        for factor, word in _UNITS[changed]:
+            of_amplitude, of_value = (factor, 1.0) if changed == "amplitude" else (1.0, factor)
+            above, below, points, _ = _against(mode, band, of_amplitude * moved, of_value * value)
+            if points == moved.size and not above + below:
+                return f"{_PLURAL[changed]} {word}"
     return ""
 
 

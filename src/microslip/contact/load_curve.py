@@ -213,7 +213,7 @@ class LoadCurve:
         return value, fall
 
     def drop(self, base: Floats, width: Floats) -> Floats:
-        """Decrease of load N(base) - N(base + width) [N] for steps and widths [m]."""
+        """Return N(base) - N(base + width) [N] for separations ``base`` and ``width`` >= 0 [m]."""
         profile = self.profile(float(base.min()), 0.0) if self.shared and base.size else None
         if profile is not None:
             result = np.empty(base.size)

@@ -63,8 +63,9 @@ def dissipated_along(joint: LawWithEnergy, displacement: Floats, record: Floats)
 def _dissipated(energy: Floats, sign: Floats, parent: Integers) -> Floats:
     """Return the energy dissipated up to each sample [J].
 
-    ``sign`` and ``parent`` are those of :class:`microslip.friction.memory.record.Tree`, and
-    ``energy`` is E(half) of each sample [J], with the distance ``half`` of that tree.
+    ``sign`` and ``parent`` are those of :class:`microslip.friction.memory.record.Tree`. For each
+    sample, ``energy`` [J] is that of a cycle whose amplitude is its distance from rest on first
+    loading, and else half its distance from the reversal where its branch begins.
     """
     first = parent < 0
     branch = np.where(first, 0.25, 0.5) * energy

@@ -28,7 +28,7 @@ class _Cells(NamedTuple):
 
 
 class IwanFit(NamedTuple):
-    """Errors of the Iwan model (DOI 10.1115/1.3625199) of a law over a range of amplitudes."""
+    """Errors of an Iwan model (DOI 10.1115/1.3625199) fitted to a law, over its amplitudes."""
 
     backbone_error: float
     """Largest relative error of the backbone [-]; the backbone of the model is nowhere below

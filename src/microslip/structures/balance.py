@@ -414,7 +414,7 @@ class ModeStep:
         return step
 
     def _preconditioner(self, unit: float) -> Callable[[Floats], Floats]:
-        """Return an approximate inverse with all joints sticking; ``unit`` is a scale of motion."""
+        """Return an approximate inverse of the Jacobian, with all joints sticking."""
         modes, size = self.balance.shape
         count, i = modes * size, self.index
         omega, scale = self.point.omega, self._scale

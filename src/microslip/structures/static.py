@@ -329,7 +329,7 @@ class AtRest:
         return [a for a in self.attachments if isinstance(a, GeometryAttachment)]
 
     def _orders(self, harmonics: Sequence[int] | None) -> Sequence[int]:
-        """Return the given harmonics, else the default: 0 to 3, or 0 to 5 with a geometry."""
+        """Return the given harmonics, else 0 to 3, or 0 to 5 with geometric nonlinearity."""
         if harmonics is not None:
             return harmonics
         return GEOMETRY_HARMONICS if self._geometric else HARMONICS

@@ -159,7 +159,7 @@ def column_values(
 
 
 class Numbers(ListOf):
-    """Reader of a list of declared numbers, given in the study or as a column of a file."""
+    """Reader of a list of numbers with unit and limits, in the study or as a column of a file."""
 
     def __init__(self, item: Number, example: str = "", *, single: bool = False) -> None:
         super().__init__(item, example or f"[{item.written}]", (1, MAX_VALUES), single=single)
@@ -286,7 +286,7 @@ def key_for(declared: Number, **changes: Any) -> Any:
 
 
 def optional(kind: type, name: str, **changes: Any) -> Any:
-    """Return an optional table key for a number declared by a class."""
+    """Return an optional key for the parameter ``name`` of ``kind``, with its unit and limits."""
     return key_for(parameter_of(kind, name), default=None, **changes)
 
 

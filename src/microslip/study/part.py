@@ -326,7 +326,7 @@ class Part:
 
     @classmethod
     def of(cls, **values: Any) -> Self:
-        """Return a table from attribute values in SI units, without validation."""
+        """Return an instance with attribute values in SI units, which are not validated."""
         part = cls.__new__(cls)
         usual = {cls.attributes[name]: item.default for name, item in cls.keys.items()}
         part.__dict__.update(usual, **values)

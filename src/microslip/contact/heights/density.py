@@ -44,7 +44,7 @@ class Pieces:
     coefficients: Floats  # (terms, panels)
 
     def __call__(self, t: Floats) -> Floats:
-        """Return the values at arguments ``t`` of any shape."""
+        """Return the values of the piecewise polynomial at arguments ``t`` of any shape."""
         panel = np.clip(np.searchsorted(self.edges, t, side="right") - 1, 0, self.edges.size - 2)
         low, high = self.edges[panel], self.edges[panel + 1]
         s = ((t - low) - (high - t)) / (high - low)

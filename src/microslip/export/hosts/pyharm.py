@@ -224,7 +224,7 @@ class ContactElement(_Element):
         self._count = self.law.field.size
 
     def response(self, motion: Floats) -> tuple[Floats, Floats]:
-        """Return coefficients of normal and tangential forces of all nodes, and Jacobian."""
+        """Return Fourier coefficients of normal and tangential forces, and their Jacobian."""
         turned = motion.reshape(self._count, -1, motion.shape[-1])
         order = np.roll(np.arange(turned.shape[1]), 1)
         force, jacobian = self.law.harmonics(np.roll(turned, -1, axis=1), self.harmonics, self.nti)

@@ -85,7 +85,7 @@ def joint_table(joints: JointRows, law: str) -> Table:
 
 
 def rest_section(joints: JointRows, law: str) -> Section:
-    """Return the section on the joint at rest, with sensitivities."""
+    """Return the section on the joint at rest, with its sensitivities to the inputs."""
     return Section("Joint at rest", (joint_table(joints, law), *sensitivity_table(joints)))
 
 

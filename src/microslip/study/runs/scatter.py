@@ -165,7 +165,7 @@ def scatter(
 
 
 def _with_bands(nominal: Variables, count: int) -> tuple[list[str], list[str]]:
-    """Return names of results with bands, and of those whose samples need too much memory."""
+    """Return names of results that get bands, and of those too large for ``count`` samples."""
     numbers = [
         name
         for name, variable in nominal.items()

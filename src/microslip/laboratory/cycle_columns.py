@@ -93,6 +93,7 @@ def block_columns(
     mean, square = (np.add.reduceat(v[:-1], first - begin) / count for v in (swing, swing**2))
     del mid_x, mid_force, swing
     progress = middles - middles.mean()
+    ratio = _ratio(energy, 4.0 * amplitude * force_amplitude)
     columns = {
         "start": first.astype(float),
         "period": count,
@@ -101,12 +102,6 @@ def block_columns(
         "force_amplitude": force_amplitude,
         "force_offset": sign * (0.5 * (high + low) + drifts[1] * progress),
         "force_rms": np.sqrt(np.maximum(square - mean**2, 0.0)),
-    }
-    if time is not None:
-        samples = np.arange(float(time.size))
-        columns["frequency"] = 1.0 / np.diff(np.interp(branches.edges, samples, time))
-    ratio = _ratio(energy, 4.0 * amplitude * force_amplitude)
-    columns |= {
         "dissipated_energy": energy,
         "energy_ratio": ratio,
         "loss_factor": 4.0 / math.pi * ratio,
@@ -114,7 +109,11 @@ def block_columns(
         "sliding_distance": sliding,
         "sliding_ratio": _ratio(sliding, amplitude),
         "fouvry_ratio": _ratio(energy, 4.0 * force_amplitude * sliding),
+        "closure_error": _ratio(np.abs(force[last] - force[first]), 2.0 * np.abs(force_amplitude)),
     }
+    if time is not None:
+        samples = np.arange(float(time.size))
+        columns["frequency"] = 1.0 / np.diff(np.interp(branches.edges, samples, time))
     if load is not None:
         pressed = (
             np.add.reduceat(load[begin:end], first - begin) / count
@@ -125,8 +124,6 @@ def block_columns(
         columns["friction_peak"] = _ratio(force_amplitude, pressed)
         columns["friction_energy"] = _ratio(energy, 4.0 * pressed * sliding)
     columns |= stiffness_columns(moved, force, cycles, branches, compliance)
-    gap = np.abs(force[last] - force[first])
-    columns["closure_error"] = _ratio(gap, 2.0 * np.abs(force_amplitude))
     return columns
 
 

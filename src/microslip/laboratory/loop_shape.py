@@ -91,12 +91,11 @@ def shape_of(
         errors.append(float(np.quantile(np.sqrt(squares) / count[full], 0.9)))
     both = 0.5 * (means[0] + means[1])
     skew = 0.5 * (means[1] - means[0])
-    inner = slice(2, -2)
     return Shape(
         grid,
         both,
         max(errors) / np.sqrt(2.0),
-        float(np.abs(skew - np.median(skew))[inner].max()),
+        float(np.abs(skew - np.median(skew))[2:-2].max()),
         float(np.median(columns["force_offset"][rows] / columns["force_amplitude"][rows])),
         float(np.median(columns["amplitude"][rows])),
         float(np.median(columns["force_amplitude"][rows])),

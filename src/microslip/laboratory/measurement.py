@@ -385,9 +385,8 @@ def _means(
 
 def _energy_noise(x: Floats, force: Floats, period: float) -> float:
     x, force = x[:_NOISE_SAMPLES], force[:_NOISE_SAMPLES]
-    cycle_count = x.size / period
     moved, pushed = (float(np.linalg.norm(np.diff(values))) for values in (x, force))
-    return math.hypot(noise_of(force) * moved, noise_of(x) * pushed) / math.sqrt(cycle_count)
+    return math.hypot(noise_of(force) * moved, noise_of(x) * pushed) / math.sqrt(x.size / period)
 
 
 def _with_units(means: Mapping[str, Estimate]) -> dict[str, Any]:
@@ -418,9 +417,7 @@ def beyond_all_rigs(columns: Mapping[str, Floats | float]) -> list[str]:
     """Return a note for each column whose median no rig reaches: a wrong unit, probably."""
     notes = []
     for name, (most, unit, role) in _MOST.items():
-        if name not in columns:
-            continue
-        size = abs(float(np.nanmedian(columns[name])))
+        size = abs(float(np.nanmedian(columns[name]))) if name in columns else 0.0
         if size > most:
             text = engineering(size, unit) if unit else significant(size)
             usual = "um" if role == "displacement" else "N"

@@ -157,11 +157,6 @@ class VirtualTribometer:
         whole_number("seed", self.seed, 0)
         keep(self, "noise", _checked_noise(self.noise))
 
-    @property
-    def _load(self) -> float | None:
-        load: float | None = getattr(self.joint, "normal_load", None)
-        return load
-
     @cached_property
     def series(self) -> BackboneLaw:
         """Joint and rig in series at the mean normal load."""
@@ -241,20 +236,20 @@ class VirtualTribometer:
 
         The normal load is None if the tribometer has none.
         """
-        if self._load is None or self.load_ripple == 0.0:
-            load = None if self._load is None else np.full(x.size, self._load)
+        mean: float | None = getattr(self.joint, "normal_load", None)
+        if mean is None or self.load_ripple == 0.0:
+            load = None if mean is None else np.full(x.size, mean)
             return np.asarray(self.series.force(x)), load
         ahead = amplitude * motion_over_amplitude(angle + self.ripple_phase, self.third_harmonic)
         at_mean = np.asarray(self.series.force(ahead))
         ripple = self.load_ripple / float(self.series.backbone(amplitude))
-        load = self._load * (1.0 + ripple * at_mean)
+        load = mean * (1.0 + ripple * at_mean)
         if self.rig_stiffness is None:
             return np.asarray(self.joint.start().advance(x, load)), load
-        return self._step(x, load, self.rig_stiffness), load
+        return self._step(x, load, self.joint.force_limit / mean, self.rig_stiffness), load
 
-    def _step(self, x: Floats, load: Floats, stiffness: float) -> Floats:
+    def _step(self, x: Floats, load: Floats, friction: float, stiffness: float) -> Floats:
         state, forces = self.joint.start(), np.empty(x.size)
-        friction = self.joint.force_limit / float(self._load or math.inf)
         u, tangent = 0.0, self.joint.tangential_stiffness
         force = 0.0
         for i, (place, weight) in enumerate(zip(x.tolist(), load.tolist(), strict=True)):

@@ -84,7 +84,6 @@ def wear_of(
 def _numbers(measured: Measurement, first: float | None, records: int) -> Floats:
     """Number the cycles of a record in the life of its specimen, from 1."""
     counter = measured.cycles.get("cycle_number")
-    along = np.arange(float(len(measured)))
     if counter is not None and np.all(np.diff(counter) > 0.0):
         return counter if first is None else counter + (first - counter[0])
     if np.any(np.diff(measured.cycles["start"]) > measured.cycles["period"][:-1] + 0.5):
@@ -97,7 +96,7 @@ def _numbers(measured: Measurement, first: float | None, records: int) -> Floats
             "its specimen has several records; state in the manifest the number of the first cycle "
             'of each file in the life of the specimen, in a column "first cycle"'
         )
-    return along + (1.0 if first is None else first)
+    return np.arange(float(len(measured))) + (1.0 if first is None else first)
 
 
 def _energy_until(

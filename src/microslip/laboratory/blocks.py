@@ -102,8 +102,7 @@ def stops_of(record: Record) -> NDArray[np.intp]:
     size = max(int(0.25 * _STOOD * motion.period), 2)
     number = x.size // size
     # A few samples of each piece show whether it moves.
-    pieces = x[: number * size].reshape(number, size)[:, :: max(size // 8, 1)]
-    pieces = np.ascontiguousarray(pieces)
+    pieces = np.ascontiguousarray(x[: number * size].reshape(number, size)[:, :: max(size // 8, 1)])
     rest_range = max(_RESTING * motion.noise, 1e-6 * motion.amplitude)
     is_still = np.ptp(pieces, axis=1) <= rest_range
     stops = []
@@ -128,10 +127,9 @@ def blocks_of(record: Record) -> Blocks:
     gaps, stops = gaps_of(record), stops_of(record)
     # The way to a stop and that from it belong to no whole cycle.
     inner_stops = stops[(stops[:, 0] > 0) & (stops[:, 1] < x.size)]
-    gaps = np.unique(np.concatenate((gaps, inner_stops[:, 0] - 1, inner_stops[:, 1] - 1)))
-    motion = motion_of(x, force, [int(gap) for gap in gaps]) if gaps.size else _motion(record)
-    edges = [0, *(int(gap) + 1 for gap in gaps), x.size]
-    pieces = list(pairwise(edges))
+    ends = np.unique(np.concatenate((gaps, inner_stops[:, 0] - 1, inner_stops[:, 1] - 1))).tolist()
+    motion = motion_of(x, force, ends) if ends else _motion(record)
+    pieces = list(pairwise([0, *(end + 1 for end in ends), x.size]))
     piece_cycles = [candidates(x[first:stop], motion) for first, stop in pieces]
     cycle_counts = np.array([[len_of(cycles) for cycles in of_block] for of_block in piece_cycles])
     kind = int(cycle_counts.sum(axis=0).argmax())
@@ -146,7 +144,6 @@ def blocks_of(record: Record) -> Blocks:
             "is complete between turning points or crossings of one kind"
         )
     notes: tuple[str, ...] = ()
-    gaps = gaps_of(record)
     if gaps.size and record.time is not None:
         empty = len(pieces) - len(blocks) - len(inner_stops)
         notes = (_gap_note(record.time, gaps, max(empty, 0)),)

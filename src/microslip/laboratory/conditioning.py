@@ -97,14 +97,8 @@ def lag_of(
     steps = np.arange(-reach, reach + 1)
     sign = -0.5 if cuts.flipped else 0.5
     # Half the differences of samples around a peak and around the next trough (cycles, samples).
-    forces, ways = (
-        sign
-        * (
-            values[cuts.peaks[inside][:, None] + steps]
-            - values[cuts.troughs[inside][:, None] + steps]
-        )
-        for values in (force, x)
-    )
+    tops, bottoms = (turns[inside][:, None] + steps for turns in (cuts.peaks, cuts.troughs))
+    forces, ways = (sign * (values[tops] - values[bottoms]) for values in (force, x))
     profile = forces.mean(axis=0)
     fallen = np.flatnonzero(profile[reach:] < profile.max() - 0.25 * float(np.ptp(profile)))
     # Samples within a quarter of the force range after a reversal.

@@ -122,14 +122,6 @@ class Cycles:
             )
         return requested(self.columns, is_requested & self.counted)
 
-    @property
-    def cycle_of_sample(self) -> NDArray[np.int64]:
-        """Index of the cycle of each sample; -1 outside the cycles."""
-        sample = np.arange(len(self.record))
-        starts, periods = self.columns["start"], self.columns["period"]
-        place = np.searchsorted(starts, sample, side="right") - 1
-        return np.where((place >= 0) & (sample < (starts + periods)[place]), place, -1)
-
     def notes(self, counting: Settled) -> list[str]:
         """Return the notes for the user on a record that is evaluated over the given cycles."""
         return [

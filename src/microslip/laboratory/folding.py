@@ -177,8 +177,11 @@ def fold(record: Record, bins: int = _MOST_BINS) -> Folded:
     is_folded, spike_notes = _folded_cycles(judgement)
     counting = judgement.settled
     rows = np.flatnonzero(is_folded)
-    place = judgement.cycle_of_sample
-    inside = np.append(is_folded, False)[place]
+    starts, sample = judgement.columns["start"], np.arange(x.size)
+    place = np.searchsorted(starts, sample, side="right") - 1
+    inside = (place >= 0) & (sample < (starts + judgement.columns["period"])[place])
+    inside &= is_folded[place]
+    del sample
     place = (np.cumsum(is_folded) - 1)[place[inside]]
     phase = 2.0 * math.pi * phases.turns[inside]
     del phases

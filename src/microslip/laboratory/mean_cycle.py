@@ -104,8 +104,6 @@ class MeanCycle:
             sums = self._with_neighbours(moments)
             factors = np.einsum("nij,jn->in", self._inverse, sums)
         residual = values - self._curve(factors)
-        if self._alike:
-            return Level(mean, mean, residual)
         return Level(mean, mean - np.bincount(self.column, residual) / self.total, residual)
 
     def noise(self, residual: Floats, fitted_count: int = 0) -> float:
@@ -216,7 +214,6 @@ def turns_of(time: Floats, x: Floats, cycles: Cuts) -> tuple[Floats, float]:
 
 
 def _bent_turns(time: Floats, x: Floats, mean: float, cycles: Cuts) -> Floats:
-    """Return the phase of each sample [cycles since the first cut] at a varying frequency."""
     from scipy.interpolate import CubicSpline
 
     cuts = cycles.cuts

@@ -111,7 +111,6 @@ def motion_of(phase: Floats, x: Floats, places: int) -> Motion:
 
 
 def _information_criterion(motion: Motion, count: int) -> float:
-    """Return the Bayesian information criterion of a motion fitted to ``count`` samples."""
     return 2.0 * count * math.log(motion.noise) + motion.coefficients.size * math.log(count)
 
 

@@ -308,7 +308,6 @@ def _add_values_of_file(
     stated: Mapping[str, Any],
     notes: list[str],
 ) -> None:
-    """Add the sample rate and the load stated by the file, unless given otherwise."""
     if parts["sample_rate"] is not None:
         notes.append(f"sample_rate: {parts['sample_rate']:g} Hz, as stated.")
     elif "time" not in by_part:

@@ -108,16 +108,16 @@ QUANTITIES: dict[str, Quantity] = {
         "N/m", "normal stiffness; of unloading where the face yields", "kₙ", "", "3"
     ),
     "first_loading_stiffness": Quantity(
-        "N/m", "normal stiffness of a face that yields, on first loading",
-        "kₙ on first loading", "kₙ, first loading", "3",
+        "N/m", "normal stiffness on first loading", "kₙ on first loading", "kₙ, first loading", "3"
     ),
     "tangential_stiffness": Quantity(
         "N/m", "tangential stiffness at rest, contact alone", "kₜ", "", "3"
     ),
-    "rig_normal_stiffness": Quantity("N/m", "normal stiffness with the solid behind the contact"),
+    "rig_normal_stiffness": Quantity(
+        "N/m", "normal stiffness with the solid behind it", "kₙ at a rig", "kₙ, rig", "3"
+    ),
     "rig_tangential_stiffness": Quantity(
-        "N/m", "tangential stiffness at rest with the solid behind the contact",
-        "kₜ at a rig", "kₜ, rig", "3",
+        "N/m", "tangential stiffness with the solid behind it", "kₜ at a rig", "kₜ, rig", "3"
     ),
     "force_limit": Quantity("N", "force of gross slip", "μN", "", "3"),
     "slip_per_indentation": Quantity("-", "slip limit of a contact over its indentation"),

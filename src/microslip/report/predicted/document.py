@@ -26,6 +26,7 @@ from microslip.report.predicted.scatter_document import scatter_sections
 from microslip.report.predicted.tables import (
     cycle_table,
     history_table,
+    joint_table,
     rest_section,
     validity_verdicts,
 )
@@ -54,6 +55,9 @@ def prediction_document(result: Prediction) -> Document:
             rest_section(joints, _law(study)),
             Section("Cycles", (cycle_table(joints, by_force=by_force),)),
         ]
+    elif result.structure is not None:
+        contact = joint_table(joints, _law(study), "Contact of surface.area, mean pressure")
+        sections.append(Section("Contact", (contact,), brief=False))
     if result.histories:
         sections.append(Section("History", (history_table(joints),)))
     notes = tuple(note for note in summary["notes"] if note != REMINDER)  # shown as a remark

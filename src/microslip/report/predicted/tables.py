@@ -51,26 +51,30 @@ def _table(
     return Table(title, tuple(columns), values, keys, limit, caption, noun=noun)
 
 
-def joint_table(joints: JointRows, law: str) -> Table:
+def joint_table(joints: JointRows, law: str, title: str = "Joint") -> Table:
     """Return the table of joints at rest, one row per load."""
     counts = cells.counted if law in COUNTED else cells.expected
     share_known = joints[0]["contact_area_fraction"] is not None
+    at_rig = joints[0]["rig_tangential_stiffness"] is not None
+    rig = ("normal", "tangential") if at_rig else ()
     columns = (
         cells.column("normal_load"),
         cells.column("contact_count", write=counts),
         cells.column("contact_area_fraction" if share_known else "contact_area"),
         cells.column("mean_contact_pressure", brief=False),
         *(cells.column(f"{kind}_stiffness", brief=False) for kind in ("normal", "first_loading")),
-        *map(cells.column, ("tangential_stiffness", "rig_tangential_stiffness")),
+        cells.column("tangential_stiffness"),
+        *[cells.column(f"rig_{kind}_stiffness", brief=kind != "normal") for kind in rig],
         *map(cells.column, ("force_limit", "slip_scale")),
         cells.column("standardised_separation"),
     )
     scale = joints[0]["slip_scale_meaning"]
     h = joints[0]["standardised_separation"] is not None
     caption = (
-        "kₙ and kₜ are the stiffnesses of the interface in full stick; kₜ at a rig also includes "
-        "the compliance of two half-spaces behind the apparent contact, round or as joint.pressure "
-        "gives it (Johnson 1985), as measured by sensors next to a small contact. "
+        "kₙ and kₜ are the stiffnesses of the contact alone, in full stick. "
+        + "As a rig measures them next to a small contact, they include the compliance of two "
+        "half-spaces behind the contact, round or as joint.pressure gives it (Johnson 1985). "
+        * at_rig
         + (
             "kₙ is that of unloading, as ultrasound measures it; a load-deflection test measures "
             "first loading. "
@@ -81,7 +85,7 @@ def joint_table(joints: JointRows, law: str) -> Table:
         f"The slip scale is {_SCALES.get(scale, scale)}"
         + ("; h is the separation of the surfaces over the spread of the heights." if h else ".")
     )
-    return _table("Joint", "loads", columns, joints, caption)
+    return _table(title, "loads", columns, joints, caption)
 
 
 def rest_section(joints: JointRows, law: str) -> Section:

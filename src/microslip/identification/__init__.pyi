@@ -3,11 +3,10 @@ from .compared import Comparison as Comparison
 from .compared import compare as compare
 from .estimate import Estimate as Estimate
 from .found import Identification as Identification
-from .interface_step import InterfaceStep as InterfaceStep
 from .masing import Masing as Masing
 from .record_fit import RecordFit as RecordFit
 from .run import Folded as Folded
 from .run import fold as fold
 from .run import identify as identify
+from .second_step import InterfaceStep as InterfaceStep
 from .second_step import Parameter as Parameter
-from .second_step import SecondStep as SecondStep

@@ -72,10 +72,7 @@ class Bands:
         return scatter
 
     def _by_cycles(self, direction: Floats) -> float:
-        """Return a functional's variance from cycle to cycle, divided by that due to noise [-].
-
-        ``direction`` holds its derivatives with respect to the whitened forces of all records.
-        """
+        """Return the variance of a functional from cycle to cycle over that by noise [-]."""
         total, grown, freedom, at = 0.0, 0.0, 0, 0
         for rows, scatter in zip(self.fit.rows, self._cycles, strict=True):
             count, bins = scatter.shape
@@ -100,19 +97,11 @@ class Bands:
 
     @cached_property
     def _probes(self) -> Floats:
-        """Coefficients of four functionals that calibrate the quantile, shape (4, coefficients).
-
-        They are the force and energy at the largest amplitude, the energy at half the smallest
-        amplitude, and the stiffness. Each coefficient is divided by ``fit.scale``.
-        """
-        fit = self.fit
-        y, size = fit.thresholds(), fit.g.size
-        probes = np.zeros((4, size))
-        a, half = fit.largest, 0.5 * fit.smallest
-        probes[0, : y.size] = np.minimum(a, y)
-        probes[1, : y.size] = 4.0 * y * np.maximum(a - y, 0.0)
-        probes[2, : y.size] = 4.0 * y * np.maximum(half - y, 0.0)
-        probes[3, : y.size] = 1.0
+        """Scaled force and energy at the largest amplitude, energy at half the smallest, and k."""
+        fit, y = self.fit, self.fit.thresholds()
+        probes = np.zeros((4, fit.g.size))
+        energies = (4.0 * y * np.maximum(a - y, 0.0) for a in (fit.largest, 0.5 * fit.smallest))
+        probes[:, : y.size] = (np.minimum(fit.largest, y), *energies, np.ones(y.size))
         return np.asarray(probes / fit.scale)
 
     @cached_property

@@ -95,16 +95,12 @@ def cycle_of(folded: Folded) -> Cycle:
         end = (begin + 1) % size
         length = np.mod(phase[end] - phase[begin], 2.0 * math.pi)
         whole = np.bincount(bins, length, minlength=count)
-        point = whole <= 0.0
-        share = length / np.where(point, 1.0, whole)[bins]
+        share = length / np.where(whole > 0.0, whole, 1.0)[bins]
         keep = share > 0.0
         pieces, share = [begin[keep], end[keep], bins[keep]], share[keep]
         alone = np.flatnonzero(np.bincount(pieces[2], minlength=count) == 0)
-        pieces = [
-            np.append(pieces[0], first[alone]),
-            np.append(pieces[1], first[alone]),
-            np.append(pieces[2], alone),
-        ]
+        more = (first[alone], first[alone], alone)
+        pieces = [np.append(*both) for both in zip(pieces, more, strict=True)]
         share = np.append(share, np.ones(alone.size))
     return Cycle(
         tree.half,

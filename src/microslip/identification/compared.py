@@ -20,13 +20,13 @@ from microslip.identification.bands import Bands
 from microslip.identification.found import Identification
 from microslip.identification.free_form import FreeForm
 from microslip.identification.interface_step import interface_law, interface_starts
+from microslip.identification.models.interface import Values
 from microslip.identification.nonnegative import cone_of, minimum
 from microslip.identification.rows import Rows
 from microslip.identification.run import fitted_records
-from microslip.identification.second_step import Law, Statistics, Unknown, Values, solve
+from microslip.identification.second_step import Law, Statistics, Unknown, solve
 from microslip.laboratory.record import Record
 
-FREE = "free form"
 LAWS = ("interface", "jenkins", "segalman", "iwan")
 _CELLS = 8
 _HELD = 4
@@ -169,23 +169,20 @@ def compare(
     )
     compared: dict[str, ComparedLaw] = {}
     forces = sum(fit.measured.size for fit in found.fits)
-    offsets = len(rows)
     for name, parts in fits.items():
         if isinstance(parts, str):
             continue
+        pairs = list(zip(_parts(name, found.fits), parts, strict=True))
         count = sum(part.parameters for part in parts)
-        chi = sum(
-            fit.chi_squared + part.misfit
-            for fit, part in zip(_parts(name, found.fits), parts, strict=True)
-        )
+        chi = sum(fit.chi_squared + part.misfit for fit, part in pairs)
         values: dict[str, float] = {}
-        for fit, part in zip(_parts(name, found.fits), parts, strict=True):
+        for fit, part in pairs:
             label = "" if len(parts) == 1 else f" at {fit.loads[0]:.4g} N"
             values |= {key + label: value for key, value in part.values.items()}
         compared[name] = ComparedLaw(
             count,
             chi,
-            chi / max(forces - offsets - count, 1),
+            chi / max(forces - len(rows) - count, 1),
             chi + 2.0 * count,
             chi + count * math.log(forces),
             held.get(name),
@@ -196,10 +193,7 @@ def compare(
 
 
 def _parts(name: str, fits: Sequence[FreeForm]) -> list[FreeForm]:
-    """Return the free-form fits with which the fits of the law ``name`` are compared.
-
-    For "interface" each is fitted to all loads together, for any other law to a single load.
-    """
+    """Return the fits of all loads together for "interface", of each load for other laws."""
     if name == "interface":
         return list(fits)
     return [part for fit in fits for part in (fit.separate or [fit])]
@@ -215,13 +209,12 @@ def _fits_of(
 
 
 def _fit(name: str, found: Identification, fit: FreeForm, heights: Any) -> _Fit:
-    rig = found.rig_stiffness
-    statistics = Statistics(fit, Bands(fit), rig, rig is None and name == "interface")
-    top = fit.largest
-    force = float(fit.k @ np.minimum(top, fit.thresholds()))
-    stiffness = float(fit.k.sum())
     if name == "iwan":
         return _cells(fit)
+    rig = found.rig_stiffness
+    statistics = Statistics(fit, Bands(fit), rig, rig is None and name == "interface")
+    force = float(fit.k @ np.minimum(fit.largest, fit.thresholds()))
+    stiffness = float(fit.k.sum())
     starts: Sequence[dict[str, float]] = []
     if name == "interface":
         loads = [load for load in fit.loads if load is not None]
@@ -229,13 +222,11 @@ def _fit(name: str, found: Identification, fit: FreeForm, heights: Any) -> _Fit:
         starts = interface_starts(statistics, law, model, force, stiffness)
     elif name == "jenkins":
         law = Law(
-            name,
             (Unknown("stiffness", "N/m", stiffness), Unknown("force_limit", "N", force)),
             lambda u, v, _: Jenkins(v["stiffness"], v["force_limit"])._backbone(u),
         )
     else:
         law = Law(
-            name,
             (
                 Unknown("stiffness", "N/m", stiffness),
                 Unknown("force_limit", "N", 1.2 * force),

@@ -18,7 +18,7 @@ CONFIDENCE = 0.95
 """Confidence level of each single interval."""
 SHOWN = ("force", "dissipated_energy", "damping_ratio")
 """Quantities against amplitude."""
-_POINTS = 20
+_POINTS = 20  # geometrically spaced amplitudes, in addition to those of the records
 _SAME_LOAD = 0.02
 _BELOW = 0.5
 """Smallest amplitude of the curves over the smallest measured one."""
@@ -44,23 +44,14 @@ class AmplitudeTable:
 
 
 @lru_cache(maxsize=4)
-def curves_of(found: Any, points: int = _POINTS) -> tuple[AmplitudeTable, ...]:
-    """Return the estimates of each measured normal load, in increasing order of load.
-
-    Parameters
-    ----------
-    found : Identification
-        Result of an identification.
-    points : int
-        Number of geometrically spaced amplitudes in each table, in addition to the amplitudes
-        of the records.
-    """
+def curves_of(found: Any) -> tuple[AmplitudeTable, ...]:
+    """Return the estimates of an identification at each measured load, in increasing order."""
     tables = []
     loads: list[float | None] = [*sorted(found.loads)] or [None]
     for load in loads:
         measured = measured_amplitudes(found, load)
         first = _BELOW * float(measured[0])
-        grid = np.geomspace(first, float(measured[-1]), points)
+        grid = np.geomspace(first, float(measured[-1]), _POINTS)
         inner = grid[np.abs(np.log(grid[:, None] / measured)).min(axis=1) > 1e-3]
         amplitude = np.union1d(inner, measured)
         estimates = {name: getattr(found, name)(amplitude, normal_load=load) for name in SHOWN}

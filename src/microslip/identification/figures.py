@@ -215,7 +215,6 @@ def _noise(cycle: RecordFit) -> float:
 
 
 def _levels(sizes: Floats) -> NDArray[np.int64]:
-    """Return the rank of each amplitude; amplitudes within a few per cent share a rank."""
     return np.cumsum(np.diff(np.log(sizes), prepend=math.log(sizes[0])) > _SAME_SIZE)
 
 

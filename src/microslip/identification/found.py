@@ -22,10 +22,10 @@ from microslip.identification.bands import QUANTILE, Bands, widened
 from microslip.identification.estimate import Estimate as Estimate
 from microslip.identification.free_form import FreeForm
 from microslip.identification.functionals import joint_alone, quantity_of
-from microslip.identification.interface_step import InterfaceStep, interface_step
+from microslip.identification.interface_step import interface_step
 from microslip.identification.masing import Masing, masing_of
 from microslip.identification.record_fit import RecordFit as RecordFit
-from microslip.identification.second_step import Parameter, Statistics
+from microslip.identification.second_step import InterfaceStep, Parameter, Statistics
 
 _STEP = 0.02
 """Relative step of finite differences that approximate the polygon by a smooth curve."""
@@ -47,7 +47,6 @@ class _At(NamedTuple):
     """Sliders of a fit at one normal load, at which all thresholds have a common fitted shift."""
 
     fit: FreeForm
-    bands: Bands
     y: Floats
     """Thresholds [m]."""
     by_shift: Floats
@@ -98,18 +97,12 @@ class Identification(Locked, Plottable):
     @cached_property
     def amplitudes(self) -> tuple[float, float]:
         """Smallest and largest amplitude of the records [m], less the deflection of a known rig."""
-        ends = []
-        for end in (min, max):
-            best = None
-            for fit in self.fits:
-                for rows in fit.rows:
-                    a = rows.amplitude
-                    if self._compliance:
-                        at = fit.level[rows.load]
-                        a -= self._compliance * float(fit.backbone(np.array([a]), at)[0])
-                    best = a if best is None else end(best, a)
-            ends.append(float(best or 0.0))
-        return ends[0], ends[1]
+        sizes = []
+        for fit in self.fits:
+            for rows in fit.rows:
+                force = fit.backbone(np.array([rows.amplitude]), fit.level[rows.load])[0]
+                sizes.append(float(rows.amplitude - self._compliance * force))
+        return min(sizes), max(sizes)
 
     @cached_property
     def _compliance(self) -> float:
@@ -131,10 +124,8 @@ class Identification(Locked, Plottable):
         return self._between(load)
 
     def _level(self, fit: FreeForm, level: int) -> _At:
-        gradient = fit.shift_gradient(level)
         by_stiffness = fit.shift_by_stiffness(fit.loads[level])
-        y = fit.y + fit.shifts[level]
-        return _At(fit, self._bands[id(fit)], y, gradient, by_stiffness)
+        return _At(fit, fit.y + fit.shifts[level], fit.shift_gradient(level), by_stiffness)
 
     def _between(self, load: float) -> _At:
         """Return the sliders at a normal load [N] between two measured loads."""
@@ -149,9 +140,7 @@ class Identification(Locked, Plottable):
             )
         if fit.friction is not None:
             slope = np.array([fit.friction_gradient(load)])
-            by_stiffness = fit.shift_by_stiffness(load)
-            y = fit.y + fit.shift_at(load)
-            return _At(fit, self._bands[id(fit)], y, slope, by_stiffness)
+            return _At(fit, fit.y + fit.shift_at(load), slope, fit.shift_by_stiffness(load))
         # B(u*) = mu (N_high - N), with mu that of the two measured loads about this one.
         reach = fit.backbone(-fit.shifts)
         after = next(i for i, measured in enumerate(loads) if measured <= load)
@@ -163,40 +152,29 @@ class Identification(Locked, Plottable):
         weights[after - 1] = share
         if after > 1:
             weights[after - 2] = 1.0 - share
-        return _At(fit, self._bands[id(fit)], fit.y + shift, weights, np.zeros(fit.y.size))
+        return _At(fit, fit.y + shift, weights, np.zeros(fit.y.size))
 
     # -- functionals ------------------------------------------------------------------------------
 
     def _coefficients(self, at: _At, shape: Callable[[Floats], Floats]) -> Floats:
-        """Return the derivatives of sum_i k_i shape(y_i) with respect to the fitted coefficients.
-
-        The sum is over all sliders, with stiffnesses k_i [N/m] and yield displacements y_i [m]. The
-        coefficients are the stiffnesses and shifts.
-        """
+        """Return the derivatives of sum_i k_i shape(y_i) by all stiffnesses and shifts."""
         y = np.maximum(at.y, 0.0)
         c = np.append(shape(y), np.zeros(at.by_shift.size))
         if at.by_shift.any() or at.by_stiffness.any():
             step = _STEP * at.fit.largest
-            more, less = (
-                float(at.fit.k @ shape(np.maximum(at.y + way * step, 0.0))) for way in (1.0, -1.0)
-            )
+            more, less = (_total(at, shape, way * step) for way in (1.0, -1.0))
             slope = (more - less) / (2.0 * step)
             c[y.size :] = at.by_shift * slope
             c[: y.size] += at.by_stiffness * slope
         return c
 
     def _interval(self, at: _At, shape: Callable[[Floats], Floats]) -> tuple[float, float, float]:
-        """Return value, lower and upper end of sum_i k_i shape(y_i) over all sliders."""
-        value = float(at.fit.k @ shape(np.maximum(at.y, 0.0)))
-        middle, low, high = at.bands.interval(self._coefficients(at, shape))
+        value = _total(at, shape)
+        middle, low, high = self._bands[id(at.fit)].interval(self._coefficients(at, shape))
         return value, value + low - middle, value + high - middle
 
     def _force_of(self, at: _At, u: float) -> tuple[Floats, float, float]:
-        """Return gradient, value [N] and slope [N/m] of the force at a displacement u [m].
-
-        The displacement includes the deflection of the rig. The gradient holds the derivatives with
-        respect to the fitted stiffnesses and shifts, the slope is the derivative with respect to u.
-        """
+        """Return the force at u [m], rig included: derivatives, value [N], slope by u [N/m]."""
         c = self._coefficients(at, lambda y: np.minimum(u, y))
         low, here, high = _sum(at, u * np.array([1.0 - _STEP, 1.0, 1.0 + _STEP]))
         if (1.0 + _STEP) * u > at.y[-2]:  # beyond it nothing is measured
@@ -228,8 +206,7 @@ class Identification(Locked, Plottable):
         u = self._in_series(at, a, self._compliance)
         c_force, force, slope = self._force_of(at, u)
         c_energy = self._coefficients(at, lambda y: 4.0 * y * np.maximum(u - y, 0.0))
-        y = np.maximum(at.y, 0.0)
-        energy = float(at.fit.k @ (4.0 * y * np.maximum(u - y, 0.0)))
+        energy = _energy(at, u)
         energy_slope = 4.0 * max(force - u * slope, 0.0)
         # The joint's amplitude is given: u = a + c B(u).
         softer = 1.0 / max(1.0 - self._compliance * slope, 1e-3)
@@ -243,7 +220,8 @@ class Identification(Locked, Plottable):
             gain_f * (by_force * force + by_energy * energy),
             gain_x * (by_energy * energy - a * softer * moved),
         )
-        middle, low, high = at.bands.interval(by_force * c_force + by_energy * c_energy)
+        gradient = by_force * c_force + by_energy * c_energy
+        middle, low, high = self._bands[id(at.fit)].interval(gradient)
         ends = widened(value, value + low - middle, value + high - middle, by_gain)
         low, high = self._with_rig(name, at, a, ends)
         # All quantities are sums of stiffnesses with factors that are not negative.
@@ -252,11 +230,7 @@ class Identification(Locked, Plottable):
     def _with_rig(
         self, name: str, at: _At, a: float, ends: tuple[float, float, float]
     ) -> tuple[float, float]:
-        """Return the interval of a quantity including the error of the rig stiffness.
-
-        ``name`` is the quantity, such as "force", ``a`` the amplitude [m], and ``ends`` are value,
-        lower and upper end without that error.
-        """
+        """Return the interval of a quantity, ``ends`` without the error of the rig, with it."""
         value, low, high = ends
         if self.rig_stiffness is None or not self.rig_stiffness[1]:
             return low, high
@@ -264,9 +238,8 @@ class Identification(Locked, Plottable):
         others = []
         for compliance in (self._compliance * (1.0 - part), self._compliance * (1.0 + part)):
             u = self._in_series(at, a, max(compliance, 0.0))
-            y = np.maximum(at.y, 0.0)
-            energy = float(at.fit.k @ (4.0 * y * np.maximum(u - y, 0.0)))
-            others.append(quantity_of(name, float(_sum(at, np.array([u]))[0]), energy, a)[0])
+            force = float(_sum(at, np.array([u]))[0])
+            others.append(quantity_of(name, force, _energy(at, u), a)[0])
         less, more = value - min(*others, value), max(*others, value) - value
         return value - math.hypot(value - low, less), value + math.hypot(high - value, more)
 
@@ -424,28 +397,18 @@ class Identification(Locked, Plottable):
             For records without a normal load, or invalid arguments.
         """
         fit = self.fits[0]
-        rig = self.rig_stiffness
-        bands = self._bands[id(fit)]
-        loads = [load for load in fit.loads if load is not None]
-        force = float(fit.k @ np.minimum(fit.largest, fit.thresholds()))
         stiff = self.stiffness.value
-        if not math.isfinite(stiff):
-            stiff = 2.0 * self.stiffness.low
-        statistics = Statistics(fit, bands, rig, rig is None)
-        with np.errstate(all="ignore"):  # far out in an open interval numbers overflow
-            step, model, materials = interface_step(
-                statistics,
-                loads,
-                force,
-                stiff,
-                fit.friction is None or math.isfinite(self.force_limit.high),
-                pair=pair,
-                area=area,
-                heights=heights,
-                known=known,
-                contact_area=contact_area,
-            )
-        return InterfaceStep(**vars(step), _model=model, _materials=materials, _loads=tuple(loads))
+        return interface_step(
+            Statistics(fit, self._bands[id(fit)], self.rig_stiffness, self.rig_stiffness is None),
+            float(fit.k @ np.minimum(fit.largest, fit.thresholds())),
+            stiff if math.isfinite(stiff) else 2.0 * self.stiffness.low,
+            fit.friction is None or math.isfinite(self.force_limit.high),
+            pair=pair,
+            area=area,
+            heights=heights,
+            known=known,
+            contact_area=contact_area,
+        )
 
     @property
     def parameters(self) -> Mapping[str, Parameter]:
@@ -494,6 +457,13 @@ class Identification(Locked, Plottable):
         )
 
 
+def _total(at: _At, shape: Callable[[Floats], Floats], shift: float = 0.0) -> float:
+    return float(at.fit.k @ shape(np.maximum(at.y + shift, 0.0)))
+
+
+def _energy(at: _At, u: float) -> float:
+    return _total(at, lambda y: 4.0 * y * np.maximum(u - y, 0.0))
+
+
 def _sum(at: _At, u: Floats) -> Floats:
-    y = np.maximum(at.y, 0.0)
-    return np.minimum(u[:, None], y) @ at.fit.k
+    return np.minimum(u[:, None], np.maximum(at.y, 0.0)) @ at.fit.k

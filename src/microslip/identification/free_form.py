@@ -29,8 +29,6 @@ NEVER = 1e3
 """Threshold of the slider that never slips, over the largest amplitude."""
 _FRICTION_STEP = 0.01
 """Relative step of differences by the friction coefficient."""
-_CORRECTIONS = 1
-"""Newton steps with the effect of the stiffnesses on the path of a varying load."""
 _LEAST_FRICTION = 0.9
 """Smallest friction coefficient, relative to the largest ratio of force to load.
 
@@ -90,7 +88,8 @@ class FreeForm:
                 self._settle(_ROUGH)
         for _ in range(_REFINEMENTS):
             self._solve()
-            self._reweigh()
+            for rows in self.rows:
+                rows.weigh(self.y + self.shifts[self.level[rows.load]], self.k)
             self._refine()
             self._assemble()
         self._solve()
@@ -168,10 +167,6 @@ class FreeForm:
         self.moved = x[self.y.size :]
         self.residual = self.measured - self.design @ g
         self.chi_squared = float(self.residual @ self.residual)
-
-    def _reweigh(self) -> None:
-        for rows in self.rows:
-            rows.weigh(self.y + self.shifts[self.level[rows.load]], self.k)
 
     def _refine(self) -> None:
         """Insert thresholds between sliders, and below the first one, where they affect the fit.
@@ -285,11 +280,7 @@ class FreeForm:
 
     def _fall(self, friction: float | None = None) -> float:
         """Return how much thresholds decrease from the reference to the highest mean load [m]."""
-        force, u = self.corners()
-        limit = (friction or self.friction or 0.0) * (
-            (self.reference or 0.0) - (self.loads[0] or 0.0)
-        )
-        return float(np.interp(limit, force, u))
+        return -self.shift_at(self.loads[0], friction)
 
     def shift_by_stiffness(self, load: float | None) -> Floats:
         """Return the derivatives of the shift at a load with respect to each k_i [m^2/N].
@@ -342,21 +333,16 @@ class FreeForm:
         return change
 
     def _correct(self) -> None:
-        """Improve the fit by a Newton step that includes the derivatives of the shifts s.
-
-        The shifts [m] of the thresholds depend on the fitted stiffnesses, since B(-s) = mu
-        (N_reference - N) with the backbone B.
-        """
+        """Improve the fit by a Newton step that includes the derivatives of the shifts s [m]."""
         self.is_exact = True
-        for _ in range(_CORRECTIONS):
-            self._assemble()
-            before = self._fall()
-            self._solve()
-            self.y[:-1] = carried(self.y[:-1], before, self._fall())
-            if len(self.loads) > 1:  # at one load only its quotient by the stiffness shows
-                friction = max((self.friction or 0.0) + self.moved[0], self._least_friction)
-                self.y[:-1] = self.carried(self.y[:-1], friction)
-                self.friction = float(friction)
+        self._assemble()
+        before = self._fall()
+        self._solve()
+        self.y[:-1] = carried(self.y[:-1], before, self._fall())
+        if len(self.loads) > 1:  # at one load only its quotient by the stiffness shows
+            friction = max((self.friction or 0.0) + self.moved[0], self._least_friction)
+            self.y[:-1] = self.carried(self.y[:-1], friction)
+            self.friction = float(friction)
         self._assemble()
         k = self.k
         self._solve()
@@ -382,20 +368,13 @@ class FreeForm:
         """
         return carried(y, self._fall(), self._fall(friction))
 
-    def carried_to(self, y: Floats, fall: float) -> Floats:
-        """Return the thresholds at the reference load [m] if their decrease becomes ``fall`` [m].
-
-        The decrease is that to the highest mean load, at which thresholds do not change.
-        """
-        return carried(y, self.fall, fall)
-
     def about(self, friction: float, k: Floats) -> FreeForm:
         """Return the fit linearised about friction coefficient and stiffnesses [N/m] of a law."""
         other = copy(self)
         other._columns = {}
         other.y, other.k, other.friction = self.y.copy(), k, friction
         for _ in range(3):  # the fall depends on the thresholds, which move with it
-            other.y[:-1] = self.carried_to(self.y[:-1], other._fall())
+            other.y[:-1] = carried(self.y[:-1], self.fall, other._fall())
         other._assemble()
         other._solve()
         return other

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,11 +14,16 @@ from microslip._core.errors import InputError
 from microslip._core.wording import did_you_mean
 from microslip.contact import GreenwoodWilliamson, TabulatedNormalLaw
 from microslip.contact.materials import MaterialPair
-from microslip.friction import Interface
 from microslip.identification.bands import QUANTILE
 from microslip.identification.estimate import as_pair
 from microslip.identification.free_form import FreeForm
-from microslip.identification.models.interface import InterfaceModel, Materials
+from microslip.identification.models.interface import (
+    FRICTION,
+    SCALE,
+    SEPARATION,
+    InterfaceModel,
+    Materials,
+)
 from microslip.identification.second_step import (
     ASSUMED,
     BOUNDED,
@@ -26,20 +31,18 @@ from microslip.identification.second_step import (
     NOT,
     RIG,
     Datum,
+    InterfaceStep,
     Law,
     Parameter,
+    Problem,
     Scatter,
-    SecondStep,
     Statistics,
     Unknown,
-    Values,
     parameters_of,
     solve,
-    step_of,
     verdict_of,
 )
 
-FRICTION, SCALE, SEPARATION = "friction_coefficient", "slip_scale", "standardised_separation"
 CONTACT_AREA = "contact_area"
 _SUMMITS = ("radius", "density", "summit_count", CONTACT_AREA)
 _SCALES, _SEPARATIONS = (0.1, 0.25, 0.6, 1.5), (-0.5, 0.8, 2.0, 3.5)
@@ -54,46 +57,9 @@ _RIGS = (1.01, 1.1, 1.5, 4.0)
 """Starts of an unknown rig: its stiffness over that of joint and rig in series."""
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class InterfaceStep(SecondStep):
-    """Greenwood interface fitted to the free form of an identification."""
-
-    _model: Any = None
-    _materials: Any = None
-    _loads: tuple[float, ...] = ()
-
-    def joint(self, normal_load: float | None = None) -> Interface:
-        """Return the interface with the fitted parameters, without the rig.
-
-        Parameters
-        ----------
-        normal_load : float, optional
-            Normal load [N]; by default the highest measured one.
-
-        Raises
-        ------
-        InputError
-            If the rig is unknown, because the stiffness of the joint is then not determined.
-        """
-        undetermined = [one.name for one in self.parameters.values() if one.verdict == NOT]
-        if undetermined:
-            raise InputError(
-                f"the loops do not determine {', '.join(undetermined)}: they cannot separate the "
-                "joint from the rig; give `rig_stiffness=(value, error)`"
-            )
-        load = max(self._loads)
-        if normal_load is not None:
-            load = positive("normal_load", normal_load, "N", 500.0)
-        materials = self._materials
-        if "radius" in self.parameters:
-            materials = materials._replace(radius=self.parameters["radius"].value)
-        joint: Interface = self._model.build(self.values, load, materials)
-        return joint
-
-
+@np.errstate(all="ignore")  # far out in an open interval numbers overflow
 def interface_step(
     statistics: Statistics,
-    loads: Sequence[float],
     force: float,
     stiffness: float,
     slips: bool,
@@ -103,31 +69,21 @@ def interface_step(
     heights: Any,
     known: Mapping[str, Any] | None,
     contact_area: tuple[float, float, float] | None,
-) -> tuple[SecondStep, InterfaceModel, Materials]:
+) -> InterfaceStep:
     """Fit the interface to the statistics of a free-form fit.
 
-    Parameters
-    ----------
-    statistics : Statistics
-        Statistics of the fit at all loads.
-    loads : sequence of float
-        Distinct normal loads [N].
-    force, stiffness : float
-        Largest force at the highest load [N] and stiffness at rest of the joint [N/m], from which
-        initial guesses are computed.
-    slips : bool
-        Whether the loops reach gross slip.
-    pair, area, heights, known, contact_area
-        As for :func:`microslip.identify`.
+    ``force`` [N] at the highest load and ``stiffness`` at rest [N/m] give the initial guesses;
+    ``slips`` is whether the loops reach gross slip. Others are as for :func:`microslip.identify`.
     """
     if pair is not None and not isinstance(pair, MaterialPair):
         raise InputError(f"`pair` must be a MaterialPair of two materials, got {show(pair)}")
     area = None if area is None else positive("area", area, "m^2", 2e-4)
+    loads = [load for load in statistics.fit.loads if load is not None]
     law, model = interface_law(loads, heights, force, stiffness)
     materials = Materials(pair, area)
     known = dict(known or {})
     summits = known.pop("summits", None)
-    data, measured = _data(known, model, materials, list(loads), contact_area)
+    data, measured = _data(known, model, materials, max(loads), contact_area)
     scatter = None
     if summits is not None:
         if not isinstance(model.template.law, GreenwoodWilliamson):
@@ -146,18 +102,9 @@ def interface_step(
     if by_shape is not None and statistics.rig is not None:
         parameters[RIG] = _as_given(by_shape, *statistics.rig)
     values = problem.values(q)
-    for name, unit, is_log, function in _derived(model, materials, list(loads), measured, known):
-        parameters[name] = _propagated(
-            name,
-            unit,
-            is_log,
-            function,
-            values,
-            problem.unknowns,
-            covariance,
-            statistics,
-            measured if name in _SUMMITS else None,
-        )
+    for name, unit, function in _derived(model, materials, max(loads), measured):
+        beside = measured if name in _SUMMITS else None
+        parameters[name] = _propagated(name, unit, function, problem, values, covariance, beside)
     for name, datum in known.items():
         one, (value, error) = parameters.get(name), pair_of(name, datum)
         # Loops that determine a given number twice as well as it was given identify it.
@@ -168,12 +115,17 @@ def interface_step(
         for name, one in list(parameters.items()):
             if name not in (FRICTION, "force_limit") and one.verdict != ASSUMED:
                 parameters[name] = _open(one)
-    step = step_of(statistics, law, problem, least, parameters, q)
-    excess = 1.0 if step.fits else math.sqrt(step.misfit / max(step.misfit_limit, 1.0))
+    misfit, limit = max(least - statistics.least, 0.0), statistics.misfit_limit(q.size)
+    excess = 1.0 if misfit <= limit else math.sqrt(misfit / max(limit, 1.0))
     share = _VARYING_LOAD if statistics.fit.friction is not None else 0.0
     for name in (FRICTION, "force_limit"):
-        if name in parameters and parameters[name].verdict != ASSUMED:
-            parameters[name] = _wider(parameters[name], excess, share)
+        one = parameters.get(name)
+        if one is not None and one.verdict != ASSUMED:
+            size = math.sqrt(QUANTILE) * share * one.value
+            below, above = (
+                math.hypot(excess * abs(end - one.value), size) for end in (one.low, one.high)
+            )
+            parameters[name] = replace(one, low=one.value - below, high=one.value + above)
     if share and not slips and parameters[FRICTION].verdict != ASSUMED:
         # Without gross slip the path of the load counts as much as the friction.
         for name, one in parameters.items():
@@ -183,24 +135,24 @@ def interface_step(
                 parameters[name] = replace(one, low=low, high=math.inf, verdict=BOUNDED)
             elif one.verdict in (IDENTIFIED, BOUNDED):
                 parameters[name] = _open(one)
-    if not step.fits:
+    if misfit > limit:
+        by_shape = None
         # Intervals of a law that the loops contradict hold no true value; the limit needs no law.
         for name, one in parameters.items():
             if one.verdict in (IDENTIFIED, BOUNDED):
                 known_limit = name in (FRICTION, "force_limit")
                 parameters[name] = replace(one, verdict=BOUNDED) if known_limit else _open(one)
-    by_shape = by_shape if step.fits else None
-    return replace(step, parameters=parameters, rig_from_shape=by_shape), model, materials
+    return InterfaceStep(
+        "interface", parameters, misfit, limit, values, by_shape, model, materials, tuple(loads)
+    )
 
 
 def _as_given(one: Parameter, value: float, error: float) -> Parameter:
-    """Return a copy of a parameter with its given value and error, and the verdict "assumed"."""
     half = math.sqrt(QUANTILE) * error
     return replace(one, value=value, low=value - half, high=value + half, verdict=ASSUMED)
 
 
 def _open(one: Parameter) -> Parameter:
-    """Return a copy of a parameter with the verdict "not determined" and an unbounded interval."""
     low = -math.inf if one.name == SEPARATION else 0.0
     return replace(one, value=math.nan, low=low, high=math.inf, verdict=NOT)
 
@@ -222,40 +174,25 @@ def interface_law(
     if not model.is_sphere:
         unknowns += (Unknown(SEPARATION, "", 1.0, False, *model.template.bounds()),)
     law = Law(
-        "interface",
         unknowns,
         lambda u, values, load: model.curve(u, values, load or loads[0])[0],
     )
     return law, model
 
 
-def _wider(one: Parameter, excess: float, share: float) -> Parameter:
-    """Multiply the half-widths of an interval by ``excess``, and add an error in quadrature.
-
-    ``share`` is the standard error that is added, relative to the value [-].
-    """
-    below, above = (
-        math.hypot(excess * abs(end - one.value), math.sqrt(QUANTILE) * share * one.value)
-        for end in (one.low, one.high)
-    )
-    return replace(one, low=one.value - below, high=one.value + above)
-
-
 def interface_starts(
     statistics: Statistics, law: Law, model: InterfaceModel, force: float, stiffness: float
 ) -> list[dict[str, float]]:
     """Return the best-fitting parameter sets of a grid, as initial guesses of the fit."""
+    places = _SEPARATIONS[:1] if model.is_sphere else _SEPARATIONS  # a sphere has none
     starts = [
-        {SCALE: share * force / stiffness, SEPARATION: h} for share in _SCALES for h in _SEPARATIONS
+        {SCALE: share * force / stiffness, SEPARATION: h} for share in _SCALES for h in places
     ]
-    if model.is_sphere:
-        starts = [{SCALE: share * force / stiffness} for share in _SCALES]
     mu = force / max(load for load in statistics.fit.loads if load is not None)
     surface, unit = model.template.law, model.template.unit
     if isinstance(surface, TabulatedNormalLaw):  # its lengths and loads are those of a real face
         here = float(surface.separation(model.reference_load)) / unit
         starts.append({SCALE: mu * surface.stiffness_ratio * unit, SEPARATION: here})
-    rig = statistics.rig
     if statistics.free_rig:
         series = statistics.least_stiffness
         starts = [
@@ -267,25 +204,15 @@ def interface_starts(
             for start in starts
             for share in _RIGS
         ]
-    sums = []
+    problem, sums = Problem(statistics, law, ()), []
     for start in starts:
-        values = {FRICTION: mu} | start
-        compliance = 1.0 / values.get(RIG, rig[0] if rig else math.inf)
-
-        def curve(u: Floats, load: float | None, values: Values = values) -> Floats:
-            return law.backbone(u, values, load)
-
-        g = statistics.sliders(curve, compliance)
+        g = problem.coefficients({FRICTION: mu} | start)
         sums.append(float(np.sum(np.nan_to_num(statistics.residuals(g), nan=1e9) ** 2)))
     return [starts[i] for i in np.argsort(sums)[: 3 if statistics.free_rig else 2]]
 
 
 def _scatter(model: InterfaceModel, loads: Sequence[float], count: float) -> Scatter:
-    """Return a function that computes the effect of random heights of ``count`` summits.
-
-    It returns standard deviations of the scaled coefficients of a fit, one column per class of
-    heights (coefficients, classes).
-    """
+    """Return a function that computes the effect of random heights of ``count`` summits."""
     high = max(loads)
 
     def changes(fit: FreeForm, values: Mapping[str, float]) -> Floats:
@@ -311,12 +238,10 @@ Function = Callable[[Mapping[str, float]], float]
 def _derived(
     model: InterfaceModel,
     materials: Materials,
-    loads: list[float],
+    top: float,
     measured: tuple[str, float, float, float] | None,
-    known: Mapping[str, Any],
-) -> list[tuple[str, str, bool, Function]]:
+) -> list[tuple[str, str, Function]]:
     """Return name, unit and function of each quantity that follows from the parameters."""
-    top = max(loads)
 
     def of(name: str) -> Function:
         return lambda values: model.derived(values, top, materials).get(name, math.nan)
@@ -326,13 +251,9 @@ def _derived(
         names += [("radius", "m"), ("approach", "m")] if model.is_sphere else [("std", "m")]
         if materials.area is not None and isinstance(model.template.law, GreenwoodWilliamson):
             names.append(("density_root_radius", "m^-1.5"))
-    found = [(name, unit, True, of(name)) for name, unit in names]
+    found = [(name, unit, of(name)) for name, unit in names]
     if measured is not None:
-        found += [
-            (name, unit, True, function)
-            for name, unit, function in _summits(model, materials, measured)
-            if name != measured[0]
-        ]
+        found += [one for one in _summits(model, materials, measured) if one[0] != measured[0]]
     return found
 
 
@@ -403,17 +324,11 @@ def _data(
     known: Mapping[str, Any],
     model: InterfaceModel,
     materials: Materials,
-    loads: list[float],
+    top: float,
     contact_area: Any,
 ) -> tuple[list[Datum], tuple[str, float, float, float] | None]:
-    """Return the measured values to be fitted, and one that is not fitted.
-
-    Loops determine only the density of the summits times the root of their radius. The second
-    result is the measured value from which both follow: (quantity, value, uncertainty, load [N]),
-    or None.
-    """
+    """Return the measured values to be fitted, and one for :func:`_summits`, or None."""
     measured = None
-    top = max(loads)
     has_summits = isinstance(model.template.law, GreenwoodWilliamson)
     if contact_area is not None:
         try:
@@ -443,7 +358,7 @@ def _data(
             )
         measured = (CONTACT_AREA, value, error, load)
     functions: dict[str, Function] = {
-        name: function for name, _, _, function in _derived(model, materials, loads, None, known)
+        name: function for name, _, function in _derived(model, materials, top, None)
     }
     for name in (FRICTION, SCALE, SEPARATION):
         functions[name] = lambda values, name=name: float(values[name])  # type: ignore[misc]
@@ -460,40 +375,36 @@ def _data(
                 f"`known`: {show(name)} is not a parameter of an interface, which has "
                 f"{', '.join(functions)}{hint}"
             )
-        data.append(Datum(name, value, error, functions[name]))
+        data.append(Datum(value, error, functions[name]))
     return data, measured
 
 
 def _propagated(
     name: str,
     unit: str,
-    is_log: bool,
     function: Function,
+    problem: Problem,
     values: Mapping[str, float],
-    unknowns: Sequence[Unknown],
     covariance: Floats,
-    statistics: Statistics,
-    measured: tuple[str, float, float, float] | None = None,
+    measured: tuple[str, float, float, float] | None,
 ) -> Parameter:
-    """Return the value of ``function`` as a Parameter, with its interval by error propagation."""
+    """Return the positive value of ``function``, with its interval by error propagation."""
     value = function(values)
-    by = np.zeros(len(unknowns))
-    for i, one in enumerate(unknowns):
+    by = np.zeros(len(problem.unknowns))
+    for i, one in enumerate(problem.unknowns):
         step, old = 1e-3, values[one.name]
         ends = []
         for way in (step, -step):
             moved = {**values, one.name: old * math.exp(way) if one.is_log else old + way}
-            ends.append(math.log(function(moved)) if is_log else function(moved))
+            ends.append(math.log(function(moved)))
         by[i] = (ends[0] - ends[1]) / (2.0 * step)
-    variance = float(by @ covariance @ by) * statistics.level / QUANTILE
+    variance = float(by @ covariance @ by) * problem.statistics.level / QUANTILE
     if measured is not None:
         kind, datum, error, _ = measured
         up, down = (
             math.log(function({**values, kind: datum * (1.0 + way * 1e-3)})) for way in (1, -1)
         )
         variance += ((up - down) / 2e-3 * error / datum) ** 2
-    half = math.sqrt(QUANTILE * max(variance, 0.0))
-    low, high = value - half, value + half
-    if is_log:
-        low, high = (value * math.exp(way * min(half, 700.0)) for way in (-1.0, 1.0))
-    return Parameter(name, unit, value, low, high, verdict_of(value, low, high, is_log))
+    half = min(math.sqrt(QUANTILE * max(variance, 0.0)), 700.0)
+    low, high = value * math.exp(-half), value * math.exp(half)
+    return Parameter(name, unit, value, low, high, verdict_of(low, high, True))

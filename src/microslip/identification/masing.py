@@ -84,21 +84,12 @@ def _centred(values: Floats) -> Floats:
     return np.asarray(values - 0.5 * (values.max() + values.min()))
 
 
-def _moved(fit: FreeForm, rows: Rows, moves: Floats) -> Floats:
-    """Return the change of the fitted force [N] (bins,) for a small change of displacement.
-
-    ``moves`` [m] are the changes of displacement at the nodes of the cycle.
-    """
+def _delay(fit: FreeForm, rows: Rows, size: float) -> Floats:
     cycle = rows.cycle
+    moves = phase_derivative(rows.folded.coefficients, rows.folded.harmonics) @ cycle.basis
     above = np.where(cycle.parent < 0, 0, cycle.parent)
     y = fit.y + fit.shifts[fit.level[rows.load]]
-    rise = rows.stiffness(y, fit.k) * (moves - moves[above])
-    return rows.sums(rise[:, None])[:, 0]
-
-
-def _delay(fit: FreeForm, rows: Rows, size: float) -> Floats:
-    turned = phase_derivative(rows.folded.coefficients, rows.folded.harmonics)
-    return _moved(fit, rows, turned @ rows.cycle.basis)[:, None]
+    return rows.sums((rows.stiffness(y, fit.k) * (moves - moves[above]))[:, None])
 
 
 def _clearance(fit: FreeForm, rows: Rows, size: float) -> Floats:
@@ -130,10 +121,9 @@ def _clearance(fit: FreeForm, rows: Rows, size: float) -> Floats:
 
 
 def _lost_motion(fit: FreeForm, rows: Rows, size: float) -> Floats:
-    """Return the change of force per metre of lost motion [N/m] (bins, 1).
+    """Return the change of force per metre of lost motion [N/m] (bins, 1), about ``size`` [m].
 
-    It is evaluated at a lost motion of ``size`` [m]: the displacement by which the joint lags
-    behind the rig, so that the joint rests over twice this distance after each reversal.
+    The joint rests over twice the lost motion after each reversal.
     """
     if size > 0.0:
         return _shortened(fit, rows, np.full(rows.cycle.half.size, size), size)
@@ -142,11 +132,7 @@ def _lost_motion(fit: FreeForm, rows: Rows, size: float) -> Floats:
 
 
 def _shortened(fit: FreeForm, rows: Rows, lost: Floats, size: float) -> Floats:
-    """Return the change of force [N/m] (bins, 1) per metre of clearance or lost motion.
-
-    Both shorten the branches: ``lost`` [m] is subtracted from half the distance of each node from
-    the start of its branch. ``size`` [m] is the clearance or lost motion.
-    """
+    """Return the change of force over ``size`` [N/m] if ``lost`` [m] shortens ``cycle.half``."""
     y, cycle = fit.thresholds(fit.level[rows.load]), rows.cycle
     less = np.maximum(cycle.half - lost, 0.0)
     rise = backbone_of(y, fit.k, less) - backbone_of(y, fit.k, cycle.half)
@@ -186,10 +172,8 @@ SIGNATURES: Mapping[str, Signature] = {
 def _with_columns(fit: FreeForm, signature: Signature) -> float:
     """Return the sum of squared residuals of a fit that includes a disturbance of each record.
 
-    ``signature`` returns the columns of the design matrix for the disturbance, for example inertia,
-    whose size is fitted for each record. Some columns depend on that size and on the density of
-    sliders, which a fit without the disturbance distorts; so they are computed again after each
-    iteration.
+    Some columns of a ``signature`` depend on the size of the disturbance and on the density of
+    sliders, so they are computed again after each iteration.
     """
     current, least, sizes = fit, math.inf, [0.0] * len(fit.rows)
     for _ in range(_ROUNDS):

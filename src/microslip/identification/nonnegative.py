@@ -114,10 +114,7 @@ class Path:
     def until(self, level: float | None = None, value: float | None = None) -> tuple[float, float]:
         """Increase l until the objective has risen by ``level``, or c'g has decreased to ``value``.
 
-        Returns
-        -------
-        tuple of float
-            The value c'g and the rise there; minus infinity if rounding errors stop the search.
+        Return c'g and the rise there; minus infinity for c'g if rounding errors stop the search.
         """
         for tolerance in (0.0, 1e-3 * _SMALL, _SMALL):
             found = self._until(level, value, tolerance)
@@ -128,10 +125,7 @@ class Path:
     def _until(
         self, level: float | None, value: float | None, tolerance: float
     ) -> tuple[float, float] | None:
-        """Follow the minima as :meth:`until` does; gradients up to the tolerance count as zero.
-
-        Return None if rounding errors make equal columns enter and leave the set P without end.
-        """
+        """Follow the minima; None if equal columns enter and leave the set P without end."""
         (gram, free), h, c = self.cone, self.h, self.c
         p, at_l = self.passive.copy(), 0.0
         both, whole = np.column_stack((h, c)), np.zeros((h.size, 2))
@@ -148,10 +142,9 @@ class Path:
             a, b = ab[:, 0], ab[:, 1]
             ca, cb, ha = float(c[at] @ a), float(c[at] @ b), float(h[at] @ a)
             base = -ha - self.start
-            ends = at_l
             with np.errstate(divide="ignore", invalid="ignore"):
                 leave = np.where((b > 0.0) & ~free[at], a / b, np.inf)
-            leave[at == last] = np.inf if last >= 0 else leave[at == last]
+            leave[at == last] = np.inf
             whole[:] = 0.0
             whole[at] = ab
             w = both - gram @ whole
@@ -165,9 +158,7 @@ class Path:
             if level is not None:
                 stop = np.sqrt(max(level - base, 0.0) / cb) if cb > 0.0 else np.inf
             else:
-                stop = (
-                    (ca - float(value if value is not None else 0.0)) / cb if cb > 0.0 else np.inf
-                )
+                stop = (ca - (value or 0.0)) / cb if cb > 0.0 else np.inf
             stop = max(float(stop), at_l)
             if stop <= ends or not np.isfinite(ends):
                 if not np.isfinite(stop):

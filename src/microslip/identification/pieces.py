@@ -30,8 +30,6 @@ _NEAR, _MOST_CYCLES = 0.5, 3.0
 
 
 def _part(record: Record, first: int, last: int, label: str) -> Record:
-    """Return the samples ``first`` to ``last`` (inclusive) of a record as a new record."""
-
     def cut(channel: Any) -> Any:
         return channel[first : last + 1] if isinstance(channel, np.ndarray) else channel
 
@@ -48,9 +46,8 @@ def _part(record: Record, first: int, last: int, label: str) -> Record:
 def _cycles_of(record: Record, least: float) -> list[tuple[int, int]]:
     """Return the first sample and the length in samples of each cycle of a record.
 
-    Cycles are found by crossings of a band about the middle, which much smaller cycles do not
-    leave. So stretches without cycles are searched again, each by itself, if the displacement
-    moves there by ``least`` [m] or more.
+    Stretches without cycles, which may be much smaller there, are searched again if the
+    displacement moves by ``least`` [m] or more.
     """
     x = record.displacement
     try:
@@ -117,18 +114,9 @@ def _turning_samples(x: Floats) -> NDArray[np.int64]:
     low, high = np.percentile(x, (1.0, 99.0))
     away = (x - 0.5 * (low + high)) / (0.5 * (high - low))
     side = np.where(away > _NEAR, 1, np.where(away < -_NEAR, -1, 0))
-    turns: list[int] = []
-    run: list[int] = []
-    way = 0
-    for i in np.flatnonzero(side):
-        if side[i] != way and run:
-            turns.append(run[int(np.argmax(way * x[run]))])
-            run = []
-        way = int(side[i])
-        run.append(int(i))
-    if run:
-        turns.append(run[int(np.argmax(way * x[run]))])
-    return np.array(turns, dtype=np.int64)
+    at = np.flatnonzero(side)
+    runs = np.split(at, np.flatnonzero(np.diff(side[at])) + 1) if at.size else []
+    return np.array([run[np.argmax(side[run[0]] * x[run])] for run in runs], dtype=np.int64)
 
 
 def loop_of(record: Record, noise: tuple[float, float], bins: int) -> Folded:

@@ -18,12 +18,12 @@ from scipy.sparse import csr_array
 from microslip._core import kernels
 from microslip._core.checks import Floats
 from microslip.identification.branches import Cycle, cycle_of
-from microslip.identification.whitening import directions_of
 from microslip.laboratory.folding import Folded, load_basis
 
 _FLOOR = 1e-5
 """Noise of a force over its range below which the threshold grid is the larger error."""
 
+_SMALL = 0.02  # of the noise: nuisance parameters of smaller effect are not eliminated
 _AT_ONCE = 128
 """Thresholds whose columns are computed together."""
 
@@ -42,7 +42,7 @@ class Rows:
         self.weight = np.sqrt(self.folded.count) / self.noise
         if self.folded.completed.size:
             self.weight[self.folded.completed] = 0.0
-        self._lost = directions_of(self.weight[:, None], np.zeros((self.weight.size, 0)))
+        self._eliminate(np.zeros((self.weight.size, 0)))
 
     @cached_property
     def noise(self) -> float:
@@ -73,14 +73,11 @@ class Rows:
         kernels.compiled.accumulate(cycle.parent, rises, np.zeros(rises.shape[1]))
         if not cycle.bin.size:
             return np.asarray(rises[cycle.first])
-        return self._means(0.5 * (rises[cycle.begin] + rises[cycle.end]))
-
-    def _means(self, pieces: Floats) -> Floats:
-        """Return the mean of each bin (bins, columns) of values in its pieces (pieces, columns)."""
-        return np.asarray(self._bins @ pieces)
+        return np.asarray(self._bins @ (0.5 * (rises[cycle.begin] + rises[cycle.end])))
 
     @cached_property
     def _bins(self) -> csr_array:
+        """Matrix (bins, pieces) that takes the mean of the pieces of each bin."""
         cycle = self.cycle
         shape = self.weight.size, cycle.bin.size
         return csr_array((cycle.share, (cycle.bin, np.arange(cycle.bin.size))), shape=shape)
@@ -107,7 +104,7 @@ class Rows:
             return np.asarray(values[cycle.first])
         begin, end = cycle.begin, cycle.end
         if self.folded.samples.size:
-            return self._means(values[begin])
+            return np.asarray(self._bins @ values[begin])
         starts = cycle.parent[end] == begin  # the branch begins where the piece does
         along = (starts | (cycle.parent[begin] == cycle.parent[end])) & (cycle.parent[end] >= 0)
         along &= begin != end
@@ -128,7 +125,7 @@ class Rows:
         # The displacement bends inside a piece: what sticks goes with it.
         sticks = 1.0 - np.clip((over[0] - over[1]) / width, 0.0, 1.0)
         pieces[along] += self._steps[1][stop][:, None] * sticks
-        return self._means(pieces)
+        return np.asarray(self._bins @ pieces)
 
     @cached_property
     def loads(self) -> Floats | None:
@@ -173,7 +170,7 @@ class Rows:
         if not cycle.bin.size:
             return np.asarray(values[cycle.first])
         is_step = (cycle.begin != cycle.end)[:, None]
-        return self._means(np.where(is_step, means[cycle.end], values[cycle.end]))
+        return np.asarray(self._bins @ np.where(is_step, means[cycle.end], values[cycle.end]))
 
     def stiffness(self, y: Floats, k: Floats) -> Floats:
         """Return the tangent stiffness [N/m] of sliders (y, k) at each node of the cycle."""
@@ -194,8 +191,22 @@ class Rows:
         root = np.linalg.cholesky(folded.covariance)
         rows = [root.T @ self.by_displacement(y, k)]
         rows += [np.atleast_2d(part) for part in (folded.drifted, folded.stepped) if part.size]
-        uncertain = (np.vstack(rows) * self.weight).T
-        self._lost = directions_of(self.weight[:, None], np.asarray(uncertain))
+        self._eliminate((np.vstack(rows) * self.weight).T)
+
+    def _eliminate(self, uncertain: Floats) -> None:
+        """Set directions D (bins, directions) and shares s (directions,) of :meth:`whitened`.
+
+        With them a row r of values over their noise (bins,) becomes r - (r D) s D'. That eliminates
+        the offset, which is unknown, and the parameters of ``uncertain`` (bins, parameters), whose
+        columns are the effects over the noise of one standard error each.
+        """
+        offset, _ = np.linalg.qr(self.weight[:, None])
+        uncertain = uncertain - offset @ (offset.T @ uncertain)
+        square, turned = np.linalg.eigh(uncertain.T @ uncertain)
+        matters = square > _SMALL**2
+        further = (uncertain @ turned[:, matters]) / np.sqrt(square[matters])
+        shrink = 1.0 - 1.0 / np.sqrt(1.0 + square[matters])
+        self._lost = np.hstack((offset, further)), np.append(1.0, shrink)
 
     def whitened(self, columns: Floats) -> Floats:
         """Return columns over their noise (bins, columns), with nuisance parameters eliminated.
@@ -204,5 +215,5 @@ class Rows:
         """
         directions, share = self._lost
         rows = (columns * self.weight[:, None]).T
-        whitened = (rows - ((rows @ directions) * share) @ directions.T).T
+        whitened = np.asarray((rows - ((rows @ directions) * share) @ directions.T).T)
         return whitened[self.weight > 0.0] if self.folded.completed.size else whitened

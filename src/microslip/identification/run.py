@@ -40,10 +40,7 @@ _UNLIKELY = 1e-3
 """Significance level of the rise of chi-squared at which each load gets its own slider density."""
 _SLIGHTLY, _WIDELY = 1.1, 2.0
 """Ratios of the amplitudes of the cycles above which a note is given and an error is raised."""
-_GAINS = {
-    "force_gain": "force",
-    "displacement_gain": "displacement",
-}
+_GAINS = ("force_gain", "displacement_gain")
 
 
 @single_threaded
@@ -159,14 +156,17 @@ def fitted_records(
     fits, notes = _fitted(rows, means)
     for one in folded:
         notes += [f"{one.name}: {text}" for text in one.notes]
-    return _check_rig(_result_of(fits, rows, rig, gains, notes)), rows
+    fitted = []
+    for row in rows:
+        force = next(fit for fit in fits if row in fit.rows).force_of(row)
+        offset = float(np.average(row.folded.force - force, weights=row.folded.count))
+        fitted.append(RecordFit(row.folded, lock(force + offset)))
+    result = Identification(tuple(fits), tuple(fitted), rig, gains, tuple(notes))
+    return _check_rig(result), rows
 
 
 def _fitted(rows: list[Rows], loads: list[float | None]) -> tuple[list[FreeForm], list[str]]:
-    """Return a single fit for all loads, or one per load, and a note on the reason.
-
-    There is a fit for each load if a single density of sliders does not fit all of them.
-    """
+    """Return one fit for all loads, or one for each if a single density does not fit all."""
     fit = FreeForm(rows, loads)
     if len(loads) == 1:
         return [fit], []
@@ -182,25 +182,6 @@ def _fitted(rows: list[Rows], loads: list[float | None]) -> tuple[list[FreeForm]
         "wear or the rig differ between the loads"
     )
     return list(alone), [note]
-
-
-def _result_of(
-    fits: Sequence[FreeForm],
-    rows: Sequence[Rows],
-    rig: tuple[float, float] | None,
-    gains: Mapping[str, float],
-    notes: Sequence[str],
-) -> Identification:
-    """Return the result of free-form fits, with the records in the order of ``rows``."""
-    of = {id(one): fit for fit in fits for one in fit.rows}
-    records = []
-    for one in rows:
-        fit = of[id(one)]
-        force = fit.force_of(one)
-        away = one.folded.force - force
-        offset = float(np.average(away, weights=one.folded.count))
-        records.append(RecordFit(one.folded, lock(force + offset)))
-    return Identification(tuple(fits), tuple(records), rig, dict(gains), tuple(notes))
 
 
 def _rig(given: Any) -> tuple[float, float] | None:
@@ -250,12 +231,11 @@ def _gains(known: Mapping[str, Any] | None) -> dict[str, float]:
     for name, datum in (known or {}).items():
         if name in _GAINS:
             value, error = pair_of(name, datum)
-            gains[_GAINS[name]] = error / value
+            gains[name.removesuffix("_gain")] = error / value
     return gains
 
 
 def _parts_of(records: Sequence[Record]) -> list[tuple[Record, str]]:
-    """Return parts of records with one amplitude and frequency each, and a note on omissions."""
     parts = []
     for record in records:
         pieces, omitted = stretches_of(record)

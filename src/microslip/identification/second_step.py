@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
 from scipy.special import chdtri
 
-from microslip._core.checks import Floats
+from microslip._core.checks import Floats, positive
+from microslip._core.errors import InputError
 from microslip._core.frozen import Locked
 from microslip._core.units import engineering, interval_digits, significant
+from microslip.friction import Interface
 from microslip.identification.bands import QUANTILE, Bands
 from microslip.identification.free_form import FreeForm
+from microslip.identification.loads import carried
+from microslip.identification.models.interface import InterfaceModel, Materials, Values
 
 IDENTIFIED, BOUNDED, NOT, ASSUMED = "identified", "bounded", "not determined", "assumed"
 RIG = "rig_stiffness"
@@ -34,7 +38,6 @@ _CLEAR = 10.0
 _PASSES, _SAME_FRICTION = 3, 2e-3
 """Further passes under a varying load, and the relative change of the friction at their end."""
 
-Values = Mapping[str, float]
 Scatter = Callable[[FreeForm, Values], Floats]
 """Changes of the scaled coefficients of a fit by random heights (columns)."""
 
@@ -53,7 +56,6 @@ class Unknown(NamedTuple):
 class Law(NamedTuple):
     """Parametric law: first-loading force at displacements, from parameter values and a load."""
 
-    name: str
     unknowns: Sequence[Unknown]
     backbone: Callable[[Floats, Values, float | None], Floats]
 
@@ -61,7 +63,6 @@ class Law(NamedTuple):
 class Datum(NamedTuple):
     """Measured value of a function of the parameters, with its standard error."""
 
-    name: str
     value: float
     error: float
     function: Callable[[Values], float]
@@ -95,8 +96,8 @@ class Parameter(Locked):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SecondStep(Locked):
-    """Physical law fitted to the sufficient statistics of a free-form fit."""
+class InterfaceStep(Locked):
+    """Greenwood interface fitted to the sufficient statistics of a free-form fit."""
 
     law: str
     """Name of the law."""
@@ -106,18 +107,48 @@ class SecondStep(Locked):
     """Rise of the sum of squares over that of the free form [-]."""
     misfit_limit: float
     """Rise that noise explains with a probability of 99 % [-]."""
-    values: Mapping[str, float] = field(default_factory=dict)
+    values: Mapping[str, float]
     """Best values of the free parameters."""
-    rig_from_shape: Parameter | None = None
+    rig_from_shape: Parameter | None
     """Stiffness of the rig [N/m] that follows from the shape of the normal law, which is assumed.
 
     None without a rig, with one of exactly known stiffness, or if the law does not fit.
     """
+    _model: InterfaceModel
+    _materials: Materials
+    _loads: tuple[float, ...]
 
     @property
     def fits(self) -> bool:
         """Whether the law fits the loops as well as the free form does, within the noise."""
         return self.misfit <= self.misfit_limit
+
+    def joint(self, normal_load: float | None = None) -> Interface:
+        """Return the interface with the fitted parameters, without the rig.
+
+        Parameters
+        ----------
+        normal_load : float, optional
+            Normal load [N]; by default the highest measured one.
+
+        Raises
+        ------
+        InputError
+            If the rig is unknown, because the stiffness of the joint is then not determined.
+        """
+        undetermined = [one.name for one in self.parameters.values() if one.verdict == NOT]
+        if undetermined:
+            raise InputError(
+                f"the loops do not determine {', '.join(undetermined)}: they cannot separate the "
+                "joint from the rig; give `rig_stiffness=(value, error)`"
+            )
+        load = max(self._loads)
+        if normal_load is not None:
+            load = positive("normal_load", normal_load, "N", 500.0)
+        materials = self._materials
+        if "radius" in self.parameters:
+            materials = materials._replace(radius=self.parameters["radius"].value)
+        return self._model.build(self.values, load, materials)
 
     def table(self) -> str:
         """Return the parameters as text, with one parameter in each line."""
@@ -132,7 +163,7 @@ class SecondStep(Locked):
         return "\n".join(lines)
 
     def __repr__(self) -> str:
-        return f"SecondStep({self.law!r}, {'fits' if self.fits else 'does not fit'})"
+        return f"InterfaceStep({self.law!r}, {'fits' if self.fits else 'does not fit'})"
 
 
 class Statistics:
@@ -156,7 +187,6 @@ class Statistics:
         self.target = (vector[:, keep].T @ h) / root
         best = self.root @ fit.g - self.target
         self.least = float(best @ best)
-        self.dimension = int(np.count_nonzero(keep))
         self.level = QUANTILE * bands.excess
         self.bands = bands
 
@@ -168,14 +198,6 @@ class Statistics:
         """
         u = _CLEAR * self.fit.finest
         return float(self.fit.backbone(np.array([u]))[0]) / u
-
-    def about(self, friction: float, g: Floats) -> Statistics:
-        """Return statistics with the design matrix linearised about a law.
-
-        ``friction`` is the friction coefficient of the law, ``g`` holds its scaled coefficients.
-        """
-        k = (g / self.fit.scale)[: self.fit.y.size]
-        return Statistics(self.fit.about(friction, k), self.bands, self.rig, self.free_rig)
 
     def sliders(self, curve: Callable[[Floats, float | None], Floats], compliance: float) -> Floats:
         """Return the scaled coefficients of the sliders that approximate a law.
@@ -204,7 +226,7 @@ class Statistics:
         Return the forces [N] at total displacements ``nodes`` [m]; the changes of the threshold
         shifts [m], or of the friction coefficient, from those of the fit; and the nodes. If the
         load varies within the cycle, ``nodes`` are first converted to the friction coefficient of
-        the law (see :meth:`FreeForm.carried_to`), and the converted nodes are returned.
+        the law (see :func:`carried`), and the converted nodes are returned.
         """
         fit = self.fit
         load = fit.reference
@@ -225,7 +247,7 @@ class Statistics:
                 else max(fit.friction + float(fit.moved[0]), 0.2 * fit.friction)
             )
             drop = friction * (load - (fit.loads[0] or 0.0))
-            nodes = fit.carried_to(nodes, float(np.interp(drop, force, u)))
+            nodes = carried(nodes, fit.fall, float(np.interp(drop, force, u)))
             return np.interp(nodes, u, force), np.array([friction - fit.friction]), nodes
         shifts = []
         for low in fit.loads[1:]:
@@ -236,18 +258,17 @@ class Statistics:
             shifts.append(-float(np.interp(fall, force, u)))
         return np.interp(nodes, u, force), np.array(shifts) - fit.shifts[1:], nodes
 
-    def friction_of(self, g: Floats) -> float | None:
-        """Return the friction coefficient among coefficients g; None if loads do not vary."""
-        if self.fit.friction is None:
-            return None
-        return self.fit.friction + float(g[-1] / self.fit.scale[-1])
+    def misfit_limit(self, unknowns: int) -> float:
+        """Return the rise [-] over the least sum of squares that noise explains, at 99 %."""
+        count = max(self.target.size - unknowns, 1)
+        return max(float(chdtri(count, 0.01)) * self.level / QUANTILE - self.least, 0.0)
 
     def residuals(self, g: Floats) -> Floats:
         """Return the residuals R g - r over their noise [-] of scaled coefficients g."""
         return np.asarray(self.root @ g - self.target)
 
 
-class _Problem:
+class Problem:
     """Residuals of a law and of data as functions of parameters q, logarithms where ``is_log``."""
 
     def __init__(
@@ -267,17 +288,16 @@ class _Problem:
         self.unknowns = unknowns
 
     def values(self, q: Floats) -> dict[str, float]:
+        """Return the parameters by name."""
         return {
             one.name: math.exp(v) if one.is_log else float(v)
             for one, v in zip(self.unknowns, q, strict=True)
         }
 
     @property
-    def start(self) -> Floats:
-        return np.array([math.log(u.start) if u.is_log else u.start for u in self.unknowns])
-
-    @property
     def bounds(self) -> tuple[Floats, Floats]:
+        """Lower and upper bounds of q."""
+
         def end(one: Unknown, value: float, far: float) -> float:
             if not one.is_log:
                 return value
@@ -288,6 +308,7 @@ class _Problem:
         return np.array(low), np.array(high)
 
     def coefficients(self, values: Values) -> Floats:
+        """Return the scaled coefficients of the sliders of the law, see :class:`Statistics`."""
         rig = self.statistics.rig
         stiffness = values.get(RIG, rig[0] if rig else math.inf)
         return self.statistics.sliders(
@@ -295,6 +316,7 @@ class _Problem:
         )
 
     def __call__(self, q: Floats) -> Floats:
+        """Return the residuals of loops and data over their standard errors [-]."""
         values = self.values(q)
         rows = self.statistics.residuals(self.coefficients(values))
         if self._whitening is not None:
@@ -326,25 +348,27 @@ def solve(
     data: Sequence[Datum] = (),
     scatter: Scatter | None = None,
     starts: Sequence[Mapping[str, float]] = (),
-) -> tuple[_Problem, Floats, float, Floats]:
+) -> tuple[Problem, Floats, float, Floats]:
     """Fit a law; return problem, best parameters q, sum of squares and covariance of q.
 
     If the load varies within the cycle, the statistics are linearised about the law and the fit is
     repeated; the returned problem has the statistics of the last repetition.
     """
     solved = _solved(statistics, law, data, scatter, starts)
-    before = statistics.fit.friction
     for _ in range(_PASSES):
-        problem, q = solved[0], solved[1]
-        values = problem.values(q)
-        g = problem.coefficients(values)
-        friction = problem.statistics.friction_of(g)
-        if friction is None or before is None or not friction > 0.0:
+        problem, q, *_ = solved
+        fit, values = problem.statistics.fit, problem.values(q)
+        if fit.friction is None:
             break
-        solved = _solved(problem.statistics.about(friction, g), law, data, scatter, [values])
-        if abs(before / friction - 1.0) < _SAME_FRICTION:
+        x = problem.coefficients(values) / fit.scale
+        friction = fit.friction + float(x[-1])
+        if not friction > 0.0:
             break
-        before = friction
+        about = fit.about(friction, x[: fit.y.size])
+        moved = Statistics(about, statistics.bands, statistics.rig, statistics.free_rig)
+        solved = _solved(moved, law, data, scatter, [values])
+        if abs(fit.friction / friction - 1.0) < _SAME_FRICTION:
+            break
     return solved
 
 
@@ -354,40 +378,31 @@ def _solved(
     data: Sequence[Datum],
     scatter: Scatter | None,
     starts: Sequence[Mapping[str, float]],
-) -> tuple[_Problem, Floats, float, Floats]:
-    problem = _Problem(statistics, law, data, scatter)
+) -> tuple[Problem, Floats, float, Floats]:
+    problem = Problem(statistics, law, data, scatter)
     low, high = problem.bounds
-    best: Any = None
-    tries = [problem.start]
-    for start in starts:
-        q = problem.start.copy()
-        for i, one in enumerate(problem.unknowns):
-            if one.name in start:
-                q[i] = math.log(start[one.name]) if one.is_log else start[one.name]
-        tries.append(q)
-    for q in tries:
-        inside = np.clip(q, low + 1e-9, high - 1e-9)
-        found = least_squares(
-            problem, inside, bounds=(low, high), x_scale=1.0, diff_step=_STEP, max_nfev=60
-        )
-        if best is None or found.cost < best.cost:
-            best = found
+
+    def fit(q: Floats) -> Any:
+        return least_squares(problem, q, bounds=(low, high), diff_step=_STEP, max_nfev=60)
+
+    tries = []
+    for start in ({}, *starts):
+        values = [start.get(one.name, one.start) for one in problem.unknowns]
+        q = [math.log(v) if u.is_log else v for u, v in zip(problem.unknowns, values, strict=True)]
+        tries.append(fit(np.clip(q, low + 1e-9, high - 1e-9)))
+    best = min(tries, key=lambda found: found.cost)
     if scatter is not None:
         for _ in range(2):
             problem.whiten(best.x)
-            best = least_squares(
-                problem, best.x, bounds=(low, high), x_scale=1.0, diff_step=_STEP, max_nfev=60
-            )
-    q = np.asarray(best.x)
-    best = least_squares(problem, q, bounds=(low, high), jac="3-point", diff_step=1e-3, max_nfev=20)
-    jacobian = best.jac
-    covariance = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-14)
+            best = fit(best.x)
+    best = least_squares(
+        problem, best.x, bounds=(low, high), jac="3-point", diff_step=1e-3, max_nfev=20
+    )
+    covariance = np.linalg.pinv(best.jac.T @ best.jac, rcond=1e-14)
     return problem, np.asarray(best.x), 2.0 * float(best.cost), covariance
 
 
-def profile(
-    problem: _Problem, q: Floats, least: float, i: int, error: float
-) -> tuple[float, float]:
+def profile(problem: Problem, q: Floats, least: float, i: int, error: float) -> tuple[float, float]:
     """Return the ends of the profile-likelihood interval of entry i of q; infinite if unbounded.
 
     ``least`` is the sum of squares at the minimum q, and ``error`` the standard error of entry i,
@@ -399,8 +414,7 @@ def profile(
     ends = []
     for way in (-1.0, 1.0):
         reach = min(max(1.96 * error, 1e-6), _FAR)
-        bracket_low, at, rest = 0.0, reach, q[others].copy()
-        bracket_high = math.inf
+        below, above, at, rest = 0.0, math.inf, reach, q[others].copy()
         end = way * math.inf
         for _ in range(14):
             place = q[i] + way * at
@@ -413,37 +427,33 @@ def profile(
                 whole[others], whole[i] = p, place
                 return problem(whole)
 
-            if rest.size:
-                found = least_squares(
-                    part,
-                    np.clip(rest, low[others] + 1e-9, high[others] - 1e-9),
-                    bounds=(low[others], high[others]),
-                    diff_step=_STEP,
-                    max_nfev=25,
-                )
-                rise = 2.0 * float(found.cost) - least
-                rest = np.asarray(found.x)
-            else:
-                rise = float(np.sum(part(rest) ** 2)) - least
+            found = least_squares(
+                part,
+                np.clip(rest, low[others] + 1e-9, high[others] - 1e-9),
+                bounds=(low[others], high[others]),
+                diff_step=_STEP,
+                max_nfev=25,
+            )
+            rise = 2.0 * float(found.cost) - least
+            rest = np.asarray(found.x)
             if abs(rise / level - 1.0) < 0.03:
                 end = place
                 break
             if rise < level:
-                bracket_low = at
+                below = at
                 if at >= _FAR or place in (low[i], high[i]):
                     break
             else:
-                bracket_high = at
-                end = place
+                above, end = at, place
             step = math.sqrt(level / max(rise, 1e-3 * level))
             at = at * min(max(step, 0.2), 4.0)
-            if math.isfinite(bracket_high) and not bracket_low < at < bracket_high:
-                at = 0.5 * (bracket_low + bracket_high)
+            if math.isfinite(above) and not below < at < above:
+                at = 0.5 * (below + above)
         ends.append(end)
     return ends[0], ends[1]
 
 
-def verdict_of(value: float, low: float, high: float, is_log: bool) -> str:
+def verdict_of(low: float, high: float, is_log: bool) -> str:
     """Return the verdict on a parameter with the interval ``low`` to ``high``.
 
     "identified": half the width of the interval (of the logarithm if ``is_log``) is at most 0.3;
@@ -456,7 +466,7 @@ def verdict_of(value: float, low: float, high: float, is_log: bool) -> str:
 
 
 def parameters_of(
-    problem: _Problem, q: Floats, least: float, covariance: Floats
+    problem: Problem, q: Floats, least: float, covariance: Floats
 ) -> dict[str, Parameter]:
     """Return the free parameters of a law with profile-likelihood intervals and verdicts."""
     parameters = {}
@@ -468,25 +478,6 @@ def parameters_of(
             value, low, high = math.exp(value), math.exp(low), math.exp(min(high, 700.0))
             low = 0.0 if low < 1e-300 else low
             high = math.inf if high > 1e300 else high
-        verdict = BOUNDED if one.name == RIG else verdict_of(value, low, high, one.is_log)
+        verdict = BOUNDED if one.name == RIG else verdict_of(low, high, one.is_log)
         parameters[one.name] = Parameter(one.name, one.unit, value, low, high, verdict)
     return parameters
-
-
-def step_of(
-    statistics: Statistics,
-    law: Law,
-    problem: _Problem,
-    least: float,
-    parameters: Mapping[str, Parameter],
-    q: Floats,
-) -> SecondStep:
-    """Return the result of a fit: law, parameters and misfit.
-
-    ``q`` are the fitted unknowns, as logarithms where ``Unknown.is_log``. ``least`` is the sum of
-    squares of the residuals at ``q``; the misfit is its excess over that of the free form.
-    """
-    told = statistics.dimension - len(problem.unknowns)
-    limit = float(chdtri(max(told, 1), 0.01)) * statistics.level / QUANTILE - statistics.least
-    misfit = max(least - statistics.least, 0.0)
-    return SecondStep(law.name, dict(parameters), misfit, max(limit, 0.0), problem.values(q))

@@ -20,12 +20,11 @@ from microslip.identification.models.surface_shape import (
     template_of,
 )
 
+FRICTION, SCALE, SEPARATION = "friction_coefficient", "slip_scale", "standardised_separation"
 _HEIGHTS, _TALLEST = 192, 8.0
 """Number of height classes with random summit counts, and their range above the lowest contact."""
 
-
 Values = Mapping[str, float]
-"""Values of the parameters of a law, by their names."""
 
 
 class Materials(NamedTuple):
@@ -53,8 +52,6 @@ class InterfaceModel:
     template: Template
     reference_load: float
 
-    names = ("friction_coefficient", "slip_scale", "standardised_separation")
-
     @classmethod
     def of_shape(cls, shape: Any, loads: Sequence[float]) -> InterfaceModel:
         """Return the model of a height distribution or a surface; None means Gaussian heights.
@@ -70,8 +67,8 @@ class InterfaceModel:
 
     def _values(self, values: Values) -> tuple[float, float, float]:
         """Return friction coefficient mu, slip scale [m] and separation h at the reference load."""
-        mu, scale, h = self.names
-        return values[mu], values[scale], -1.0 if self.is_sphere else values[h]
+        h = -1.0 if self.is_sphere else values[SEPARATION]
+        return values[FRICTION], values[SCALE], h
 
     def curve(self, u: Floats, values: Values, load: float) -> tuple[Floats, Floats]:
         """Return force [N] and stiffness [N/m] of first loading at displacements u >= 0 [m]."""
@@ -108,7 +105,7 @@ class InterfaceModel:
         z = 0.5 * (edges[1:] + edges[:-1])[:, None]
         share = heights._density(z * unit) * unit * (edges[1] - edges[0])
         x = np.minimum(u, 1e200) / scale
-        fall = template.shares(here, x).by_step / template.rate(here)
+        fall = template.shares(here, x)[1] / template.rate(here)
         above = np.maximum(z - here, 0.0) ** 1.5
         change = np.maximum(z - here - x, 0.0) ** 1.5 - above * fall
         return np.asarray(-mu * load / template.load(here) * np.sqrt(share) * change)

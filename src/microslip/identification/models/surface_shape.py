@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -32,17 +32,6 @@ _SPREAD = 0.05
 Greenwood and Williamson (1966, DOI 10.1098/rspa.1966.0242): a convention for the radius."""
 _PANELS = (24, 32, 48, 64)
 _LEFT_OUT = 1e-14  # of the largest value, for the terms that a panel leaves out
-
-
-class Shares(NamedTuple):
-    """First-loading force over the force limit, q = 1 - n(h + x)/n(h) [-], and its slope dq/dx.
-
-    n is the normalised load of the :class:`Template` as a function of normalised separation, h the
-    separation at rest, and x the normalised displacement.
-    """
-
-    value: Floats
-    by_step: Floats
 
 
 _MOST_CACHED = 256  # separations
@@ -95,16 +84,16 @@ class Template:
 
     # -- shares of the force limit ---------------------------------------------------------------
 
-    def shares(self, z: float, x: Floats) -> Shares:
-        """Return the force over its limit, 1 - n(z + x)/n(z) [-], and its derivative by x.
+    def shares(self, z: float, x: Floats) -> tuple[Floats, Floats]:
+        """Return the first-loading force over its limit, 1 - n(z + x)/n(z) [-], and its slope.
 
         z and x >= 0 are separation and displacement over their scales, n the normalised load.
         """
         tables = self._tables(z)
         if tables is None:
-            return Shares(*self._exact(z, x))
+            return self._exact(z, x)
         value, by_step = (table.value(x) for table in tables)
-        return Shares(np.minimum(value, 1.0, out=value), by_step)
+        return np.minimum(value, 1.0, out=value), by_step
 
     def _exact(self, z: float, x: Floats) -> tuple[Floats, Floats]:
         law, unit = self.law, self.unit
@@ -138,17 +127,14 @@ class Template:
     def bounds(self) -> tuple[float, float]:
         """Return the smallest and largest normalised separation [-] that a fit may assume."""
         low, high = (end / self.unit for end in self.law._span)
-        if isinstance(self.law, TabulatedNormalLaw):
-            grid = np.linspace(low, high, 4001)
-        else:
-            heights = getattr(self.law, "heights", None)
-            if isinstance(heights, Gaussian):
-                middle = heights.mean / self.unit
-                return middle - 4.0, middle + 8.0
-            # Heights that begin abruptly: also so deep that all of them touch. The moments of
-            # scipy's distributions are no tables there, and too slow for a fit.
-            low -= float(isinstance(heights, Exponential) or self.law._spheres is not None)
-            grid = np.linspace(low, high, 4001)
+        heights = getattr(self.law, "heights", None)
+        if isinstance(heights, Gaussian):
+            middle = heights.mean / self.unit
+            return middle - 4.0, middle + 8.0
+        # Heights that begin abruptly: also so deep that all of them touch. The moments of
+        # scipy's distributions are no tables there, and too slow for a fit.
+        low -= float(isinstance(heights, Exponential) or self.law._spheres is not None)
+        grid = np.linspace(low, high, 4001)
         loads = self.law._derivative(grid * self.unit, 0)
         return low, float(grid[loads > _LEAST_LOAD * loads[0]][-1])
 

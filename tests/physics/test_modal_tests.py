@@ -162,6 +162,20 @@ def test_an_accelerometer_is_read_as_displacement() -> None:
     assert sensed.amplitude.max() == pytest.approx(direct.amplitude.max(), rel=0.15)
 
 
+def test_noise_lifts_no_damping_of_a_ring_down() -> None:
+    """A decay into noise with the damping 4e-4 + 60 a; four seeds: 7e-5, and 1.2 to 3.0 %."""
+    rate, omega = 4096.0, 2.0 * np.pi * 174.15
+    time = np.arange(0.0, 12.0, 1.0 / rate)
+    # da/dt = -omega (4e-4 + 60 a) a has a closed solution.
+    fallen = 3e-6 * np.exp(-4e-4 * omega * time)
+    amplitude = fallen / (1.0 + 60.0 / 4e-4 * (3e-6 - fallen))
+    noise = 2e-9 * np.random.default_rng(3).standard_normal(time.size)
+    test = ms.ModalTest.from_ring_down(time, amplitude * np.cos(omega * time) + noise)
+    np.testing.assert_allclose(test.frequency, 174.15, rtol=2e-4)
+    np.testing.assert_allclose(test.damping_ratio, 4e-4 + 60.0 * test.amplitude, rtol=0.04)
+    assert test.amplitude.min() < 1e-7
+
+
 def test_files_tell_what_they_hold(tmp_path: Path) -> None:
     time, signal = decaying(4096.0)
     ring = tmp_path / "hammer.csv"

@@ -166,6 +166,7 @@ def _analytic(t: Floats, x: Floats, middle: Floats, period: Floats) -> tuple[Flo
 
 _SHARE = 0.1  # of the energy outside of half an octave, from which another mode rings along
 _ABOVE_NOISE = 8.0
+_UNFILTERED = 4.0  # times that without a filter: the largest sample of a cycle has noise on top
 _SETTLING = 4.0  # times one over its width, for which a filter hears the ends
 
 Values = tuple[Floats, Floats, Floats]
@@ -184,7 +185,9 @@ def ring_down(time: ArrayLike, signal: ArrayLike, points: Any, quantity: Any, ba
             raise InputError("time must increase in equal steps")
         t = even_times  # what differs by less than half a step is rounding of the file
         if band is None:
-            part = _above_noise(_single_mode(x, step), 0, _noise(x, step, 0.5 / step))
+            noise, peak = _noise(x, step, 0.5 / step), float(np.abs(x).max())
+            noise = max(noise, min(_UNFILTERED * noise, 0.25 * peak / _ABOVE_NOISE))
+            part = _above_noise(_single_mode(x, step), 0, noise)
         else:
             low, high = _band_limits(band)
             raw, x, width = x, _filtered(x, step, low, high), high - low

@@ -171,6 +171,7 @@ class DrawnSurface(_Drawing, SurfaceTable):
             symbol = {"rms": "Rq", "slope": "Rdq"}[name]
             words.append(f"{symbol} {value}" + (f" ± {100 * spread:.0f} %" if spread else ""))
         return [
-            f"surface: {' and '.join(words)} of the gap. Bands, which a table [uncertainty] adds, "
-            "include the errors of the law and of the drawing; measure Rdq to narrow them."
+            f"surface: {' and '.join(words)} of the gap. Bands include the errors of the law and "
+            "of the drawing; where none are shown, a table [uncertainty] adds them. Measure Rdq to "
+            "narrow them."
         ]

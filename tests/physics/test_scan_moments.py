@@ -164,7 +164,7 @@ def test_the_pixel_lessens_the_moments_and_says_so(
     assert lost == pytest.approx(low, rel=0.1)
     assert found.m0 == pytest.approx(truth.m0, rel=1e-12)
     assert 0.0 < 1.0 - found.m2 / truth.m2 < 0.5 * lost
-    verdict = next(v for v in verdicts(scan) if v.name == "share of m4 lost to the pixel")
+    verdict = next(v for v in verdicts(scan) if v.name == "fraction of m4 lost to the pixel")
     # To the first order in the square of q h, and from differences that lose m6 as well.
     assert verdict.value == pytest.approx(lost, rel=0.06)
     assert verdict.word == word == ("watch" if lost > 0.05 else "ok")
@@ -174,11 +174,11 @@ def test_what_is_lost_to_the_pixel_is_of_each_axis() -> None:
     """A sine along y of eight pixels loses h^2 q^2/6 there, however fine the pixel along x is."""
     y = np.arange(160)[:, None]
     scan = Scan(np.sin(2 * math.pi * y / 8.0) * 1e-7 + np.zeros((160, 40)), (1e-8, 1e-6))
-    value = next(v.value for v in verdicts(scan) if v.name == "share of m4 lost to the pixel")
+    value = next(v.value for v in verdicts(scan) if v.name == "fraction of m4 lost to the pixel")
     seen = 2 * math.sin(math.pi / 8.0)  # what differences see of q h
     assert value == pytest.approx(seen**2 / 6, rel=0.02)
     profile = Scan(np.sin(2 * math.pi * np.arange(800) / 8.0) * 1e-7, 1e-6)
-    value = next(v.value for v in verdicts(profile) if v.name == "share of m4 lost to the pixel")
+    value = next(v.value for v in verdicts(profile) if v.name == "fraction of m4 lost to the pixel")
     assert value == pytest.approx(seen**2 / 6, rel=0.02)
 
 
@@ -394,14 +394,14 @@ def test_a_scratch_is_reported() -> None:
     assert scan.statistics().kurtosis > 300.0
     words = {verdict.name: verdict.word for verdict in verdicts(scan)}
     assert words["kurtosis"] == "outside"
-    assert words["share of m0 in 0.1 % of points"] == "outside"
-    assert words["share of m4 lost to the pixel"] == "outside"
+    assert words["fraction of m0 in 0.1 % of points"] == "outside"
+    assert words["fraction of m4 lost to the pixel"] == "outside"
     fine = {verdict.name: verdict.word for verdict in verdicts(real("al3d-1.al3d"))}
     # Its form is long waves, its curvature noise: without a cut-off the pixel makes m4.
-    assert fine.pop("share of m4 lost to the pixel") == "outside"
+    assert fine.pop("fraction of m4 lost to the pixel") == "outside"
     assert fine == dict.fromkeys(fine, "ok")
     smooth = verdicts(real("al3d-1.al3d").condition(cutoff=5e-6))
-    assert [v.word for v in smooth if v.name.startswith("share of m4 lost")] == ["ok"]
+    assert [v.word for v in smooth if v.name.startswith("fraction of m4 lost")] == ["ok"]
 
 
 # The cut-off decides.

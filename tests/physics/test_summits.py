@@ -171,11 +171,11 @@ def test_summits_of_exact_fields(
         scan = ms.Scan(np.fft.irfft2(waves, (n, n)), 1e-6)
         every, found = scan.summits(None, prominence=0.0), scan.summits(None)
         counts.append([every.density / theory.density, found.density / theory.density])
-        verdict = {v.name: v for v in found.validity()}["share of peaks below the prominence"]
+        verdict = {v.name: v for v in found.validity()}["fraction of peaks below the prominence"]
         # Either drops a few peaks more as not round.
         assert verdict.value == pytest.approx(1.0 - found.count / every.count, abs=0.02)
         drops.add((verdict.word, *(v.word for v in verdicts(scan) if "lost" in v.name)))
-        assert "share of peaks below the prominence" not in {v.name for v in every.validity()}
+        assert "fraction of peaks below the prominence" not in {v.name for v in every.validity()}
     got = np.mean(counts, axis=0) - 1.0
     assert got == pytest.approx([free, default], abs=0.02)
     assert drops == {words}

@@ -37,10 +37,10 @@ def test_a_cutoff_does_not_hide_spikes() -> None:
     scan = ms.Scan(heights, 1e-6).condition(level="plane", cutoff="20 um")
     assert scan.statistics().kurtosis < 6.0  # nothing shows them any more
     found = words(scan)
-    assert found["share of m0 in 0.1 % of points"][1] == "outside"
+    assert found["fraction of m0 in 0.1 % of points"][1] == "outside"
     assert found["kurtosis"][1] == "outside"
     clean = words(ms.Scan(GROUND.heights, 1e-6).condition(level="plane", cutoff="20 um"))
-    assert clean["share of m0 in 0.1 % of points"][1] == "ok"
+    assert clean["fraction of m0 in 0.1 % of points"][1] == "ok"
 
 
 def test_noise_that_is_roughness_is_distinguished_from_noise() -> None:

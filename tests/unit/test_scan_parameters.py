@@ -57,7 +57,7 @@ def test_shares_of_the_extreme_points() -> None:
 
 def test_verdicts_on_noise_and_on_a_surface() -> None:
     noise = {verdict.name: verdict for verdict in verdicts(NOISE)}
-    assert noise["share of m4 lost to the pixel"].word == "outside"
+    assert noise["fraction of m4 lost to the pixel"].word == "outside"
     assert noise["kurtosis"].word == "ok"
     fine = random_surface((300, 300), 1e-6, m0=1.2e-13, m2=0.004, m4=0.004 * 0.1e12)
     assert {verdict.word for verdict in verdicts(fine)} == {"ok"}

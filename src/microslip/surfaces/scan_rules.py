@@ -56,7 +56,7 @@ def _share(groups: list[Floats]) -> float:
     return top / total
 
 
-LOST_TO_PIXEL = "share of m4 lost to the pixel"
+LOST_TO_PIXEL = "fraction of m4 lost to the pixel"
 RADIUS_IN_PIXELS = "summit radius in pixels"
 
 _CONVENTION = "a convention; well-resolved isotropic Gaussian surfaces are far within the limit"
@@ -64,7 +64,7 @@ _CONVENTION = "a convention; well-resolved isotropic Gaussian surfaces are far w
 
 def _share_rule(moment: str, values: str) -> Rule:
     return Rule(
-        f"share of {moment} in 0.1 % of points",
+        f"fraction of {moment} in 0.1 % of points",
         0.05,
         0.2,
         f"{values} represent the whole surface, not a few points ({GAUSSIAN_SHARE:.3f} if "
@@ -184,7 +184,7 @@ _RULES: Mapping[str, Rule] = {
             "use the summits as a population",
         ),
         Rule(
-            "share of peaks below the prominence",
+            "fraction of peaks below the prominence",
             0.05,
             1.0,
             "few peaks are below the prominence; they may be noise or short waves, which a "
@@ -201,7 +201,7 @@ _RULES: Mapping[str, Rule] = {
             "set the prominence to the repeatability of the instrument",
         ),
         Rule(
-            "share of fits dropped",
+            "fraction of fits dropped",
             0.1,
             0.3,
             "peaks are round enough to be summits",
@@ -231,7 +231,7 @@ def verdicts(scan: HeightMap) -> tuple[Verdict, ...]:
     # A filter spreads spikes until they cannot be detected, and filled gaps are not measured.
     shares["m0"] = max(shares["m0"], share_of_heights(raw))
     values: dict[str, float | None] = {"kurtosis": max(numbers.kurtosis, before.kurtosis)}
-    values |= {f"share of {moment} in 0.1 % of points": part for moment, part in shares.items()}
+    values |= {f"fraction of {moment} in 0.1 % of points": part for moment, part in shares.items()}
     values |= {
         "rms slope": moments.rms_slope,
         LOST_TO_PIXEL: lost_to_pixel(scan.heights, scan.pixel),

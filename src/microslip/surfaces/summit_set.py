@@ -182,9 +182,9 @@ class Summits(Locked, Plottable):
         }
         if self.threshold > 0.0:
             below = 1.0 - (self.count + self.dropped) / self.peaks
-            values["share of peaks below the prominence"] = max(below, 0.0)
+            values["fraction of peaks below the prominence"] = max(below, 0.0)
             values["peaks dropped for noise that is roughness"] = (
                 max(below, 0.0) * self.scan.unfiltered.rough_share_of_noise
             )
-        values["share of fits dropped"] = self.dropped / (self.dropped + self.count)
+        values["fraction of fits dropped"] = self.dropped / (self.dropped + self.count)
         return (*judged(values), *(joint.validity if joint is not None else ()))

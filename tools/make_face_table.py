@@ -15,7 +15,8 @@ amplitudes and phases. It is loaded through rising mean pressures with the hardn
 the pressure. At each it is unloaded elastically, from the shape that it has then. Heights, rms and
 gradient are those of the realised face, which takes most of the scatter of a small face away.
 
-Nodes are few, with 20 faces each, since the fit needs only a smooth dependence on three groups:
+Nodes are few, since the fit needs only a smooth dependence on three groups; 20 faces are planned
+for each:
 13 spectra of different breadth, seven hardnesses and up to seven pressures. Two corrections have
 faces of their own. The same waves at 6, 12 and 24 pixels a shortest wave give the pixel limit.
 Faces with 2, 4 and 8 roll-off waves along a side give the limit of a large face: at a pressure of

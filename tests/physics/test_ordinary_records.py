@@ -156,7 +156,7 @@ def test_the_command_tells_of_gaps(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     outcome = run("measure", "paused.csv")
     assert outcome.exit_code == 0
     assert "frequency 7.3" in outcome.stdout
-    assert "the time has a gap of 60.0 s after 1.45 s: cycles are cut there" in outcome.stdout
+    assert "a gap of 60.0 s after 1.45 s: the record is divided there" in outcome.stdout
 
 
 # -- amplitudes that step, friction that moves -----------------------------------------------------

@@ -12,6 +12,7 @@ from command import run
 
 import microslip as ms
 from microslip.laboratory import Campaign as Campaign
+from microslip.report.measured import measurement_document
 
 
 def loops(amplitude: float, seed: int, noise: float = 0.3, limit: float = 100.0) -> ms.Record:
@@ -126,3 +127,18 @@ def test_uff(tmp_path: Path) -> None:
     record = ms.Record.read(path)
     assert record.sample_rate == pytest.approx(100.0)
     assert np.allclose(record.force, force, rtol=1e-9, atol=1e-11)
+
+
+def test_a_column_of_the_manifest_replaces_no_measured_one(tmp_path: Path) -> None:
+    """Names that the user gives do not decide which columns are shown or written."""
+    measured = [ms.measure(loops(1.5e-6, seed)) for seed in (1, 2)]
+    given = {"settled": ["by eye", "no"], "frequency [Hz]": ["low", "low"], "operator": ["A", "B"]}
+    document = measurement_document(Campaign(tuple(measured), given))
+    (row, _) = document.data["campaign"]["table"]
+    assert row["settled (manifest)"] == "by eye"
+    assert row["settled"] in ("yes", "no")
+    assert row["amplitude"] == pytest.approx(1.5e-6, rel=1e-2)
+    (file,) = (file for file in document.files if file.name == "campaign.csv")
+    file.write(tmp_path / "campaign.csv", lambda share: None)
+    heads = (tmp_path / "campaign.csv").read_text("utf-8").splitlines()[0].split(",")
+    assert len(set(heads)) == len(heads)

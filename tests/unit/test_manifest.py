@@ -255,3 +255,21 @@ def test_files_are_read_each_in_its_way(tmp_path: Path, monkeypatch: pytest.Monk
     assert [row["record"] for row in rows_read] == ["a", "b"]
     energies = [row["dissipated_energy"] for row in rows_read]
     assert energies[0] == pytest.approx(energies[1], rel=1e-9)
+
+
+def test_a_cell_is_the_heading_of_a_column_or_its_name_with_a_unit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    record = cell_record(0.5, 1000.0, 2e-6, 1, 0.0)
+    forces = record.force, 1e3 * record.force
+    rows = np.column_stack((1e6 * record.displacement, *forces, np.arange(len(record)) // 200))
+    head = "motion,Force (N),Force (mN),cycle [-]"
+    np.savetxt("a.csv", rows, delimiter=",", header=head, comments="")
+    text = "file,displacement column,force column,cycle column,sample rate\n"
+    Path("list.csv").write_text(f"{text}a.csv,motion [um],Force (N),cycle [-],{RATE:g}\n")
+    given = Manifest.read("list.csv").reading(0)
+    read = ms.Record.read("a.csv", **given)
+    np.testing.assert_allclose(read.force, record.force, rtol=1e-12)
+    np.testing.assert_allclose(read.displacement, record.displacement, rtol=1e-12)
+    assert read.cycle_number is not None

@@ -65,7 +65,7 @@ def test_inside_above_and_below() -> None:
 
 
 @pytest.mark.parametrize(
-    ("factor", "word"), [(1e3, "of a thousandth"), (1e-3, "1000 times as large")]
+    ("factor", "word"), [(1e3, "divided by 1000"), (1e-3, "multiplied by 1000")]
 )
 def test_amplitudes_in_other_units_are_recognised(factor: float, word: str) -> None:
     test = modal_test(100.0, 1.5e-3, factor * np.array([2e-6, 1e-5, 5e-5]))

@@ -60,13 +60,16 @@ class DataSet(Mapping[str, Variable]):
     def of_rows(cls, columns: Mapping[str, tuple[Quantity, Iterable[Any]]]) -> DataSet:
         """Return the data set of columns of equal length, along the dimension "row".
 
-        A column of text has a quantity without unit, "". None is an unknown number, NaN.
+        A column of text has a quantity without unit, "". None is an unknown value: NaN in a column
+        of numbers, an empty cell in one of text.
         """
         variables = {}
         for name, (quantity, values) in columns.items():
             if not isinstance(values, np.ndarray):
-                listed = [math.nan if value is None else value for value in values]
+                listed = list(values)
                 text = any(isinstance(value, str) for value in listed)
+                if not text:
+                    listed = [math.nan if value is None else value for value in listed]
                 values = np.array(listed, dtype=object if text else None)
             variables[name] = Variable(("row",), values, quantity)
         return cls({"row": len(next(iter(variables.values())).values)}, {}, variables)
@@ -123,7 +126,7 @@ class DataSet(Mapping[str, Variable]):
             array if self[name].quantity.unit == "" else np.asarray(array, dtype=float)
             for name, array in zip(columns.values(), arrays, strict=True)
         ]
-        writers = [text_cell if array.dtype == object else repr for array in arrays]
+        writers = [_cell if array.dtype == object else repr for array in arrays]
         for start in range(0, self.count(dims), _BLOCK):
             texts = (
                 map(write, array.flat[start : start + _BLOCK].tolist())
@@ -149,6 +152,10 @@ class DataSet(Mapping[str, Variable]):
             for group in (self.coords, self.variables)
         )
         return xarray.Dataset(variables, coords, attrs=dict(self.attributes))
+
+
+def _cell(value: Any) -> str:
+    return "" if value is None else text_cell(value)
 
 
 def text_cell(text: str) -> str:

@@ -125,15 +125,13 @@ class Reading(NamedTuple):
             "normal_load": _or_none(loads[index if len(loads) > 1 else 0] if loads else None),
             "time": _or_none(self.time),
         }
-        units = pairs("unit", self.units)
         if manifest is not None:
             given |= manifest.reading(index)
-            units |= given.pop("units", {})
         record = Record.read(
             path,
             **given,
             sign=-1 if self.flip_sign else None,
-            units=units or None,
+            units=pairs("unit", self.units) or None,
             calibration=pairs("calibration", calibration_of(self.calibration)[0]) or None,
             zero=pairs("zero", self.zero) or None,
             rows=slice_of("--rows", self.rows),

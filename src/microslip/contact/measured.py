@@ -384,8 +384,8 @@ def _table(solution: FaceSolution) -> tuple[Floats, Floats]:
     p, s = solution.pressure.mean(axis=1), solution.slope.mean(axis=1)
     if d.size < 2:
         raise InputError(
-            f"`loads` must include two with contact, got {d.size}; write more loads, or a larger "
-            "`lightest`"
+            f"two of the solved loads must have points in contact, got {d.size}; write more "
+            "`loads`, or a larger `lightest`"
         )
     curve = CubicHermiteSpline(d, np.log(p), -s / p)
     share = np.arange(_SAMPLES) / _SAMPLES

@@ -44,7 +44,7 @@ class Masing(Locked):
     high: float
     """Ends of the 99 % interval of reduced chi-squared for noise alone [-]."""
     even: float
-    """Fraction of the residual that is equal in both half cycles [-]."""
+    """Fraction of the residual that is equal in both half cycles [-]; NaN if no loop is whole."""
     odd: float
     """Fraction of the residual that changes its sign in the other half cycle [-]."""
     cause: str
@@ -68,12 +68,14 @@ class Masing(Locked):
                 f"the loops obey Masing's rules within noise: reduced chi-squared {value}, noise "
                 f"explains up to {limit}"
             )
-        half = "even" if self.even > 0.5 else "odd"
-        share = f"{100.0 * max(self.even, self.odd):.0f} %"
         words = (
             f"the loops do not obey Masing's rules: reduced chi-squared {value}, noise explains up "
-            f"to {limit}; the residual is {half} in the two half cycles ({share})"
+            f"to {limit}"
         )
+        if not math.isnan(self.even):
+            half = "even" if self.even > 0.5 else "odd"
+            share = f"{100.0 * max(self.even, self.odd):.0f} %"
+            words += f"; the residual is {half} in the two half cycles ({share})"
         if self.cause == UNDETERMINED:
             return f"{words}; detected, cause not determined"
         explained = max(self.removed.values())
@@ -205,10 +207,15 @@ def _with_columns(fit: FreeForm, signature: Signature) -> float:
 
 
 def _even(fits: Sequence[FreeForm]) -> float:
-    """Return the fraction of the residual's power [-] that repeats every half cycle."""
+    """Return the fraction of the residual's power [-] that repeats every half cycle.
+
+    It is NaN if no loop is whole.
+    """
     even = total = 0.0
     for fit in fits:
         for rows in fit.rows:
+            if rows.folded.completed.size:  # one half is made from the other
+                continue
             residual = rows.folded.force - fit.force_of(rows)
             residual = residual - np.average(residual, weights=rows.folded.count)
             other = np.interp(
@@ -217,7 +224,7 @@ def _even(fits: Sequence[FreeForm]) -> float:
             even += float(np.sum((0.5 * (residual + other) * rows.weight) ** 2))
             total += float(np.sum((0.5 * (residual - other) * rows.weight) ** 2))
     total += even
-    return even / total if total > 0.0 else 0.5
+    return even / total if total > 0.0 else math.nan
 
 
 def masing_of(fits: Sequence[FreeForm]) -> Masing:

@@ -101,22 +101,25 @@ def identify(
     yield displacements of the sliders are smaller by the same length. Intervals contain all
     densities whose sum of squares exceeds the minimum by at most a calibrated quantile.
     """
-    result, _ = fitted_records(
-        records, normal_load=normal_load, rig_stiffness=rig_stiffness, noise=noise, known=known
-    )
-    further = {name: datum for name, datum in (known or {}).items() if name not in _GAINS}
     if law not in (None, "interface"):
         raise InputError(
             f'`law` must be "interface" or left out, got {show(law)}; ms.compare fits other laws'
         )
-    if law is None and pair is None:
+    _gains(known)
+    further = {name: datum for name, datum in (known or {}).items() if name not in _GAINS}
+    is_free = law is None and pair is None
+    if is_free:
         given = {"area": area, "heights": heights, "contact_area": contact_area, **further}
         unused = [name for name, datum in given.items() if datum is not None]
         if unused:
             raise InputError(
-                f"{', '.join(unused)} belong to the parameters of an interface; give `pair=...`, "
-                'the two materials, or `law="interface"`'
+                f"{', '.join(unused)}: used for the parameters of an interface only; also give the "
+                'two materials, `pair=...`, or `law="interface"`'
             )
+    result, _ = fitted_records(
+        records, normal_load=normal_load, rig_stiffness=rig_stiffness, noise=noise, known=known
+    )
+    if is_free:
         return result
     step = result.interface(
         pair, area=area, heights=heights, known=further, contact_area=contact_area
@@ -159,8 +162,10 @@ def fitted_records(
     fitted = []
     for row in rows:
         force = next(fit for fit in fits if row in fit.rows).force_of(row)
-        offset = float(np.average(row.folded.force - force, weights=row.folded.count))
-        fitted.append(RecordFit(row.folded, lock(force + offset)))
+        # The half of a loop that is completed by symmetry has the offset of the other, reversed.
+        offset = float(np.average(row.folded.force - force, weights=row.weight**2))
+        sense = np.where(row.folded.completed, -1.0, 1.0) if row.folded.completed.size else 1.0
+        fitted.append(RecordFit(row.folded, lock(force + sense * offset)))
     result = Identification(tuple(fits), tuple(fitted), rig, gains, tuple(notes))
     return _check_rig(result), rows
 
@@ -240,10 +245,10 @@ def _parts_of(records: Sequence[Record]) -> list[tuple[Record, str]]:
     for record in records:
         pieces, omitted = stretches_of(record)
         note = ""
-        if omitted > len(pieces):  # more than those from one part to the next
+        if omitted > len(pieces):  # some are lost at each change of amplitude
             note = (
-                f"{plural(omitted, 'cycle')} of the record are left out: not in a stretch of at "
-                "least 4 cycles of one amplitude and frequency"
+                f"{plural(omitted, 'cycle')} of the record are not used: they are not part of at "
+                "least 4 successive cycles of equal amplitude and frequency"
             )
         parts += [(piece, note if i == 0 else "") for i, piece in enumerate(pieces)]
     return parts
@@ -258,14 +263,14 @@ def _unlike_amplitudes(folded: Folded) -> str:
     words += engineering(high, "m", 3)
     if high > _WIDELY * low:
         raise InputError(
-            f"{folded.name}: {words}, so their mean is no loop of one amplitude; take records or "
+            f"{folded.name}: {words}, but must be nearly constant for a mean cycle; use records or "
             "steps of at least 4 cycles each, or part of the record, such as `rows=slice(0, 5000)`"
         )
-    return f"{words}; the law is that of their mean loop" if high > _SLIGHTLY * low else ""
+    return f"{words}; the law is identified from their mean loop" if high > _SLIGHTLY * low else ""
 
 
 def _implausible(folded: Folded, noise: tuple[float, float] | None) -> list[str]:
-    """Return notes on numbers that no rig reaches; raise InputError for noise above the loop."""
+    """Return notes on values beyond the range of any rig; raise InputError for too much noise."""
     force = 0.5 * float(np.ptp(folded.force))
     sizes = (force, folded.amplitude)
     for size, error, unit in zip(sizes, noise or (0.0, 0.0), ("N", "m"), strict=True):

@@ -110,7 +110,7 @@ class InterfaceStep(Locked):
     values: Mapping[str, float]
     """Best values of the free parameters."""
     rig_from_shape: Parameter | None
-    """Stiffness of the rig [N/m] that follows from the shape of the normal law, which is assumed.
+    """Stiffness of the rig [N/m] if the normal law has the assumed shape, and as it was given.
 
     None without a rig, with one of exactly known stiffness, or if the law does not fit.
     """
@@ -159,7 +159,7 @@ class InterfaceStep(Locked):
         )
         lines = [head, *(str(one) for one in self.parameters.values())]
         if self.rig_from_shape is not None:
-            lines.append(f"from the assumed shape of the normal law: {self.rig_from_shape}")
+            lines.append(f"with the assumed shape of the normal law: {self.rig_from_shape}")
         return "\n".join(lines)
 
     def __repr__(self) -> str:

@@ -217,10 +217,8 @@ def _gap_note(time: Floats, gaps: NDArray[np.intp], empty: int) -> str:
         engineering(s, "s") for s in (float(time[at + 1] - time[at]), float(time[at]))
     )
     gap = "a gap" if gaps.size == 1 else f"{gaps.size} gaps, the longest"
-    text = (
-        f"the time has {gap} of {longest} after {after}: cycles are cut there, and the frequency "
-    )
-    text += "is that within the blocks"
+    text = f"the time has {gap} of {longest} after {after}: the record is divided there, and the "
+    text += "frequency is that within the blocks"
     if empty:
         text += (
             f"; {empty} of {gaps.size + 1} blocks {'has' if empty == 1 else 'have'} no whole cycle"

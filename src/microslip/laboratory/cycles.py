@@ -162,12 +162,17 @@ class Cycles:
         notes = []
         for name in ("displacement", "force"):
             values: Floats = getattr(self.record, name)
-            found = {at: _plateau(values, at) for at in (values.min(), values.max())}
-            texts = [f"{at:g} in {100.0 * n:.1f} %" for at, (n, _) in found.items() if n]
+            step = self.steps.get(name)
+            found = {at: _plateau(values, at, step) for at in (values.min(), values.max())}
+            texts = [
+                f"{engineering(at, UNITS[name])} in {100.0 * n:.1f} %"
+                for at, (n, _) in found.items()
+                if n
+            ]
             if not texts:
                 continue
             words = f"the {name} is exactly {' and '.join(texts)} of its samples: "
-            # The course of a loop of few samples is as rough as noise.
+            # With few samples per cycle, the shape of a loop resembles noise.
             is_sampled = float(np.median(self.columns["period"])) >= _FEW_SAMPLES
             if is_sampled and any(is_noisy for _, is_noisy in found.values()):
                 notes.append(f"{words}a clipped sensor, since the channel has noise elsewhere")
@@ -365,18 +370,19 @@ def check_direction(
     raise InputError(f"{words}: {cause}, or the two columns are swapped")
 
 
-def _plateau(values: Floats, extreme: float) -> tuple[float, bool]:
+def _plateau(values: Floats, extreme: float, step: float | None) -> tuple[float, bool]:
     """Return the share of samples on a plateau, and whether the channel is noisy elsewhere.
 
-    The share is 0 without a plateau, and if the channel approaches it gradually, as friction does.
+    ``step`` is the converter step of the channel, if it has one. The share is 0
+    without a plateau, and if the channel approaches it gradually, as friction does.
     """
     at = np.flatnonzero(values == extreme)
     share = at.size / values.size
     if share <= _CLIPPED or at.size <= 8 or np.count_nonzero(np.diff(at) == 1) <= 0.5 * at.size:
         return 0.0, False
-    if (step := step_of(values)) is not None:
-        # A converter has many at each of its steps; of a sine twice as many at the last as at the
-        # next. A channel that approaches a plateau by itself slows down before it.
+    if step is not None:
+        # Each converter step holds many samples; a sine has about twice as many on its last step
+        # as on the one before. A channel that approaches a plateau slowly has many next to it.
         number = np.rint(np.abs(values - extreme) / step)
         beside = np.bincount(number[number < 16.0].astype(int), minlength=16)
         inner = np.flatnonzero(beside[1:]) + 1

@@ -226,9 +226,9 @@ def fold(record: Record, bins: int = _MOST_BINS) -> Folded:
     notes = [*judgement.notes(counting), *spike_notes]
     notes += [judgement.delay] if judgement.delay else []
     if counting.is_moving:
-        notes.append("the law is the mean over drifting cycles and describes no single state")
+        notes.append("the cycles drift: the identified law is an average over them")
     elif judgement.plateaus:
-        notes.append("the law is found from a record with signs of clipping")
+        notes.append("the record may be clipped, which affects the identified law")
     step, stepped = step_of(force), np.zeros((0, size))
     if step is not None:
         # Half a step as a standard deviation: errors of steps go along with the course of a loop.

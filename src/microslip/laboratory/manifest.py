@@ -150,19 +150,17 @@ class Manifest:
     def reading(self, row: int) -> dict[str, Any]:
         """Return the arguments of :meth:`Record.read` for a row: columns and sample rate [Hz].
 
-        A cell "none" means that the file has no such column; a cell "A [um]" has the unit of the
-        column, which then takes precedence over the unit in the file.
+        A cell "none" means that the file has no such column.
         """
         given: dict[str, Any] = {}
-        units: dict[str, str] = {}
         for name, argument in _READING.items():
             value = self._cell(name, row)
-            if isinstance(value, str):
-                value, unit = name_and_unit(value)
-                units |= {argument: unit} if unit else {}
-            if value is not None:
+            if value is not None and name != "sample_rate":
+                value = text_of(value)
                 given[argument] = False if value == "none" else value
-        return given | ({"units": units} if units else {})
+            elif value is not None:
+                given[argument] = value
+        return given
 
 
 def text_of(value: Cell) -> str:

@@ -52,7 +52,7 @@ _NOISE_SAMPLES = 1 << 17
 MOST_OF_LOOP = 1 << 17
 """Largest number of samples of a single averaged loop."""
 _ELASTIC = 0.5
-"""Fraction of the displacement below which sliding is less than its elastic part."""
+"""Sliding ratio [-] below which most of the displacement is elastic."""
 _TWO_SIDED = 1.96
 """Normal quantile by which half-widths become standard errors."""
 _MOST = {
@@ -326,10 +326,12 @@ def measure(
     spring = None if shape is None or judged.delay else parallel_spring(shape)
     of_contact = columns if not (shape and spring) else without_spring(columns, shape, spring)
     regimes, probability = regimes_of(of_contact, counting.selection, counting.is_moving)
+    counted = [regimes[i] for i in np.flatnonzero(counting.selection)]
     slid = columns["sliding_ratio"][counting.selection]
-    if rig_stiffness is None and REGIMES[2] in regimes and np.median(slid) < _ELASTIC:
+    is_gross = 2 * counted.count(REGIMES[2]) > len(counted) and np.isfinite(slid).any()
+    if rig_stiffness is None and is_gross and np.nanmedian(slid) < _ELASTIC:
         notes.append(
-            "gross slip by B, though most of the displacement is elastic, "
+            "B indicates gross slip though most of the displacement is elastic; "
             f"{UNDECIDED} (contact, rig, or crosstalk between the sensors); a record of a rigid "
             "specimen would identify the cause; give `rig_stiffness` to subtract the rig"
         )

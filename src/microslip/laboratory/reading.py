@@ -33,7 +33,17 @@ from microslip.readers.roles import (
     zero_of,
 )
 from microslip.readers.table_files import read_table
-from microslip.readers.tables import Named, RawTable, find, listed, scale, understood
+from microslip.readers.tables import (
+    NO_UNITS,
+    Named,
+    RawTable,
+    find,
+    listed,
+    name_and_unit,
+    scale,
+    spelt,
+    understood,
+)
 
 _BY_COEFFICIENT = "by its name, times the normal load"
 _MOST_LONE, _LONGEST_LONE = 0.01, 3
@@ -178,11 +188,14 @@ def _columns_by_part(
             skipped.add(role)
         elif name is not None and role not in skipped:
             column = find(columns, name, role)
-            same_column = next((r for r, c in by_part.items() if c == column), None)
+            same_column = next((r for r, c in by_part.items() if c.place == column.place), None)
             if same_column:
                 raise InputError(
                     f'`{role}`: column "{shorten(column.heading, 40)}" is the {same_column} already'
                 )
+            unit = name_and_unit(str(name))[1]
+            if unit and column.heading != str(name).strip() and unit not in NO_UNITS:
+                column = column._replace(unit=spelt(unit), where="as stated")
             by_part[role], how[role] = column, "as stated"
     for role in ROLES:
         if role in by_part or role in skipped:
@@ -294,7 +307,7 @@ def check_time(time: Floats, where: Callable[[int], str], advice: str) -> None:
     if steps.min() > 0.0:
         return
     i = int(np.flatnonzero(steps <= 0.0)[0]) + 1
-    rounded = f"; if it is rounded, {advice}" if steps.min() == 0.0 else ""
+    rounded = f"; if it is rounded, {advice}" if steps[i - 1] == 0.0 else ""
     raise InputError(
         f"{where(i)}: `time` must increase, got {exact(time[i])} s after {exact(time[i - 1])} s"
         f"{rounded}"

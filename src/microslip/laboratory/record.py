@@ -302,10 +302,10 @@ def once_a_record(function: Callable[[Record], Answer]) -> Callable[[Record], An
 
 
 def _locked_series(key: str, raw_values: Any) -> Floats:
-    values = checked(key, raw_values, UNITS[key].strip("-")).reshape(-1)
+    values = checked(key, raw_values, UNITS[key].strip("-"))
     # Readers hand over arrays that are locked already; a long record is not copied again.
-    is_array = isinstance(raw_values, np.ndarray) and raw_values.base is None
-    return lock(values if is_array and not raw_values.flags.writeable else values.copy())
+    is_locked = values.base is None and values.ndim == 1 and not values.flags.writeable
+    return values if is_locked and values is raw_values else lock(np.array(values).reshape(-1))
 
 
 def _frequency(raw_value: Any) -> float | None:

@@ -82,7 +82,9 @@ def mean_loop_of(
     some = rows[np.linspace(0, rows.size - 1, min(100, rows.size)).astype(int)]
     share = np.linspace(0.0, 1.0, 257)
     places = columns["start"][some, None] + columns["period"][some, None] * share
-    loop = [np.interp(places, np.arange(x.size), values).mean(axis=0) for values in (x, force)]
+    at = np.minimum(places.astype(np.intp), x.size - 2)
+    part = np.minimum(places - at, 1.0)
+    loop = [(v[at] + part * (v[at + 1] - v[at])).mean(axis=0) for v in (x, force)]
     for values in loop:
         values[-1] = values[0]
     return lock(loop[0]), lock(loop[1])

@@ -142,11 +142,14 @@ class VirtualTribometer:
             keep(self, "rig_stiffness", positive("rig_stiffness", self.rig_stiffness, "N/m", 1e8))
         if self.sample_rate is not None:
             keep(self, "sample_rate", positive("sample_rate", self.sample_rate, "Hz", 1e4))
-        for name, largest in (("load_ripple", math.nextafter(1.0, 0.0)), ("third_harmonic", 1 / 9)):
+        for name, largest, words in (
+            ("load_ripple", math.nextafter(1.0, 0.0), "below 1"),
+            ("third_harmonic", 1.0 / 9.0, "1/9"),
+        ):
             value = number(name, getattr(self, name), "", 0.02)
             if not 0.0 <= value <= largest:
                 raise InputError(
-                    f"`{name}` must be a fraction from 0 to {largest:.4g}, got {exact(value)}"
+                    f"`{name}` must be a fraction from 0 to {words}, got {exact(value)}"
                 )
             keep(self, name, value)
         keep(self, "ripple_phase", number("ripple_phase", self.ripple_phase, "rad"))

@@ -139,12 +139,14 @@ def understood(columns: Sequence[RawColumn]) -> list[Named]:
 
 def _named(place: int, column: RawColumn) -> Named:
     heading, unit, where = column.heading or f"#{place + 1}", column.unit, "by the file"
-    words, short = heading, column.short or heading
-    parts = re.split(r"[./]", heading)
+    words = heading
+    short, in_short = name_and_unit(column.short or heading)
+    parts = re.split(r"[./]", name_and_unit(heading)[0])
     if short.casefold() in _VALUES and len(parts) > 1:
-        words, short = heading[: -len(short) - 1], parts[-2]
+        words, short = heading[: heading.rindex(parts[-1]) - 1], parts[-2]
     name, in_heading = name_and_unit(words)
-    short, in_short = name_and_unit(short)
+    short, in_name = name_and_unit(short)
+    in_short = in_short or in_name
     if unit is None:
         unit, where = in_heading or in_short, "by its header"
     unit = spelt(unit) if unit and unit.casefold() not in NO_UNITS else None
@@ -166,6 +168,8 @@ def fits(unit: str | None, kind: Kind) -> bool:
 def find(columns: Sequence[Named], text: object, role: str = "") -> Named:
     """Find a column by name with or without unit, by the last part of a path, or as "#2".
 
+    A name "A [um]" also finds a column "A", if there is no other with this heading.
+
     Raises InputError if no column, or more than one, has the name.
     """
     before = f"`{role}`: " if role else ""
@@ -174,7 +178,7 @@ def find(columns: Sequence[Named], text: object, role: str = "") -> Named:
             f'{before}wanted the name of a column, or "#2" for the second, got {quote(text)}'
         )
     query = text.strip()
-    small = query.casefold()
+    small, plain = query.casefold(), name_and_unit(query)[0]
     for alike in (
         [c for c in columns if query in (c.heading, f"#{c.place + 1}")],
         [c for c in columns if query == c.name],
@@ -182,6 +186,7 @@ def find(columns: Sequence[Named], text: object, role: str = "") -> Named:
         [c for c in columns if query == c.heading.partition("(")[0].strip()],
         [c for c in columns if small in (c.heading.casefold(), c.name.casefold())],
         [c for c in columns if small == c.short.casefold()],
+        [c for c in columns if plain in (c.heading, c.name, f"#{c.place + 1}")],
     ):
         if len(alike) == 1:
             return alike[0]

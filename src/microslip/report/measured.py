@@ -70,10 +70,12 @@ def measurement_document(
         for part in _sections(measured, adapt, len(measurements) == 1)
     ]
     last: list[Section] = []
-    if len(measurements) > 1 or skipped or campaign.contradictions():
-        first, last = together.campaign_sections(campaign, skipped, measurements[0].confidence)
+    rows, contradictions = together.campaign_table(campaign), campaign.contradictions()
+    if len(measurements) > 1 or skipped or contradictions:
+        parts = rows, skipped, contradictions, campaign.wear(measurements[0].confidence)
+        first, last = together.campaign_sections(*parts)
         sections[:0] = first
-        data["campaign"] = together.campaign_data(campaign, skipped, measurements[0].confidence)
+        data["campaign"] = together.campaign_data(*parts)
     caption = (
         "Mean cycles of the records without offsets, as in Fig. 19.7 of the chapter, and the "
         "energy of each cycle."
@@ -87,7 +89,7 @@ def measurement_document(
     sections += [Section("Loops", (picture,), brief=False), *last]
     tables = [csv_file("cycles.csv", lambda: cycles_data(measurements))]
     if len(measurements) > 1:
-        tables.append(csv_file("campaign.csv", lambda: together.campaign_table(campaign)))
+        tables.append(csv_file("campaign.csv", lambda: rows))
     answer, number = _answer(measurements), _number(measurements)
     return Document(KIND, title, answer, tuple(sections), data, (), number, "loops", tuple(tables))
 

@@ -34,19 +34,18 @@ _BRIEF_TEXTS = ("record", "specimen", "stage", "run", "cycles", "regime", "settl
 
 
 def campaign_table(campaign: Campaign) -> DataSet:
-    """Return one row for each record: means of its cycles, then wear and confidence intervals."""
+    """Return one row for each record: means of its cycles, then wear and confidence intervals.
+
+    A column of the manifest with the name of a measured one has "(manifest)" behind its name.
+    """
     every, unknown = campaign.measurements, (math.nan, math.nan, math.nan)
-    texts = {"record": [shorten(measured.name, 40) for measured in every]}
-    texts |= {
-        name: list(map(text_of, values))
-        for name, values in campaign.columns.items()
-        if name not in NUMBERS
-    }
-    columns: dict[str, Any] = {name: (count(name), values) for name, values in texts.items()}
-    columns["cycles"] = count("cycles"), list(map(len, every))
-    columns["regime"] = count("regime"), [measured.regime for measured in every]
     likely = [measured.probability.get(measured.regime) for measured in every]
-    columns["probability"] = dimensionless("probability", "3"), likely
+    columns: dict[str, tuple[Quantity, Any]] = {
+        "record": (count("record"), [shorten(measured.name, 40) for measured in every]),
+        "cycles": (count("cycles"), list(map(len, every))),
+        "regime": (count("regime"), [measured.regime for measured in every]),
+        "probability": (dimensionless("probability", "3"), likely),
+    }
     means = {name: [m.mean.get(name, unknown)[:3] for m in every] for name in _COLUMNS_SHOWN}
     for name, values in means.items():
         quantity = Quantity(UNITS[name], label=LABELS[name])
@@ -60,7 +59,13 @@ def campaign_table(campaign: Campaign) -> DataSet:
     for name, values in means.items():
         for place, end in ((1, "low"), (2, "high")):
             columns[f"{name} {end}"] = Quantity(UNITS[name]), [row[place] for row in values]
-    return DataSet.of_rows(columns)
+    taken = {*columns, *(f"{name} [{quantity.unit}]" for name, (quantity, _) in columns.items())}
+    given = {
+        f"{name} (manifest)" if name in taken else name: (count(name), list(map(text_of, values)))
+        for name, values in campaign.columns.items()
+        if name not in NUMBERS
+    }
+    return DataSet.of_rows({"record": columns.pop("record"), **given, **columns})
 
 
 def _shown(data: DataSet) -> list[str]:
@@ -69,10 +74,12 @@ def _shown(data: DataSet) -> list[str]:
 
 
 def campaign_sections(
-    campaign: Campaign, skipped: Sequence[tuple[str, str]], confidence: float
+    data: DataSet,
+    skipped: Sequence[tuple[str, str]],
+    contradictions: Sequence[str],
+    wear: Wear | None,
 ) -> tuple[list[Section], list[Section]]:
     """Return two lists of sections, to be placed before and after the sections on each record."""
-    data = campaign_table(campaign)
     table = cells.table("Records", data, _shown(data), noun="records")
     brief = (replace(c, brief=c.key in (*_BRIEF, *_BRIEF_TEXTS)) for c in table.columns)
     table = replace(table, columns=tuple(brief))
@@ -81,12 +88,9 @@ def campaign_sections(
         texts = tuple(f"{shorten(name, 80)}: {why}" for name, why in skipped)
         words = Note(f"{len(skipped)} file{'s' * (len(skipped) > 1)} could not be measured:")
         first.append(Section("Skipped files", (words, Items(texts))))
-    if contradictions := campaign.contradictions():
+    if contradictions:
         first.append(Section("Contradictions", (Items(tuple(contradictions)),)))
-    last = []
-    if (wear := campaign.wear(confidence)) is not None:
-        last.append(_wear_section(wear))
-    return first, last
+    return first, [] if wear is None else [_wear_section(wear)]
 
 
 def _wear_section(wear: Wear) -> Section:
@@ -114,15 +118,16 @@ def _wear_section(wear: Wear) -> Section:
 
 
 def campaign_data(
-    campaign: Campaign, skipped: Sequence[tuple[str, str]], confidence: float
+    rows: DataSet,
+    skipped: Sequence[tuple[str, str]],
+    contradictions: Sequence[str],
+    wear: Wear | None,
 ) -> dict[str, Any]:
     """Return the numbers of a campaign as plain values in SI units."""
-    rows = campaign_table(campaign)
-    wear = campaign.wear(confidence)
     data = {
         "skipped": [{"file": name, "reason": why} for name, why in skipped],
         "table": rows.records(_shown(rows)),
-        "contradictions": campaign.contradictions(),
+        "contradictions": list(contradictions),
         "wear": None if wear is None else _wear_data(wear),
     }
     return {key: json_value(values) for key, values in data.items()}

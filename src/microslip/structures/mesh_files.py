@@ -386,7 +386,9 @@ def _numbered_groups(
             for value in values:
                 groups[f"{array} {value}"] = [np.flatnonzero(c == value) for c in columns]
     for array, number, name in named:
-        part = [np.flatnonzero(c == number) for c in cell_data.get(array, ())]
+        if array not in cell_data:
+            continue
+        part = [np.flatnonzero(c == number) for c in cell_data[array]]
         groups[name] = list(map(np.union1d, groups.get(name, part), part))
     return groups
 

@@ -173,7 +173,11 @@ def _inverse(compliance: Floats) -> Floats | None:
 
 
 def _dependence(compliance: Floats, patches: int) -> Floats:
-    """Return the share of each patch in displacements that need no force [-]."""
+    """Return the squared participation of each patch in dependent displacements [-].
+
+    Displacements of patches depend on each other in the eigenvectors of the compliance whose
+    eigenvalues are nearly zero.
+    """
     _, values, vectors = _scaled_modes(compliance)
     idle = vectors[: 3 * patches, values < _INDEPENDENT * values[-1]]
     return np.asarray((idle**2).reshape(patches, -1).sum(axis=1))

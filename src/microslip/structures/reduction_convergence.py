@@ -169,7 +169,13 @@ def converge(
         """Return the model with halved patches; ``coarse`` itself if the elements are too large."""
         if not selected.any():
             return coarse
-        return trial(halved_boxes(coarse.joint.layout, selected, axis))
+        try:
+            fine = trial(halved_boxes(coarse.joint.layout, selected, axis))
+        except InputError:  # more patches than there may be
+            return coarse
+        # Patches that the elements cannot resolve were merged: no refinement.
+        wanted = coarse.joint.patches + np.count_nonzero(selected)
+        return fine if fine.joint.patches == wanted else coarse
 
     narrowest = NARROWEST * element_size
     current = first = trial(patches)

@@ -121,9 +121,10 @@ def patches_of(mesh: JointMesh, elements: Elements, layout: Any, along: Floats |
 def merging(patches: Patches, dependent: Floats) -> tuple[Patches, Any]:
     """Merge patches that the elements cannot resolve with their neighbours.
 
-    ``dependent`` (patches,) is the share of each patch in displacements that need no force [-]. A
-    neighbour is the patch of the same contact whose box leaves the least area when both are joined.
-    Also return the sparse weights (merged, patches) of mean displacements.
+    ``dependent`` (patches,) is the squared participation of each patch in displacements that
+    depend on each other [-]. A neighbour is the patch of the same contact whose box leaves the
+    least area when both are joined. Also return the sparse weights (merged, patches) of mean
+    displacements.
     """
     from scipy import sparse
 

@@ -161,8 +161,10 @@ class History(Part):
             time, here = self.time, place.at("time")
             times = here.attempt(lambda: column_values(_TIMES, here, self.file, time))
             if times is not FAILED:
-                if not np.all(np.diff(times) > 0.0):
-                    raise KeyedError(".time", f"{name}: wanted increasing times")
+                if (late := np.flatnonzero(np.diff(times) <= 0.0)).size:
+                    before, after = times[late[0] : late[0] + 2]
+                    words = f"wanted increasing times, got {after:g} s after {before:g} s"
+                    raise KeyedError(".time", f"{name}: {words}")
                 self.keep(times=lock(np.array(times)))
         self.keep(values=lock(np.array(values)))
 

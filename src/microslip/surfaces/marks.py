@@ -153,11 +153,11 @@ def form_words(lines: str, plane: Floats) -> list[str]:
 
 
 def interpolation_words(lines: str, heights: Floats) -> list[str]:
-    """Report that a scan was enlarged twice, from the images of its waves.
+    """Report a scan that was enlarged by a factor of two, from the spectral images of its waves.
 
-    Enlargement by any interpolation repeats each wave of f periods a line as a weaker wave of
-    f + 1/2, its image. Waves and images are coherent in all windows, but for a phase that turns by
-    half a period over the scan where both ends of the lines were kept.
+    Interpolation adds to each wave of f periods per line spacing a weaker wave of f + 1/2, its
+    image. Wave and image are coherent in all windows. If both ends of the lines were kept, their
+    relative phase changes by half a period over the scan.
     """
     bends = np.nan_to_num(np.diff(heights, 4, axis=0))
     half = _WINDOW // 2
@@ -183,8 +183,8 @@ def interpolation_words(lines: str, heights: Floats) -> list[str]:
         common = np.sum(np.array(crossed) * np.exp(1j * math.pi * turn * places), axis=0)
         if float(np.mean(np.abs(common) ** 2 / total)) > _COHERENT:
             return [
-                f"interpolated {lines}: waves across the {lines} are correlated with waves of half "
-                "a period per line more, as in a scan enlarged by a factor of two, so the true "
-                "pixel is twice the stated one; export the scan as measured."
+                f"interpolated {lines}: the heights contain spectral images, as after "
+                "interpolation by a factor of two, so the true pixel is probably twice the stated "
+                "one; export the scan as measured."
             ]
     return []

@@ -340,7 +340,7 @@ def _parameters(data: Mapping[str, Any]) -> tuple[Any, ...]:
     rig = step["rig_from_shape"]
     if rig is not None:
         text = interval_text(Estimate(*(rig[key] for key in Estimate._fields)), "N/m")
-        note += f" The assumed shape of the normal law gives a rig stiffness of {text}."
+        note += f" With the assumed shape of the normal law the rig stiffness is {text}."
     return (Table("Parameters", columns, rows), Note(note))
 
 

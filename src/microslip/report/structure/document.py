@@ -419,8 +419,8 @@ def _convergence_section(convergence: Convergence, number: int) -> Section:
         Column("to", "To"),
         Column("frequency", "Frequency", "", write=lambda x: f"{100.0 * x:+.3f} %"),
         Column("damping_ratio", "ζ", "", write=lambda x: f"{100.0 * x:+.2f} %"),
-        Column("frequency_left", "Frequency, left", "", write=lambda x: f"{100.0 * x:+.3f} %"),
-        Column("damping_left", "ζ, left", "", write=lambda x: f"{100.0 * x:+.2f} %"),
+        Column("frequency_left", "Frequency, remaining", "", write=lambda x: f"{100.0 * x:+.3f} %"),
+        Column("damping_left", "ζ, remaining", "", write=lambda x: f"{100.0 * x:+.2f} %"),
     )
     title = f"Mode {number}, the largest changes over its amplitudes"
     table = Table(title, listed, convergence.changes, noun="changes", brief=False)

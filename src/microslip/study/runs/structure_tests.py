@@ -18,15 +18,17 @@ from microslip.study.runs.structure_prediction import (
 
 _UNITS = {
     "amplitude": (
-        (1e3, "1000 times as large"), (1e-3, "of a thousandth"), (1e6, "a million times as large"),
-        (1e-6, "of a millionth"), (9.80665, "in g instead of m/s^2"),
+        (1e3, "multiplied by 1000"), (1e-3, "divided by 1000"), (1e6, "multiplied by 1e6"),
+        (1e-6, "divided by 1e6"), (9.80665, "in g instead of m/s^2"),
         (1.0 / 9.80665, "in m/s^2 instead of g"),
     ),
     "frequency": (
         (0.5 / math.pi, "in rad/s instead of Hz"), (2.0 * math.pi, "in Hz instead of rad/s"),
         (1e3, "in kHz instead of Hz"), (1e-3, "in Hz instead of kHz"),
     ),
-    "damping_ratio": ((0.01, "in percent"), (100.0, "without percent"), (0.5, "as loss factors")),
+    "damping_ratio": (
+        (0.01, "in percent"), (100.0, "as ratios instead of percent"), (0.5, "as loss factors"),
+    ),
 }  # fmt: skip
 """Factors on measured values, and the description of the values that need them."""
 _PLURAL = {name: name.replace("_", " ") + "s" for name in _UNITS} | {"frequency": "frequencies"}

@@ -63,6 +63,8 @@ _ROUNDING, _ON_STEP = 1e-7, 0.01
 _QUIET, _ROUGHER = 1e-4, 0.15
 """Noise over the range of a channel, and over that of every other sample, below which it has
 none."""
+_FROM_REST, _LESS_OPEN = 0.02, 8.0
+"""Closure error of a first cycle from rest, and its least ratio to the median of the others."""
 _FEW_SAMPLES = 40
 """Samples per cycle below which noise and the course of a loop are not distinguished."""
 _COARSE = 0.02
@@ -152,7 +154,8 @@ class Cycles:
         elif self.is_open.any():
             notes.append(
                 f"left out of the means: {named_cycles(self.is_open)} whose end forces differ by "
-                "over a quarter of the force range, as during running-in"
+                "over a quarter of the force range, or far more than those of the others, as "
+                "during running-in or after a start from rest"
             )
         return notes
 
@@ -321,14 +324,11 @@ def cycles_of(record: Record) -> Cycles:
             f"every cycle has a spike: {plural(len(spikes), 'spike')}, {texts}; check the sensor "
             "and its cable, or select other samples"
         )
-    return Cycles(
-        record,
-        spikes,
-        blocks,
-        MappingProxyType(columns),
-        has_spike,
-        ~(columns["closure_error"] <= OPEN),
-    )
+    closure = columns["closure_error"]
+    is_open = ~(closure <= OPEN)
+    if closure.size > 2:  # from rest, the first cycle contains first loading
+        is_open[0] |= closure[0] > max(_FROM_REST, _LESS_OPEN * float(np.median(closure[1:])))
+    return Cycles(record, spikes, blocks, MappingProxyType(columns), has_spike, is_open)
 
 
 def _refuse_noise(columns: Mapping[str, Floats]) -> None:

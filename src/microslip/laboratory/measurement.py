@@ -300,7 +300,7 @@ def measure(
     error = max(float(energies.std()), _energy_noise(*channels, largest.cycles.period))
     check_direction(
         *(record.name, float(np.median(energies)), error / energies.size**0.5, *channels),
-        "`delay=1e-4`, say, removes it",
+        "`delay` of the right size removes it",
     )
     compliance = 0.0
     if rig_stiffness is not None:

@@ -261,4 +261,4 @@ def test_real_record() -> None:
     """The rig is bounded below by the stiffness at rest; drifting cycles are reported."""
     found = summary(str(REAL), "--flip-sign")
     assert 3e4 < found["rig_stiffness"]["low"] < 6e4
-    assert any("drifting cycles" in note for note in found["notes"])
+    assert any("cycles drift" in note for note in found["notes"])

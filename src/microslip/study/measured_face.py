@@ -85,7 +85,6 @@ class MeasuredFace(SurfaceTable):
 
     cutoff: float | None = key_of(options.CUTOFF.but(default=None))
     long_cutoff: float | None = key_of(options.LONG_CUTOFF)
-    filter: str = key_of(options.FILTER)
     crop: tuple[float, ...] | None = key_of(options.CROP)
     level: str | None = key_of(options.LEVEL)
     format: str | None = key_of(options.FORMAT)
@@ -157,7 +156,7 @@ class MeasuredFace(SurfaceTable):
     @property
     def conditioned(self) -> Scan:
         """Scan without form and long waves, but not yet filtered by the short-wave cut-off."""
-        return self.read_scan.condition(**named(self, "level", "long_cutoff", "filter"))
+        return self.read_scan.condition(**named(self, "level", "long_cutoff"))
 
     @cached_property
     def face(self) -> Any:

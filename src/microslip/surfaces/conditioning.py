@@ -13,18 +13,15 @@ from microslip._core.frozen import lock
 from microslip._core.units import engineering
 from microslip._core.wording import did_you_mean, quote, quoted
 from microslip.surfaces.checks import length_of
-from microslip.surfaces.filters import robust_mean, smooth, spline_mean
+from microslip.surfaces.filters import smooth
 from microslip.surfaces.height_map import HeightMap, noise_std
 from microslip.surfaces.levelling import Level
 from microslip.surfaces.levelling import level as without_form
-from microslip.surfaces.options import FILTERS, LEVELS, OUTLIERS
+from microslip.surfaces.options import LEVELS, OUTLIERS
 
 Map = TypeVar("Map", bound=HeightMap)
-Filter = Literal["gaussian", "robust", "spline"]
 
 _ROUNDING = 1e-14  # residual of an exact plane over the heights
-_MEANS = {"gaussian": smooth, "robust": robust_mean, "spline": spline_mean}
-_FILTERS = dict(zip(FILTERS, ("Gaussian", "robust Gaussian regression", "spline"), strict=True))
 
 
 def condition(
@@ -35,7 +32,6 @@ def condition(
     fill: Literal["interpolate"] | None = None,
     cutoff: float | str | None = None,
     long_cutoff: float | str | None = None,
-    filter: Filter = "gaussian",
     crop: Any = None,
 ) -> Map:
     """Crop, remove outliers, level, fill and filter a scan, in this order.
@@ -55,11 +51,6 @@ def condition(
         Short-wave cut-off [m], or text such as "10 um": shorter waves are removed.
     long_cutoff : float or str, optional
         Long-wave cut-off [m]: longer waves, including the mean, are removed.
-    filter : {"gaussian", "robust", "spline"}
-        Filter of the long-wave cut-off. "robust" is a Gaussian regression of second order,
-        insensitive to scratches and pits (ISO 16610-31:2016, -71:2014); "spline" a smoothing cubic
-        spline (ISO 16610-22:2015; for areas an isotropic plate). "robust" removes forms of second
-        order, and "spline" removes planes, completely and without errors near the ends.
     crop : float, str or pair of them, optional
         Length [m] to remove at each end, or lengths along x and y.
 
@@ -82,7 +73,6 @@ def condition(
         scan = _cropped(scan, crop)
     limit = _threshold(outliers)
     _check_choice("level", level, LEVELS)
-    _check_choice("filter", filter, FILTERS)
     _check_choice("fill", fill, ("interpolate",))
     short, long = band(scan, cutoff, long_cutoff)
     heights, notes = scan.heights, list(scan.notes)
@@ -122,11 +112,11 @@ def condition(
             "half the amplitude there)."
         )
     if long is not None:
-        heights = heights - _MEANS[filter or "gaussian"](heights, scan.pixel, long)
+        heights = heights - smooth(heights, scan.pixel, long)
         ends["long_cutoff"] = min(long, scan.long_cutoff or math.inf)
         notes.append(
-            f"long_cutoff: waves longer than {engineering(long, 'm')} removed "
-            f"({_FILTERS[filter or 'gaussian']} filter, half the amplitude there)."
+            f"long_cutoff: waves longer than {engineering(long, 'm')} removed (Gaussian filter, "
+            "half the amplitude there)."
         )
     if heights is not scan.heights:
         lock(heights)

@@ -8,7 +8,6 @@ from microslip._core.units import ANGLE, AREA, CLAMPING, LENGTH
 from microslip.readers.files import LIMIT as LIMIT
 
 LEVELS = ("plane", "quadratic", "cylinder", "lines", "mean")
-FILTERS = ("gaussian", "robust", "spline")
 PROCESSES = ("milled", "turned", "ground", "honed", "lapped", "polished", "eroded", "blasted")
 
 CUTOFF = option(
@@ -37,13 +36,6 @@ LEVEL = option(
     none="none",
     metavar="[plane|quadratic|cylinder|lines|mean|none]",
 )
-FILTER = option(
-    "filter",
-    "Filter of the long-wave cut-off: gaussian (ISO 16610-21, -61), robust against scratches and "
-    "pits (ISO 16610-31, -71), or spline, without end effects (ISO 16610-22, -62).",
-    default="gaussian",
-    choices=FILTERS,
-)
 CROP = option(
     "crop",
     "Length to cut off each end; twice for x and y.",
@@ -61,7 +53,6 @@ OUTLIERS = option(
     least=2.0,
     metavar="X",
 )
-FILL = option("fill", "Interpolate missing points.", bool, default=False)
 DIRECTION = option(
     "direction",
     "Direction of motion on the measured face, from the x axis of the scan towards y; the mean "
@@ -158,21 +149,6 @@ RA = option("ra", "Roughness average Ra of a drawing.", LENGTH, example="0.8 um"
 RQ = option("rq", "Root mean square height Rq, instead.", LENGTH, example="1 um", metavar="LENGTH")
 RZ = option(
     "rz", "Mean peak-to-valley height Rz, instead.", LENGTH, example="5 um", metavar="LENGTH"
-)
-RSM = option(
-    "rsm",
-    "Mean width of the profile elements RSm; without it slopes come from correlations with the "
-    "height.",
-    LENGTH,
-    example="60 um",
-    metavar="LENGTH",
-)
-BREADTH = option(
-    "breadth",
-    "Nayak's alpha, the breadth of the spectrum; 10 between 2 and 50 if absent.",
-    float,
-    example=10.0,
-    least=1.5,
 )
 JOINT = (BODIES, _LOAD, _FRICTION, _AMPLITUDE, DIRECTION)
 """Options for a joint in `microslip surface`."""

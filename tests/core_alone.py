@@ -85,8 +85,7 @@ for law in [*laws, ms.Parallel(laws[:2])]:
 os.environ.pop("CC", None)  # `make test CC=false` stops the kernel's compiler, not a user's
 with tempfile.TemporaryDirectory() as folder:
     for kind in export.KINDS:
-        if kind != "segalman":
-            export.write(kind, joint, Path(folder) / f"{kind}_joint", nodes=NODES.get(kind))
+        export.write(kind, joint, Path(folder) / f"{kind}_joint", nodes=NODES.get(kind))
 
 
 def with_scipy() -> None:
@@ -119,7 +118,7 @@ if WITH_SCIPY:
 else:
     missing("a scan", "scipy", lambda: ms.Scan)
     missing("an identification", "scipy", lambda: ms.identify)
-    missing("a fit", "scipy", lambda: export.write("segalman", joint, "joint.toml"))
+    missing("a fit", "scipy", joint.to_segalman)
     heavy = ms.GreenwoodWilliamson(surface.pair, ms.Exponential(8e-7), 1e-3, 1e8, 2e-4)
     missing("a heavy load", "scipy", lambda: heavy.load(-1e-7))
 

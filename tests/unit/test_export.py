@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import re
 import zipfile
@@ -86,38 +85,6 @@ def test_nodes_of_the_mesh_are_not_made_anew(kind, first):
     assert f"adds nodes {first} to" in str(caught.value)
 
 
-def test_tables_are_read_back():
-    done = export.write("table", JOINT, "a.json", cells=7, **_RANGE)
-    read = json.loads(done.files[0].read_text())
-    curve = {name: np.array(values) for name, values in read["curves"].items()}
-    u = curve["displacement [m]"]
-    np.testing.assert_array_equal(curve["force [N]"], JOINT.backbone(u))
-    np.testing.assert_array_equal(
-        read["cells"]["force limit [N]"], JOINT.to_iwan(7, **_RANGE).force_limits
-    )
-    done = export.write("table", JOINT, "a.csv", cells=7, **_RANGE)
-    assert [path.name for path in done.files] == ["a.csv", "a-cells.csv"]
-    lines = [line for line in done.files[0].read_text().splitlines() if line[0] != "#"]
-    rows = list(csv.reader(lines))
-    energies = np.array([row[3] for row in rows[1:]], dtype=float)
-    np.testing.assert_array_equal(energies, JOINT.dissipated_energy(u))
-
-
-def test_fits_are_studies_with_their_misfit():
-    for kind, wanted in (
-        ("segalman", JOINT.to_segalman(**_RANGE).law),
-        ("iwan", JOINT.to_iwan(7, **_RANGE)),
-    ):
-        done = export.write(kind, JOINT, f"{kind}.toml", cells=7, **_RANGE)
-        assert "# Misfit, " in done.files[0].read_text()
-        (law,) = build_joints(ms.Study.load(done.files[0]))
-        assert ms.friction.load_law(done.files[1]).force(1e-6) == law.force(1e-6)
-        u = np.geomspace(1e-9, 1e-5, 30)
-        np.testing.assert_allclose(law.backbone(u), wanted.backbone(u), rtol=1e-12)
-        outcome = run("check", str(done.files[0]))
-        assert outcome.exit_code == 0, outcome.output
-
-
 @pytest.mark.parametrize(
     ("kind", "law", "options", "says"),
     [
@@ -137,7 +104,7 @@ def test_fits_are_studies_with_their_misfit():
         ("c", JOINT, {"largest_amplitude": 1e-12}, "largest_amplitude must be above the smallest"),
         ("c", JOINT, {"smallest_amplitude": 0.0}, "smallest_amplitude must be above zero"),
         ("c", JOINT, {"smallest_amplitude": 1e-7, "largest_amplitude": 1e-7}, "above the smallest"),
-        ("iwan", JOINT, {"cells": 1}, "cells must be an integer from 2 to"),
+        ("abaqus", JOINT, {"cells": 1}, "cells must be an integer from 2 to"),
         ("c", JOINT, {"depth": 1}, "depth must be an integer from 2 to"),
         ("c", JOINT, {"name": "1st"}, "name must begin with a letter"),
         ("c", JOINT, {"direction": 4}, "direction must be an integer from 1 to 3"),

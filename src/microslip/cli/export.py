@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 EXPORT_KINDS = (
     "c", "abaqus-user", "fmu", "fmu3", "opensees", "calculix", "abaqus", "ansys", "lsdyna",
-    "nastran", "table", "segalman", "iwan",
+    "nastran",
 )  # fmt: skip
 _OPTIONS = (
     option(
@@ -109,8 +109,7 @@ def export(
 
     The header of the file states the errors of the exported joint. KIND is c, abaqus-user, fmu,
     fmu3, opensees, calculix, abaqus, ansys, lsdyna or nastran: the joint as code or elements of
-    that program; table: its curves as numbers; segalman or iwan: that model, fitted to the joint;
-    card: its contact properties per unit area, for the program given by --for.
+    that program; card: its contact properties per unit area, for the program given by --for.
     """
     of_card = {name: options.pop(name) for name in (item.name for item in _CARD_OPTIONS)}
     of_card = {name: value for name, value in of_card.items() if value is not None}

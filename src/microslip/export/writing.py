@@ -14,7 +14,7 @@ from microslip._core.checks import show, whole_number
 from microslip._core.errors import InputError
 from microslip._core.files import atomic_file
 from microslip._core.wording import one_line
-from microslip.export import c_source, fmu, tables
+from microslip.export import c_source, fmu
 from microslip.export import element_files as elements
 from microslip.export.request import (
     Accuracy,
@@ -65,9 +65,6 @@ _FORMATS = (
     Format("ansys", _NOT_RUN, (".mac", ".inp"), elements.ansys),
     Format("lsdyna", _NOT_RUN, (".k", ".key"), elements.lsdyna),
     Format("nastran", _NOT_RUN, (".bdf", ".dat"), elements.nastran),
-    Format("table", f"{_RUN}, read back", (".json", ".csv"), tables.write_table),
-    Format("segalman", f"{_RUN}, as a study", (".toml", ".json"), tables.write_fitted),
-    Format("iwan", f"{_RUN}, as a study", (".toml", ".json"), tables.write_fitted),
 )
 
 KINDS = tuple(item.kind for item in _FORMATS)

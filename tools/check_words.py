@@ -98,12 +98,15 @@ UNCLEAR_OPENINGS = re.compile(r"the (same|rest|others?|former|latter)\b", re.IGN
 # Words that make a person of a program, a file or a number.
 PERSONIFYING = re.compile(
     r"\b(told|tells?|asked|asks|says|said|knows|wants|hangs?|honest|cannot tell|believes?|feels?"
-    r"|forgets?|happy|insists?|likes|pretends?|promises|remembers?|suffers?|thinks?|unasked)\b"
+    r"|forgets?|happy|hears?|insists?|likes|pretends?|promises|remembers?|suffers?|thinks?|unasked)\b",
+    re.IGNORECASE,
 )
 # Idioms that a reader with another first language takes literally, and ratios written as percent.
 IDIOMS = re.compile(
     r"\b(next to nothing|of before|(?<!-)off by|on top of|show which|stands? on something"
-    r"|stands? still|to speak of|wrong way round)\b|(?<![\d.,])(?!100 ?%)[1-9]\d{2,} ?%"
+    r"|shares? of|stands? still|to speak of|wrong way round)\b"
+    r"|(?<![\d.,])(?!100(\.0+)? ?%)[1-9](\d{2,}|\d{0,2}(,\d{3})+)(\.\d+)? ?%(?!\d)",
+    re.IGNORECASE,
 )
 MOST_WORDS = 40
 MOST_LETTERS = 72
@@ -139,7 +142,7 @@ def problems_of(source: str, path: Path) -> Iterator[str]:
         yield from unclear_words(f"{place}:{line}", text)
     # A value in braces counts as one word.
     for line, text in sentences_of(source, path):
-        for sentence in re.split(r"[.;:] |\| ", text):
+        for sentence in re.split(r"\. |\| ", text):
             if (count := len(sentence.split())) > MOST_WORDS:
                 yield f"{place}:{line}: {count} words in a sentence, at most {MOST_WORDS}"
 

@@ -116,7 +116,7 @@ def test_motions_on_a_base_are_what_integration_settles_at(apart: bool) -> None:
         frequencies=np.array([0.999, 1.0]) * omega / (2.0 * math.pi),
         harmonics=HARMONICS, samples=256,
     )  # fmt: skip
-    point = np.flatnonzero(response.asked)[-1]
+    point = np.flatnonzero(response.requested)[-1]
     first = response.harmonics.index(1)
     coarse, fine = (settled({0: inputs[0], 4: inputs[1]}, omega, 60, n) for n in (128, 256))
     motion, force = ((4.0 * f - c) / 3.0 for c, f in zip(coarse, fine, strict=True))
@@ -187,7 +187,7 @@ def test_a_sensor_is_held_by_the_level_of_the_base() -> None:
         again = structure.base_response(
             **options, acceleration=level, frequencies=held.frequency[place] * np.array([0.98, 1.0])
         )
-        point = np.flatnonzero(again.asked)[-1]
+        point = np.flatnonzero(again.requested)[-1]
         np.testing.assert_allclose(
             again.displacement[point], held.displacement[place], rtol=1e-6, atol=1e-12
         )

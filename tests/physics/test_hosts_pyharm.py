@@ -232,7 +232,7 @@ def test_the_forced_response_is_that_of_structure_and_of_time_integration():
     assert np.all(np.diff(frequency) > 0.0)  # softening, but no fold here
     keep = np.linspace(0, len(found) - 1, 8).astype(int)
     own = structure.forced_response([DRIVE, 0.0], frequency[keep], harmonics=[0, 1, 3])
-    fundamental = np.abs(own.displacement[own.asked][:, :, 1])
+    fundamental = np.abs(own.displacement[own.requested][:, :, 1])
     # What both solvers leave of their equations.
     np.testing.assert_allclose(motion[keep], fundamental, rtol=1e-6)
     peak = int(np.argmax(motion[:, 0]))

@@ -175,6 +175,6 @@ def test_nlvib_s_case_balances_two_masses_in_octave(tmp_path: Path) -> None:
     own = structure.attach(JOINT, directions=[0.0, 1.0]).forced_response(
         [300.0, 0.0], np.array([1.0, 1.001]) * omega / (2.0 * np.pi), harmonics=[0, 1, 2, 3]
     )
-    exact = np.abs(own.displacement[own.asked][0, :, 1])
+    exact = np.abs(own.displacement[own.requested][0, :, 1])
     np.testing.assert_allclose(motion, exact, rtol=4e-5)
     assert exact[1] > 5e-8, "well into slip"

@@ -255,7 +255,7 @@ def test_refinement_reports_the_remaining_error() -> None:
     moved = again.damping_ratio / asked.modes(0, [1e-7, 1e-6]).damping_ratio
     left = np.prod([1.0 + change.damping_left for change in found.changes])
     largest = moved[abs(moved - 1.0).argmax()]
-    assert found.asked[1] == pytest.approx(largest * left - 1.0, rel=1e-6)
+    assert found.requested[1] == pytest.approx(largest * left - 1.0, rel=1e-6)
     # 12 x 4 patches of elements of 1.5 mm say -15 %: no limit where patches end at the elements.
     assert "too large for finer" in found.message
     assert found.error[1] > 0.15
@@ -339,7 +339,7 @@ def test_the_error_told_of_few_patches_holds_what_many_change() -> None:
         for patches, kept, size in (((15, 2), 14, None), ((36, 4), 28, 0.0033))
     )  # fmt: skip
     for name, change, error in zip(
-        ("frequency", "damping_ratio"), told.asked, told.error, strict=True
+        ("frequency", "damping_ratio"), told.requested, told.error, strict=True
     ):
         true = getattr(many, name) / getattr(few, name) - 1.0
         assert error < 0.05

@@ -216,7 +216,7 @@ def test_a_forced_response_is_linear_where_joints_stick() -> None:
     frequencies = np.linspace(1900.0, 2300.0, 41)
     response = damped.forced_response(force, frequencies)
     held = STIFFNESS + 1e9 * np.outer(BETWEEN, BETWEEN)
-    assert np.allclose(response.frequency[response.asked], frequencies, rtol=1e-12)
+    assert np.allclose(response.frequency[response.requested], frequencies, rtol=1e-12)
     for f, x in zip(response.frequency, response.displacement[:, :, 1], strict=True):
         w = 2.0 * np.pi * f
         exact = np.linalg.solve(held + 2e-7j * w * STIFFNESS - w**2 * MASS, force)
@@ -230,7 +230,7 @@ def test_a_forced_response_is_what_integration_settles_at() -> None:
     response = structure.forced_response(
         force, [2349.0, 2350.0], harmonics=[1, 3, 5, 7, 9], samples=256
     )
-    expected = response.amplitude([0.0, 0.0, 1.0])[response.asked][-1]
+    expected = response.amplitude([0.0, 0.0, 1.0])[response.requested][-1]
     time = np.arange(0.0, 60.0 / 2350.0, 1.0 / 2350.0 / 256)
     wave = np.cos(2.0 * np.pi * 2350.0 * time)
     motion = structure.integrate(np.outer(wave, force), time)

@@ -426,9 +426,9 @@ def test_a_session_in_a_browser(bench: Bench, tmp_path: Path) -> None:
         assert columns[0] == "found by its name"
         assert any("force" in name for name in columns[1:])
         page.locator('[name="flip-sign"]').check()
-        page.locator("p.refused", has_text="Flip sign").wait_for(timeout=60_000)
+        page.locator("p.error", has_text="Flip sign").wait_for(timeout=60_000)
         page.locator('[name="flip-sign"]').uncheck()
-        page.locator("p.refused").wait_for(state="detached", timeout=60_000)
+        page.locator("p.error").wait_for(state="detached", timeout=60_000)
         wrong.clear()  # the browser notes that the workbench refused
         page.locator('[name="command"]').select_option("identify")
         assert page.inner_text("#run") == "Run identify"

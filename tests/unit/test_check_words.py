@@ -36,6 +36,26 @@ def test_problems_are_found() -> None:
     assert "45 words in a sentence" in found[5]
 
 
+@pytest.mark.parametrize(
+    "text",
+    ["Says the file", "an error of 561.5 %", "an error of 1,234 %", "the share of the energy"],
+)
+def test_words_in_any_case_and_ratios_with_decimals_are_found(text: str) -> None:
+    assert list(check_words.unclear_words("here", text))
+
+
+@pytest.mark.parametrize("text", ["100.0 % of it", "0.1234 %", "![3.11](a%20b-203.12%20c)"])
+def test_plain_ratios_are_not_reported(text: str) -> None:
+    assert not list(check_words.unclear_words("here", text))
+
+
+def test_a_semicolon_does_not_end_a_sentence() -> None:
+    text = f'"""Doc."""\nx = "{"word " * 25}; {"word " * 25}"\n'
+    path = check_words.ROOT / "src" / "microslip" / "made_up.py"
+    (found,) = check_words.problems_of(text, path)
+    assert "51 words in a sentence" in found
+
+
 def test_prose_of_pages_is_checked_and_code_is_not() -> None:
     page = "# Page\n\n```python\nsays = 1  # it says so\n```\n\nThe scan says so.\n"
     (found,) = check_words.problems_of_page(page, "docs/page.md")

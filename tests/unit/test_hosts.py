@@ -109,7 +109,7 @@ def test_the_forced_response_of_tmdsimpy_is_that_of_structure(system_of_tmdsimpy
         U = U - np.linalg.solve(dRdU, R)
     assert np.abs(R).max() < 1e-8 * 300.0
     own = STRUCTURE.forced_response([300.0, 0.0], FREQUENCIES, harmonics=[0, 1, 3])
-    wanted = np.abs(own.displacement[own.asked][0, :, 1])
+    wanted = np.abs(own.displacement[own.requested][0, :, 1])
     np.testing.assert_allclose(np.hypot(U[2:4], U[4:6]), wanted, rtol=1e-8)
     assert wanted[1] > 5e-8, "well into slip"
     only = system.hbm_res(np.append(U, OMEGA), drive, H, calc_grad=False)[0]
@@ -335,7 +335,7 @@ def test_the_recipe_of_nlvib_is_that_of_structure(host):
         Q = Q - np.linalg.solve(J, R)
     assert np.abs(R).max() < 1e-6 * 300.0
     own = STRUCTURE.forced_response([300.0, 0.0], FREQUENCIES, harmonics=[0, 1, 2, 3])
-    wanted = np.abs(own.displacement[own.asked][0, :, 1])
+    wanted = np.abs(own.displacement[own.requested][0, :, 1])
     # Samples at equal times miss the turns: 4e-4 with 64 a period, a sixteenth of it with 256.
     np.testing.assert_allclose(1e-6 * np.hypot(Q[2:4], Q[4:6]), wanted, rtol=4e-5)
 

@@ -89,7 +89,7 @@ QUANTITIES: dict[str, Quantity] = {
     "slider_density": Quantity("N/m^2", "stiffness of the Iwan sliders per yield displacement"),
     "stick_area": Quantity("m^2", "contact area that sticks at the end of first loading"),
     "stick_share": Quantity(
-        "-", "stick area over real contact area", "Sticking share", "", "percent"
+        "-", "stick area over real contact area", "Sticking fraction", "", "percent"
     ),
     # by load
     "separation": Quantity("m", "separation of the surfaces"),

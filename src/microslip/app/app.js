@@ -308,7 +308,7 @@ function drawScan(form, preview) {
 function drawRecord(form, preview) {
   const unit = preview.has_time ? "s" : "samples", along = preview.has_time ? ["Time", "s"] : ["Samples", ""];
   form.append(make("p", { class: "small" }, `${preview.samples} samples, ${preview.cycles.length} cycles found`));
-  if (preview.refused) form.append(make("p", { class: "refused small" }, preview.refused));
+  if (preview.no_cycles) form.append(make("p", { class: "error small" }, preview.no_cycles));
   const said = make("figcaption", {}, `Displacement against time [${unit}], grey: where cycles begin. Drag over a span to use only that part.`);
   const ondrag = (part) => {
     picked.part = part;

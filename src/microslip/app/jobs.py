@@ -249,8 +249,8 @@ class Workspace:
         except PreviewError as error:
             text = self.in_fields(f"{LOOK} {kind}", error.text)
             raise PreviewError(text, error.columns) from None
-        if view.get("refused"):
-            view["refused"] = self.in_fields(f"{LOOK} {kind}", view["refused"])
+        if view.get("no_cycles"):
+            view["no_cycles"] = self.in_fields(f"{LOOK} {kind}", view["no_cycles"])
         return view if part_upload is None else {**view, "upload": part_upload.summary()}
 
     async def _work(self, run: Run) -> None:

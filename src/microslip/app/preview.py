@@ -67,7 +67,7 @@ def save_scan(scan: Scan, part: Any, save: str) -> dict[str, Any]:
 def record_view(record: Record, say: Any = str) -> dict[str, Any]:
     """Return the preview of a record: displacement and force over time, loop and cycles.
 
-    If no cycles are found, the entry "refused" is the reason, as text from ``say(error)``.
+    If no cycles are found, the entry "no_cycles" is the reason, as text from ``say(error)``.
     """
     from microslip.laboratory import measure
 
@@ -88,7 +88,7 @@ def record_view(record: Record, say: Any = str) -> dict[str, Any]:
         starts = measure(record).cycles["start"].astype(int)
         view["cycles"] = [float(time[min(start, time.size - 1)]) for start in starts[:400]]
     except InputError as error:
-        view["refused"] = say(error)
+        view["no_cycles"] = say(error)
     return view
 
 

@@ -56,9 +56,9 @@ class Guard:
         if scope["type"] != "http":
             return
         headers = {k.decode("latin-1").lower(): v.decode("latin-1") for k, v in scope["headers"]}
-        refused = self._refused(scope, headers)
-        if refused is not None:
-            await _answer(send, *refused)
+        rejection = self._rejection(scope, headers)
+        if rejection is not None:
+            await _answer(send, *rejection)
             return
         if self._is_entry(scope):
             cookie = f"{COOKIE}={self._token}; HttpOnly; SameSite=Strict; Path=/"
@@ -67,7 +67,7 @@ class Guard:
         limit = LARGEST_UPLOAD if scope["path"] == UPLOADS else LARGEST_REQUEST
         await self._app(scope, _limited(receive, limit), _with_policy(send))
 
-    def _refused(self, scope: Scope, headers: dict[str, str]) -> tuple[int, str] | None:
+    def _rejection(self, scope: Scope, headers: dict[str, str]) -> tuple[int, str] | None:
         host, origin = headers.get("host", ""), headers.get("origin")
         if host not in self._hosts:
             return 421, "another host"

@@ -164,9 +164,9 @@ def _mindlin(plate: Plate) -> DrawnFigure:
     for share, fields, (color, line) in zip(shares, states, looks, strict=True):
         q = fields.traction(r)
         columns[f"tangential traction at T = {share:g} mu N [Pa]"] = q
-        axes.plot(x / MICRO, q / MEGA, color=color, linestyle=line, label=f"q at T = {share:g} μN")
+        axes.plot(x / MICRO, q / MEGA, color=color, ls=line, label=f"q at T = {share:g} × μN")
     columns["without slip at T = 0.5 mu N [Pa]"] = welded
-    label = "q at T = 0.5 μN without slip"
+    label = "q at T = 0.5 × μN without slip"
     axes.plot(x / MICRO, welded / MEGA, color=BLUE, linestyle=DOTS, label=label)
     axes.set(xlabel="Position along the force x [µm]", ylabel="Traction [MPa]")
     axes.set(xlim=(x[0] / MICRO, x[-1] / MICRO), ylim=(0.0, 1.12 * joint.peak_pressure / MEGA))
@@ -190,9 +190,9 @@ def _contact_area(plate: Plate) -> DrawnFigure:
     top, down = 0.75, 0.0
     peak = top * joint.force_limit
     states = (
-        ("Loaded to T = 0.75 μN", joint.fields(force=peak)),
+        ("Loaded to T = 0.75 × μN", joint.fields(force=peak)),
         ("Unloaded to T = 0", joint.fields(force=[peak, down])),
-        ("Loaded again to T = 0.4 μN", joint.fields(force=[peak, down, 0.4 * joint.force_limit])),
+        ("Loaded again to T = 0.4 × μN", joint.fields(force=[peak, down, 0.4 * joint.force_limit])),
     )
     figure, body = plate.page(3.5)
     rows = []

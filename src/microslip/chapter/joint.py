@@ -41,7 +41,7 @@ def joint_note(addition: str = "") -> str:
     return (
         "The worked example: Al 2017 on itself, E = 69 GPa, ν = 0.33, μ = 0.55, Gaussian heights "
         f"of σ = {engineering(SPREAD, 'm', trim=True)}, ρ = 1 mm, 1e8 summits per m² on 2 cm², "
-        f"N = {engineering(joint.normal_load, 'N')}: μN = {engineering(joint.force_limit, 'N')}, "
+        f"N = {engineering(joint.normal_load, 'N')}. μN = {engineering(joint.force_limit, 'N')}, "
         f"κσ = {engineering(length, 'm')}. {addition}"
     ).strip()
 
@@ -69,7 +69,7 @@ def _loops(plate: Plate) -> DrawnFigure:
     cross(axes)
     for sign, text in ((1.0, "μN"), (-1.0, "−μN")):
         axes.axhline(sign * joint.force_limit / KILO, color=LIGHT, linestyle=STROKE, linewidth=0.9)
-        words(axes, text, -2.33, sign * joint.force_limit / KILO, color=GREY)
+        words(axes, text, -2.33, 0.91 * sign * joint.force_limit / KILO, color=GREY)
     axes.set(xlabel="Tangential displacement δ [µm]", ylabel="Tangential force T [kN]")
     axes.set_xlim(-2.55, 2.55)
     body.legend(loc="outside lower center", ncols=4)

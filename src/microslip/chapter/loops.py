@@ -94,7 +94,7 @@ _FIRST, _BACK, _AGAIN, _CLOSING = (
     "a cycle of force with its tractions (after Johnson)",
     "At B the force is zero, but self-equilibrated tractions and a residual displacement remain. "
     "C is the mirror image of A.",
-    contact_note("Force between ±0.95 μN."),
+    contact_note("Force between −0.95 × μN and 0.95 × μN."),
 )
 def _johnson(plate: Plate) -> DrawnFigure:
     joint = summit()

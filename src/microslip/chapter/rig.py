@@ -100,7 +100,7 @@ def _normalised(plate: Plate) -> DrawnFigure:
     for sign, text in ((1.0, "μ"), (-1.0, "−μ")):
         place = sign * joint.friction_coefficient
         axes.axhline(place, color=LIGHT, linestyle=STROKE, linewidth=0.9, zorder=1)
-        words(axes, text, 43.5, place, color=GREY)
+        words(axes, text, 43.5, 0.88 * place, color=GREY)
     cross(axes)
     axes.set(
         xlabel="Displacement at the transducer [µm]", ylabel="Tangential over normal load T/N [–]"

@@ -107,9 +107,9 @@ def export(
 ) -> None:
     """Write the joint of STUDY as input of another program.
 
-    The header of the file states the errors of the exported joint. KIND is c, abaqus-user, fmu,
-    fmu3, opensees, calculix, abaqus, ansys, lsdyna or nastran: the joint as code or elements of
-    that program; card: its contact properties per unit area, for the program given by --for.
+    The header of the file states the errors of the exported joint. KIND c, abaqus-user, fmu,
+    fmu3, opensees, calculix, abaqus, ansys, lsdyna or nastran is the joint as code or elements of
+    that program. KIND card is its contact properties per unit area, for the program given by --for.
     """
     of_card = {name: options.pop(name) for name in (item.name for item in _CARD_OPTIONS)}
     of_card = {name: value for name, value in of_card.items() if value is not None}

@@ -55,7 +55,7 @@ _STANDARD_ERRORS, _ALIKE, _THIN = 5.0, 0.2, 1e-3
 a delay has inverted a loop; energy over that of the surrounding ellipse, below which a loop is a
 line."""
 _CLIPPED, _STEPPED, _SLOWER = 0.005, 5.0, 2.0
-"""Smallest share of samples exactly at an extreme; ratio to their number on the next converter
+"""Smallest fraction of samples exactly at an extreme; ratio to their number on the next converter
 step; ratio of the numbers on the next three steps and further inside, if a plateau is approached.
 """
 _ROUNDING, _ON_STEP = 1e-7, 0.01
@@ -371,9 +371,9 @@ def check_direction(
 
 
 def _plateau(values: Floats, extreme: float, step: float | None) -> tuple[float, bool]:
-    """Return the share of samples on a plateau, and whether the channel is noisy elsewhere.
+    """Return the fraction of samples on a plateau, and whether the channel is noisy elsewhere.
 
-    ``step`` is the converter step of the channel, if it has one. The share is 0
+    ``step`` is the converter step of the channel, if it has one. The fraction is 0
     without a plateau, and if the channel approaches it gradually, as friction does.
     """
     at = np.flatnonzero(values == extreme)

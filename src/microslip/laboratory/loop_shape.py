@@ -29,7 +29,7 @@ _PINCHED, _BAND = 0.35, 0.15
 _FLAT, _FLAT_BINS = 0.25, 2
 """Slope after a reversal over the largest one, and number of bins, of lost motion."""
 _STRAIGHT, _SPRING, _STEEP = 0.06, 0.05, 1.8
-"""Largest relative change of slope in the last half of a straight branch, its smallest share of the
+"""Largest relative change of slope in the last half of a straight branch, its smallest part of the
 force range, and smallest ratio of the slope after the reversal."""
 
 
@@ -212,27 +212,27 @@ def shape_notes(shape: Shape | None, is_load_recorded: bool) -> list[str]:
                 "sensor; energies and amplitudes include it"
             )
         else:
-            load = "" if is_load_recorded else "the normal load within the cycle, or "
+            load = "" if is_load_recorded else "of the normal load within the cycle, or "
             notes.append(
                 f"the branches of the loop are not concave, as those of friction at a constant "
                 f"load are: the force is {100.0 * depth:.0f} % of its amplitude too low at "
-                f"{100.0 * place:.0f} % of the way after a reversal; {UNDECIDED} (a load that "
-                "changes within the cycle, stick-slip, play in the drive, a force that depends on "
-                "the rate, a delay); "
-                f"a record with {load}at another frequency would identify the cause"
+                f"{100.0 * place:.0f} % of the way after a reversal; {UNDECIDED}. Possible are a "
+                "load that changes within the cycle, stick-slip, play in the drive, a force that "
+                "depends on the rate, and a delay. A record "
+                f"{load}at another frequency would identify the cause"
             )
     if width is None and shape.asymmetry > _ASYMMETRIC + _ERRORS * shape.error:
         notes.append(
             f"the two directions of the loop differ by {100.0 * shape.asymmetry:.0f} % of the "
             f"force amplitude; {UNDECIDED} (a load that changes with the displacement, a tilted or "
-            "worn specimen, a sensor that is not linear); a record of the normal load within the "
+            "worn specimen, a sensor that is not linear). A record of the normal load within the "
             "cycle, or with the specimen turned around, would identify the cause"
         )
     elif abs(shape.offset) > _OFFSET:
         notes.append(
             f"the middle of the force range is {100.0 * abs(shape.offset):.0f} % of its "
             f"amplitude from zero; {UNDECIDED} (a zero error of the sensor, or friction that "
-            "differs with the direction); a record without contact, or with the specimen turned "
+            "differs with the direction). A record without contact, or with the specimen turned "
             "around, would identify the cause"
         )
     if not notes and (spring := parallel_spring(shape)) is not None:
@@ -240,7 +240,7 @@ def shape_notes(shape: Shape | None, is_load_recorded: bool) -> list[str]:
         notes.append(
             f"a spring in parallel of {engineering(stiffness, 'N/m')}: the force rises "
             f"linearly to each reversal, by {100.0 * spring:.0f} % of its amplitude on each "
-            "side; regimes are those of the loop without the spring, and the friction coefficient "
+            "side. Regimes are those of the loop without the spring, and the friction coefficient "
             f"by the peak is {1.0 - spring:.3g} times the value given"
         )
     return notes

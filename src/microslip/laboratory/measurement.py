@@ -332,7 +332,7 @@ def measure(
     if rig_stiffness is None and is_gross and np.nanmedian(slid) < _ELASTIC:
         notes.append(
             "B indicates gross slip though most of the displacement is elastic; "
-            f"{UNDECIDED} (contact, rig, or crosstalk between the sensors); a record of a rigid "
+            f"{UNDECIDED} (contact, rig, or crosstalk between the sensors). A record of a rigid "
             "specimen would identify the cause; give `rig_stiffness` to subtract the rig"
         )
     rates = columns.get("frequency")

@@ -47,7 +47,7 @@ from microslip.readers.tables import (
 
 _BY_COEFFICIENT = "by its name, times the normal load"
 _MOST_LONE, _LONGEST_LONE = 0.01, 3
-"""Largest share of rows without numbers that are interpolated, and of consecutive ones."""
+"""Largest fraction of rows without numbers that are interpolated, and of consecutive ones."""
 
 
 class ChannelNote(Remark):

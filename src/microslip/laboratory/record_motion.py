@@ -54,7 +54,7 @@ def third_harmonic_of(record: Record, block: Block) -> tuple[float, list[str]]:
     return size, [
         f"the displacement has a third harmonic of {100.0 * size:.1f} %, in phase "
         f"with the first and without others: {UNDECIDED} (the drive, or a displacement sensor that "
-        "is not linear, which makes amplitude, energy and stiffness wrong); a calibration of the "
+        "is not linear, which makes amplitude, energy and stiffness wrong). A calibration of the "
         "sensor, or a column of the commanded displacement, would identify the cause"
     ]
 

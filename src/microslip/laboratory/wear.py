@@ -106,7 +106,7 @@ def _energy_until(
     ordered = sorted(zip(numbers, members, strict=True), key=lambda pair: float(pair[0][0]))
     if any(after[0] <= before[-1] for (before, _), (after, _) in pairwise(ordered)):
         raise InputError(
-            "its specimen has several series whose cycles are counted from the same number; state "
+            "its specimen has several series whose cycles are counted from the same number. State "
             "in the manifest the number of the first cycle of each file in the life of the "
             'specimen, in a column "first cycle", or a "specimen" of its own for each series'
         )

@@ -126,7 +126,7 @@ def _under_the_structure(
     if share > _ROUNDING and not joints_on_base:
         raise InputError(
             f"directions must not deform joints, but the base deforms those of attachment {place} "
-            f"by {share:.2g} of the motion of their sides; write joints_on_base=True for joints of "
+            f"by {share:.2g} of the motion of their sides. Write joints_on_base=True for joints of "
             "the structure with the base, or give the degrees of freedom of the base by supports="
         )
     drag = None

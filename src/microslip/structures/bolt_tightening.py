@@ -1,4 +1,4 @@
-"""Bolt of a metric size and grade: permitted tension, tension losses, share of an axial load.
+"""Bolt of a metric size and grade: permitted tension, tension losses, load factor of an axial load.
 
 After VDI 2230 part 1 (2015), in its own symbols; grades by ISO 898-1.
 """

@@ -211,7 +211,7 @@ class ForcedResponse(ModalResult, PlottableAtSensor):
     """Frequencies along the path [Hz]; they turn back where the response folds."""
     harmonics: tuple[int, ...]
     """Orders of the harmonics; 0 is the mean."""
-    asked: NDArray[np.bool_]
+    requested: NDArray[np.bool_]
     """True for points at a requested frequency."""
     stable: NDArray[np.bool_]
     """Whether each motion is stable; motions between turning points of the path are unstable.

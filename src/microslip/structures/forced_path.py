@@ -234,7 +234,7 @@ class Followed(NamedTuple):
             "_coordinates": motion,
             "_shapes": np.concatenate([model.shapes, model.free], axis=1),
             "harmonics": basis.harmonics,
-            "asked": np.array(self.marks, dtype=bool),
+            "requested": np.array(self.marks, dtype=bool),
             "stable": np.array([solved.stable for solved in self.path], dtype=bool),
             "iterations": self.iterations,
             "message": self.message,

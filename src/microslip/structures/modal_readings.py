@@ -167,7 +167,7 @@ def _analytic(t: Floats, x: Floats, middle: Floats, period: Floats) -> tuple[Flo
 _SHARE = 0.1  # of the energy outside of half an octave, from which another mode rings along
 _ABOVE_NOISE = 8.0
 _UNFILTERED = 4.0  # times that without a filter: the largest sample of a cycle has noise on top
-_SETTLING = 4.0  # times one over its width, for which a filter hears the ends
+_SETTLING = 4.0  # times one over its width, over which the ends of a record disturb a filter
 
 Values = tuple[Floats, Floats, Floats]
 """Amplitudes [m], frequencies [Hz], damping ratios [-]."""

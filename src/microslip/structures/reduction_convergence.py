@@ -65,7 +65,7 @@ class Convergence(Locked):
     after each refinement."""
     tolerance: float
     """Tolerance of the damping ratio [-]."""
-    asked: tuple[float, float]
+    requested: tuple[float, float]
     """Relative changes of frequency and damping ratio [-], the largest over the amplitudes, from
     the requested patches to infinite refinement."""
     untried: tuple[str, ...] = ()
@@ -103,12 +103,12 @@ class Convergence(Locked):
     @property
     def message(self) -> str:
         """Outcome in a sentence: change by the refinement, and largest remaining change."""
-        worst, first = self.largest, self.steps[0][0]
+        worst, first, (frequency, damping) = self.largest, self.steps[0][0], self.requested
         within = abs(worst.damping_left) <= self.tolerance
         sentences = [
             f"from the {first} requested patches to "
             f"{self.joint.patches if self._patches_untried else 'the limit'} the damping changes "
-            f"by {100.0 * self.asked[1]:+.1f} % and the frequency by {100.0 * self.asked[0]:+.2f} %"
+            f"by {100.0 * damping:+.1f} % and the frequency by {100.0 * frequency:+.2f} %"
             + ("; these elements are too large for finer patches" if self._patches_untried else ""),
             f"refined to {self.joint.patches} patches: of {len(self.changes)} refinements tried, "
             f"{worst.what} ({worst.coarse} to {worst.fine}) still changes the damping most, by "

@@ -131,8 +131,8 @@ class Uncertain(DeclaredValue):
         odd = next((key for key in raw_value if key not in _MEANINGS), None)
         hint = did_you_mean(str(odd), _MEANINGS) if odd is not None else ""
         raise ValueError(
-            f"wanted a value such as {self.example}, or {{ low = …, high = … }}; "
-            f'{{ mean = …, cv = … }}; {{ values = [ … ] }} or {{ of = "key", factor = … }}; '
+            f"wanted a value such as {self.example} or {{low = …, high = …}}, "
+            f'{{mean = …, cv = …}}, {{values = […]}} or {{of = "key", factor = …}}; '
             f"got a table with {quoted(map(str, raw_value), 'and')}{hint}"
             if raw_value
             else f"wanted a value such as {self.example}, got an empty table"

@@ -285,6 +285,6 @@ def _wave(lines: str, flat: Floats, std: float) -> list[str]:
     return [
         f"vibration lines: a wave of {len(flat) / top:.3g} {lines} with {_long(size)} amplitude, "
         f"{size / std:.2g} of the standard deviation of heights, has the same phase along all "
-        f"{lines}; unless it is a feed mark, scan again without the vibration, or filter with a "
+        f"{lines}. Unless it is a feed mark, scan again without the vibration, or filter with a "
         "longer cut-off."
     ]

@@ -184,7 +184,7 @@ def _interpolated(scores: Floats, values: Floats, places: Floats) -> Floats:
 
 
 def ranking(scores: Floats, logs: Floats) -> tuple[Floats, float]:
-    """Return the share of each input in the variance of ``logs`` [-], and the fraction explained.
+    """Return the variance of ``logs`` by each input over the total [-], and the fraction explained.
 
     ``logs``, logarithms of a result, are fitted linearly on the normal scores, shape (samples,
     inputs). The second result is the fraction of the variance that the fit explains. Values that

@@ -209,7 +209,7 @@ def structure_numbers(prediction: StructurePrediction) -> dict[str, Any]:
         "patch_error": prediction.patch_error
         and dict(zip(("frequency", "joint_damping_ratio"), prediction.patch_error, strict=True)),
         "from_asked_patches_to_limit": convergence
-        and dict(zip(("frequency", "damping_ratio"), convergence.asked, strict=True)),
+        and dict(zip(("frequency", "damping_ratio"), convergence.requested, strict=True)),
         "bolts": force_numbers(prediction.part.bolt_forces),
         "slack_bolts": list(prediction.part.bolts.slack) or None,
         "all_tight": tight_numbers(prediction.tight) or None,

@@ -16,7 +16,7 @@ from microslip import export
 CCX = shutil.which("ccx")
 pytestmark = pytest.mark.skipif(CCX is None, reason="CalculiX (ccx) is not installed")
 _RANGE = {"smallest_amplitude": 3e-8, "largest_amplitude": 6e-7}
-_CELLS = 12
+_CELLS = 24
 _DIGITS = 5e-7  # half of the last of the seven digits that it prints
 _NODES = "*NODE\n1, 0., 0., 0.\n2, 0., 0., 0.\n"
 

@@ -73,7 +73,7 @@ KINDS = tuple(item.kind for item in _FORMATS)
 
 _MOST_DEPTH = 1_000_000
 _MOST_CELLS = 10_000
-_MOST_ENERGY_ERROR = 0.05  # of an element of sliders over its range of amplitudes
+_MOST_ENERGY_ERROR = 0.05  # over the range of amplitudes
 _MOST_NODES = 10_000
 
 
@@ -193,8 +193,7 @@ def write(
         cells, depth, size, name, direction, first_number, stem, suffix,
         one_line(described(law_along)),
     )  # fmt: skip
-    if order.bank is not None:
-        _check_sliders(order, law, limits)
+    _check_energy(order, law, limits)
     texts, accuracy = file_format.write(order)
     paths = [path.parent / text for text in texts]
     with ExitStack() as stack:
@@ -204,10 +203,11 @@ def write(
     return Exported(kind, tuple(paths), accuracy, file_format.run, order.described)
 
 
-def _check_sliders(order: Order, law: Any, limits: dict[str, Any]) -> None:
-    """Raise InputError if the dissipated energy of the sliders is in error by more than 5 %.
+def _check_energy(order: Order, law: Any, limits: dict[str, Any]) -> None:
+    """Raise InputError if the dissipated energy of the file is in error by more than 5 %.
 
-    The largest error over the amplitudes counts. The message states a sufficient number of sliders.
+    The largest error over the amplitudes counts. Only cells and sliders have one that large; the
+    message states a sufficient number of them.
     """
     error = order.accuracy.energy_error
     if not error > _MOST_ENERGY_ERROR:
@@ -234,6 +234,6 @@ def _check_sliders(order: Order, law: Any, limits: dict[str, Any]) -> None:
         else "give a larger smallest_amplitude"
     )
     raise InputError(
-        f"`cells` must be enough for cycles of {low:.3g} m, where {order.cells} sliders have a "
+        f"`cells` must be enough for cycles of {low:.3g} m, where {order.cells} cells have a "
         f"relative error of {error:.3g} in the dissipated energy; {remedy}"
     )

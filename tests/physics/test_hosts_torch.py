@@ -91,5 +91,8 @@ def test_missing_files_and_names_are_refused(joint):
         (slope**2 + load**2).backward()
     with pytest.raises(ms.InputError, match="first derivatives only"):
         torch.func.grad(torch.func.grad(lambda a: joint.dissipated_energy(POINT, a)))(load * 1e-10)
+    for forward in (torch.func.hessian, torch.func.jacfwd):
+        with pytest.raises(ms.InputError, match="not by jvp, jacfwd or hessian"):
+            forward(lambda a: joint.dissipated_energy(POINT, a))(load * 1e-10)
     with pytest.raises(ms.InputError, match="normal_load must"):
         joint.dissipated_energy({**POINT, "normal_load": -1.0}, 3e-7)

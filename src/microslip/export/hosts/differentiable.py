@@ -25,9 +25,6 @@ Derivatives = tuple[Floats, Floats, Floats]
 """Value, derivatives by parameters, and derivatives by displacements; derivatives have further
 last axes."""
 
-FIRST_ONLY = "joints of microslip have first derivatives only; use {} to stop second derivatives"
-"""Message for second derivatives, with the function of the host that stops them."""
-
 _LAWS_KEPT = 16  # laws of the last parameters, which a solver uses again and again
 
 Evaluation = Callable[[BackboneLaw, Floats, list[str]], Derivatives]
@@ -47,11 +44,7 @@ def force(law: BackboneLaw, x: Floats, names: list[str]) -> Derivatives:
 
 
 def settled_force(numbers: tuple[int, ...], rest: Any) -> Evaluation:
-    """Return an :data:`Evaluation` that computes Fourier coefficients of the settled force [N].
-
-    ``numbers`` are the orders of the harmonics; these and ``rest`` are the arguments ``harmonics``
-    and ``rest`` of :meth:`microslip.BackboneLaw.harmonics`.
-    """
+    """Return an :data:`Evaluation` of :meth:`microslip.BackboneLaw.harmonics`."""
     options: dict[str, Any] = {"harmonics": numbers, "rest": rest}
 
     def evaluate(law: BackboneLaw, c: Floats, names: list[str]) -> Derivatives:
@@ -113,11 +106,7 @@ class DifferentiableLaw:
     def _evaluated(
         self, quantity: Evaluation, names: list[str], values: Any, place: Any, by_parameters: bool
     ) -> Derivatives:
-        """Return ``quantity`` and its derivatives for the law whose parameters have ``values``.
-
-        ``place`` is the argument of the quantity: displacements, their coefficients or an
-        amplitude. Without ``by_parameters`` derivatives with respect to parameters are empty.
-        """
+        """Return ``quantity`` and its derivatives for the law whose parameters have ``values``."""
         law = self._law(tuple(zip(names, np.asarray(values, dtype=float).tolist(), strict=True)))
         parts = quantity(law, np.array(place, dtype=float), names if by_parameters else [])
         return tuple(np.asarray(part, dtype=float) for part in parts)  # type: ignore[return-value]

@@ -17,7 +17,7 @@ from jax.custom_derivatives import SymbolicZero
 
 from microslip._core.errors import InputError
 from microslip.export.hosts import differentiable
-from microslip.export.hosts.differentiable import FIRST_ONLY, DifferentiableLaw, Evaluation
+from microslip.export.hosts.differentiable import DifferentiableLaw, Evaluation
 
 
 def _called(
@@ -71,7 +71,10 @@ def _called(
 
         @once.defjvp  # type: ignore[untyped-decorator]
         def _(primals: Any, tangents: Any) -> Any:
-            raise InputError(FIRST_ONLY.format("jax.lax.stop_gradient"))
+            raise InputError(
+                "joints of microslip have first derivatives only; use jax.lax.stop_gradient to "
+                "stop second derivatives"
+            )
 
         return once(*given)
 

@@ -13,9 +13,16 @@ import torch
 
 from microslip._core.errors import InputError
 from microslip.export.hosts import differentiable
-from microslip.export.hosts.differentiable import FIRST_ONLY, DifferentiableLaw, Evaluation
+from microslip.export.hosts.differentiable import DifferentiableLaw, Evaluation
 
 _REAL = torch.float64
+
+
+def _refuse(*_: Any) -> Any:
+    raise InputError(
+        "joints of microslip have first derivatives only, in reverse mode (grad, jacrev, backward) "
+        "and not by jvp, jacfwd or hessian; use detach() to stop second derivatives"
+    )
 
 
 class _Gradients(torch.autograd.Function):  # type: ignore[misc]
@@ -33,9 +40,7 @@ class _Gradients(torch.autograd.Function):  # type: ignore[misc]
     def setup_context(ctx: Any, inputs: Any, output: Any) -> None:
         """Store nothing, since there is no second derivative."""
 
-    @staticmethod
-    def backward(ctx: Any, *weights: Any) -> Any:
-        raise InputError(FIRST_ONLY.format("detach()"))
+    backward = jvp = staticmethod(_refuse)
 
 
 class _Evaluate(torch.autograd.Function):  # type: ignore[misc]
@@ -60,6 +65,8 @@ class _Evaluate(torch.autograd.Function):  # type: ignore[misc]
     @staticmethod
     def backward(ctx: Any, weights: Any, *_: Any) -> Any:
         return *_Gradients.apply(weights, ctx.product, *ctx.saved_tensors), None, None
+
+    jvp = staticmethod(_refuse)
 
     @staticmethod
     def vmap(info: Any, in_dims: Any, values: Any, place: Any, *functions: Any) -> Any:

@@ -173,7 +173,6 @@ def draw_gallery(name: str) -> None:
 COMMANDS = {
     "first_joint": ("predict examples/al2017.toml", "loops"),
     "bolt_pressure": ("predict examples/bolted_joint.toml", "pressure"),
-    "tornado": ("predict scatter.toml", "tornado"),
     "measured_loops": ("measure run0.csv run1.csv run2.csv run3.csv", "loops"),
 }
 """A command, and the figure of its result."""
@@ -183,9 +182,6 @@ def draw_command(name: str) -> None:
     line, figure = COMMANDS[name]
     with tempfile.TemporaryDirectory() as scratch, chdir(scratch):
         Path("examples").symlink_to(ROOT / "examples")
-        page = (ROOT / "docs/uncertainty.md").read_text(encoding="utf-8")
-        scatter = re.search(r"```toml\n# scatter\.toml\n(.*?)```", page, re.DOTALL)
-        Path("scatter.toml").write_text(scatter[1], encoding="utf-8")
         loads = [
             f"{load} N,{friction}" for load in range(250, 5001, 250) for friction in (0.4, 0.6)
         ]

@@ -27,8 +27,6 @@ def add_surfaces(add: Add, surface: Any, joint: Any) -> None:
     add("SphereOnFlat.hertz_pressure", sphere.hertz_pressure, separation=-1e-8)
     add("Interface.at a separation", joint.at, separation=1e-7)
     add("Discrete.probability_above", ms.Discrete([0.0, 1e-7]).probability_above, height=1e-8)
-    add("TabulatedHeights.from_samples", ms.TabulatedHeights.from_samples,
-        values=np.linspace(0.0, 1e-6, 50) ** 2, bins=8)  # fmt: skip
     normal = ms.Statistical(stats.norm(scale=5e-7))
     add("Statistical.partial_moment", normal.partial_moment, order=1.5, threshold=1e-7)
     add("MaterialPair.with_hardness", pair.with_hardness, hardness=1e9)

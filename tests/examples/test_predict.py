@@ -19,7 +19,6 @@ FIGURES = (
     "loops",
     "backbone",
     "energy_damping",
-    "force_damping",
     "contact_state",
 )
 

@@ -190,18 +190,6 @@ def test_a_joint_on_a_long_table(name: str) -> None:
             assert cycle == pytest.approx(joint.dissipated_energy(a), rel=1e-10)
 
 
-def test_from_samples() -> None:
-    values = np.random.default_rng(0).normal(1e-7, 5e-7, 20_000)
-    table = ms.TabulatedHeights.from_samples(values)
-    assert table.integral == pytest.approx(1.0, rel=1e-12)
-    assert table.mean == pytest.approx(values.mean(), abs=0.01 * values.std())
-    assert table.std == pytest.approx(values.std(), rel=0.02)
-    y = np.linspace(-1e-6, 1e-6, 21)
-    empirical = np.searchsorted(np.sort(values), y) / values.size
-    assert np.abs(table.cdf(y) - empirical).max() < 0.01
-    assert ms.TabulatedHeights.from_samples([0.0, 1e-7], bins=1).span == (-0.5e-7, 1.5e-7)
-
-
 # -- mistakes --------------------------------------------------------------------------------------
 
 

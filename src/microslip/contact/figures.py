@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -21,16 +21,13 @@ _RANGE = 3e-3  # of the heaviest load, to which loads are drawn
 _POINTS = 60
 
 
-def face_plot(law: Any, other_laws: Mapping[str, NormalLaw] | None = None) -> Plot:
+def face_plot(law: Any) -> Plot:
     """Plot the pressures of the first piece, its contacts under three loads, and the load curve.
 
     Parameters
     ----------
     law : MeasuredContact
         The face.
-    other_laws : mapping, optional
-        Other laws by name; each is plotted against the increase of its own separation from that
-        under the heaviest load of ``law``.
     """
     solution, numbers = law.solution, law.numbers
     stiff = law.pair.composite_modulus
@@ -58,7 +55,7 @@ def face_plot(law: Any, other_laws: Mapping[str, NormalLaw] | None = None) -> Pl
     maps[1].add(Pixels(image[::-1], *ends))
     texts = ", ".join(engineering(float(means[level]), "Pa", 2) for level in levels)
     maps[1].note = f"Contact under {texts}"
-    curves, entries = load_panel(law, other_laws or {})
+    curves, entries = load_panel(law)
     curves.cell = (1, 1, 0, 1)
     height = 3.4 * (ends[3] - ends[2]) / (ends[1] - ends[0])
     height = min(max(height, 1.5), 6.0)
@@ -68,17 +65,15 @@ def face_plot(law: Any, other_laws: Mapping[str, NormalLaw] | None = None) -> Pl
     )  # fmt: skip
 
 
-def load_panel(law: Any, other_laws: Mapping[str, NormalLaw]) -> tuple[Panel, Sequence[Entry]]:
+def load_panel(law: Any) -> tuple[Panel, Sequence[Entry]]:
     """Plot pressure against separation since the heaviest load; a band contains all pieces."""
     top = law.numbers.pressure * law.area
     loads = np.geomspace(1.0, _RANGE, _POINTS) * top * (1.0 - 1e-9)
     pressures = loads / law.area
     unit = 1e6 if pressures[0] >= 1e6 else 1e3
-    steps = {
-        name: _opened(other, loads) for name, other in {"point by point": law, **other_laws}.items()
-    }
-    reach = max(float(step[-1]) for step in steps.values() if step is not None)
-    length, letter = length_prefix(reach)
+    step = np.asarray(law.separation(loads))
+    step = step - step[0]
+    length, letter = length_prefix(float(step[-1]))
     panel = Panel(
         Axis(f"Separation beyond that at {engineering(float(pressures[0]), 'Pa')} [{letter}m]",
              unit=length),
@@ -96,11 +91,8 @@ def load_panel(law: Any, other_laws: Mapping[str, NormalLaw]) -> tuple[Panel, Se
         levels = pressures / unit
         panel.add(Area(np.append(low, high[::-1]), np.append(levels, levels[::-1]), _PIECES))
         entries.append(Entry("its pieces", _PIECES))
-    for color, (name, step) in zip(COLORS, steps.items(), strict=False):
-        if step is not None:
-            width = 2.2 if name == "point by point" else 1.2
-            panel.add(Line(step / length, pressures / unit, color, width))
-            entries.append(Entry(name, color))
+    panel.add(Line(step / length, pressures / unit, COLORS[0], 2.2))
+    entries.append(Entry("point by point", COLORS[0]))
     return panel, entries
 
 

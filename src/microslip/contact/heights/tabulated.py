@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._core.checks import Floats, record, sized, whole_number
+from microslip._core.checks import Floats, record, sized
 from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, assign, lock
 from microslip._core.parameters import parameter
@@ -30,9 +30,6 @@ _BLOCK = 1 << 15  # values a pass
 
 _MOST_PANELS = 5000
 """Largest number of panels of a table; each takes about 0.5 ms at the first evaluation."""
-
-_MOST_BINS = 4000
-"""Largest number of bins of a histogram; each is a panel."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,41 +119,6 @@ class TabulatedHeights(Locked, HeightDistribution):
     def __repr__(self) -> str:
         low, high = self.span
         return f"TabulatedHeights({np.size(self.height)} points from {low:g} to {high:g})"
-
-    @classmethod
-    def from_samples(cls, values: ArrayLike, bins: int | None = None) -> TabulatedHeights:
-        """Return the frequency polygon of given heights.
-
-        Parameters
-        ----------
-        values : array_like
-            Heights [m], one-dimensional, at least two different ones.
-        bins : int, optional
-            Number of bins from the lowest to the highest height; by default that of Freedman and
-            Diaconis (1981), DOI 10.1007/BF01025868, within 4 to 200.
-
-        Returns
-        -------
-        TabulatedHeights
-            Piecewise linear density, whose mean is that of the binned heights. It falls to zero
-            half a bin beyond the lowest and highest height.
-        """
-        values = sized("values", record("values", values, "m")).reshape(-1)
-        low, high = float(values.min()), float(values.max())
-        if not high > low:
-            raise InputError(f"`values` must be at least two different heights [m], got {low:g}")
-        if bins is None:
-            quarter, three = np.percentile(values, (25.0, 75.0))
-            width = 2.0 * float(three - quarter) / values.size ** (1.0 / 3.0)
-            bins = 200 if width <= 0.0 else math.ceil(min((high - low) / width, 200.0))
-            bins = max(bins, 4)
-        else:
-            bins = whole_number("bins", bins, 1, _MOST_BINS)
-        counts, edges = np.histogram(values, bins=bins, range=(low, high))
-        step = (high - low) / bins
-        middle = 0.5 * (edges[1:] + edges[:-1])
-        height = np.concatenate([[middle[0] - step], middle, [middle[-1] + step]])
-        return cls(height, np.concatenate([[0.0], counts / (values.size * step), [0.0]]))
 
     @cached_property
     def _pieces(self) -> tuple[Floats, Floats, Floats]:

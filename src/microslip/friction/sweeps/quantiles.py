@@ -18,7 +18,7 @@ _NEAR, _FEWEST_NEAR = 5, 6  # a fifth of the points is near a quantile, at least
 _EXPLAINED = 0.9  # fraction of the variance that cross-validation must explain
 
 
-def intervals(samples: Floats, shares: Sequence[float], draws: int | None = None) -> Floats:
+def intervals(samples: Floats, shares: Sequence[float]) -> Floats:
     """Return 90 % confidence intervals of quantiles of ``samples`` from order statistics.
 
     ``samples`` has shape (groups, points per group, ...), and ``shares`` are the probabilities of
@@ -31,8 +31,7 @@ def intervals(samples: Floats, shares: Sequence[float], draws: int | None = None
     Lemieux 2002, DOI 10.1007/0-306-48102-2_20).
 
     The samples of a single group are treated as independent, so that the number below the quantile
-    is binomial; this is conservative for quasi-random points. If each independent random point has
-    given several samples, ``draws`` is the number of these points.
+    is binomial; this is conservative for quasi-random points.
     """
     from scipy.special import stdtrit
 
@@ -50,10 +49,9 @@ def intervals(samples: Floats, shares: Sequence[float], draws: int | None = None
         else:
             from scipy.stats import binom
 
-            of_draw, low = count / (draws or count), binom.ppf(1.0 - _TAIL, draws or count, share)
-            high = binom.ppf(_TAIL, draws or count, share) + 1.0
-            first = np.full(ordered.shape[1], math.floor(low * of_draw))
-            last = np.full(ordered.shape[1], math.ceil(high * of_draw))
+            low, high = binom.ppf([1.0 - _TAIL, _TAIL], count, share)
+            first = np.full(ordered.shape[1], math.floor(low))
+            last = np.full(ordered.shape[1], math.ceil(high + 1.0))
         for end, rank, beyond in ((0, first, -math.inf), (1, last, math.inf)):
             inside = (rank >= 1) & (rank <= count)
             at = ordered[np.clip(rank, 1, count) - 1, np.arange(ordered.shape[1])]

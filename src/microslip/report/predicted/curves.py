@@ -10,12 +10,10 @@ import numpy as np
 
 from microslip._core.quantities import QUANTITIES
 from microslip._core.units import engineering
-from microslip._core.wording import joined
 from microslip.figures.kit import (
     LOOKS,
     LineStyle,
     between,
-    common_prefix,
     drawable,
     evenly,
     length_prefix,
@@ -23,9 +21,6 @@ from microslip.figures.kit import (
     visible_values,
 )
 from microslip.figures.plot import (
-    DASHED,
-    DOTTED,
-    THIN,
     Axis,
     Floats,
     Guide,
@@ -62,12 +57,10 @@ def add_legend(plot: Plot, result: Prediction, *, dashed: bool = False) -> Plot:
 
 
 class AmplitudeAxis(NamedTuple):
-    """Amplitude of displacement or force, used as abscissa."""
+    """Displacement amplitude as abscissa."""
 
-    column: str
-    """Name of the column in :class:`~microslip.report.predicted.result.AmplitudeCurve`."""
     unit: float
-    """Divisor of its values [SI unit]."""
+    """Divisor of its values [m]."""
     label: str
     low: float
     """Left end, divided by the unit."""
@@ -75,8 +68,7 @@ class AmplitudeAxis(NamedTuple):
 
     def of(self, curve: AmplitudeCurve) -> Floats:
         """Return the amplitudes of a curve in the unit of the axis."""
-        values: Floats = getattr(curve, self.column)
-        return values / self.unit
+        return curve.amplitude / self.unit
 
     def panel(self, y: Axis, note: str = "") -> Panel:
         """Return a panel with this abscissa and the ordinate ``y``."""
@@ -92,22 +84,7 @@ def displacement_axis(result: Prediction, name: str = "Displacement amplitude") 
     low, high = (
         (low / unit, high / unit) if high > 1.01 * low else (low / 1.2 / unit, high * 1.2 / unit)
     )
-    return AmplitudeAxis("amplitude", unit, f"{name} [{letter}m]", low, high)
-
-
-def force_axis(result: Prediction) -> AmplitudeAxis:
-    """Return the axis of the force amplitude, up to the largest force limit."""
-    loads = [index for index, _ in drawn_loads(result)]
-    largest = max(result.joints[i].force_limit for i in loads)
-    forces = np.concatenate([result.curves[i].force_amplitude for i in loads])
-    smallest = float(forces[forces > 0.0].min()) if (forces > 0.0).any() else 0.1 * largest
-    unit, letter = common_prefix([result.joints[i].force_limit for i in loads])
-    if 1.6 * largest < 10.0 * smallest:  # keeps curves off the edge
-        smallest /= 1.6
-    high = 1.6 * largest
-    return AmplitudeAxis(
-        "force_amplitude", unit, f"Force amplitude [{letter}N]", smallest / unit, high / unit
-    )
+    return AmplitudeAxis(unit, f"{name} [{letter}m]", low, high)
 
 
 def some_drawn(values: Floats) -> Floats:
@@ -173,61 +150,17 @@ MOST_EXPONENT = 6.0
 
 def energy_damping(result: Prediction) -> Plot:
     """Plot energy, loss factor, damping ratio and energy exponent against displacement."""
-    return _figure(result, displacement_axis(result))
-
-
-def force_damping(result: Prediction) -> Plot:
-    """Plot energy, loss factor, damping ratio and energy exponent against force amplitude."""
-    return _figure(result, force_axis(result))
-
-
-def _figure(result: Prediction, axis: AmplitudeAxis) -> Plot:
+    axis = displacement_axis(result)
     panels = [make(result, axis) for make in (_energy, _damping, _exponent)]
-    if axis.column == "force_amplitude":
-        for panel in panels:
-            for index, look in drawn_loads(result):
-                limit = result.joints[index].force_limit / axis.unit
-                panel.items.insert(0, Guide(limit, "x", look.color, 1.0, DOTTED))
     return add_legend(stacked(panels, 8.9, (3.0, 2.0, 1.3)), result)
 
 
 def _energy(result: Prediction, axis: AmplitudeAxis) -> Panel:
     panel = axis.panel(Axis("Dissipated energy per cycle [J]", log=True))
-    names: dict[str, None] = {}
-    for index, look in drawn_loads(result):
-        for name, (x, y) in _limit_lines(result, index, axis).items():
-            panel.line(x, y, look.color, width=THIN, dash=DASHED)
-            names[name] = None
-    panel.note = f"dashed: {joined([*names])}" if names else ""
     energies = draw_curves(panel, result, axis, lambda curve: curve.dissipated_energy)
     if np.isfinite(energies).any():
         panel.y.low, panel.y.high = float(energies.min()) / 5.0, float(energies.max()) * 10.0
     return panel
-
-
-def _limit_lines(
-    result: Prediction, index: int, axis: AmplitudeAxis
-) -> dict[str, tuple[Floats, Floats]]:
-    """Return abscissae and energies [J] of the asymptotes of the dissipated energy, by name."""
-    curve, limit, joint = result.curves[index], result.limits[index], result.joints[index]
-    a, energy = curve.amplitude, curve.dissipated_energy
-    lines = {}
-    if axis.column == "force_amplitude":
-        if limit.cubic_coefficient is not None:
-            # At small amplitudes the displacement is the force over the stiffness at rest.
-            force = curve.force_amplitude
-            coefficient = limit.cubic_coefficient / joint.tangential_stiffness**3
-            lines["cubic limit, ∝ Tₘ³"] = force / axis.unit, coefficient * force**3
-        return lines
-    if limit.cubic_coefficient is not None:
-        cubic = limit.cubic_coefficient * a**3
-        near = cubic < 30.0 * energy
-        lines["cubic limit, ∝ δₘ³"] = a[near] / axis.unit, cubic[near]
-    if limit.linear_offset is not None:
-        linear = 4.0 * joint.force_limit * a
-        near = linear < 30.0 * energy
-        lines["linear limit, 4μN δₘ"] = a[near] / axis.unit, linear[near]
-    return lines
 
 
 def _damping(result: Prediction, axis: AmplitudeAxis) -> Panel:
@@ -251,29 +184,13 @@ def _damping(result: Prediction, axis: AmplitudeAxis) -> Panel:
     return panel
 
 
-def force_exponent(curve: AmplitudeCurve) -> Floats:
-    """Return the exponent d ln E / d ln T_m [-] of energy E against force amplitude T_m.
-
-    It is d ln E / d ln delta_m, with the displacement amplitude delta_m, times d ln delta_m / d ln
-    T_m, the ratio of secant to tangent stiffness. It is infinite where the force no longer grows.
-    """
-    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
-        return curve.dissipation_exponent * (curve.secant_stiffness / curve.tangent_stiffness)
-
-
 def _exponent(result: Prediction, axis: AmplitudeAxis) -> Panel:
-    by_force = axis.column == "force_amplitude"
-    panel = axis.panel(Axis(f"Local exponent\nd ln E / d ln {'T' if by_force else 'δ'}"))
-    panel.add(*(Guide(level) for level in ((3.0,) if by_force else (3.0, 1.0))))
-    values = draw_curves(
-        panel,
-        result,
-        axis,
-        force_exponent if by_force else lambda curve: curve.dissipation_exponent,
-    )
+    panel = axis.panel(Axis("Local exponent\nd ln E / d ln δ"))
+    panel.add(Guide(3.0), Guide(1.0))
+    values = draw_curves(panel, result, axis, lambda curve: curve.dissipation_exponent)
     lowest, highest = (
         (float(values.min()), float(values.max())) if np.isfinite(values).any() else (1.0, 3.0)
     )
-    panel.y.low = max(0.0, min(lowest, 3.0 if by_force else 1.0) - 0.3)
+    panel.y.low = max(0.0, min(lowest, 1.0) - 0.3)
     panel.y.high = min(max(highest, 3.0) + 0.3, MOST_EXPONENT)
     return panel

@@ -34,7 +34,6 @@ from microslip.report.predicted.curves import (
     draw_curves,
     drawn_loads,
     energy_damping,
-    force_damping,
 )
 from microslip.report.predicted.history_figure import history, pressure
 from microslip.study.measured_face import MeasuredFace
@@ -261,7 +260,7 @@ def _drawn(result: Prediction) -> dict[Callable[[Prediction], Plot], bool]:
     is_pressed = has_contacts and study.joint.pressure is not None
     alone = study.reports_joint
     return {
-        **dict.fromkeys((loops, backbone, energy_damping, force_damping), alone),
+        **dict.fromkeys((loops, backbone, energy_damping), alone),
         contact_state: has_contacts and not is_pressed and alone,
         pressure: is_pressed,
         history: bool(result.histories),
@@ -280,7 +279,7 @@ def prediction_pictures(result: Prediction) -> tuple[Picture, ...]:
         if result.scatter is not None:
             between = " to ".join(f"{100.0 * end:g}" for end in result.scatter.quantiles[[0, -1]])
             edges = "Dashed" if name == "loops" else "Shaded"
-            if name in ("loops", "backbone", "energy_damping", "force_damping", "contact_state"):
+            if name in ("loops", "backbone", "energy_damping", "contact_state"):
                 of = "uncertain inputs" if result.scatter.inputs else "identified law"
                 caption += f" {edges}: the {between} % band of the {of}."
         pictures.append(Picture(name, caption, partial(figure, result), alternative))
@@ -306,12 +305,6 @@ _CAPTIONS = {
         "Energy dissipated per cycle, loss factor η with damping ratio ζ = η/2, and local exponent "
         "of the energy, against the displacement amplitude; markers are the loops. The exponent "
         "is 3 in the microslip of a smooth backbone and 1 in gross slip.",
-    ),
-    "force_damping": (
-        "Dissipated energy, loss factor and exponent against force amplitude",
-        "Energy, damping and exponent against the force amplitude, as in tests under force "
-        "control. Dotted lines are the force limits μN, near which energy and exponent rise "
-        "steeply.",
     ),
     "contact_state": (
         "Contacts and real contact area against load, sticking fraction against displacement",

@@ -9,20 +9,15 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip._core.quantities import QUANTITIES, json_value, named
-from microslip._core.units import engineering
-from microslip.figures.kit import box
-from microslip.figures.picture import Picture
-from microslip.figures.plot import Axis, Panel, Plot
+from microslip._core.quantities import json_value, named
 from microslip.friction.sweeps.quantiles import samples_for
 from microslip.report import cells
 from microslip.report.document import Block, Column, Facts, Note, Section, Table
 from microslip.study.runs.prediction import Prediction
-from microslip.study.runs.scatter import RANKED, Contributions, PredictionScatter
+from microslip.study.runs.scatter import RANKED, PredictionScatter
 
 _BANDS = ("loss_factor", "dissipated_energy")
 _LOOP = tuple(map(cells.column, ("normal_load", "amplitude")))
-_MOST_BARS = 10
 
 
 def scatter_sections(result: Prediction) -> tuple[Section, ...]:
@@ -42,16 +37,7 @@ def scatter_sections(result: Prediction) -> tuple[Section, ...]:
         Note(_remark(scatter), small=True),
         *(Note(note, small=True) for note in scatter.notes),
     ]
-    picture = Picture(
-        "tornado",
-        "Loss factor with one input at its 5 % or 95 % quantile and the others at their medians, "
-        "for the loop with the largest scatter: the input with the longest bar is the one to "
-        "measure next.",
-        lambda: tornado(result, scatter),
-        "Effect of each input on the loss factor",
-    )
-    figures = Section("Scatter in figures", (picture,), brief=False)
-    return Section("Scatter", tuple(blocks)), figures
+    return (Section("Scatter", tuple(blocks)),)
 
 
 def _places(result: Prediction) -> list[tuple[int, int, float | None, float]]:
@@ -90,25 +76,17 @@ def _half_widths(scatter: PredictionScatter, name: str) -> Floats:
         return np.asarray(np.maximum(band - low, high - band) / np.abs(band))
 
 
-def _of_input(decision: Contributions, place: int) -> dict[str, Any]:
-    arrays = {"share": decision.shares, "low": decision.low, "high": decision.high}
-    return {name: json_value(values[place]) for name, values in arrays.items()}
-
-
 def _ranking(result: Prediction, scatter: PredictionScatter) -> Table:
-    columns = (
-        Column("share", "Fraction of the variance of ln η", "", write=cells.percent, short="share"),
-        Column("low", "η at its 5 %", "", write=cells.ratio),
-        Column("high", "η at its 95 %", "", write=cells.ratio),
-    )
     rows = []
     for i, j, load, a in _places(result):
         decision = scatter.decision("loss_factor", i, j)
         for k in np.argsort(-decision.shares)[:4].tolist():
-            numbers = _of_input(decision, k)
-            key = scatter.inputs[k].key
-            rows.append((load, a, key, *(numbers.get(column.key) for column in columns)))
-    heads = (*_LOOP, Column("input", "Uncertain inputs", short="input"), *columns)
+            rows.append((load, a, scatter.inputs[k].key, json_value(decision.shares[k])))
+    heads = (
+        *_LOOP,
+        Column("input", "Uncertain inputs", short="input"),
+        Column("share", "Fraction of the variance of ln η", "", write=cells.percent, short="share"),
+    )
     return Table("What to measure next", heads, tuple(rows), keys=2, noun="inputs")
 
 
@@ -146,31 +124,6 @@ def _confidence_text(scatter: PredictionScatter) -> str:
 _FINE = 0.01
 
 
-def tornado(result: Prediction, scatter: PredictionScatter) -> Plot:
-    """Plot the effect of each input on the loss factor, for the loop where it scatters most."""
-    decision = max(
-        (d for d in scatter.decisions if d.name == "loss_factor"), key=lambda d: d.scatter
-    )
-    middle = float(result.rows[decision.load].loss_factor[decision.amplitude])
-    reach: Floats = np.abs(np.log(decision.high / decision.low))
-    order = np.argsort(reach)[::-1][:_MOST_BARS][::-1]
-    ticks = [(float(place), scatter.inputs[k].key) for place, k in enumerate(order.tolist())]
-    joint, row = result.joints[decision.load], result.rows[decision.load]
-    at = engineering(float(row.amplitude[decision.amplitude]), "m", 3, trim=True)
-    load = getattr(joint, "normal_load", None)
-    at += f", {engineering(load, 'N', 3, trim=True)}" if load is not None else ""
-    panel = Panel(
-        Axis(QUANTITIES["loss_factor"].label),
-        Axis(low=-0.6, high=len(ticks) - 0.4, ticks=ticks),
-        note=f"at {at}; pale: 5 % of the input, dark: 95 %",
-    )
-    for place, k in enumerate(order.tolist()):
-        for value, color in ((decision.low[k], "#9ecae1"), (decision.high[k], "#2b7bba")):
-            panel.add(box(middle, float(value), place - 0.32, place + 0.32, color))
-    panel.line([middle, middle], [-0.6, len(ticks) - 0.4], "#333333", width=0.8)
-    return Plot([panel], 1.2 + 0.42 * len(ticks), title=result.study.title)
-
-
 def scatter_numbers(scatter: PredictionScatter) -> dict[str, Any]:
     """Return the scatter as plain values in SI units, for the summary."""
     return {
@@ -195,7 +148,10 @@ def scatter_numbers(scatter: PredictionScatter) -> dict[str, Any]:
                 **named(d, "load", "amplitude"),
                 "standard_deviation_of_logarithm": json_value(d.scatter),
                 "explained": json_value(d.explained),
-                "inputs": {entry.key: _of_input(d, k) for k, entry in enumerate(scatter.inputs)},
+                "inputs": {
+                    entry.key: {"share": json_value(share)}
+                    for entry, share in zip(scatter.inputs, d.shares, strict=True)
+                },
             }
             for d in scatter.decisions
         ],

@@ -22,7 +22,6 @@ Compute = Callable[[StudyDescription], Variables]
 RANKED = ("loss_factor", "dissipated_energy", "secant_stiffness")
 """Results for which the contributions of the inputs are computed."""
 
-_FAR = 1.6448536269514722  # score of the 95 % quantile
 _LARGEST = 60_000_000  # largest number of values of one variable over all samples
 
 
@@ -36,8 +35,6 @@ class Contributions:
     scatter: float  # standard deviation of its logarithm over the samples [-]
     shares: Floats  # fraction of the variance due to each input, by regression on normal scores
     explained: float  # fraction of the variance explained by the regression
-    low: Floats  # result with one input at its 5 % quantile, the others at their medians
-    high: Floats  # result with one input at its 95 % quantile
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,12 +136,10 @@ def scatter(
     points = design.points()
     groups, size, inputs = points.shape
     scores = design.scores(points.reshape(-1, inputs))
-    # Also vary each input alone, for the tornado chart.
-    all_scores = np.concatenate([scores, -_FAR * np.eye(inputs), _FAR * np.eye(inputs)])
     count = groups * size
     names, left_out = _with_bands(nominal, count)
-    stacks = {name: np.empty((len(all_scores), *nominal[name].values.shape)) for name in names}
-    for index, sample in enumerate(_results(design, compute, all_scores, workers, report)):
+    stacks = {name: np.empty((count, *nominal[name].values.shape)) for name in names}
+    for index, sample in enumerate(_results(design, compute, scores, workers, report)):
         # An asymptote of the energy that one sample does not have has no band.
         stacks = {name: stack for name, stack in stacks.items() if name in sample}
         for name, stack in stacks.items():
@@ -153,12 +148,12 @@ def scatter(
     bands, ends = {}, {}
     for name, stack in stacks.items():
         variable = nominal[name]
-        values = np.quantile(stack[:count], quantiles, axis=0)
+        values = np.quantile(stack, quantiles, axis=0)
         bands[name] = variable._replace(dims=("quantile", *variable.dims), values=values)
         if "point" not in variable.dims and not variable.dims[-1].endswith("sample"):
-            by_group = stack[:count].reshape(groups, size, *variable.values.shape)
+            by_group = stack.reshape(groups, size, *variable.values.shape)
             ends[name] = intervals(by_group, design.part.quantiles)
-    decisions = _decisions(stacks, scores, count)
+    decisions = _decisions(stacks, scores)
     return PredictionScatter(
         tuple(design.inputs), count, quantiles, bands, ends, decisions, _notes(design, left_out)
     )
@@ -175,9 +170,7 @@ def _with_bands(nominal: Variables, count: int) -> tuple[list[str], list[str]]:
     return [name for name in numbers if name not in large], large
 
 
-def _decisions(
-    stacks: Mapping[str, Floats], scores: Floats, count: int
-) -> tuple[Contributions, ...]:
+def _decisions(stacks: Mapping[str, Floats], scores: Floats) -> tuple[Contributions, ...]:
     decisions = []
     for name in RANKED:
         stack = stacks[name]
@@ -186,14 +179,10 @@ def _decisions(
                 values = stack[:, load, amplitude]
                 with np.errstate(divide="ignore", invalid="ignore"):
                     logs = np.log(values)
-                low, high = logs[count:].reshape(2, -1)
-                shares, explained = ranking(scores, logs[:count])
+                shares, explained = ranking(scores, logs)
                 decisions.append(
-                    Contributions(
-                        name, load, amplitude, float(logs[:count].std()), shares, explained,
-                        np.exp(low), np.exp(high),
-                    )
-                )  # fmt: skip
+                    Contributions(name, load, amplitude, float(logs.std()), shares, explained)
+                )
     return tuple(decisions)
 
 

@@ -24,7 +24,7 @@ from microslip.study.json_schema import complete_schema
 DOCS = Path(__file__).parent
 NOTE = "<!-- Written by `python docs/make_reference.py` from the declarations; do not edit. -->\n"
 UNIT = re.compile(r"\s*An? ([\w ]+?) with (?:its|a) unit, such as .*")
-SCATTER = ({"low", "high"}, {"mean", "cv"}, {"values"}, {"of"})
+SCATTER = ({"low", "high"}, {"mean", "cv"}, {"values"})
 COLUMN = {"file", "column"}
 
 
@@ -137,8 +137,7 @@ def keys_page() -> str:
         "# Keys of a study\n\n" + NOTE + "\nHere you find the keys of a "
         "[study](study.md), table by table. "
         "Quantities are text with a unit. A value that may be uncertain can be a table, "
-        "`{ low = …, high = … }`, `{ mean = …, cv = … }` or `{ values = […] }`; "
-        "`{ of = KEY, factor = … }` lets it follow another key.\n\n"
+        "`{ low = …, high = … }`, `{ mean = …, cv = … }` or `{ values = […] }`.\n\n"
     ]
     seen: list[dict[str, Any]] = []
 

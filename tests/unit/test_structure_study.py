@@ -205,7 +205,7 @@ def test_a_fit_reports_what_the_test_determines(folder: Path, tmp_path: Path) ->
     result = ms.Study.from_toml(text, folder=folder).run()
     told = prediction_document(result)
     (section,) = [s for s in told.sections if s.title == "Fitted to the test"]
-    table, verdicts, linear, compared, _ = section.blocks
+    table, verdicts, linear, compared = section.blocks
     assert linear.rows[0][:2] == (1, 984.0)
     assert [row[0] for row in table.rows] == ["Friction coefficient", "Base damping ratio"]
     assert verdicts.caption.startswith("Friction coefficient and base damping ratio correlate by")
@@ -220,18 +220,6 @@ def test_a_fit_reports_what_the_test_determines(folder: Path, tmp_path: Path) ->
         (band,) = [item for item in panel.items if isinstance(item, Area)]
         assert min(band.y) < min(dotted.y)
         assert max(dotted.y) < max(band.y)
-    # The study that is saved predicts what was fitted, with the band that the test leaves.
-    result.save(tmp_path / "found")
-    again = ms.Study.load(tmp_path / "found/fitted.toml").run().structure
-    assert again is not None
-    assert again.identified is None
-    assert again.tests[0].name == "near.csv"
-    np.testing.assert_allclose(again.modes[0].curve.frequency, curve.frequency, rtol=1e-9)
-    np.testing.assert_allclose(again.modes[0].curve.damping_ratio, curve.damping_ratio, rtol=1e-6)
-    assert again.modes[0].bands is not None
-    (band,), ends = result.structure.identified.bands, again.modes[0].bands.damping_ratio[[0, 2]]
-    wide = np.log(band[1][1] / band[1][0])
-    assert (abs(np.log(ends / band[1])) < 0.25 * wide).all()
     found = result.summary["structure"]["identified"]
     assert found["curves"][0]["modal_frequency"] == curve.frequency.tolist()
     assert set(found["values"]) == {"friction_coefficient", "base_damping_ratio"}
@@ -284,10 +272,8 @@ def test_identify_takes_several_tests_of_a_structure(folder: Path, ring: Path) -
     assert outcome.exit_code == 0, outcome.output
     found = json.loads((folder / "found/summary.json").read_text())["structure"]["identified"]
     assert set(found["values"]) == {"friction_coefficient", "tension"}
-    fitted = at_central_values(ms.Study.load(folder / "found/fitted.toml"))
-    assert fitted.joint.friction_coefficient == found["values"]["friction_coefficient"]
-    np.testing.assert_allclose(fitted.structure.tension, 5e3 * found["values"]["tension"])
-    assert [test.band for test in fitted.structure.measured] == [None, (700.0, 1100.0)]
+    copy = ms.Study.load(folder / "found/study.toml")
+    assert [test.band for test in copy.structure.measured] == [None, (700.0, 1100.0)]
 
 
 def test_the_copy_of_a_study_finds_its_tests(folder: Path, tmp_path: Path) -> None:
@@ -493,9 +479,7 @@ def test_the_drawing_and_the_surface_of_a_structure_scatter(folder: Path) -> Non
         ('thickness = "12 mm"', 'thickness = { mean = "12 mm", cv = 0.05 }'),
         ('density = "50 1/mm^2"', 'density = { mean = "50 1/mm^2", cv = 0.1 }'),
     )  # fmt: skip
-    pair = '["surface.density", "structure.thickness"]'
-    more = f"\n[uncertainty]\ncorrelations = [{{ between = {pair}, value = 0.5 }}]\n"
-    result = ms.Study.from_toml(text + more, folder=folder).run()
+    result = ms.Study.from_toml(text, folder=folder).run()
     assert result.structure is not None
     (mode,) = result.structure.modes
     assert mode.bands is not None

@@ -26,7 +26,6 @@ from microslip.study.schema import GROUPS, UncertaintyPart
 from microslip.study.uncertain import (
     at_central_values,
     changed,
-    linked_keys,
     spreads_of,
     with_values,
 )
@@ -158,21 +157,10 @@ class Design:
         self.part = study.uncertainty or UncertaintyPart()
         self.spreads = dict(spreads_of(study))
         self.inputs = [Input(key, spread.written) for key, spread in self.spreads.items()]
-        self.correlation = np.eye(len(self.inputs))
-        if self.part.correlations:
-            self.correlation = self.part.matrix(tuple(self.spreads))
         self._pieces = self._drawn_pieces()
         if self._pieces is not None:
             count = self._pieces.shape[1]
             self.inputs.append(Input("surface.scan", f"{count} pieces, resampled together"))
-        correlation = np.eye(len(self.inputs))
-        correlation[: len(self.spreads), : len(self.spreads)] = self.correlation
-        self.correlation = correlation
-
-    @property
-    def changed_keys(self) -> set[str]:
-        """Keys whose values differ between samples, including multiples of uncertain numbers."""
-        return {*self.spreads, *linked_keys(self.study)}
 
     def _drawn_pieces(self) -> NDArray[np.intp] | None:
         """Return bootstrap samples of the pieces of a scan, shape (samples, pieces).
@@ -193,11 +181,10 @@ class Design:
         return np.asarray(rows[order])
 
     def scores(self, points: Floats) -> Floats:
-        """Return correlated normal scores for points in the unit cube, shape (points, inputs)."""
+        """Return normal scores for points in the unit cube, shape (points, inputs)."""
         from scipy.special import ndtri
 
-        scores = ndtri(np.clip(points, 2.0**-33, 1.0 - 2.0**-33))
-        return np.asarray(scores @ np.linalg.cholesky(self.correlation).T)
+        return np.asarray(ndtri(np.clip(points, 2.0**-33, 1.0 - 2.0**-33)))
 
     def values(self, shares: Floats) -> dict[str, float]:
         """Return the uncertain numbers by key, at cumulative probabilities ``shares``."""
@@ -268,6 +255,5 @@ def check_draws(study: StudyDescription) -> None:
         first = refused[0]
         raise StudyError(
             f"{study.name}: {first.key}: {len(refused)} of {len(points)} draws cannot be "
-            f"predicted, the first: {first}; narrow the uncertain inputs, or let one number follow "
-            'the other, such as { of = "joint.normal_load", factor = 1.5 }'
+            f"predicted, the first: {first}; narrow the uncertain inputs"
         )

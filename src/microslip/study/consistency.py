@@ -152,9 +152,7 @@ def _of_uncertainty(study: StudyTables) -> None:
     part = study.uncertainty
     if part is None:
         return
-    names = tuple(key for key, _ in spreads_of(study))
-    part.matrix(names)
-    if not names and not getattr(study.surface, "model_spreads", None):
+    if not any(spreads_of(study)) and not getattr(study.surface, "model_spreads", None):
         raise KeyedError(
             "uncertainty",
             "wanted an uncertain number in the study, got none; write for example "

@@ -52,6 +52,8 @@ REMOVED_KEYS: dict[str, str] = {
     "surface.heights.column": 'write values = { file = "heights.csv", column = "y [um]" }',
     "uncertainty.identification": "use the joint.toml that identify writes: it carries the "
     "intervals of the law",
+    "uncertainty.correlations": "leave it out: inputs are drawn independently; for others use "
+    "ms.evaluate over your own samples in Python",
     "uncertainty.indices": "use scipy.stats.sobol_indices over ms.evaluate in Python",
     "uncertainty.method": "leave it out: the points are scrambled Sobol' points",
     "not_identified": "leave it out: the joint.toml that identify writes includes intervals",

@@ -11,7 +11,6 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._core.checks import Floats
 from microslip._core.frozen import lock
 from microslip._core.units import FORCE, LENGTH, TIME, engineering
 from microslip._core.wording import shorten
@@ -34,20 +33,11 @@ from microslip.study.part import LOCATED_TABLES, Part, SubTable, key, located_ta
 from microslip.study.readers import FAILED, KeyedError, ListOf, NamedValues, Place
 from microslip.study.structure import StructurePart
 from microslip.study.surfaces import ANY_MATERIAL, ANY_SURFACE
-from microslip.study.uncertain import Uncertain, with_linked_values
+from microslip.study.uncertain import Uncertain
 
 _MOST_SAMPLES = 65_536
 GROUPS = 8
 """Number of independent scramblings; their differences give the error of a quantile."""
-
-_KEYS = '["surface.radius", "surface.density"]'
-
-
-class CorrelationPart(Part):
-    """Correlation coefficient of the normal scores of two uncertain numbers."""
-
-    between: tuple[str, ...] = key(ListOf(LINE, _KEYS, (1, 2)), "Keys of the two numbers.")
-    value: float = key(scalar("-0.5", above=-1.0, below=1.0), "Correlation of their normal scores.")
 
 
 class UncertaintyPart(Part):
@@ -68,36 +58,10 @@ class UncertaintyPart(Part):
         "Quantiles of the bands.",
         default=(0.05, 0.5, 0.95),
     )
-    correlations: tuple[CorrelationPart, ...] = key(
-        ListOf(SubTable(CorrelationPart), f"[{{ between = {_KEYS}, value = -0.5 }}]", (1, 100)),
-        "Correlations of the uncertain numbers.",
-        default=(),
-    )
 
     def check(self, place: Place) -> None:
         """Sort the quantiles."""
         self.__dict__["quantiles"] = tuple(sorted(self.quantiles))
-
-    def matrix(self, names: tuple[str, ...]) -> Floats:
-        """Return the correlation matrix of the normal scores of the named uncertain numbers."""
-        matrix = np.eye(len(names))
-        for index, pair in enumerate(self.correlations, start=1):
-            where = f"uncertainty.correlations, item {index}"
-            if len(pair.between) != 2 or pair.between[0] == pair.between[1]:
-                raise KeyedError(where, "wanted the keys of two different numbers")
-            for name in pair.between:
-                if name not in names:
-                    listed = ", ".join(names) or "none"
-                    raise KeyedError(where, f'wanted uncertain keys ({listed}), got "{name}"')
-            i, j = map(names.index, pair.between)
-            matrix[i, j] = matrix[j, i] = pair.value
-        if names and np.linalg.eigvalsh(matrix).min() < 1e-9:
-            raise KeyedError(
-                "uncertainty.correlations",
-                "wanted correlations with a positive definite matrix, got correlations that "
-                "contradict each other",
-            )
-        return matrix
 
 
 _SCHEMA = 1
@@ -246,8 +210,8 @@ class StudyTables(Part):
 
     @classmethod
     def prepare(cls, raw: dict[str, Any], place: Place) -> dict[str, Any]:
-        """Complete materials from the table of metals, and replace ``{ of, factor }`` by values."""
-        return with_linked_values(with_metals(raw, place.reading))
+        """Complete materials from the table of metals."""
+        return with_metals(raw, place.reading)
 
 
 LOCATED_TABLES.extend(located_tables(StudyTables))

@@ -6,7 +6,7 @@ import copy
 import json
 import re
 import tomllib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -67,23 +67,17 @@ FILE_KEYS = ("file", "law_file", "scan")
 """Keys with the name of a file."""
 
 
-def edited_text(text: str, values: Mapping[tuple[str, ...], Any]) -> str:
-    """Return the text of a study with some values replaced; None removes a key."""
-    data = tomllib.loads(text)
-    changes = [Override("", path, value) for path, value in values.items()]
-    for change in changes:
-        _set_key(data, change)
-    return _with_comments(text, data, changes)
-
-
 def relocated_text(text: str, folder: Path, new_folder: Path) -> str:
     """Return the text of a study with relative paths rewritten for another folder."""
 
     def from_elsewhere(name: str) -> str:
         return name if Path(name).is_absolute() else relative_path(new_folder, folder / name)
 
-    files = dict(_files(tomllib.loads(text), from_elsewhere))
-    return edited_text(text, files) if files else text
+    data = tomllib.loads(text)
+    changes = [Override("", path, value) for path, value in _files(data, from_elsewhere)]
+    for change in changes:
+        _set_key(data, change)
+    return _with_comments(text, data, changes) if changes else text
 
 
 def _files(

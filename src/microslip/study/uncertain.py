@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from microslip._core.parameters import JsonSchema
 from microslip._core.units import engineering
 from microslip._core.wording import did_you_mean, quote, quoted
 from microslip.study.part import Part
-from microslip.study.readers import DeclaredValue, KeyedError, Place
+from microslip.study.readers import DeclaredValue, Place
 
 _FORMS = (
     ("low", "high"), ("low", "high", "distribution"), ("mean", "cv"),
@@ -22,7 +22,6 @@ _FORMS = (
 _KINDS = ("lognormal", "normal")
 _RANGES = ("uniform", "log-uniform")
 _MOST_VALUES = 100_000
-_MOST_LIST = 1000  # items; longer lists are data
 _LOST = 1e-3
 """Largest probability of a normal distribution that may be cut off below zero [-]."""
 
@@ -42,9 +41,6 @@ class Spread(float):
     log: bool = False
     """Whether the distribution between low and high is log-uniform."""
     values: tuple[float, ...] = ()
-    of: str | None = None
-    """Key of the number of which this one is a multiple."""
-    factor: float = 1.0
     unit: str = ""
 
     @classmethod
@@ -66,12 +62,6 @@ class Spread(float):
         """Return an uncertain number with equally likely values."""
         value = cls(sum(values) / len(values))
         value.values = tuple(sorted(values))
-        return value
-
-    def following(self, key: str, factor: float) -> Spread:
-        """Return ``factor`` times this number (of key ``key``); the ratio holds in every sample."""
-        value = type(self)(factor * float(self))
-        value.of, value.factor, value.unit = key, factor, self.unit
         return value
 
     def quantiles(self, shares: Floats) -> Floats:
@@ -116,11 +106,6 @@ class Uncertain(DeclaredValue):
         """Return the number, or its :class:`Spread`."""
         if isinstance(raw_value, Spread):
             return raw_value
-        if isinstance(raw_value, LinkedValue):
-            value = self.read(raw_value.source, place)
-            if isinstance(value, Spread):
-                return value.following(raw_value.key, raw_value.factor)
-            return raw_value.factor * value
         if not isinstance(raw_value, dict):
             return super().read(raw_value, place)
         for form in _FORMS:
@@ -132,8 +117,8 @@ class Uncertain(DeclaredValue):
         hint = did_you_mean(str(odd), _MEANINGS) if odd is not None else ""
         raise ValueError(
             f"wanted a value such as {self.example} or {{low = …, high = …}}, "
-            f'{{mean = …, cv = …}}, {{values = […]}} or {{of = "key", factor = …}}; '
-            f"got a table with {quoted(map(str, raw_value), 'and')}{hint}"
+            "{mean = …, cv = …} or {values = […]}; got a table with "
+            f"{quoted(map(str, raw_value), 'and')}{hint}"
             if raw_value
             else f"wanted a value such as {self.example}, got an empty table"
         )
@@ -188,8 +173,6 @@ class Uncertain(DeclaredValue):
             "values": {"type": "array", "items": plain, "minItems": 2},
             "distribution": {"enum": list(_KINDS)},
             "range": {"enum": list(_RANGES)},
-            "of": {"type": "string", "examples": ["joint.normal_load"]},
-            "factor": {"type": "number", "exclusiveMinimum": 0, "examples": [2.0]},
         }  # fmt: skip
         tables = [
             {
@@ -202,10 +185,10 @@ class Uncertain(DeclaredValue):
                     }
                     for key in form
                 },
-                "required": [key for key in form if key not in ("distribution", "factor")],
+                "required": [key for key in form if key != "distribution"],
                 "additionalProperties": False,
             }
-            for form in (_FORMS[1], _FORMS[3], _FORMS[4], ("of", "factor"))
+            for form in (_FORMS[1], _FORMS[3], _FORMS[4])
         ]
         return {"anyOf": [inner, *tables]}
 
@@ -218,74 +201,15 @@ _MEANINGS = {
     "values": "Equally likely values.",
     "distribution": 'With low and high: "uniform" (the default) or "log-uniform". With mean: '
     '"lognormal" (the default), or "normal", cut off at zero.',
-    "of": "Key of another quantity, of which this one is a multiple.",
-    "factor": "Ratio of this quantity to the other one.",
 }
 
 
-class LinkedValue(NamedTuple):
-    """Multiple of another quantity: key and raw value of that quantity, and the factor."""
-
-    key: str
-    source: object
-    factor: float
-
-
-def with_linked_values(tables: dict[str, Any]) -> dict[str, Any]:
-    """Return the raw tables of a study with ``{ of, factor }`` replaced by linked values."""
-
-    def follower(table: object) -> bool:
-        return isinstance(table, dict) and "of" in table and table.keys() <= {"of", "factor"}
-
-    def followed(table: dict[str, Any], where: str, passed: tuple[str, ...]) -> LinkedValue:
-        key, factor = table["of"], table.get("factor", 1.0)
-        plain = isinstance(factor, (int, float)) and not isinstance(factor, bool)
-        if not plain or not 0.0 < factor < math.inf:
-            raise KeyedError(where, f"wanted a factor above zero such as 2.0, got {quote(factor)}")
-        if key in passed:
-            circle = " -> ".join((*passed[passed.index(key) :], key))
-            raise KeyedError(
-                where, f"wanted the key of a number, got a circular reference, {circle}"
-            )
-        source: Any = tables
-        for name in key.split(".") if isinstance(key, str) else ():
-            source = source.get(name) if isinstance(source, dict) else None
-        if source is None or isinstance(source, list):
-            raise KeyedError(
-                where, f'wanted of = "the key of one number of this study", got {quote(key)}'
-            )
-        if follower(source):
-            first = followed(source, where, (*passed, key))
-            return first._replace(factor=first.factor * factor)
-        return LinkedValue(key, source, float(factor))
-
-    def walked(part: Any, path: str) -> Any:
-        if follower(part):
-            return followed(part, path, (path,))
-        if isinstance(part, dict):
-            return {k: walked(v, f"{path}.{k}" if path else str(k)) for k, v in part.items()}
-        if isinstance(part, list) and len(part) <= _MOST_LIST:
-            return [walked(value, path) for value in part]
-        return part
-
-    return walked(tables, "")  # type: ignore[no-any-return]
-
-
-def spreads_of(part: object) -> Iterator[tuple[str, Spread]]:
-    """Yield the independent uncertain numbers of a table and its subtables, by key."""
-    return ((key, spread) for key, spread in _all_spreads(part, "") if spread.of is None)
-
-
-def linked_keys(part: object) -> set[str]:
-    """Return the keys of the numbers that are multiples of uncertain numbers."""
-    return {key for key, spread in _all_spreads(part, "") if spread.of is not None}
-
-
-def _all_spreads(part: object, path: str) -> Iterator[tuple[str, Spread]]:
+def spreads_of(part: object, path: str = "") -> Iterator[tuple[str, Spread]]:
+    """Yield the uncertain numbers of a table and its subtables, by key."""
     if isinstance(part, Spread):
         yield path, part
     for _, key, value in _entries(part, path):
-        yield from _all_spreads(value, key)
+        yield from spreads_of(value, key)
 
 
 def _entries(part: Any, path: str) -> Iterator[tuple[Any, str, Any]]:
@@ -304,8 +228,6 @@ def _entries(part: Any, path: str) -> Iterator[tuple[Any, str, Any]]:
 def with_values(part: Any, values: Mapping[str, float], path: str = "") -> Any:
     """Return a table with uncertain numbers replaced by values, given by key."""
     if isinstance(part, Spread):
-        if part.of is not None:
-            return part.factor * values.get(part.of, float(part) / part.factor)
         return float(values.get(path, float(part)))
     copy = changed(part, lambda value, key: with_values(value, values, key), path)
     if copy is not part and hasattr(copy, "settle"):  # derive values again from the drawn ones

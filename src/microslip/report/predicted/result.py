@@ -8,7 +8,7 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +33,6 @@ from microslip.report.predicted.data import data_set, tables
 from microslip.report.predicted.document import prediction_document
 from microslip.report.predicted.numbers import KIND, SUMMARY_SCHEMA, prediction_summary
 from microslip.report.structure.driven import RESPONSES, forced_tables
-from microslip.report.structure.fitted_study import FITTED_STUDY, fitted_text
 from microslip.structures.forced import write_universal
 from microslip.study.description import StudyDescription
 from microslip.study.runs.columns import AmplitudeCurve as AmplitudeCurve
@@ -54,9 +53,6 @@ def result_document(result: Result, folder: Path) -> Document:
         result.study.output,
     )
     files = [text_file("study.toml", lambda: study.text_for(folder))]
-    if structure is not None and structure.identified is not None:
-        text = partial(fitted_text, study, structure, folder)
-        files.append(text_file(FITTED_STUDY, text))
     if "netcdf" in output.formats:
         files.append(netcdf_file("result.nc", data))
     if structure is not None and "uff" in output.formats:

@@ -10,8 +10,7 @@ from microslip._core.checks import Floats
 from microslip._core.dataset import DataSet
 from microslip._core.quantities import Quantity, dimensionless, hertz, json_value
 from microslip.report import cells
-from microslip.report.document import Block, Column, Note, Section, Table, Verdicts
-from microslip.report.structure.fitted_study import FITTED_STUDY
+from microslip.report.document import Block, Column, Section, Table, Verdicts
 from microslip.structures import ModalCurve, ModalIdentification, ModalTest
 from microslip.study.runs.structure_prediction import StructurePrediction
 
@@ -68,8 +67,7 @@ def fitted_section(prediction: StructurePrediction, identified: ModalIdentificat
     verdicts = Verdicts(identified.verdicts, caption=_strongest_correlation(identified))
     listed_curves = zip(prediction.tests, identified.curves, identified.bands, strict=True)
     compared = (_compared(*fitted) for fitted in listed_curves)
-    saved = Note(f"Saved as a study in {FITTED_STUDY}, for: microslip predict {FITTED_STUDY}")
-    blocks: list[Block] = [table, verdicts, _linear(prediction, identified), *compared, saved]
+    blocks: list[Block] = [table, verdicts, _linear(prediction, identified), *compared]
     return Section("Fitted to the test", tuple(blocks))
 
 

@@ -192,8 +192,6 @@ def _notes(design: Design, left_out: Sequence[str]) -> tuple[str, ...]:
         for spread_key, spread in design.spreads.items()
         if spread.normal
     ]
-    if design.part.correlations:
-        notes.append("Inputs are correlated: their contributions cannot be separated.")
     if left_out:
         notes.append(f"Too many values for bands, so none are given: {', '.join(left_out)}.")
     return tuple(notes)

@@ -43,7 +43,7 @@ from microslip.study.runs.structure_responses import (
 )
 from microslip.study.runs.structure_tests import amplitude_trends, compare_tests
 from microslip.study.structure import StructurePart
-from microslip.study.uncertain import Spread, at_central_values, value_at
+from microslip.study.uncertain import at_central_values, value_at
 from microslip.study.vibration import MeasuredPart
 
 _NAMES = {
@@ -315,7 +315,7 @@ def _samples(
     """
     study = design.study
     part = study.bolted
-    scaled, anew = scaling_keys(study), bool(keys_of_model(study, design.changed_keys))
+    scaled, anew = scaling_keys(study), bool(keys_of_model(study, design.spreads))
     scores = design.scores(design.points(part.samples, 1)[0])
     dense = design.scores(np.concatenate(design.points(_DENSE)))
     base = _base_damping(design, part, scores), _base_damping(design, part, dense)
@@ -330,7 +330,7 @@ def _samples(
     # With only the base damping uncertain, all samples have the same curve.
     at_middle = np.array([numbers(curve, joint) for curve in curves])
     samples = np.repeat(at_middle[:, :, None], len(scores), axis=2)
-    for row, place in enumerate(scores if design.changed_keys != {BASE} else ()):
+    for row, place in enumerate(scores if design.spreads.keys() != {BASE} else ()):
         sample = design.at(place)
         sample_part = sample.bolted
         with naming_key(study, "structure"):
@@ -381,12 +381,10 @@ def _base_damping(design: Design, part: StructurePart, scores: Floats) -> Floats
     from scipy.special import ndtr
 
     base = part.base_damping_ratio
-    source = (base.of or BASE) if isinstance(base, Spread) else ""
-    if source not in design.spreads:
+    if BASE not in design.spreads:
         return np.full(len(scores), float(base))
-    column = list(design.spreads).index(source)
-    factor = 1.0 if base.of is None else base.factor  # type: ignore[attr-defined]
-    return np.asarray(factor * design.spreads[source].quantiles(ndtr(scores[:, column])))
+    column = list(design.spreads).index(BASE)
+    return design.spreads[BASE].quantiles(ndtr(scores[:, column]))
 
 
 def _bands(

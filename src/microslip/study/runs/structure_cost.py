@@ -42,8 +42,8 @@ def cost_of(study: StudyDescription) -> Cost:
         reducer.check_sensors(part.reduction["sensors"])
     design = Design(study) if is_uncertain(study) else None
     count, samples, drawn_anew = reducer.elements.size, 0, False
-    if design is not None and design.changed_keys != {BASE}:
-        samples, drawn_anew = part.samples, bool(keys_of_model(study, design.changed_keys))
+    if design is not None and design.spreads.keys() != {BASE}:
+        samples, drawn_anew = part.samples, bool(keys_of_model(study, design.spreads))
     reductions = 1 + samples * drawn_anew + _TRIALS * part.converge
     reductions += bool(part.bolts.slack)
     fits = len(part.measured) * (_DRAWS + _EVALUATIONS * len(part.fitted)) if part.fitted else 0

@@ -398,7 +398,7 @@ def cached(
 ) -> FaceSolution:
     """Return a solution from the cache folder, or solve and store it; replace a damaged file."""
     path = Path(folder) / f"{task.key}.npz"
-    if path.is_file():
+    if path.exists():
         try:
             solution, _ = _read(path)
         except InputError as error:
@@ -436,13 +436,13 @@ def _read(path: Path) -> tuple[FaceSolution, dict[str, Any]]:
         if about["kind"] != _KIND or about["format"] != _FORMAT:
             raise ValueError(f"wrong kind {about['kind']!s:.40}, {about['format']!s:.10}")
         solution = FaceSolution(**arrays, hard=float(about["hard"]), pixels=int(about["pixels"]))
-        _check(arrays)
+        _check(arrays, solution)
     except Exception as error:  # damaged archives break in many ways
         raise _damaged(path, error) from None
     return solution, about
 
 
-def _check(arrays: dict[str, Any]) -> None:
+def _check(arrays: dict[str, Any], solution: FaceSolution) -> None:
     count = arrays["separation"].size
     for name, dimensions in _ARRAYS.items():
         array = arrays[name]
@@ -451,20 +451,26 @@ def _check(arrays: dict[str, Any]) -> None:
     if arrays["reach"].shape != arrays["map"].shape:
         raise ValueError("maps of different sizes")
     shapes = {arrays[name].shape[0] for name in ("pressure", "slope", "contact")}
-    tensors = {arrays[name].shape for name in ("sliding", "lighter_sliding")}
+    tensors = [arrays[name] for name in ("sliding", "lighter_sliding")]
+    paths = [arrays[name] for name in ("loading", "lighter_tightenings")]
     mean = arrays["pressure"].mean(axis=1)
     if not (
         shapes == {count}
         and count >= 2
         and arrays["pressure"].shape == arrays["slope"].shape
-        and tensors == {(2, 2)}
+        and all(a.shape == (2, 2) and np.all(np.linalg.eigvalsh(a) > 0.0) for a in tensors)
+        # An elastic face has no lighter tightenings.
+        and all(a.size == 0 or (len(a) == 2 and np.all(a[0] > 0.0)) for a in paths)
+        and arrays["loading"].size
+        and np.all(np.diff(arrays["loading"][0]) > 0.0)
+        and np.all(arrays["map"] >= 0.0)
+        and 0.0 <= solution.hard <= 1.0
+        and solution.pixels > 0
         and np.all(np.diff(arrays["separation"]) > 0.0)
         and np.all(np.diff(mean) < 0.0)
         and mean[-1] > 0.0
         and np.all(arrays["slope"].mean(axis=1) > 0.0)
         and np.all(arrays["contact"] > 0.0)
-        and math.isfinite(float(np.linalg.det(arrays["sliding"])))
-        and np.all(np.linalg.eigvalsh(arrays["sliding"]) > 0.0)
     ):
         raise ValueError("values that no face can have")
 

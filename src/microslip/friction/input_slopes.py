@@ -19,6 +19,8 @@ from microslip.friction.interface import Interface
 _STEP = 0.02
 """Step of the central difference in ln(input), whose error is of second order."""
 
+_OF_A_FACE = ("young_modulus", "hardness", "heights")
+
 _ELASTIC = 1e15
 """Hardness [Pa] of a face without yielding."""
 
@@ -28,9 +30,9 @@ def input_slopes(joint: Interface, amplitude: float) -> dict[str, dict[str, floa
 
     Outputs are the tangential stiffness at rest and the loss factor. They are differentiated by
     central differences with steps of 2 %; inputs are sorted by decreasing magnitude. A tabulated
-    surface has only friction and load as inputs. For a measured face, slopes with respect to
-    modulus, hardness and heights are those of a Gaussian face with equal rms height, rms slope and
-    stiffness.
+    surface has only friction and load as inputs. For a measured face, the changes of stiffness and
+    of loss factor at equal amplitude over mu N/k_t, with modulus, hardness and heights, are those
+    of a Gaussian face with equal rms height, rms slope and stiffness.
     """
     slopes_of: dict[str, dict[str, float]] = {"tangential_stiffness": {}, "loss_factor": {}}
     for name, scaled in _inputs(joint).items():
@@ -38,9 +40,13 @@ def input_slopes(joint: Interface, amplitude: float) -> dict[str, dict[str, floa
             ends = [scaled(math.exp(sign * _STEP)) for sign in (-1.0, 1.0)]
         except InputError:  # for example, a load above the largest load of the summits
             continue
+        if name in _OF_A_FACE and isinstance(joint.surface, MeasuredContact):
+            losses = _measured_losses(joint, amplitude, ends)
+        else:
+            losses = [float(end.loss_factor(amplitude)) for end in ends]
         for quantity, values in (
             ("tangential_stiffness", [end.tangential_stiffness for end in ends]),
-            ("loss_factor", [float(end.loss_factor(amplitude)) for end in ends]),
+            ("loss_factor", losses),
         ):
             if min(values) > 0.0 and math.isfinite(max(values)):
                 slopes_of[quantity][name] = math.log(values[1] / values[0]) / (2.0 * _STEP)
@@ -48,6 +54,22 @@ def input_slopes(joint: Interface, amplitude: float) -> dict[str, dict[str, floa
         quantity: dict(sorted(slopes.items(), key=lambda pair: -abs(pair[1])))
         for quantity, slopes in slopes_of.items()
     }
+
+
+def _measured_losses(joint: Interface, amplitude: float, ends: list[Interface]) -> list[float]:
+    """Return loss factors [-] of a measured joint whose input has the values of ``ends``.
+
+    The Gaussian ``ends`` give the displacement mu N/k_t at which the joint slips, and the change of
+    the loss factor at equal amplitude over that displacement; the rest is the measured curve, whose
+    slope in amplitude differs from that of a Gaussian face.
+    """
+    lengths = [end.force_limit / end.tangential_stiffness for end in ends]
+    middle = joint.force_limit / joint.tangential_stiffness
+    return [
+        float(joint.loss_factor(amplitude * middle / length))
+        * float(end.loss_factor(amplitude / middle * length))
+        for end, length in zip(ends, lengths, strict=True)
+    ]
 
 
 def _inputs(joint: Interface) -> dict[str, Callable[[float], Interface]]:
@@ -65,7 +87,7 @@ def _inputs(joint: Interface) -> dict[str, Callable[[float], Interface]]:
             name: lambda f, name=name: Interface(
                 _equivalent_gaussian_face(joint, name, f), mu, normal_load=load
             )
-            for name in ("young_modulus", "hardness", "heights")
+            for name in _OF_A_FACE
             if name != "hardness" or surface.numbers.hardness is not None
         }
     if isinstance(surface, DrawnFace):

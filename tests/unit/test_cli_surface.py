@@ -91,6 +91,12 @@ def test_a_pressed_scan_is_solved_point_by_point(folder: Path, undrawn: None) ->
     assert isinstance(own.surface, ms.MeasuredContact)
     assert own.surface.area == pytest.approx(2e-8)
     assert own.tangential_stiffness == pytest.approx(found["tangential_stiffness"], rel=1e-6)
+    # Cycles that hang on the pixel are named, here and in the study.
+    words = (
+        f"not determine the damping of cycles up to {1e9 * found['unresolved_amplitude']:.3g} nm"
+    )
+    assert words in " ".join(outcome.stdout.split())
+    assert words in (folder / "out/study.toml").read_text("utf-8")
     steel = ms.Material.named("steel-c45")
     scan = ms.Scan.read("ground.npy", unit="um", pixel=1e-6).repaired()
     law = scan.condition(level="plane", cutoff=6e-6).to_contact(

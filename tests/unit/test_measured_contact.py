@@ -12,6 +12,7 @@ import pytest
 import microslip as ms
 from microslip.contact import measured_face
 from microslip.contact.boundary_elements import HalfSpace, closing, press
+from microslip.contact.figures import face_plot
 from microslip.friction.input_slopes import input_slopes
 from microslip.surfaces.joints import contact_words
 
@@ -303,6 +304,24 @@ def test_numbers_and_verdicts_go_with_it() -> None:
     stiffness = float(law.stiffness(law.closest))
     second = solve(z[::2, ::2], piece=16, pixel=2.0 * PIXEL, tightening_pressure=5e8)
     assert second.stiffness(second.closest) / stiffness == pytest.approx(numbers.coarser, rel=0.02)
+    joints = [
+        ms.Interface(one, 0.3, normal_load=5e8 * one.area * (1.0 - 1e-9)) for one in (law, second)
+    ]
+    scale = joints[0].force_limit / joints[0].tangential_stiffness
+    amplitudes = scale * np.array(measured_face.ENERGY_AMPLITUDES[-3:])
+    energies = [joint.dissipated_energy(amplitudes) / joint.force_limit for joint in joints]
+    assert numbers.coarser_energies[-3:] == pytest.approx(energies[1] / energies[0], rel=0.1)
+    # The maps of the figure are of one piece, and say so.
+    notes = [str(panel.note) for panel in face_plot(law).panels]
+    assert notes[0].startswith("Pressure, piece 1 of 16: 0 to ")
+    assert notes[1].startswith("Contact, piece 1 of 16: ")
+    named = [
+        a
+        for a, ratio in zip(measured_face.ENERGY_AMPLITUDES, numbers.coarser_energies, strict=True)
+        if not 0.8 < ratio < 1.25
+    ]
+    assert numbers.unresolved_amplitude == max(named)
+    assert f"up to an amplitude of {max(named):g} μN/k_t" in contact_words(numbers)
     both = np.block([[z, z[:, ::-1]], [z[::-1], z[::-1, ::-1]]])
     q = np.hypot(np.fft.fftfreq(256, PIXEL)[:, None], np.fft.rfftfreq(256, PIXEL))
     waves = np.fft.rfft2(both)

@@ -296,3 +296,40 @@ def _sliding(face: _Face, stiffness_ratio: float, aspect: float, workers: int) -
             total += part * sliding(space, contact, stiffness_ratio)
             weight += part
     return total / weight
+
+
+def cycle_energies(solution: FaceSolution, amplitudes: Floats) -> Floats:
+    """Return energies of cycles over mu^2 lambda [E* pixel] at amplitudes over mu lambda [pixels].
+
+    The cycles are at the tightening load; ln N is a cubic Hermite spline of the separation, and
+    beyond the lightest solved load nothing is in contact.
+    """
+    from scipy.interpolate import CubicHermiteSpline
+
+    d, p = solution.separation - solution.separation[0], solution.pressure.mean(axis=1)
+    curve = CubicHermiteSpline(d, np.log(p / p[0]), -solution.slope.mean(axis=1) / p)
+    shares = np.linspace(0.0, 1.0, 401)
+    at = amplitudes[:, None] * shares
+    lost = p[0] * -np.expm1(np.where(at > d[-1], -np.inf, np.minimum(curve(at), 0.0)))
+    return np.asarray(amplitudes * (8.0 * np.trapezoid(lost, shares, axis=1) - 4.0 * lost[:, -1]))
+
+
+def stiffness_scatter(solution: FaceSolution) -> float | None:
+    """Return the standard deviation of ln(-dp/dd) between the pieces [-]; None for one piece.
+
+    Each piece is evaluated where its own pressure is half the largest mean pressure of the face.
+    """
+    count = solution.pressure.shape[1]
+    if count < 2:
+        return None
+    level = math.log(0.5 * float(solution.pressure[0].mean()))
+    values = []
+    for p, s in zip(solution.pressure.T, solution.slope.T, strict=True):
+        # Lighter pieces are extrapolated: not from two loads next to each other.
+        loaded = (p > 0.0) & (s > 0.0) & ((p < 0.7 * p[0]) | (p == p[0]))
+        x, y = np.log(p[loaded])[::-1], np.log(s[loaded])[::-1]
+        if x.size < 2:
+            continue
+        i = int(np.clip(np.searchsorted(x, level), 1, x.size - 1))
+        values.append(y[i] + (y[i] - y[i - 1]) / (x[i] - x[i - 1]) * (level - x[i]))
+    return float(np.std(values, ddof=1)) if len(values) > 1 else None

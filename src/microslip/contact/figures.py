@@ -46,7 +46,9 @@ def face_plot(law: Any) -> Plot:
     highest = float(solution.map.max())
     pressures = np.where(solution.map > 0.0, solution.map, np.nan)
     maps[0].add(Pixels(coloured(pressures[::-1], 0.0, highest), *ends))
-    maps[0].note = f"Pressure, dark to light: 0 to {engineering(stiff * highest, 'Pa')}"
+    top = engineering(stiff * highest, "Pa")
+    piece = f", piece 1 of {numbers.pieces}: "
+    maps[0].note = f"Pressure{', dark to light: ' if numbers.pieces == 1 else piece}0 to {top}"
     means = stiff * solution.pressure.mean(axis=1)
     levels = [int(np.argmin(np.abs(np.log(means / means[0] / share)))) for share in _SHARES]
     image = np.full((rows, columns, 3), 255, dtype=np.uint8)
@@ -54,7 +56,7 @@ def face_plot(law: Any) -> Plot:
         image[solution.reach > level] = [int(color[i : i + 2], 16) for i in (1, 3, 5)]
     maps[1].add(Pixels(image[::-1], *ends))
     texts = ", ".join(engineering(float(means[level]), "Pa", 2) for level in levels)
-    maps[1].note = f"Contact under {texts}"
+    maps[1].note = f"Contact{' under ' if numbers.pieces == 1 else piece}{texts}"
     curves, entries = load_panel(law)
     curves.cell = (1, 1, 0, 1)
     height = 3.4 * (ends[3] - ends[2]) / (ends[1] - ends[0])

@@ -22,11 +22,21 @@ from microslip._core.files import atomic_file, reason
 from microslip._core.frozen import lock
 from microslip._core.wording import shorten
 from microslip.contact.base import LARGEST_PRESSURE
-from microslip.contact.face_solution import NEAR_REST, FaceSolution, Progress, solve_face
+from microslip.contact.face_solution import (
+    NEAR_REST,
+    FaceSolution,
+    Progress,
+    cycle_energies,
+    solve_face,
+    stiffness_scatter,
+)
 from microslip.contact.materials import Material, MaterialPair
 
 _USUAL = 0.05  # of E* h': the heaviest pressure of an elastic face where none is given
 _SLOPES = (1e-6, 3.0)  # rms slopes that faces have
+ENERGY_AMPLITUDES = (0.03, 0.05, 0.1, 0.2, 0.3, 0.5, 1.0)
+"""Amplitudes over mu N/k_t at which the effect of the pixel on the energy is reported."""
+_UNRESOLVED = 1.25  # factor of the energy for twice the pixel
 _REMEMBERED = 16  # solutions of this process
 _remembered: OrderedDict[str, FaceSolution] = OrderedDict()
 
@@ -200,6 +210,20 @@ class ContactNumbers:
     """Stiffness without the short waves, relative to that with them [-]; None if not solved."""
     cutoff: float | None = None
     """Cut-off [m] for ``smoother``: waves below it carry half of the squared slope."""
+    coarser_energies: tuple[float, ...] | None = None
+    """Energies of cycles for twice the pixel, relative to those for the pixel [-], at the
+    amplitudes ENERGY_AMPLITUDES; None if not solved."""
+
+    @property
+    def unresolved_amplitude(self) -> float | None:
+        """Largest amplitude over mu N/k_t at which twice the pixel changes the energy by 25 %."""
+        ratios = self.coarser_energies or ()
+        changed = [
+            a
+            for a, ratio in zip(ENERGY_AMPLITUDES, ratios, strict=False)
+            if not 1.0 / _UNRESOLVED < ratio < _UNRESOLVED
+        ]
+        return max(changed, default=None)
 
 
 class Task(NamedTuple):
@@ -248,27 +272,6 @@ def remember(key: str, solution: FaceSolution) -> None:
     _remembered[key] = solution
     while len(_remembered) > _REMEMBERED:
         _remembered.popitem(last=False)
-
-
-def stiffness_scatter(solution: FaceSolution) -> float | None:
-    """Return the standard deviation of ln(-dp/dd) between the pieces [-]; None for one piece.
-
-    Each piece is evaluated where its own pressure is half the largest mean pressure of the face.
-    """
-    count = solution.pressure.shape[1]
-    if count < 2:
-        return None
-    level = math.log(0.5 * float(solution.pressure[0].mean()))
-    values = []
-    for p, s in zip(solution.pressure.T, solution.slope.T, strict=True):
-        # Lighter pieces are extrapolated: not from two loads next to each other.
-        loaded = (p > 0.0) & (s > 0.0) & ((p < 0.7 * p[0]) | (p == p[0]))
-        x, y = np.log(p[loaded])[::-1], np.log(s[loaded])[::-1]
-        if x.size < 2:
-            continue
-        i = int(np.clip(np.searchsorted(x, level), 1, x.size - 1))
-        values.append(y[i] + (y[i] - y[i - 1]) / (x[i] - x[i - 1]) * (level - x[i]))
-    return float(np.std(values, ddof=1)) if len(values) > 1 else None
 
 
 def ratio_of(tensor: Floats, direction: float | None) -> float:
@@ -333,7 +336,7 @@ def progress_halves(progress: Progress | None) -> tuple[Progress | None, Progres
 def resolution_changes(
     task: Task, solution: FaceSolution, workers: int, progress: Progress | None
 ) -> dict[str, Any]:
-    """Return ``coarser``, ``smoother`` and ``cutoff`` of :class:`ContactNumbers`, by name.
+    """Return the last fields of :class:`ContactNumbers` from ``coarser`` on, by name.
 
     The first two are the stiffness with every second point along x and y, and without the shortest
     waves, over that of ``solution``; None if such a face cannot carry the pressure. ``cutoff`` is
@@ -355,6 +358,12 @@ def resolution_changes(
         else:
             slopes = (float(found.slope[0].mean()) for found in (other, solution))
             changes[name] = scale * next(slopes) / next(slopes)
+            if name == "coarser":
+                unit = float(solution.pressure[0].mean() / solution.slope[0].mean())
+                amplitudes = unit * np.array(ENERGY_AMPLITUDES)
+                ratios = cycle_energies(other, amplitudes * scale) / scale
+                ratios /= cycle_energies(solution, amplitudes)
+                changes["coarser_energies"] = tuple(ratios.tolist())
     return changes
 
 
@@ -381,7 +390,8 @@ def read_law(
     try:
         bodies = [Material.rigid() if body is None else Material(*body) for body in about["bodies"]]
         raw = about["numbers"]
-        pairs = {name: tuple(raw[name]) for name in ("pixel", "stiffness_ratios")}
+        names = ("pixel", "stiffness_ratios", "coarser_energies")
+        pairs = {name: tuple(raw[name]) for name in names if raw.get(name) is not None}
         numbers = ContactNumbers(**{**raw, **pairs})
         positive("area", about["area"], "m^2")
         for name in ("pressure", "rms", "slope"):

@@ -12,7 +12,7 @@ from microslip._core.checks import Progress
 from microslip._core.units import engineering
 from microslip.contact import MeasuredContact
 from microslip.contact.materials import MaterialPair
-from microslip.contact.measured_face import ContactNumbers
+from microslip.contact.measured_face import ENERGY_AMPLITUDES, ContactNumbers
 from microslip.friction import Interface
 from microslip.surfaces.scan import Scan
 
@@ -47,13 +47,35 @@ class FaceJoint:
         """Slope of the load over the separation on first loading, at the tightening load [N/m]."""
         return float(self.law.first_loading.stiffness[-1])
 
+    @property
+    def slip_length(self) -> float:
+        """Friction limit over tangential stiffness, mu N/k_t [m]."""
+        return self.joint.force_limit / self.joint.tangential_stiffness
+
+    @property
+    def unresolved_amplitude(self) -> float | None:
+        """Amplitude [m] up to which the energy changes by 25 % or more with twice the pixel."""
+        share = self.law.numbers.unresolved_amplitude
+        return None if share is None else share * self.slip_length
+
+    @property
+    def _energy_change(self) -> float:
+        """Mean square of ln(energy for twice the pixel over that for the pixel) [-]."""
+        ratios = self.law.numbers.coarser_energies
+        if ratios is None:
+            return 0.0
+        at, wanted = np.log(ENERGY_AMPLITUDES), math.log(self.amplitude / self.slip_length)
+        octave = wanted + math.log(2.0) * np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
+        return float(np.mean(np.interp(octave, at, np.log(ratios)) ** 2))
+
     @cached_property
     def intervals(self) -> dict[str, tuple[float, float]]:
         """90 % intervals of :attr:`values`; empty if the scan was solved in a single piece.
 
         The standard error of the logarithm of each value is a jackknife estimate over the
         separately solved pieces of the face. It is combined with the change of the logarithm when
-        the pixel is doubled, taken as the half-width of a rectangular distribution (GUM 4.3.7).
+        the pixel is doubled, taken as the half-width of a rectangular distribution (GUM 4.3.7). For
+        the loss factor this is the rms change of the energy from half to twice the amplitude.
         """
         from scipy.special import stdtrit
 
@@ -70,7 +92,8 @@ class FaceJoint:
             )
             logs.append([math.log(value) for value in _values(joint, self.amplitude).values()])
         variance = (count - 1) * np.var(np.array(logs), axis=0)
-        pixel = math.log(self.law.numbers.coarser or 1.0) ** 2 / 3.0
+        stiffness = math.log(self.law.numbers.coarser or 1.0) ** 2
+        pixel = np.array([stiffness, stiffness, self._energy_change]) / 3.0
         width = float(stdtrit(count - 1, 0.95)) * np.sqrt(variance + pixel)
         return {
             name: (value * math.exp(-w), value * math.exp(w))
@@ -155,6 +178,11 @@ def contact_words(numbers: ContactNumbers) -> str:
         if value is not None
     ]
     resolution = f"; its stiffness changes by {' and '.join(changes)}" if changes else ""
+    if n.unresolved_amplitude is not None:
+        resolution += (
+            "; the energy of cycles changes by 25 % or more with twice the pixel up to an "
+            f"amplitude of {n.unresolved_amplitude:g} μN/k_t"
+        )
     return (
         f"{state}; {n.points} points in contact, {100.0 * n.contact_share:.1f} % of the face; "
         f"p/E*h' {n.relative_pressure:.2g}, h' {n.slope:.2g}; {n.pieces} "

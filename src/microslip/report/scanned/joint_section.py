@@ -50,6 +50,13 @@ def joint_sections(findings: Findings, adapt: cells.Wording = str) -> list[Secti
         if intervals
         else "No interval: the scan is too small to be divided into pieces.",
     ]
+    unresolved = face.unresolved_amplitude
+    if unresolved is not None:
+        notes.append(
+            "The scan does not determine the damping of cycles up to "
+            f"{engineering(unresolved, 'm')} in amplitude: their energy changes by 25 % or more "
+            "with twice the pixel."
+        )
     return [Section(title, (Table("", columns, tuple(rows)), *(Note(adapt(n)) for n in notes)))]
 
 
@@ -81,6 +88,7 @@ def summary(findings: Findings) -> dict[str, Any] | None:
         **face.values,
         "first_loading_stiffness": face.first_loading_stiffness,
         "intervals": face.intervals,
+        "unresolved_amplitude": face.unresolved_amplitude,
         "face": asdict(face.law.numbers),
         "chapter_normal_stiffness": None if chapter is None else chapter.normal_stiffness,
     }

@@ -30,9 +30,13 @@ def face_study_text(findings: Findings, face: FaceJoint, folder: Path) -> str:
     head = [
         f"# A joint of {findings.raw.name}, written by microslip surface:",
         f"#   microslip predict {STUDY_NAME}",
-        "schema = 1",
-        f"title = {as_toml(findings.raw.name)}",
     ]
+    if face.unresolved_amplitude is not None:
+        head.append(
+            "# The scan does not determine the damping of cycles up to "
+            f"{engineering(face.unresolved_amplitude, 'm')} in amplitude."
+        )
+    head += ["schema = 1", f"title = {as_toml(findings.raw.name)}"]
     lines = [
         line
         for name, table in tables.items()

@@ -116,7 +116,6 @@ def with_scipy() -> None:
 if WITH_SCIPY:
     with_scipy()
 else:
-    missing("a scan", "scipy", lambda: ms.Scan)
     missing("an identification", "scipy", lambda: ms.identify)
     missing("a fit", "scipy", joint.to_segalman)
     heavy = ms.GreenwoodWilliamson(surface.pair, ms.Exponential(8e-7), 1e-3, 1e8, 2e-4)

@@ -113,7 +113,7 @@ def of_matlab(rng: Random, content: bytes) -> bytes:
     return b"".join(parts)
 
 
-TEXTS = (".toml", ".csv", ".json", ".xyz", ".mtx", ".pch", ".uff", ".inp", ".vtk", ".xml", ".vtu")
+TEXTS = (".toml", ".csv", ".json", ".xyz", ".mtx", ".pch", ".inp", ".vtk", ".xml", ".vtu")
 
 
 def changed_bytes(rng: Random, name: str, content: bytes) -> bytes:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 import struct
 import tempfile
 import warnings
@@ -83,14 +82,6 @@ def _records(here: Path) -> Iterator[Seed]:
     yield _of(here / "record.mat", ms.Record.read, parsed_apart=True)
     scipy_io.savemat(here / "record4.mat", columns, format="4")
     yield _of(here / "record4.mat", _arrays, parsed_apart=True)
-    (here / "record.json").write_text(
-        json.dumps({
-            "displacement [um]": (MOTION * 1e6).tolist(),
-            "force [N]": FORCE.tolist(),
-            "sample_rate": 100.0,
-        })
-    )  # fmt: skip
-    yield _of(here / "record.json", ms.Record.read, parsed_apart=True)
     with h5py.File(here / "record.h5", "w") as file:
         for name, unit in UNITS.items():
             file.create_dataset(f"run/{name}", data=columns[name], compression="gzip")
@@ -116,8 +107,6 @@ def _records(here: Path) -> Iterator[Seed]:
                 ChannelObject("run", "force", FORCE, rate | {"unit_string": "N"}),
             ])  # fmt: skip
         yield _of(here / "record.tdms", ms.Record.read)
-    if find_spec("pyuff"):
-        yield Seed("record.uff", _universal(), ms.Record.read)
     if find_spec("openpyxl"):
         import openpyxl
 
@@ -126,22 +115,6 @@ def _records(here: Path) -> Iterator[Seed]:
             book.active.append(row)
         book.save(here / "record.xlsx")
         yield _of(here / "record.xlsx", ms.Record.read, parsed_apart=True)
-
-
-def _universal() -> bytes:
-    """Data sets 58 of displacement and force, lines of eighty letters."""
-    lines = []
-    for name, unit, values in (("displacement", "um", MOTION * 1e6), ("force", "N", FORCE)):
-        lines += ["    -1", "    58", name, "NONE", "NONE", "NONE", "NONE"]
-        lines += [f"{1:5}{0:10}{0:5}{0:10} {'NONE':10}{1:10}{0:4} {'NONE':10}{1:10}{0:4}"]
-        lines += [f"{4:10}{len(values):10}{1:10}{0.0:13.5e}{0.01:13.5e}{0.0:13.5e}"]
-        lines += [f"{17:10}{0:5}{0:5}{0:5} {'Time':20} {'s':20}"]
-        lines += [f"{8:10}{0:5}{0:5}{0:5} {name:20} {unit:20}"]
-        lines += [f"{0:10}{0:5}{0:5}{0:5} {'NONE':20} {'NONE':20}"] * 2
-        rows = (values[at : at + 4] for at in range(0, len(values), 4))
-        lines += ["".join(f"{value:20.11e}" for value in row) for row in rows]
-        lines += ["    -1"]
-    return "\n".join([*lines, ""]).encode()
 
 
 def _scan(path: Path) -> ms.Scan:

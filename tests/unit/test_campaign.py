@@ -6,7 +6,6 @@ import json
 import math
 from pathlib import Path
 
-import numpy as np
 import pytest
 from command import run
 
@@ -84,49 +83,6 @@ def test_a_cut_last_line_and_lone_gaps_cost_no_file(tmp_path: Path) -> None:
     path.write_text("displacement [m],force [N]\n1e-6,2\n1e-7\n2e-6,3\n")
     with pytest.raises(ms.InputError, match="line 3: wanted 2 cells"):
         ms.Record.read(path, sample_rate=100.0)
-
-
-def test_json(tmp_path: Path) -> None:
-    x, force = 1e-6 * np.sin(0.1 * np.arange(200)), np.cos(0.1 * np.arange(200))
-    path = tmp_path / "run.json"
-    columns = {"displacement [um]": list(1e6 * x), "force [N]": list(force), "fs": 100.0}
-    path.write_text(json.dumps(columns))
-    record = ms.Record.read(path)
-    assert record.sample_rate == 100.0
-    assert np.allclose(record.displacement, x, rtol=1e-12)
-    pairs = zip(x, force, strict=True)
-    path.write_text(json.dumps([{"displacement [m]": a, "force [N]": b} for a, b in pairs]))
-    assert np.allclose(ms.Record.read(path, sample_rate=1.0).force, force)
-    path.write_text("{ not json")
-    with pytest.raises(ms.InputError, match="not a usable JSON file"):
-        ms.Record.read(path)
-
-
-def data_set(name: str, unit: str, values: np.ndarray) -> str:
-    """A data set 58 of a hundred values a second, as text."""
-    nothing = "NONE                 NONE"
-    rows = [
-        *("    -1", "    58", name, *("NONE",) * 4),
-        f"    1         0    0         0 {'NONE':<10}{1:>11}{1:>4} {'NONE':<10}{1:>11}{1:>4}",
-        f"         4{values.size:>10}         1  0.00000e+00  1.00000e-02  0.00000e+00",
-        "        17    0    0    0 NONE                 s",
-        f"         8    0    0    0 {name:<20} {unit:<20}",
-        *(f"         0    0    0    0 {nothing}",) * 2,
-    ]
-    rows += [
-        "".join(f"{value:20.11e}" for value in values[i : i + 4]) for i in range(0, values.size, 4)
-    ]
-    return "\n".join([*rows, "    -1", ""])
-
-
-def test_uff(tmp_path: Path) -> None:
-    pytest.importorskip("pyuff", reason="the extra uff is not installed")
-    x, force = 1e-6 * np.sin(0.1 * np.arange(200)), np.cos(0.1 * np.arange(200))
-    path = tmp_path / "run.uff"
-    path.write_text(data_set("displacement", "m", x) + data_set("force", "N", force))
-    record = ms.Record.read(path)
-    assert record.sample_rate == pytest.approx(100.0)
-    assert np.allclose(record.force, force, rtol=1e-9, atol=1e-11)
 
 
 def test_a_column_of_the_manifest_replaces_no_measured_one(tmp_path: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 import re
 import signal
 import struct
@@ -199,12 +198,6 @@ def text_bomb() -> str:
     return "bomb.csv"
 
 
-def json_bomb() -> str:
-    """Rows without a name in common: of 300 kB a table of 6e8 cells."""
-    Path("bomb.json").write_text(json.dumps([{f"k{i}": 1} for i in range(25_000)]))
-    return "bomb.json"
-
-
 def line_bomb() -> str:
     Path("bomb.csv").write_text("0 " * 30_000_000)
     return "bomb.csv"
@@ -213,7 +206,6 @@ def line_bomb() -> str:
 BOMBS = {
     "text": (text_bomb, "Record"),
     "line": (line_bomb, "Record"),
-    "json": (json_bomb, "Record"),
     "hdf5": (hdf5_bomb, "Record"),
     "npz": (npz_bomb, "Record"),
     "npz-matrices": (npz_bomb, "Structure"),

@@ -35,7 +35,7 @@ const WHAT = { scan: "surface", record: "measure", study: "predict" };
 // What a file may be, the likelier first: the first one that can be looked into is taken.
 function guesses(name) {
   if (/\.toml$/i.test(name)) return ["study"];
-  return /\.(csv|tsv|tdms|h5|hdf5|txt|dat|json|uff|unv|nc)$/i.test(name) ? ["record", "scan"] : ["scan", "record"];
+  return /\.(csv|tsv|tdms|h5|hdf5|txt|dat|nc)$/i.test(name) ? ["record", "scan"] : ["scan", "record"];
 }
 
 async function take(files) {

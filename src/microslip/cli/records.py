@@ -186,7 +186,7 @@ def reads(*names: str, many_loads: bool = False) -> Decorator:
 
 SUFFIXES = (
     *(".csv", ".tsv", ".txt", ".dat", ".mat", ".tdms", ".h5", ".hdf5", ".nc", ".npy", ".npz"),
-    *(".json", ".uff", ".unv", ".xlsx", ".xlsm", ".lvm"),
+    *(".xlsx", ".xlsm", ".lvm"),
 )
 """Suffixes of files in a folder that are read as records."""
 

@@ -225,7 +225,7 @@ class Record(Locked, Plottable):
         rows : slice, optional
             Rows to read, counted from 0.
         format : str, optional
-            "text", "excel", "mat", "tdms", "hdf5", "npy", "npz", "json" or "uff"; by
+            "text", "excel", "mat", "tdms", "hdf5", "npy", "npz"; by
             default detected from the first bytes.
         name : str, optional
             Name of the record; by default the name of the file.

@@ -1,25 +1,18 @@
-"""Arrays in NumPy files, read without unpickling, and in JSON: columns, mappings or lists of rows.
-
-A child process parses JSON, because a few characters can expand to large data.
-"""
+"""Arrays in NumPy files, read without unpickling."""
 
 from __future__ import annotations
 
-import json
 import math
 import sys
 import zipfile
-from collections.abc import Mapping
-from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
 
-from microslip.readers.arrays import Arrays, Leaf, arrays_in
-from microslip.readers.child import parsed
-from microslip.readers.files import Unusable, decoded, refuse_beyond
+from microslip.readers.arrays import Arrays, Leaf
+from microslip.readers.files import decoded, refuse_beyond
 
 
 def read_npy(path: Path) -> Arrays:
@@ -116,47 +109,3 @@ def _load(path: Path, name: str, shape: tuple[int, ...], size: int, available: i
 
 def _field(get: Any, field: str) -> Any:
     return get()[field]
-
-
-_MAX_BYTES = 1_000_000_000
-
-
-def read_json(path: Path) -> Arrays:
-    """Return all lists of numbers of a JSON file by name; null becomes NaN."""
-    if (size := path.stat().st_size) > _MAX_BYTES:
-        raise ValueError(
-            f"wanted JSON of at most {_MAX_BYTES // 1_000_000} MB, got {size // 1_000_000} MB; "
-            "save it as HDF5"
-        )
-    return Arrays("JSON file", arrays_in(parsed("JSON file", path, json_tree)), ".")
-
-
-# ------------------------------------------------------------------ executed in the child process
-
-
-def json_tree(path: Path) -> dict[str, Any]:
-    """Parse a JSON file into nested mappings of numbers, texts and arrays."""
-    content = path.read_bytes()
-    refuse_beyond(content.count(b","))
-    tree = json.loads(content.decode("utf-8-sig"))
-    if isinstance(tree, list) and tree and all(isinstance(row, dict) for row in tree):
-        names = dict.fromkeys(name for row in tree for name in row)
-        refuse_beyond(len(names), len(tree))
-        tree = {name: [row.get(name) for row in tree] for name in names}
-    if not isinstance(tree, dict):
-        raise Unusable("wanted JSON with named columns or a list of rows")
-    return _arrays(tree)
-
-
-def _arrays(tree: Mapping[str, Any]) -> dict[str, Any]:
-    result: dict[str, Any] = {}
-    for name, value in tree.items():
-        if isinstance(value, dict):
-            result[name] = _arrays(value)
-        elif isinstance(value, list):
-            with suppress(TypeError, ValueError, OverflowError):  # not numeric
-                plain = [np.nan if item is None else item for item in value]
-                result[name] = np.array(plain, dtype=float)
-        else:
-            result[name] = value
-    return result

@@ -61,10 +61,8 @@ def file_kind(head: bytes, suffix: str) -> str | None:
         return "npz"
     if head.startswith(b"PK\x03\x04") and suffix in (".xlsx", ".xlsm"):
         return "excel"
-    if suffix == ".json":
-        return "json"
-    if suffix in (".uff", ".unv"):
-        return "uff"
+    if suffix in (".json", ".uff", ".unv"):
+        return None
     if head.startswith((b"\xff\xfe", b"\xfe\xff")):
         return "text"
     return None if b"\0" in head or head.startswith(b"PK\x03\x04") else "text"
@@ -72,9 +70,8 @@ def file_kind(head: bytes, suffix: str) -> str | None:
 
 def foreign_kind(head: bytes) -> str:
     """Describe the kind of a file of an unsupported format, for a message."""
-    return next(
-        (name for magic, name in _UNSUPPORTED if head.startswith(magic)), "another binary file"
-    )
+    other = "another binary file" if b"\0" in head else "another kind of text"
+    return next((name for magic, name in _UNSUPPORTED if head.startswith(magic)), other)
 
 
 @contextmanager

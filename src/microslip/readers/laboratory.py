@@ -1,4 +1,4 @@
-"""Tables read by other libraries: TDMS, UFF and Excel; spreadsheet cells as text."""
+"""Tables read by other libraries: TDMS and Excel; spreadsheet cells as text."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import csv
 import logging
 import math
 import re
-import warnings
 import zipfile
 from collections.abc import Sequence
 from importlib import import_module
@@ -57,34 +56,6 @@ def _of_channel(channel: Any) -> RawColumn | None:
         rate = 1.0 / float(step)
     unit = str(channel.properties.get("unit_string", "")).strip() or None
     return RawColumn(f"{channel.group_name}/{channel.name}", unit, len(channel), rate, channel.name)
-
-
-def uff_table(path: Path) -> RawTable:
-    """Return the time functions (data sets 58) of a UFF file: names, units, sampling rate."""
-    pyuff = library("pyuff", "UFF", "pyuff", "uff")
-    with decoded("UFF file"), warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        file = pyuff.UFF(str(path))
-        places = [i for i, kind in enumerate(file.get_set_types()) if int(kind) == 58]
-        sets = [file.read_sets(i) for i in places]
-    real = [part for part in sets if np.isrealobj(part["data"]) and np.size(part["data"]) > 1]
-    if not real:
-        raise ValueError("wanted functions of time (data sets 58), got none in this UFF file")
-
-    def load(selection: Sequence[int]) -> list[Floats]:
-        return [np.array(real[place]["data"], dtype=float) for place in selection]
-
-    return RawTable("UFF file", tuple(map(_of_set, real)), load)
-
-
-def _of_set(part: dict[str, Any]) -> RawColumn:
-    step = float(part.get("abscissa_inc") or 0.0)
-    rate = 1.0 / step if 0.0 < step < math.inf and part.get("abscissa_spacing", 1) == 1 else None
-    names = (part.get("ordinate_axis_lab"), part.get("id1"), part.get("rsp_ent_name"))
-    labels = (str(name).strip() for name in names if name)
-    heading = next((name for name in labels if name and name.upper() != "NONE"), "")
-    unit = str(part.get("ordinate_axis_units_lab") or "").strip()
-    return RawColumn(heading, None if unit.upper() in ("", "NONE") else unit, None, rate)
 
 
 def library(module: str, kind: str, name: str, extra: str) -> Any:

@@ -16,8 +16,6 @@ READERS: Mapping[str, Callable[[Path], RawTable]] = {
     "hdf5": lambda path: arrays.array_table(hdf5.read_hdf5(path)),
     "npy": lambda path: arrays.array_table(array_files.read_npy(path)),
     "npz": lambda path: arrays.array_table(array_files.read_npz(path)),
-    "json": lambda path: arrays.array_table(array_files.read_json(path)),
-    "uff": laboratory.uff_table,
     "excel": laboratory.excel_table,
     "text": text.text_table,
 }
@@ -51,7 +49,7 @@ def read_table(path: Path, noun: str, file_format: object = None) -> RawTable:
     kind = file_kind(head, path.suffix.lower())
     if kind is None:
         raise ValueError(
-            "wanted text, Excel, MAT, TDMS, HDF5, JSON, UFF or NumPy files, got "
+            "wanted text, Excel, MAT, TDMS, HDF5 or NumPy files, got "
             f"{foreign_kind(head)}; save {noun} as CSV"
         )
     return READERS[kind](path)

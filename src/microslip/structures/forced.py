@@ -1,4 +1,4 @@
-"""Forced response by harmonic balance, followed past turning points; files for other programs."""
+"""Forced response by harmonic balance, followed past turning points."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,7 +16,6 @@ from microslip._core.checks import Floats, floats, positive, show
 from microslip._core.errors import InputError
 from microslip._core.files import atomic_file
 from microslip._core.frozen import LockedArrays
-from microslip._core.packages import needed_for
 from microslip.figures.plot import Plot
 from microslip.figures.plottable import PlottableAtSensor
 from microslip.structures.balance import Balance
@@ -30,39 +29,8 @@ from microslip.structures.periodic_motion import (
 )
 from microslip.structures.static import AtRest, solver_method
 
-_DIRECTIONS = {None: 0, "x": 1, "y": 2, "z": 3}  # 0 is a scalar
-_FREQUENCY, _FORCE = 18, 13  # specific data types of the format
-_SI = {
-    "type": 164, "units_code": 1, "units_description": "SI", "temp_mode": 1,
-    "length": 1.0, "force": 1.0, "temp": 1.0, "temp_offset": 0.0,
-}  # fmt: skip
-
-
-class _Measured(NamedTuple):
-    kind: int
-    unit: str
-    over_force: str
-    """Unit of the frequency response, quantity over force."""
-
-
-_MEASURED = {
-    "displacement": _Measured(8, "m", "m/N"),
-    "velocity": _Measured(11, "m/s", "m/(N s)"),
-    "acceleration": _Measured(12, "m/s^2", "m/(N s^2)"),
-}
-
-
-class Node(NamedTuple):
-    """Position of a response or a force, for the header of a universal file."""
-
-    number: int
-    direction: str | None = None
-    """Axis x, y or z; None for another direction."""
-    text: str = ""
-    """Description of the position."""
-
-
-_SENSOR, _REFERENCE = Node(1), Node(2)
+_OVER_FORCE = {"displacement": "m/N", "velocity": "m/(N s)", "acceleration": "m/(N s^2)"}
+"""Unit of the frequency response, quantity over force."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -82,42 +50,30 @@ class FrequencyResponse(LockedArrays):
     """``displacement``, ``velocity`` or ``acceleration``: [m/N], [m/(N s)] or [m/(N s^2)]."""
     force: float
     """Amplitude of the force [N]."""
-    sensor: Node = _SENSOR
-    """Position of the response."""
-    reference: Node = _REFERENCE
-    """Position of the force."""
 
     @property
     def unit(self) -> str:
         """Unit of :attr:`value`."""
-        return _MEASURED[self.quantity].over_force
+        return _OVER_FORCE[self.quantity]
 
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
-        """Write the response as a table or a universal file.
-
-        Universal files have six digits for frequencies and twelve for values; the values are
-        interpolated to the rounded frequencies.
+        """Write the response as a CSV table.
 
         Parameters
         ----------
         path : str or path
-            A file ending in ``.csv``, or in ``.uff``, ``.unv`` or ``.58``, which pyuff writes:
-            ``pip install "microslip[uff]"``.
+            A file ending in ``.csv``.
         overwrite : bool, optional
             Replace an existing file.
         """
         file = Path(path)
-        kind = file.suffix.lower()
-        if kind not in (".csv", ".uff", ".unv", ".58"):
-            raise InputError(f"path must end in .csv or .uff, got {show(file.name)}")
+        if file.suffix.lower() != ".csv":
+            raise InputError(f"`path` must end in .csv, got {show(file.name)}")
+        columns = response_columns([self])
+        heads = ",".join(f"{name} [{unit}]" for name, (unit, _) in columns.items())
+        rows = zip(*(map(repr, part.tolist()) for _, part in columns.values()), strict=True)
         with atomic_file(file, overwrite) as stage:
-            if kind == ".csv":
-                columns = response_columns([self])
-                heads = ",".join(f"{name} [{unit}]" for name, (unit, _) in columns.items())
-                rows = zip(*(map(repr, part.tolist()) for _, part in columns.values()), strict=True)
-                stage.write_text("\n".join([heads, *map(",".join, rows), ""]), encoding="utf-8")
-            else:
-                write_universal([self], stage)
+            stage.write_text("\n".join([heads, *map(",".join, rows), ""]), encoding="utf-8")
 
     def __repr__(self) -> str:
         f = self.frequency
@@ -142,61 +98,8 @@ def response_columns(responses: Sequence[FrequencyResponse]) -> dict[str, tuple[
 
 
 def six_digits(frequency: Floats) -> Floats:
-    """Round frequencies to the format of universal files (E13.5); sort, remove duplicates."""
+    """Round frequencies to six digits; sort them and remove duplicates."""
     return np.unique([float(f"{f:.5e}") for f in frequency.tolist()])
-
-
-def universal_files() -> Any:
-    """Import pyuff, which writes universal files; errors explain how to install it."""
-    with needed_for("universal files are written by", "uff", "CSV needs nothing more"):
-        import pyuff
-    return pyuff
-
-
-def write_universal(responses: Sequence[FrequencyResponse], path: Path) -> None:
-    """Write data set 164 (units) and one data set 58 per force, by pyuff."""
-    pyuff = universal_files()
-    pyuff.UFF(str(path)).write_sets([dict(_SI), *map(_set, responses)], mode="overwrite")
-
-
-def _set(response: FrequencyResponse) -> dict[str, Any]:
-    measured = _MEASURED[response.quantity]
-    frequency = six_digits(response.frequency)
-    # Inverse responses are nearly parabolas: to a rounded frequency they go on straight.
-    inverse = 1.0 / response.value
-    values = 1.0 / (
-        np.interp(frequency, response.frequency, inverse.real)
-        + 1j * np.interp(frequency, response.frequency, inverse.imag)
-    )
-    sensor, reference = response.sensor, response.reference
-    return {
-        "type": 58,
-        "func_type": 4,  # a frequency response function
-        "id1": f"microslip, {response.quantity} over force",
-        "id2": f"force of {response.force:.6g} N"[:80],
-        "id4": (sensor.text or "NONE")[:80],
-        "id5": (reference.text or "NONE")[:80],
-        "rsp_node": sensor.number,
-        "rsp_dir": _DIRECTIONS[sensor.direction],
-        "ref_node": reference.number,
-        "ref_dir": _DIRECTIONS[reference.direction],
-        "abscissa_spacing": 0,
-        "abscissa_spec_data_type": _FREQUENCY,
-        "abscissa_axis_lab": "Frequency",
-        "abscissa_axis_units_lab": "Hz",
-        "ordinate_spec_data_type": measured.kind,
-        "ordinate_axis_lab": response.quantity.capitalize(),
-        "ordinate_axis_units_lab": measured.unit,
-        "orddenom_spec_data_type": _FORCE,
-        "orddenom_axis_lab": "Force",
-        "orddenom_axis_units_lab": "N",
-        "z_axis_spec_data_type": _FORCE,
-        "z_axis_axis_lab": "Force amplitude",
-        "z_axis_axis_units_lab": "N",
-        "z_axis_value": response.force,
-        "x": frequency,
-        "data": values,
-    }
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from microslip._core.packages import MissingPackageError
 from microslip._core.units import engineering, significant
 from microslip._core.wording import shorten
 from microslip.study.joints import Joint
@@ -36,20 +35,8 @@ def check_consistency(study: StudyTables) -> None:
     """Raise an error for the first inconsistency between the tables of a study."""
     of_joint = (_of_bodies, _of_loads, _of_pressure, _of_structure)
     rules = of_joint if isinstance(study.joint, Joint) else (_of_law,)
-    for rule in (*rules, _of_uncertainty, _of_forces, _of_amount, _of_files):
+    for rule in (*rules, _of_uncertainty, _of_forces, _of_amount):
         rule(study)
-
-
-def _of_files(study: StudyTables) -> None:
-    if "uff" in study.output.formats:
-        if study.structure is None or study.structure.force is None:
-            raise KeyedError("output.formats", 'wanted "uff" only with structure.force, got none')
-        from microslip.structures.forced import universal_files
-
-        try:
-            universal_files()
-        except MissingPackageError as missing:
-            raise KeyedError("output.formats", str(missing)) from None
 
 
 def _force(value: float) -> str:

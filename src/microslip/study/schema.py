@@ -66,7 +66,7 @@ class UncertaintyPart(Part):
 
 _SCHEMA = 1
 _MAX_POINTS = 1_000_000
-_FORMATS = ("netcdf", "csv", "svg", "png", "pdf", "uff")
+_FORMATS = ("netcdf", "csv", "svg", "png", "pdf")
 
 
 class CurveRange(Part):
@@ -168,8 +168,7 @@ class OutputTable(Part):
 
     formats: tuple[str, ...] = key(
         ListOf(one_of(*_FORMATS), '["netcdf", "csv", "svg"]', (1, 20), distinct=True),
-        "Formats of the files; PNG, PDF, and UFF of the responses to structure.force, only on "
-        "request.",
+        "Formats of the files; PNG and PDF only on request.",
         default=_FORMATS[:3],
     )
     report: bool = key(YES_NO, "Also write a page with all results, report.html.", default=True)

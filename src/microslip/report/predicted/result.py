@@ -19,7 +19,7 @@ from microslip._core.checks import Progress, show
 from microslip._core.dataset import DataSet, Variable
 from microslip._core.errors import InputError
 from microslip._version import __version__
-from microslip.report.document import Document, File
+from microslip.report.document import Document
 from microslip.report.files import (
     TEXT,
     csv_file,
@@ -32,8 +32,7 @@ from microslip.report.files import (
 from microslip.report.predicted.data import data_set, tables
 from microslip.report.predicted.document import prediction_document
 from microslip.report.predicted.numbers import KIND, SUMMARY_SCHEMA, prediction_summary
-from microslip.report.structure.driven import RESPONSES, forced_tables
-from microslip.structures.forced import write_universal
+from microslip.report.structure.driven import forced_tables
 from microslip.study.description import StudyDescription
 from microslip.study.runs.columns import AmplitudeCurve as AmplitudeCurve
 from microslip.study.runs.columns import HistoryResponse as HistoryResponse
@@ -55,9 +54,6 @@ def result_document(result: Result, folder: Path) -> Document:
     files = [text_file("study.toml", lambda: study.text_for(folder))]
     if "netcdf" in output.formats:
         files.append(netcdf_file("result.nc", data))
-    if structure is not None and "uff" in output.formats:
-        responses = structure.frequency_responses
-        files.append(File(RESPONSES, lambda path, _: write_universal(responses, path)))
     if "csv" in output.formats:
         for name, (columns, dims) in tables(result, data).items():
             cost = data.count(dims) * len(columns) * TEXT

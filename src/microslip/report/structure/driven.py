@@ -23,8 +23,6 @@ from microslip.study.runs.structure_prediction import (
 
 FORCED_FIGURE = "forced_response"
 """Name of the figure."""
-RESPONSES = "frf.uff"
-"""Universal file of the responses over the force."""
 FORCED_TABLES = ("forced_response", "frf")
 """Names of the CSV files: near each mode with bands, and of all modes together."""
 

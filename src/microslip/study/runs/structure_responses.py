@@ -9,7 +9,7 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip.friction.sweeps.quantiles import quantiles
 from microslip.structures import FrequencyResponse, ModalCurve, Preload, ReducedJoint
-from microslip.structures.forced import Node, six_digits
+from microslip.structures.forced import six_digits
 from microslip.structures.modal_curve import (
     Resonant,
     interpolate_in_amplitude,
@@ -154,14 +154,4 @@ def frequency_response(
         value = value + np.sign(gain[0].real) * moved / force
     known = np.isfinite(value)
     value = value[known] * (1j * omega[known]) ** power
-    return FrequencyResponse(at[known], value, part.quantity, force, *_nodes(part))
-
-
-def _nodes(part: StructurePart) -> tuple[Node, Node]:
-    places = [part.sensors[name] for name in ("sensor", "force")]
-    pushed = 1 if places[0][0] == places[1][0] else 2
-    words = [
-        f"{name} at {' '.join(f'{1e3 * x:g}' for x in at)} mm, {direction}"
-        for name, (at, direction) in zip(("sensor", "force"), places, strict=True)
-    ]
-    return Node(1, places[0][1], words[0]), Node(pushed, places[1][1], words[1])
+    return FrequencyResponse(at[known], value, part.quantity, force)

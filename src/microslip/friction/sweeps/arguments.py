@@ -13,7 +13,7 @@ from microslip.contact import NormalLaw
 
 Arguments = dict[str, Any]
 
-NO_ARRAYS = ("heights", "surface", "samples", "quantities")
+NO_ARRAYS = ("heights", "surface", "quantities")
 """Arguments common to all joints."""
 _OTHER_BODY = ("other_young_modulus", "other_poisson_ratio")
 
@@ -39,7 +39,7 @@ def checked(args: Arguments) -> Arguments:
     check_one_of("normal_load [N] or separation [m]", load, separation)
     if "mean" in args and "heights" in args:
         raise InputError("`mean` must not be given with heights")
-    result: Arguments = {k: v for k, v in args.items() if k in ("surface", "heights", "samples")}
+    result: Arguments = {k: v for k, v in args.items() if k in ("surface", "heights")}
     for name, value in args.items():
         if name in NO_ARRAYS:
             continue
@@ -102,9 +102,6 @@ _UNITS = {
 }  # fmt: skip
 
 
-_SAMPLE_AXIS = "sample"  # the axis of loops
-
-
 def evaluate_labelled(
     evaluate: Callable[..., Mapping[str, Any]],
     arrays: Mapping[str, Any],
@@ -117,41 +114,35 @@ def evaluate_labelled(
     as arrays of the same type.
     """
     names = tuple(arrays)
-    keys = {**settings, "quantities": [name for name in outputs if not name.startswith("loop_")]}
+    keys = {**settings, "quantities": list(outputs)}
 
     def blockwise(*values: Any) -> Any:
         shape = np.broadcast_shapes(*map(np.shape, values))
         if 0 in shape:  # Dask calls the function once with empty arrays
-            found = [
-                np.zeros((*shape, *(settings["samples"],) * n.startswith("loop_"))) for n in outputs
-            ]
+            found = [np.zeros(shape) for _ in outputs]
         else:
             answers = evaluate(**dict(zip(names, values, strict=True)), **keys)
             found = [np.asarray(answers[name]) for name in outputs]
         return tuple(found) if len(found) > 1 else found[0]
 
-    sizes = {_SAMPLE_AXIS: settings["samples"]} if "samples" in settings else {}
-    last = [(_SAMPLE_AXIS,) if name.startswith("loop_") else () for name in outputs]
     if any(type(value).__module__.startswith("xarray") for value in arrays.values()):
         import xarray
 
         results = xarray.apply_ufunc(
             blockwise,
             *arrays.values(),
-            output_core_dims=last,
+            output_core_dims=[()] * len(outputs),
             dask="parallelized",
             output_dtypes=[float] * len(outputs),
-            dask_gufunc_kwargs={"output_sizes": sizes},
         )
     else:
         import dask.array
 
         results = dask.array.apply_gufunc(  # type: ignore[no-untyped-call,unused-ignore]
             blockwise,
-            ",".join("()" for _ in names) + "->" + ",".join(f"({','.join(d)})" for d in last),
+            ",".join("()" for _ in names) + "->" + ",".join("()" for _ in outputs),
             *arrays.values(),
             output_dtypes=[float] * len(outputs),
-            output_sizes=sizes,
         )
     results = results if isinstance(results, tuple) else (results,)
     return dict(zip(outputs, results, strict=True))

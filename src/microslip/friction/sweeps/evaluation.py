@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, plain, whole_number
+from microslip._core.checks import Floats, plain
 from microslip._core.errors import InputError
 from microslip._core.frozen import lock
 from microslip.contact import GreenwoodWilliamson, NormalLaw
@@ -22,7 +22,6 @@ from microslip.contact.base import FAINTEST
 from microslip.contact.grids import Pointwise, pointwise_of
 from microslip.contact.heights import Gaussian, as_heights
 from microslip.contact.materials import Material, MaterialPair
-from microslip.friction.loops import MOST_LOOP_SAMPLES, halves_of, unit_cycle
 from microslip.friction.sweeps.arguments import (
     NO_ARRAYS,
     Arguments,
@@ -55,7 +54,6 @@ _OF_JOINTS = (
     "contact_count",
     "contact_area",
 )
-_LOOPS = ("loop_displacement", "loop_force")
 _COSTLY = (
     *("tangent_stiffness", "dissipation_exponent", "stick_area", "contact_count", "contact_area"),
 )
@@ -80,7 +78,6 @@ def evaluate(
     separation: ArrayLike | None = None,
     amplitude: ArrayLike | None = None,
     force_amplitude: ArrayLike | None = None,
-    samples: int | None = None,
     quantities: Sequence[str] | None = None,
 ) -> Mapping[str, Any]:
     """Evaluate many joints at once; arguments are numbers or arrays that broadcast.
@@ -112,8 +109,6 @@ def evaluate(
         Displacement amplitudes [m], not negative. By default only quantities at rest are computed.
     force_amplitude : array_like, optional
         Force amplitudes [N], below the force limit of each joint, given instead.
-    samples : int, optional
-        Number of samples of closed loops, at least 5. If given, loops are added to the result.
     quantities : sequence of str, optional
         Names of the results: amplitude, force_amplitude (or backbone, the same), dissipated_energy,
         energy_ratio, loss_factor, damping_ratio, secant_stiffness, tangent_stiffness,
@@ -125,8 +120,7 @@ def evaluate(
     Returns
     -------
     mapping of str to float or ndarray
-        Results by name in SI units, with the broadcast shape of the arguments. loop_displacement
-        and loop_force have a last axis of samples, see :meth:`microslip.Interface.loop`. For
+        Results by name in SI units, with the broadcast shape of the arguments. For
         ``xarray.DataArray`` or Dask arguments results have the same type, and are lazy if the
         arguments are.
 
@@ -154,18 +148,10 @@ def _quantity_names(args: Arguments) -> tuple[str, ...]:
     cycles = "amplitude" in args or "force_amplitude" in args
     names = (*_OF_JOINTS, *(_OF_POINTS if cycles else ()))
     quantities = args.get("quantities")
-    loops: tuple[str, ...] = ()
-    if "samples" in args:
-        whole_number("samples", args["samples"], 5, MOST_LOOP_SAMPLES)
-        if not cycles:
-            raise InputError(
-                "`samples` must be given with amplitude or force_amplitude, got neither"
-            )
-        loops = _LOOPS
     if quantities is None:
-        return (*(name for name in names if name not in _COSTLY), *loops)
+        return tuple(name for name in names if name not in _COSTLY)
     check_names(quantities, names, "loss_factor", _OF_POINTS)
-    return (*dict.fromkeys(quantities), *loops)
+    return tuple(dict.fromkeys(quantities))
 
 
 @cache
@@ -308,19 +294,14 @@ def evaluated(args: Arguments, names: tuple[str, ...]) -> Mapping[str, Any]:
         results = _block(args, names, shape)
     else:
         # Every point is a different joint: process blocks from arguments to results.
-        buffers = {name: np.empty(shape) for name in names if name not in _LOOPS}
-        buffers |= {name: np.empty((*shape, args["samples"])) for name in names if name in _LOOPS}
-        rows = {
-            name: array.reshape(size, *array.shape[len(shape) :]) for name, array in buffers.items()
-        }
+        results = {name: np.empty(shape) for name in names}
         begin = 0
         for block in _blocks(list(arrays.values()), shape):
             here = slice(begin, begin + block[0].size)
             begin = here.stop
             part = {**args, **dict(zip(arrays, block, strict=True)), "shape": block[0].shape}
             for name, values in _block(part, names, part["shape"]).items():
-                rows[name][here] = values
-        results = buffers
+                results[name].reshape(-1)[here] = values
     return MappingProxyType({name: plain(lock(np.asarray(results[name]))) for name in names})
 
 
@@ -339,10 +320,7 @@ def _blocks(arrays: Sequence[Floats], shape: tuple[int, ...]) -> Iterator[list[F
 def _block(args: Arguments, names: tuple[str, ...], shape: tuple[int, ...]) -> dict[str, Any]:
     joints = Joints(args)
     points = tuple(name for name in names if name in _OF_POINTS)
-    loops = args["samples"] if _LOOPS[0] in names else None
-    results: dict[str, Any] = {}
-    if points or loops:
-        results = _points(joints, args, points, shape, loops)
+    results = _points(joints, args, points, shape) if points else {}
     for name in names:
         if name in _OF_JOINTS:
             results[name] = np.broadcast_to(joints.joint(name), shape)
@@ -350,11 +328,7 @@ def _block(args: Arguments, names: tuple[str, ...], shape: tuple[int, ...]) -> d
 
 
 def _points(
-    joints: Joints,
-    args: Arguments,
-    names: tuple[str, ...],
-    shape: tuple[int, ...],
-    loops: int | None,
+    joints: Joints, args: Arguments, names: tuple[str, ...], shape: tuple[int, ...]
 ) -> dict[str, Floats]:
     by_force = "force_amplitude" in args
     driven = args["force_amplitude" if by_force else "amplitude"]
@@ -367,12 +341,7 @@ def _points(
             results.setdefault(source, np.empty(shape))
     flat = {name: array.reshape(-1) for name, array in results.items()}
     with_force = bool(results.keys() & {"force_amplitude", "secant_stiffness", *_RATIOS})
-    size, begin = math.prod(shape), 0
-    curves: list[Floats] = []
-    if loops:
-        for name in _LOOPS:
-            results[name] = np.empty((*shape, loops))
-        curves = [results[name].reshape(size, loops) for name in _LOOPS]
+    begin = 0
     for value, place, unit, factor, limit, stiffness in _blocks(inputs, shape):
         here = slice(begin, begin + value.size)
         begin = here.stop
@@ -387,12 +356,6 @@ def _points(
         answers = _cycles(joints.law, flat, a, step, force, place, unit, factor, stiffness)
         for name, answer in answers.items():
             flat[name][here] = answer
-        for i in range(value.size) if curves else ():
-            moved = _loop(
-                joints.law, loops or 0, *(float(v[i]) for v in (a, place, unit, factor, limit))
-            )
-            for curve, values in zip(curves, moved, strict=True):
-                curve[here.start + i] = values
     if "backbone" in names:
         results["backbone"] = results["force_amplitude"]
     if "stick_area" in names:
@@ -456,19 +419,3 @@ def _inverse(law: Pointwise, place: Floats, drop: Floats) -> Floats:
         if not active.size:
             break
     return step
-
-
-def _loop(
-    law: Pointwise, samples: int, a: float, place: float, unit: float, factor: float, limit: float
-) -> tuple[Floats, Floats]:
-    shape, turn = unit_cycle(samples)
-
-    def backbone(u: Floats) -> Floats:
-        drop = law.sum("drop", np.full(u.size, place), np.minimum(u, 1e200) / unit)
-        return np.minimum(factor * drop, limit)
-
-    peak = float(backbone(np.array([a]))[0])
-    rise = 2.0 * backbone(a * halves_of(samples))
-    force = np.concatenate((peak - rise[: turn + 1], rise[turn + 1 :] - peak))
-    force[-1] = peak
-    return a * shape, force

@@ -566,3 +566,24 @@ def test_curves_tell_how_their_shape_changes_and_which_multiples_meet_modes() ->
     (found,) = curve.near
     assert (found.multiple, found.mode, found.amplitude) == (2, 1, 1e-9)
     assert found.distance == pytest.approx(split(side) / 2.0 - 1.0, abs=1e-5)
+
+
+def test_a_mode_goes_on_beyond_an_internal_resonance() -> None:
+    """The frequency falls through half of that of mode 2, with which a cubic potential couples."""
+    rate = 1000.0
+    forces = np.linspace(1.0, 40.0, 20)
+    joint = ms.Iwan(np.full(20, 0.5 * rate**2 / 20), forces)
+    stiffness = np.diag([0.5 * rate**2, (1.97 * rate) ** 2])
+    alone = ms.Structure(np.eye(2), stiffness).attach(joint, directions=[1.0, 0.0])
+    potential = np.zeros((2, 2, 2))
+    potential[0, 0, 1] = potential[0, 1, 0] = potential[1, 0, 0] = 3e7
+    coupled = alone.with_geometry(np.eye(2), cubic=potential)
+    amplitudes = np.geomspace(1e-6, 4e-4, 12)
+    expected, curve = alone.modes(0, amplitudes), coupled.modes(0, amplitudes)
+    assert curve.status == "solved"
+    crossing = 0.5 * 1.97 * rate / (2.0 * np.pi)
+    assert curve.frequency[0] > crossing > curve.frequency[-1]
+    far = abs(expected.frequency / crossing - 1.0) > 0.01
+    assert far.sum() > 8
+    assert np.allclose(curve.frequency[far], expected.frequency[far], rtol=4e-3)
+    assert np.allclose(curve.damping_ratio[far], expected.damping_ratio[far], rtol=0.1, atol=1e-9)

@@ -171,7 +171,11 @@ class ModeEquations:
 
 _CLOSE = 0.02  # relative distance of a multiple of the frequency to another mode
 _SMALLEST = 1e-6  # of the first amplitude: where a mode of sticking joints is to be found
-_FINEST = 0.01  # shortest step in the logarithm of the amplitude
+_COARSE, _FINEST = 0.1, 0.01
+"""Shortest step in the logarithm of the amplitude, and where no way around a fold is found."""
+_RESONANT = 0.02  # higher harmonic of a mode over the fundamental, at an internal resonance
+_FARTHER = 5.0  # from the resonance, of a guess beyond it
+_BEYOND = 2.5, 1.5, 4.0  # amplitudes over the last one before a resonance
 
 
 def follow(
@@ -182,36 +186,82 @@ def follow(
     Return the solution at each amplitude, or None; the total numbers of Newton iterations and of
     continuation steps; and the largest amplitude that was reached. The predictor extrapolates
     coefficients over amplitude linearly in ln(amplitude), which is exact for sticking joints.
+
+    Where a multiple of the frequency crosses that of another mode, the branch from small amplitudes
+    turns into a motion of the other mode. Beyond the crossing the mode is another branch, on which
+    the resonant harmonic has the opposite sign; it is followed from there in both directions.
     """
-    lowest = float(amplitudes.min())
+    lowest, orders = float(amplitudes.min()), equations.balance.basis.orders[1:]
     first, iterations, steps = _first_solution(equations, lowest)
     if first is None:
         return [None] * amplitudes.size, iterations, steps, lowest
 
-    def attempt(track: Track[Solution], at: float) -> Solution | None:
+    def solve(guess: ModePoint, at: float) -> Solution | None:
         nonlocal iterations, steps
-        guess = _prediction([(a, solution.point) for a, solution in track], at)
         candidate = equations.solve(guess, at)
         iterations, steps = iterations + candidate.iterations, steps + 1
-        near = candidate.converged and _same_mode(candidate.point, guess)
+        near = candidate.converged and _same_mode(candidate.point, guess, orders)
         return candidate if near else None
 
-    track = [(lowest, first)]
-    return (
-        continue_in_amplitude(amplitudes, track, attempt, _FINEST),
-        iterations,
-        steps,
-        track[-1][0],
-    )
+    def attempt(track: Track[Solution], at: float) -> Solution | None:
+        return solve(_prediction([(a, solution.point) for a, solution in track], at), at)
+
+    track: Track[Solution] = [(lowest, first)]
+    missing = np.ones(amplitudes.size, dtype=bool)
+    solutions: list[Solution | None] = [None] * amplitudes.size
+
+    def fill(places: np.ndarray, finest: float) -> None:
+        found = continue_in_amplitude(amplitudes[places], track, attempt, finest)
+        for place, solution in zip(np.flatnonzero(places), found, strict=True):
+            solutions[place], missing[place] = solution, solution is None
+
+    finest = _COARSE
+    fill(missing, finest)
+    while (missing & (amplitudes > track[-1][0])).any():
+        last, solution = track[-1]
+        beyond = _beyond_resonance(equations, solution.point)
+        for factor in _BEYOND:
+            at = factor * last
+            found = None if beyond is None else solve(_prediction([(last, beyond)], at), at)
+            if found is not None:
+                for side in (amplitudes < at, amplitudes >= at):
+                    track, finest = [(at, found)], _COARSE
+                    fill(missing & side, finest)
+                break
+        else:
+            if finest == _FINEST:
+                break
+            finest = _FINEST
+            fill(missing & (amplitudes > last), finest)
+    return solutions, iterations, steps, track[-1][0]
+
+
+def _beyond_resonance(equations: ModeEquations, point: ModePoint) -> ModePoint | None:
+    """Return a guess for the other branch at an internal resonance; None without resonance.
+
+    The amplitude of a harmonic is inversely proportional to its distance from resonance: the guess
+    is five times as far from it on the other side.
+    """
+    q, harmonics = point.coefficients.copy(), np.array(equations.balance.basis.harmonics[1:])
+    size = np.hypot(q[:, 1::2], q[:, 2::2])
+    crossing = np.sqrt(equations.balance.model.squares)[:, None] / harmonics
+    size[(abs(crossing / point.omega - 1.0) > _CLOSE) | (harmonics == 1)] = 0.0
+    mode, multiple = np.unravel_index(np.argmax(size), size.shape)
+    if size[mode, multiple] < _RESONANT * float(np.linalg.norm(q[:, 1:3])):
+        return None
+    q[mode, 1 + 2 * multiple : 3 + 2 * multiple] /= -_FARTHER
+    beyond = crossing[mode, multiple] + _FARTHER * (crossing[mode, multiple] - point.omega)
+    return point._replace(coefficients=q, omega=float(beyond))
 
 
 def _first_solution(equations: ModeEquations, target: float) -> tuple[Solution | None, int, int]:
     iterations, steps, start = 0, 0, target
+    orders = equations.balance.basis.orders[1:]
     while start > 0.9 * _SMALLEST * target:
         guess = _sticking_mode(equations, start)
         candidate = equations.solve(guess, start)
         iterations, steps = iterations + candidate.iterations, steps + 1
-        if candidate.converged and _same_mode(candidate.point, guess):
+        if candidate.converged and _same_mode(candidate.point, guess, orders):
             if start == target:
                 return candidate, iterations, steps
             rising = np.geomspace(start, target, 2 + round(math.log10(target / start)))
@@ -221,11 +271,17 @@ def _first_solution(equations: ModeEquations, target: float) -> tuple[Solution |
     return None, iterations, steps
 
 
-def _same_mode(point: ModePoint, guess: ModePoint) -> bool:
-    """Return False if shape or frequency differ so much from the guess that the mode is another."""
+def _same_mode(point: ModePoint, guess: ModePoint, orders: Floats) -> bool:
+    """Return False if a point is of another mode than the guess.
+
+    Shape or frequency differ much from the guess, or more than half of the kinetic energy is in
+    higher harmonics.
+    """
     a, b = point.coefficients[:, 1:3].ravel(), guess.coefficients[:, 1:3].ravel()
     likeness = abs(float(a @ b)) / float(np.linalg.norm(a) * np.linalg.norm(b))
-    return likeness > 0.8 and 0.7 < point.omega / guess.omega < 1.4
+    energies = (orders * point.coefficients[:, 1:]) ** 2
+    of_fundamental = float(energies[:, :2].sum()) > 0.5 * float(energies.sum())
+    return of_fundamental and likeness > 0.8 and 0.7 < point.omega / guess.omega < 1.4
 
 
 def _sticking_mode(equations: ModeEquations, amplitude: float) -> ModePoint:
@@ -295,7 +351,13 @@ class ModeSolver:
             first = (q[:, 1] - 1j * q[:, 2]) / modal
             rows.append(_Row(i, modal, omega, zeta, first, np.concatenate([*loss, np.zeros(0)])))
         message = f"solved in {iterations} iterations and {steps} steps"
-        if None in solutions:
+        missing = self.amplitudes[[solution is None for solution in solutions]]
+        if missing.size and missing.max() < reached:
+            message = (
+                f"no solution from the amplitude {missing.min():.4g} to {missing.max():.4g}, where "
+                "a multiple of the frequency is that of another mode (internal resonance)"
+            )
+        elif missing.size:
             message = (
                 f"stopped beyond the amplitude {reached:.4g}: harmonic balance "
                 f"did not converge in steps of 1 %, after {iterations} iterations; try "

@@ -40,7 +40,7 @@ System = Callable[[Floats], tuple[Floats, Callable[[], Floats]]]
 
 _Found = TypeVar("_Found")
 Track = list[tuple[float, _Found]]
-"""Last three amplitudes solved, in increasing order, with their solutions."""
+"""Last three amplitudes solved, with their solutions."""
 
 
 def continue_in_amplitude(
@@ -49,19 +49,22 @@ def continue_in_amplitude(
     attempt: Callable[[Track[_Found], float], _Found | None],
     finest: float,
 ) -> list[_Found | None]:
-    """Return results in order of increasing amplitude, by continuation with adaptive steps.
+    """Return a result for each amplitude, by continuation with adaptive steps from the nearest one.
 
-    ``track`` contains the starting solutions with their amplitudes; ``attempt`` returns the
-    solution at a further amplitude, or None if it finds none. Results are None beyond an amplitude
-    at which the step in ln(amplitude) would be shorter than ``finest``.
+    ``track`` contains the starting solutions with their amplitudes; all ``amplitudes`` are on one
+    side of the last one. ``attempt`` returns the solution at a further amplitude, or None if it
+    finds none. Results are None beyond an amplitude at which the step in ln(amplitude) would be
+    shorter than ``finest``.
     """
     results: list[_Found | None] = [None] * amplitudes.size
-    for place in np.argsort(amplitudes, kind="stable"):
+    for place in np.argsort(abs(np.log(amplitudes / track[-1][0])), kind="stable"):
         target, stride = float(amplitudes[place]), math.inf
         while target != track[-1][0]:
             gap = math.log(target / track[-1][0])
-            ahead = min(stride, gap)
-            at = target if ahead == gap else track[-1][0] * math.exp(ahead)
+            ahead = min(stride, abs(gap))
+            at = target
+            if ahead < abs(gap):
+                at = track[-1][0] * math.exp(math.copysign(ahead, gap))
             found = attempt(track, at)
             if found is None:
                 stride = 0.5 * ahead

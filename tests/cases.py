@@ -233,6 +233,15 @@ def folded(
     return decorate
 
 
+def refusal(call: Callable[..., Any], *args: Any, **kwargs: Any) -> str:
+    """The one line with which a call is refused."""
+    with pytest.raises(ms.InputError) as caught:
+        call(*args, **kwargs)
+    message = str(caught.value)
+    assert "\n" not in message
+    return message
+
+
 def parsed_here(kind: str, path: Path, reader: Callable[..., Any], **options: Any) -> Any:
     """What `readers.child.parsed` does, in this process, where a test stands in for a library."""
     for name in ("libraries", "bytes_a_second"):

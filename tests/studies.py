@@ -2,13 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
-
-import pytest
-
-import microslip as ms
-
 STUDY = """\
 schema = 1
 title = "A joint"
@@ -37,7 +30,6 @@ curve = { from = "1 nm", to = "100 um", points = 20 }
 formats = ["csv"]
 """
 AMPLITUDES = '["0.1 um", "1 um"]'
-LINE = f"amplitudes = {AMPLITUDES}"
 CURVE = '{ from = "1 nm", to = "100 um", points = 20 }'
 GAUSSIAN = '{ kind = "gaussian", std = "0.5 um" }'
 LOADS = '["500 N", "2 kN"]'
@@ -62,11 +54,6 @@ SURFACES = {
 """Every law and kind of heights, to stand in place of :data:`SURFACE`."""
 
 
-def many(unit: str) -> str:
-    """A list of 1001 different quantities."""
-    return "[" + ", ".join(f'"{i} {unit}"' for i in range(1, 1002)) + "]"
-
-
 def edited(*edits: tuple[str, str]) -> str:
     """The study with texts replaced, each where it is first."""
     text = STUDY
@@ -74,20 +61,3 @@ def edited(*edits: tuple[str, str]) -> str:
         assert text.count(old) >= 1, old
         text = text.replace(old, new, 1)
     return text
-
-
-def _message(text: str, *overrides: str, record: str | bytes | None = None) -> str:
-    with tempfile.TemporaryDirectory() as folder:
-        if record is not None:
-            content = record if isinstance(record, bytes) else record.encode()
-            (Path(folder) / "x.csv").write_bytes(content)
-        with pytest.raises(ms.StudyError) as caught:
-            ms.Study.from_toml(text, "joint.toml", overrides, folder)
-    line = str(caught.value).removeprefix("joint.toml: ")
-    assert "\n" not in line
-    return line
-
-
-def wrong(*edits: str) -> str:
-    """What is said of the study with a text replaced by another, and so on."""
-    return _message(edited(*zip(edits[::2], edits[1::2], strict=True)))

@@ -11,7 +11,6 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-import pytest
 from cases import folded
 
 ROOT = Path(__file__).parents[2]
@@ -76,24 +75,3 @@ def test_what_is_named_is_there(page: Path) -> None:
     makefile = (ROOT / "Makefile").read_text("utf-8")
     for target in re.findall(r"`make (\w+)`", text):
         assert re.search(rf"(?m)^{target}:", makefile), target
-
-
-@pytest.mark.parametrize(
-    "claim",
-    [
-        "The force is within 3 % of time integration.",
-        "Frequencies agree with the other code to 1e-6.",
-        "The damping is 5 % too low.",
-        "64 samples are in error by 8 %.",
-        "It differs by 4e-4 from `Structure`.",
-        "The error is 0.4 % with it, see [the oscillator](oscillator.md).",
-        "Frequencies are within 1.7 % of the published measurements (`make validation`).",
-    ],
-)
-def test_a_claim_without_proof_is_found(claim: str) -> None:
-    assert unproved(f"# A page\n\nIt does this. {claim}\n\nSee `tests/physics/test_x.py`.\n")
-    assert not unproved(f"# A page\n\n{claim} See [the record](record.md#a-row).\n")
-
-
-def test_other_numbers_need_no_proof() -> None:
-    assert not unproved("A range of 20 % is drawn; the cut-off of 8 um removes 3 % of the rows.\n")

@@ -216,33 +216,6 @@ def test_python_blocks(page: Path, namespace: dict[str, Any]) -> None:
     assert held > 0, "a page of code shows what comes out"
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        "2.0  # 2.1",
-        "[1.0, 2.0]  # 1 3",
-        "[1.0, 2.0]  # 1",
-        "x = 920.74  # 920.8",
-        "'ok'  # 'watch'",
-        "['ok', 'ok']  # ['ok']",
-        "1 == 1  # False",
-        "ms.Gaussian(std=1.0)\n# InputError: std must be above zero [m], got 0",
-        "ms.Gaussian(std=0.0)\n# InputError: std must be above zero",
-        "ms.Gaussian(std=0.0)\n# StudyError: std must be above zero [m], got 0",
-    ],
-)
-def test_a_wrong_comment_is_found(wrong: str) -> None:
-    with pytest.raises((AssertionError, pytest.fail.Exception)):
-        run_python(wrong, {"ms": ms}, "here")
-
-
-def test_a_right_comment_is_held() -> None:
-    source = (
-        "2.04  # 2.0 is two digits\nx = [1.0, -2e-7]  # 1, -2.0e-7 m\n'a'  # 'a'\n1 == 1  # True\n"
-    )
-    assert run_python(source, {}, "here") == 4
-
-
 # -- commands -------------------------------------------------------------------------------------
 
 
@@ -348,29 +321,6 @@ def test_studies(page: Path, namespace: dict[str, Any]) -> None:
 # -- MATLAB ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "page", [p for p in PAGES if any("ncread" in block.text for block in blocks(p, "matlab"))]
-)
-def test_matlab_reads_files_of_both_versions(page: Path, namespace: dict[str, Any]) -> None:
-    """There is no MATLAB here; but the names that it asks for are in the file."""
-    import h5netcdf
-
-    result = ms.Study.load("examples/al2017.toml").run()
-    result.save("al2017-result")
-    asked = 0
-    with h5netcdf.File("al2017-result/result.nc") as file:
-        for block in blocks(page, "matlab"):
-            files = re.findall(r"'([\w/.-]+\.nc)'", block.text)
-            assert all(Path(name).is_file() for name in files), files
-            for call, where, name in re.findall(
-                r"(ncread|ncreadatt)\(\w+, '([\w/]+)'(?:, '(\w+)')?", block.text
-            ):
-                holder = file if where == "/" else file.variables[where]
-                assert call == "ncread" or name in holder.attrs, name
-                asked += 1
-    assert asked > 2
-
-
 # -- links ----------------------------------------------------------------------------------------
 
 
@@ -390,46 +340,6 @@ def test_links(page: Path) -> None:
         file = page if not name else (page.parent / name).resolve()
         assert file.exists(), f"{page.name}: {target}"
         assert not anchor or anchor in anchors(file), f"{page.name}: {target}"
-
-
-def toctree(page: Path) -> list[Path]:
-    """Pages below this one on the site."""
-    names = [
-        line
-        for block in blocks(page, "{toctree}")
-        for line in block.text.split()
-        if not line.startswith(":") and not line.startswith("gallery/")
-    ]
-    return [page.parent / f"{name}.md" for name in names]
-
-
-def test_every_page_is_on_the_site_and_linked_where_it_is_listed() -> None:
-    seen, waiting = [], [DOCS / "index.md"]
-    while waiting:
-        page = waiting.pop()
-        seen.append(page)
-        assert page.is_file(), page.name
-        waiting += toctree(page)
-    here = [page for page in PAGES if page.is_relative_to(DOCS)]
-    assert sorted(page.name for page in seen) == sorted(page.name for page in here)
-    for page in seen:
-        text = page.read_text(encoding="utf-8")
-        for below in toctree(page):
-            assert f"({below.name})" in text, f"{below.name} is not in the tables of {page.name}"
-
-
-@folded(
-    "page",
-    {name: p for name, p in NAMED.items() if p.is_relative_to(DOCS) and p.name != "index.md"},
-    whole=True,
-)
-def test_a_page_begins_with_what_the_reader_can_do_and_has_a_picture(page: Path) -> None:
-    text = re.sub(r"(?ms)^```.*?^```|<!--.*?-->", "", page.read_text(encoding="utf-8"))
-    prose = [part for part in re.split(r"\n\s*\n", text) if re.match(r"\s*[A-Z`]", part)]
-    opening = " ".join(re.split(r"(?<=[.:?]) ", " ".join(prose[0].split()))[:2])
-    assert re.search(r"\byou (?:can|find|know)\b", opening), opening
-    if page.name not in ("changelog.md", "contributing.md"):  # links to files of the repository
-        assert re.search(r"(?m)^!\[|^\| |^```\{eval-rst\}", page.read_text(encoding="utf-8"))
 
 
 # -- pages from declarations ----------------------------------------------------------------------
@@ -465,12 +375,3 @@ def test_the_reference_has_every_public_name() -> None:
     other = set(names) - set(ms.__all__)
     rooms = (surfaces, identification, export)
     assert other <= {"metals", "Metal"}.union(*(room.__all__ for room in rooms))
-
-
-def test_the_site_fetches_nothing() -> None:
-    """It builds and opens without a network."""
-    text = (DOCS / "conf.py").read_text(encoding="utf-8")
-    assert "intersphinx" not in text
-    assert "http" not in text
-    for page in PAGES:
-        assert "$$" not in page.read_text(encoding="utf-8"), "formulas are plain text"

@@ -101,16 +101,3 @@ def test_the_summary_is_what_the_interface_says(
         verdicts = [(v["name"], v["value"], v["limit"], v["word"]) for v in entry["validity"]]
         assert verdicts == [(v.name, v.value, v.limit, v.word) for v in here.validity]
         assert {v["name"] for v in entry["validity"]} >= {"plasticity index"}
-
-
-def test_the_limits_of_the_energy(summary: dict[str, Any], joint: ms.Interface) -> None:
-    for load, entry in zip(LOADS, summary["joints"], strict=True):
-        here = joint.at(normal_load=load)
-        limits = entry["limits"]
-        small, large = 1e-11, 1e-4
-        assert here.dissipated_energy(small) == pytest.approx(
-            limits["cubic_coefficient"] * small**3, rel=1e-3, abs=0
-        )
-        assert here.dissipated_energy(large) == pytest.approx(
-            4.0 * here.force_limit * (large - limits["linear_offset"]), rel=1e-9, abs=0
-        )

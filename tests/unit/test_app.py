@@ -21,7 +21,6 @@ import pytest
 
 import microslip as ms
 from microslip.app.jobs import Workspace, check_study, safe_name
-from microslip.app.preview import record_view
 from microslip.cli import main
 from microslip.cli.workbench import COMMANDS, forms
 
@@ -275,15 +274,6 @@ def test_what_a_look_refuses_names_no_folder(bench: Bench, tmp_path: Path) -> No
         assert status == 422
         assert str(bench.folder) not in text.decode()
         assert "rror:" not in text.decode()  # a line for people, no name of an exception
-
-
-def test_a_pause_is_no_line() -> None:
-    time = np.concatenate([np.arange(50.0), 1e4 + np.arange(50.0)])
-    record = ms.Record(np.sin(time), np.cos(time), time=time)
-    x, y = record_view(record)["displacement"]
-    assert [i for i, value in enumerate(x) if value is None] == [50]
-    assert y[50] is None
-    assert [value for value in x if value is not None] == time.tolist()
 
 
 # -- what it does -------------------------------------------------------------------------------

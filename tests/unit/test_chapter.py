@@ -30,7 +30,6 @@ from microslip.chapter.surface import (
     ROUGHNESS,
     is_peak,
     peak_density,
-    summits,
     synthetic_profile,
     worked_example,
 )
@@ -142,24 +141,6 @@ def test_roughness_figure() -> None:
     std = math.sqrt(((y - mean) ** 2 * density).sum() * (y[1] - y[0]))
     assert heights.mean() == pytest.approx(mean, abs=0.02 * ROUGHNESS)
     assert heights.std() == pytest.approx(std, rel=0.03)
-
-
-def test_summits_of_a_rough_surface() -> None:
-    """Counted on a surface made in two dimensions, that is rough alike in all directions."""
-    side, step = 1024, 4e-6
-    k = 2.0 * np.pi * np.fft.fftfreq(side, step)
-    window = np.exp(-(k[:, None] ** 2 + k**2) * CORRELATION**2 / 8.0)
-    noise = np.random.default_rng(3).standard_normal((side, side))
-    z = np.fft.ifft2(np.fft.fft2(noise) * window).real
-    z *= ROUGHNESS / z.std()
-    inner = z[1:-1, 1:-1]
-    rows = [slice(1 + i, side - 1 + i) for i in (-1, 0, 1)]
-    top = np.all([inner >= z[i, j] for i in rows for j in rows], axis=0)
-    bend = (4.0 * inner - z[2:, 1:-1] - z[:-2, 1:-1] - z[1:-1, 2:] - z[1:-1, :-2]) / step**2
-    density, radius, spread = summits()
-    assert top.sum() / inner.size / step**2 == pytest.approx(density, rel=0.05)
-    assert 2.0 / bend[top].mean() == pytest.approx(radius, rel=0.05)
-    assert inner[top].std() == pytest.approx(spread, rel=0.05)
 
 
 def test_the_overlay_is_identified() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import subprocess
 import sys
 from pathlib import Path
 
@@ -60,27 +59,3 @@ def test_prose_of_pages_is_checked_and_code_is_not() -> None:
     page = "# Page\n\n```python\nsays = 1  # it says so\n```\n\nThe scan says so.\n"
     (found,) = check_words.problems_of_page(page, "docs/page.md")
     assert found.startswith('docs/page.md:7: "says"')
-
-
-def test_subjects_are_checked_only_with_git(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    """Run the check in a history with a long subject, in a folder without git, and without git."""
-
-    def git(*arguments: str) -> str:
-        command = ["git", "-C", str(tmp_path), "-c", "user.name=a", "-c", "user.email=a@b"]
-        done = subprocess.run([*command, *arguments], capture_output=True, text=True, check=True)
-        return done.stdout.strip()
-
-    monkeypatch.setattr(check_words, "ROOT", tmp_path)
-    assert list(check_words.long_subjects()) == []
-    git("init", "--quiet")
-    git("commit", "--quiet", "--allow-empty", "-m", "x" * 80)
-    monkeypatch.setattr(check_words, "FIRST_COMMIT", git("rev-parse", "HEAD"))
-    git("commit", "--quiet", "--allow-empty", "-m", "y" * 72)
-    assert list(check_words.long_subjects()) == []
-    git("commit", "--quiet", "--allow-empty", "-m", "z" * 73)
-    (found,) = check_words.long_subjects()
-    assert "subject of 73 letters" in found
-    monkeypatch.setenv("PATH", "")
-    assert list(check_words.long_subjects()) == []

@@ -12,7 +12,7 @@ import pytest
 from command import STUDY, fails, names, run
 
 import microslip as ms
-from microslip.study.new import TEMPLATE_LAWS, TEMPLATES, demo_text, template
+from microslip.study.new import TEMPLATE_LAWS, TEMPLATES, demo_text
 
 
 @pytest.fixture(autouse=True)
@@ -93,39 +93,6 @@ def test_a_new_study_runs_as_it_is(law: str) -> None:
     ratios = result.rows[-1].force_ratio
     assert ratios[0] < 0.75
     assert ratios[-1] > 0.99, "from micro to gross slip"
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("law", TEMPLATE_LAWS)
-def test_every_key_of_a_new_study_can_be_used(law: str) -> None:
-    """Each line in a comment counts without its #, in place of the one that it excludes."""
-    rows = "\n".join(f"{0.1 * i},{0.2 * i},{9 - 0.25 * i + 0.002 * i**2}" for i in range(20))
-    Path("record.csv").write_text(f"x [um],t [s],N\n{rows}\n", encoding="utf-8")
-    Path("heights.csv").write_text(f"y [um],t,N\n{rows}\n", encoding="utf-8")
-    Path("normal.csv").write_text(f"d [um],t,N [kN]\n{rows}\n", encoding="utf-8")
-    text = template(law=law)
-    keys = [line for line in text.splitlines() if re.match(r"# (\w+ = |\[)", line)]
-    assert len(keys) >= 6
-    for line in keys:
-        key = re.match(r"# \[?([\w.]+)", line)[1]  # type: ignore[index]
-        changed = text.replace(line, line[2:])
-        if line.startswith("# ["):
-            start = changed.index(line[2:])
-            end = changed.index("\n\n", start)
-            changed = changed[:start] + changed[start:end].replace("\n# ", "\n") + changed[end:]
-            assert key in changed
-        elif re.search(rf"(?s)\n# \[[^\n]*\n(# [^\n]*\n)*{re.escape(line)}\n", text):
-            continue  # with its table
-        elif key == "values":
-            changed = re.sub(r"(?s)\nvalues = \[.*?\n\]", "", text).replace(line, line[2:])
-        elif law == "table" and key in ("separation", "load"):
-            changed = re.sub(r"(?m)^(separation|load) = .*\n", "", text)
-            changed = re.sub(r"(?m)^# ((separation|load) = )", r"\1", changed)
-        else:
-            other = "amplitudes" if key == "force_amplitudes" else key
-            changed = re.sub(rf"(?m)^{other} = .*\n", "", text).replace(line, line[2:])
-        study = ms.Study.from_toml(changed, "new", folder=Path.cwd())
-        assert all(np.isfinite(row.dissipated_energy).all() for row in study.run().rows), line
 
 
 @pytest.mark.slow

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import os
-import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -13,11 +11,8 @@ import pytest
 from command import fails, run
 
 import microslip as ms
-from microslip.report.scanned.study_file import face_study_text
 from microslip.surfaces import random_surface
-from microslip.surfaces.findings import Request, analyse
 
-SHARED = Path(__file__).parents[3] / "shared" / "data" / "scans"
 AS_IS = ("--unit", "um", "--pixel", "1 um")
 FILES = [
     *("heights.png", "heights.svg", "report.html", "spectrum.csv", "spectrum.png", "spectrum.svg"),
@@ -114,40 +109,6 @@ def test_a_pressed_scan_is_solved_point_by_point(folder: Path, undrawn: None) ->
     assert "at least 100 points into contact" in few
 
 
-@pytest.mark.parametrize("there", [".", "below/deeper"])
-def test_the_study_finds_the_scan_from_where_it_is(
-    folder: Path, monkeypatch: pytest.MonkeyPatch, there: str
-) -> None:
-    """Wherever the command was run and the study is: by two dots, or from the root if so given."""
-    (folder / "below" / "deeper").mkdir(parents=True)
-    (folder / "out").mkdir()
-    monkeypatch.chdir(folder / there)
-    near, far = os.path.relpath(folder / "ground.npy"), str(folder / "ground.npy")
-    for scan, written in ((near, "../ground.npy"), (far, far)):
-        request = Request.of(
-            Path(scan), cutoff_given=True, unit="um", pixel=1e-6, cutoff=6e-6,
-            materials=("steel", "steel"), normal_load=0.9,
-        )  # fmt: skip
-        found = analyse(request)
-        text = face_study_text(found, found.face, Path(os.path.relpath(folder / "out")))
-        assert tomllib.loads(text)["surface"]["scan"] == written
-        ms.Study.from_toml(text, folder=folder / "out")
-
-
-def test_missing_points_are_reported_and_filled(folder: Path) -> None:
-    heights = np.load("ground.npy")
-    heights[np.random.default_rng(4).random(heights.shape) < 0.3] = np.nan
-    np.save("holes.npy", heights)
-    options = *AS_IS, "--cutoff", "6 um", "--json"
-    found = json.loads(run("surface", "holes.npy", *options).stdout)
-    assert found["missing"] == pytest.approx(0.3, abs=0.02)
-    assert any(v["name"] == "missing" and v["word"] == "outside" for v in found["validity"])
-    whole = json.loads(run("surface", "ground.npy", *options).stdout)
-    # Interpolation rounds off waves of a few pixels, which the cut-off removes for the most part.
-    for group, name, near in (("parameters", "rms", 0.02), ("areal", "rms_gradient", 0.05)):
-        assert found[group][name] == pytest.approx(whole[group][name], rel=near)
-
-
 def test_a_profile(folder: Path, undrawn: None) -> None:
     x = np.arange(600)
     rng = np.random.default_rng(1)
@@ -170,13 +131,3 @@ def test_the_figures_are_drawn(folder: Path) -> None:
     for name in ("heights", "spectrum"):
         assert (folder / f"out/{name}.png").read_bytes().startswith(b"\x89PNG")
         assert "</svg>" in (folder / f"out/{name}.svg").read_text("utf-8")
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not SHARED.is_dir(), reason="the shared scans are not here")
-def test_the_scan_with_a_scratch(folder: Path) -> None:
-    pytest.importorskip("SurfaceTopography")
-    scan, quadratic = str(SHARED / "mnt-1.mnt"), ("--level", "quadratic")
-    summary = json.loads(run("surface", scan, "--cutoff", "none", *quadratic, "--json").stdout)
-    assert summary["parameters"]["kurtosis"] > 300.0
-    assert any(v["name"] == "kurtosis" and v["word"] == "outside" for v in summary["validity"])

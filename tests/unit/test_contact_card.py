@@ -41,20 +41,6 @@ def test_heights_that_fall_exponentially_have_a_card_in_closed_form():
     assert np.interp(5e5, p[:-1], slopes[1:]) == pytest.approx(5e5 / scale, rel=0.1)
 
 
-def test_damping_that_is_reported_is_that_of_loops():
-    card = export.ContactCard.of(JOINT, amplitude=1e-7)
-    assert card.layer.loss_factor == pytest.approx(
-        JOINT.loop(1e-7, samples=4001).loss_factor, rel=1e-6
-    )
-    wanted = JOINT.loop(1e-7, samples=4001).secant_stiffness / 2e-4 * 1e-3
-    assert card.layer.shear_modulus == pytest.approx(wanted, rel=1e-9)
-    slip = card.elastic_slip
-    for amplitude, own, its in card.errors.damping:
-        assert own == pytest.approx(JOINT.loop(amplitude, samples=4001).loss_factor, rel=1e-5)
-        # Stick-slip: 4 mu N (a - slip) over pi mu N a.
-        assert its == pytest.approx(4.0 / np.pi * max(1.0 - slip / amplitude, 0.0), abs=1e-9)
-
-
 @pytest.mark.parametrize(
     ("units", "pascal", "metre", "density"),
     [("m", 1.0, 1.0, 1.0), ("mm", 1e6, 1e-3, 1e12), ("mm-ms", 1e9, 1e-3, 1e9),

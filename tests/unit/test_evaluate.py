@@ -10,8 +10,7 @@ from scipy import stats
 
 import microslip as ms
 from microslip._core import kernels
-from microslip.contact import NORMAL_LAWS
-from microslip.contact.grids import pairs_of, pointwise_of
+from microslip.contact.grids import pointwise_of
 
 RNG = np.random.default_rng(18)
 COUNT = 40
@@ -107,29 +106,6 @@ def test_other_heights_and_bodies() -> None:
         same(found, joint_of(at(by_place, i)), at(by_place, i), i)
 
 
-@pytest.mark.parametrize("law", NORMAL_LAWS)
-def test_one_surface_for_all(law: type[ms.NormalLaw]) -> None:
-    surface = law.examples()[0]
-    joint = ms.Interface(surface, 0.4, 1e-2 * surface.load(surface._span[0]))
-    loads = joint.normal_load * np.array([[0.5], [1.0]])
-    a = joint.slip_scale * np.array([0.0, 1e-3, 0.3, 3.0])
-    mu = joint.friction_coefficient
-    found = ms.evaluate(
-        surface=joint.surface, friction_coefficient=mu, normal_load=loads, amplitude=a
-    )
-    for i, load in enumerate(loads[:, 0]):
-        each = joint.at(normal_load=load)
-        np.testing.assert_allclose(found["backbone"][i], each.backbone(a), rtol=1e-13)
-        # Where few summits have slipped the table of an interface has 1e-12.
-        np.testing.assert_allclose(
-            found["dissipated_energy"][i], each.dissipated_energy(a), rtol=1e-12
-        )
-        assert found["secant_stiffness"][i, 0] == pytest.approx(
-            each.tangential_stiffness, rel=1e-13
-        )
-        assert found["loss_factor"][i, 0] == 0.0
-
-
 def test_shapes_and_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Numbers give numbers; any shape, cut in any blocks, gives the same."""
     from microslip.friction.sweeps import evaluation
@@ -154,22 +130,6 @@ def test_shapes_and_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
         again = ms.evaluate(**given)
         for name, values in found.items():
             np.testing.assert_array_equal(again[name], values)
-
-
-def test_the_kernel_agrees_with_the_sums() -> None:
-    """Drops and energies on a profile, steps of all sizes, against quadrature law by law."""
-    for heights in (ms.Gaussian(1.0), ms.Exponential(2.0)):
-        surface = ms.GreenwoodWilliamson(MATERIALS, heights, 100.0, 1.0, 1.0)
-        law = pointwise_of(surface)
-        assert law._profile is not None
-        low = 0.0 if surface._edge == 0.0 else -12.0
-        d, u = RNG.uniform(low - 1.0, 12.0, 3000), 10.0 ** RNG.uniform(-9.0, 2.0, 3000)
-        for kind in ("drop", "excess"):
-            wanted = pairs_of(surface)(surface, kind, d, u)
-            # F itself has 1e-14 far out, and where steps are long differences of it are taken.
-            np.testing.assert_allclose(law.sum(kind, d, u), wanted, rtol=2e-13)
-        load = surface.load(d)
-        np.testing.assert_allclose(surface.load(law.separations(load)), load, rtol=1e-13)
 
 
 MATERIALS = ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33))

@@ -78,9 +78,3 @@ def test_geometries_of_many_parts_are_read(folder: Path) -> None:
     assert found.face_area == pytest.approx(wanted.face_area, rel=1e-12)
     sizes = [len(body.cells) for body in found.mesh.bodies]
     assert sizes == [len(body.cells) for body in wanted.mesh.bodies]
-
-
-def test_a_mesh_shows_itself_in_a_line(folder: Path) -> None:
-    shown = repr(joint(folder / "order1-2.2-ascii.msh"))
-    assert "\n" not in shown
-    assert '"lower", "upper" and "bolt"' in shown

@@ -7,7 +7,6 @@ import importlib
 import inspect
 import os
 import pkgutil
-import re
 import subprocess
 import sys
 from pathlib import Path
@@ -108,15 +107,6 @@ def test_the_core_needs_only_numpy() -> None:
     assert run(code).startswith("The core runs with NumPy")
 
 
-def test_a_command_says_which_package_is_missing() -> None:
-    code = "import sys; sys.modules['click'] = None; from microslip.__main__ import main; main()"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
-    assert done.returncode == 2
-    assert done.stderr == (
-        "error: the command microslip needs click, which is not installed: pip install click\n"
-    )
-
-
 # -- names -----------------------------------------------------------------------------------------
 
 
@@ -147,14 +137,6 @@ def test_names_resolve() -> None:
         value = getattr(ms, name)
         assert value is getattr(importlib.import_module(module), name)
         assert value.__name__ == name
-
-
-def test_unknown_attribute() -> None:
-    with pytest.raises(AttributeError, match="Coulombb"):
-        _ = ms.Coulombb
-    assert not hasattr(ms, "np")
-    with pytest.raises(ImportError, match="Coulombb"):
-        exec("from microslip import Coulombb")
 
 
 # -- lists that the shared tests run over ----------------------------------------------------------
@@ -199,13 +181,3 @@ def test_abstract_classes_cannot_be_made(base: type) -> None:
     assert base.examples() == ()  # type: ignore[attr-defined]
     with pytest.raises(TypeError, match="abstract"):
         base()
-
-
-def test_the_readme_names_what_the_core_needs_alone():
-    """The line for authors of solvers lists the packages with which core_alone.py is run."""
-    root = Path(__file__).parents[2]
-    line = re.search(r"pip install --no-deps ([a-z ]+)`", (root / "README.md").read_text("utf-8"))
-    named = re.search(r"ALONE = {(.*)}", (root / "tests/core_alone.py").read_text("utf-8"))
-    assert line is not None
-    assert named is not None
-    assert set(line[1].split()) == set(re.findall(r'"(\w+)"', named[1]))

@@ -20,23 +20,15 @@ import microslip as ms
     ("given", "message"),
     [
         ({"material": ms.Material.rigid()}, "neither rigid nor incompressible"),
-        ({"material": "steel"}, "material must be a Material"),
-        ({"density": 0.0}, "density must be above zero"),
-        ({"element_size": -1.0}, "element_size must be above zero"),
         ({"element_size": 1e-4}, "above the limit of 10000"),
         ({"patches": 3}, r"patches must be two whole numbers, along and across, such as \(15, 2\)"),
-        ({"patches": (0, 2)}, "patches must be two whole numbers"),
-        ({"patches": (2.5, 2)}, "patches must be two whole numbers"),
         ({"patches": (1000, 1000)}, "patches must be at most"),
         ({"patches": [[0.0, -0.01, 0.0, 0.01]]}, "the bounds of a patch must increase"),
         ({"patches": [[1.0, 1.1, 0.0, 0.01]]}, "no patch holds any of the faces"),
-        ({"kept_modes": 0}, "kept_modes must be an integer from 1"),
-        ({"sensors": {"tip": (9, 9, 9)}}, 'sensor "tip" must be a position and a direction'),
         ({"sensors": {"tip": ((1.0, 0, 0), "z")}}, 'sensor "tip" must lie on the bodies'),
         ({"sensors": {"tip": ((0.1, 0, 0), "w")}}, 'the direction of sensor "tip" must be "x"'),
         ({"sensors": {"tip": ((0.1, 0, 0), (0, 0, 0))}}, "must not be zero"),
         ({"masses": {(5.0, 0.0, 0.0): 0.1}}, "an added mass must lie on the bodies"),
-        ({"masses": {(0.1, 0.0, 0.0): -0.1}}, "an added mass must be above zero"),
     ],
 )
 def test_reductions_that_are_none(given: dict[str, Any], message: str) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import microslip as ms
-from microslip.friction import LAWS, LawBand, load_law, save_law
+from microslip.friction import LAWS, LawBand, save_law
 from microslip.friction.law_files import _by_name
 
 LAW = ms.SegalmanIwan.examples()[0]
@@ -65,28 +65,6 @@ def test_a_prediction_carries_the_band(tmp_path: Path) -> None:
     assert "identified law" in (tmp_path / "out" / "report.html").read_text("utf-8")
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"amplitude": [2e-6, 1e-6]}, "amplitude must hold 2 to 10000 amplitudes above zero"),
-        ({"force": [[1.0], [2.0]]}, "ends of force must be a lower and an upper end"),
-        ({"confidence": 1.5}, "confidence must be between 0 and 1"),
-        ({"force": "none"}, "band must hold numbers"),
-        ({"more": 1}, "band must have amplitude, confidence"),
-    ],
-)
-def test_a_wrong_band_is_refused(change: dict[str, object], message: str, tmp_path: Path) -> None:
-    file = tmp_path / "law.json"
-    save_law(LAW, file, band=band(5))
-    content = json.loads(file.read_text("utf-8"))
-    content["band"] |= change
-    file.write_text(json.dumps(content), "utf-8")
-    assert isinstance(load_law(file), ms.SegalmanIwan)  # the law itself can be read
-    text = '[joint]\nlaw_file = "law.json"\n[excitation]\namplitudes = ["1 um"]\n'
-    with pytest.raises(ms.StudyError, match=message):
-        ms.Study.from_toml("schema = 1\n" + text, folder=tmp_path).run()
-
-
 EXAMPLES = [law for kind in LAWS for law in kind.examples()]
 
 
@@ -126,11 +104,3 @@ def test_a_wrong_file_is_refused(change: dict[str, Any], message: str, tmp_path:
     with pytest.raises(ms.InputError) as caught:
         ms.friction.load_law(file)
     assert str(caught.value).startswith(f"law.json: {message}")
-
-
-def test_text_is_no_law(tmp_path: Path) -> None:
-    (tmp_path / "law.json").write_text("[[[", "utf-8")
-    with pytest.raises(ms.InputError, match=r"law\.json: is not a JSON law file"):
-        ms.friction.load_law(tmp_path / "law.json")
-    with pytest.raises(ms.InputError, match=r"other\.json: no such file"):
-        ms.friction.load_law(tmp_path / "other.json")

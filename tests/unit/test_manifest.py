@@ -192,25 +192,6 @@ def test_named_pipes_are_refused(
     assert outcome.stderr.count("\n") == 1
 
 
-def test_a_formula_without_its_value_is_refused(tmp_path: Path) -> None:
-    openpyxl = pytest.importorskip("openpyxl", reason="the extra excel is not installed")
-    book = openpyxl.Workbook()
-    book.active.append(["file", "load [N]"])
-    book.active.append(["a.csv", "=250*2"])
-    book.save(tmp_path / "manifest.xlsx")
-    with pytest.raises(ms.InputError, match="cell B2: a formula without its value"):
-        Manifest.read(tmp_path / "manifest.xlsx")
-
-
-def test_a_record_is_named_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    cell_record(0.5, 400.0, 3e-5, 1, 0.0).to_csv("a.csv")
-    for words in (("a.csv", "./a.csv"), ("a.csv", ".")):
-        outcome = run("measure", *words)
-        assert (outcome.exit_code, outcome.stdout) == (2, "")
-        assert "a.csv is named twice" in outcome.stderr
-
-
 def test_no_wear_of_a_specimen_counted_twice(campaign: Path, tmp_path: Path) -> None:
     """Two series from cycle 1 hide the life of their specimen; another specimen has its wear."""
     rows = ["file,specimen,cycle,load,worn volume [mm^3]"]

@@ -42,13 +42,6 @@ def test_composite_moduli_of_unlike_bodies() -> None:
     assert pair.stiffness_ratio == pytest.approx(normal / (4 * shear), rel=1e-15, abs=0)
 
 
-@pytest.mark.parametrize("ratio", [-0.9, 0.0, 0.33, 0.5])
-def test_stiffness_ratio_of_equal_bodies_is_mindlins(ratio: float) -> None:
-    body = ms.Material(1e9, ratio)
-    expected = (2 - ratio) / (2 * (1 - ratio))
-    assert ms.MaterialPair(body, body).stiffness_ratio == pytest.approx(expected, rel=1e-14, abs=0)
-
-
 def test_rigid_body_adds_no_compliance() -> None:
     rigid = ms.Material.rigid()
     pair = ms.MaterialPair(AL, rigid)

@@ -75,12 +75,6 @@ def test_a_slow_begin_is_no_cycle() -> None:
 # -- measuring -------------------------------------------------------------------------------------
 
 
-def test_drift() -> None:
-    cycle = np.arange(len(RECORD)) / 512.0
-    moved = ms.Record(RECORD.displacement + 1e-8 * cycle, RECORD.force, 2000.0, sample_rate=5120.0)
-    assert ms.measure(moved).drift("displacement_offset").value == pytest.approx(1e-8, rel=1e-3)
-
-
 def test_turned_around() -> None:
     turned = ms.measure(ms.Record(-RECORD.displacement, -RECORD.force, 2000.0))
     for name in ("dissipated_energy", "amplitude", "chord_stiffness", "sliding_ratio"):
@@ -303,13 +297,3 @@ def test_students_quantile(confidence: float) -> None:
     freedom = np.array([3, 4, 9, 30, 99, 1000, 10_001, 200_000])
     found = [quantile(confidence, int(count)) for count in freedom]
     np.testing.assert_allclose(found, stdtrit(freedom, 0.5 + 0.5 * confidence), rtol=5e-14)
-
-
-def test_a_named_force_makes_a_loop_of_what_else_reads_like_a_ring_down(folder: Path) -> None:
-    angle = np.linspace(0.0, 8.0 * np.pi, 400)
-    columns = np.c_[angle / 60.0, np.sin(angle), 3.0 * np.cos(angle)]
-    np.savetxt(folder / "short.csv", columns, delimiter=",", header="t,x,f", comments="")
-    units = ["--unit", "displacement=um", "--unit", "force=N", "--unit", "time=s"]
-    done = run("measure", "short.csv", "--displacement", "x", "--force", "f", *units)
-    assert done.exit_code == 0, done.output
-    assert "each dissipates" in done.output

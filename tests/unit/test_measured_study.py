@@ -178,29 +178,3 @@ def test_keys_are_those_of_the_reading_and_the_conditioning(study, tmp_path) -> 
     assert scan.missing > 0.0
     scan = scan.repaired().condition(level="quadratic", long_cutoff=6e-5)
     np.testing.assert_array_equal(loaded.surface.face.heights, scan.condition(cutoff=6e-6).heights)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("piece", 'cutoff = "6"\npiece', "surface.cutoff: wanted a length such as"),
-        ("piece", "cutoff = 6\npiece", "surface.cutoff: wanted a length such as"),
-        ("tightening_pressure", "tightening_presure", "surface.tightening_presure: unknown key;"),
-        ("face.npy", "fase.npy", "surface.scan: fase.npy: no such file in the folder of the study"),
-        ('unit = "um"\n', "", "surface.scan: face.npy: the file does not state the unit"),
-        ('"face.npy"', "3", 'surface.scan: wanted the name of a scan such as "ground.plu"'),
-        ("piece", 'level = "cubic"\npiece', 'surface.level: wanted "plane", "quadratic",'),
-        ("piece", "outliers = 6\npiece", "surface.outliers: removed in 0.3; leave it out"),
-        ("piece", "channel = true\npiece", "surface.channel: wanted a channel such as"),
-        ("piece", 'valid = ["1 um"]\npiece', "surface.valid: wanted 2 values, got 1"),
-        ("piece", "fill = true\npiece", "surface.fill: removed in 0.3; leave it out"),
-        ('"face"', '"measured"', 'write law = "face" with the same keys'),
-        ('"2 um"', '["1 um", "1 um", "1 um"]', "surface.pixel: wanted "),
-        ("piece", 'radius = "1 mm"\npiece', "surface.radius: unknown key here; it belongs in"),
-    ],
-)
-def test_wrong_keys_are_one_line(study, old, new, message) -> None:
-    with pytest.raises(ms.StudyError) as caught:
-        study((old, new))
-    assert message in str(caught.value)
-    assert "\n" not in str(caught.value)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import pytest
+from cases import refusal
 
 import microslip as ms
 from microslip.contact import NORMAL_LAWS
@@ -22,12 +21,6 @@ N = 1e3 * (1.0 - D / 1e-6) ** 2
 PARABOLA = ms.TabulatedNormalLaw(PAIR, D, N)
 TAILED = ms.TabulatedNormalLaw(PAIR, D, 1e3 * np.exp(-D / 3e-7), tail="exponential")
 EXAMPLES = [law for kind in NORMAL_LAWS for law in kind.examples()]
-
-
-def refusal(call: Callable[..., Any], *args: object, **kwargs: object) -> str:
-    with pytest.raises(ms.InputError) as caught:
-        call(*args, **kwargs)
-    return str(caught.value)
 
 
 # -- loads that cannot be carried ------------------------------------------------------------------
@@ -70,20 +63,6 @@ def test_light_and_heavy_loads_are_carried_or_refused(law: ms.NormalLaw, load: f
         assert joint.tangential_stiffness > 0.0
 
 
-def test_values_at_rest() -> None:
-    for joint in ms.Interface.examples():
-        for name in ("dissipated_energy", "energy_ratio", "loss_factor", "damping_ratio"):
-            value = getattr(joint, name)(0.0)
-            assert value == 0.0
-            assert math.copysign(1.0, getattr(joint, name)(-0.0)) == 1.0, name
-        assert joint.secant_stiffness(0.0) == pytest.approx(
-            joint.tangential_stiffness, rel=1e-12, abs=0
-        )
-        assert joint.force(0.0) == joint.displacement(0.0) == 0.0
-        # Cubic microslip, but for a table of straight runs, which sticks.
-        assert joint.dissipation_exponent(0.0) == 3.0
-
-
 # -- what is refused when a law is made ------------------------------------------------------------
 
 
@@ -95,12 +74,6 @@ def test_tables_refuse_wrong_tails_and_separations_below_their_first() -> None:
         assert "where the table begins" in refusal(
             ms.Interface, PARABOLA, 0.5, separation=separation
         )
-
-
-def test_rounding_does_not_make_a_straight_table_concave() -> None:
-    for points in (7, 11, 100, 1001):
-        d = np.linspace(0.1, 0.7, points)
-        ms.TabulatedNormalLaw(PAIR, d, 3.0 * (0.7 - d) / 0.6 + np.where(d < 0.7, 0.0, -0.0))
 
 
 @pytest.mark.parametrize(
@@ -123,7 +96,3 @@ def test_summits_are_pressed_by_their_radius_at_most(law) -> None:
         with pytest.raises(ms.InputError, match="radius") as caught:
             refused()
         assert caught.value.argument in ("separation", "load")
-
-
-def test_examples_of_interfaces_reach_every_surface() -> None:
-    assert {type(joint.surface) for joint in ms.Interface.examples()} == set(NORMAL_LAWS)

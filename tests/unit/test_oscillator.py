@@ -2,33 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
+from cases import refusal
 
 import microslip as ms
 
 CELL = ms.Jenkins(stiffness=5e7, force_limit=100.0)
-MODE = ms.Oscillator(mass=2.0, stiffness=3e7, joint=CELL)
-DAMPED = ms.Oscillator(mass=2.0, stiffness=3e7, joint=CELL, viscous_damping_ratio=0.01)
-
-
-def refusal(call: Any, *args: Any, **kwargs: Any) -> str:
-    with pytest.raises(ms.InputError) as caught:
-        call(*args, **kwargs)
-    return str(caught.value)
 
 
 # -- right use -------------------------------------------------------------------------------------
-
-
-def test_the_dashpot_of_the_oscillator() -> None:
-    assert MODE.viscous_coefficient == 0.0
-    assert DAMPED.viscous_coefficient == pytest.approx(2.0 * 0.01 * np.sqrt(2.0 * 8e7), rel=1e-15)
-    # A rigid joint sets no frequency: the sliding one counts.
-    dry = ms.Oscillator(2.0, 3e7, ms.Coulomb(100.0), 0.01)
-    assert dry.viscous_coefficient == pytest.approx(0.02 * np.sqrt(2.0 * 3e7), rel=1e-15)
 
 
 def test_dry_friction_at_rest() -> None:
@@ -36,35 +19,6 @@ def test_dry_friction_at_rest() -> None:
     assert dry.angular_frequency(0.0) == np.inf
     assert dry.damping_ratio(0.0) == 0.0
     assert dry.damping_ratio(0.0, method="harmonic-balance") == 0.0
-
-
-def test_cycles_or_duration() -> None:
-    by_cycles = MODE.ring_down(5e-6, cycles=4)
-    assert by_cycles.turning_time.size == 9
-    assert by_cycles.amplitude.size == by_cycles.frequency.size == by_cycles.damping_ratio.size == 4
-    assert by_cycles.time[-1] >= by_cycles.turning_time[-1] > by_cycles.time[-2]
-    step = np.diff(by_cycles.time)
-    np.testing.assert_allclose(step, 1.0 / MODE.frequency(0.0) / 100, rtol=1e-10)
-
-    by_time = MODE.ring_down(1e-6, duration=1e-3, samples_per_cycle=20)
-    assert by_time.time[-1] == pytest.approx(1e-3, rel=1e-14)
-    assert np.diff(by_time.time).max() <= 1.0 / MODE.frequency(0.0) / 20 * (1.0 + 1e-9)
-    assert by_time.displacement[0] == 1e-6
-    assert by_time.velocity[0] == 0.0
-    assert MODE.ring_down(1e-6, duration=1e-9).time.tolist() == [0.0, 1e-9]
-
-
-def test_an_envelope_by_cycles_or_duration() -> None:
-    joint = ms.Interface.examples()[0]
-    mode = ms.Oscillator(1.0, 1e9, joint)
-    by_cycles = mode.decay(1e-8, cycles=50)
-    assert by_cycles.time.size == by_cycles.amplitude.size == 51
-    assert by_cycles.amplitude[0] == 1e-8
-    assert by_cycles.time[0] == 0.0
-    by_time = mode.decay(1e-8, duration=float(by_cycles.time[20]) * 1.0001)
-    np.testing.assert_allclose(by_time.amplitude, by_cycles.amplitude[:21], rtol=1e-8)
-    np.testing.assert_allclose(np.diff(by_cycles.time), 1.0 / by_cycles.frequency[1:], rtol=1e-3)
-    assert mode.decay(1e-8, duration=1e-9).time.tolist() == [0.0]
 
 
 def test_an_envelope_that_fades_to_nothing_ends() -> None:

@@ -44,16 +44,6 @@ def curve(ax):
     return next(line for line in ax.lines if len(line.get_xdata()) > 2)
 
 
-def test_a_loop_in_its_units() -> None:
-    loop = JOINT.loop(3e-7)
-    ax = loop.plot()
-    assert ax.get_xlabel() == "Displacement [µm]"
-    assert ax.get_ylabel() == "Force [N]"
-    x, y = np.asarray(curve(ax).get_data())
-    assert np.allclose(x, 1e6 * loop.displacement, rtol=1e-15, atol=0.0)
-    assert np.array_equal(y, loop.force)
-
-
 def test_minus_secant_keeps_the_area_and_loses_the_slope() -> None:
     loop = JOINT.loop(2e-7, samples=4001)
     rest = loop.force_minus_secant

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm, qmc
 
-from microslip.friction.sweeps.quantiles import intervals, quantiles, samples_for
+from microslip.friction.sweeps.quantiles import intervals, quantiles
 
 SHARES = (0.05, 0.5, 0.95)
 
@@ -120,11 +120,6 @@ def test_intervals_of_interpolated_quantiles() -> None:
     assert np.mean(np.concatenate([c.ravel() for c in cover])) > 0.9
     assert min(c.min() for c in cover) > 0.55
     assert np.median(np.concatenate([w.ravel() for w in wide])) < 3.2  # 1.65 of normal errors
-
-
-def test_samples_for_a_wanted_error() -> None:
-    assert samples_for(512, 0.03, 0.01) == 4608
-    assert samples_for(512, 0.005, 0.01) == 512
 
 
 def test_what_is_not_known_is_left_out_where_it_is_not() -> None:

@@ -79,17 +79,3 @@ def test_a_study_draws_faces_for_samples_and_none_for_the_middle() -> None:
         3e-6,
         15e-6,
     )
-
-
-@pytest.mark.parametrize(
-    ("form", "message"),
-    [
-        ("{ factor = 1.0 }", "structure.form.flatness: missing; write for example flatness"),
-        ('{ flatness = "4 um", machining = "ground" }', "form.machining: wanted flatness or"),
-        ('{ rim = "4 um", correlation = "1 cm" }', "form.correlation: wanted only with flatness"),
-        ('{ machining = "cast" }', 'structure.form.machining: wanted "ground" or "milled"'),
-    ],
-)  # fmt: skip
-def test_forms_that_say_nothing_are_refused(form: str, message: str) -> None:
-    with pytest.raises(ms.StudyError, match=message.replace("(", r"\(")):
-        ms.Study.from_toml(STRIP.replace("[structure]", f"[structure]\nform = {form}", 1))

@@ -77,20 +77,6 @@ def test_columns_go_by_their_names(tmp_path: Path, text: str, told: str) -> None
     assert told in scan.notes
 
 
-@pytest.mark.parametrize(
-    ("head", "says"),
-    [
-        ("x [um],y [um],Height [kg]", 'column "Height" is in "kg": wanted a length'),
-        ("x [um],y [s],z [um]", 'column "y" is in "s"'),
-        ("y [um],a [um],b [um]", 'column 1 is named "y", where x is expected'),
-    ],
-)
-def test_columns_of_another_kind_are_refused(tmp_path: Path, head: str, says: str) -> None:
-    (tmp_path / "a.csv").write_text(f"{head}\n0,0,1\n1,0,2\n0,1,3\n1,1,5\n")
-    with pytest.raises(ms.InputError, match=says):
-        ms.Scan.read(tmp_path / "a.csv")
-
-
 def test_exact_zeros_and_odd_units_are_reported(tmp_path: Path) -> None:
     heights = 1e6 * GROUND.heights
     heights[::9, ::9] = 0.0

@@ -8,7 +8,6 @@ import sys
 from pathlib import Path
 from types import ModuleType
 
-import meshio
 import numpy as np
 import pytest
 
@@ -77,30 +76,3 @@ def test_a_number_is_inside_where_its_range_meets_the_band() -> None:
     assert [row["ratio"] for row in rows] == [1.5, 1.5]
     with pytest.raises(ValueError, match="has no band"):
         RUN.compared(case, bands | {"b": (3.0, 2.0, 4.0)})
-
-
-def test_the_bolted_assembly_has_the_volumes_of_its_drawing(tmp_path: Path) -> None:
-    path = RUN.HERE / "bolted-assemblies" / "assembly.py"
-    spec = importlib.util.spec_from_file_location("assembly", path)
-    assert spec is not None
-    assert spec.loader is not None
-    assembly = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(assembly)
-    for angle, mirrored in ((0.0, True), (-np.pi / 2, True)):  # C1, C2
-        assembly.write(tmp_path / "mesh.inp", angle, mirrored)
-        mesh = meshio.read(tmp_path / "mesh.inp")
-        corners = mesh.points[mesh.cells[0].data]
-        x, y = corners[:, :4, 0], corners[:, :4, 1]
-        area = 0.5 * np.abs((x * np.roll(y, -1, 1) - y * np.roll(x, -1, 1)).sum(axis=1))
-        volumes = area * (corners[:, 4, 2] - corners[:, 0, 2])
-        found = {name: volumes[blocks[0]].sum() for name, blocks in mesh.cell_sets.items()}
-        inch = 0.0254
-        plate = 2 * 2.5**2 + 10.0 * 1.0 - 8 * np.pi / 4 * 0.332**2
-        for part in ("part 1", "part 2"):
-            assert found[part] == pytest.approx(plate * 0.5 * inch**3, rel=1e-6)
-        for number in range(1, 5):
-            shank = np.pi / 4 * (5 / 16) ** 2 * (1.0 + 2 / 16) * inch**3
-            assert found[f"shank {number}"] == pytest.approx(shank, rel=1e-6)
-        # No cell is turned inside out, and all corners of the two faces lie in the joint.
-        assert (corners[:, 4, 2] > corners[:, 0, 2]).all()
-        assert set(mesh.point_sets) == {"face 1", "face 2"}

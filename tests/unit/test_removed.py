@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
 import microslip as ms
@@ -68,16 +67,3 @@ def test_numbers_of_removed_laws_are_converted(old: str, new: str, words: str) -
     with pytest.raises(ms.StudyError) as caught:
         ms.Study.from_toml(text)
     assert words in str(caught.value)
-
-
-def test_the_slope_of_a_spectrum_with_a_flat_part() -> None:
-    """Against sums over wavenumbers, of the power law that is flat above the roll-off."""
-    text = OLD.replace('"rough"', '"persson"').replace("rq", "rms")
-    text = text.replace("roll_off", 'longest = "2 mm"\nhurst = 0.7\nroll_off')
-    with pytest.raises(ms.StudyError) as caught:
-        ms.Study.from_toml(text)
-    q = 2.0 * np.pi / np.geomspace(2e-3, 8e-6, 200_001)
-    middle = 0.5 * (q[1:] + q[:-1])
-    density = middle * np.diff(q) * np.maximum(middle, 2.0 * np.pi / 0.8e-3) ** -3.4
-    slope = 1.6e-6 * np.sqrt(0.5 * (density @ middle**2) / density.sum())
-    assert f"rdq = {slope:.3g}" in str(caught.value)

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 from html_pages import Page
-from studies import LOADS, SURFACE, SURFACES, edited
 
 import microslip as ms
 from microslip.figures.picture import PictureCache
@@ -18,18 +17,6 @@ from microslip.report.predicted.document import prediction_document
 from microslip.report.predicted.figures import prediction_pictures
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "al2017.toml"
-
-
-def study(*edits: tuple[str, str], folder: Path = Path()) -> ms.Study:
-    return ms.Study.from_toml(edited(*edits), folder=folder)
-
-
-def page(*edits: tuple[str, str], folder: Path = Path()) -> Page:
-    return Page(told(study(*edits, folder=folder).run()))
-
-
-def told(result: ms.Result) -> str:
-    return html_page(prediction_document(result), PictureCache())
 
 
 # -- the page -----------------------------------------------------------------------------------
@@ -83,23 +70,6 @@ def test_every_figure_is_on_the_page(text: str, demo: ms.Result) -> None:
 
 
 # -- study --------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", SURFACES)
-def test_every_surface_has_a_page_with_its_law(name: str) -> None:
-    found = page((SURFACE, SURFACES[name]), (LOADS, '"50 N"'))
-    law = re.search(r'law = "([\w-]+)"', SURFACES[name])
-    assert law
-    equations = found.words["span"]
-    numbers = {
-        "greenwood-williamson": "(19.8)",
-        "population": "(19.3), (19.27)",
-        "sphere": "(19.3)",
-        "table": "",
-    }
-    assert f"(19.12){numbers[law[1]]}(19.15)" in equations
-    assert ("is the table of the study" in found.words["p"]) == (law[1] == "table")
-    assert ("(19.7), (19.9)" in equations) == (law[1] != "table")
 
 
 # -- equations, provenance ----------------------------------------------------------------------

@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import h5netcdf
 import h5py
 import netCDF4
 import numpy as np
@@ -175,32 +174,6 @@ def test_the_provenance_is_in_the_file(result: ms.Result, folder: Path) -> None:
         "notes": "\n".join(result.summary["notes"]),
         "schema": 1,
     }
-
-
-def test_the_file_is_plain_netcdf4(folder: Path) -> None:
-    """Nothing in it is of HDF5 alone: types, labels of dimensions, filters, text as characters."""
-    with h5py.File(folder / "result.nc") as file:
-        properties = file.attrs["_NCProperties"].decode()
-        assert properties.startswith("version=2,")  # h5netcdf leaves it out of other files
-        assert not file.attrs.get("_nc3_strict", False)
-        for owner in (file, *file.values()):
-            for name in owner.attrs:
-                kind = owner.attrs.get_id(name).get_type()
-                # Characters, not strings of any length: MATLAB and Fortran read these.
-                if isinstance(kind, h5py.h5t.TypeStringID):
-                    assert not kind.is_variable_str()
-        for name, data in file.items():
-            assert isinstance(data, h5py.Dataset)
-            assert data.dtype in (np.float64, np.int32, np.int8)
-            assert data.is_scale == (name in ("load", "sample", "point", "history_sample")) or (
-                data.is_scale and name in ("amplitude", "force_amplitude")
-            )
-            if not data.is_scale:
-                assert all(len(dim) == 1 for dim in data.dims), name
-            assert data.maxshape == data.shape
-            assert data.compression in (None, "gzip")
-    with h5netcdf.File(folder / "result.nc", "r", invalid_netcdf=False) as file:
-        assert all(file.variables.values())
 
 
 # Of the case that has everything in it; the second is made by a process of its own.

@@ -148,25 +148,6 @@ def test_a_folder_that_appears_meanwhile_is_not_touched(result: ms.Result, tmp_p
     assert [p.name for p in folder.iterdir()] == ["thesis.tex"]
 
 
-def test_a_failure_while_moving_leaves_things_as_they_were(
-    result: ms.Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    folder = tmp_path / "result"
-    result.save(folder)
-    before = snapshot(folder)
-    rename = Path.rename
-
-    def refuse(self: Path, target: Path) -> Path:
-        if self.suffix == ".tmp":
-            raise OSError(1, "Operation not permitted")
-        return rename(self, target)
-
-    monkeypatch.setattr(Path, "rename", refuse)
-    with pytest.raises(ms.StudyError, match="cannot be written: operation not permitted"):
-        result.save(folder, overwrite=True)
-    assert snapshot(folder) == before
-
-
 def test_a_file_put_there_in_the_last_moment_is_not_lost(
     result: ms.Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -14,22 +14,6 @@ HEIGHTS = np.random.default_rng(0).normal(scale=1e-7, size=(30, 40))
 NAN = np.nan
 
 
-def test_a_scan_holds_what_it_is_given() -> None:
-    scan = ms.Scan(HEIGHTS, (2e-6, "3 um"), name="plate", notes=("by hand.",), cutoff=1e-5)
-    assert np.array_equal(scan.heights, HEIGHTS)
-    assert scan.pixel == (2e-6, 3e-6)
-    assert scan.size == (40 * 2e-6, 30 * 3e-6)
-    assert scan.area == pytest.approx(40 * 30 * 6e-12, rel=1e-15)
-    assert (scan.name, scan.notes, scan.cutoff, scan.long_cutoff) == (
-        "plate",
-        ("by hand.",),
-        1e-5,
-        None,
-    )
-    assert not scan.is_profile
-    assert scan.missing == 0.0
-
-
 def test_a_profile_is_a_scan_of_one_dimension() -> None:
     scan = ms.Scan([1e-6, NAN, 2e-6, 0.0], "2 um")
     assert scan.is_profile

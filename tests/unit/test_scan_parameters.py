@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -11,15 +10,12 @@ from scipy import stats
 from scipy.special import ellipe
 
 import microslip as ms
-from microslip._core.errors import InputError
 from microslip.surfaces import (
     Scan,
     random_surface,
     verdicts,
 )
-from microslip.surfaces.moments import moments_of
 from microslip.surfaces.scan_rules import extreme_shares
-from microslip.surfaces.spectrum import spectrum
 from microslip.surfaces.surface_parameters import decay_lengths
 
 RNG = np.random.default_rng(7)
@@ -68,54 +64,10 @@ def test_verdicts_on_noise_and_on_a_surface() -> None:
 # Moments.
 
 
-def test_white_noise_has_the_moments_of_its_differences() -> None:
-    found = moments_of(np.random.default_rng(2).normal(size=(800, 800)), (1.0, 1.0))
-    # Variances of sums of squares of coefficients: 1, 2 and 6; 640 000 points.
-    assert (found.m0, found.m2, found.m4) == pytest.approx((1.0, 2.0, 6.0), rel=0.01)
-    assert found.nayak == pytest.approx(1.5, rel=0.01)
-
-
 # Spectra.
 
 
-@pytest.mark.parametrize("shape", [(2, 2), (2, 9), (9, 2), (3, 3)])
-def test_the_smallest_scans_have_spectra(shape: tuple[int, int]) -> None:
-    scan = Scan(RNG.normal(size=shape), (1.0, 0.5))
-    found = spectrum(scan, window=None)
-    assert found.m0 == pytest.approx(scan.heights.var())
-    assert math.isfinite(scan.spectrum().m0)
-
-
 # Made surfaces.
-
-WAVES: dict[str, Any] = {"m0": 1.6e-13, "m2": 0.004, "m4": 0.004 * 0.1e12}
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"m0": 0.0}, "m0 must be above zero"),
-        ({"m2": "steep"}, "m2 must be"),
-        ({"m0": 1e-18}, r"above 1\.5"),
-        ({"m0": 5.2e-14}, r"below 1\.5"),
-        ({"m0": 1e-9}, "the maximum is"),
-        ({"m4": 1e12}, "cannot be reached on this grid"),
-        ({"m4": 1.0}, "cannot be reached on this grid"),
-        ({"hurst": 5.0}, "hurst must be from"),
-        ({"seed": -1}, "seed must be"),
-        ({"seed": 1.5}, "seed must be"),
-        ({"shape": (8, 100)}, "16 or more"),
-        ({"shape": (100,)}, "rows, columns"),
-        ({"shape": (100.0, 100)}, "rows, columns"),
-        ({"shape": (10**6, 10**6)}, "points in all"),
-        ({"pixel": 0.0}, "pixel must be"),
-        ({"pixel": (1e-6, 1e-6, 1e-6)}, "pixel must be"),
-    ],
-)
-def test_surfaces_that_cannot_be_made(change: dict[str, Any], message: str) -> None:
-    arguments: dict[str, Any] = {"shape": (64, 64), "pixel": 1e-6, **WAVES, **change}
-    with pytest.raises(InputError, match=message):
-        random_surface(arguments.pop("shape"), arguments.pop("pixel"), **arguments)
 
 
 def test_steep_heights_are_reported() -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import struct
-import sys
 import tracemalloc
 import warnings
 import zipfile
@@ -110,14 +109,6 @@ def test_profiles_with_rounded_places_have_their_mean_step(digits: int) -> None:
     assert any(note.startswith("x: rounded to 0") for note in scan.notes)
 
 
-def test_a_height_conversion_factor_in_the_header_is_used() -> None:
-    rows = "\n".join("\t".join(map(str, range(k, k + 4))) for k in range(1, 5))
-    put("f.txt", f"Height conversion factor: 2.5 nm/digit\n{rows}\n")
-    scan = ms.Scan.read("f.txt", pixel="1 um")
-    assert scan.heights[1] == pytest.approx(2.5e-9 * np.arange(2, 6))
-    assert "heights: multiplied by the height conversion factor 2.5 nm of the header." in scan.notes
-
-
 def test_profiles() -> None:
     np.save("p.npy", Z[:, 0])
     assert ms.Scan.read("p.npy", **UM).is_profile
@@ -130,29 +121,6 @@ def test_profiles() -> None:
     assert np.array_equal(scan.heights, [1.5e-6, 2.5e-6, np.nan, 3.5e-6, 0.5e-6], equal_nan=True)
     assert scan.pixel == pytest.approx((5e-4,), rel=1e-14)
     assert 'skipped header: "x;z".' in scan.notes
-
-
-@pytest.mark.parametrize("kind", ["f2", "f4", ">f8", "i2", "u1", "i8"])
-def test_no_type_of_number_loses_digits(kind: str) -> None:
-    z = np.abs(Z).astype(kind)
-    np.save("a.npy", np.asfortranarray(z))
-    scan = ms.Scan.read("a.npy", **UM)
-    assert np.array_equal(scan.heights, z.astype(float) / 1e6)
-    assert scan.heights.dtype == np.float64
-
-
-def test_which_array_is_said_or_clear() -> None:
-    np.savez("a.npz", a=Z, b=2 * Z, c=np.arange(3))
-    refused(r'more than one array: "a" \(4 x 3\), "b" .*; write channel=', "a.npz", **UM)
-    assert ms.Scan.read("a.npz", channel="b", **UM).heights[0, 0] == 2e-6
-    refused('has no array .d.; it has "a"', "a.npz", channel="d", **UM)
-    np.savez("b.npz", name=np.array(["x"]), n=5)
-    refused("wanted a matrix of heights", "b.npz", **UM)
-    np.save("a.npy", Z)
-    refused("channel does not apply", "a.npy", channel=0, **UM)
-    savemat("a.mat", {"A": Z, "B": Z})
-    refused("this MAT-file holds more than one array", "a.mat", **UM)
-    assert ms.Scan.read("a.mat", channel="B", **UM).heights.shape == (4, 3)
 
 
 def test_arrays_may_lie_in_structs_and_groups() -> None:
@@ -239,53 +207,6 @@ def test_heights_that_are_none(z: np.ndarray, says: str) -> None:
 
 
 # -- files that are not what they should be --------------------------------------------------------
-
-
-def test_files_that_are_not_there_or_no_files() -> None:
-    np.save("plate.npy", Z)
-    refused('no such file; did you mean "plate.npy"', "plat.npy", **UM)
-    Path("folder").mkdir()
-    refused("wanted a scan, got a folder", "folder", **UM)
-    refused("wanted a scan, got an empty file", put("empty.txt", b""), **UM)
-    with pytest.raises(ms.InputError, match="path must be text or a path, got 5"):
-        ms.Scan.read(5)  # type: ignore[arg-type]
-    with pytest.raises(ms.InputError, match="a file name cannot contain a null"):
-        ms.Scan.read("a\0b.txt")
-    refused("limit must be a number of points above zero", "plate.npy", limit=0)
-    refused("limit must be", "plate.npy", limit=1e6)
-    refused("format must be text", "plate.npy", 5)
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no devices among its files")
-def test_a_device_is_no_file() -> None:
-    refused("wanted a scan, got a device", "/dev/zero", "text", **UM)
-
-
-@pytest.mark.parametrize("kept", [3, 60, 100, 130, 200])
-@pytest.mark.parametrize("kind", ["npy", "npz", "mat"])
-def test_truncated_files_say_so(kind: str, kept: int) -> None:
-    name = f"a.{kind}"
-    if kind == "npy":
-        np.save(name, Z)
-    elif kind == "npz":
-        np.savez_compressed(name, z=Z)
-    else:
-        savemat(name, {"z": Z}, do_compression=True)
-    put(name, Path(name).read_bytes()[:kept])
-    refused("truncated|not a usable|cannot be read", name, kind, **UM)
-
-
-def test_the_wrong_format_says_so() -> None:
-    put("a.txt", "1 2 3 4\n5 6 7 8\n")
-    for kind in ("npy", "npz", "mat"):
-        refused("not a usable", "a.txt", kind, **UM)
-    refused("not a usable MAT-file", put("a.mat", b"MATLAB 7.3 MAT-file".ljust(600)), **UM)
-    with zipfile.ZipFile("b.npz", "w") as archive:
-        archive.writestr("z.npy", b"no array")
-    refused("not a usable np", "b.npz", **UM)
-    np.save("a.npy", Z)
-    refused("wanted rows of numbers|not a usable", "a.npy", "text", **UM)
-    refused('no format "plux2"; did you mean "plux"', "a.npy", "plux2", **UM)
 
 
 def test_objects_are_not_unpickled() -> None:
@@ -375,22 +296,6 @@ def test_ways_to_write_that_a_point_is_missing(gap: str, separator: str) -> None
 
 
 @pytest.mark.parametrize(
-    ("content", "says"),
-    [
-        ("hello\nworld\n", "wanted rows of numbers, got none"),
-        ("1 2 3 4\n5 6 7\n", "line 2: wanted 4 cells as in line 1, got 3"),
-        ("1 2 3\n5 6 7 8\n", "wanted rows of 4 numbers as in line 2: line 1: got 3"),
-        ("1 2 3 4\n5 6 x 8\n", 'line 2, column "#3": wanted a number, got "x"'),
-        ("1 2 3 4\n1 2 inf 4\n", "1 of 8 are infinite"),
-        ("1 2 3 4\n1 2 1e999 4\n", "1 of 8 are infinite"),
-        ("1\n2\n3\n", "at least four points"),
-    ],
-)
-def test_text_that_is_no_scan(content: str, says: str) -> None:
-    refused(says, put("a.txt", content), **UM)
-
-
-@pytest.mark.parametrize(
     ("head", "stated"),
     [
         ("x [um],y [um],z [nm]", None),
@@ -472,14 +377,6 @@ def test_one_row_is_a_profile(kind: str) -> None:
     assert scan.heights.tolist() == [1e-6, 2e-6, 4e-6, 3e-6, 5e-6]
     what = "column" if kind == "column" else "row"
     assert f"profile: one {what} of 5 points, read as a profile." in scan.notes
-
-
-@pytest.mark.parametrize("column", [False, True])
-def test_one_row_has_the_pixel_along_it(column: bool) -> None:
-    head = "# Width: 8 um\n# Height: 12 um\n# Value units: um\n"
-    put("a.txt", head + ("1\n2\n3\n5\n" if column else "1 2 3 5\n"))
-    scan = ms.Scan.read("a.txt", "matrix")
-    assert scan.pixel == pytest.approx((3e-6 if column else 2e-6,), rel=1e-14)
 
 
 # -- scattered order -------------------------------------------------------------------------------

@@ -208,21 +208,3 @@ def test_records(joint: ms.Interface) -> None:
         assert type(call(np.array(given[0]))) is float
         assert call(float(given[0])) == call(given[:1])[0]
     assert type(joint.start().advance(1e-9)) is float
-
-
-@folded("joint", OVER)
-def test_periodic(joint: ms.Interface) -> None:
-    x = 2e-7 * np.cos(2 * np.pi * np.arange(16) / 16)
-    kept = x.copy()
-    response = joint.periodic(x)
-    np.testing.assert_array_equal(x, kept)
-    for part in (response.force, response.stiffness, response.parent):
-        assert part.shape == (16,)
-        assert part.flags.writeable
-    assert response.force.dtype == response.stiffness.dtype == np.float64
-    assert np.issubdtype(response.parent.dtype, np.integer)
-    assert type(response.root) is int
-    assert response.root == 0
-    assert response.parent[response.root] == response.root
-    one = joint.periodic(1e-7)
-    assert one.force.shape == (1,)

@@ -6,6 +6,7 @@ import pickle
 
 import numpy as np
 import pytest
+from cases import refusal
 
 import microslip as ms
 
@@ -41,12 +42,6 @@ def record(joint: ms.Interface, size: int = 60, seed: int = 3) -> np.ndarray:
     walk[10:13] = walk[9]  # a rest
     walk[20:30] = np.linspace(walk[20], 3.0, 10)  # a run that closes loops
     return reach(joint) * walk
-
-
-def refusal(call, *args) -> str:
-    with pytest.raises(ms.InputError) as caught:
-        call(*args)
-    return str(caught.value)
 
 
 def snapshot(state: ms.State) -> tuple[float, float, int, bytes]:

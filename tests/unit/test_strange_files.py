@@ -123,15 +123,6 @@ def sound_mat() -> bytes:
     return file.getvalue()
 
 
-def test_matrices_of_mat_files_are_read_in_a_child() -> None:
-    Path("model.mat").write_bytes(sound_mat())
-    frequencies = ms.Structure.load("model.mat").modes(1, [1e-3]).frequency
-    expected = ms.Structure(np.diag([2.0, 3.0]), 1e6 * np.array([[2.0, -1], [-1, 2]])).modes(
-        1, [1e-3]
-    )
-    np.testing.assert_allclose(frequencies, expected.frequency, rtol=1e-12)
-
-
 def test_the_death_of_a_reader_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     Path("x.mat").write_bytes(sound_mat())
 

@@ -60,25 +60,6 @@ def surface() -> ms.GreenwoodWilliamson:
     )
 
 
-def test_modes_refuse_what_they_cannot_answer(chain: ms.Structure) -> None:
-    for message, options in (
-        ("index must be below 3", {"index": 3}),
-        ("index must be an integer from 0", {"index": -1}),
-        ("amplitudes must be above zero", {"amplitudes": [0.0, 1e-6]}),
-        ("amplitudes must be one-dimensional", {"amplitudes": [[1e-6]]}),
-        ("harmonics must include 1, got", {"harmonics": [3]}),
-        ("samples must be at least 12", {"samples": 8}),
-        ('method must be "harmonic-balance" or "quasi-static"', {"method": "newmark"}),
-        ("damping_ratio must be from 0 to below 1", {"damping_ratio": 1.5}),
-        ('quantity="velocity" needs a sensor', {"quantity": "velocity"}),
-        ("quantity must be one of", {"quantity": "strain"}),
-        (r"at must have the shape \(3,\)", {"at": [1.0]}),
-    ):
-        arguments = {"index": 0, "amplitudes": [1e-6], **options}
-        with pytest.raises(ms.InputError, match=message):
-            chain.modes(**arguments)
-
-
 def test_a_sensor_at_a_node_of_the_mode_is_refused() -> None:
     mass, stiffness = spring_chain([1.0, 1.0, 1.0], [0.0, 1e6, 1e6])
     free = ms.Structure(mass, stiffness).attach(LAW, directions=[1.0, 0.0, -1.0])
@@ -97,20 +78,6 @@ def test_amplitudes_may_be_what_a_sensor_shows(chain: ms.Structure) -> None:
             assert np.allclose(same.modal_amplitude, modal.modal_amplitude, rtol=1e-8)
             assert np.allclose(same.frequency, modal.frequency, rtol=1e-9)
             assert np.allclose(same.damping_ratio, modal.damping_ratio, rtol=1e-6)
-
-
-def test_the_order_of_amplitudes_does_not_matter(chain: ms.Structure) -> None:
-    up = chain.modes(1, [1e-6, 1e-5, 1e-4])
-    down = chain.modes(1, [1e-4, 1e-6, 1e-5])
-    assert np.allclose(up.frequency[[2, 0, 1]], down.frequency, rtol=1e-12)
-
-
-def test_base_damping_is_added(chain: ms.Structure) -> None:
-    for method in ("harmonic-balance", "quasi-static"):
-        bare = chain.modes(0, [1e-5], method=method)
-        damped = chain.modes(0, [1e-5], method=method, damping_ratio=0.002)
-        assert damped.damping_ratio - bare.damping_ratio == pytest.approx(0.002, rel=1e-9)
-        assert damped.base_damping == 0.002
 
 
 @pytest.mark.parametrize("method", ["harmonic-balance", "quasi-static"])
@@ -226,17 +193,6 @@ def test_verdicts_tell_units_and_rigid_motion(chain: ms.Structure) -> None:
     assert words(tied)["joint motion in rigid motion"] == "ok"
     assert words(askew)["joint motion in rigid motion"] == "outside"
     assert words(chain)["joint motion in rigid motion"] == "not judged"
-
-
-def test_linear_modes_are_those_of_the_matrices(chain: ms.Structure) -> None:
-    b = np.array(BETWEEN)
-    held = STIFFNESS + LAW.stiffness * np.outer(b, b)
-    for joints, matrix in (("stuck", held), ("open", STIFFNESS)):
-        squares = linalg.eigh(matrix, MASS, eigvals_only=True)
-        found = chain.linear_modes(3, joints=joints).frequency
-        assert np.allclose(found, np.sqrt(squares) / (2.0 * np.pi), rtol=1e-12)
-    with pytest.raises(ms.InputError, match='joints must be "stuck" or "open"'):
-        chain.linear_modes(joints="half")
 
 
 def test_faces_must_touch(surface: ms.GreenwoodWilliamson) -> None:

@@ -9,7 +9,6 @@ import pytest
 from studies import AMPLITUDES, CURVE, LOADS, SURFACE, SURFACES, edited
 
 import microslip as ms
-from microslip.study.runs.columns import AmplitudeCurve
 
 NO_REPORT = "report = false\n"
 RECORD = [0.0, 0.4, -0.2, 0.3, -0.5, 0.0, 2.0, -3.0]
@@ -55,24 +54,6 @@ def test_amplitudes_left_open_are_said_in_the_result() -> None:
         f"excitation.amplitudes is not given: 0.1, 0.3, 1, 10 {of}",
         f"excitation.curve is not given: 0.001 to 100 {of}",
     ]
-
-
-def test_a_scipy_distribution_is_the_one_of_the_api() -> None:
-    from scipy import stats
-
-    text = edited((SURFACE, SURFACES["scipy"]))
-    result = ms.Study.from_toml(text).run()
-    heights = stats.weibull_min(2.2, scale=1e-6)
-    pair = ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33))
-    surface = ms.GreenwoodWilliamson(pair, heights, radius=1e-3, density=1e8, area=2e-4)
-    joint = ms.Interface(surface, 0.55, normal_load=2000.0)
-    assert result.joints[1].separation == joint.separation
-    np.testing.assert_array_equal(
-        result.rows[1].dissipated_energy, joint.dissipated_energy([1e-7, 1e-6])
-    )
-    entry = result.summary["joints"][1]
-    assert entry["slip_scale_meaning"] == "slip_per_indentation * spread of the heights"
-    assert entry["slip_scale"] == pytest.approx(joint.slip_per_indentation * heights.std())
 
 
 def test_force_amplitudes_stand_for_displacement_amplitudes() -> None:
@@ -129,20 +110,3 @@ def test_a_history_of_forces_is_held_by_displacements(record: Path) -> None:
         rtol=1e-9,
         atol=1e-12 * wanted.dissipated_energy[-1],
     )
-
-
-def test_a_curve_is_the_backbone_of_the_joint() -> None:
-    joint = ms.Interface.examples()[0]
-    amplitude = np.geomspace(1e-10, 1e-4, 300)
-    curve = AmplitudeCurve.of(joint, amplitude)
-    same = {
-        "force_amplitude": joint.backbone(amplitude),
-        "force_ratio": joint.backbone(amplitude) / joint.force_limit,
-        "tangent_stiffness": joint.backbone_stiffness(amplitude),
-        "slider_density": joint.sliders().density(amplitude),
-        "stick_share": joint.stick_area(amplitude) / joint.contact_area,
-        "amplitude": amplitude,
-    }
-    for name, array in curve.columns().items():
-        wanted = same[name] if name in same else getattr(joint, name)(amplitude)
-        np.testing.assert_array_equal(array, wanted, err_msg=name)

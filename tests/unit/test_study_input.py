@@ -149,18 +149,6 @@ def test_a_column_is_read_with_its_unit(
     assert ms.Study.from_toml(text, folder=str(tmp_path)).excitation.history == history
 
 
-def test_files_are_relative_to_the_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "data").mkdir()
-    (tmp_path / "data" / "x.csv").write_text("x [um]\n1\n2\n")
-    text = edited((LINE, 'history = { file = "data/x.csv", column = "x" }'))
-    (tmp_path / "joint.toml").write_text(text)
-    assert ms.Study.load(tmp_path / "joint.toml").excitation.history.values[1] == 2e-6
-    absolute = text.replace("data/x.csv", (tmp_path / "data" / "x.csv").as_posix())
-    assert ms.Study.from_toml(absolute).excitation.history.values[1] == 2e-6
-    monkeypatch.chdir(tmp_path)
-    assert ms.Study.from_toml(text).excitation.history.values[1] == 2e-6
-
-
 # -- overrides --------------------------------------------------------------------------------
 
 
@@ -186,17 +174,6 @@ def test_overrides_replace_keys_and_keep_comments() -> None:
     )
     again = ms.Study.from_toml(study.text)
     assert again.by_keys() == study.by_keys()
-
-
-def test_what_is_too_intricate_to_edit_is_written_anew() -> None:
-    # A new table among those that do not stand together is where tomlkit is at a loss.
-    text = STUDY + "\n[material.anvil]  # last\nrigid = true\n"
-    study = ms.Study.from_toml(text, overrides=["material.steel.poisson_ratio=0.29"])
-    assert study.material["steel"].poisson_ratio == 0.29
-    assert "# last" not in study.text
-    assert ms.Study.from_toml(study.text).by_keys() == study.by_keys()
-    study = ms.Study.from_toml(text, overrides=["material.al.poisson_ratio=0.29"])
-    assert "# last" in study.text
 
 
 # -- in Python --------------------------------------------------------------------------------

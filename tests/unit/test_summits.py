@@ -9,8 +9,7 @@ import pytest
 from made_surfaces import paraboloids
 
 import microslip as ms
-from microslip.contact import Verdict
-from microslip.surfaces import find_summits, random_surface
+from microslip.surfaces import random_surface
 from microslip.surfaces.height_map import noise_passed, noise_std
 
 AL = ms.Material(69e9, 0.33)
@@ -66,23 +65,6 @@ def test_the_threshold_decides_what_counts() -> None:
     np.testing.assert_array_equal(scan.summits(None, prominence="300 nm").radii, high.radii)
 
 
-def test_cutoff_in_every_way() -> None:
-    scan = noisy()
-    number, text = scan.summits(1e-5), scan.summits("10 um")
-    assert number.cutoff == text.cutoff == pytest.approx(1e-5)
-    np.testing.assert_array_equal(number.radii, text.radii)
-    before = find_summits(scan.condition(cutoff=1e-5), None)
-    assert before.cutoff == pytest.approx(1e-5)
-    notes = " ".join(scan.summits(None).notes)
-    assert "no short-wave cut-off: the pixel of 1.000 µm determines density and radius" in notes
-    assert "3 times the noise of" in notes
-    assert "dropped as not round" in notes
-    # The noise that passes, and so the threshold, falls about as the cut-off rises.
-    assert number.threshold < 0.35 * scan.summits(None).threshold
-    with pytest.raises(TypeError, match="cutoff"):
-        scan.summits()  # type: ignore[call-arg]
-
-
 # -- noise -----------------------------------------------------------------------------------------
 
 
@@ -129,30 +111,6 @@ def test_surfaces() -> None:
 
 
 # -- verdicts --------------------------------------------------------------------------------------
-
-
-def test_verdicts() -> None:
-    scan = noisy(shape=(200, 200))
-    noise = scan.summits(None, prominence=0.0)
-    words = {v.name: v for v in noise.validity()}
-    assert all(isinstance(v, Verdict) for v in words.values())
-    # Noise has a peak in every nine pixels, of which a fit drops a third as not round.
-    assert words["summit spacing in pixels"].word == "outside"
-    spacing = words["summit spacing in pixels"].value
-    assert spacing == pytest.approx(1e6 / np.sqrt(noise.density), rel=1e-12)
-    assert spacing * np.sqrt(noise.count / noise.peaks) == pytest.approx(3.0, rel=0.02)
-    assert "summit spacing over cut-off" not in words
-    assert words["summits"].word == "ok"
-    assert words["kurtosis of the heights"].word == "ok"
-    filtered = scan.summits(2e-5, prominence=0.0)
-    words = {v.name: v for v in filtered.validity()}
-    assert words["summit spacing over cut-off"].value == pytest.approx(0.87, rel=0.1)
-    assert words["summit spacing over cut-off"].word == "outside"
-    assert words["summit spacing in pixels"].word == "ok"
-    joint = ms.Interface(filtered.to_surface(PAIR), 0.5, normal_load=1.0)
-    both = filtered.validity(joint)
-    assert both[-len(joint.validity) :] == joint.validity
-    assert [v.name for v in both[: -len(joint.validity)]] == list(words)
 
 
 def test_sharp_summits_are_reported() -> None:

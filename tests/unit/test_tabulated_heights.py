@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 from pathlib import Path
 
 import mpmath as mp
@@ -122,44 +121,6 @@ def test_chain_and_refinement(steps: list[float], densities: list[float], at: fl
 # -- from samples ----------------------------------------------------------------------------------
 
 
-REFINED = {
-    "triangle": ([-1e-6, 2e-7, 5e-7], [0.0, 1.0, 0.0]),
-    "box": ([0.0, 1e-6], [1.0, 1.0]),
-    "jumps": ([-1e-6, -1e-6, -1e-7, -1e-7, 6e-7], [0.0, 1.0, 3.0, 0.7, 0.4]),
-    "steep": ([-1e-6, 1e-7, 1.2e-7, 6e-7], [0.1, 1.0, 0.2, 0.0]),
-}
-
-
-@pytest.mark.parametrize("name", REFINED)
-def test_more_points_of_one_density_change_nothing(name: str) -> None:
-    """A short table's kinks are told to the quadrature, those of a long one are not.
-
-    What a long one gives is a difference, or in short steps an integral over few kinks; each must
-    have its digits, next to the kinks, across them and far from them.
-    """
-    x, f = (np.array(v) for v in REFINED[name])
-    fine = np.concatenate([np.linspace(a, b, 40) for a, b in pairwise(x) if b > a])
-    whole = [np.linspace(a, b, 40) for a, b in pairwise(f)]
-    dense = np.concatenate([w for w, (a, b) in zip(whole, pairwise(x), strict=True) if b > a])
-    laws = [
-        ms.GreenwoodWilliamson(PAIR, ms.TabulatedHeights(*table), 1e-3, 1e8, 2e-4)
-        for table in ((x, f), (fine, dense))
-    ]
-    assert laws[0]._breaks.size > 0
-    assert laws[1]._breaks.size == 0
-    rng = np.random.default_rng(3)
-    d = np.concatenate((rng.uniform(x[0] - 3e-7, x[-1] - 5e-8, 12), x[1:-1] - 1e-9))
-    for at in d:
-        length = laws[0].load(at) / laws[0].stiffness(at)
-        u = length * np.geomspace(1e-5, 3.0, 23)
-        # Just before a jump the short table's own pieces are good to 3e-10.
-        for kind, rtol in (("_drop", 1e-12), ("_excess", 1e-9), ("_excess_slope", 1e-9)):
-            wanted = getattr(laws[0], kind)(at, u)
-            for here in (at, np.full(u.size, at)):
-                got = getattr(laws[1], kind)(here, u)
-                np.testing.assert_allclose(got, wanted, rtol=rtol, err_msg=f"{kind} at {at}")
-
-
 def long_tables() -> dict[str, tuple[np.ndarray, np.ndarray]]:
     rng = np.random.default_rng(0)
     x = np.linspace(0.0, 2e-6, 40)
@@ -247,22 +208,3 @@ def test_heights_by_a_table_of_their_density(home: Path) -> None:
     assert units["surface.heights.height"] == "m"
     assert units["surface.heights.density"] == "1/m"
     assert units["surface.density"] == "1/m^2"
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ('"2 1/um", "0 1/um"', '"2 1/um"', "surface.heights.density: must have one value for each"),
-        (
-            '"2 1/um"',
-            '"-2 1/um"',
-            "surface.heights.density, item 2: wanted a number per length of zero",
-        ),
-        ('"2 1/um"', '"2"', "surface.heights.density, item 2: wanted a number per length such as"),
-        ("height =", "hight =", 'surface.heights.hight: unknown key; did you mean "height"?'),
-    ],
-)
-def test_wrong_tables_are_one_line(home: Path, old: str, new: str, message: str) -> None:
-    with pytest.raises(ms.StudyError) as caught:
-        ms.Study.from_toml(edited((GAUSSIAN, TABLE.replace(old, new, 1))), folder=home)
-    assert str(caught.value).startswith(f"study: {message}")

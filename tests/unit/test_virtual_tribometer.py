@@ -16,48 +16,6 @@ JOINT = ms.Interface.examples()[0]  # milled Al 2017 at 2 kN
 RIG = 1e8
 
 
-# Samples a cycle: all peaks lie between samples, just beside them, or at them.
-RATES = [50.5, 16.01, 128.0]
-
-
-@pytest.mark.parametrize("rate", RATES)
-@pytest.mark.parametrize("stiffness", [None, RIG])
-@pytest.mark.parametrize("share", [0.0, 0.05, 1.0 / 9.0])
-def test_a_lower_rate_only_leaves_samples_out(
-    rate: float, stiffness: float | None, share: float
-) -> None:
-    """The joint turns at the peaks of the motion, whether or not they are sampled."""
-    many = 64
-    coarse, fine = (
-        ms.VirtualTribometer(
-            JOINT, rig_stiffness=stiffness, third_harmonic=share, sample_rate=rate * times
-        ).record(amplitude=15e-6, cycles=7)
-        for times in (1.0, many)
-    )
-    few = slice(0, many * len(coarse), many)
-    np.testing.assert_array_equal(coarse.displacement, fine.displacement[few])
-    # Both are the law's; their tables are read at the same places after another history.
-    np.testing.assert_allclose(coarse.force, fine.force[few], rtol=0, atol=1e-9)
-
-
-@pytest.mark.parametrize("rate", RATES)
-@pytest.mark.parametrize("stiffness", [None, RIG])
-def test_ripple_in_step_is_exact_at_any_rate(rate: float, stiffness: float | None) -> None:
-    records = [
-        ms.VirtualTribometer(
-            JOINT, rig_stiffness=stiffness, load_ripple=0.02, third_harmonic=0.05,
-            sample_rate=rate * times,
-        ).record(amplitude=15e-6, cycles=2)
-        for times in (1.0, 32.0)
-    ]  # fmt: skip
-    coarse, fine = records
-    few = slice(0, 32 * len(coarse), 32)
-    for channel in ("normal_load", "force"):
-        np.testing.assert_allclose(
-            getattr(coarse, channel), getattr(fine, channel)[few], rtol=0, atol=1e-7
-        )
-
-
 @pytest.mark.parametrize(
     ("stiffness", "phase"), [(None, 0.5), (None, 2.5), (RIG, 0.5), (RIG, -0.5), (RIG, 2.5)]
 )

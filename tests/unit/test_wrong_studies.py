@@ -2,34 +2,13 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 from typing import Any
 
 import pytest
-from studies import LINE, MATERIAL, STUDY, edited
+from studies import STUDY
 
 import microslip as ms
-
-
-@pytest.mark.slow
-def test_a_flood_of_keys_is_refused_at_once() -> None:
-    keys = "".join(f"key_{i} = 1\n" for i in range(400_000))
-    names = "".join(f"m{i} = {{ rigid = true }}\n" for i in range(50_000))
-    begin = time.process_time()
-    for text, start, end in (
-        (f"{keys}{STUDY}", "key_0: unknown key; ", "(and 399999 more errors)"),
-        (
-            f"{edited((MATERIAL, ''))}\n[material]\n{names}",
-            "material: wanted at most 1000 names",
-            "50000",
-        ),
-    ):
-        with pytest.raises(ms.StudyError) as caught:
-            ms.Study.from_toml(text, "joint.toml")
-        message = str(caught.value).removeprefix("joint.toml: ")
-        assert (message.startswith(start), message.endswith(end)) == (True, True)
-    assert time.process_time() - begin < 20.0  # without a limit on hints it is minutes
 
 
 def test_an_empty_study_is_reported_how_to_begin(tmp_path: Path) -> None:
@@ -68,17 +47,6 @@ def test_a_history_is_limited_by_memory(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 # -- columns of files -----------------------------------------------------------------------
-
-
-def test_a_missing_column_file_is_named_with_the_nearest_one(tmp_path: Path) -> None:
-    (tmp_path / "record.csv").write_text("x [um]\n1\n2\n")
-    text = edited((LINE, 'history = { file = "recrod.csv", column = "x" }'))
-    with pytest.raises(ms.StudyError) as caught:
-        ms.Study.from_toml(text, "joint.toml", folder=tmp_path)
-    assert str(caught.value) == (
-        "joint.toml: excitation.history: recrod.csv: no such file in the folder of the study; "
-        'did you mean "record.csv"?'
-    )
 
 
 # -- the file itself ------------------------------------------------------------------------

@@ -168,6 +168,12 @@ SOMETIMES: dict[str, Callable[[], Any]] = {
     "matrix row": lambda: np.full((1, 3), 1e-7),
 }
 
+SLOW_ENTRANCES = ("BoltedBeam.reduce", "LapJoint.reduce", "MeshedJoint.reduce", "identify_modal",
+                  "identify an interface", "Identification.interface")  # fmt: skip
+"""Entrances that compute for about a second on each number that they take."""
+FEW = ("numpy bool", "zero-dimensional", "decimal", "minus one", "largest", "float32 array")
+"""Kinds of numbers that the slow entrances are given."""
+
 
 TAKEN = {
     ("first", "material"),
@@ -208,13 +214,15 @@ def attack_wrong_kinds(rng: Random, tally: Tally) -> None:
 
 
 def attack_argument(name: str, door: Entrance, argument: str, tally: Tally) -> None:
-    """One argument of one entrance, every kind."""
+    """One argument of one entrance, every kind; a few kinds of numbers where each takes long."""
     for kind, make in NEVER.items():
         given = door.arguments | {argument: make()}
         if (argument, kind) in TAKEN:
             continue
         tally.attempt(f"{name}({argument}={kind})", partial(_never, door.call, given))
     for kind, make in SOMETIMES.items():
+        if name in SLOW_ENTRANCES and kind not in FEW:
+            continue
         given = door.arguments | {argument: make()}
         tally.attempt(f"{name}({argument}={kind})", partial(_finite, door.call, given))
 

@@ -18,8 +18,8 @@ from microslip.friction.base import BackboneLaw
 BANDED = ("force", "dissipated_energy", "damping_ratio")
 """Quantities with a confidence interval."""
 _MOST = 10_000
-_ROUNDED = 1e-6
-"""Relative rounding of an amplitude written with six digits."""
+_ROUNDED = 5.1e-6
+"""Largest relative rounding of an amplitude written with six digits."""
 
 
 @dataclass(frozen=True, eq=False)

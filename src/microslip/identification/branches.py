@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
+from microslip.friction.harmonics import bracketed_roots
 from microslip.friction.memory import Memory
 from microslip.laboratory.folding import Folded
 
@@ -126,12 +127,13 @@ def _closings(folded: Folded, turns: Floats) -> Floats:
     grid = np.linspace(0.0, 2.0 * math.pi, max(512, 16 * int(folded.harmonics.max())) + 1)
     above = folded.displacement(grid) > levels[inner][:, None]
     which, at = np.nonzero(above[:, 1:] != above[:, :-1])
-    level, rises = levels[inner][which], above[which, at + 1]
-    low, high = grid[at], grid[at + 1]
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        before = (folded.displacement(middle) > level) != rises
-        low, high = np.where(before, middle, low), np.where(before, high, middle)
+    level = levels[inner][which]
+    low = bracketed_roots(
+        lambda phase: folded.displacement(phase) - level,
+        lambda phase: folded.displacement(phase, 1),
+        grid[at],
+        grid[at + 1],
+    )
     away = np.abs((low[:, None] - turns + math.pi) % (2.0 * math.pi) - math.pi)
     low = low[away.min(axis=1) > _TANGENT]
     return np.concatenate((low - 2.0 * _COINCIDENT, low + 2.0 * _COINCIDENT))
@@ -143,20 +145,9 @@ def turning_points(folded: Folded) -> Floats:
     grid = np.linspace(0.0, 2.0 * math.pi, size + 1)
     slope = folded.displacement(grid, 1)
     at = np.flatnonzero((slope[1:] > 0.0) != (slope[:-1] > 0.0))
-    low, high = grid[at], grid[at + 1]
-    rising = slope[at + 1] > slope[at]
-    place = 0.5 * (low + high)
-    for _ in range(50):
-        here, bend = folded.displacement(place, 1), folded.displacement(place, 2)
-        above = (here > 0.0) == rising
-        low, high = np.where(above, low, place), np.where(above, place, high)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            step = here / bend
-        new = place - step
-        # Newton's step, where it stays in the bracket.
-        new = np.where((new >= low) & (new <= high), new, 0.5 * (low + high))
-        converged = np.abs(new - place) <= 1e-14 * math.pi
-        place = new
-        if converged.all():
-            break
-    return place
+    return bracketed_roots(
+        lambda phase: folded.displacement(phase, 1),
+        lambda phase: folded.displacement(phase, 2),
+        grid[at],
+        grid[at + 1],
+    )

@@ -291,19 +291,9 @@ def _excluded_cycle_errors(
             continue
         total, count = 0.0, 0
         for fit, part in zip(_parts(name, fits), parts, strict=True):
-            x = part.coefficients / fit.scale
-            k, moved = x[: fit.y.size], x[fit.y.size :]
             for one in fit.rows:
                 held = Rows(back[id(one)], one.load)
-                if fit.friction is not None and held.loads is not None:
-                    friction = fit.friction + float(moved[0])
-                    y = fit.carried(fit.y, friction)
-                    force = held.varying_columns(y, *fit.path(held, friction)) @ k
-                else:
-                    level = fit.level[one.load]
-                    shift = fit.shifts[level] + fit.shift_gradient(level) @ moved
-                    force = held.columns(fit.y + shift) @ k
-                miss = held.folded.force - force
+                miss = held.folded.force - fit.force_of(held, part.coefficients / fit.scale)
                 miss = (miss - np.average(miss, weights=held.folded.count)) * held.weight
                 total += float(miss @ miss)
                 count += miss.size

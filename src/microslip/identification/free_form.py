@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.identification.loads import backbone_of, carried, shift_between
+from microslip.identification.loads import backbone_of, carried, shift_between, stiffness_of
 from microslip.identification.nonnegative import Cone, cone_of, minimum
 from microslip.identification.rows import Rows
 
@@ -24,7 +24,7 @@ _REFINEMENTS, _BETWEEN, _VISIBLE = 2, 3, 1.0
 """Number of refinements, thresholds inserted per gap, and error over noise that needs them."""
 _OF_LOWER, _APART, _REGRIDS = 0.6, 0.6, 2
 """Number of thresholds for each lower load over THRESHOLDS, smallest spacing over that of the grid,
-and number of times that thresholds are placed again after the shifts have changed."""
+and most times that thresholds are placed again while the shifts change."""
 NEVER = 1e3
 """Threshold of the slider that never slips, over the largest amplitude."""
 _FRICTION_STEP = 0.01
@@ -34,9 +34,9 @@ _LEAST_FRICTION = 0.9
 
 Less than 1, since the load may be above its mean where the force is largest.
 """
-_SHIFT_STEP, _SHIFT_ROUNDS, _ROUGH, _STILL = 0.02, 12, 0.5, 0.1
+_SHIFT_STEP, _SHIFT_ROUNDS, _ROUGH, _STILL = 0.02, 8, 0.02, 0.1
 """Step of differences by a shift, over the largest amplitude; most iterations of the shifts; change
-of forces over noise, or of the sum of squares, at which the first and last iterations end."""
+of the sum of squares, over the sum on rough grids, at which they end."""
 
 
 @dataclass(eq=False)
@@ -72,7 +72,6 @@ class FreeForm:
         self.level = {load: number for number, load in enumerate(levels)}
         self.shifts = np.zeros(len(self.loads))
         self.k = np.zeros(self.y.size)
-        self._columns: dict[int, Floats] = {}
         self.friction: float | None = None
         self.is_exact = False
         self.reference: float | None = self.loads[0]
@@ -84,10 +83,15 @@ class FreeForm:
             self._follow_loads()
         if self.extra:
             for _ in range(_REGRIDS):
+                before = self.shifts
                 self._place_thresholds()
                 self._settle(_ROUGH)
+                if np.all(np.abs(self.shifts - before) < self.finest):
+                    break
         for _ in range(_REFINEMENTS):
             self._solve()
+            if self.extra:
+                self._thin()
             for rows in self.rows:
                 rows.weigh(self.y + self.shifts[self.level[rows.load]], self.k)
             self._refine()
@@ -95,7 +99,7 @@ class FreeForm:
         self._solve()
         self._thin()
         if self.extra:
-            self._settle(_STILL)
+            self._settle()
         if self.friction is not None:
             self._correct()
 
@@ -103,7 +107,7 @@ class FreeForm:
 
     def _assemble(self) -> None:
         count = self.y.size
-        self.blocks: list[Floats] = []
+        blocks = []
         used = np.flatnonzero(self.k)
         if self.friction is not None:
             self.shifts = np.array([self.shift_at(load) for load in self.loads])
@@ -130,17 +134,15 @@ class FreeForm:
                 gradient = self.shift_gradient(level)
                 if gradient.any() and used.size:
                     step = _SHIFT_STEP * self.largest
-                    both = np.concatenate([self.y[used] + shift + way * step for way in (1, -1)])
-                    weights = np.concatenate((self.k[used], -self.k[used])) / (2.0 * step)
-                    slope = rows.columns(both) @ weights
+                    y, k = self.y[used] + shift, self.k[used]
+                    slope = (rows.force(y + step, k) - rows.force(y - step, k)) / (2.0 * step)
                     by_extra[:] = np.outer(slope, gradient)
                     if self.is_exact:
                         by_path = np.outer(slope, self.shift_by_stiffness(self.loads[level]))
-            self._columns[id(rows)] = columns
             force = rows.folded.force + by_path @ self.k
             whole = np.hstack((columns + by_path, by_extra, force[:, None]))
-            self.blocks.append(rows.whitened(whole))
-        whole = np.vstack(self.blocks)
+            blocks.append(rows.whitened(whole))
+        whole = np.vstack(blocks)
         design, self.measured = whole[:, :-1], whole[:, -1]
         scale = np.sqrt(np.einsum("ij,ij->j", design, design))
         scale[:count][scale[:count] < 1e-9 * scale[:count].max()] = math.inf
@@ -201,8 +203,12 @@ class FreeForm:
         kept[others[:: -(-others.size // room)]] = True
         kept = np.append(kept, True)
         self.y, self.k = self.y[kept], self.k[kept]
-        self._assemble()
-        self._solve()
+        kept = np.append(kept, np.ones(self.extra, dtype=bool))
+        self.g, self.h, self.scale, self.free = (
+            one[kept] for one in (self.g, self.h, self.scale, self.free)
+        )
+        self.design = self.design[:, kept]
+        self.cone = Cone(self.cone.gram[np.ix_(kept, kept)], self.free)
 
     def _search_shifts(self) -> None:
         """Find initial shifts of the lower loads from the backbones of separate fits."""
@@ -218,31 +224,34 @@ class FreeForm:
             rows.weigh(alone[rows.load].y, alone[rows.load].k)
         self.y, self.k = alone[0].y.copy(), alone[0].k.copy()
 
-    def _settle(self, still: float) -> None:
-        last, share = np.zeros(self.extra), np.ones(self.extra)
-        before = math.inf
+    def _settle(self, share: float = 0.0) -> None:
+        """Fit shifts, or the friction, until a step changes the sum of squares little.
+
+        "Little" is _STILL, or ``share`` times the sum of squares if that is more.
+        """
+        last, damping = np.zeros(self.extra), np.ones(self.extra)
         for _ in range(_SHIFT_ROUNDS):
             self._assemble()
             self._solve()
-            stays = np.all(np.abs(self.g[self.y.size :]) < still)
-            if stays or abs(self.chi_squared - before) < still:
+            gain = float(np.sum(damping * self.g[self.y.size :] ** 2))
+            if gain < max(_STILL, share * self.chi_squared):
                 return
-            before = self.chi_squared
             limit = 0.2 * np.maximum(-self.shifts[1:], 0.05 * self.largest)
             if self.friction is not None:
                 limit = np.array([0.2 * self.friction])
             step = np.clip(self.moved, -limit, limit)
             # Smaller steps where they go to and fro between two sets of sliders.
-            share = np.where((step * last < 0.0) & (abs(step) > 0.5 * abs(last)), 0.5 * share, 1.0)
+            turns = (step * last < 0.0) & (abs(step) > 0.5 * abs(last))
+            damping = np.where(turns, 0.5 * damping, 1.0)
             last = step
             if self.friction is not None:
-                friction = max(self.friction + float(share[0] * step[0]), self._least_friction)
+                friction = max(self.friction + float(damping[0] * step[0]), self._least_friction)
                 if friction == self.friction:
                     break
                 self.y[:-1] = self.carried(self.y[:-1], friction)
                 self.friction = friction
             else:
-                self.shifts[1:] = np.minimum(self.shifts[1:] + share * step, 0.0)
+                self.shifts = np.append(0.0, np.minimum(self.shifts[1:] + damping * step, 0.0))
         self._assemble()
         self._solve()
 
@@ -292,15 +301,10 @@ class FreeForm:
         if self.friction is None:
             return np.zeros(self.y.size)
         here, top = (
-            np.minimum(fall, self.y) / max(self._stiffness_at(np.array([fall]))[0], 1e-300)
+            np.minimum(fall, self.y) / max(stiffness_of(self.y, self.k, fall), 1e-300)
             for fall in (-self.shift_at(load), self._fall())
         )
         return np.asarray((here - top) * (self.y >= 2.0 * self._fall()))
-
-    def _stiffness_at(self, u: Floats) -> Floats:
-        """Return the slope of the backbone at the reference load [N/m], at displacements u [m]."""
-        stuck = np.append(np.cumsum(self.k[::-1])[::-1], 0.0)
-        return np.asarray(stuck[np.searchsorted(self.y, u, side="right")])
 
     def _by_path(self, rows: Rows, path: tuple[Floats, Floats], force: Floats) -> Floats:
         """Return derivatives of the force by the stiffnesses k_i through s, (bins, thresholds) [m].
@@ -314,8 +318,8 @@ class FreeForm:
         low, high = -float(path[0].max()), -float(path[0].min())
         alpha = np.clip((y - low) / max(high - low, 1e-300), 0.0, 1.0)
         beta = np.where(y <= low, y, low * (1.0 - alpha))
-        stiff = [np.maximum(self._stiffness_at(-s), 1e-300) for s in path]
-        at_top = max(float(self._stiffness_at(np.array([top]))[0]), 1e-300)
+        stiff = [np.maximum(stiffness_of(y, self.k, -s), 1e-300) for s in path]
+        at_top = max(float(stiffness_of(y, self.k, top)), 1e-300)
         used = np.flatnonzero(self.k)
         change = np.zeros((force.size, y.size))
         for weights, ways in (
@@ -371,7 +375,6 @@ class FreeForm:
     def about(self, friction: float, k: Floats) -> FreeForm:
         """Return the fit linearised about friction coefficient and stiffnesses [N/m] of a law."""
         other = copy(self)
-        other._columns = {}
         other.y, other.k, other.friction = self.y.copy(), k, friction
         for _ in range(3):  # the fall depends on the thresholds, which move with it
             other.y[:-1] = carried(self.y[:-1], self.fall, other._fall())
@@ -414,9 +417,21 @@ class FreeForm:
         self.y = self.y + further
         self.shifts = self.shifts - further
 
-    def force_of(self, rows: Rows) -> Floats:
-        """Return the force of the law in the bins of a record [N], without a constant offset."""
-        return self._columns[id(rows)] @ self.k
+    def force_of(self, rows: Rows, x: Floats | None = None) -> Floats:
+        """Return the force of the law in the bins of a record [N], without a constant offset.
+
+        ``x`` holds stiffnesses [N/m] and changes of the fitted shifts, by default those of the fit.
+        """
+        x = np.append(self.k, np.zeros(self.extra)) if x is None else x
+        k, moved = x[: self.y.size], x[self.y.size :]
+        used = np.flatnonzero(k)
+        if self.friction is not None and rows.loads is not None:
+            friction = self.friction + float(moved[0])
+            path = self.path(rows, friction)
+            return rows.varying_columns(self.carried(self.y[used], friction), *path) @ k[used]
+        level = self.level[rows.load]
+        shift = self.shifts[level] + float(self.shift_gradient(level) @ moved)
+        return rows.force(self.y[used] + shift, k[used])
 
     def _place_thresholds(self) -> None:
         """Place thresholds y_i such that at each load y_i + s is spaced as finely as loops resolve.

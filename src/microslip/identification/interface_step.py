@@ -173,11 +173,7 @@ def interface_law(
     )
     if not model.is_sphere:
         unknowns += (Unknown(SEPARATION, "", 1.0, False, *model.template.bounds()),)
-    law = Law(
-        unknowns,
-        lambda u, values, load: model.curve(u, values, load or loads[0])[0],
-    )
-    return law, model
+    return Law(unknowns, lambda u, values, load: model.curve(u, values, load or loads[0])), model
 
 
 def interface_starts(
@@ -225,7 +221,7 @@ def _scatter(model: InterfaceModel, loads: Sequence[float], count: float) -> Sca
         for shift in fit.shifts[1:] if fit.friction is None else ():
             at = np.array([-shift])
             moved = model.by_summits(at, values, high, list(loads))[:, 0] / math.sqrt(count)
-            shifts.append(moved / float(model.curve(at, values, high)[1][0]))
+            shifts.append(moved / float(model.slope(at, values, high)[0]))
         whole = np.concatenate((k, np.array(shifts).reshape(fit.extra, len(k)).T), axis=1)
         return (whole * np.where(np.isfinite(fit.scale), fit.scale, 0.0)).T
 

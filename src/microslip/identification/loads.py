@@ -44,6 +44,13 @@ def backbone_of(y: Floats, k: Floats, u: Floats) -> Floats:
     return np.asarray(slipped[at] + u * stuck[at])
 
 
+def stiffness_of(y: Floats, k: Floats, u: Any) -> Floats:
+    """Return the tangent stiffness [N/m] of the backbone of sliders (y, k) at displacements u."""
+    order = np.argsort(y)
+    stuck = np.append(np.cumsum(k[order][::-1])[::-1], 0.0)
+    return np.asarray(stuck[np.searchsorted(y[order], u, side="right")])
+
+
 def shift_between(high: Any, low: Any) -> float:
     """Return the shift [m] of thresholds from the fit of a load to that of a lower load.
 

@@ -15,7 +15,7 @@ from microslip._core.checks import Floats
 from microslip._core.frozen import Locked
 from microslip._core.units import significant
 from microslip.identification.free_form import FreeForm
-from microslip.identification.loads import backbone_of
+from microslip.identification.loads import backbone_of, stiffness_of
 from microslip.identification.nonnegative import cone_of, minimum
 from microslip.identification.rows import Rows
 from microslip.laboratory.motion import phase_derivative
@@ -91,7 +91,7 @@ def _delay(fit: FreeForm, rows: Rows, size: float) -> Floats:
     moves = phase_derivative(rows.folded.coefficients, rows.folded.harmonics) @ cycle.basis
     above = np.where(cycle.parent < 0, 0, cycle.parent)
     y = fit.y + fit.shifts[fit.level[rows.load]]
-    return rows.sums((rows.stiffness(y, fit.k) * (moves - moves[above]))[:, None])
+    return rows.sums((stiffness_of(y, fit.k, rows.cycle.half) * (moves - moves[above]))[:, None])
 
 
 def _clearance(fit: FreeForm, rows: Rows, size: float) -> Floats:
@@ -130,7 +130,7 @@ def _lost_motion(fit: FreeForm, rows: Rows, size: float) -> Floats:
     if size > 0.0:
         return _shortened(fit, rows, np.full(rows.cycle.half.size, size), size)
     y = fit.y + fit.shifts[fit.level[rows.load]]
-    return rows.sums((-rows.stiffness(y, fit.k) * rows.cycle.sign)[:, None])
+    return rows.sums((-stiffness_of(y, fit.k, rows.cycle.half) * rows.cycle.sign)[:, None])
 
 
 def _shortened(fit: FreeForm, rows: Rows, lost: Floats, size: float) -> Floats:

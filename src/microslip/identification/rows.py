@@ -11,21 +11,24 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from microslip._core import kernels
 from microslip._core.checks import Floats
 from microslip.identification.branches import Cycle, cycle_of
+from microslip.identification.loads import stiffness_of
 from microslip.laboratory.folding import Folded, load_basis
 
 _FLOOR = 1e-5
 """Noise of a force over its range below which the threshold grid is the larger error."""
 
 _SMALL = 0.02  # of the noise: nuisance parameters of smaller effect are not eliminated
-_AT_ONCE = 128
-"""Thresholds whose columns are computed together."""
+_AT_ONCE = 64
+"""Thresholds whose columns are computed together: larger temporary arrays are slower."""
 
 
 @dataclass(eq=False)
@@ -38,7 +41,7 @@ class Rows:
 
     def __post_init__(self) -> None:
         self.cycle: Cycle = cycle_of(self.folded)
-        self._kept: tuple[Floats, Floats] | None = None
+        self._kept: tuple[Floats, Floats] = (np.zeros(0), np.zeros((self.folded.phase.size, 0)))
         self.weight = np.sqrt(self.folded.count) / self.noise
         if self.folded.completed.size:
             self.weight[self.folded.completed] = 0.0
@@ -71,61 +74,64 @@ class Rows:
         cycle = self.cycle
         rises = np.ascontiguousarray(rises)
         kernels.compiled.accumulate(cycle.parent, rises, np.zeros(rises.shape[1]))
+        return np.asarray(0.5 * (self._nodes_of(cycle.begin) + self._nodes_of(cycle.end)) @ rises)
+
+    def _nodes_of(self, node: NDArray[np.int64], only: Any = slice(None)) -> csr_array:
+        """Return the matrix (bins, nodes) of means over pieces of each bin at ``node``.
+
+        ``only`` selects the pieces that count; a bin that is a point is its first node.
+        """
+        cycle = self.cycle
+        shape = self.weight.size, cycle.half.size
         if not cycle.bin.size:
-            return np.asarray(rises[cycle.first])
-        return np.asarray(self._bins @ (0.5 * (rises[cycle.begin] + rises[cycle.end])))
+            return csr_array((np.ones(shape[0]), (np.arange(shape[0]), cycle.first)), shape=shape)
+        return csr_array((cycle.share[only], (cycle.bin[only], node[only])), shape=shape)
 
     @cached_property
-    def _bins(self) -> csr_array:
-        """Matrix (bins, pieces) that takes the mean of the pieces of each bin."""
-        cycle = self.cycle
-        shape = self.weight.size, cycle.bin.size
-        return csr_array((cycle.share, (cycle.bin, np.arange(cycle.bin.size))), shape=shape)
+    def _of_values(self) -> csr_array:
+        """Matrix that takes the bin means of the values at the nodes of pieces that are points."""
+        return self._nodes_of(self.cycle.end, self.cycle.begin == self.cycle.end)
+
+    @cached_property
+    def _of_means(self) -> csr_array:
+        """Matrix that takes the bin means of the means over the steps to the nodes."""
+        return self._nodes_of(self.cycle.end, self.cycle.begin != self.cycle.end)
 
     def columns(self, y: Floats) -> Floats:
         """Return the deflection [m] of an elastic-plastic element per threshold (bins, thresholds).
 
         The deflection is averaged over the phases of the bin, also if the element yields inside it.
+        The thresholds increase; columns of the thresholds of the last call are used again.
         """
-        # Shifts of lower loads leave the thresholds at the highest load as they were.
-        if self._kept is None or not np.array_equal(self._kept[0], y):
-            # Large temporary arrays cost more than the arithmetic.
-            parts = [y[i : i + _AT_ONCE] for i in range(0, y.size, _AT_ONCE)]
-            self._kept = y.copy(), np.hstack([self._some_columns(part) for part in parts])
-        return self._kept[1]
+        known, kept = self._kept
+        at = np.searchsorted(known, y)
+        at[at == known.size] = 0
+        is_known = known[at] == y if known.size else np.zeros(y.size, dtype=bool)
+        columns = np.empty((self.weight.size, y.size))
+        columns[:, is_known] = kept[:, at[is_known]]
+        new = np.flatnonzero(~is_known)
+        for i in range(0, new.size, _AT_ONCE):
+            part = new[i : i + _AT_ONCE]
+            columns[:, part] = self._some_columns(y[part])
+        self._kept = y.copy(), columns
+        return columns
+
+    def force(self, y: Floats, k: Floats) -> Floats:
+        """Return the force [N] of sliders (y, k), without an offset, in each bin."""
+        force = np.zeros(self.weight.size)
+        for i in range(0, y.size, _AT_ONCE):
+            force += self._some_columns(y[i : i + _AT_ONCE]) @ k[i : i + _AT_ONCE]
+        return force
 
     def _some_columns(self, y: Floats) -> Floats:
-        cycle = self.cycle
-        reach = np.maximum(y, 0.0)
-        half, sign = cycle.half[:, None], cycle.sign[:, None]
-        values = np.minimum(half, reach) * sign
+        cycle, reach = self.cycle, np.maximum(y, 0.0)
+        if cycle.bin.size and not self.folded.samples.size:  # elements yield inside pieces
+            still = np.zeros(cycle.half.size)
+            return self.varying_columns(reach, still, still)
+        values = np.minimum(cycle.half[:, None], reach)
+        values *= cycle.sign[:, None]
         kernels.compiled.accumulate(cycle.parent, values, np.zeros(y.size))
-        if not cycle.bin.size:
-            return np.asarray(values[cycle.first])
-        begin, end = cycle.begin, cycle.end
-        if self.folded.samples.size:
-            return np.asarray(self._bins @ values[begin])
-        starts = cycle.parent[end] == begin  # the branch begins where the piece does
-        along = (starts | (cycle.parent[begin] == cycle.parent[end])) & (cycle.parent[end] >= 0)
-        along &= begin != end
-        pieces = 0.5 * (values[begin] + values[end])
-        start, stop = begin[along], end[along]
-        low = np.where(starts[along], 0.0, cycle.half[start])[:, None]
-        high = cycle.half[stop][:, None]
-        over = (
-            np.maximum(np.maximum(low, high) - reach, 0.0),
-            np.maximum(np.minimum(low, high) - reach, 0.0),
-        )
-        # The mean of min(h, y) over h between two ends is that of h less the excess over y.
-        width = np.maximum(np.abs(high - low), 1e-300)
-        lost = (over[0] ** 2 - over[1] ** 2) / (2.0 * width)
-        lost = np.where(np.abs(high - low) > 1e-9 * high, lost, 0.5 * (over[0] + over[1]))
-        mean = 0.5 * (low + high) - lost
-        pieces[along] = values[cycle.parent[stop]] + cycle.sign[stop][:, None] * mean
-        # The displacement bends inside a piece: what sticks goes with it.
-        sticks = 1.0 - np.clip((over[0] - over[1]) / width, 0.0, 1.0)
-        pieces[along] += self._steps[1][stop][:, None] * sticks
-        return np.asarray(self._bins @ pieces)
+        return np.asarray(self._of_values @ values)
 
     @cached_property
     def loads(self) -> Floats | None:
@@ -163,27 +169,25 @@ class Rows:
         between the node and the preceding one.
         """
         move, bend, _ = self._steps
-        values, means = np.empty((2, move.size, y.size))
         shift_bend = (2.0 * middle - shift - np.roll(shift, 1)) / 3.0
-        kernels.compiled.stops(move, bend, shift, shift_bend, y, self.amplitude, values, means)
-        cycle = self.cycle
-        if not cycle.bin.size:
-            return np.asarray(values[cycle.first])
-        is_step = (cycle.begin != cycle.end)[:, None]
-        return np.asarray(self._bins @ np.where(is_step, means[cycle.end], values[cycle.end]))
-
-    def stiffness(self, y: Floats, k: Floats) -> Floats:
-        """Return the tangent stiffness [N/m] of sliders (y, k) at each node of the cycle."""
-        order = np.argsort(y)
-        left = np.append(np.cumsum(k[order][::-1])[::-1], 0.0)
-        return np.asarray(left[np.searchsorted(y[order], self.cycle.half, side="right")])
+        cycle, columns = self.cycle, np.empty((self.weight.size, y.size))
+        for i in range(0, y.size, _AT_ONCE):
+            part = y[i : i + _AT_ONCE]
+            values, means = np.empty((2, move.size, part.size))
+            kernels.compiled.stops(
+                move, bend, shift, shift_bend, part, self.amplitude, values, means
+            )
+            columns[:, i : i + part.size] = self._of_values @ values
+            if cycle.bin.size and self._of_means.nnz:
+                columns[:, i : i + part.size] += self._of_means @ means
+        return columns
 
     def by_displacement(self, y: Floats, k: Floats) -> Floats:
         """Return d(force)/d(``folded.coefficients``) [N/m], shape (terms, bins)."""
         cycle = self.cycle
         above = np.where(cycle.parent < 0, 0, cycle.parent)
         moves = cycle.basis - cycle.basis[:, above]
-        return self.sums((self.stiffness(y, k) * moves).T).T
+        return self.sums((stiffness_of(y, k, cycle.half) * moves).T).T
 
     def weigh(self, y: Floats, k: Floats) -> None:
         """Set the weights from the noise of the bins and the errors of the displacement."""

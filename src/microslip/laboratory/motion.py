@@ -50,13 +50,11 @@ def basis(
 
     ``order`` is the number of derivatives with respect to the phase.
     """
-    n = harmonics.astype(float)
-    angle = np.outer(phase, n) + 0.5 * math.pi * order
-    factor = n**order
+    shape = phase.size, int(harmonics.max(initial=0))
+    powers = np.multiply.accumulate(np.broadcast_to(np.exp(1j * phase)[:, None], shape), axis=1)
+    waves = np.ascontiguousarray(powers[:, harmonics - 1] * (1j * harmonics) ** order)
     mean = np.full((phase.size, 1), 1.0 if order == 0 else 0.0)
-    rows = np.stack((factor * np.cos(angle), factor * np.sin(angle)), axis=2)
-    parts = (mean, rows.reshape(phase.size, 2 * n.size), corner_terms(phase, corners, order))
-    return np.hstack(parts)
+    return np.hstack((mean, waves.view(np.float64), corner_terms(phase, corners, order)))
 
 
 def corner_terms(phase: Floats, corners: Floats, order: int = 0) -> NDArray[np.float64]:

@@ -70,15 +70,20 @@ class InterfaceModel:
         h = -1.0 if self.is_sphere else values[SEPARATION]
         return values[FRICTION], values[SCALE], h
 
-    def curve(self, u: Floats, values: Values, load: float) -> tuple[Floats, Floats]:
-        """Return force [N] and stiffness [N/m] of first loading at displacements u >= 0 [m]."""
-        ratio = load / self.reference_load
+    def _at(self, values: Values, load: float) -> tuple[float, float, float]:
+        """Return the force limit [N], the slip scale [m] and the separation h at a load [N]."""
         mu, scale, h = self._values(values)
-        here = self.template.separation(h, ratio)
-        x = np.minimum(u, 1e200) / scale
-        share, by_step = self.template.shares(here, x)
-        limit = mu * load
-        return limit * share, (limit / scale) * by_step
+        return mu * load, scale, self.template.separation(h, load / self.reference_load)
+
+    def curve(self, u: Floats, values: Values, load: float) -> Floats:
+        """Return the force [N] of first loading at displacements u >= 0 [m]."""
+        limit, scale, here = self._at(values, load)
+        return limit * self.template.share(here, np.minimum(u, 1e200) / scale)
+
+    def slope(self, u: Floats, values: Values, load: float) -> Floats:
+        """Return the stiffness [N/m] of first loading at displacements u >= 0 [m]."""
+        limit, scale, here = self._at(values, load)
+        return limit / scale * self.template.fall(here, u / scale)
 
     def by_summits(self, u: Floats, values: Values, load: float, loads: Sequence[float]) -> Floats:
         """Return the standard deviations of the force that random summits cause, times sqrt(M) [N].
@@ -94,21 +99,18 @@ class InterfaceModel:
         law = self.template.law
         if not isinstance(law, GreenwoodWilliamson):
             return np.zeros((0, u.size))
-        ratio = load / self.reference_load
-        mu, scale, h = self._values(values)
-        template = self.template
-        here = template.separation(h, ratio)
-        lowest = min(template.separation(h, one / self.reference_load) for one in loads)
-        heights, unit = law.heights, template.unit
+        template, heights, unit = self.template, law.heights, self.template.unit
+        limit, scale, here = self._at(values, load)
+        lowest = min(self._at(values, one)[2] for one in loads)
         top = max(heights.span[1] / unit, lowest + 1.0)
         edges = np.linspace(lowest, min(top, lowest + _TALLEST), _HEIGHTS + 1)
         z = 0.5 * (edges[1:] + edges[:-1])[:, None]
         share = heights._density(z * unit) * unit * (edges[1] - edges[0])
         x = np.minimum(u, 1e200) / scale
-        fall = template.shares(here, x)[1] / template.rate(here)
+        fall = template.fall(here, x) / template.rate(here)
         above = np.maximum(z - here, 0.0) ** 1.5
         change = np.maximum(z - here - x, 0.0) ** 1.5 - above * fall
-        return np.asarray(-mu * load / template.load(here) * np.sqrt(share) * change)
+        return np.asarray(-limit / template.load(here) * np.sqrt(share) * change)
 
     # -- what follows ----------------------------------------------------------------------------
 
@@ -131,11 +133,10 @@ class InterfaceModel:
     def derived(self, values: Values, load: float, given: Materials) -> dict[str, float]:
         """Return force limit, stiffness and, with materials ``given``, sizes of summits (SI)."""
         pair, area, _ = given
-        mu, scale, h = self._values(values)
-        template = self.template
-        here = template.separation(h, load / self.reference_load)
-        stiffness = mu * load * template.rate(here) / scale
-        found = {"force_limit": mu * load, "tangential_stiffness": stiffness}
+        mu, _, h = self._values(values)
+        template, (limit, scale, here) = self.template, self._at(values, load)
+        stiffness = limit * template.rate(here) / scale
+        found = {"force_limit": limit, "tangential_stiffness": stiffness}
         if pair is None:
             return found
         law = template.law  # a lay has a ratio of its own

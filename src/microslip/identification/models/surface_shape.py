@@ -84,42 +84,38 @@ class Template:
 
     # -- shares of the force limit ---------------------------------------------------------------
 
-    def shares(self, z: float, x: Floats) -> tuple[Floats, Floats]:
-        """Return the first-loading force over its limit, 1 - n(z + x)/n(z) [-], and its slope.
+    def share(self, z: float, x: Floats) -> Floats:
+        """Return the first-loading force over its limit, 1 - n(z + x)/n(z) [-].
 
         z and x >= 0 are separation and displacement over their scales, n the normalised load.
         """
-        tables = self._tables(z)
-        if tables is None:
-            return self._exact(z, x)
-        value, by_step = (table.value(x) for table in tables)
-        return np.minimum(value, 1.0, out=value), by_step
+        table = self._table(z)
+        value = self._exact(z, x) if table is None else table.value(x)
+        return np.minimum(value, 1.0, out=value)
 
-    def _exact(self, z: float, x: Floats) -> tuple[Floats, Floats]:
-        law, unit = self.law, self.unit
-        here, steps = z * unit, x * unit
-        at = law._derivative_at(here, 0)
-        value = np.minimum(law._drop(here, steps) / at, 1.0)
-        return value, law._fall(here, steps) * (unit / at)
+    def _exact(self, z: float, x: Floats) -> Floats:
+        here = z * self.unit
+        return np.asarray(self.law._drop(here, x * self.unit) / self.law._derivative_at(here, 0))
+
+    def fall(self, z: float, x: Floats) -> Floats:
+        """Return the derivative of :meth:`share` by x [-]."""
+        here = z * self.unit
+        by_step = self.law._fall(here, x * self.unit) * self.unit
+        return np.asarray(by_step / self.law._derivative_at(here, 0))
 
     @lru_cache(maxsize=_MOST_CACHED)  # noqa: B019
-    def _tables(self, z: float) -> tuple[Table, Table] | None:
-        """Return the tables for :meth:`shares` at separation z; None if n is not smooth."""
+    def _table(self, z: float) -> Table | None:
+        """Return the table for :meth:`share` at separation z; None if n is not smooth."""
         reach = self.law._table_reach(z * self.unit)
         if reach is None:
             return None
         end, rate = reach / self.unit, self.rate(z)
         for panels in _PANELS:
             x = (end / panels) * (np.arange(panels)[:, None] + 0.5 * (1.0 + NODES)).reshape(-1)
-            value, by_step = self._exact(z, x)
-            series = [row.reshape(panels, -1) @ TO_SERIES for row in (value / x, by_step)]
-            # Neither is larger than the rate.
-            left_out = max(float(np.abs(s[:, TERMS - 1 :]).max()) / rate for s in series)
-            if left_out <= _LEFT_OUT:
-                return (
-                    Table.from_series(series[0], end, 1, 1.0),
-                    Table.from_series(series[1], end, 0, 0.0),
-                )
+            series = (self._exact(z, x) / x).reshape(panels, -1) @ TO_SERIES
+            # The quotient is not larger than the rate.
+            if np.abs(series[:, TERMS - 1 :]).max() <= _LEFT_OUT * rate:
+                return Table.from_series(series, end, 1, 1.0)
         return None
 
     # -- back to surfaces ------------------------------------------------------------------------

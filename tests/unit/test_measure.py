@@ -288,6 +288,18 @@ def test_the_headline_shows_how_likely_the_regimes_are() -> None:
     assert several.startswith("2 records in gross slip: a cycle dissipates")
 
 
+def test_a_cycle_that_is_left_out_does_not_change_the_headline() -> None:
+    """Of nine cycles in gross slip, the first one, of a smaller amplitude, slips partially."""
+    joint = JOINT.at(normal_load=2000.0)
+    turn = np.arange(0.0, 9.3, 0.005)
+    x = np.where(turn < 2.25, 3e-7, 1e-6) * np.sin(2.0 * np.pi * turn)
+    noise = np.random.default_rng(1).normal(size=x.size)
+    found = ms.measure(ms.Record(x, joint.force(x) + noise, normal_load=2000.0, sample_rate=2000.0))
+    assert set(found.regimes) == {"partial slip", "gross slip"}
+    assert found.regime == "gross slip"
+    assert ", gross slip: each dissipates" in measurement_document([found]).answer
+
+
 @pytest.mark.parametrize("confidence", [0.1, 0.5, 0.6827, 0.95, 0.99])
 def test_students_quantile(confidence: float) -> None:
     """By its two closed forms, and by SciPy's continued fractions."""

@@ -59,7 +59,7 @@ _COARSE, _FINE = 31, 21
 _SHAPES = (((1.0, 1.5, 2.0), (1.0, 2.0)), ((1.0, 2.0), (1.0, 2.0)))
 """Powers of the distance to the reversal in the force before and after it. The power 3/2 belongs to
 a contact near gross slip (19.15); the second set gives the systematic error."""
-_DOUBT, _LEAST, _OF_WINDOW = 0.5, 0.1, 0.003
+_DOUBT, _LEAST, _OF_WINDOW = 0.5, 0.06, 0.003
 """Systematic error of the lag: fraction of the difference of both sets of powers, samples, and
 fraction of the window."""
 _GROUPS = 10

@@ -246,7 +246,7 @@ class Cycles:
         if not per_sample > 0.0:
             return ""
         smallest = _LATE * max(energy, _LATE * around) / per_sample
-        lag = lag_of(x, force, block.cycles, 0.999, _LOOKED_AT, smallest)
+        lag = lag_of(x, force, block.cycles, 0.97, _LOOKED_AT, smallest)
         if lag is None or abs(lag.value) < max(smallest, 0.5 * smallest + lag.half):
             return ""
         if lag.misfit_left >= _LEFT or not self._is_better(lag.value):

@@ -155,19 +155,12 @@ class Measurement(Plottable):
 
     @property
     def regime(self) -> str:
-        """Regime of most cycles; of two equally frequent regimes the more probable one."""
-        return max(
-            REGIMES, key=lambda name: (self.regimes.count(name), self.probability.get(name, 0.0))
-        )
+        """Most probable regime of the cycles of the means."""
+        return max(REGIMES, key=lambda name: self.probability.get(name, self.regimes.count(name)))
 
     @property
     def possible_regimes(self) -> dict[str, float]:
-        """Most probable regimes with their probabilities, which sum to at least ``confidence``.
-
-        For stepped amplitudes it is only the regime of most cycles, with probability 1.
-        """
-        if self.levels or not self.probability:
-            return {self.regime: 1.0}
+        """Most probable regimes with their probabilities, which sum to at least ``confidence``."""
         possible: dict[str, float] = {}
         for name, share in sorted(self.probability.items(), key=lambda item: -item[1]):
             if sum(possible.values()) < self.confidence:
@@ -196,12 +189,8 @@ class Measurement(Plottable):
     def summary(self) -> dict[str, Any]:
         """Return the contents of summary.json: results without the columns; NaN becomes None."""
         levels = [
-            {
-                "first_cycle": int(level.cycles[0]) + 1,
-                "last_cycle": int(level.cycles[-1]) + 1,
-                "settled": level.is_settled,
-                "mean": _with_units(level.mean),
-            }
+            {"first_cycle": int(level.cycles[0]) + 1, "last_cycle": int(level.cycles[-1]) + 1}
+            | {"settled": level.is_settled, "mean": _with_units(level.mean)}
             for level in self.levels
         ]
         summary: dict[str, Any] = json_value(
@@ -338,11 +327,12 @@ def measure(
     rates = columns.get("frequency")
     steps = judged.step_errors
     shared = {k: math.hypot(steps.get(k, 0.0), gains.get(k, 0.0)) for k in {**steps, **gains}}
+    errors = shared, coarse
     return Measurement(
         name=record.name,
         cycles=MappingProxyType({name: lock(values) for name, values in columns.items()}),
         regimes=regimes,
-        mean=_means(columns, counting.selection, level, counting.is_moving, shared, coarse),
+        mean=_means(columns, counting.selection, level, counting.is_moving, *errors),
         gain_errors=MappingProxyType(gains),
         probability=MappingProxyType(probability),
         confidence=level,
@@ -354,12 +344,8 @@ def measure(
         notes=tuple(notes),
         is_settled=not counting.is_moving,
         levels=tuple(
-            AmplitudeLevel(
-                lock(rows),
-                not is_moving,
-                _means(columns, rows, level, is_moving, shared, coarse),
-            )
-            for rows, is_moving in counting.levels
+            AmplitudeLevel(lock(rows), not moving, _means(columns, rows, level, moving, *errors))
+            for rows, moving in counting.levels
         ),
     )
 
@@ -401,18 +387,14 @@ def _turned_to_its_peak(record: Record) -> Record:
     if x.size > MOST_OF_LOOP or not all(one_loop(x, force)[1:]):
         return record
     size = one_loop(x, force)[0]
-    first = int(np.argmax(x[:size]))
-    order = (first + np.arange(size + 1)) % size
+    order = (int(np.argmax(x[:size])) + np.arange(size + 1)) % size
     channels: dict[str, Any] = {key: values[order] for key, values in record.channels.items()}
     rate = record.sample_rate
     if record.time is not None:
         rate = (x.size - 1) / float(record.time[-1] - record.time[0])
-    notes = (
-        *record.notes,
-        "one closed loop: taken as an averaged loop, from its largest displacement on",
-    )
-    channels |= {"time": None, "sample_rate": rate, "cycle_number": None, "notes": notes}
-    return replace(record, **channels)
+    note = "one closed loop: taken as an averaged loop, from its largest displacement on"
+    channels |= {"time": None, "sample_rate": rate, "cycle_number": None}
+    return replace(record, **channels, notes=(*record.notes, note))
 
 
 def beyond_all_rigs(columns: Mapping[str, Floats | float]) -> list[str]:

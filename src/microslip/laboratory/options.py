@@ -17,13 +17,9 @@ NORMAL_LOAD = option(
 )
 TIME = option("time", "Column of the time, or none.", metavar="COLUMN")
 SAMPLE_RATE = option(
-    "sample_rate",
-    "Sample rate, where there is no time.",
-    float,
-    example="200",
-    above=0.0,
+    "sample_rate", "Sample rate, where there is no time.", float, example="200", above=0.0,
     metavar="HZ",
-)
+)  # fmt: skip
 FLIP_SIGN = option("flip_sign", "Reverse the sign of the force.", bool, default=False)
 UNITS = option("units", f"Unit of {_ROLES}; may be repeated.", flag="unit", metavar="WHAT=UNIT")
 CALIBRATION = option(
@@ -43,17 +39,12 @@ ROWS = option(
 DELAY = option(
     "delay",
     "Time by which the force lags behind the displacement, to be removed; a plain number is in s.",
-    units.TIME,
-    example="50 us",
-    bare=True,
-    sign="any",
-)
+    units.TIME, example="50 us", bare=True, sign="any",
+)  # fmt: skip
 SCALING = (UNITS, CALIBRATION, ZERO)
 
 RIG_STIFFNESS = option(
     "rig_stiffness",
     'Rig in series, to be removed, such as "200 N/um"; a plain number is in N/m.',
-    STIFFNESS,
-    example="200 N/um",
-    bare=True,
-)
+    STIFFNESS, example="200 N/um", bare=True,
+)  # fmt: skip

@@ -244,17 +244,14 @@ def _arrays(
             bad |= ~np.isfinite(values)
         good = np.flatnonzero(~bad)
         end_row = int(good[-1]) + 1 if good.size else 0
+        arrays = {role: values[:end_row].copy() for role, values in arrays.items()}
         if bad[:end_row].any():
             lengths = np.diff(runs_of(bad[:end_row]), axis=1)
             is_rare = float(bad[:end_row].mean()) <= _MOST_LONE
             if bad[0] or int(lengths.max()) > _LONGEST_LONE or not is_rare:
                 _refuse_gaps(table, arrays, names, bad[:end_row], first)
-            arrays = {role: values[:end_row].copy() for role, values in arrays.items()}
             for values in arrays.values():
-                lone, known = (
-                    np.flatnonzero(~np.isfinite(values)),
-                    np.flatnonzero(np.isfinite(values)),
-                )
+                lone, known = map(np.flatnonzero, (~np.isfinite(values), np.isfinite(values)))
                 values[lone] = np.interp(lone, known, values[known])
             notes.append(
                 f"interpolated linearly: {plural(int(bad[:end_row].sum()), 'row')} "
@@ -262,7 +259,6 @@ def _arrays(
             )
         if end_row < size:
             notes.append(f"left out: {plural(size - end_row, 'row')} without numbers at the end.")
-            arrays = {role: values[:end_row].copy() for role, values in arrays.items()}
     if end_row < 2:
         raise ValueError(f"wanted at least two rows of numbers, got {end_row}")
     return arrays, first, notes
@@ -292,13 +288,10 @@ def _to_si(values: Floats, role: str, taken_as: Scale, zero: Any, sign: int) -> 
         np.negative(values, out=values)
     ends = float(values.min()), float(values.max())
     low, high = (engineering(end, kind.unit, interval_digits(*ends)) for end in ends)
-    if not zero_note:
-        zero_note = (
-            "sign reversed, zero as in the file" if sign < 0 else "sign and zero as in the file"
-        )
-    else:
-        zero_note += ", sign reversed" if sign < 0 else ", sign as in the file"
-    return f"{taken_as.words}, {zero_note}: from {low} to {high}"
+    words = "sign reversed, zero as in the file" if sign < 0 else "sign and zero as in the file"
+    if zero_note:
+        words = f"{zero_note}, sign {'reversed' if sign < 0 else 'as in the file'}"
+    return f"{taken_as.words}, {words}: from {low} to {high}"
 
 
 def check_time(time: Floats, where: Callable[[int], str], advice: str) -> None:

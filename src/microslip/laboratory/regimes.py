@@ -23,8 +23,8 @@ def regimes_of(
 ) -> tuple[tuple[str, ...], dict[str, float]]:
     """Return the slip regime of each cycle, and the probability of each regime for their mean.
 
-    The mean is over the cycles ``is_counted``. If the cycles have a trend, ``is_moving``, the
-    fraction of the cycles in each regime takes the place of its probability.
+    The mean is over the cycles ``is_counted``. If these have a trend, ``is_moving``, their fraction
+    in each regime takes the place of its probability.
     """
     energy, force = columns["dissipated_energy"], columns["force_amplitude"]
     below, short = (
@@ -43,8 +43,8 @@ def regimes_of(
         REGIMES[0 if s else 2 if g else 1] for s, g in zip(stick, gross, strict=True)
     )
     if is_moving:
-        share = {name: cycle_regimes.count(name) / max(len(cycle_regimes), 1) for name in REGIMES}
-        return cycle_regimes, share
+        counted = [cycle_regimes[i] for i in np.flatnonzero(is_counted)]
+        return cycle_regimes, {name: counted.count(name) / len(counted) for name in REGIMES}
     mean = max(REGIMES, key=lambda name: likely[name])
     pairs = zip(cycle_regimes, is_counted.tolist(), strict=True)
     return tuple(mean if is_chosen else regime for regime, is_chosen in pairs), likely

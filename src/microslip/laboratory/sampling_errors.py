@@ -19,13 +19,13 @@ _ORDER = 2.0
 """Change from all samples to half of them over the error of all: 3 at a kink of the branch, 15
 where it is smooth; less, since the position of the kink between samples is random."""
 _NO_LENGTH = (
-    *("cycle_number", "start", "period", "frequency", "displacement_offset", "force_offset"),
-    *("normal_load", "closure_error"),
-)
+    "cycle_number", "start", "period", "frequency", "displacement_offset", "force_offset",
+    "normal_load", "closure_error",
+)  # fmt: skip
 _ENCLOSED = (
-    *("dissipated_energy", "energy_ratio", "loss_factor", "damping_ratio"),
-    *("fouvry_ratio", "friction_energy"),
-)
+    "dissipated_energy", "energy_ratio", "loss_factor", "damping_ratio", "fouvry_ratio",
+    "friction_energy",
+)  # fmt: skip
 """Columns in proportion to the enclosed area."""
 
 

@@ -85,9 +85,9 @@ def settled(columns: Mapping[str, Floats], sound: NDArray[np.bool_], noise: floa
     """Find the settled cycles among the ``sound`` ones, which are closed and have no spikes.
 
     If there are several amplitudes, each is a level, and the longest one is selected; single cycles
-    of other amplitudes, such as a run-up, are left out. At one amplitude the selection is the end
-    of the record over which force and energy change by at most 0.3 %, or by 2 % if they never
-    change so little. ``noise`` [m] is the standard error of an amplitude.
+    of other amplitudes, such as a run-up, are left out, unless the record is nothing else. At one
+    amplitude the selection is the end of the record over which force and energy change by at most
+    0.3 %, or by 2 % if they never change so little. ``noise`` [m] is the error of an amplitude.
     """
     places = np.flatnonzero(sound)
     notes: list[str] = []
@@ -96,7 +96,7 @@ def settled(columns: Mapping[str, Floats], sound: NDArray[np.bool_], noise: floa
         amplitudes = columns["amplitude"][places]
         parts = _one_amplitude(amplitudes, noise)
         if not parts:
-            return Settled(sound, True, (_moving_note(columns, places, ("amplitude",)),))
+            return _without_plateau(columns, places, sound.size)
         largest = max(parts, key=len)
         if len(parts) > 1:
             means = sorted(float(amplitudes[part].mean()) for part in parts)
@@ -133,6 +133,26 @@ def settled(columns: Mapping[str, Floats], sound: NDArray[np.bool_], noise: floa
             f"to {places[-1] + 1}, where neither changes by more than {100.0 * ALIKE:g} %"
         )
     return Settled(_mask(places[late:], sound.size), False, tuple(notes), levels)
+
+
+def _without_plateau(columns: Mapping[str, Floats], places: NDArray[np.intp], size: int) -> Settled:
+    """Make stretches of one amplitude levels of their own, and select the longest, or largest."""
+    amplitudes, parts = np.abs(columns["amplitude"]), [places[:1]]
+    for row in places[1:]:
+        low, high = sorted((amplitudes[parts[-1][0]], amplitudes[row]))
+        if high <= (1.0 + ONE_AMPLITUDE) * low:
+            parts[-1] = np.append(parts[-1], row)
+        else:
+            parts.append(np.array([row]))
+    largest = max(parts, key=lambda part: (part.size, amplitudes[part[0]]))
+    if largest.size == places.size:
+        return Settled(_mask(places, size), True, (_moving_note(columns, places, ("amplitude",)),))
+    note = (
+        f"not settled: {_span(columns, places, ('amplitude',))} from cycle {places[0] + 1} to "
+        f"{places[-1] + 1}, as in a run-up: results of {len(parts)} amplitudes are separate, and "
+        f"those of the record are over {named_cycles(_mask(largest, size))}"
+    )
+    return Settled(_mask(largest, size), True, (note,), tuple((part, True) for part in parts))
 
 
 def requested(columns: Mapping[str, Floats], selection: NDArray[np.bool_]) -> Settled:

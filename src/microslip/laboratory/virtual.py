@@ -107,17 +107,12 @@ class VirtualTribometer:
     -----
     The rig of section 2.1 of chapter 19 (DOI 10.1007/978-3-319-56818-8_19) reaches normal loads of
     100 to 5000 N, forces of 5000 N, amplitudes of 1 to 100 um and 200 Hz; other values are
-    accepted. Turning points of the motion are computed even if they lie between samples: a lower
-    sampling rate only omits samples.
+    accepted. A lower sampling rate only omits samples.
 
     At a constant load the response is exact at every sample, the compliance included. With a load
-    ripple the load is exact, too; between turning points of motion and load the joint follows
-    straight lines of separation and displacement, at least 1024 per cycle. With a ``ripple_phase``
-    of zero this is exact if the separation changes by less than the displacement over kappa, with
-    kappa = mu E*/(4 G*) (19.12).
-    Otherwise slip begins or ends within a line, and the error decreases with the square of the
-    number of lines. For ripples of up to 0.3 on surfaces and spheres, at up to 30 um, it is less
-    than 1e-3 of the force on a rigid rig, less than 1e-4 with a rig of 2e8 N/m.
+    ripple the joint follows at least 1024 straight lines of separation and displacement per cycle.
+    For ripples of up to 0.3 on surfaces and spheres, at up to 30 um, the error is less than 1e-3 of
+    the force on a rigid rig, less than 1e-4 with a rig of 2e8 N/m.
     """
 
     joint: BackboneLaw
@@ -148,9 +143,7 @@ class VirtualTribometer:
         ):
             value = number(name, getattr(self, name), "", 0.02)
             if not 0.0 <= value <= largest:
-                raise InputError(
-                    f"`{name}` must be a fraction from 0 to {words}, got {exact(value)}"
-                )
+                raise InputError(f"`{name}` must be from 0 to {words}, got {exact(value)}")
             keep(self, name, value)
         keep(self, "ripple_phase", number("ripple_phase", self.ripple_phase, "rad"))
         if self.load_ripple > 0.0 and self.joint._load_curve is None:

@@ -22,6 +22,10 @@ from microslip.laboratory.measurement import Measurement
 
 _NEW = 0.05
 """Largest fraction of the cycles of a specimen that may be missing before its first record."""
+_FIRST_CYCLE = (
+    "State in the manifest the number of the first cycle of each file in the life of the specimen, "
+    'in a column "first cycle"'
+)
 
 
 class Wear(NamedTuple):
@@ -92,10 +96,7 @@ def _numbers(measured: Measurement, first: float | None, records: int) -> Floats
             'cycles ("cycle column" in a manifest, `cycle_number=...` in Python)'
         )
     if first is None and records > 1:
-        raise InputError(
-            "its specimen has several records; state in the manifest the number of the first cycle "
-            'of each file in the life of the specimen, in a column "first cycle"'
-        )
+        raise InputError(f"its specimen has several records. {_FIRST_CYCLE}")
     return np.arange(float(len(measured))) + (1.0 if first is None else first)
 
 
@@ -106,9 +107,8 @@ def _energy_until(
     ordered = sorted(zip(numbers, members, strict=True), key=lambda pair: float(pair[0][0]))
     if any(after[0] <= before[-1] for (before, _), (after, _) in pairwise(ordered)):
         raise InputError(
-            "its specimen has several series whose cycles are counted from the same number. State "
-            "in the manifest the number of the first cycle of each file in the life of the "
-            'specimen, in a column "first cycle", or a "specimen" of its own for each series'
+            "its specimen has several series whose cycles are counted from the same number. "
+            f'{_FIRST_CYCLE}, or a "specimen" of its own for each series'
         )
     end = next(float(of_record[-1]) for of_record, j in ordered if j == last)
     number = np.concatenate([of_record for of_record, _ in ordered])

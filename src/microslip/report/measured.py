@@ -122,8 +122,8 @@ def _answer(measurements: Sequence[Measurement]) -> str:
 def _regime(measured: Measurement) -> str:
     possible = measured.possible_regimes
     if len(possible) < 2:
-        is_same = measured.regimes.count(measured.regime) == len(measured)
-        return measured.regime if is_same else f"mostly {measured.regime}"
+        is_one = measured.is_settled or possible[measured.regime] == 1.0
+        return measured.regime if is_one else f"mostly {measured.regime}"
     shares = " or ".join(f"{name} ({100.0 * share:.0f} %)" for name, share in possible.items())
     return shares if measured.is_settled else shares.replace(" or ", ", ")
 
@@ -161,7 +161,8 @@ def _number(measurements: Sequence[Measurement]) -> Headline:
             level = "range of the cycles"
         band = f"{_joules(first.low, first.high)} ({level})"
     value = _joules(first.value, digits=interval_digits(first.low, first.high))
-    return Headline("dissipated per cycle", value, band)
+    place = f" at {engineering(measured.mean['amplitude'].value, 'm')}" if measured.levels else ""
+    return Headline(f"dissipated per cycle{place}", value, band)
 
 
 def _sections(
@@ -188,8 +189,7 @@ def _sections(
     channels = [note for note in measured.notes if isinstance(note, ChannelNote)]
     blocks: tuple[Block, ...] = (
         Note(f"{shorten(measured.name, 200)}: {', '.join(facts)}."),
-        _means(measured),
-        *((_levels(measured),) if measured.levels else ()),
+        _levels(measured) if measured.levels else _means(measured),
         *((Note(_channels_text(channels)),) if channels else ()),
         Items(tuple(adapt(note) for note in measured.notes if note not in channels)),
     )
@@ -243,7 +243,7 @@ def _levels(measured: Measurement) -> Table:
     names = [name for name in _OF_LEVELS if name in measured.mean]
     rows = [
         (
-            f"{level.cycles[0] + 1} to {level.cycles[-1] + 1}",
+            " to ".join(f"{end + 1}" for end in dict.fromkeys(level.cycles[[0, -1]].tolist())),
             *(_written(level.mean[name].value, name) for name in names),
             _interval(*level.mean["dissipated_energy"][1:3], "dissipated_energy"),
             "settled" if level.is_settled else "not settled",

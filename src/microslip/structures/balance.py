@@ -91,10 +91,6 @@ class Balance:
             result = result + self.model.damping @ velocity
         return result
 
-    def tangent(self, answers: list[HarmonicForces], change: Floats) -> Floats:
-        """Return the change of the modal slip forces for a small ``change`` of coefficients."""
-        return self.by_motion(answers, self.joints.flat.T @ change)
-
     def by_motion(self, answers: list[HarmonicForces], motion: Floats) -> Floats:
         """Return the change of the modal slip forces (modes, size) for a change of joint motions.
 
@@ -180,23 +176,16 @@ class _NotSticking(NamedTuple):
 class _Compliance:
     """Dynamic compliance of the modes at each harmonic, applied to complex amplitudes."""
 
-    def __init__(
-        self,
-        balance: Balance,
-        omega: float,
-        damping: float,
-        near: float = _NEAR,
-        coupled: bool = True,
-    ) -> None:
+    def __init__(self, balance: Balance, omega: float, damping: float) -> None:
         squares, viscous = balance.model.squares, balance.model.damping
         at = omega * np.array(balance.basis.harmonics, dtype=float)[:, None]
         drag = damping if viscous is None else damping + np.diag(viscous)
         stiff, scale = squares - at**2, np.maximum(squares, omega**2)
         # What is near resonance is stiffened; an unknown of its own takes that back.
-        added = np.where(stiff**2 + (at * drag) ** 2 < (near * scale) ** 2, scale, 0.0)
+        added = np.where(stiff**2 + (at * drag) ** 2 < (_NEAR * scale) ** 2, scale, 0.0)
         self.added = np.repeat(added, 2, axis=0)[1:].T
         diagonal = stiff + added + 1j * at * drag
-        if viscous is None or not coupled:
+        if viscous is None:
             self._inverse: NDArray[Any] = 1.0 / diagonal
         else:
             full = 1j * at[:, :, None] * (viscous - np.diag(np.diag(viscous)))
@@ -331,15 +320,6 @@ class ModeStep:
     def _damping(self) -> float:
         return -2.0 * self.point.damping * self.point.omega
 
-    @property
-    def _scale(self) -> Floats:
-        """Row scales [rad^2/s^2]: residual forces divided by them have the size of motions."""
-        return np.maximum(self.balance.model.squares, self.point.omega**2)[:, None]
-
-    def _right(self, unit: float) -> np.ndarray:
-        forces = (self.current.forces / self._scale).reshape(-1) / unit
-        return np.append(forces, [self.current.border[0], self.current.border[1] / unit])
-
     def eliminate(self) -> Elimination | None:
         """Factorise the system of borders and joints that do not stick; None if singular.
 
@@ -384,63 +364,78 @@ class ModeStep:
         return Elimination(compliance, flat, columns, turned, blocks, rows, factors)
 
     def iterate(self, tolerance: float) -> Floats | None:
-        """Solve by GMRES to a relative residual, preconditioned with sticking joints."""
-        modes, size = self.balance.shape
-        count = modes * size
+        """Solve by GMRES to a relative residual, preconditioned with sticking joints.
+
+        Here motions are relative to the largest coefficient, forces to ``scale``, and coefficients
+        are complex amplitudes, cosine + i sine, as pairs of numbers (with zero beside the mean).
+        """
+        balance, omega, i = self.balance, self.point.omega, self.index
+        squares, viscous, joints = balance.model.squares, balance.model.damping, balance.joints
+        rates = omega * np.array(balance.basis.harmonics)
+        wide = balance.basis.size + 1
         unit = float(np.abs(self.point.coefficients).max())
-        omega = self.point.omega
-        scale = self._scale
-        solve = self._preconditioner(unit)
+        scale = np.maximum(squares, omega**2)[:, None]
+        drag = self._damping if viscous is None else self._damping + np.diag(viscous)[:, None]
+        dynamic = (squares[:, None] - rates**2 - 1j * rates * drag) / scale
+        compliance = 1.0 / np.where(abs(dynamic) < 1e-4, dynamic + 1.0, dynamic)
+        coupling = None if viscous is None else (viscous - np.diag(np.diag(viscous))) / scale
+        to_joints, from_joints = np.ascontiguousarray(joints.flat.T), joints.flat / scale
+        tangents = []
+        for part, answer, group in zip(
+            joints.parts, self.current.answers, joints.groups, strict=True
+        ):
+            blocks = np.insert(np.insert(answer.beyond(group.stuck), 1, 0.0, 2), 1, 0.0, 4)
+            tangents.append(
+                (part, blocks.reshape(len(blocks), *(wide * group.stuck.shape[1],) * 2))
+            )
 
-        def product(y: Floats) -> Floats:
-            x = solve(y)
-            change = x[:count].reshape(modes, size)
-            forces = self.balance.linear(change, omega, self._damping)
-            forces += self.balance.tangent(self.current.answers, change)
-            forces /= unit
-            forces += self.columns[..., 0] * (x[-2] * omega / unit)
-            forces += self.columns[..., 1] * (x[-1] / unit)
-            border = [
-                float(np.sum(self.current.by_q * change)) + self.current.by_omega * x[-2] * omega,
-                change[self.index, 2] / unit,
-            ]
-            return np.append((forces / scale).reshape(-1), border)
+        def paired(coefficients: Floats) -> Floats:
+            return np.insert(coefficients, 1, 0.0, axis=1).reshape(-1)
 
-        y = gmres(product, self._right(unit), tolerance, 160)
+        by_borders = np.stack(
+            [paired(self.columns[..., k] / scale) * by / unit for k, by in enumerate((omega, 1.0))],
+            axis=1,
+        )
+        sine = i * wide + 3
+        by_q = unit * paired(self.current.by_q)
+
+        def multiply(x: Floats) -> Floats:
+            q = x[:-2].reshape(-1, wide)
+            forces = dynamic * q.view(complex)
+            if coupling is not None:
+                forces -= 1j * rates * (coupling @ q.view(complex))
+            motion = to_joints @ q
+            moved = np.empty_like(motion)
+            for part, blocks in tangents:
+                local = motion[part].reshape(len(blocks), -1, 1)
+                moved[part] = (blocks @ local).reshape(-1, wide)
+            total = (forces.view(float) + from_joints @ moved).reshape(-1) + by_borders @ x[-2:]
+            border = by_q @ x[:-2] + self.current.by_omega * omega * x[-2]
+            return np.concatenate([total, [border, x[sine]]])
+
+        # The preconditioner is exact in the fundamental harmonic of the mode, omega and zeta.
+        inner = [sine - 1, sine, -2, -1]
+        core = np.empty((4, 4))
+        for column, place in enumerate(inner):
+            x = np.zeros(by_q.size + 2)
+            x[place] = 1.0
+            core[:, column] = multiply(x)[inner]
+        core_inverse = np.linalg.pinv(core)
+
+        def precondition(y: Floats) -> Floats:
+            x = y.copy()
+            x[:-2] = (compliance * y[:-2].reshape(-1, wide).view(complex)).view(float).reshape(-1)
+            x[inner] = core_inverse @ y[inner]
+            return x
+
+        forces, border = self.current.forces / scale / unit, self.current.border
+        right = np.append(paired(forces), [border[0], border[1] / unit])
+        y = gmres(lambda y: multiply(precondition(y)), right, tolerance, 160)
         if y is None:
             return None
-        step = solve(y)
-        step[-2] *= omega
-        return step
-
-    def _preconditioner(self, unit: float) -> Callable[[Floats], Floats]:
-        """Return an approximate inverse of the Jacobian, with all joints sticking."""
-        modes, size = self.balance.shape
-        count, i = modes * size, self.index
-        omega, scale = self.point.omega, self._scale
-        sticking = _Compliance(self.balance, omega, self._damping, near=1e-4, coupled=False)
-        core = np.zeros((4, 4))
-        for column in range(2):
-            change = np.zeros((modes, size))
-            change[i, 1 + column] = 1.0
-            forces = self.balance.linear(change, omega, self._damping)
-            forces += self.balance.tangent(self.current.answers, change)
-            core[:2, column] = forces[i, 1:3] / scale[i]
-        core[:2, 2] = self.columns[i, 1:3, 0] * omega / unit / scale[i]
-        core[:2, 3] = self.columns[i, 1:3, 1] / unit / scale[i]
-        core[2, :2] = self.current.by_q[i, 1:3] * unit
-        core[2, 2] = self.current.by_omega * omega
-        core[3, 1] = 1.0
-        inverse = np.linalg.pinv(core)
-
-        def solve(y: Floats) -> Floats:
-            x = sticking.on(y[:count].reshape(modes, size) * (unit * scale))
-            # Scaled as the unknowns are: motion by its unit, frequency by itself.
-            four = inverse @ np.array([y[i * size + 1], y[i * size + 2], y[-2], y[-1]])
-            x[i, 1:3] = four[:2] * unit
-            return np.append(x.reshape(-1), four[2:])
-
-        return solve
+        step = precondition(y)
+        coefficients = unit * np.delete(step[:-2].reshape(-1, wide), 1, axis=1)
+        return np.append(coefficients.reshape(-1), [omega * step[-2], step[-1]])
 
 
 def gmres(
@@ -462,7 +457,7 @@ def gmres(
         upper[j + 1, j] = np.linalg.norm(vector)
         if upper[j + 1, j] > 0.0:
             basis[j + 1] = vector / upper[j + 1, j]
-        if j % 8 == 7 or j == iterations - 1 or upper[j + 1, j] <= 1e-14:
+        if j % 4 == 3 or j == iterations - 1 or upper[j + 1, j] <= 1e-14:
             head = np.zeros(j + 2)
             head[0] = start
             weights, *_ = np.linalg.lstsq(upper[: j + 2, : j + 1], head, rcond=None)

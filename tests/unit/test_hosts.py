@@ -71,17 +71,6 @@ class StandIn:
         R = E @ U + found[0] - Fl
         return (R, E + found[1], None) if calc_grad else (R,)
 
-    def epmc_res(self, Uwxa, Fl, h, Nt=128, aft_tol=1e-7, calc_grad=True):
-        """Extended periodic motion: U of unit modal mass, w, self-excitation, log10 amplitude."""
-        U, (w, excitation, log_a) = Uwxa[:-3], Uwxa[-3:]
-        n, a = len(self.M), 10.0**log_a
-        grow = np.concatenate([np.full(n if k == 0 else 2 * n, 1.0 if k == 0 else a) for k in h])
-        E = linear(self.M, self.C - excitation * self.M, self.K, w, h)
-        force = self.total_aft(grow * U, w, h, Nt, aft_tol)[0]
-        first = U[n : 3 * n] if h[0] == 0 else U[: 2 * n]
-        mass = first[:n] @ self.M @ first[:n] + first[n:] @ self.M @ first[n:]
-        return (np.concatenate([E @ (grow * U) + force, [mass - 1.0, Fl @ U]]),)
-
 
 @pytest.fixture(params=["stand-in", "TMDSimPy"])
 def system_of_tmdsimpy(request):
@@ -114,31 +103,6 @@ def test_the_forced_response_of_tmdsimpy_is_that_of_structure(system_of_tmdsimpy
     assert wanted[1] > 5e-8, "well into slip"
     only = system.hbm_res(np.append(U, OMEGA), drive, H, calc_grad=False)[0]
     np.testing.assert_allclose(only, R, atol=1e-9 * 300.0)
-
-
-def test_the_mode_of_tmdsimpy_is_that_of_structure(system_of_tmdsimpy):
-    """By least squares on its own residual; both solve the same equations."""
-    from scipy.optimize import least_squares
-
-    make, force = system_of_tmdsimpy
-    system = make(M, K, C=np.zeros((2, 2)))
-    system.add_nl_force(force(np.array([[0.0, 1.0]]), np.array([[0.0], [1.0]]), JOINT, rest=0.0))
-    amplitude = 3e-7
-    own = ms.Structure(M, K).attach(JOINT, directions=[0.0, 1.0])
-    curve = own.modes(0, [amplitude], harmonics=[1], method="harmonic-balance")
-    h, phase = np.array([1]), np.array([0.0, 0.0, 1.0, 0.0])
-    w0, shape = 2.0 * np.pi * curve.frequency[0], np.array([0.2, 0.25])
-    start = np.concatenate([shape, [0.0, 0.0, 1.01, 0.9 * curve.damping_ratio[0]]])
-    units = np.array([1.0, 1.0, 1.0, 1.0, w0, 2.0 * w0])
-
-    def residual(x):
-        R = system.epmc_res(np.append(x * units, np.log10(amplitude)), phase, h)[0]
-        return R / np.array([*[1e9 * amplitude] * 4, 1.0, 1.0])
-
-    found = least_squares(residual, start, xtol=1e-15, ftol=1e-15, gtol=1e-15).x
-    # The root of differences of the residual: half its digits and more.
-    assert found[4] == pytest.approx(1.0, rel=1e-7)
-    assert found[5] / found[4] == pytest.approx(curve.damping_ratio[0], rel=1e-5)
 
 
 def test_friction_of_tmdsimpy_begins_where_a_system_was_preloaded(force_of_tmdsimpy):

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import ast
 import re
+import tomllib
+from collections import Counter
 from collections.abc import Iterator
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
@@ -15,6 +17,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+
+import microslip
 
 ROOT = Path(__file__).parents[2]
 SOURCES = ROOT / "src" / "microslip"
@@ -127,3 +131,22 @@ def test_there_are_no_circles() -> None:
     TopologicalSorter(graph).prepare()  # or an error with the modules of a circle
     with pytest.raises(CycleError):
         TopologicalSorter({**graph, "microslip._core.errors": {"microslip.cli"}}).prepare()
+
+
+# -- sizes -----------------------------------------------------------------------------------------
+
+
+PACKAGE = Path(microslip.__file__).parent
+TABLE = Path(__file__).parents[1] / "rooms.toml"
+
+
+def test_no_package_exceeds_its_number_of_lines() -> None:
+    allowed = tomllib.loads(TABLE.read_text(encoding="utf-8"))
+    found: Counter[str] = Counter()
+    for path in PACKAGE.rglob("*.py"):
+        inner = path.relative_to(PACKAGE)
+        package = inner.parts[0] if len(inner.parts) > 1 else "modules"
+        found[package] += path.read_text(encoding="utf-8").count("\n")
+    assert found.keys() <= allowed.keys()
+    larger = {name: (found[name], allowed[name]) for name in found if found[name] > allowed[name]}
+    assert not larger, f"packages larger than tests/rooms.toml allows (lines, allowed): {larger}"

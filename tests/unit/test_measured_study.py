@@ -95,22 +95,6 @@ def test_the_largest_load_tightens_a_face_of_known_hardness(study, hardness) -> 
     assert alone["joints"][0]["tangential_stiffness"] < 0.8 * stiffness[0]
 
 
-def test_a_study_reports_what_tightened_its_face(study) -> None:
-    pressed = '[joint]\npressure = { kind = "cone", outer = "7 mm" }\n'
-    for changes, expected in (
-        (((TIGHTENING, ""),), "absent, 75.0 MPa is used: the largest normal load over the area"),
-        (((TIGHTENING, ""), ("[joint]\n", pressed)), "absent, "),
-        (
-            ((TIGHTENING, ""), ('hardness = "2.5 GPa"\n', ""), ("steel", "body")),  # no metal
-            "so the face stays elastic",
-        ),
-    ):
-        description = study(*changes)
-        build_surface(description)
-        assert any(expected in sentence for sentence in description.surface.sentences())
-    description.run()
-
-
 def test_pieces_drawn_anew_are_a_range_of_their_own(study) -> None:
     table = "[uncertainty]\nsamples = 64\n"
     sure = "friction_coefficient = { mean = 0.3, cv = 0.01 }"

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import base64
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from html import escape
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
 
 import matplotlib as mpl
 import numpy as np
 import pytest
 from command import run
 from matplotlib import pyplot, style
-from matplotlib.figure import Figure
 
 import microslip as ms
 from microslip.friction.laws import LAWS
@@ -29,10 +34,6 @@ def _no_window() -> Iterator[None]:
     with mpl.rc_context({"backend": "Agg"}):
         yield
     pyplot.close("all")
-
-
-def own_axes(count: int = 1):
-    return Figure().subplots(count, squeeze=count == 1)
 
 
 def shown(ax, number: int = 0):
@@ -95,16 +96,6 @@ def test_modes_responses_and_motions() -> None:
         motion.plot(at=2)
 
 
-def test_summits_lie_on_the_map_of_their_scan() -> None:
-    x, y = np.meshgrid(np.arange(60.0), np.arange(40.0))
-    scan = ms.Scan(1e-7 * np.sin(0.5 * x) * np.cos(0.4 * y), pixel=1e-6).condition(level="plane")
-    summits = scan.summits(cutoff=None)
-    ax = scan.plot(own_axes())
-    summits.plot(ax)
-    assert ax.images
-    assert np.allclose(shown(ax)[0], 1e6 * summits.positions[:, 0])
-
-
 def test_the_style_alone_and_an_import_without_matplotlib() -> None:
     with style.context("microslip.style"):
         assert mpl.rcParams["svg.fonttype"] == "none"
@@ -130,3 +121,54 @@ def test_pdf_as_a_format(tmp_path, monkeypatch) -> None:
     assert made.startswith(b"%PDF-")
     assert b"CreationDate" not in made
     assert names == ["cycles.csv", "loops.pdf", "loops.svg", "report.html", "summary.json"]
+
+
+# -- notebooks -------------------------------------------------------------------------------------
+
+
+ROOT = Path(__file__).parents[2]
+TIME = np.arange(4000) / 1000.0
+RECORD = ms.Record(
+    time=TIME,
+    displacement=1e-5 * np.sin(2 * np.pi * TIME),
+    force=9.0 * np.sign(np.cos(2 * np.pi * TIME)),
+)
+
+
+@pytest.mark.parametrize(
+    "item",
+    [*(kind.examples()[0] for kind in LAWS), RECORD, ms.measure(RECORD)],
+    ids=lambda item: type(item).__name__,
+)
+def test_a_notebook_shows_the_text_and_a_figure(item: Any) -> None:
+    shown = item._repr_html_()
+    text, image = re.fullmatch(
+        r'<pre>(.*)</pre><img src="data:image/svg\+xml;base64,(.*)" alt=".*">', shown, re.DOTALL
+    ).groups()  # type: ignore[union-attr]
+    assert text.startswith(type(item).__name__)
+    assert ElementTree.fromstring(base64.b64decode(image)).tag.endswith("svg")
+    assert len(shown) < 400_000
+
+
+def test_whatever_draws_itself_is_shown() -> None:
+    lacking = [
+        name
+        for name in ms.__all__
+        if hasattr(getattr(ms, name), "plot") and not hasattr(getattr(ms, name), "_repr_html_")
+    ]
+    assert lacking == []
+    joint = ms.Interface.examples()[0]
+    loop = joint.loop(1e-6)
+    assert loop._repr_html_().startswith("<pre>Loop(512 samples")
+    bar = ms.Structure([[1.0]], [[4e5]]).attach(joint, directions=[1.0])
+    motion = bar.integrate(None, np.linspace(0.0, 1e-3, 200), displacement=[1e-7])
+    assert motion._repr_html_().startswith("<pre>Motion(")
+
+
+def test_a_notebook_shows_the_table_of_a_prediction() -> None:
+    result = ms.Study.load(ROOT / "examples" / "al2017.toml").run()
+    shown = result._repr_html_()
+    assert shown.startswith(f"<pre>{escape(repr(result))}\n\n{result.study.title}")
+    assert "264 µJ" in shown
+    assert shown.count("<img ") == 1
+    assert len(shown) < 200_000

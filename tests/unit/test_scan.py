@@ -14,16 +14,6 @@ HEIGHTS = np.random.default_rng(0).normal(scale=1e-7, size=(30, 40))
 NAN = np.nan
 
 
-def test_a_profile_is_a_scan_of_one_dimension() -> None:
-    scan = ms.Scan([1e-6, NAN, 2e-6, 0.0], "2 um")
-    assert scan.is_profile
-    assert scan.pixel == (2e-6,)
-    assert scan.size == (8e-6,)
-    assert scan.missing == 0.25
-    with pytest.raises(ms.InputError, match="a profile has no area"):
-        _ = scan.area
-
-
 # -- what cannot be measured -----------------------------------------------------------------------
 
 

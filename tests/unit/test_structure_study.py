@@ -270,14 +270,6 @@ def test_identify_takes_several_tests_of_a_structure(folder: Path, ring: Path) -
     assert [test.band for test in copy.structure.measured] == [None, (700.0, 1100.0)]
 
 
-def test_the_copy_of_a_study_finds_its_tests(folder: Path, tmp_path: Path) -> None:
-    text = STUDY.replace("measured = {", "measured = [{").replace('"test.csv" }', '"test.csv" }]')
-    study = ms.Study.from_toml(text, folder=folder)
-    again = ms.Study.from_toml(study.text_for(tmp_path), folder=tmp_path)
-    assert again.structure is not None
-    np.testing.assert_array_equal(again.structure.measured[0].table[:, 1], [900.0, 899.0])
-
-
 def test_files_are_written(result: ms.Result, tmp_path: Path) -> None:
     result.save(tmp_path / "out")
     summary = json.loads((tmp_path / "out/summary.json").read_text(encoding="utf-8"))
@@ -605,3 +597,59 @@ def test_responses_to_forces_are_files_that_other_programs_read(unit: str, tmp_p
     near = np.array([row.split(",") for row in rows], dtype=float)
     assert near[:, 3].max() == pytest.approx(mode.forced[1].peak[0], rel=0.02)
     assert f"amplitude [{unit}]," in (tmp_path / "out/structure.csv").read_text(encoding="utf-8")
+
+
+# -- slack bolts -----------------------------------------------------------------------------------
+
+
+SLACK = STRIP
+for _old, _new in (
+    ('lap = "30 mm"', 'lap = "40 mm"'),
+    ('positions = ["0 mm"]', 'positions = ["-9 mm", "9 mm"]'),
+    ('shank = "6 mm"\nhole = "6.6 mm"\nwasher = "12 mm"\ntension = "5 kN"',
+     'shank = "4 mm"\nhole = "4.5 mm"\nwasher = "7 mm"\ntension = "2.5 kN"'),
+    ("patches = [3, 2]", 'patches = [4, 2]\n'
+     'amplitude = { from = "0.1 um", to = "10 um", points = 2 }'),
+    ("samples = 32\n", ""),
+):  # fmt: skip
+    assert _old in SLACK
+    SLACK = SLACK.replace(_old, _new)
+
+
+@pytest.mark.slow
+def test_slack_stands_beside_tight_as_the_library_has_both() -> None:
+    """What `microslip predict --set structure.bolts.slack=2` does."""
+    asked = ms.Study.from_toml(SLACK, overrides=("structure.bolts.slack=2",))
+    result = asked.run()
+    structure = result.structure
+    assert structure is not None
+    lap, surface, curves = asked.structure.build(), build_surface(asked), []
+    for slack in (2, ()):
+        joint = lap.reduce(
+            ms.Material.named("steel"), DENSITY, (4, 2), element_size=0.012, slack=slack,
+            sensors={"sensor": ((0.1, 0.0, 0.0), "z")},
+        )  # fmt: skip
+        state = joint.tightened(surface, 0.35)
+        curves.append(state.modes(0, [1e-7, 1e-5], at=joint.sensor("sensor"), damping_ratio=5e-4))
+    (mode,), (beside,) = structure.modes, structure.tight
+    np.testing.assert_allclose(mode.curve.frequency, curves[0].frequency, rtol=1e-8)
+    np.testing.assert_allclose(beside.curve.frequency, curves[1].frequency, rtol=1e-8)
+    np.testing.assert_allclose(beside.curve.damping_ratio, curves[1].damping_ratio, rtol=1e-6)
+    assert (beside.of, beside.number) == (1, 1)
+    assert 0.9 < beside.mac <= 1.0
+    held = json.loads(json.dumps(result.summary["structure"], allow_nan=False))
+    assert held["slack_bolts"] == [2]
+    assert held["all_tight"][0]["modal_frequency"] == beside.curve.frequency.tolist()
+    assert len(held["bolt_tension"]) == 1
+    assert "Fully stuck with bolt 2 slack" in held["answer"]
+    assert len(asked.structure.holes) == 2
+    assert asked.structure.sensing == ((0.1, 0.0, 0.0), "z")
+
+
+def test_a_slack_bolt_that_is_not_there_is_refused_at_its_key() -> None:
+    with pytest.raises(ms.StudyError) as caught:
+        ms.Study.from_toml(SLACK, overrides=("structure.bolts.slack=3",))
+    message = str(caught.value)
+    assert "slack must be an integer from 1 to 2" in message
+    assert message.startswith("study: structure.bolts.slack")
+    assert "\n" not in message

@@ -89,6 +89,31 @@ def test_shapes_that_laboratories_write(shape: str, put: Any) -> None:
     ]
 
 
+def test_shift_jis(tmp_path: Path) -> None:
+    """Japanese instruments write it; French and German accents are not mistaken for it."""
+    rows = "\n0,1,2\n1,2,-2\n2,1,2\n"
+    for head, encoding, called in (
+        ("時間(s),変位(μm),摩擦力(N)", "cp932", "Shift-JIS"),
+        ("Zeit (s),Weg geglättet (um),Reibkraft größte (N)", "cp1252", "Latin-1"),
+        ("temps (s),déplacement (um),effort étéré d’été (N)", "cp1252", "Latin-1"),
+    ):
+        path = tmp_path / "record.csv"
+        path.write_bytes((head + rows).encode(encoding))
+        record = ms.Record.read(path)
+        assert called in record.notes[0]
+        equal(record.force, np.array([2.0, -2.0, 2.0]))
+
+
+@pytest.mark.parametrize("step", ["", "Step No. 2\n", "\nStep No. 12\n"])
+def test_a_heading_that_is_repeated_between_rows(step: str, put: Any) -> None:
+    head = "Time,X,Fx\ns,mm,N\n"
+    text = f"Step No. 1\n{head}0,1,2\n1,2,-2\n{step}{head}2,1,2\n"
+    equal(ms.Record.read(put("record.csv", text)).force, np.array([2.0, -2.0, 2.0]))
+    other = text.removesuffix(f"{head}2,1,2\n") + head.replace("mm", "um") + "2,1,2\n"
+    with pytest.raises(ms.InputError, match='wanted a number, got "s"'):
+        ms.Record.read(put("other.csv", other))
+
+
 def test_calibration(put: Any) -> None:
     path = put("volts.csv", "LVDT (mV),Force (V),Load (V)\n100,1,2\n200,-2,2\n")
     record = ms.Record.read(

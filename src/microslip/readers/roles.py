@@ -43,59 +43,54 @@ ROLES = (*ROLE_KINDS, CYCLE_NUMBER)
 """Column roles: these quantities, and the rig's cycle counter, which has no unit."""
 
 _RAW = (
-    Kind("voltage", "V", ("mV", "V")),
-    Kind("current", "A", ("mA", "A")),
+    Kind("voltage", "V", ("mV", "V")), Kind("current", "A", ("mA", "A")),
     Kind("number", "count", ("count",)),
-)
+)  # fmt: skip
 
 NEEDED = ("displacement", "force")
-
 # Words of names, in English, German, French and Japanese.
 _TIME = {"time", "elapsed", "timestamp", "zeit", "temps", "時間", "時刻", "経過時間"}
-_COMMANDED = {"commanded", "command", "cmd", "setpoint", "target", "demand", "soll", "sollwert"}
+_COMMANDED = {
+    "commanded", "command", "cmd", "setpoint", "target", "demand", "soll", "sollwert", "指令",
+}  # fmt: skip
 _MOVED = {
     "displacement", "displacements", "disp", "position", "pos", "stroke", "slip", "travel",
     "deflection", "lvdt", "elongation", "weg", "verfahrweg", "verschiebung", "auslenkung",
-    "déplacement", "deplacement", "glissement", "変位", "変位量", "位置",
+    "déplacement", "deplacement", "glissement", "変位", "位置", "ストローク",
 }  # fmt: skip
 _ALONG = {
     "friction", "frictional", "tangential", "lateral", "shear", "traction", "reibkraft",
     "reibungskraft", "reibung", "tangentialkraft", "querkraft", "tangentielle", "tangentiel",
-    "frottement", "摩擦力", "接線力", "せん断力",
+    "frottement", "摩擦", "接線", "せん断", "水平", "横荷重",
 }  # fmt: skip
 _ACROSS = {
     "normal", "normalkraft", "normale", "normallast", "clamp", "clamping", "preload", "vertical",
-    "垂直荷重", "垂直力", "法線力",
+    "垂直", "法線", "鉛直", "押付", "締付", "軸荷重", "軸力",
 }  # fmt: skip
-_FORCES = {"force", "forces", "kraft", "effort", "loadcell", "力"}
+_FORCES = {"force", "forces", "kraft", "effort", "loadcell", "力", "ロードセル"}
 _LOADS = {"load", "last", "charge", "荷重"}
 _NEITHER = {
     "coefficient", "coeff", "cof", "ratio", "velocity", "speed", "acceleration", "temperature",
     "temp", "torque", "energy", "moment", "power", "rate", "error", "stiffness", "stress", "wear",
-    "height", "raw", "counter", "number", "cycle", "cycles",
+    "height", "raw", "counter", "number", "cycle", "cycles", "係数", "速度", "温度",
 }  # fmt: skip
 
 _CYCLES = {
     "cycle", "cycles", "zyklus", "zyklen", "lastwechsel", "schwingspiel", "schwingspiele",
+    "サイクル",
 }  # fmt: skip
 _COUNTED = {
     "number", "no", "nr", "num", "nummer", "zahl", "count", "counter", "index", "id", "zykluszahl",
-    "zyklenzahl", "zyklusnummer", "lastwechselzahl", "lastspielzahl",
+    "zyklenzahl", "zyklusnummer", "lastwechselzahl", "lastspielzahl", "数",
 }  # fmt: skip
 
 _COEFFICIENTS = {
-    "cof",
-    "mu",
-    "µ",
-    "μ",
-    "reibwert",
-    "reibungszahl",
-    "reibzahl",
-    "reibkoeffizient",
-    "摩擦係数",
-}
+    "cof", "mu", "µ", "μ", "reibwert", "reibungszahl", "reibzahl", "reibkoeffizient", "摩擦係数",
+}  # fmt: skip
 
 _TELLING = _TIME | _COMMANDED | _MOVED | _ALONG | _ACROSS | _FORCES | _LOADS | _NEITHER
+# Japanese names are written without spaces; "力" alone is also the end of 圧力, pressure.
+_JAPANESE = {word for word in _TELLING | _CYCLES | _COEFFICIENTS | _COUNTED if word > "぀"} - {"力"}
 
 # Symbols that are complete names; those of _WITH_UNIT count only with a matching unit.
 _SYMBOLS = {
@@ -170,7 +165,9 @@ def is_raw(unit: str) -> bool:
 def _words(name: str) -> set[str]:
     parted = re.sub(r"(?<=[a-zà-ÿ])(?=[A-Z])", " ", name)
     parted = re.sub(r"load[ _]cell", "loadcell", parted, flags=re.IGNORECASE)
-    return set(re.findall(r"[^\W\d_]+", parted.casefold()))
+    words = re.findall(r"[^\W\d_]+", parted.casefold())
+    parts = ({part for part in _JAPANESE if part in word} or {word} for word in words)
+    return set().union(*parts)
 
 
 def _by_words(name: str) -> str | None:
@@ -200,11 +197,7 @@ def _by_symbol(column: Named) -> str | None:
 
 
 def with_unit_of_other_force(column: Named, other: Named) -> Named:
-    """Give a force column that has no unit the unit of the other force column.
-
-    The names of both must be symbols such as Fx and Fz: some exports of tribometers leave the last
-    cell of the row of units empty. Otherwise the column is returned unchanged.
-    """
+    """Give a force column without a unit that of the other one if both are symbols, Fx and Fz."""
     symbols = {"force", "normal_load"}
     is_pair = all(_SYMBOLS.get(one.short) in symbols for one in (column, other))
     if not is_pair or column.unit is not None or not fits(other.unit, FORCE):
@@ -309,12 +302,9 @@ def zero_of(zero: object, role: str, values: Floats) -> tuple[float, str]:
     kind = ROLE_KINDS[role]
     if zero is None:
         return 0.0, ""
-    if zero == "mean":
-        value = float(values.mean())
-    elif zero == "middle":
-        value = 0.5 * (float(values.min()) + float(values.max()))
-    elif zero == "first":
-        value = float(values[0])
+    if isinstance(zero, str) and zero in ZEROS:
+        middle = 0.5 * (values.min() + values.max())
+        value = float((values.mean(), middle, values[0])[ZEROS.index(zero)])
     elif isinstance(zero, (int, float)) and not isinstance(zero, bool) and np.isfinite(zero):
         value = float(zero)
     else:

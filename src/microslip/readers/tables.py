@@ -36,13 +36,14 @@ _FORMS = (
     re.compile(r"(?P<name>t)_(?P<unit>s)"),
     re.compile(r"(?P<name>.{2,})\s(?P<unit>[nuµm]m|[umk]?N|[mu]?s|sec)"),
 )
+_WIDE = str.maketrans("（）［］／", "()[]/")  # of Japanese headings
 _CAPITALS = {"NM": "nm", "UM": "um", "MM": "mm", "KN": "kN", "S": "s", "MS": "ms", "SEC": "s"}
 """Units in files written in capital letters, where "MM" is no megametre."""
 
 
 def name_and_unit(heading: str) -> tuple[str, str | None]:
     """Split a heading into name and unit: "Force [N]", "Force (N)", "Force, N" or "Force / N"."""
-    heading = heading.strip()
+    heading = heading.strip().translate(_WIDE)
     for form in _FORMS:
         match = form.fullmatch(heading)
         if match and match["name"].strip():

@@ -6,7 +6,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from itertools import islice
 from pathlib import Path
 from typing import IO, NamedTuple
@@ -38,9 +38,11 @@ _LINE = 1 << 21  # characters of the longest line, some 100 000 numbers
 _BLOCK = 1 << 22  # characters per block: an error costs a cell-by-cell parse of its block
 
 _ENCODINGS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
-_CALLED = {"utf-8": "UTF-8", "utf-8-sig": "UTF-8", "utf-16": "UTF-16", "latin-1": "Latin-1"}
+_CALLED = {"utf-8-sig": "UTF-8", "latin-1": "Latin-1", "cp932": "Shift-JIS"}
+_JAPANESE = re.compile(rb"(?:[\x81-\x9f][\x40-\x7e\x80-\xfc]){2}")  # in Latin-1 control characters
 _STATED = re.compile(r"# (sample_rate|frequency|normal_load) = (\S+) (Hz|N)\s*")
 _QUOTED = r'(?:(?<={0})|^)"([^"\n{0}]*)"(?={0}|$)'  # a cell
+_DIGITS = re.compile(r"\d+")
 _REMARK = re.compile(r"\s(?:#|%|//).*")  # after the numbers of a row
 
 
@@ -74,7 +76,7 @@ class TextFile(NamedTuple):
         """Description of the file and its layout for the notes."""
         layout = self.layout
         parts = [
-            f"text ({_CALLED[self.encoding]})",
+            f"text ({_CALLED.get(self.encoding, self.encoding.upper())})",
             f"columns separated by {SEPARATORS[layout.separator]}",
         ]
         if self.decimal == ",":
@@ -242,6 +244,9 @@ def _encoding(head: bytes) -> str:
     except UnicodeDecodeError as error:
         # The end of the head may cut a multi-byte character.
         if error.start < len(head) - 4 or len(head) < _HEAD:
+            with suppress(UnicodeDecodeError):
+                if _JAPANESE.search(head) and head[: head.rfind(b"\n") + 1].decode("cp932"):
+                    return "cp932"
             return "latin-1"
     return "utf-8"
 
@@ -381,8 +386,12 @@ def _is_cut(file: TextFile, cells: Sequence[str]) -> bool:
 
 
 def _rows(file: TextFile, block: _Block) -> Iterator[tuple[int, str]]:
-    """Yield line index and text of each row of a block, without remarks after its numbers."""
-    remarks = file.layout.separator is None and any(sign in block.text for sign in "#%/")
+    """Yield line index and text of each row of a block, without remarks and repeated headings."""
+    separator, number = file.layout.separator, NUMBER[file.decimal].fullmatch
+    remarks = separator is None and any(sign in block.text for sign in "#%/")
+    heads = [line.text.strip() for line in file.above]
+    # Headings of later steps may have other digits, such as "Step No. 2".
+    heads = [_DIGITS.sub("0", h) for h in heads if not any(map(number, split_line(h, separator)))]
     for index, text in enumerate(block.text.split("\n"), start=block.first):
-        if text.strip() and not is_comment(text):
+        if not is_comment(text) and _DIGITS.sub("0", text.strip()) not in ("", *heads):
             yield index, _REMARK.sub("", text) if remarks else text

@@ -106,32 +106,6 @@ def test_other_heights_and_bodies() -> None:
         same(found, joint_of(at(by_place, i)), at(by_place, i), i)
 
 
-def test_shapes_and_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Numbers give numbers; any shape, cut in any blocks, gives the same."""
-    from microslip.friction.sweeps import evaluation
-
-    number = ms.evaluate(**ONE, amplitude=1e-7)
-    assert all(type(value) is float for value in number.values())
-    assert list(ms.evaluate(**ONE)) == [
-        "normal_load", "separation", "standardised_separation", "slip_per_indentation",
-        "normal_stiffness", "tangential_stiffness", "force_limit",
-    ]  # fmt: skip
-    grid = {
-        **ONE,
-        "normal_load": np.geomspace(10.0, 1e4, 7)[:, None],
-        "amplitude": np.geomspace(1e-9, 1e-5, 5),
-    }
-    whole, many = ms.evaluate(**grid), ms.evaluate(**MANY)
-    assert whole["loss_factor"].shape == whole["force_limit"].shape == (7, 5)
-    with pytest.raises(ValueError, match="read-only"):
-        whole["loss_factor"][0, 0] = 1.0
-    monkeypatch.setattr(evaluation, "_BLOCK", 16)
-    for given, found in ((grid, whole), (MANY, many)):
-        again = ms.evaluate(**given)
-        for name, values in found.items():
-            np.testing.assert_array_equal(again[name], values)
-
-
 MATERIALS = ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33))
 
 

@@ -1,7 +1,7 @@
 """Adapters whose host is on no package index: run by stand-ins that make the calls of the hosts.
 
 The stand-ins follow the published interfaces alone: the order and scaling of unknowns, and which
-method is called with what. Where TMDSimPy or NLvib-py is installed the same tests run with it, too.
+method is called with what.
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ from __future__ import annotations
 import importlib
 import sys
 import types
-import warnings
 from pathlib import Path
 
 import numpy as np
@@ -72,24 +71,11 @@ class StandIn:
         return (R, E + found[1], None) if calc_grad else (R,)
 
 
-@pytest.fixture(params=["stand-in", "TMDSimPy"])
-def system_of_tmdsimpy(request):
-    """Systems and forces: of the stand-in and, where it is installed, of TMDSimPy."""
-    if request.param == "TMDSimPy":
-        reason = "TMDSimPy is not installed, and on no package index"
-        with warnings.catch_warnings():  # its docstrings have backslashes
-            warnings.simplefilter("ignore")
-            host = pytest.importorskip("tmdsimpy.vibration_system", reason=reason)
-            from microslip.export.hosts.tmdsimpy import JointForce
-
-        return host.VibrationSystem, JointForce
-    return StandIn, request.getfixturevalue("force_of_tmdsimpy")
-
-
-def test_the_forced_response_of_tmdsimpy_is_that_of_structure(system_of_tmdsimpy):
-    make, force = system_of_tmdsimpy
-    system = make(M, K, C=C)
-    system.add_nl_force(force(np.array([[0.0, 1.0]]), np.array([[0.0], [1.0]]), JOINT, rest=0.0))
+def test_the_forced_response_of_tmdsimpy_is_that_of_structure(force_of_tmdsimpy):
+    system = StandIn(M, K, C=C)
+    system.add_nl_force(
+        force_of_tmdsimpy(np.array([[0.0, 1.0]]), np.array([[0.0], [1.0]]), JOINT, rest=0.0)
+    )
     drive = np.zeros(10)
     drive[2] = 300.0
     U = np.zeros(10)
@@ -141,14 +127,13 @@ def contact_on_a_block(nodes):
 
 
 @pytest.mark.parametrize("tangential", [1, 2])
-def test_contacts_in_tmdsimpy_balance_steps_in_time(system_of_tmdsimpy, tangential):
+def test_contacts_in_tmdsimpy_balance_steps_in_time(force_of_tmdsimpy, tangential):
     """Pressed without friction as by `Structure`, then driven: slip, and faces that breathe."""
-    make, _ = system_of_tmdsimpy
     from microslip.export.hosts.tmdsimpy import FieldForce
 
     field, motions, structure = contact_on_a_block(8)
     taken = [0, 2] if tangential == 1 else [0, 1, 2]
-    system = make(structure.mass, structure.stiffness, C=structure.damping)
+    system = StandIn(structure.mass, structure.stiffness, C=structure.damping)
     # A quadrature as theirs: the field bears tractions, T has the areas; approaches are positive.
     Q = motions[:, taken] * np.array([1.0, 1.0, -1.0])[None, taken, None]
     tractions = ms.JointField(field.surface, 0.4, areas=np.ones(8), gaps=field.gaps)
@@ -257,19 +242,12 @@ def test_rows_of_tmdsimpy_have_laws_of_their_own(force_of_tmdsimpy):
 RECIPE = (Path(__file__).parents[2] / "docs" / "hosts-nlvib.md").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("host", ["stand-in", "NLvib-py"])
-def test_the_recipe_of_nlvib_is_that_of_structure(host):
+def test_the_recipe_of_nlvib_is_that_of_structure():
     """The page's own function, called as harmonic balance with differences calls it."""
     code = "def eval_batch" + RECIPE.split("def eval_batch")[1].split("\n\n\n")[0]
     names = {"np": np, "joint": JOINT}
     exec(code, names)  # the recipe of the page
     units, size = 1e-6, 14  # micrometres: matrices in N/um
-    if host == "NLvib-py":
-        reason = "NLvib-py is not installed, and on no package index"
-        solver = pytest.importorskip("nlvib.solvers.harmonic_balance", reason=reason)
-        from nlvib.nonlinearities.elements import NonlinearElement
-        from nlvib.systems.base import MechanicalSystem
-
     t = 2.0 * np.pi * np.arange(256) / 256
     rows = [np.ones(256), *(f(k * t) for k in (1, 2, 3) for f in (np.cos, np.sin))]
     basis = np.array(rows)
@@ -284,18 +262,9 @@ def test_the_recipe_of_nlvib_is_that_of_structure(host):
     F = np.zeros(size)
     F[2] = 300.0
     for _ in range(30):
-        if host == "NLvib-py":
-            element = NonlinearElement(
-                eval=lambda q, dq: (0.0, 0.0 * q, 0.0 * q),
-                eval_batch=lambda q, dq: names["eval_batch"](q, dq, dof=1),
-            )
-            system = MechanicalSystem(M * units, C * units, K * units)
-            system.add_nonlinear_element(element)
-            R, J = solver.hb_residual(Q, OMEGA, system, 3, F, 256)
-        else:
-            step = np.sqrt(np.finfo(float).eps) * np.maximum(np.abs(Q), 1.0)
-            columns = [(forces(Q + d) - forces(Q - d)) / (2.0 * d.max()) for d in np.diag(step)]
-            R, J = E @ Q + forces(Q) - F, E + np.array(columns).T
+        step = np.sqrt(np.finfo(float).eps) * np.maximum(np.abs(Q), 1.0)
+        columns = [(forces(Q + d) - forces(Q - d)) / (2.0 * d.max()) for d in np.diag(step)]
+        R, J = E @ Q + forces(Q) - F, E + np.array(columns).T
         Q = Q - np.linalg.solve(J, R)
     assert np.abs(R).max() < 1e-6 * 300.0
     own = STRUCTURE.forced_response([300.0, 0.0], FREQUENCIES, harmonics=[0, 1, 2, 3])

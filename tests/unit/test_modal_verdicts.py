@@ -74,16 +74,11 @@ def test_amplitudes_in_other_units_are_recognised(factor: float, word: str) -> N
     assert damping.unit == f"amplitudes {word}"
 
 
-@pytest.mark.parametrize(
-    ("factor", "word"), [(2.0 * np.pi, "rad/s instead of Hz"), (1e-3, "kHz instead of Hz")]
-)
-def test_frequencies_in_other_units_are_recognised(factor: float, word: str) -> None:
-    frequency, damping = verdicts(modal_test(100.0 * factor, 1.5e-3))
-    assert frequency.unit == f"frequencies in {word}"
-    assert damping.word == "inside"
-
-
-def test_percent_for_a_ratio_is_recognised() -> None:
+def test_frequencies_and_ratios_in_other_units_are_recognised() -> None:
+    for factor, word in ((2.0 * np.pi, "rad/s instead of Hz"), (1e-3, "kHz instead of Hz")):
+        frequency, damping = verdicts(modal_test(100.0 * factor, 1.5e-3))
+        assert frequency.unit == f"frequencies in {word}"
+        assert damping.word == "inside"
     _, damping = verdicts(modal_test(100.0, 0.15))
     assert damping.word == "above"
     assert damping.unit == "damping ratios in percent"

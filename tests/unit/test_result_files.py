@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import h5py
-import netCDF4
 import numpy as np
 import pytest
 import xarray
@@ -123,13 +122,6 @@ def by_xarray(engine: str) -> Any:
     return read
 
 
-def by_netcdf4(path: Path) -> Iterator[tuple[str, tuple[str, ...], np.ndarray, dict[str, Any]]]:
-    with netCDF4.Dataset(path) as file:
-        file.set_auto_mask(False)
-        for name, v in file.variables.items():
-            yield name, v.dimensions, v[:], {key: v.getncattr(key) for key in v.ncattrs()}
-
-
 def by_h5py(path: Path) -> Iterator[tuple[str, tuple[str, ...], np.ndarray, dict[str, Any]]]:
     with h5py.File(path) as file:
         for name, v in file.items():
@@ -141,7 +133,6 @@ def by_h5py(path: Path) -> Iterator[tuple[str, tuple[str, ...], np.ndarray, dict
 READERS = {
     "xarray h5netcdf": by_xarray("h5netcdf"),
     "xarray netcdf4": by_xarray("netcdf4"),
-    "netCDF4": by_netcdf4,
     "h5py": by_h5py,
 }
 

@@ -5,21 +5,14 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
 import pytest
 from studies import STUDY, edited
 
 import microslip as ms
-from microslip._core.dataset import Variable
-from microslip._core.quantities import QUANTITIES
 from microslip._core.units import HARDNESS, QuantityError, to_si
 from microslip.contact import NORMAL_LAWS
 from microslip.friction.input_slopes import input_slopes
 from microslip.report.predicted.preview import preview
-from microslip.study.build import build_joints
-from microslip.study.description import StudyDescription
-from microslip.study.runs.scatter import RANKED, scatter
-from microslip.study.uncertain import at_central_values
 
 
 def study(*edits: tuple[str, str]) -> ms.Study:
@@ -75,48 +68,3 @@ def test_odd_values_are_flagged() -> None:
     said = preview(ms.Study.from_toml(odd)).remarks
     assert any("Was 69 GPa meant?" in text for text in said)
     assert any("joint.friction_coefficient: is it really 15" in text for text in said)
-
-
-UNSURE = """
-schema = 1
-[surface]
-law = "greenwood-williamson"
-materials = ["steel", "steel"]
-heights = { kind = "gaussian", std = { mean = "0.5 um", cv = 0.05 } }
-radius = { mean = "0.5 mm", cv = 0.05 }
-density = { mean = "200 1/mm^2", cv = 0.05 }
-area = "4 cm^2"
-[material.steel]
-young_modulus = "210 GPa"
-poisson_ratio = 0.3
-[joint]
-friction_coefficient = { mean = 0.2, cv = 0.05 }
-normal_load = { mean = "1 kN", cv = 0.05 }
-[uncertainty]
-samples = 64
-"""
-
-
-@pytest.mark.slow
-def test_sensitivities_rank_as_the_scatter_beside_them() -> None:
-    """Squares of the slopes are the shares that a regression on samples of equal cv finds."""
-
-    def answers(study: StudyDescription) -> dict[str, Variable]:
-        joint = build_joints(study)[0]
-        values = dict.fromkeys(RANKED, joint.tangential_stiffness)
-        values["loss_factor"] = float(joint.loss_factor(1e-7))
-        dims = ("load", "amplitude")
-        return {n: Variable(dims, np.array([[v]]), QUANTITIES[n]) for n, v in values.items()}
-
-    study = ms.Study.from_toml(UNSURE)
-    found = scatter(study, answers(at_central_values(study)), answers)
-    slopes = input_slopes(build_joints(at_central_values(study))[0], 1e-7)
-    names = {"surface.heights.std": "heights"}
-    keys = [names.get(one.key, one.key.partition(".")[2]) for one in found.inputs]
-    for name, quantity in (
-        ("secant_stiffness", "tangential_stiffness"), ("loss_factor", "loss_factor"),
-    ):  # fmt: skip
-        squares = np.array([slopes[quantity][key] ** 2 for key in keys])
-        shares = found.decision(name, 0, 0).shares
-        np.testing.assert_allclose(squares / squares.sum(), shares, atol=0.015)
-        np.testing.assert_array_equal(np.argsort(squares)[-4:], np.argsort(shares)[-4:])

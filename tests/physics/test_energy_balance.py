@@ -1,5 +1,7 @@
 """Work done on a joint is what it stores and what it dissipates."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -48,6 +50,35 @@ def test_energies_of_both_memories_agree(name: str) -> None:
         varying.commit()
         assert varying.stored_energy == pytest.approx(held.stored_energy, rel=1e-11)
         assert varying.dissipated_energy == pytest.approx(held.dissipated_energy, rel=1e-11)
+
+
+def test_energies_of_a_field_are_those_of_its_nodes() -> None:
+    """Under varying separations, and with the work done at constant ones."""
+    surface, rng = SURFACE, np.random.default_rng(45)
+    field = ms.JointField(surface, 0.5, areas=[1e-5, 3e-5, 1e-4], loads=[50.0, 100.0, 900.0])
+    states = [
+        ms.JointField(surface, 0.5, areas=[area], loads=[load]).start()
+        for area, load in ((1e-5, 50.0), (3e-5, 100.0), (1e-4, 900.0))
+    ]
+    state = field.start()
+    for _ in range(60):
+        u, d = rng.normal(0.0, 1e-7, 3), field.separations + rng.normal(0.0, 1e-7, 3)
+        state.try_(u, separations=d)
+        state.commit()
+        for i, one in enumerate(states):
+            one.try_(u[i : i + 1], separations=d[i : i + 1])
+            one.commit()
+    np.testing.assert_allclose(
+        state.stored_energy, [one.stored_energy[0] for one in states], rtol=1e-12
+    )
+    state, work, force = field.start(energies=True), np.zeros(3), np.zeros(3)
+    path = np.concatenate([np.linspace(0.0, 3e-7, 2000), np.linspace(3e-7, -2e-7, 2000)])
+    for before, x in pairwise(path):
+        new, _ = state.try_(np.full(3, x))
+        state.commit()
+        work += 0.5 * (force + new) * (x - before)
+        force = new
+    np.testing.assert_allclose(state.stored_energy + state.dissipated_energy, work, rtol=1e-6)
 
 
 @pytest.mark.parametrize("name", LAWS)

@@ -164,6 +164,22 @@ class FieldState(Resumable):
         return accumulated(self._loss) * self._nodes.weights * self._nodes.slips
 
     @property
+    @synchronized
+    def stored_energy(self) -> Floats:
+        """Elastic energies of the tangential springs [J], shape (nodes,), as of a State."""
+        nodes = self._nodes
+        stored = [self._diagram(i).stored(nodes.curve) for i in range(nodes.size)]
+        return np.array(stored) * nodes.weights * nodes.slips
+
+    def _diagram(self, node: int) -> Diagram:
+        diagram, origin, begin = Diagram(), self._nodes.rests[node], int(self._begin[node])
+        diagram.depth = int(self._depth[node])
+        diagram.stack = self._rows[begin : begin + diagram.depth] + np.array([origin, 0.0, 0.0])
+        diagram.separation = float(origin + self._step[node])
+        diagram.place = float(self._place[node])
+        return diagram
+
+    @property
     def error_bound(self) -> Floats:
         """Bounds of the force errors [N] due to a limited depth, shape (nodes,)."""
         if self._errors is None:
@@ -217,10 +233,7 @@ class FieldState(Resumable):
         return FieldResponse(force, load, tangent, stiffness)
 
     def _steps(self, separations: ArrayLike) -> tuple[Floats, tuple[float, float]]:
-        """Return the steps from rest of a trial, and its smallest and largest step from the origin.
-
-        All are in [m]; :class:`.Nodes` defines steps.
-        """
+        """Return steps from rest of a trial [m], and its smallest and largest from the origin."""
         nodes = self._nodes
         if _is_plain(separations, nodes.size):
             step = np.empty(nodes.size)
@@ -266,19 +279,11 @@ class FieldState(Resumable):
         Returns
         -------
         dict of str to ndarray
-            - ``now``: one row per node: displacement [m], separation minus that at rest [m], and
-              T/mu [N], scaled from the area of the node to that of the surface.
-            - ``rows``: all rows of the memory diagrams D(eta), for each node from the largest eta
-              on: number of the node, outer end of the row minus the separation at rest [m], D [-],
-              integral of D beyond this end [m], T/mu when the row was created [N], as in ``now``,
-              and the separation then, minus that at rest [m].
-            - ``dissipated``: energies [J], shape (nodes,), empty if not accumulated.
-            - ``depth``: row limit and error state of each node, as in
-              :meth:`microslip.State.to_arrays`.
-            - ``joint``: the format, 1, and force limit [N], stiffness [N/m] and kappa [-] of all
-              nodes, which identify the field.
-
-            An open trial is not saved. ``field.start(arrays)`` continues from the arrays.
+            ``now``, a row per node: displacement [m], separation minus that at rest [m], and T/mu
+            [N] scaled to the area of the surface; ``rows``, all rows of the memory diagrams;
+            ``dissipated`` energies [J], empty if not accumulated; ``depth``, row limit and error
+            state of each node as in :meth:`microslip.State.to_arrays`; ``joint``, which identifies
+            the field. An open trial is not saved. ``field.start(arrays)`` continues from them.
         """
         owner = np.repeat(np.arange(self._depth.size), self._depth)
         first = np.cumsum(self._depth) - self._depth
@@ -371,9 +376,7 @@ class FieldState(Resumable):
     def _losses(self, place: Floats, step: Floats, code: Integers, reach: Any) -> Floats:
         """Return energies dissipated in a step: per node [J], divided by ``weights`` and ``slips``.
 
-        ``place`` and ``step`` from rest are those at the end; :class:`.Nodes` defines all terms.
-        ``code`` is 4 times the number of rows of the diagram that remain, plus 0 for a node that
-        sticks, or 1 or 2 for one that slips. ``reach`` is the range of the load curve needed.
+        ``code`` is 4 times the number of rows that remain, plus 0 for a node that sticks.
         """
         nodes, lost = self._nodes, np.empty(place.size)
         profile = nodes.curve.profile(*reach)
@@ -385,11 +388,8 @@ class FieldState(Resumable):
             return lost
         runs = [np.zeros((8, 0))]
         for i in np.flatnonzero(code % 4).tolist():
-            diagram, origin = Diagram(), nodes.rests[i]
-            begin, diagram.depth = int(self._begin[i]), int(self._depth[i])
-            diagram.stack = self._rows[begin : begin + diagram.depth] + np.array([origin, 0.0, 0.0])
-            diagram.separation, diagram.place = float(origin + self._step[i]), float(self._place[i])
-            runs.append(diagram.runs(origin + step[i : i + 1], place[i : i + 1]))
+            at_end = nodes.rests[i] + step[i : i + 1], place[i : i + 1]
+            runs.append(self._diagram(i).runs(*at_end))
             runs[-1][0] = i
         # All nodes at once; a shared curve has no coefficient of friction and no kappa.
         return nodes.curve.slip_losses.of(np.concatenate(runs, axis=1), place.size)

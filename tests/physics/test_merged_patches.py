@@ -70,5 +70,9 @@ def test_patches_finer_than_the_elements_are_merged() -> None:
     for joint in (usual, fine):
         assert joint.patch_areas.sum() == pytest.approx(lap.face_area, rel=5e-3)
         assert np.unique(joint.samples.patches).size == joint.patches
+        low, high = joint.patch_boxes[:, [0, 2]], joint.patch_boxes[:, [1, 3]]
+        shared = np.minimum(high[:, None], high) - np.maximum(low[:, None], low)
+        overlap = np.triu((shared > 1e-9).all(axis=2), 1)
+        assert not overlap.any()
     for part, whole in zip(mode(usual), mode(fine), strict=True):
         np.testing.assert_allclose(part, whole, rtol=2e-2)

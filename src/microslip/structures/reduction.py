@@ -176,11 +176,16 @@ def _dependence(compliance: Floats, patches: int) -> Floats:
     """Return the squared participation of each patch in dependent displacements [-].
 
     Displacements of patches depend on each other in the eigenvectors of the compliance whose
-    eigenvalues are nearly zero.
+    eigenvalues are nearly zero. Raise InputError if those of bolts do.
     """
     _, values, vectors = _scaled_modes(compliance)
-    idle = vectors[: 3 * patches, values < _INDEPENDENT * values[-1]]
-    return np.asarray((idle**2).reshape(patches, -1).sum(axis=1))
+    idle = vectors[: 3 * patches, values < _INDEPENDENT * values[-1]] ** 2
+    if (idle.sum(axis=0) < 0.5).all():
+        raise InputError(
+            "bolts must stretch independently of each other; give each its own shank, of cells "
+            "that are no other bolt's"
+        )
+    return np.asarray(idle.reshape(patches, -1).sum(axis=1))
 
 
 def _check_joined(mesh: JointMesh) -> None:

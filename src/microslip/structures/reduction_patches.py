@@ -16,6 +16,7 @@ from microslip.structures.reduction_elements import Elements, Points
 
 _SAMPLES = 6  # along each side of a facet
 _MOST_PATCHES = 2000
+_NEIGHBOURS = 8  # patches tried for a merger
 
 
 class Frame(NamedTuple):
@@ -87,7 +88,7 @@ def patches_of(mesh: JointMesh, elements: Elements, layout: Any, along: Floats |
                 "lies on the second"
             )
         flat = (places - frame.origin) @ frame.axes.T
-        boxes = _boxes(layout, number, *_shared_extent(mesh, contact, frame))
+        boxes = _boxes(layout, number, *shared_extent(mesh, contact, frame))
         group = _box_of(boxes, flat[:, :2])
         group[~meet] = -1
         area = np.bincount(group[group >= 0], weights[group >= 0], minlength=len(boxes))
@@ -119,30 +120,39 @@ def patches_of(mesh: JointMesh, elements: Elements, layout: Any, along: Floats |
 
 
 def merging(patches: Patches, dependent: Floats) -> tuple[Patches, Any]:
-    """Merge patches that the elements cannot resolve with their neighbours.
+    """Merge patches that the elements cannot resolve with their neighbours, into larger boxes.
 
     ``dependent`` (patches,) is the squared participation of each patch in displacements that
     depend on each other [-]. A neighbour is the patch of the same contact whose box leaves the
-    least area when both are joined. Also return the sparse weights (merged, patches) of mean
-    displacements.
+    least area when both are joined; patches that overlap the joined box are merged too. Also return
+    the sparse weights (merged, patches) of mean displacements.
     """
     from scipy import sparse
 
     count, boxes = len(patches.areas), patches.boxes.copy()
     owner, taken = np.arange(count), np.zeros(count, dtype=bool)
+    low, high = patches.boxes[:, [0, 2]], patches.boxes[:, [1, 3]]
+    area = np.prod(high - low, axis=1)
     for i in np.argsort(-dependent):
         if taken[i] or dependent[i] < 0.3 * dependent.max():
             continue
-        low = np.minimum(boxes[i, [0, 2]], boxes[:, [0, 2]])
-        high = np.maximum(boxes[i, [1, 3]], boxes[:, [1, 3]])
-        area = (boxes[:, 1] - boxes[:, 0]) * (boxes[:, 3] - boxes[:, 2])
-        spare = np.prod(high - low, axis=1) / (area + area[i])
-        spare[taken | (patches.contacts != patches.contacts[i])] = np.inf
+        beside = patches.contacts == patches.contacts[i]
+        both = np.minimum(low[i], low), np.maximum(high[i], high)
+        spare = np.prod(both[1] - both[0], axis=1) / (area + area[i]) - 1e-3 * dependent
+        spare[taken | ~beside] = np.inf
         spare[i] = np.inf
-        j = int(np.argmin(spare - 1e-3 * dependent))
-        if np.isfinite(spare[j]):
-            owner[j], taken[[i, j]] = i, True
-            boxes[i] = np.stack([low[j], high[j]], axis=1).ravel()
+        for j in np.argsort(spare)[: np.isfinite(spare).sum()][:_NEIGHBOURS]:
+            corner, end, group = both[0][j], both[1][j], np.zeros(count, dtype=bool)
+            while True:
+                shared = np.minimum(high, end) - np.maximum(low, corner)
+                wider = beside & (shared > 1e-6 * (high - low)).all(axis=1)
+                if (wider == group).all():
+                    break
+                group, corner, end = wider, low[wider].min(axis=0), high[wider].max(axis=0)
+            if not taken[group].any():
+                owner[group], taken[group] = i, True
+                boxes[i] = np.stack([corner, end], axis=1).ravel()
+                break
     if not taken.any():
         raise InputError("a contact has too few elements for a patch; take smaller elements")
     kept, owner = np.unique(owner, return_inverse=True)
@@ -166,7 +176,7 @@ def _opposite(elements: Elements, places: Floats, cells: Indices, normal: Floats
     return points
 
 
-def _shared_extent(mesh: JointMesh, contact: ContactFaces, frame: Frame) -> tuple[Floats, Floats]:
+def shared_extent(mesh: JointMesh, contact: ContactFaces, frame: Frame) -> tuple[Floats, Floats]:
     """Return the smallest and largest position along and across that both faces reach [m]."""
     sides = [
         ((mesh.points[facets].reshape(-1, 3) - frame.origin) @ frame.axes.T)[:, :2]

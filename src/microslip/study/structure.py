@@ -13,7 +13,7 @@ from microslip.structures.bolt_tightening import BoltForces
 from microslip.structures.bolts import tensions, yield_tension
 from microslip.structures.lap_joint import LapJoint
 from microslip.structures.mesh import loosened, tight
-from microslip.structures.reduction_patches import usual_counts
+from microslip.structures.reduction_patches import contact_frame, shared_extent, usual_counts
 from microslip.study.bodies import (
     DRAWING_KEYS,
     BoltsPart,
@@ -340,17 +340,23 @@ class StructurePart(Part):
 
         if self.mesh is not None:
             joint = self.mesh.build(*self._metals, self.density)
-            along = None if self.mesh.along is None else np.array(self.mesh.along)
-            return Reducer(loosened(joint.mesh, self.bolts.slack), {}, along)
+            return Reducer(loosened(joint.mesh, self.bolts.slack), {}, self._along)
         mesh = self.build().mesh(*self._body, self.element_size, self.bolts.slack)
         return Reducer(mesh, {}, np.array([1.0, 0.0, 0.0]))
+
+    @property
+    def _along(self) -> Floats | None:
+        """First direction of the patches of a mesh; None for the longest one of the faces."""
+        if self.mesh is None or self.mesh.along is None:
+            return None
+        return np.array(self.mesh.along)
 
     @property
     def reduction(self) -> dict[str, Any]:
         """Keyword arguments of the reduction of the mesh."""
         return {
             "tension": self.tension,
-            "patches": self.patches,
+            "patches": self.patches or (_COARSE if self.converge else None),
             "sensors": self.sensors,
         }
 
@@ -372,10 +378,16 @@ class StructurePart(Part):
 
     @property
     def patch_size(self) -> float:
-        """Side [m] of a square with the mean area of a patch."""
-        width = self.face_area / self._lap_length
-        along, across = self.patches or usual_counts(self._lap_length, width)
-        return float(np.sqrt(self.face_area / (along * across)))
+        """Side [m] of a square with the mean area of a patch of all contacts."""
+        if self.mesh is None:
+            sides = np.array([[self._lap_length, cast(float, self.width)]])
+        else:
+            mesh, along = self.mesh.joint.mesh, self._along
+            frames = [(contact, contact_frame(mesh, contact, along)) for contact in mesh.contacts]
+            extents = [shared_extent(mesh, contact, frame) for contact, frame in frames]
+            sides = np.array([high - low for low, high in extents])
+        counts = np.array([self.patches or usual_counts(*side) for side in sides])
+        return float(np.sqrt(sides.prod(axis=1).sum() / counts.prod(axis=1).sum()))
 
     def convergence(
         self,
@@ -394,7 +406,7 @@ class StructurePart(Part):
             friction,
             amplitudes,
             mode=self.modes[0] - 1,
-            patches=self.patches or _COARSE,
+            patches=self.reduction["patches"],
             form=self.gaps,
             element_size=self.element_size,
             sensors=self.sensors,

@@ -21,6 +21,8 @@ from .other_kinds import OTHER_KINDS, other
 HERE = Path(__file__).parent
 LOG = HERE.parents[1] / "build" / "faces.jsonl"
 """Solved truths, one a line, with the digest of their programs."""
+STORED = HERE / "truths.jsonl"
+"""Those lines of the log that the slow tests need: changed programs solve their cases anew."""
 SCANS = HERE.parents[2] / "shared" / "data" / "scans"
 """Scans of the shared folder, which is not part of the repository."""
 METALS = ("steel-c45", "steel-c45")
@@ -47,7 +49,7 @@ class Row:
     """Whether the 90 % band of each holds the truth."""
 
 
-def _pair() -> ms.MaterialPair:
+def pair() -> ms.MaterialPair:
     body = ms.Material(210e9, 0.3, hardness=HARDNESS)
     return ms.MaterialPair(body, body)
 
@@ -63,16 +65,17 @@ def _digest() -> str:
 @cache
 def _logged() -> dict[str, Truth]:
     found = {}
-    for line in LOG.read_text("utf-8").splitlines() if LOG.exists() else ():
-        digest, key, values = json.loads(line)
-        if digest == _digest():
-            found[key] = Truth(values[0], tuple(values[1]), values[2])
+    for file in (STORED, LOG):
+        for line in file.read_text("utf-8").splitlines() if file.exists() else ():
+            digest, key, values = json.loads(line)
+            if digest == _digest():
+                found[key] = Truth(values[0], tuple(values[1]), values[2])
     return found
 
 
 def truth(key: str, heights: Floats, pixel: float, pressure: float, hardness: float) -> Truth:
     """Solve a face [m] under a pressure [Pa], or read it from the log; stiffness in Pa/m."""
-    modulus = _pair().composite_modulus
+    modulus = pair().composite_modulus
     known = _logged()
     if key not in known:
         known[key] = solve(heights / pixel, pressure / modulus, hardness / modulus)
@@ -101,7 +104,7 @@ def _ratios(numbers: list[float], true: Truth) -> tuple[float, ...]:
 def drawn_law(face: Made, pressure: float) -> ms.DrawnFace:
     """Return the law of a face by the numbers of its drawing."""
     return ms.DrawnFace(
-        _pair(), face.rms, face.slope, face.heights.size * face.pixel**2, pressure,
+        pair(), face.rms, face.slope, face.heights.size * face.pixel**2, pressure,
         plateau=face.plateau, lay=face.lay,
     )  # fmt: skip
 
@@ -130,7 +133,7 @@ def compared(kind: str, seed: int, pressure: float) -> tuple[Row, Row]:
     key = f"{kind} {seed} {pressure:g}"
     true = truth(key, face.heights, face.pixel, pressure, HARDNESS)
     measured = ms.MeasuredContact(
-        face.heights, _pair(), tightening_pressure=pressure, pixel=face.pixel, piece=None
+        face.heights, pair(), tightening_pressure=pressure, pixel=face.pixel, piece=None
     )
     drawn = drawn_law(face, pressure)
     inside = _held(drawn, true, pressure, key.encode())

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from faces.campaign import KEPT, PRESSURES, SCANS, compared, compared_scan
-from faces.kinds import KINDS
-from faces.other_kinds import OTHER_KINDS
+from faces import campaign
+from faces.campaign import HARDNESS, KEPT, PRESSURES, SCANS, compared, compared_scan
+from faces.elements import solve
+from faces.kinds import KINDS, made
+from faces.other_kinds import OTHER_KINDS, other
 
 _TENTH = 1
 """Place of the energy at 0.1 mu N/k_t among the numbers of a row."""
@@ -43,3 +45,16 @@ def test_joints_of_kept_scans(name: str, pressure: float) -> None:
     row = compared_scan(name, pressure)
     assert row.ratios[0] == pytest.approx(1.0, abs=0.05)
     assert row.ratios[_THIRD] == pytest.approx(1.0, abs=0.25)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("key", ["turned 0 8e+07", "etched 0 2.5e+08"])
+def test_stored_truths_are_solved_again(key: str) -> None:
+    """To the residual of the solver; the others change with the programs that made them alone."""
+    kind, _, pressure = key.rsplit(" ", 2)
+    face = other(kind, 0) if kind in OTHER_KINDS else made(kind, 0)
+    modulus = campaign.pair().composite_modulus
+    found = solve(face.heights / face.pixel, float(pressure) / modulus, HARDNESS / modulus)
+    stored = campaign.truth(key, face.heights, face.pixel, float(pressure), HARDNESS)
+    assert found.stiffness * modulus / face.pixel == pytest.approx(stored.stiffness, rel=1e-6)
+    assert found.energies == pytest.approx(stored.energies, rel=1e-4)

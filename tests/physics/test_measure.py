@@ -192,7 +192,7 @@ def test_regimes_of_one_sphere(share: float, regime: str) -> None:
 @pytest.mark.parametrize("noise", [pytest.param(1e-3, marks=pytest.mark.slow), 1e-2])
 @pytest.mark.parametrize("rate", [100.7, 512.0])
 def test_number_of_cycles_with_noise(noise: float, rate: float) -> None:
-    for seed in range(40):
+    for seed in range(20):
         rig = ms.VirtualTribometer(JOINT, noise=noise, third_harmonic=0.05, sample_rate=rate,
                                    seed=seed)  # fmt: skip
         record = rig.record(amplitude=5e-6, frequency=1.0, cycles=9)

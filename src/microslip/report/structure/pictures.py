@@ -168,6 +168,14 @@ def _ramp() -> NDArray[np.uint8]:
 def shape_plot(prediction: StructurePrediction) -> Plot:
     """Plot each exaggerated mode shape over the structure at rest, seen from the side or above."""
     panels = [_shape(prediction, mode) for mode in prediction.modes]
+    for side in ("x", "y"):  # equal ranges, so that equal scales align the panels
+        values = np.concatenate(
+            [getattr(i, side) for p in panels for i in p.items if type(i) is Area]
+        )
+        for panel in panels:
+            axis = getattr(panel, side)
+            free = 0.05 * float(np.ptp(values))
+            axis.low, axis.high = float(values.min()) - free, float(values.max()) + free
     return stacked(panels, 1.5 * len(panels) + 0.7)
 
 
@@ -196,11 +204,12 @@ def _shape(prediction: StructurePrediction, mode: Mode) -> Panel:
         visible = facets[flat & (heights == levels[np.argmax(counts)])]
     if not len(visible):  # nothing is flat that way
         visible = facets
-    grown = points + 0.08 * size / abs(motion).max() * motion
+    scale = 0.08 * size / float(abs(motion).max())
+    grown = points + scale * motion
     panel = Panel(
         Axis("Along [mm]"),
         Axis("Up [mm]" if up == second else "Across [mm]"),
-        note=f"Mode {mode.number}, {mode.curve.frequency[solved]:.5g} Hz",
+        note=_shape_note(mode, scale),
         equal=True,
         grid=False,
     )
@@ -210,12 +219,22 @@ def _shape(prediction: StructurePrediction, mode: Mode) -> Panel:
     return panel
 
 
+def _shape_note(mode: Mode, scale: float) -> str:
+    """Return frequency and magnification of a shape, whose modal amplitude of 1 is scaled."""
+    factor = scale / float(mode.curve.modal_amplitude[mode.last])
+    return (
+        f"Mode {mode.number}, {mode.curve.frequency[mode.last]:.5g} Hz, displacements at the "
+        f"largest amplitude enlarged {float(f'{factor:.2g}'):g} times"
+    )
+
+
 def _isometric(points: Floats, motion: Floats, facets: NDArray[np.int32], mode: Mode) -> Panel:
     view = np.array([[-0.866, 0.866, 0.0], [-0.5, -0.5, 1.0]])
     eye = np.array([1.0, 1.0, 1.0])
     size = float(np.ptp(points, axis=0).max())
     moved = np.linalg.norm(motion, axis=1)
-    grown = points + 0.08 * size / moved.max() * motion
+    scale = 0.08 * size / float(moved.max())
+    grown = points + scale * motion
     depth = grown[facets].mean(axis=1) @ eye
     # Cells behind others are drawn first.
     order = np.argsort(depth)
@@ -224,7 +243,7 @@ def _isometric(points: Floats, motion: Floats, facets: NDArray[np.int32], mode: 
     panel = Panel(
         Axis("Isometric view [mm]"),
         Axis(""),
-        note=f"Mode {mode.number}, {mode.curve.frequency[mode.last]:.5g} Hz",
+        note=_shape_note(mode, scale),
         equal=True,
         grid=False,
     )

@@ -106,7 +106,30 @@ def test_coefficients_are_those_of_a_dense_cycle(name):
         reference = (4.0 * fine - coarse) / 3.0  # steps are straight: errors of second order
         size = np.abs(reference).max()
         assert np.abs(found.force[0] - reference).max() <= most * size
-        assert found.converged.all()
+        assert (found.residual <= 3e-12 * size).all()
+
+
+@pytest.mark.parametrize("name", SURFACES)
+def test_errors_are_below_their_estimate_and_the_tolerance(name):
+    """The motion along the contact may be a thousand times smaller than that of the separation."""
+    field, rng = field_on(name), np.random.default_rng(45)
+    flags = []
+    for _ in range(40):
+        orders = tuple(range(int(rng.integers(2, 8))))
+        size = 2 * len(orders) - 1
+        x, d = (rng.normal(0.0, rng.choice([1e-9, 1e-8, 1e-7]), (1, size)) for _ in range(2))
+        d[:, 0] = field.separations
+        found, best = (
+            field.harmonics(x, orders, separations=d, rtol=rtol) for rtol in (1e-10, 1e-13)
+        )
+        error = np.abs(found.force - best.force).max()
+        t = np.arange(256) * 2.0 * np.pi / 256
+        rows = [np.ones(256), *(f(k * t) for k in orders[1:] for f in (np.cos, np.sin))]
+        peak = np.abs(field.periodic(x @ np.array(rows), d @ np.array(rows)).force).max()
+        flags.append(found.converged[0])
+        assert error <= max(found.residual[0], 1e-13 * peak)
+        assert error <= 1e-10 * peak or not found.converged[0]
+    assert np.mean(flags) > 0.7
 
 
 @pytest.mark.parametrize("name", SURFACES)

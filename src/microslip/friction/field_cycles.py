@@ -79,9 +79,7 @@ class NodeCycles:
         by_step = np.zeros((1, samples, 0)) if by_separation is None else by_separation
         steps = by_step.shape[2]
         force, load = np.empty((nodes, samples, count + steps)), np.empty((nodes, samples, steps))
-        self._derive(
-            by_displacement, by_step, _EMPTY, _EMPTY, force, _EMPTY, load
-        )  # fmt: skip
+        self._derive(by_displacement, by_step, _EMPTY, _EMPTY, force, _EMPTY, load)
         force, load = self._scaled(force, count, load)
         if not steps:
             return force, np.zeros_like(force)
@@ -326,7 +324,7 @@ class SettledField:
             force, _, by_force, _ = cycles.spectra(
                 waves[None], np.zeros((1, len(waves), 0)), analysis
             )
-            return FieldHarmonics(force, None, by_force)
+            return FieldHarmonics(force, None, by_force, np.full(nodes.size, np.nan))
         paths = coefficients_of("separations", separations, basis, nodes.size)
         steps = self._steps_from_rest(paths @ waves.T)
         if samples is not None:
@@ -372,7 +370,7 @@ def _sampled(
     jacobian = np.zeros((nodes.size, 2, 2, size, size))
     jacobian[:, 0, 0], jacobian[:, 0, 1] = np.split(by_force, 2, axis=2)
     jacobian[:, 1, 1] = by_load
-    return FieldHarmonics(force, load, jacobian)
+    return FieldHarmonics(force, load, jacobian, np.full(nodes.size, np.nan))
 
 
 def varying_harmonics(
@@ -408,13 +406,14 @@ def varying_harmonics(
     span = np.abs(steps[:, 1:]).sum(axis=1)
     curve = nodes.curve.smooth_parts(*nodes.reach(steps[:, 0] - span, steps[:, 0] + span))
     size, wide = places.shape
-    force, load = np.zeros(places.shape), np.zeros(places.shape)
+    force, load, errors = np.zeros(places.shape), np.zeros(places.shape), np.zeros((size, 2))
     by_force, by_load = np.zeros((size, wide, 2 * wide)), np.zeros((size, wide, wide))
 
     def settle(part: slice) -> Any:
         return kernels.compiled.varying_harmonics(
             places[part], steps[part], part.stop - part.start, wide, rtol, force[part],
-            by_force[part], load[part], by_load[part], nodes.rests[part], *curve.arguments,
+            by_force[part], load[part], by_load[part], errors[part], nodes.rests[part],
+            *curve.arguments,
         )  # fmt: skip
 
     if any(in_parts(size, settle)):
@@ -426,9 +425,9 @@ def varying_harmonics(
     np.multiply(by_force[:, :, :wide][pick], slopes, out=jacobian[:, 0, 0])
     np.multiply(by_force[:, :, wide:][pick], nodes.per_length(weights), out=jacobian[:, 0, 1])
     np.multiply(by_load[pick], nodes.per_length(scales), out=jacobian[:, 1, 1])
-    return FieldHarmonics(
-        force[:, columns] * weights[:, 0], load[:, columns] * scales[:, 0], jacobian
-    )
+    converged = errors[:, 0] <= rtol * errors[:, 1]
+    force, load = force[:, columns] * weights[:, 0], load[:, columns] * scales[:, 0]
+    return FieldHarmonics(force, load, jacobian, errors[:, 0] * nodes.weights, converged)
 
 
 def constant_separation_harmonics(

@@ -28,10 +28,11 @@ class FieldHarmonics(tuple[Floats, ...]):
     """Derivatives [N/m] of force coefficients with respect to displacement coefficients; the
     method that returns this result describes the shape."""
     residual: Floats
-    """Estimated distance of the force of each node from the limit cycle [N], shape (nodes,). It
-    is 0 for motion in one direction, for which the limit cycle is exact."""
+    """Estimated error of the force of each node [N], shape (nodes,): in two directions its distance
+    from the limit cycle, under varying separations the error of the integration; 0 at constant
+    separations, where that is rounding, and NaN for sampled cycles, whose error is unknown."""
     converged: Bools
-    """True for each node whose residual is within the tolerance, shape (nodes,)."""
+    """True for each node whose residual is within the tolerance or unknown, shape (nodes,)."""
 
     def __new__(
         cls,

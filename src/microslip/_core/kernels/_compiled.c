@@ -98,9 +98,10 @@ static const Kernel kernels[] = {
     {"field_harmonics", "anndAAaaP", "n", run_field_harmonics, 0,
      "field_harmonics(place, rows, size, tolerance, value, jacobian, orders, rest, *profile) -> "
      "whether the tolerance was missed: of rows of mean, cos, sin, ... of the orders, of all if empty"},
-    {"varying_harmonics", "aanndAAAAaP", "n", run_varying_harmonics, 0,
+    {"varying_harmonics", "aanndAAAAAaP", "n", run_varying_harmonics, 0,
      "varying_harmonics(place, step, rows, size, tolerance, value, jacobian, load, load_jacobian, "
-     "rest, *profile) -> whether the tolerance was missed; values are NaN for nodes at rest."},
+     "errors, rest, *profile) -> whether the tolerance was missed; values are NaN for nodes at rest; "
+     "errors are those of the coefficients and the largest force of each node."},
     {"table_harmonics", "anndAAaT", "n", run_table_harmonics, 0,
      "table_harmonics(displacement, rows, size, tolerance, force, jacobian, orders, *table) -> whether it "
      "was missed"},

@@ -18,6 +18,8 @@
 
 #define SERIES 16 /* terms of the series while sticking */
 #define MOST_BANDS 128 /* besides bands that end at kinks of the law */
+#define MARGIN 30.0 /* largest error of a rule over its estimate */
+#define LEAST_PEAK 1e-4 /* of the force over its limit, below which the tolerance is that of this */
 /* Lengths times the highest harmonic for which the rules usually reach 1e-10. */
 static const double LENGTHS[RULES] = {0.45, 1.3, 3.0, 4.5, 6.3};
 
@@ -52,6 +54,7 @@ typedef struct {
     double to_series[SERIES][SERIES], places[SERIES];
     double *sums; /* force, its slopes, load, products of F and functions */
     double force_miss, slope_miss;
+    double most, peak, squares; /* scale and largest of the force; errors of pieces */
 } Walk;
 
 /* Quadrature nodes whose fronts are in one band. */
@@ -310,6 +313,7 @@ static void add_span(Walk *w, double low, double high, const Band *band, double 
                 add_group(w, &own, w->w);
                 own = (Group){w->band, w->side, w->back, w->early, w->before};
             }
+            w->peak = fmax(w->peak, fabs(w->value));
             add_place(w, phi, half * node->weight, half * node->miss, alone, off);
         }
         double worst = fmax(fmax(fabs(off[0]), fabs(off[1])), fabs(off[2]));
@@ -323,6 +327,8 @@ static void add_span(Walk *w, double low, double high, const Band *band, double 
             ends[left++] = centre;
             continue;
         }
+        worst /= 0.1 * w->most; /* exact to the power 3/2 of this, within the factor */
+        w->squares += worst * worst * worst;
         if (own.band != group.band || own.side != group.side) {
             add_group(w, &group, w->sums);
             group = own;
@@ -608,7 +614,7 @@ static int mark_crossings(Walk *w, const double *grid, int points, double *times
 
 /* Coefficients of force and load with their derivatives; NaN for nodes at rest. */
 static void settle_varying(Walk *w, const double *grid, int points, double tolerance, double *times,
-                           double *force, double *J, double *load, double *K)
+                           double *force, double *J, double *load, double *K, double *errors)
 {
     int n = w->n, count = 0, root = 0;
     Motion *turning[2] = {&w->up, &w->down};
@@ -617,6 +623,7 @@ static void settle_varying(Walk *w, const double *grid, int points, double toler
         find_turns(turning[s], grid, points);
         for (int i = 0; i < turning[s]->turns; i++) times[count++] = turning[s]->times[i];
     }
+    errors[0] = errors[1] = 0.0;
     if (!count) {
         force[0] = NAN;
         return;
@@ -656,13 +663,23 @@ static void settle_varying(Walk *w, const double *grid, int points, double toler
                                              * ones */
     most = fmax(fmin(heavy, stiff * far), 1e-16 * load_at(w->p, w->p->anchor, &far));
     stiff = fmax(stiff, 1e-16 * far); /* smaller steps are only approximate */
-    w->force_miss = 0.1 * cbrt(tolerance * tolerance) * most;
     w->slope_miss = 0.1 * cbrt(1e4 * tolerance * tolerance) * stiff;
-    memset(w->sums, 0, (size_t)w->all * sizeof(double));
-    if (start_walk(w, first)) go_around(w, times, count, 0);
-    go_around(w, times, count, 1);
+    /* Where the load changes most, the force may be far smaller than the motion suggests. */
+    for (int round = 0; round < 2; round++) {
+        w->most = most;
+        w->force_miss = 0.1 * cbrt(tolerance * tolerance / (4.0 * MARGIN * MARGIN)) * most;
+        w->peak = 0.0;
+        w->squares = 0.0;
+        memset(w->sums, 0, (size_t)w->all * sizeof(double));
+        if (start_walk(w, first)) go_around(w, times, count, 0);
+        go_around(w, times, count, 1);
+        if (!(w->peak < 0.25 * most)) break;
+        most = fmax(w->peak, LEAST_PEAK * heavy);
+    }
     const double *sums = w->sums, *slopes = sums + n, *loads = slopes + 2 * n * n;
     const double *falls = loads + n;
+    errors[0] = 0.75 * MARGIN * w->most * sqrt(w->squares) + 64.0 * DBL_EPSILON * heavy;
+    errors[1] = w->peak;
     for (int i = 0; i < n; i++) {
         double factor = i ? 2.0 / TURN : 1.0 / TURN;
         force[i] = factor * sums[i];
@@ -678,11 +695,11 @@ static int run_varying_harmonics(const Argument *a, Result *out)
     int H = (int)(size / 2), points = 16 * H + 16;
     if (rows < 0 || size < 1 || size % 2 == 0 || size > 2001 || !all_have(a, 0, 1, rows * size) ||
         a[5].n < rows * size || a[6].n < 2 * rows * size * size || a[7].n < rows * size ||
-        a[8].n < rows * size * size || a[9].n < rows)
+        a[8].n < rows * size * size || a[9].n < 2 * rows || a[10].n < rows)
         return TOO_SHORT;
     size_t n = (size_t)size, turns = 4 * (size_t)H + 8, wide = 4 * (size_t)H + 1;
     size_t all = 2 * n * n + 3 * n + 3 * wide, room = SERIES * (2 * n + 1);
-    size_t band = 3 * n + (SERIES + 1) * (2 * n + 1), kinks = (size_t)a[10].curve->break_count;
+    size_t band = 3 * n + (SERIES + 1) * (2 * n + 1), kinks = (size_t)a[11].curve->break_count;
     size_t most_bands = MOST_BANDS + 2 * kinks, crossings = turns * kinks;
     size_t most_marks = 2 * most_bands + 2 * kinks + 4;
     size_t doubles = (size_t)points * n + 4 * (2 * n + wide + 2 * turns) + 2 * turns + 9 * n +
@@ -731,7 +748,7 @@ static int run_varying_harmonics(const Argument *a, Result *out)
     w->w = at += all;
     w->row = at += all + room;
     w->rates = at + 2 * n + 1;
-    w->p = a[10].curve;
+    w->p = a[11].curve;
     w->n = (int)size;
     w->all = (int)all;
     w->scale = fmax(H, 1) * log(a[4].x) / log(1e-10);
@@ -753,10 +770,10 @@ static int run_varying_harmonics(const Argument *a, Result *out)
             own[2][k] = d + p;
             own[3][k] = d - p;
         }
-        w->rest = a[9].reals[i];
+        w->rest = a[10].reals[i];
         settle_varying(w, grid, points, a[4].x, times, a[5].reals + i * size,
                        a[6].reals + 2 * i * size * size, a[7].reals + i * size,
-                       a[8].reals + i * size * size);
+                       a[8].reals + i * size * size, a[9].reals + 2 * i);
     }
     out[0].n = w->failed;
     free(memory);

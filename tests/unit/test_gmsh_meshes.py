@@ -78,3 +78,17 @@ def test_geometries_of_many_parts_are_read(folder: Path) -> None:
     assert found.face_area == pytest.approx(wanted.face_area, rel=1e-12)
     sizes = [len(body.cells) for body in found.mesh.bodies]
     assert sizes == [len(body.cells) for body in wanted.mesh.bodies]
+
+
+@pytest.mark.parametrize("change", ["5 0 8", "4.1 9 8"])
+def test_a_file_that_meshio_does_not_read_has_a_remedy(folder: Path, change: str) -> None:
+    text = (folder / "order1-4.1-ascii.msh").read_text()
+    path = folder / "old.msh"
+    path.write_text(text.replace("4.1 0 8", change, 1))
+    with pytest.raises(ms.InputError, match=r"gmsh old\.msh -save -format msh22 -o new\.msh"):
+        joint(path)
+    unknown = path.rename(folder / "part.unv")
+    with pytest.raises(ms.InputError, match=r"gmsh part\.unv -save"):
+        ms.MeshedJoint.read(
+            unknown, bodies={"a": STEEL}, contacts=[("b", "c")], bolts={"d": 5e3}, scale=1e-3
+        )

@@ -21,7 +21,7 @@ from microslip._core.packages import needed_for
 from microslip._core.wording import did_you_mean, plural, quoted, shorten
 from microslip.contact.materials import Material
 from microslip.readers.child import parsed
-from microslip.readers.files import POINTS, reading, refuse_beyond
+from microslip.readers.files import POINTS, first_line, reading, refuse_beyond
 from microslip.structures.mesh import (
     Body,
     ContactFaces,
@@ -306,8 +306,17 @@ def read_mesh(path: Path) -> dict[str, Any]:
         source = _as_meshio_reads(path)
         kind = {".inp": "abaqus"}.get(path.suffix.lower(), "nastran")
         mesh = meshio.read(source) if source is path else meshio.read(source, kind)
-    except SystemExit:  # what meshio does with suffixes that it does not know
-        raise ValueError("of no format that meshio can read") from None
+    except MemoryError:
+        raise
+    except (Exception, SystemExit) as error:  # meshio exits for suffixes that it does not know
+        if path.suffix.lower() in (".msh", ".unv"):
+            raise ValueError(
+                f"convert it by: gmsh {path.name} -save -format msh22 -o new.msh; meshio does not "
+                f"read it: {first_line(error)}"
+            ) from None
+        if isinstance(error, SystemExit):
+            raise ValueError("of no format that meshio can read") from None
+        raise
     points = np.asarray(mesh.points, dtype=float)
     if points.ndim != 2 or not len(points) or points.shape[1] != 3 or not np.isfinite(points).all():
         raise ValueError("its points are not three finite numbers each")

@@ -220,17 +220,6 @@ def test_unsupported_requests(bench: Bench, asked: Any, text: str) -> None:
     assert text in json.loads(answer)["error"]
 
 
-def test_options_are_those_of_the_command(bench: Bench, tmp_path: Path) -> None:
-    sent = bench.json("POST", "/api/uploads?name=run.csv", record_text(tmp_path))
-    for options in (
-        {"output": "/tmp"}, {"o": "x"}, {"set": "a=b"}, {"unit": "a\nb"},
-        {"confidence": ["1", "2"]},
-        {"model": "/etc/passwd"},
-    ):  # fmt: skip
-        asked = {"kind": "measure", "uploads": [sent["id"]], "options": options}
-        assert bench.ask("POST", "/api/runs", asked)[0] == 422
-
-
 def test_forms_leave_out_nothing_but_where_results_go() -> None:
     for name in COMMANDS:
         offered = {field.name for field in FORMS[name]}
@@ -350,15 +339,6 @@ def test_a_manifest_and_its_files(bench: Bench, tmp_path: Path) -> None:
         assert run["state"] == "done", run["message"]
         assert run["command"] == "microslip measure --manifest=good.csv -o result --"
         assert "campaign.csv" in run["files"]
-
-
-@pytest.mark.slow
-def test_a_pickle_is_never_opened(bench: Bench) -> None:
-    file = io.BytesIO()
-    np.save(file, np.array([{"a": 1}], dtype=object), allow_pickle=True)
-    sent = bench.json("POST", "/api/uploads?name=scan.npy", file.getvalue())
-    status, _, text = bench.ask("POST", f"/api/uploads/{sent['id']}/look", {"what": "scan"})
-    assert status == 422, text
 
 
 @pytest.mark.slow

@@ -56,16 +56,6 @@ METHODS = {
 }
 
 
-@folded("item", PUBLIC, whole=True)
-def test_everything_public_has_a_docstring(item: Any) -> None:
-    # A dataclass writes its signature where there is none.
-    assert item.__doc__
-    assert not item.__doc__.startswith(f"{item.__name__}(")
-    for name, member, function in members(item) if inspect.isclass(item) else ():
-        if function is not None or isinstance(member, property):  # fields are its parameters
-            assert (member.__doc__ or "").strip(), name
-
-
 @folded("method", METHODS, whole=True)
 def test_numbers_have_units_and_arrays_shapes(method: tuple[type, str, str]) -> None:
     item, name, signature = method

@@ -35,22 +35,6 @@ MEASURES = (
 
 
 @pytest.mark.parametrize("joint", JOINTS.values(), ids=JOINTS)
-@pytest.mark.parametrize("name", MEASURES)
-def test_amplitude_or_force_amplitude(joint: ms.Interface, name: str) -> None:
-    measure = getattr(joint, name)
-    wanted = "exactly one of amplitude [m] or force_amplitude=... [N] must be given, got "
-    assert refusal(measure) == wanted + "neither"
-    assert refusal(measure, None, force_amplitude=None) == wanted + "neither"
-    assert refusal(measure, 1e-7, force_amplitude=1.0) == wanted + "both"
-    assert refusal(measure, -1e-7) == "amplitude must not be negative, got -1e-07"
-    assert refusal(measure, [0.0, -5e-324]) == "amplitude must not be negative, got -4.94066e-324"
-    message = "force_amplitude must not be negative, got -0.1"
-    assert refusal(measure, force_amplitude=[0.0, -0.1]) == message
-    with pytest.raises(TypeError):
-        measure(None, 1.0)  # force amplitudes are named
-
-
-@pytest.mark.parametrize("joint", JOINTS.values(), ids=JOINTS)
 @pytest.mark.parametrize("factor", [1.0, 1.0 + 2**-52, 2.0, 1e300])
 def test_force_at_or_beyond_the_limit(joint: ms.Interface, factor: float) -> None:
     limit = joint.force_limit

@@ -110,13 +110,3 @@ def test_ordinary_headers_need_no_option(head: tuple[str, ...], tmp_path: Path) 
     for name, got in read.items():
         if name in columns:
             np.testing.assert_allclose(got, CHANNELS[name], rtol=1e-9, atol=1e-15, err_msg=name)
-
-
-def test_a_column_without_a_unit_is_refused(tmp_path: Path) -> None:
-    """Only forces that are named by symbols, such as Fx and Fz, share a unit."""
-    path = tmp_path / "umt.csv"
-    rows = "".join(f"{0.01 * i:.2f},{i % 7},{i % 5},5\n" for i in range(40))
-    path.write_text(f"T,X,Friction,Load\nsec,mm,N,\nStep No. 2\n{rows}", encoding="utf-8")
-    with pytest.raises(ms.InputError, match='"Load": no unit'):
-        ms.Record.read(path)
-    assert ms.Record.read(path, normal_load="5 N").force.max() == 4.0

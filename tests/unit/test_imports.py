@@ -174,10 +174,3 @@ def test_every_class_is_in_its_list(base: type, listed: tuple[type, ...]) -> Non
     assert concrete(base) - made == set(listed)
     for law in listed:
         assert getattr(ms, law.__name__) is law
-
-
-@pytest.mark.parametrize("base", [base for base, _ in LISTS])
-def test_abstract_classes_cannot_be_made(base: type) -> None:
-    assert base.examples() == ()  # type: ignore[attr-defined]
-    with pytest.raises(TypeError, match="abstract"):
-        base()

@@ -16,7 +16,6 @@ import pytest
 from jsonschema import Draft7Validator
 
 from microslip.study.json_schema import complete_schema, json_schema
-from microslip.study.toml_text import FILE_KEYS
 
 ROOT = Path(__file__).parents[2]
 SCHEMA = json_schema()
@@ -79,17 +78,3 @@ def test_every_key_is_explained_to_an_editor() -> None:
             Draft7Validator(schema).validate(example)
         if "default" in schema:
             Draft7Validator(schema).validate(schema["default"])
-
-
-def test_keys_that_name_files_are_known() -> None:
-    """A study is moved, and refused by the workbench, by these keys."""
-    found = {
-        path.rpartition(".")[2]
-        for path, schema in keys(complete_schema())
-        if re.search(
-            "[Nn]ame of (a|the) .*file|[Ff]older (that|written)",
-            json.dumps(schema.get("description")),
-        )
-        or "relative to the folder" in schema["description"]
-    }
-    assert found == set(FILE_KEYS)

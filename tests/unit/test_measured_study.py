@@ -71,14 +71,6 @@ def test_a_study_of_a_scan_equals_the_same_in_python(study, monkeypatch) -> None
     assert words["tightening pressure over hardness"] == "ok"
 
 
-def test_a_direction_reaches_the_law(study) -> None:
-    how = 'tightening_pressure = "100 MPa"'
-    tight = study((how, f'{how}\ndirection = "90 deg"')).run()
-    plain = study().run()
-    stiff = [r.summary["joints"][0]["tangential_stiffness"] for r in (tight, plain)]
-    assert stiff[0] == pytest.approx(stiff[1], rel=0.02)
-
-
 TIGHTENING = 'tightening_pressure = "100 MPa"\n'
 
 

@@ -66,16 +66,6 @@ def test_light_and_heavy_loads_are_carried_or_refused(law: ms.NormalLaw, load: f
 # -- what is refused when a law is made ------------------------------------------------------------
 
 
-def test_tables_refuse_wrong_tails_and_separations_below_their_first() -> None:
-    for tail in ("linear", np.array([1.0, 2.0])):
-        message = refusal(ms.TabulatedNormalLaw, PAIR, D, N + 1, tail=tail)
-        assert message.startswith('tail must be None or "exponential"')
-    for separation in (-1e-7, -1.0):
-        assert "where the table begins" in refusal(
-            ms.Interface, PARABOLA, 0.5, separation=separation
-        )
-
-
 @pytest.mark.parametrize(
     "law",
     [law for law in EXAMPLES if law._deepest > -1.0 and math.isinf(law._heaviest)],

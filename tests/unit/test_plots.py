@@ -150,21 +150,6 @@ def test_a_notebook_shows_the_text_and_a_figure(item: Any) -> None:
     assert len(shown) < 400_000
 
 
-def test_whatever_draws_itself_is_shown() -> None:
-    lacking = [
-        name
-        for name in ms.__all__
-        if hasattr(getattr(ms, name), "plot") and not hasattr(getattr(ms, name), "_repr_html_")
-    ]
-    assert lacking == []
-    joint = ms.Interface.examples()[0]
-    loop = joint.loop(1e-6)
-    assert loop._repr_html_().startswith("<pre>Loop(512 samples")
-    bar = ms.Structure([[1.0]], [[4e5]]).attach(joint, directions=[1.0])
-    motion = bar.integrate(None, np.linspace(0.0, 1e-3, 200), displacement=[1e-7])
-    assert motion._repr_html_().startswith("<pre>Motion(")
-
-
 def test_a_notebook_shows_the_table_of_a_prediction() -> None:
     result = ms.Study.load(ROOT / "examples" / "al2017.toml").run()
     shown = result._repr_html_()

@@ -144,12 +144,6 @@ def test_lists_and_labelled_arrays_of_quantities() -> None:
     np.testing.assert_array_equal(result, wanted)
 
 
-def test_records_of_another_byte_order_are_converted():
-    record = np.array([0.0, 2e-7, -1e-7])
-    for law in (JOINT, ms.Asperity(JOINT.surface.pair, 1e-3, 0.5, normal_load=1.0)):
-        np.testing.assert_array_equal(law.force(record.astype(">f8")), law.force(record))
-
-
 def test_labels_of_pandas_and_xarray_are_kept():
     pandas, xarray = pytest.importorskip("pandas"), pytest.importorskip("xarray")
     rows = np.array([[1e-7, 2e-7], [3e-7, 4e-7]])

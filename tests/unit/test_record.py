@@ -368,15 +368,6 @@ def test_hdf5_rates_that_differ(put: Any) -> None:
     )
 
 
-def test_nan_in_binary_files_names_the_sample(put: Any) -> None:
-    with h5py.File("n.h5", "w") as file:
-        file["x"], file["F"] = X, np.array([1.0, np.nan, 2.0, 3.0])
-    with pytest.raises(
-        ms.InputError, match=r'^n\.h5: sample 1, column "F": wanted a number, got nan'
-    ):
-        ms.Record.read("n.h5", units=UNITS)
-
-
 def write_tdms(path: str, **rates: float) -> None:
     with TdmsWriter(path) as writer:
         for name, unit, values in (("Position", "mm", X * 1e3), ("Friction", "N", T)):

@@ -70,15 +70,6 @@ def test_verdicts_on_noise_and_on_a_surface() -> None:
 # Made surfaces.
 
 
-def test_steep_heights_are_reported() -> None:
-    """Such as heights in another unit than the one that was said."""
-    scan = random_surface((96, 96), 1e-6, m0=1e-14, m2=1e-4, m4=4e6, seed=1)
-    words = {v.name: v.word for v in verdicts(scan)}
-    assert words["rms slope"] == "ok"
-    words = {v.name: v.word for v in verdicts(Scan(1e3 * scan.heights, 1e-6))}
-    assert words["rms slope"] == "outside"
-
-
 PIXEL = 1e-6
 SIDE = np.arange(400)
 WAVE, HEIGHT = 50e-6, 2e-7

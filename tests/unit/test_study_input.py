@@ -182,29 +182,6 @@ def test_overrides_replace_keys_and_keep_comments() -> None:
 
 # -- in Python --------------------------------------------------------------------------------
 
-KEYS: dict[str, Any] = {
-    "schema": 1,
-    "title": 'Steel "on" aluminium \\ \x7f',
-    "material": {"my steel": {"young_modulus": "205 GPa", "poisson_ratio": 0.29}},
-    "surface": {"law": "sphere", "materials": ("my steel", "al2017"), "radius": "5 mm"},
-    "joint": {"friction_coefficient": 0.2, "normal_load": ("1 N", "2 N")},
-    "excitation": {"curve": {"from": "1 nm", "to": "1 um"}},
-    "output": {"report": False},
-}
-
-
-def test_a_study_in_python_is_the_same_as_in_a_file() -> None:
-    keys = KEYS | {"title": "Steel on aluminium"}
-    study = ms.Study(**keys)
-    assert study.name == "study"
-    assert study.joint.normal_load == (1.0, 2.0)
-    assert study.material["al2017"].young_modulus == metals()["al2017"].young_modulus
-    assert study.text.startswith('schema = 1\ntitle = "Steel on aluminium"\n')
-    assert '[material."my steel"]\nyoung_modulus = "205 GPa"\n' in study.text
-    again = ms.Study.from_toml(study.text)
-    assert again.by_keys() == study.by_keys()
-    assert again.notes == study.notes
-
 
 @given(
     st.recursive(

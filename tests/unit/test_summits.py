@@ -6,7 +6,6 @@ import copy
 
 import numpy as np
 import pytest
-from made_surfaces import paraboloids
 
 import microslip as ms
 from microslip.surfaces import random_surface
@@ -111,21 +110,6 @@ def test_surfaces() -> None:
 
 
 # -- verdicts --------------------------------------------------------------------------------------
-
-
-def test_sharp_summits_are_reported() -> None:
-    """A radius of two pixels is no radius; so few summits are no statistics."""
-    places = (np.stack(np.meshgrid(np.arange(3), np.arange(4)), -1).reshape(-1, 2) * 12 + 6) * 1e-6
-    heights = np.linspace(1e-6, 2e-6, 12)
-    scan = paraboloids((48, 40), 1e-6, positions=places, heights=heights, radii=1.5e-6)
-    words = {v.name: v for v in scan.summits(None).validity()}
-    assert words["summit radius in pixels"].word == "outside"
-    assert words["summit radius in pixels"].value == pytest.approx(1.5, rel=1e-6)
-    assert words["summits"].word == "watch"
-    assert words["kurtosis of the heights"].word != "ok"
-    scan = paraboloids((48, 40), 1e-6, positions=places, heights=heights, radii=4e-6)
-    words = {v.name: v for v in scan.summits(None).validity()}
-    assert words["summit radius in pixels"].word == "watch"
 
 
 # -- a cut-off twice -------------------------------------------------------------------------------

@@ -170,18 +170,6 @@ def test_panels_are_bounded_and_not_only_heights(law: str) -> None:
     assert ms.TabulatedHeights(new, np.interp(new, height, density)).std > 0.0
 
 
-@pytest.mark.parametrize("count", [2, 1000, 2000, 4500])
-def test_even_and_random_steps_are_tables(count: int) -> None:
-    """As are steps that shrink from one end to the other: no more is refused than has to be."""
-    even = ms.TabulatedHeights(np.linspace(-1e-6, 1e-6, count), np.ones(count))
-    ramp = ms.TabulatedHeights(-np.geomspace(1e-5, 1e-10, count), np.ones(count))
-    for table in (even, ramp):
-        assert len(table._panels[1]) <= 5000
-    if count <= 2000:
-        height = np.sort(np.random.default_rng(3).uniform(-1e-6, 1e-6, count))
-        assert len(ms.TabulatedHeights(height, np.ones(count))._panels[1]) <= 5000
-
-
 TABLE = (
     '{ kind = "table", height = { file = "h.csv", column = "y" }, '
     'density = ["0 1/um", "2 1/um", "0 1/um"] }'

@@ -422,3 +422,14 @@ def test_a_session_in_a_browser(bench: Bench, tmp_path: Path) -> None:
         page.screenshot(path=str(tmp_path / "workbench.png"))
         assert not wrong
         browser.close()
+
+
+def test_options_are_those_of_the_command(bench: Bench, tmp_path: Path) -> None:
+    sent = bench.json("POST", "/api/uploads?name=run.csv", record_text(tmp_path))
+    for options in (
+        {"output": "/tmp"}, {"o": "x"}, {"set": "a=b"}, {"unit": "a\nb"},
+        {"confidence": ["1", "2"]},
+        {"model": "/etc/passwd"},
+    ):  # fmt: skip
+        asked = {"kind": "measure", "uploads": [sent["id"]], "options": options}
+        assert bench.ask("POST", "/api/runs", asked)[0] == 422

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import microslip as ms
-from microslip.friction import LAWS, LawBand, save_law
+from microslip.friction import LAWS, LawBand, load_law, save_law
 from microslip.friction.law_files import _by_name
 
 LAW = ms.SegalmanIwan.examples()[0]
@@ -104,3 +104,16 @@ def test_a_wrong_file_is_refused(change: dict[str, Any], message: str, tmp_path:
     with pytest.raises(ms.InputError) as caught:
         ms.friction.load_law(file)
     assert str(caught.value).startswith(f"law.json: {message}")
+
+
+def test_wrong_bands_are_refused(tmp_path: Path) -> None:
+    save_law(LAW, tmp_path / "law.json", band=band(5))
+    content = json.loads((tmp_path / "law.json").read_text("utf-8"))
+    for change in ({"amplitude": [2e-6, 1e-6]}, {"force": [[1.0], [2.0]]}, {"confidence": 1.5},
+                   {"force": "none"}, {"more": 1}):  # fmt: skip
+        wrong = content | {"band": content["band"] | change}
+        (tmp_path / "law.json").write_text(json.dumps(wrong), "utf-8")
+        assert isinstance(load_law(tmp_path / "law.json"), ms.SegalmanIwan)
+        text = 'schema = 1\njoint = { law_file = "law.json" }\n'
+        with pytest.raises(ms.StudyError):
+            ms.Study.from_toml(text, folder=tmp_path).run()

@@ -254,3 +254,12 @@ def test_a_cell_is_the_heading_of_a_column_or_its_name_with_a_unit(
     np.testing.assert_allclose(read.force, record.force, rtol=1e-12)
     np.testing.assert_allclose(read.displacement, record.displacement, rtol=1e-12)
     assert read.cycle_number is not None
+
+
+def test_a_record_is_named_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    cell_record(0.5, 400.0, 3e-5, 1, 0.0).to_csv("a.csv")
+    for words in (("a.csv", "./a.csv"), ("a.csv", ".")):
+        outcome = run("measure", *words)
+        assert (outcome.exit_code, outcome.stdout) == (2, "")
+        assert "a.csv is named twice" in outcome.stderr

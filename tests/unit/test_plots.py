@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 from command import run
 from matplotlib import pyplot, style
+from matplotlib.figure import Figure
 
 import microslip as ms
 from microslip.friction.laws import LAWS
@@ -157,3 +158,13 @@ def test_a_notebook_shows_the_table_of_a_prediction() -> None:
     assert "264 µJ" in shown
     assert shown.count("<img ") == 1
     assert len(shown) < 200_000
+
+
+def test_summits_lie_on_the_map_of_their_scan() -> None:
+    x, y = np.meshgrid(np.arange(60.0), np.arange(40.0))
+    scan = ms.Scan(1e-7 * np.sin(0.5 * x) * np.cos(0.4 * y), pixel=1e-6).condition(level="plane")
+    summits = scan.summits(cutoff=None)
+    ax = scan.plot(Figure().subplots())
+    summits.plot(ax)
+    assert ax.images
+    assert np.allclose(shown(ax)[0], 1e6 * summits.positions[:, 0])

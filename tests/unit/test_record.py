@@ -18,7 +18,6 @@ from scipy.io import savemat
 import microslip as ms
 from microslip.readers import tables
 
-REAL = Path(__file__).parents[3] / "shared/data/reciprocating/test_data_2.txt"
 X = np.array([1e-6, 2.5e-6, -1e-6, 0.0])
 T = np.array([10.0, 12.5, -10.0, 0.5])
 
@@ -571,35 +570,6 @@ def test_a_decimal_sign_that_comes_late(decimal: str, put: Any) -> None:
     assert ("decimal commas" in record.notes[0]) == (decimal == ",")
 
 
-@pytest.mark.skipif(not REAL.exists(), reason="the record in ../shared/data is not here")
-def test_the_real_record() -> None:
-    """Reciprocating rig of FrictionModels.jl: see ../shared/data/README.md for its figures."""
-    before = REAL.stat()
-    record = ms.Record.read(
-        REAL,
-        displacement="Position",
-        force="Friction",
-        normal_load="Normal",
-        time="Time",
-        sign=-1,
-        zero={"displacement": "middle"},
-    )
-    assert len(record) == 42_579
-    assert record.time is not None
-    np.testing.assert_allclose(np.diff(record.time).mean(), 1 / 200, rtol=0.01)
-    np.testing.assert_allclose(np.abs(record.displacement).max(), 120e-6, rtol=0.05)
-    loads = np.asarray(record.normal_load)
-    np.testing.assert_allclose(np.median(loads), 5.0, rtol=1e-3)
-    np.testing.assert_allclose(np.abs(record.force).max() / 5.0, 0.5, rtol=0.1)
-    # By hand 506-535 uJ a cycle in the steady part; about 50 cycles.
-    work = np.dot(record.force[1:] + record.force[:-1], np.diff(record.displacement)) / 2
-    assert 45 * 500e-6 < work < 55 * 540e-6
-    assert 'force: column "Friction [uN]" as stated, uN by its header' in record.notes[2]
-    same(ms.Record.read(REAL, sign=-1, zero={"displacement": "middle"}), record)
-    after = REAL.stat()
-    assert (before.st_size, before.st_mtime_ns) == (after.st_size, after.st_mtime_ns)
-
-
 @pytest.mark.parametrize("form", ["fields", "matrix", "archive"])
 def test_records_of_numpy(form: str, put: Any) -> None:
     keywords: dict[str, Any] = {"units": UNITS}
@@ -618,3 +588,12 @@ def test_records_of_numpy(form: str, put: Any) -> None:
     np.save("o.npy", np.array([print, 1], dtype=object), allow_pickle=True)
     with pytest.raises(ms.InputError, match="wanted real numbers, got an array of object"):
         ms.Record.read("o.npy")
+
+
+def test_nan_in_binary_files_names_the_sample(put: Any) -> None:
+    with h5py.File("n.h5", "w") as file:
+        file["x"], file["F"] = X, np.array([1.0, np.nan, 2.0, 3.0])
+    with pytest.raises(
+        ms.InputError, match=r'^n\.h5: sample 1, column "F": wanted a number, got nan'
+    ):
+        ms.Record.read("n.h5", units=UNITS)

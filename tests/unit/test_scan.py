@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import tracemalloc
-
 import numpy as np
 import pytest
 
@@ -62,18 +60,3 @@ def test_conditioning_leaves_the_scan_alone_and_tells_what_it_did() -> None:
     assert "cutoff: waves shorter than 5.00 µm removed" in out.notes[-2]
     again = out.condition(cutoff="5 um")
     assert "7.07 µm with the earlier filter" in again.notes[-1]
-
-
-@pytest.mark.parametrize("holes", [False, True])
-def test_memory_is_a_small_multiple_of_the_scan(holes: bool) -> None:
-    heights = np.random.default_rng(1).normal(scale=1e-7, size=(700, 900))
-    if holes:
-        heights[::5, ::3] = NAN
-    scan = ms.Scan(heights, 1e-6)
-    scan.condition(level="plane", cutoff=5e-6, long_cutoff=1e-4)  # imports are none of it
-    tracemalloc.start()
-    scan.condition(level="plane", cutoff=5e-6, long_cutoff=1e-4)
-    most = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    # Blocks of a few megabytes come on top, which is nothing for larger scans.
-    assert most < 7.5 * heights.nbytes + 2**25

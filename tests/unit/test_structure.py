@@ -270,3 +270,15 @@ def test_joints_are_attached_to_a_new_structure(chain: ms.Structure) -> None:
         plain.attach(ms.Coulomb(10.0), directions=BETWEEN)
     with pytest.raises(ms.InputError, match="joint must be a backbone law"):
         plain.attach(5.0, directions=BETWEEN)  # type: ignore[arg-type]
+
+
+def test_modes_refuse_what_they_cannot_answer(chain: ms.Structure) -> None:
+    for message, options in (
+        ("index must be below 3", {"index": 3}),
+        ("harmonics must include 1, got", {"harmonics": [3]}),
+        ("samples must be at least 12", {"samples": 8}),
+        ('method must be "harmonic-balance" or "quasi-static"', {"method": "newmark"}),
+        ('quantity="velocity" needs a sensor', {"quantity": "velocity"}),
+    ):
+        with pytest.raises(ms.InputError, match=message):
+            chain.modes(**{"index": 0, "amplitudes": [1e-6], **options})

@@ -609,3 +609,17 @@ def test_a_slack_bolt_that_is_not_there_is_refused_at_its_key() -> None:
     assert "slack must be an integer from 1 to 2" in message
     assert message.startswith("study: structure.bolts.slack")
     assert "\n" not in message
+
+
+def test_wrong_structures_get_a_line(folder: Path) -> None:
+    """Rules between keys: bolts in the lap, their tension and torque, harmonics, modes of tests."""
+    tension = 'tension = { mean = "5 kN", cv = 0.15 }'
+    for old, new, message in (
+        ('positions = ["0 mm"]', 'positions = ["40 mm"]', "bolt 1 at .* lies outside the lap"),
+        (tension, 'torque = "8 N m"', "a torque needs the nominal diameter of the thread"),
+        (tension, "", "bolts need their tension"),
+        ('file = "test.csv"', 'file = "test.csv", mode = 3', "wanted one of structure.modes"),
+        ("samples = 16", "harmonics = [0, 2]", "harmonics must include 1"),
+    ):
+        with pytest.raises(ms.StudyError, match=message):
+            ms.Study.from_toml(STUDY.replace(old, new), folder=folder)

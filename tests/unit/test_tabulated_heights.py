@@ -8,8 +8,6 @@ from pathlib import Path
 import mpmath as mp
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from jsonschema import Draft7Validator
 from studies import GAUSSIAN, edited
 
@@ -97,25 +95,6 @@ def test_mean_std_and_tails(name: str) -> None:
     np.testing.assert_allclose(
         heights.pdf(middle[there]), (0.5 * (f[1:] + f[:-1]) / integral)[there], rtol=1e-7
     )
-
-
-@given(
-    st.lists(st.floats(1e-3, 1.0), min_size=2, max_size=12),
-    st.lists(st.floats(0.0, 1.0), min_size=13, max_size=13),
-    st.floats(-2.0, 0.9),
-)
-def test_chain_and_refinement(steps: list[float], densities: list[float], at: float) -> None:
-    """A table with a point put on each straight line is the same distribution."""
-    x = np.append(0.0, np.cumsum(steps)) * 1e-6
-    f = np.array(densities[: x.size])
-    f[0] += 0.1
-    heights = ms.TabulatedHeights(x, f)
-    fine = np.sort(np.append(x, 0.5 * (x[1:] + x[:-1])))
-    same = ms.TabulatedHeights(fine, np.interp(fine, x, f))
-    t = at * heights.span[1]
-    for order in TWICE_ORDERS:
-        one, two = heights.partial_moment(order, t), same.partial_moment(order, t)
-        assert one == pytest.approx(two, rel=1e-11, abs=0)
 
 
 # -- from samples ----------------------------------------------------------------------------------

@@ -43,7 +43,7 @@ class TabulatedHeights(Locked, HeightDistribution):
         repeated height.
     density : array_like
         Density at the heights, not below zero, in any unit: it is normalised by its integral,
-        :attr:`integral`, to [1/m].
+        :attr:`integral`, to [1/m], and takes the place of the Gaussian density (19.25).
 
     Notes
     -----

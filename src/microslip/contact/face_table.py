@@ -104,16 +104,10 @@ _PIXEL: dict[str, tuple[list[int], list[int]]] = {
 
 
 def _powers(t: Floats, v: Floats) -> tuple[Floats, Floats]:
-    w = 0.5 * (v + 3.0)
-    ts, ws = [np.ones_like(t)], [np.ones_like(w)]
-    for _ in range(_DEGREE):
-        ts.append(ts[-1] * t)
-        ws.append(ws[-1] * w)
-    rising = [np.zeros_like(w)] + [0.5 * j * ws[j - 1] for j in range(1, _DEGREE + 1)]
-    return (
-        np.stack([ts[i] * ws[j] for i, j in _POWERS]),
-        np.stack([ts[i] * rising[j] for i, j in _POWERS]),
-    )
+    """Return t^i w^j with w = (v + 3)/2 at the exponents _POWERS, and the derivatives in v."""
+    ts, ws = (np.vander(x, _DEGREE + 1, increasing=True).T for x in (t, 0.5 * (v + 3.0)))
+    i, j = np.array(_POWERS).T
+    return ts[i] * ws[j], ts[i] * (0.5 * j[:, None] * ws[np.maximum(j - 1, 0)])
 
 
 def _basis(powers: Floats, breadth: Floats, terms: tuple[list[int], list[int]]) -> Floats:
@@ -186,9 +180,15 @@ def _least_squares(rows: Floats, right: Floats) -> Floats:
 
 
 @lru_cache(maxsize=1)
-def coefficients() -> dict[str, Floats]:
-    """Return the fitted coefficients stored in the package, by property."""
-    return {name: lock(stored()[f"fitted_{name}"]) for name in _TERMS}
+def _matrices() -> dict[str, Floats]:
+    """Return the stored coefficients of all powers, then of all times ln(breadth) + 0.2."""
+    arrays, found = stored(), {}
+    for name, (plain, multiplied) in _TERMS.items():
+        rows = arrays[f"fitted_{name}"]
+        matrix = np.zeros((len(rows), 2 * len(_POWERS)))
+        matrix[:, plain + [len(_POWERS) + n for n in multiplied]] = rows
+        found[name] = lock(matrix)
+    return found
 
 
 def stored() -> dict[str, NDArray[Any]]:
@@ -208,12 +208,12 @@ def values(hardness: ArrayLike, pressure: ArrayLike, breadth: ArrayLike = BREADT
     hardness, pressure, breadth : array_like
         Dimensionless groups h, P and breadth [-], scalars or one-dimensional.
     """
-    c = coefficients()
     t, v, b = np.broadcast_arrays(*groups(hardness, pressure), breadth)
     t, v, b = (np.atleast_1d(np.asarray(x, dtype=float)) for x in (t, v, b))
-    powers, rising = _powers(t, v)
-    found = {name: c[name] @ _basis(powers, b, terms) for name, terms in _TERMS.items()}
-    slope = c["separation"][0] @ _basis(rising, b, _TERMS["separation"])
+    slim = np.log(b) + 0.2
+    powers, rising = (np.concatenate([x, slim * x]) for x in _powers(t, v))
+    found = {name: matrix @ powers for name, matrix in _matrices().items()}
+    slope = _matrices()["separation"][0] @ rising
     stiffness = np.exp(found["stiffness"][0])
     return NodeValues(
         stiffness=stiffness,

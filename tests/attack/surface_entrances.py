@@ -56,8 +56,6 @@ def _add_pressures(add: Add, surface: Any) -> None:
     add("Pressure.annulus", ms.Pressure.annulus, **ring)
     add("Pressure.cone", ms.Pressure.cone, **ring, rings=8)
     add("Pressure.parabola", ms.Pressure.parabola, **ring, rings=8)
-    add("Pressure.table", ms.Pressure.table, distance=[0.0, 1e-2, 2e-2], pressure=[2.0, 1.0, 0.0],
-        count=2)  # fmt: skip
     add("Pressure.patches", ms.Pressure.patches, area=[1e-4, 2e-4], pressure=[1e6, 2e6])
     add("Pressure.bolt", ms.Pressure.bolt, ("size",), size="M8", plates=[5e-3, 5e-3], count=2,
         hole=9e-3, head=13e-3, angle=0.5, edge=2e-2, rings=8)  # fmt: skip

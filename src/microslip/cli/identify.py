@@ -28,7 +28,6 @@ from microslip.cli.records import (
     reads,
     rig_stiffness_of,
 )
-from microslip.cli.structures import BAND_OPTION, has_structure, identify_structure
 
 if TYPE_CHECKING:
     from microslip.laboratory import Record
@@ -63,7 +62,6 @@ if TYPE_CHECKING:
     "averaged cycle each.",
 )  # fmt: skip
 @MANIFEST_OPTION
-@BAND_OPTION
 @reads(
     "displacement", "force", "normal_load", "time", "sample_rate", "flip_sign", "units",
     "calibration", "rows",
@@ -77,7 +75,6 @@ def identify(
     known_values: tuple[str, ...],
     noise: str | None,
     manifest: Path | None,
-    band: str | None,
     reading: Reading,
 ) -> None:
     """Identify a joint from RECORDs, which may differ in load and amplitude.
@@ -87,15 +84,9 @@ def identify(
     and skipped. --study adds the parameters of the interface. -o writes a report, figures, tables,
     law.json and joint.toml, a study for microslip predict with the same intervals.
 
-    If the study describes a bolted structure, each RECORD is a test of one of its modes (ring-down,
-    stepped sine, or table of amplitude, frequency and damping ratio). Friction, bolt tension and a
-    scale factor of the form of the faces (their deviation from flatness) are fitted to the tests.
+    Tests of the modes of a bolted structure are fitted by microslip predict, with the key
+    structure.measured of its study.
     """
-    if study is not None and has_structure(study):
-        identify_structure(study, records, output, band)
-        return
-    if band is not None:
-        raise click.UsageError("--band requires ring-downs of a mode, and a structure in --study")
     with stoppable():
         from microslip.identification import identify
         from microslip.report.files import write_document

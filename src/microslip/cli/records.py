@@ -234,7 +234,7 @@ class Listed(NamedTuple):
         if self.manifest is not None:
             for name, values in self.manifest.columns.items():
                 unit = "" if name in NUMBERS else self.manifest.units[name]
-                if name not in ("run", "rig"):
+                if name != "run":
                     columns[f"{name} [{unit}]" if unit else name] = [values[i] for i in rows]
         return columns | ({"run": [self.runs[i] for i in rows]} if self.runs else {})
 

@@ -1,32 +1,19 @@
-"""Measurement of modal tests of a bolted structure, and identification of its joint."""
+"""Measurement of modal tests of a bolted structure."""
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import click
 
 from microslip._core.units import FREQUENCY
-from microslip.cli.group import echo_json
 from microslip.cli.options import Output, click_option, ends_in, progress, quantity, stoppable
-from microslip.cli.studies import predict_into
-from microslip.study.toml_text import as_toml, read_text, tables_of
 
 BAND_OPTION = click_option(
     "--band", "LOW..HIGH",
     'Frequency band that contains the mode of a ring-down, such as "150..220 Hz".',
 )  # fmt: skip
-
-
-def has_structure(study: Path) -> bool:
-    """Return whether a study describes a bolted structure; False for an unreadable study."""
-    try:
-        return "structure" in tables_of(read_text(study))
-    except ValueError:
-        return False
 
 
 def are_modal(records: Sequence[str]) -> bool:
@@ -91,44 +78,3 @@ def measure_modes(records: Sequence[str], output: Output, band: str | None) -> N
             if stage is not None:
                 result_document = write_document(result_document, stage, output.kinds)
     output.show(result_document)
-
-
-def identify_structure(
-    study: Path, records: Sequence[str], output: Output, band: str | None
-) -> None:
-    """Fit parameters of a study to modal tests of its structure, and predict the structure."""
-    from microslip.report import Study
-
-    table = tables_of(read_text(study))["structure"]
-    before = table.get("measured", {}) if isinstance(table, dict) else {}
-    listed: list[Any] = before if isinstance(before, list) else [before]
-    fit = next((part["fit"] for part in listed if isinstance(part, dict) and "fit" in part), None)
-    if fit is None:
-        fit = ["friction_coefficient", "tension", *(["form"] if "form" in table else [])]
-    tests = []
-    for index, (record, within) in enumerate(zip(records, bands_of(records, band), strict=True)):
-        entry = listed[index] if len(listed) == len(records) else {}
-        entry = dict(entry) if isinstance(entry, dict) else {}
-        test = {**entry, "file": str(Path(record).resolve()), "fit": fit}
-        if within is not None:
-            test["band"] = [f"{end!r} Hz" for end in within]
-        tests.append(test)
-    overrides = [f"structure.measured={as_toml(tests)}"]
-
-    def read() -> Study:
-        return Study.load(study, overrides)
-
-    if output.folder is not None:
-        predict_into(read, output.folder, output)
-        return
-    with stoppable():
-        from microslip.report.predicted.document import prediction_document
-        from microslip.report.terminal import print_document
-
-        loaded = read()
-        with progress("Fitting") as report:
-            result = loaded.run(report)
-        if output.as_json:
-            echo_json(result.summary["structure"]["identified"])
-        else:
-            print_document(prediction_document(result), sys.stdout)

@@ -31,9 +31,7 @@ from microslip._core.wording import did_you_mean, quoted
 
 RINGS = 32
 """Default number of rings of a smooth distribution: Gauss nodes over the area."""
-_MOST_PIECES = 200
 _MAX_COUNT = 10_000  # rings, or equal contacts
-_PANEL = 4  # quadrature nodes between two points of a table
 
 
 @dataclass(frozen=True)
@@ -263,41 +261,6 @@ class Pressure(ByValue, Locked):
         return cls(areas, loads / loads.sum(), r, kind)
 
     @classmethod
-    def table(cls, distance: ArrayLike, pressure: ArrayLike, *, count: int = 1) -> Pressure:
-        """Return an axisymmetric pressure, linearly interpolated between distances from the axis.
-
-        Parameters
-        ----------
-        distance : array_like
-            Distances [m], one-dimensional, increasing, not negative, at least two.
-        pressure : array_like
-            Pressures at these distances, in any unit (only ratios matter), not negative.
-        count : int, optional
-            Number of equal contacts that share the load.
-        """
-        r, p = record("distance", distance, "m").reshape(-1), _pressures(pressure)
-        if r.size != p.size or r.size < 2:
-            raise InputError(
-                "`distance` and `pressure` must have the same length, at least two, got "
-                f"{r.size} and {p.size}"
-            )
-        if r[0] < 0.0 or not np.all(np.diff(r) > 0.0):
-            raise InputError("`distance` must be increasing and not negative [m]")
-        # Gauss nodes in the area of each piece; long tables are resampled.
-        edges = r if r.size <= _MOST_PIECES else np.interp(
-            np.linspace(0.0, r.size - 1.0, _MOST_PIECES), np.arange(r.size), r
-        )  # fmt: skip
-        share, weight = gauss_legendre(_PANEL)
-        squares = edges * edges
-        nodes = squares[:-1, None] + np.diff(squares)[:, None] * share
-        areas = (math.pi * np.diff(squares)[:, None] * weight).reshape(-1)
-        places = np.sqrt(nodes).reshape(-1)
-        loads = areas * np.interp(places, r, p)
-        return cls._pressed(
-            whole_number("count", count, 1, _MAX_COUNT) * areas, loads, places, "table"
-        )
-
-    @classmethod
     def patches(cls, area: ArrayLike, pressure: ArrayLike) -> Pressure:
         """Return a measured or computed pressure, given for patches.
 
@@ -315,16 +278,13 @@ class Pressure(ByValue, Locked):
                 f"pressures, got {show(area)}"
             )
         a = np.broadcast_to(a, p.shape).copy()
-        return cls._pressed(a, a * p, None, "patches")
-
-    @classmethod
-    def _pressed(cls, areas: Floats, loads: Floats, places: Floats | None, kind: str) -> Pressure:
-        """Return the distribution without areas of less than 1e-12 times the mean pressure."""
-        bears = loads > 1e-12 * loads.sum() * areas / areas.sum()
+        loads = a * p
+        # Areas of less than 1e-12 times the mean pressure are left out.
+        bears = loads > 1e-12 * loads.sum() * a / a.sum()
         if not bears.any():
             raise InputError("`pressure` must have a value above zero, got none")
         load = loads[bears]
-        return cls(areas[bears], load / load.sum(), None if places is None else places[bears], kind)
+        return cls(a[bears], load / load.sum())
 
     def __repr__(self) -> str:
         return (

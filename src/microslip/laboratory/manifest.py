@@ -21,7 +21,6 @@ _WORDS = {
     "file": ("file", "record", "path", "filename", "file name", "datei", "dateiname", "fichier"),
     "specimen": ("specimen", "sample", "probe", "probekörper", "éprouvette", "eprouvette"),
     "run": ("run", "laboratory", "lab", "operator", "versuch", "essai"),
-    "rig": ("rig", "tribometer", "prüfstand", "banc"),
     "stage": ("stage", "step", "phase", "stufe", "étape", "etape"),
     "normal_load": ("load", "normal load", "normal force", "normalkraft", "normallast", "last"),
     "amplitude": ("amplitude", "displacement amplitude", "wegamplitude"),
@@ -64,7 +63,7 @@ class Manifest:
     columns: Mapping[str, tuple[Cell, ...]]
     """A value for each file: numbers where all are, texts otherwise, None where there is none; by
     "specimen", "stage", "normal_load" [N], "amplitude" [m], "worn_volume" [m^3],
-    "first_cycle", "temperature", "run", "rig", or the name in the file."""
+    "first_cycle", "temperature", "run", or the name in the file."""
     units: Mapping[str, str]
     """Units of the numeric columns."""
 
@@ -184,7 +183,7 @@ def _column(name: str, unit: str | None, texts: list[str], rows: list[int]) -> t
             for text, row in zip(texts, rows, strict=True)
         )
     numbers = [_number(text) for text in texts]
-    if name in ("specimen", "run", "rig"):
+    if name in ("specimen", "run"):
         return tuple(text or None for text in texts)
     is_given = [text.casefold() not in _NONE for text in texts]
     if name in _POSITIVE:

@@ -12,34 +12,24 @@ from microslip._core.checks import Floats
 from microslip._core.dataset import DataSet
 from microslip._core.files import atomic_file
 from microslip._core.quantities import UNITS, Quantity, count
-from microslip._core.units import SMALLEST, significant
 from microslip.report import cells
 from microslip.report.document import (
     Block,
-    Column,
     Document,
     Facts,
-    Headline,
     Section,
-    Table,
 )
 from microslip.report.files import csv_file, header, standard_files, with_file_names
 from microslip.study.runs.batch import Batch, Outcome
 
 KIND = "microslip-batch"
 BATCH_SCHEMA = 1
-_QUANTILES = {"q5": 0.05, "q50": 0.5, "q95": 0.95}
 
 
 def batch_document(batch: Batch) -> Document:
     """Return the document of a batch; its field ``data`` holds the content of summary.json."""
     done, failed = batch.done, batch.failed
     columns = batch_columns(done)
-    statistics = {
-        name: found
-        for name, values in columns.items()
-        if (found := _statistics(values[np.isfinite(values)]))
-    }
     counts = (
         ("Done", str(len(done))),
         ("Failed", str(len(failed))),
@@ -52,18 +42,12 @@ def batch_document(batch: Batch) -> Document:
     blocks: list[Block] = [Facts("Items", counts)]
     if failed:
         blocks.append(cells.table("Failed", DataSet.of_rows(reasons), noun="items"))
-    sections = [Section("Items", tuple(blocks))]
-    if done:
-        sections.append(Section("All items", (_table(statistics),)))
-    number = _number(statistics)
-    answer = f"{len(done)} of {len(batch.outcomes)} items done, {len(failed)} failed"
-    answer += f"; the median {number.name} is {number.value}." if number else "."
+    answer = f"{len(done)} of {len(batch.outcomes)} items done, {len(failed)} failed."
     data: dict[str, Any] = {
         **header(KIND, BATCH_SCHEMA, "Batch"),
         "items": len(batch.outcomes),
         "done": len(done),
         "failed": DataSet.of_rows(reasons).records(),
-        "statistics": statistics,
         "units": dict(UNITS),
         "files": [],
     }
@@ -72,7 +56,7 @@ def batch_document(batch: Batch) -> Document:
         csv_file("failures.csv", lambda: DataSet.of_rows(reasons)),
     )
     return with_file_names(
-        Document(KIND, "Batch", answer, tuple(sections), data, number=number, files=files)
+        Document(KIND, "Batch", answer, (Section("Items", tuple(blocks)),), data, files=files)
     )
 
 
@@ -84,45 +68,6 @@ def batch_columns(completed: list[Outcome]) -> dict[str, Floats]:
         name: np.array([math.nan if row.get(name) is None else row[name] for row in rows])
         for name in names
     }
-
-
-def _statistics(finite: Floats) -> dict[str, Any]:
-    if not finite.size:
-        return {}
-    quantiles = np.quantile(finite, list(_QUANTILES.values())).tolist()
-    return {"count": finite.size, **dict(zip(_QUANTILES, quantiles, strict=True))}
-
-
-def _number(statistics: dict[str, Any]) -> Headline | None:
-    preferred = ("loss_factor", "damping_ratio", *statistics)
-    name = next((n for n in preferred if n in statistics), None)
-    if name is None:
-        return None
-    low, middle, high = (_written(statistics[name][q], name) for q in _QUANTILES)
-    band = f"{low} to {high} (5 to 95 % of {statistics[name]['count']} rows)"
-    return Headline(name.replace("_", " "), middle, band)
-
-
-def _written(value: float, name: str) -> str:
-    unit = UNITS.get(name, "-")
-    value = (
-        0.0 if abs(value) < SMALLEST else value
-    )  # rounding, for example a stiffness beyond gross slip
-    # Prefixes of squared units would be ambiguous.
-    return f"{significant(value, 4)} {unit}" if "^" in unit else cells.value(value, unit)
-
-
-def _table(statistics: dict[str, Any]) -> Table:
-    columns = (
-        Column("quantity", "Quantity"),
-        Column("count", "Rows", write=cells.counted),
-        *(Column(name, f"{100.0 * share:g} %") for name, share in _QUANTILES.items()),
-    )
-    rows = tuple(
-        (name.replace("_", " "), n["count"], *(_written(n[q], name) for q in _QUANTILES))
-        for name, n in statistics.items()
-    )
-    return Table("All rows of all items", columns, rows, noun="quantities")
 
 
 def items_data(completed: list[Outcome], columns: dict[str, Floats]) -> DataSet:

@@ -217,12 +217,6 @@ class ConePressure(_Round):
     kind: str = tag("cone", "Decreases linearly to zero at the outer radius.")
 
 
-class ParabolaPressure(_Round):
-    """Pressure that decreases along a parabola to zero at the outer radius."""
-
-    kind: str = tag("parabola", "Decreases along a parabola to zero at the outer radius.")
-
-
 class AnnulusPressure(_Round):
     """Uniform pressure on a ring or a disc."""
 
@@ -246,24 +240,6 @@ class RectanglePressure(PressurePart):
         sides = self.length, self.width
         normal, tangential = solid_stiffness(pair, math.prod(sides), aspect=max(sides) / min(sides))
         return self.count * normal, self.count * tangential
-
-
-class TablePressure(PressurePart):
-    """Axisymmetric pressure from a table over radius; only ratios of the pressures matter."""
-
-    kind: str = tag("table", "Table over the distance from the axis.")
-    distance: tuple[float, ...] = key(
-        Numbers(with_unit(LENGTH, "0 mm", "any"), '["0 mm", "5 mm", "10 mm"]'),
-        "Distances from the axis, increasing: a list or a column of a CSV file.",
-    )
-    pressure: tuple[float, ...] = key(
-        _PRESSURES, "Pressure at each distance: a list or a column of a CSV file."
-    )
-    count: int = key(_COUNT, "Number of identical, separate contacts.", default=1)
-
-    def spread(self, rings: int = RINGS) -> Pressure:
-        """Return the distribution of the table; ``rings`` is not used, radii are those given."""
-        return Pressure.table(self.distance, self.pressure, count=self.count)
 
 
 class PatchesPressure(PressurePart):
@@ -380,9 +356,7 @@ class BoltPressure(TightenedBolts, PressurePart):
 
 
 ANY_PRESSURE = SubTable(
-    *(ConePressure, ParabolaPressure, AnnulusPressure, RectanglePressure, TablePressure),
-    PatchesPressure,
-    BoltPressure,
+    *(ConePressure, AnnulusPressure, RectanglePressure, PatchesPressure, BoltPressure),
     tag="kind",
 )
 """Table of a pressure distribution of any kind."""

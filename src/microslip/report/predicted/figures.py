@@ -7,7 +7,6 @@ from functools import partial
 
 import numpy as np
 
-from microslip._core.errors import InputError
 from microslip._core.units import engineering, prefix
 from microslip.figures.kit import (
     common_prefix,
@@ -18,7 +17,6 @@ from microslip.figures.kit import (
 from microslip.figures.picture import Picture
 from microslip.figures.plot import (
     DASHED,
-    GREY,
     THIN,
     Axis,
     Floats,
@@ -37,12 +35,10 @@ from microslip.report.predicted.curves import (
 )
 from microslip.report.predicted.history_figure import history, pressure
 from microslip.study.measured_face import MeasuredFace
-from microslip.study.runs.columns import AmplitudeCurve
 from microslip.study.runs.prediction import Prediction
 from microslip.study.surfaces import TableSurface
 
 MOST_LOOP_PANELS = 6
-_AREAS = ((1.0, "m²"), (1e-6, "mm²"), (1e-12, "µm²"), (1e-18, "nm²"))
 
 
 # -- loops ---------------------------------------------------------------------------------------
@@ -174,74 +170,15 @@ def _stiffness(result: Prediction, axis: AmplitudeAxis) -> Panel:
     return panel
 
 
-# -- contacts ------------------------------------------------------------------------------------
+# -- contact ------------------------------------------------------------------------------------
 
 
 def contact_state(result: Prediction) -> Plot:
-    """Plot contacts and real area against load, and sticking area against displacement."""
-    surface = result.joints[0].surface
-    loads, separations = _loads(result)
-    counts = np.zeros(1)
-    if result.joints[0].contact_count is not None:  # a spectrum gives an area, but no contacts
-        counts = np.asarray(surface.contact_count(separations))
-    areas = np.asarray(surface.contact_area(separations))
-    unit, letter = common_prefix([joint.normal_load for joint in result.joints])
-    scale, label = _area_scale(result, float(areas.max()))
-    over_load: list[Panel] = []
-
-    def add(label: str, values: Floats, marks: list[float | None]) -> None:
-        panel = Panel(Axis(f"Normal load [{letter}N]", log=True), Axis(label, log=True))
-        panel.cell = (0, 0, len(over_load), len(over_load))
-        panel.line(loads / unit, values, GREY)
-        for index, look in drawn_loads(result):
-            load, mark = result.joints[index].normal_load, marks[index]
-            if mark is not None:
-                panel.marks(load / unit, mark, look.color, marker=look.marker)
-        over_load.append(panel)
-
-    if np.ptp(counts) > 0.0:  # a single sphere always has one contact
-        add("Contacts", counts, [joint.contact_count for joint in result.joints])
-    contact_areas = [joint.contact_area for joint in result.joints]
-    add(label, areas / scale, [None if area is None else area / scale for area in contact_areas])
-    stick = _stick(result)
-    stick.cell = (1, 1, 0, len(over_load) - 1)
-    return add_legend(
-        Plot([*over_load, stick], 6.6, heights=(1.0, 1.25), widths=(1.0,) * len(over_load)),
-        result,
-    )
-
-
-def _loads(result: Prediction) -> tuple[Floats, Floats]:
-    joints = result.joints
-    low = min(joint.normal_load for joint in joints)
-    high = max(joint.normal_load for joint in joints)
-    loads = np.geomspace(low / 3.0, 3.0 * high, 80)
-    try:
-        return loads, np.asarray(joints[0].surface.separation(loads))
-    except InputError:  # a load exceeds the range of the surface
-        order = np.argsort([joint.normal_load for joint in joints])
-        pairs = [(joints[i].normal_load, joints[i].separation) for i in order]
-        return np.array([load for load, _ in pairs]), np.array([place for _, place in pairs])
-
-
-def _area_scale(result: Prediction, largest: float) -> tuple[float, str]:
-    apparent = getattr(result.study.surface, "area", None)
-    if apparent is not None:
-        return 0.01 * apparent, "Real over apparent area [%]"
-    scale, name = next(((s, n) for s, n in _AREAS if largest >= 0.01 * s), _AREAS[-1])
-    return scale, f"Contact area [{name}]"
-
-
-def _stick(result: Prediction) -> Panel:
+    """Plot the sticking fraction of the contact area against displacement."""
     axis = displacement_axis(result, "Displacement from rest")
     panel = axis.panel(Axis("Sticking fraction of the contact area", 0.0, 1.05))
-
-    def share(curve: AmplitudeCurve) -> Floats:
-        values = curve.stick_share
-        return np.full_like(curve.amplitude, np.nan) if values is None else values
-
-    draw_curves(panel, result, axis, share)
-    return panel
+    draw_curves(panel, result, axis, lambda curve: np.asarray(curve.stick_share))
+    return add_legend(stacked([panel], 4.0), result)
 
 
 def face(result: Prediction) -> Plot:
@@ -307,10 +244,8 @@ _CAPTIONS = {
         "is 3 in the microslip of a smooth backbone and 1 in gross slip.",
     ),
     "contact_state": (
-        "Contacts and real contact area against load, sticking fraction against displacement",
-        "Contacts and real contact area against the normal load, with the loads of the study "
-        "marked; below, the fraction of the contact area that sticks after a displacement from "
-        "rest.",
+        "Sticking fraction of the contact area against displacement",
+        "Fraction of the contact area that sticks after a displacement from rest.",
     ),
     "face": (
         "Pressures and contacts on a piece of the face, and its loads against the separation",

@@ -6,12 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import Floats
-from microslip._core.dataset import DataSet
-from microslip._core.quantities import Quantity, dimensionless, hertz, json_value
+from microslip._core.quantities import json_value
 from microslip.report import cells
-from microslip.report.document import Block, Column, Section, Table, Verdicts
-from microslip.structures import ModalCurve, ModalIdentification, ModalTest
+from microslip.report.document import Column, Section, Table, Verdicts
+from microslip.structures import ModalIdentification
 from microslip.study.runs.structure_prediction import StructurePrediction
 
 
@@ -52,7 +50,7 @@ _FITTED = {
 
 
 def fitted_section(prediction: StructurePrediction, identified: ModalIdentification) -> Section:
-    """Return the section on the fitted parameters, their verdicts and curves for each test."""
+    """Return the section on the fitted parameters and their verdicts."""
     listed = (
         Column("parameter", "Parameter"),
         Column("value", "Value", "", write=cells.ratio),
@@ -65,10 +63,7 @@ def fitted_section(prediction: StructurePrediction, identified: ModalIdentificat
     )
     table = Table("Fitted to the test", listed, rows, noun="parameters")
     verdicts = Verdicts(identified.verdicts, caption=_strongest_correlation(identified))
-    listed_curves = zip(prediction.tests, identified.curves, identified.bands, strict=True)
-    compared = (_compared(*fitted) for fitted in listed_curves)
-    blocks: list[Block] = [table, verdicts, _linear(prediction, identified), *compared]
-    return Section("Fitted to the test", tuple(blocks))
+    return Section("Fitted to the test", (table, verdicts, _linear(prediction, identified)))
 
 
 def _linear(prediction: StructurePrediction, identified: ModalIdentification) -> Table:
@@ -89,28 +84,6 @@ def _linear(prediction: StructurePrediction, identified: ModalIdentification) ->
 
 
 MOTIONS = {"steady": "steady motion", "decay": "free decay"}
-
-
-_COMPARED = {
-    "amplitude": Quantity("m", "", "Displacement amplitude at the sensor", "amplitude", "3"),
-    "test_frequency": hertz("Frequency, test"),
-    "fitted_frequency": hertz("fitted"),
-    "test_damping_ratio": dimensionless("ζ, test"),
-    "fitted_damping_ratio": dimensionless("ζ, fitted"),
-    "fitted_damping_ratio_low": dimensionless("ζ, 5 %"),
-    "fitted_damping_ratio_high": dimensionless("ζ, 95 %"),
-}
-
-
-def _compared(test: ModalTest, curve: ModalCurve, band: Floats) -> Table:
-    columns = (
-        test.amplitude, test.frequency, curve.frequency, test.damping_ratio,
-        test.damping_of(curve), *band[1],
-    )  # fmt: skip
-    pairs = zip(_COMPARED.values(), columns, strict=True)
-    data = DataSet.of_rows(dict(zip(_COMPARED, pairs, strict=True)))
-    title = f"Fitted curve of mode {test.mode + 1}, {MOTIONS[test.motion]}"
-    return cells.table(title, data, noun="amplitudes")
 
 
 def _strongest_correlation(identified: ModalIdentification) -> str:

@@ -189,7 +189,6 @@ WRONG = {
     ("--normal-load", "1 N", "--normal-load", "2 N", "--normal-load", "3 N"):
         "--normal-load: wanted one for all records or one for each of the 2 records, got 3",
     ("--noise", "2 N"): '--noise: wanted FORCE,LENGTH, such as "2 N, 5 nm"',
-    ("--band", "1..2 Hz"): "--band requires ring-downs of a mode",
     ("--law", "jenkins"): 'no option "--law"',
 }  # fmt: skip
 

@@ -14,14 +14,13 @@ from microslip._core.wording import quote
 from microslip.contact.materials import Material
 from microslip.friction.pressure import BOLTS
 from microslip.structures.bolts import SIZED, Bolts, by_size
-from microslip.structures.mesh import check_elastic, slack_bolts
+from microslip.structures.mesh import check_elastic
 from microslip.study.fields import (
     COLUMN_UNIT,
     LINE,
     PLACE,
     POSITIVE_DENSITY,
     POSITIVE_LENGTH,
-    integer,
     one_of,
     optional,
     scalar,
@@ -54,11 +53,6 @@ class BoltsPart(TightenedBolts):
         ListOf(_PLACES, '["-30 mm", "0 mm", "30 mm"]', (1, 200), single=True),
         "Positions across the lap, one per bolt; by default all in the middle.",
         '["0 mm", "0 mm", "0 mm"]',
-    )
-    slack: tuple[int, ...] = key(
-        ListOf(integer(1, MOST_BOLTS, "3"), "[3]", (1, MOST_BOLTS), single=True, distinct=True),
-        "Numbers of slack bolts, from 1 along the lap; the report compares with all bolts tight.",
-        default=(),
     )
     shank: float | None = optional(Bolts, "shank")
     washer: float | None = optional(Bolts, "washer")
@@ -95,14 +89,6 @@ class BoltsPart(TightenedBolts):
         along = self.positions or ()
         places = along if self.across is None else np.stack([along, self.across], axis=1)
         return Bolts(places, **{k: v for k, v in sizes.items() if v is not None})
-
-
-def check_slack(slack: Sequence[int], count: int) -> None:
-    """Raise an error for slack bolts with numbers that do not exist."""
-    try:
-        slack_bolts(slack, count)
-    except InputError as error:
-        raise KeyedError(".bolts.slack", str(error)) from None
 
 
 def check_places(along: Sequence[float] | None, across: Sequence[float] | None) -> None:

@@ -12,13 +12,11 @@ from microslip._core.parameters import JsonSchema
 from microslip.structures.bolt_tightening import BoltForces
 from microslip.structures.bolts import tensions, yield_tension
 from microslip.structures.lap_joint import LapJoint
-from microslip.structures.mesh import loosened, tight
 from microslip.structures.reduction_patches import contact_frame, shared_extent, usual_counts
 from microslip.study.bodies import (
     DRAWING_KEYS,
     BoltsPart,
     MeshPart,
-    check_slack,
 )
 from microslip.study.fields import (
     POSITIVE_DENSITY,
@@ -222,7 +220,6 @@ class StructurePart(Part):
         from microslip.structures.periodic_motion import harmonic_basis
 
         harmonic_basis(self.harmonics, 64)
-        check_slack(self.bolts.slack, len(self._tensions))
 
     @property
     def fitted(self) -> tuple[str, ...]:
@@ -283,7 +280,7 @@ class StructurePart(Part):
             length = self.thickness * (1.0 if self.style == "half-lap" else 2.0)  # type: ignore[operator]
         if length is None:
             return None
-        forces = tight(self._tensions, self.bolts.slack)
+        forces = self._tensions
         utilisation = None
         if self.bolts.grade is not None:
             utilisation = float(forces.max() / yield_tension(self.bolts))
@@ -291,9 +288,9 @@ class StructurePart(Part):
 
     @property
     def tension(self) -> Floats:
-        """Tension of each bolt that is not slack [N], reduced by embedding."""
+        """Tension of each bolt [N], reduced by embedding."""
         loss = self.bolt_forces.loss if self.bolts.embeds else 0.0  # type: ignore[union-attr]
-        return tight(self._tensions, self.bolts.slack) - loss
+        return self._tensions - loss
 
     @property
     def face_area(self) -> float:
@@ -340,8 +337,8 @@ class StructurePart(Part):
 
         if self.mesh is not None:
             joint = self.mesh.build(*self._metals, self.density)
-            return Reducer(loosened(joint.mesh, self.bolts.slack), {}, self._along)
-        mesh = self.build().mesh(*self._body, self.element_size, self.bolts.slack)
+            return Reducer(joint.mesh, {}, self._along)
+        mesh = self.build().mesh(*self._body, self.element_size)
         return Reducer(mesh, {}, np.array([1.0, 0.0, 0.0]))
 
     @property
@@ -410,7 +407,6 @@ class StructurePart(Part):
             form=self.gaps,
             element_size=self.element_size,
             sensors=self.sensors,
-            slack=self.bolts.slack,
             progress=progress,
         )
 

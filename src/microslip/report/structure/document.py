@@ -17,13 +17,7 @@ from microslip.figures.kit import evenly
 from microslip.figures.picture import Picture
 from microslip.report import cells
 from microslip.report.document import Block, Column, Facts, Headline, Note, Section, Table
-from microslip.report.structure.bolts import (
-    comparison,
-    force_numbers,
-    force_rows,
-    slack_names,
-    tight_numbers,
-)
+from microslip.report.structure.bolts import force_numbers, force_rows
 from microslip.report.structure.data import curves
 from microslip.report.structure.driven import (
     FORCED_FIGURE,
@@ -53,7 +47,6 @@ def structure_answer(prediction: StructurePrediction) -> str:
     """Describe frequency and damping at the largest amplitude, with bands and numerical errors."""
     mode = prediction.modes[0]
     curve, last, bands = mode.curve, mode.last, mode.bands
-    slack = f" with {slack_names(prediction)} slack" if prediction.tight else ""
     frequency, damping = f"{curve.frequency[last]:.5g} Hz", cells.ratio(curve.damping_ratio[last])
     if bands is not None:
         low, high = bands.frequency[[0, -1], last]
@@ -62,7 +55,7 @@ def structure_answer(prediction: StructurePrediction) -> str:
     brackets = "" if bands is None else "; brackets: 5 to 95 %"
     return (
         f"Mode {mode.number} at {_place(prediction)} at the sensor: frequency {frequency}, damping "
-        f"ratio in steady motion {damping}{brackets}. Fully stuck{slack}: "
+        f"ratio in steady motion {damping}{brackets}. Fully stuck: "
         f"{curve.linear_frequency:.5g} Hz.{_outside(prediction)} {_errors(prediction)}"
     )
 
@@ -129,8 +122,6 @@ def structure_sections(prediction: StructurePrediction) -> tuple[Section, ...]:
     blocks.append(Note(_methods(prediction), small=True, brief=False))
     parts = [Section("Frequency and damping", tuple(blocks))]
     parts += tested_sections(prediction)
-    if prediction.tight:
-        parts.append(comparison(prediction))
     if prediction.part.force is not None:
         parts.append(force_section(prediction))
     if prediction.convergence is not None:
@@ -211,8 +202,6 @@ def structure_numbers(prediction: StructurePrediction) -> dict[str, Any]:
         "from_asked_patches_to_limit": convergence
         and dict(zip(("frequency", "damping_ratio"), convergence.requested, strict=True)),
         "bolts": force_numbers(prediction.part.bolt_forces),
-        "slack_bolts": list(prediction.part.bolts.slack) or None,
-        "all_tight": tight_numbers(prediction.tight) or None,
         "identified": prediction.identified and fitted_numbers(prediction.identified),
     }
     return {
@@ -282,7 +271,6 @@ def _model(prediction: StructurePrediction) -> Facts:
         ("Reduced to", f"{joint.patches} patches{note}, {bolts}, {joint.size} in all"),
         ("Bolt tension", ", ".join(engineering(float(t), "N", 4) for t in tensions)),
         *force_rows(part.bolt_forces),
-        *([("Slack", slack_names(prediction))] if prediction.tight else []),
         ("Patches in contact", f"{pressed} of {joint.patches}"),
         ("Largest pressure", engineering(float(state.pressures.max()), "Pa", 3)),
         ("Residual of the tightened state", f"{state.equilibrium_error:.1e} of the largest force"),

@@ -33,7 +33,6 @@ from microslip.study.runs.structure_prediction import (
     ModeBands,
     ModeSamples,
     StructurePrediction,
-    TightMode,
     joint_damping,
 )
 from microslip.study.runs.structure_responses import (
@@ -66,7 +65,6 @@ _OF_LAWS = ("bolts.tension", "bolts.torque", "bolts.nut_factor", "bolts.thread_f
 """Keys of a structure that do not change its reduced model."""
 _SIDES = ["structure.lap", "structure.width"]
 BASE = "structure.base_damping_ratio"
-_CANDIDATES = 12  # number of modes compared with a mode of a structure with slack bolts
 _FACES = 44  # random stream of the faces of the samples
 _SAMPLE_RTOL = 1e-5  # of the curves of samples: errors of damping below 0.1 %
 _DENSE = 16_384  # points of the surrogate model from which quantiles are computed
@@ -117,45 +115,13 @@ def run_structure(study: StudyDescription, progress: Progress | None = None) -> 
     if part.fitted:
         with naming_key(study, "structure.measured.fit"):
             identified = _identified(middle, joint, tests)
-    tight = _all_tight(middle, formed, state)
     shapes = state.model.shapes[:, [number - 1 for number in part.modes]]
     return StructurePrediction(
-        part, formed, state, modes, inputs, identified, tests, convergence, coarse, tight,
+        part, formed, state, modes, inputs, identified, tests, convergence, coarse,
         tuple(frequency_response(part, joint, state, modes, force) for force in forces),
         tuple(tie_limits(joint, part.washers, shapes)),
         compare_tests(tests, modes, part.quantity), amplitude_trends(tests, modes),
     )  # fmt: skip
-
-
-def _all_tight(
-    study: StudyDescription, joint: ReducedJoint, state: Preload
-) -> tuple[TightMode, ...]:
-    """Return, for a structure with slack bolts, its modes with all bolts tight.
-
-    Each mode with slack bolts is matched to the tight mode whose shape on the outer surface has the
-    largest modal assurance criterion.
-    """
-    from scipy.spatial import cKDTree
-
-    slack = study.bolted
-    if not slack.bolts.slack:
-        return ()
-    part = slack.copy(bolts=slack.bolts.copy(slack=()))
-    study = study.copy(structure=part)
-    other, rest = tightened(study, _reduced(study, joint.layout if part.converge else None))
-    there, here = other.surface, joint.surface
-    _, nearest = cKDTree(here.points).query(there.points)
-    shapes = np.tensordot(there.motion, rest.model.shapes[:, :_CANDIDATES], 1).reshape(
-        3 * len(there.points), -1
-    )
-    result = []
-    for number in part.modes:
-        shape = np.tensordot(here.motion[nearest], state.model.shapes[:, number - 1], 1).ravel()
-        overlap = (shape @ shapes) ** 2 / ((shape @ shape) * (shapes**2).sum(axis=0))
-        alike = int(np.argmax(overlap))
-        curve = _solved(part, other, rest, alike + 1)
-        result.append(TightMode(number, alike + 1, float(overlap[alike]), curve))
-    return tuple(result)
 
 
 def _reduced(study: StudyDescription, patches: Floats | None = None) -> ReducedJoint:

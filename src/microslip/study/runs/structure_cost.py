@@ -45,9 +45,8 @@ def cost_of(study: StudyDescription) -> Cost:
     if design is not None and design.spreads.keys() != {BASE}:
         samples, drawn_anew = part.samples, bool(keys_of_model(study, design.spreads))
     reductions = 1 + samples * drawn_anew + _TRIALS * part.converge
-    reductions += bool(part.bolts.slack)
     fits = len(part.measured) * (_DRAWS + _EVALUATIONS * len(part.fitted)) if part.fitted else 0
-    balances = len(part.modes) * (1 + samples + bool(part.bolts.slack)) + fits
+    balances = len(part.modes) * (1 + samples) + fits
     with naming_key(study, "structure"):
         marks = [time.perf_counter()]
         reducer.factorise()
@@ -65,7 +64,7 @@ def cost_of(study: StudyDescription) -> Cost:
         )
         marks.append(time.perf_counter())
     factor, reduction, balance = np.diff(marks).tolist()
-    meshes = 1 + samples * drawn_anew + bool(part.bolts.slack) + part.converge
+    meshes = 1 + samples * drawn_anew + part.converge
     curves = balances * balance * len(part.amplitudes) / 2.0
     seconds = meshes * factor + reductions * reduction + curves
     bounds = (seconds / _UNSURE, seconds * _UNSURE)

@@ -124,18 +124,6 @@ class Mode:
         return np.asarray(self.curve.loss_share[self.last])
 
 
-class TightMode(NamedTuple):
-    """Mode with all bolts tight that corresponds to a mode with slack bolts."""
-
-    of: int
-    """Number of the mode with slack bolts, from 1."""
-    number: int
-    """Number of the corresponding mode with all bolts tight, from 1."""
-    mac: float
-    """Modal assurance criterion of the two shapes [-], 1 for equal shapes."""
-    curve: ModalCurve
-
-
 TestWord = Literal["inside", "above", "below", "on both sides", "not compared"]
 _STEADY_RATIO = 0.2
 """Ratio of damping rise to relative frequency fall [-] below which microslip is doubtful."""
@@ -212,7 +200,6 @@ class StructurePrediction:
     convergence: Convergence | None = None  # convergence study for the first mode
     patch_error: tuple[float, float] | None = None
     """Estimated relative errors of frequency and joint damping by the patches [-]."""
-    tight: tuple[TightMode, ...] = ()  # modes with all bolts tight, if some are slack
     frequency_responses: tuple[FrequencyResponse, ...] = ()  # one per force, all modes together
     limits: tuple[TieLimits, ...] = ()  # one per mode: open lap, tied under washers, fully tied
     judged: tuple[QuantityVerdict, ...] = ()  # comparison of tests and bands

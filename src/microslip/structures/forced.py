@@ -37,9 +37,9 @@ _OVER_FORCE = {"displacement": "m/N", "velocity": "m/(N s)", "acceleration": "m/
 class FrequencyResponse(LockedArrays):
     """Response of a sensor over the harmonic force, at one force amplitude.
 
-    Result of :meth:`microslip.ForcedResponse.frequency_response`; a study stores its responses in
-    ``result.structure.frequency_responses``. With friction the ratio depends on the force
-    amplitude. On harmonic balance see Krack and Gross (2019), DOI 10.1007/978-3-030-14023-6.
+    Result of :meth:`microslip.ForcedResponse.frequency_response`. With friction the ratio depends
+    on the force amplitude. On harmonic balance see Krack and Gross (2019), DOI
+    10.1007/978-3-030-14023-6.
     """
 
     frequency: Floats
@@ -95,11 +95,6 @@ def response_columns(responses: Sequence[FrequencyResponse]) -> dict[str, tuple[
         "frf_real": (unit, value.real),
         "frf_imag": (unit, value.imag),
     }  # fmt: skip
-
-
-def six_digits(frequency: Floats) -> Floats:
-    """Round frequencies to six digits; sort them and remove duplicates."""
-    return np.unique([float(f"{f:.5e}") for f in frequency.tolist()])
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -327,22 +327,6 @@ def resonant(
     return Resonant(peaks, ends_below, answers)
 
 
-def with_phase(
-    amplitude: Floats, frequency: Floats, damping: Floats, push: Floats, at: Floats
-) -> NDArray[np.complex128]:
-    """Return complex amplitudes of a mode at the frequencies ``at`` [Hz], see :func:`resonant`.
-
-    The curve is a single sample, and phases are relative to the force. The result is NaN where the
-    amplitude exceeds the last one of the curve.
-    """
-    found = resonant(amplitude[None], frequency[None], damping[None], push[None], at)
-    size, place = found.amplitude[0], np.log(amplitude)
-    natural, ratio = (np.interp(np.log(size), place, values) for values in (frequency, damping))
-    phase = np.arctan2(2.0 * ratio * natural * at, natural**2 - at**2)
-    size = np.where(found.beyond[0] & (size >= amplitude[-2]), np.nan, size)
-    return np.asarray(size * np.exp(-1j * phase))
-
-
 _NOTHING = 5e-4  # of the frequency: a smaller shift says nothing
 
 SHIFT = Rule(

@@ -220,6 +220,7 @@ class StructurePart(Part):
         from microslip.structures.periodic_motion import harmonic_basis
 
         harmonic_basis(self.harmonics, 64)
+        _ = self._tensions  # raises an error for invalid bolts
 
     @property
     def fitted(self) -> tuple[str, ...]:

@@ -15,21 +15,18 @@ from microslip.figures.plot import Axis, Entry, Panel, Plot, stacked
 from microslip.report import cells
 from microslip.report.document import Note, Section
 from microslip.report.structure.pictures import PALE
-from microslip.structures.forced import response_columns
 from microslip.study.runs.structure_prediction import (
     ForcedMode,
     StructurePrediction,
 )
 
 FORCED_FIGURE = "forced_response"
-"""Name of the figure."""
-FORCED_TABLES = ("forced_response", "frf")
-"""Names of the CSV files: near each mode with bands, and of all modes together."""
+"""Name of the figure and of its CSV file."""
 
 
 def forced_tables(prediction: StructurePrediction | None) -> dict[str, DataSet]:
     """Return the columns of the CSV tables of responses to forces, by the name of the table."""
-    if prediction is None or not (responses := prediction.frequency_responses):
+    if prediction is None or prediction.part.force is None:
         return {}
     unit = prediction.part.unit
     parts = []
@@ -52,8 +49,7 @@ def forced_tables(prediction: StructurePrediction | None) -> dict[str, DataSet]:
         for name in parts[0]
     }
     return {
-        table: DataSet.of_rows({name: (Quantity(u), v) for name, (u, v) in columns.items()})
-        for table, columns in zip(FORCED_TABLES, (near, response_columns(responses)), strict=True)
+        FORCED_FIGURE: DataSet.of_rows({name: (Quantity(u), v) for name, (u, v) in near.items()})
     }
 
 
@@ -97,8 +93,7 @@ def force_section(prediction: StructurePrediction) -> Section:
         columns["peak_high"] = Quantity(unit, label="95 %", form="3"), bands[:, 2, 0]
     remarks = [
         "Computed near each resonance from its modal curve, without other modes; if a frequency "
-        "has several motions, the largest is given. frf.csv has the response per unit force, with "
-        "the other modes linear."
+        "has several motions, the largest is given."
     ]
     for mode, forced in modes:
         name = f"Mode {mode.number} under {engineering(forced.force, 'N', 3)}"

@@ -37,7 +37,6 @@ from microslip.study.runs.structure_prediction import (
 )
 from microslip.study.runs.structure_responses import (
     forced_mode,
-    frequency_response,
     gain_of,
 )
 from microslip.study.runs.structure_tests import amplitude_trends, compare_tests
@@ -118,7 +117,6 @@ def run_structure(study: StudyDescription, progress: Progress | None = None) -> 
     shapes = state.model.shapes[:, [number - 1 for number in part.modes]]
     return StructurePrediction(
         part, formed, state, modes, inputs, identified, tests, convergence, coarse,
-        tuple(frequency_response(part, joint, state, modes, force) for force in forces),
         tuple(tie_limits(joint, part.washers, shapes)),
         compare_tests(tests, modes, part.quantity), amplitude_trends(tests, modes),
     )  # fmt: skip

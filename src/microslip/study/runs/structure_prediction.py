@@ -11,7 +11,6 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip.structures import (
     Convergence,
-    FrequencyResponse,
     ModalCurve,
     ModalIdentification,
     ModalTest,
@@ -200,7 +199,6 @@ class StructurePrediction:
     convergence: Convergence | None = None  # convergence study for the first mode
     patch_error: tuple[float, float] | None = None
     """Estimated relative errors of frequency and joint damping by the patches [-]."""
-    frequency_responses: tuple[FrequencyResponse, ...] = ()  # one per force, all modes together
     limits: tuple[TieLimits, ...] = ()  # one per mode: open lap, tied under washers, fully tied
     judged: tuple[QuantityVerdict, ...] = ()  # comparison of tests and bands
     changes: tuple[

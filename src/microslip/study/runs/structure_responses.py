@@ -8,19 +8,16 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip.friction.sweeps.quantiles import quantiles
-from microslip.structures import FrequencyResponse, ModalCurve, Preload, ReducedJoint
-from microslip.structures.forced import six_digits
+from microslip.structures import ModalCurve, ReducedJoint
 from microslip.structures.modal_curve import (
     Resonant,
     interpolate_in_amplitude,
     resonant,
-    with_phase,
 )
 from microslip.structures.periodic_motion import POWERS
 from microslip.study.runs.structure_prediction import (
     BAND_QUANTILES,
     ForcedMode,
-    Mode,
     ModeSamples,
     joint_damping,
 )
@@ -29,18 +26,13 @@ from microslip.study.structure import StructurePart
 
 _DENSE = 512  # points of the surrogate model from which quantiles are computed
 _FREQUENCIES = 121
-_BETWEEN = 400  # points of a frequency response on a log axis, in addition to those near modes
 _WIDTHS = 5.0  # range shown beyond the outermost peaks, in half-widths of the resonance
 
 
 def gain_of(curve: ModalCurve, joint: ReducedJoint) -> Floats:
     """Return |mode shape at the sensor times mode shape at the force| [1/kg] for each amplitude."""
-    return np.asarray(abs(_gain(curve, joint)))
-
-
-def _gain(curve: ModalCurve, joint: ReducedJoint) -> Floats:
     sensed, pushed = (curve.shape @ joint.sensor(name) for name in ("sensor", "force"))
-    return np.asarray(sensed * pushed.conj())
+    return np.asarray(abs(sensed * pushed.conj()))
 
 
 def forced_mode(
@@ -110,48 +102,3 @@ def forced_mode(
         error=float(np.max(errors[:, 0])),
         beyond=float(peaks.beyond.mean()),
     )
-
-
-def frequency_response(
-    part: StructurePart,
-    joint: ReducedJoint,
-    state: Preload,
-    modes: tuple[Mode, ...],
-    force: float,
-) -> FrequencyResponse:
-    """Return the response at the sensor to a harmonic force [N], as a sum over all modes.
-
-    The modes of the study are nonlinear, all others linear. The frequency range is from half the
-    lowest to 1.25 times the highest frequency of the study's modes.
-    """
-    rows = [joint.sensor(name) for name in ("sensor", "force")]
-    model, base, power = state.model, float(part.base_damping_ratio), POWERS[part.quantity]
-    linear = np.ones(model.size, dtype=bool)
-    linear[[mode.number - 1 for mode in modes]] = False
-    at_rest = [mode.curve.linear_frequency for mode in modes]
-    low, high = 0.5 * min(at_rest), 1.25 * max(at_rest)
-    natural = np.sqrt(model.squares[linear])
-    peaks = natural[(natural > 2.0 * math.pi * low) & (natural < 2.0 * math.pi * high)]
-    near = np.outer(peaks / (2.0 * math.pi), 1.0 + base * np.linspace(-_WIDTHS, _WIDTHS, 41))
-    of_modes = [forced.frequency for mode in modes for forced in mode.forced
-                if forced.force == force]  # fmt: skip
-    at = np.concatenate([np.geomspace(low, high, _BETWEEN), near.ravel(), *of_modes])
-    at = six_digits(at[(at >= low) & (at <= high)])
-    omega = 2.0 * math.pi * at
-    gains, free = (
-        (rows[0] @ shapes) * (rows[1] @ shapes) for shapes in (model.shapes[:, linear], model.free)
-    )
-    stiffness = natural[:, None] ** 2 - omega**2 + 2j * base * natural[:, None] * omega
-    value = (gains[:, None] / stiffness).sum(axis=0) - free.sum() / omega**2
-    for mode in modes:
-        curve, solved = mode.curve, mode.curve.converged
-        gain = _gain(curve, joint)[solved]
-        columns = [curve.frequency[solved], joint_damping(curve)[solved], abs(gain)]
-        fine, (values,) = interpolate_in_amplitude(part.amplitudes[solved], np.log(columns)[None])
-        frequency, of_joint, size = values
-        fine = fine / (2.0 * math.pi * frequency) ** power
-        moved = with_phase(fine, frequency, of_joint + base, force * size, at)
-        value = value + np.sign(gain[0].real) * moved / force
-    known = np.isfinite(value)
-    value = value[known] * (1j * omega[known]) ** power
-    return FrequencyResponse(at[known], value, part.quantity, force)

@@ -46,15 +46,6 @@ def curve(ax):
     return next(line for line in ax.lines if len(line.get_xdata()) > 2)
 
 
-def test_minus_secant_keeps_the_area_and_loses_the_slope() -> None:
-    loop = JOINT.loop(2e-7, samples=4001)
-    rest = loop.force_minus_secant
-    area = 0.5 * np.dot(rest[1:] + rest[:-1], np.diff(loop.displacement))
-    assert area == pytest.approx(loop.dissipated_energy, rel=1e-10)
-    assert abs(rest[0]) < 1e-12 * loop.force_amplitude
-    assert loop.plot(minus_secant=True).get_ylabel().startswith("Force minus secant")
-
-
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.__name__)
 def test_every_law(law) -> None:
     example = law.examples()[0]

@@ -6,7 +6,7 @@ import dataclasses
 import math
 import os
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -41,12 +41,16 @@ from microslip.contact.measured_face import (
     resolution_changes,
     write_law,
 )
+from microslip.figures.plottable import Plottable
+
+if TYPE_CHECKING:
+    from microslip.figures.plot import Plot
 
 _SAMPLES = 24  # points of the table between two solutions
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
-class MeasuredContact(FaceLaw):
+class MeasuredContact(FaceLaw, Plottable):
     """Measured face solved point by point: interacting contacts that yield.
 
     Parameters
@@ -260,29 +264,10 @@ class MeasuredContact(FaceLaw):
         """Load a law from a file written by :meth:`save`; :meth:`load` is the normal load."""
         return cls._made_of(*read_law(path))
 
-    def plot(self, ax: Any = None) -> Any:
-        """Plot pressures of the first piece, contacts under three loads, and the load curve.
-
-        Parameters
-        ----------
-        ax : sequence of matplotlib.axes.Axes, optional
-            Three axes; by default a new figure is created.
-
-        Returns
-        -------
-        numpy.ndarray of matplotlib.axes.Axes
-            The axes.
-        """
+    def _figure(self) -> Plot:
         from microslip.contact.figures import face_plot
-        from microslip.figures import draw
 
-        return draw(face_plot(self), ax)
-
-    def _repr_html_(self) -> str:
-        from microslip.contact.figures import face_plot
-        from microslip.figures.plottable import notebook_view
-
-        return notebook_view(self, face_plot(self))
+        return face_plot(self)
 
     @property
     def _tangential(self) -> Floats:

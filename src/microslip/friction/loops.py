@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from microslip._core.checks import Floats, record, show, sized, whole_number
 from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, assign, lock
+from microslip.figures.plottable import Plottable
 
 if TYPE_CHECKING:
     from microslip.figures.plot import Plot
@@ -24,7 +25,7 @@ MOST_LOOP_SAMPLES = 10_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class Loop(Locked):
+class Loop(Locked, Plottable):
     """Sampled closed cycle of displacement and force; the first sample is repeated at the end.
 
     Parameters
@@ -113,60 +114,25 @@ class Loop(Locked):
         places = x[crossing] + share * (x[crossing + 1] - x[crossing])
         return float(np.ptp(places)) / float(np.ptp(self.displacement))
 
-    @property
-    def force_minus_secant(self) -> NDArray[np.float64]:
-        """Force minus secant stiffness times displacement, about the centre of the loop [N].
-
-        It shows the width of a thin loop, and encloses the same area over displacement.
-        """
-        middle = 0.5 * (float(self.displacement.max()) + float(self.displacement.min()))
-        level = 0.5 * (float(self.force.max()) + float(self.force.min()))
-        return lock(self.force - level - self.secant_stiffness * (self.displacement - middle))
-
     @cached_property
     def closure_error(self) -> float:
         """Difference of the first and the last force over the range of force [-]."""
         gap, span = abs(float(self.force[-1] - self.force[0])), float(np.ptp(self.force))
         return gap / span if span > 0.0 else 0.0
 
-    def plot(
-        self,
-        ax: Any = None,
-        *,
-        minus_secant: bool = False,
-        color: str | None = None,
-        label: str = "",
-    ) -> Any:
-        """Draw force over displacement.
-
-        With ``minus_secant`` the secant line is subtracted, which makes the width of a thin loop
-        visible. Loops drawn on the same axes share their units. ``ax``, ``color`` and ``label`` are
-        as for :meth:`microslip.BackboneLaw.plot`.
-        """
-        from microslip.figures import draw
-
-        return draw(self._figure(minus_secant), ax, color=color, label=label)
-
-    def _figure(self, minus_secant: bool = False) -> Plot:
+    def _figure(self) -> Plot:
         from microslip.figures.kit import force_prefix, length_prefix
         from microslip.figures.plot import Axis, Panel, Plot
 
-        force = self.force_minus_secant if minus_secant else self.force
         x_unit, x_letter = length_prefix(float(np.abs(self.displacement).max()))
-        y_unit, y_letter = force_prefix(force)
-        name = "Force minus secant" if minus_secant else "Force"
+        y_unit, y_letter = force_prefix(self.force)
         panel = Panel(
             Axis(f"Displacement [{x_letter}m]", unit=x_unit),
-            Axis(f"{name} [{y_letter}N]", unit=y_unit),
+            Axis(f"Force [{y_letter}N]", unit=y_unit),
         )
-        panel.line(self.displacement / x_unit, force / y_unit)
+        panel.line(self.displacement / x_unit, self.force / y_unit)
         panel.cross()
         return Plot([panel], 4.2)
-
-    def _repr_html_(self) -> str:
-        from microslip.figures.plottable import notebook_view
-
-        return notebook_view(self, self._figure())
 
     def __repr__(self) -> str:
         return (

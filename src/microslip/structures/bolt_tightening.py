@@ -193,26 +193,16 @@ class BoltForces:
     """Embedding f_Z of all faces together [m]."""
     loss: float = 0.0
     """Tension F_Z lost by embedding [N]."""
-    axial_load: float = 0.0
-    """Axial load F_A per bolt, positive if it opens the plates [N]."""
-    load_factor: float | None = None
-    """Load factor Phi, the bolt's fraction of F_A [-]; None if unknown."""
     utilisation: float | None = None
     """Tightening stress over the proof stress [-]; None without a grade."""
 
     @property
     def clamping(self) -> float:
-        """Clamp force F_M - F_Z - (1 - Phi) F_A between the plates [N]."""
-        return self.assembly - self.loss - (1.0 - (self.load_factor or 0.0)) * self.axial_load
-
-    @property
-    def added(self) -> float:
-        """Additional bolt tension F_SA = Phi F_A under the axial load [N]."""
-        return (self.load_factor or 0.0) * self.axial_load
+        """Clamp force F_M - F_Z between the plates [N]."""
+        return self.assembly - self.loss
 
     @property
     def ends(self) -> tuple[float, float]:
         """Clamp forces for the smallest and the largest assembly preload [N]."""
         low, high = tension_band(self.tightening_factor)
-        lost = self.assembly - self.clamping
-        return low * self.assembly - lost, high * self.assembly - lost
+        return low * self.assembly - self.loss, high * self.assembly - self.loss

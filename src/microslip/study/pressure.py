@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 from microslip._core.quantities import named
-from microslip._core.units import AREA, FORCE, LENGTH, PRESSURE
+from microslip._core.units import AREA, LENGTH, PRESSURE
 from microslip.contact.half_space import solid_stiffness
 from microslip.contact.materials import MaterialPair
 from microslip.friction.pressure import BOLTS, RINGS, Pressure
@@ -23,7 +22,6 @@ from microslip.structures.bolt_tightening import (
 from microslip.structures.bolts import Bolts
 from microslip.study.fields import (
     ANY_ANGLE,
-    FRACTION,
     Numbers,
     integer,
     one_of,
@@ -124,7 +122,6 @@ class TightenedBolts(Part):
             tightening_factor=factor,
             embedding=float(embedded),
             loss=0.0 if clamped is None else clamped.loss(float(embedded)),
-            load_factor=None if clamped is None else clamped.load_factor(),
             utilisation=utilisation,
         )
 
@@ -276,16 +273,6 @@ class BoltPressure(TightenedBolts, PressurePart):
         "nut_factor",
         help="K of torque = K d tension; by default 0.2, unless friction coefficients are given.",
     )
-    axial_load: float | None = optional_key(
-        Uncertain(with_unit(FORCE, "2 kN")),
-        "Axial load on each bolt, which reduces the clamp force by (1 - load_factor) axial_load.",
-    )
-    load_factor: float | None = optional_key(
-        Uncertain(FRACTION),
-        "Fraction of the axial load carried by the bolt (Phi of VDI 2230); by default from the "
-        "resiliences, with a load introduction factor n = 0.5.",
-        "0.1",
-    )
     head: float | None = optional_key(
         _LENGTH, "Bearing diameter of head, nut or washer on the plates.", '"16 mm"'
     )
@@ -304,11 +291,9 @@ class BoltPressure(TightenedBolts, PressurePart):
         super().check(place)
         if self.preload is not None and self.torque is not None:
             raise KeyedError(".torque", "wanted preload or torque, got both; remove one")
-        for name in ("embedding", "rz", "axial_load", "load_factor"):
+        for name in ("embedding", "rz"):
             if self.preload is None and self.torque is None and getattr(self, name) is not None:
                 raise KeyedError(f".{name}", "wanted only with preload or torque")
-        if self.load_factor is not None and self.axial_load is None:
-            raise KeyedError(".load_factor", "wanted only with axial_load")
         _ = self.load
 
     @property
@@ -333,9 +318,7 @@ class BoltPressure(TightenedBolts, PressurePart):
         )
         thickness = float(sum(self.plates)) * (2.0 if len(self.plates) == 1 else 1.0)
         utilisation = None if self.grade is None else float(bolts.utilisation[0])
-        forces = self.forces(float(bolts.tension[0]), thickness, utilisation)
-        share = forces.load_factor if self.load_factor is None else float(self.load_factor)
-        return replace(forces, load_factor=share, axial_load=float(self.axial_load or 0.0))
+        return self.forces(float(bolts.tension[0]), thickness, utilisation)
 
     @property
     def load(self) -> float | None:

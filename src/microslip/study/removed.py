@@ -58,6 +58,9 @@ REMOVED_KEYS: dict[str, str] = {
     "uncertainty.method": "leave it out: the points are scrambled Sobol' points",
     "not_identified": "leave it out: the joint.toml that identify writes includes intervals",
     "structure.bolts.order": "leave it out: settled motion does not depend on the tightening order",
+    "joint.pressure.axial_load": "write preload, the tension minus (1 - Phi) times the load, with "
+    "Phi of ClampedBolt.load_factor in Python (docs/bolted-structures.md)",
+    "joint.pressure.load_factor": "write preload, the tension minus (1 - Phi) times the axial load",
     "structure.bolts.slack": "use slack= of LapJoint.reduce or MeshedJoint.reduce in Python "
     "(docs/bolted-structures.md)",
     "structure.bolts.passes": "leave it out: each bolt is tightened to its tension",

@@ -23,12 +23,6 @@ def force_rows(forces: BoltForces | None) -> list[tuple[str, str]]:
     if forces.embedding:
         lost = f"{engineering(forces.loss, 'N', 3)} at an embedding of"
         rows.append(("Lost after tightening", f"{lost} {engineering(forces.embedding, 'm', 3)}"))
-    if forces.load_factor is not None:
-        rows.append(("Load factor of an axial load", f"{forces.load_factor:.3g}"))
-    if forces.axial_load:
-        pulls = f"{engineering(forces.axial_load, 'N', 4)} pulls, "
-        adds = f"{engineering(forces.added, 'N', 3)} of it as bolt load"
-        rows.append(("Axial load of a bolt", pulls + adds))
     if forces.clamping != forces.assembly:
         left = engineering(forces.clamping, "N", 4)
         if high > low:

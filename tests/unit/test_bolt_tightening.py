@@ -145,7 +145,7 @@ def test_what_embeds_in_a_study() -> None:
     assert build_surface(study).tightening_pressure == pytest.approx(largest)
     (note,) = [n for n in preview(study).data["notes"] if "each bolt" in n]
     assert "12.50 kN, 9.615 kN to 15.38 kN by a tightening factor of 1.6" in note
-    assert f"clamp force between the plates, per bolt {1e-3 * left:.3f} kN" in note
+    assert f"clamp force between the plates, per bolt {1e-3 * left:.2f} kN" in note
     scattered = ms.Study.from_toml(text.replace("EMBEDDED", '{ low = "4 um", high = "12 um" }'))
     design = Design(scattered)
     places = {one.key.rpartition(".")[2]: i for i, one in enumerate(design.inputs)}

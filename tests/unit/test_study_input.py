@@ -18,7 +18,6 @@ import microslip as ms
 from microslip._core import units
 from microslip._core.units import (
     AREA,
-    CLAMPING,
     DENSITY,
     FORCE,
     LENGTH,
@@ -277,24 +276,6 @@ def test_common_units_are_what_pint_makes_of_them(monkeypatch: pytest.MonkeyPatc
     assert None not in quick
     monkeypatch.setattr(units, "_simple", lambda unit: None)
     assert quick == [units._parse.__wrapped__(text) for text in texts]
-
-
-def test_a_load_by_the_torque_of_bolts(tmp_path: Path) -> None:
-    """N M/(K d) by hand, of commands and records alone; what is missing is said in one line."""
-    for text, load in (("20 N m on 4 M8, K 0.2", 5e4), ("30 Nm on M10, K=.15", 2e4)):
-        assert to_si(text, CLAMPING, "500 N") == pytest.approx(load, rel=1e-12)
-        with pytest.raises(QuantityError, match="wanted a force"):
-            to_si(text, FORCE, "500 N")
-    for text in ("20 N m", "20 N m on M8", "20 N m on 4 M8, K 0.0", "20 N m on bolts, K 0.2"):
-        with pytest.raises(QuantityError, match="a torque needs its bolts and their nut factor K"):
-            to_si(text, CLAMPING, "500 N")
-    with pytest.raises(QuantityError, match="wanted a torque"):
-        to_si("20 mm on M8, K 0.2", CLAMPING, "500 N")
-    (tmp_path / "cycles.csv").write_text(
-        "displacement [um],force [N]\n" + "".join(f"{i % 7},{i % 5}\n" for i in range(40))
-    )
-    record = ms.Record.read(tmp_path / "cycles.csv", normal_load="20 N m on M8, K 0.2")
-    assert record.normal_load == pytest.approx(12500.0)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from decimal import Decimal, DecimalException
 from functools import lru_cache
 from typing import Any, Literal
@@ -52,7 +52,6 @@ class Kind:
     unit: str
     usual: tuple[str, ...]
     pattern: str = ""  # of accepted units, if not all of its dimension are
-    by_torque: bool = False  # True if it may be given by the torque of bolts
 
     @property
     def with_article(self) -> str:
@@ -64,7 +63,6 @@ LENGTH = Kind("length", "m", ("nm", "um", "µm", "mm", "cm", "m", "micron", "in"
 AREA = Kind("area", "m^2", ("um^2", "mm^2", "cm^2", "m^2", "in^2"))
 VOLUME = Kind("volume", "m^3", ("um^3", "mm^3", "cm^3", "m^3"))
 FORCE = Kind("force", "N", ("mN", "N", "kN", "MN", "lbf", "kgf"))
-CLAMPING = replace(FORCE, by_torque=True)
 PRESSURE = Kind(
     "pressure", "Pa", ("Pa", "kPa", "MPa", "GPa", "TPa", "N/mm^2", "N/m^2", "psi", "ksi", "bar")
 )
@@ -123,8 +121,6 @@ def to_si(raw_value: object, kind: Kind, example: str, sign: Sign = "positive") 
     if not isinstance(raw_value, str):
         raise QuantityError(message + quote(raw_value))
     came = quote(raw_value)
-    if kind.by_torque and (load := _bolt_load(raw_value)) is not None:
-        return load
     number = _NUMBER.match(raw_value.replace("\N{MINUS SIGN}", "-"))
     if number is None:
         raise QuantityError(
@@ -143,30 +139,6 @@ def to_si(raw_value: object, kind: Kind, example: str, sign: Sign = "positive") 
     if value and not SMALLEST < abs(value) < LARGEST:
         raise QuantityError(f"{message}{came} (outside 1e-40 … 1e40)")
     return value
-
-
-_ON_BOLTS = r"\s+on\s+(?:(\d{1,4})\s+)?M(\d{1,3})\s*,\s*K\s*=?\s*(\d?\.\d{1,6})\s*"
-
-
-def _bolt_load(text: str) -> float | None:
-    """Return the clamping load [N] of n bolts of diameter d tightened by a torque M: n M/(K d).
-
-    K is the nut factor, as in "20 N m on 4 M8, K 0.2". None for text that is not a torque.
-    """
-    torque, on, _ = text.partition(" on ")
-    try:
-        value = to_si(torque, TORQUE, "20 N m")
-    except QuantityError:
-        if on:
-            raise
-        return None
-    bolts = re.fullmatch(_ON_BOLTS, text[len(torque) :])
-    if bolts is None or 0.0 in (size := (float(bolts[2]), float(bolts[3]))):
-        raise QuantityError(
-            "a torque needs its bolts and their nut factor K (0.2 for dry steel), such as "
-            f'"20 N m on 4 M8, K 0.2", got {quote(text)}'
-        )
-    return int(bolts[1] or 1) * value / (1e-3 * size[0] * size[1])
 
 
 def scaled_decimal(number: str, factor: Decimal) -> float:

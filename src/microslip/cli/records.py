@@ -259,17 +259,15 @@ def list_records(names: Sequence[str], manifest: Path | None) -> Listed:
     return Listed(list(read.paths), read.texts("run"), read)
 
 
-def each_of(
-    option: str, texts: tuple[str, ...], count: int, noun: str = "one", remedy: str = ""
-) -> tuple[str, ...]:
+def each_of(option: str, texts: tuple[str, ...], count: int, noun: str = "one") -> tuple[str, ...]:
     """Validate that an option is given once for each of ``count`` records, or not at all.
 
-    The error message names the expected values by ``noun`` and ends with ``remedy``.
+    The error message names the expected values by ``noun``.
     """
     if texts and len(texts) != count:
         records = plural(count, "record")
         raise click.UsageError(
-            f"{option}: wanted {noun} for each of the {records}, got {len(texts)}{remedy}"
+            f"{option}: wanted {noun} for each of the {records}, got {len(texts)}"
         )
     return texts
 

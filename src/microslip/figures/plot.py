@@ -220,12 +220,11 @@ def beside(
     height: float,
     title: str = "",
     legend: Sequence[Entry] = (),
-    widths: Sequence[float] = (),
 ) -> Plot:
-    """Return a page of panels in a row, of equal widths unless ``widths`` are given."""
+    """Return a page of panels of equal widths in a row."""
     for place, panel in enumerate(panels):
         panel.cell = (0, 0, place, place)
-    widths = tuple(widths) or (1.0,) * len(panels)
+    widths = (1.0,) * len(panels)
     return Plot(list(panels), height, title, widths=widths, legend=tuple(legend))
 
 

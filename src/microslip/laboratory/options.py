@@ -12,7 +12,7 @@ DISPLACEMENT = option("displacement", "Column of the displacement.", metavar="CO
 FORCE = option("force", "Column of the tangential force.", metavar="COLUMN")
 NORMAL_LOAD = option(
     "normal_load",
-    'Column of the normal load, or "500 N", "20 N m on 4 M8, K 0.2", or none.',
+    'Column of the normal load, or "500 N", or none.',
     metavar="COLUMN",
 )
 TIME = option("time", "Column of the time, or none.", metavar="COLUMN")

@@ -14,7 +14,7 @@ import numpy as np
 from microslip._core.checks import Floats, exact
 from microslip._core.errors import InputError
 from microslip._core.frozen import lock
-from microslip._core.units import CLAMPING, QuantityError, engineering, interval_digits, to_si
+from microslip._core.units import FORCE, QuantityError, engineering, interval_digits, to_si
 from microslip._core.verdicts import Remark
 from microslip._core.wording import plural, quote, shorten
 from microslip.laboratory.cuts import runs_of
@@ -168,7 +168,7 @@ def _one_load(columns: list[Named], stated: Any) -> float | None:
         if any(stated.strip() in (c.heading, c.name, c.short) for c in columns):
             return None
         try:
-            return to_si(stated, CLAMPING, "500 N")
+            return to_si(stated, FORCE, "500 N")
         except QuantityError as error:
             raise InputError(f"`normal_load`: {error}") from None
     return None

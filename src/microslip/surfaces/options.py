@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from microslip._core.options import option
 from microslip._core.parameters import REQUIRED
-from microslip._core.units import ANGLE, AREA, CLAMPING, LENGTH
+from microslip._core.units import ANGLE, AREA, FORCE, LENGTH
 from microslip.readers.files import LIMIT as LIMIT
 
 LEVELS = ("plane", "quadratic", "cylinder", "lines", "mean")
@@ -78,8 +78,8 @@ BODIES = option(
 )
 _LOAD = option(
     "normal_load",
-    'Normal load of that joint on its apparent area; or of bolts, "20 N m on 4 M8, K 0.2".',
-    CLAMPING,
+    "Normal load of that joint on its apparent area.",
+    FORCE,
     example="500 N",
     flag="load",
     metavar="FORCE",

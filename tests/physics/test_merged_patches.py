@@ -18,7 +18,7 @@ def joints() -> dict[tuple[int, int], ms.ReducedJoint]:
     lap = ms.LapJoint(length=0.3, width=0.03, thickness=0.02, lap=0.06, bolts=bolts)
     end = {"end": ((0.14, 0.0, 0.0), "z")}
     return {
-        (nx, ny): lap.reduce(STEEL, 7850.0, (nx, ny), element_size=1e-2, sensors=end)
+        (nx, ny): lap.reduce(STEEL, 7850.0, (nx, ny), element_size=1.5e-2, sensors=end)
         for nx, ny in ((8, 2), (4, 2), (8, 1))
     }
 
@@ -57,6 +57,7 @@ def test_error_is_a_third_of_the_changes_by_merging(joints) -> None:
     assert patch_error(single, mode) is None
 
 
+@pytest.mark.slow
 def test_patches_finer_than_the_elements_are_merged() -> None:
     """Twice as many patches as the elements tell apart give the answer of the usual number."""
     bolts = ms.Bolts([0.0], shank=8e-3, hole=9e-3, washer=16e-3, tension=10e3)

@@ -210,7 +210,7 @@ def test_a_study_that_names_a_file_is_not_run(tmp_path: Path, bench: Bench) -> N
         ({"kind": [], "uploads": ["x"]}, "kind must be one of"),
         ({"kind": "look record", "uploads": ["x"]}, "kind must be one of"),
         ({"kind": "measure", "uploads": ["x"]}, "an upload is no longer available"),
-        ({"kind": "measure", "uploads": []}, "uploads must be a list"),
+        ({"kind": "measure", "uploads": []}, "a run must have 1 to 500 files"),
         ([], "must be a JSON object"),
     ],
 )
@@ -419,6 +419,15 @@ def test_a_session_in_a_browser(bench: Bench, tmp_path: Path) -> None:
             if page.locator("article iframe").count() == 2:
                 break
         page.locator("article iframe").nth(1).wait_for(timeout=60_000)
+        # A manifest is found by its column of files, and more than twenty records are taken.
+        for number in range(21):
+            (tmp_path / f"r{number}.csv").write_bytes((tmp_path / "run.csv").read_bytes())
+        lines = "\n".join(f"r{number}.csv,{number}" for number in range(21))
+        (tmp_path / "list.csv").write_text(f"file,stage\n{lines}\n")
+        page.set_input_files("#file", sorted(map(str, tmp_path.glob("[lr]*[0-9t].csv"))))
+        page.locator("label", has_text="Manifest").locator("text=list.csv").wait_for(timeout=60_000)
+        page.click("#run")
+        page.locator("#runs li.done").nth(2).wait_for(timeout=120_000)
         page.screenshot(path=str(tmp_path / "workbench.png"))
         assert not wrong
         browser.close()

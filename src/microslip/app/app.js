@@ -38,13 +38,26 @@ function guesses(name) {
   return /\.(csv|tsv|tdms|h5|hdf5|txt|dat|nc)$/i.test(name) ? ["record", "scan"] : ["scan", "record"];
 }
 
+// A manifest is known by its name, or as CSV by a column of files.
+async function isManifest(file) {
+  if (/manifest.*\.(csv|xlsx|xlsm)$/i.test(file.name)) return true;
+  const names = /(^|[,;\t])"?(file|file ?name|datei|dateiname|fichier)"?([,;\t\r\n]|$)/im;
+  return /\.csv$/i.test(file.name) && names.test(await file.slice(0, 4096).text());
+}
+
 async function take(files) {
   await safely(async () => {
-    const uploads = [];
-    for (const file of files) uploads.push(await ask(`/api/uploads?name=${encodeURIComponent(file.name)}`, "POST", file));
+    const uploads = [], options = {};
+    let manifest = -1;
+    for (const file of files) {
+      if (manifest < 0 && await isManifest(file)) manifest = uploads.length;
+      uploads.push(await ask(`/api/uploads?name=${encodeURIComponent(file.name)}`, "POST", file));
+    }
     if (!uploads.length) return;
-    const options = {}, at = uploads.findIndex((u) => /manifest.*\.(csv|xlsx|xlsm)$/i.test(u.name));
-    if (at >= 0 && uploads.length > 1) options.manifest = uploads.splice(at, 1)[0].id;
+    if (manifest >= 0 && uploads.length > 1) {
+      const [list] = uploads.splice(manifest, 1);
+      Object.assign(options, { manifest: list.id, "manifest files": list.name });
+    }
     const kinds = guesses(uploads[0].name);
     for (const kind of kinds) if (await look(uploads, kind, { ...options })) return;
     if (kinds.length > 1) await look(uploads, kinds[0], { ...options });
@@ -107,9 +120,10 @@ function inputOf(field, options) {
         const sent = [];
         for (const file of input.files) sent.push((await ask(`/api/uploads?name=${encodeURIComponent(file.name)}`, "POST", file)).id);
         options[name] = field.several ? sent : sent[0];
+        options[`${name} files`] = [...input.files].map((file) => file.name).join(", ");
       });
     });
-    return input;
+    return make("span", {}, input, make("span", { class: "small" }, options[`${name} files`] || ""));
   }
   const hint = [field.placeholder, field.several || field.values > 1 ? "several: ;" : "", choices.join(", ")].filter(Boolean).join("; ");
   const input = make("input", { name, placeholder: hint, value: value || "", autocomplete: "off", list: columns.length ? "columns" : undefined });

@@ -22,7 +22,7 @@ from microslip.study.toml_text import FILE_KEYS, read_text, tables_of
 LOOK = "look"
 """Prefix of the form names for file previews: "look record", "look scan"."""
 LONGEST_TEXT = 200
-_JOB_LIMIT = 20
+_JOB_LIMIT = 500
 _WORKERS = max(1, (os.cpu_count() or 2) - 1)
 RESULT = "result"
 MANIFEST_NAME = "manifest"
@@ -155,7 +155,7 @@ class Workspace:
             raise InputError(f"kind must be one of {', '.join(commands)}, got {quote(kind)}")
         inputs = request.get("uploads")
         if not isinstance(inputs, list) or not 1 <= len(inputs) <= _JOB_LIMIT:
-            raise InputError(f"uploads must be a list of 1 to {_JOB_LIMIT}")
+            raise InputError(f"a run must have 1 to {_JOB_LIMIT} files, in a list `uploads`")
         uploads = [self._upload(number) for number in inputs]
         options = request.get("options") or {}
         arguments, others = self._options(kind, options)

@@ -133,6 +133,17 @@ def test_errors_are_below_their_estimate_and_the_tolerance(name):
 
 
 @pytest.mark.parametrize("name", SURFACES)
+def test_nodes_without_a_force_have_converged(name):
+    """Nodes that stay open, or that move only across the contact."""
+    field = field_on(name)
+    apart = float(field.separations[0])
+    for x, d in (([0.0, 3e-7, 0.0], [apart + 1e-5, 1e-7, 0.0]), ([0.0] * 3, [apart, 1e-7, 0.0])):
+        found = field.harmonics([x], separations=[d])
+        assert np.abs(found.force).max() <= found.residual[0] < 1e-10
+        assert found.converged.all()
+
+
+@pytest.mark.parametrize("name", SURFACES)
 def test_jacobian_is_the_derivative_of_the_coefficients(name):
     field = field_on(name)
     kinds = (("force", 0), ("load", 1))

@@ -101,7 +101,7 @@ static const Kernel kernels[] = {
     {"varying_harmonics", "aanndAAAAAaP", "n", run_varying_harmonics, 0,
      "varying_harmonics(place, step, rows, size, tolerance, value, jacobian, load, load_jacobian, "
      "errors, rest, *profile) -> whether the tolerance was missed; values are NaN for nodes at rest; "
-     "errors are those of the coefficients and the largest force of each node."},
+     "errors are those of the coefficients and the force of each node to which the tolerance refers."},
     {"table_harmonics", "anndAAaT", "n", run_table_harmonics, 0,
      "table_harmonics(displacement, rows, size, tolerance, force, jacobian, orders, *table) -> whether it "
      "was missed"},

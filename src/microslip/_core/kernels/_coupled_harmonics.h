@@ -327,8 +327,10 @@ static void add_span(Walk *w, double low, double high, const Band *band, double 
             ends[left++] = centre;
             continue;
         }
-        worst /= 0.1 * w->most; /* exact to the power 3/2 of this, within the factor */
-        w->squares += worst * worst * worst;
+        if (w->most > 0.0) { /* exact to the power 3/2 of this, within the factor */
+            worst /= 0.1 * w->most;
+            w->squares += worst * worst * worst;
+        }
         if (own.band != group.band || own.side != group.side) {
             add_group(w, &group, w->sums);
             group = own;
@@ -679,7 +681,8 @@ static void settle_varying(Walk *w, const double *grid, int points, double toler
     const double *sums = w->sums, *slopes = sums + n, *loads = slopes + 2 * n * n;
     const double *falls = loads + n;
     errors[0] = 0.75 * MARGIN * w->most * sqrt(w->squares) + 64.0 * DBL_EPSILON * heavy;
-    errors[1] = w->peak;
+    /* Rounding alone is within the default tolerance. */
+    errors[1] = fmax(w->peak, 2.0 * LEAST_PEAK * heavy);
     for (int i = 0; i < n; i++) {
         double factor = i ? 2.0 / TURN : 1.0 / TURN;
         force[i] = factor * sums[i];

@@ -84,7 +84,7 @@ def harmonic_force(
             c[0], moves[0] = 0.0, 0.0
     tolerance = checked_tolerance(rtol)
     table = law._table
-    if np.any(c[int(basis.has_mean) :]):
+    if c[int(basis.has_mean) :].any():
         table = table or getattr(law, "_rigid_table", None)
     if table is not None and basis.in_kernel:
         values, slopes = basis.integrated(

@@ -65,7 +65,7 @@ _OF_LAWS = ("bolts.tension", "bolts.torque", "bolts.nut_factor", "bolts.thread_f
 _SIDES = ["structure.lap", "structure.width"]
 BASE = "structure.base_damping_ratio"
 _FACES = 44  # random stream of the faces of the samples
-_SAMPLE_RTOL = 1e-5  # of the curves of samples: errors of damping below 0.1 %
+SAMPLE_RTOL = 1e-5  # of the curves of samples: errors of damping below 0.1 %
 _DENSE = 16_384  # points of the surrogate model from which quantiles are computed
 
 
@@ -161,7 +161,7 @@ def _patch_error(
             at=trial.sensor("sensor"),
             quantity=part.quantity,  # type: ignore[arg-type]
             harmonics=part.harmonics,
-            rtol=_SAMPLE_RTOL,
+            rtol=SAMPLE_RTOL,
         )
         return found.frequency, found.damping_ratio
 
@@ -244,9 +244,10 @@ def tightened(
     return joint, joint.tightened(build_surface(study), study.joint.friction_coefficient)
 
 
-def _curve(
+def modal_curve(
     part: StructurePart, joint: ReducedJoint, state: Preload, number: int, rtol: float = 1e-10
 ) -> ModalCurve:
+    """Return a mode of a study, counted from 1, at its amplitudes."""
     return state.modes(
         number - 1,
         part.amplitudes,
@@ -259,7 +260,7 @@ def _curve(
 
 
 def _solved(part: StructurePart, joint: ReducedJoint, state: Preload, number: int) -> ModalCurve:
-    curve = _curve(part, joint, state, number)
+    curve = modal_curve(part, joint, state, number)
     if not curve.converged.any():
         raise InputError(f"mode {number} has no solution: {curve.message}")
     return curve
@@ -307,7 +308,7 @@ def _samples(
             rng = np.random.default_rng([design.part.seed, _FACES, row])
             _, state = tightened(sample, model, rng)
             for index, number in enumerate(sample_part.modes):
-                curve = _curve(sample_part, model, state, number, _SAMPLE_RTOL)
+                curve = modal_curve(sample_part, model, state, number, SAMPLE_RTOL)
                 samples[index, :, row] = numbers(curve, model)
         progress((row + 1) / len(scores))
     return [ModeSamples(scores, dense, f, zeta, gain, base) for f, zeta, gain in samples]

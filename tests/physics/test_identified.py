@@ -273,6 +273,19 @@ def test_a_digitised_loop_is_used_whole(start: float) -> None:
     assert holds(found.dissipated_energy(1e-6), JOINT.dissipated_energy(1e-6))
 
 
+@pytest.mark.parametrize("amplitude", [2e-7, 2e-6])
+def test_loads_in_a_wrong_unit_have_a_note(amplitude: float) -> None:
+    right = record(JOINT, amplitude, 3)
+    wrong = ms.Record(
+        right.displacement,
+        right.force,
+        normal_load=1000.0 * JOINT.normal_load,
+        sample_rate=right.sample_rate,
+    )
+    notes = [" ".join(ms.identify(one).notes) for one in (right, wrong)]
+    assert ["are the units right?" in text for text in notes] == [False, True]
+
+
 # -- Masing or not --------------------------------------------------------------------------------
 
 FAULTS: dict[str, Callable[[Floats, Floats, Floats], tuple[Floats, Floats]]] = {

@@ -24,7 +24,7 @@ _STANDS_OUT, _FEW = 3.0, 12
 _RUNS = (1, 8, 16, 32, 64)
 """Lengths of runs of residuals whose sums are compared with white noise."""
 _UNLIKELY = 0.01
-"""Probability below which residuals or cycles scatter more than noise explains."""
+"""Probability below which residuals or cycles scatter more than noise."""
 
 
 class Bands:

@@ -60,9 +60,8 @@ class ComparedLaw(NamedTuple):
 class Comparison(Locked):
     """Several named laws fitted to the same records.
 
-    Made by :func:`microslip.compare`; criteria after Akaike (1974, DOI 10.1109/TAC.1974.1100705)
-    and Schwarz (1978, DOI 10.1214/aos/1176344136). The free form, which contains every law that
-    obeys Masing's rules, gives the smallest possible sum of squares.
+    Made by :func:`microslip.compare`. The free form, which contains every law that obeys Masing's
+    rules, gives the smallest possible sum of squares.
     """
 
     found: Identification
@@ -129,8 +128,6 @@ def compare(
     records: Record | Iterable[Record], laws: Sequence[str] = LAWS, **options: Any
 ) -> Comparison:
     """Compare named laws on the same records.
-
-    Criteria after Akaike (1974, DOI 10.1109/TAC.1974.1100705) and Schwarz (1978).
 
     Parameters
     ----------

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -85,7 +86,7 @@ class FreeForm:
             for _ in range(_REGRIDS):
                 before = self.shifts
                 self._place_thresholds()
-                self._settle(_ROUGH)
+                self._iterate_shifts(_ROUGH)
                 if np.all(np.abs(self.shifts - before) < self.finest):
                     break
         for _ in range(_REFINEMENTS):
@@ -99,7 +100,7 @@ class FreeForm:
         self._solve()
         self._thin()
         if self.extra:
-            self._settle()
+            self._iterate_shifts()
         if self.friction is not None:
             self._correct()
 
@@ -135,7 +136,7 @@ class FreeForm:
                 if gradient.any() and used.size:
                     step = _SHIFT_STEP * self.largest
                     y, k = self.y[used] + shift, self.k[used]
-                    slope = (rows.force(y + step, k) - rows.force(y - step, k)) / (2.0 * step)
+                    slope = (rows.columns(y + step) - rows.columns(y - step)) @ k / (2.0 * step)
                     by_extra[:] = np.outer(slope, gradient)
                     if self.is_exact:
                         by_path = np.outer(slope, self.shift_by_stiffness(self.loads[level]))
@@ -224,7 +225,7 @@ class FreeForm:
             rows.weigh(alone[rows.load].y, alone[rows.load].k)
         self.y, self.k = alone[0].y.copy(), alone[0].k.copy()
 
-    def _settle(self, share: float = 0.0) -> None:
+    def _iterate_shifts(self, share: float = 0.0) -> None:
         """Fit shifts, or the friction, until a step changes the sum of squares little.
 
         "Little" is _STILL, or ``share`` times the sum of squares if that is more.
@@ -262,30 +263,23 @@ class FreeForm:
         """Number of fitted shifts, one per lower load; 1 (for mu) if the load varies in a cycle."""
         return 1 if self.friction is not None else len(self.loads) - 1
 
-    def corners(self) -> tuple[Floats, Floats]:
-        """Return forces [N] and displacements [m] of the corners of the reference backbone."""
-        u = np.append(0.0, self.y)
-        return backbone_of(self.y, self.k, u), u
-
     def path(self, rows: Rows, friction: float) -> tuple[Floats, Floats]:
-        """Return the shift s [m] at each node and midway from the preceding node to it.
-
-        It solves B(-s) = mu (N_reference - N) for the varying load N.
-        """
-        assert self.reference is not None
+        """Return the shift s [m] at each node and midway from the preceding node to it."""
         assert rows.loads is not None
-        force, u = self.corners()
-        drops = (self.reference - loads for loads in (rows.loads, rows.middle_loads))
-        at, middle = (-np.interp(friction * drop, force, u) for drop in drops)
-        return at, middle
+        return self._shifts_at(rows.loads, friction), self._shifts_at(rows.middle_loads, friction)
+
+    def _shifts_at(self, loads: Any, friction: float) -> Floats:
+        """Return the solution s [m] of B(-s) = mu (N_reference - N) for loads N [N]."""
+        u = np.append(0.0, self.y)
+        force = backbone_of(self.y, self.k, u)
+        return -np.interp(friction * ((self.reference or 0.0) - loads), force, u)
 
     def shift_at(self, load: float | None, friction: float | None = None) -> float:
         """Return the shift [m] of the thresholds from the reference load to a load [N]."""
         friction = self.friction if friction is None else friction
         if friction is None or load is None or self.reference is None:
             return 0.0
-        force, u = self.corners()
-        return -float(np.interp(friction * (self.reference - load), force, u))
+        return float(self._shifts_at(load, friction))
 
     def _fall(self, friction: float | None = None) -> float:
         """Return how much thresholds decrease from the reference to the highest mean load [m]."""
@@ -431,7 +425,7 @@ class FreeForm:
             return rows.varying_columns(self.carried(self.y[used], friction), *path) @ k[used]
         level = self.level[rows.load]
         shift = self.shifts[level] + float(self.shift_gradient(level) @ moved)
-        return rows.force(self.y[used] + shift, k[used])
+        return rows.columns(self.y[used] + shift) @ k[used]
 
     def _place_thresholds(self) -> None:
         """Place thresholds y_i such that at each load y_i + s is spaced as finely as loops resolve.

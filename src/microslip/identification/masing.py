@@ -24,7 +24,7 @@ NAMED = 0.9
 """Fraction of the misfit that a signature must remove for its cause to be named."""
 UNDETERMINED = "not determined"
 _TIE = 12.0
-"""Difference of sums of squares below which two signatures explain the misfit equally well."""
+"""Difference of sums of squares below which two signatures describe the misfit equally well."""
 _ROUNDS, _LESS = 4, 0.9
 """Largest number of rounds in which signature and density are computed in turn, and the ratio of
 successive sums of squares above which the rounds end."""
@@ -48,14 +48,14 @@ class Masing(Locked):
     odd: float
     """Fraction of the residual that changes its sign in the other half cycle [-]."""
     cause: str
-    """Cause of the misfit, several joined by "or" if they explain it equally well; "not
+    """Cause of the misfit, several joined by "or" if they describe it equally well; "not
     determined", or empty where the residual is noise."""
     removed: Mapping[str, float]
     """Fraction of the misfit that each signature removes [-]; empty where the residual is noise."""
 
     @property
     def holds(self) -> bool:
-        """Whether noise explains the residual, so that the loops obey Masing's rules."""
+        """Whether the residual is no larger than noise, so that the loops obey Masing's rules."""
         return self.reduced_chi_squared <= self.high
 
     @property
@@ -63,23 +63,18 @@ class Masing(Locked):
         """Result of the test as a sentence for the user."""
         value = significant(self.reduced_chi_squared, 3)
         limit = significant(self.high, 3)
+        size = f"reduced chi-squared is {value}, with noise alone at most {limit}"
         if self.holds:
-            return (
-                f"the loops obey Masing's rules within noise: reduced chi-squared {value}, noise "
-                f"explains up to {limit}"
-            )
-        words = (
-            f"the loops do not obey Masing's rules: reduced chi-squared {value}, noise explains up "
-            f"to {limit}"
-        )
+            return f"the loops obey Masing's rules within noise: {size}"
+        words = f"the loops do not obey Masing's rules: {size}"
         if not math.isnan(self.even):
             half = "even" if self.even > 0.5 else "odd"
             share = f"{100.0 * max(self.even, self.odd):.0f} %"
             words += f"; the residual is {half} in the two half cycles ({share})"
         if self.cause == UNDETERMINED:
             return f"{words}; detected, cause not determined"
-        explained = max(self.removed.values())
-        return f"{words}; {100.0 * explained:.0f} % of it is explained by {self.cause}"
+        removed = 100.0 * max(self.removed.values())
+        return f"{words}; with {self.cause}, the misfit is {removed:.0f} % smaller"
 
 
 def _centred(values: Floats) -> Floats:

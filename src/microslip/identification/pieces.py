@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -27,6 +28,9 @@ _END = 4.0
 loop begins or ends with that sample."""
 _NEAR, _MOST_CYCLES = 0.5, 3.0
 """Fraction of the amplitude beyond which a run has a turning point; cycles of a digitised loop."""
+_STRONG = 8.0
+"""Power of a harmonic of half a loop over its variance and the logarithm of the number of samples
+from which it counts."""
 
 
 def _part(record: Record, first: int, last: int, label: str) -> Record:
@@ -119,6 +123,22 @@ def _turning_samples(x: Floats) -> NDArray[np.int64]:
     return np.array([run[np.argmax(side[run[0]] * x[run])] for run in runs], dtype=np.int64)
 
 
+def _without_weak_harmonics(folded: Folded) -> Folded:
+    """Remove harmonics that are not significant, since each displacement is there twice."""
+    end = 1 + 2 * folded.harmonics.size
+    power = (folded.coefficients**2 / np.diag(folded.covariance))[1:end].reshape(-1, 2).sum(axis=1)
+    strong = (power > _STRONG * math.log(folded.count.sum())) | (folded.harmonics == 1)
+    strong |= folded.harmonics.size > 4  # significant together
+    kept = np.ones(folded.coefficients.size, dtype=bool)
+    kept[1:end] = np.repeat(strong, 2)
+    return replace(
+        folded,
+        harmonics=lock(folded.harmonics[strong]),
+        coefficients=lock(folded.coefficients[kept]),
+        covariance=lock(folded.covariance[np.ix_(kept, kept)]),
+    )
+
+
 def loop_of(record: Record, noise: tuple[float, float], bins: int) -> Folded:
     """Fold a digitised loop, which spans from half a cycle to three cycles, onto one cycle.
 
@@ -134,24 +154,32 @@ def loop_of(record: Record, noise: tuple[float, float], bins: int) -> Folded:
             turns[1] = x.size - 1
         middle_x, middle = (0.5 * (values[turns[0]] + values[turns[1]]) for values in (x, force))
         branch = slice(int(turns[0]), int(turns[1]))
-        u, f = x[branch] - middle_x, force[branch] - middle
-        load = record.normal_load
-        whole = Record(
-            np.concatenate((u, -u)),
-            np.concatenate((f, -f)),
-            normal_load=float(np.mean(load)) if load is not None else None,
-            name=record.name,
-        )
+        f, load = force[branch] - middle, record.normal_load
+        half = np.repeat([1.0, -1.0], f.size)
         # Each sample of displacement stands twice: with twice the variance it counts once. Forces
         # are fitted on the measured branch alone, with an offset: their middle is not known.
-        folded = averaged(whole, noise, bins)
+        for _ in range(2):
+            whole = Record(
+                half * np.tile(x[branch] - middle_x, 2),
+                half * np.tile(f, 2),
+                normal_load=float(np.mean(load)) if load is not None else None,
+                name=record.name,
+            )
+            folded = _without_weak_harmonics(averaged(whole, noise, bins))
+            # An error of the middle has opposite signs on both halves, and the motion has no jumps.
+            first = int(np.argmax(whole.displacement))
+            phase = math.pi * np.mod(np.arange(half.size) - first, half.size) / f.size
+            columns = np.column_stack((folded.basis(phase), half))
+            normal = 0.5 * columns.T @ columns
+            normal[-1, -1] += 2.0  # by both ends
+            inverse = np.linalg.inv(normal)
+            middle_x += float(inverse[-1] @ (0.5 * columns.T @ whole.displacement))
         width = 3.0**0.5 * folded.spread
         falls = [folded.displacement(folded.phase + way * width, 1) < 0.0 for way in (-1.0, 1.0)]
-        measured = np.equal(falls, u[-1] < u[0]).all(axis=0)
-        # The middle of the displacement is known from two samples: its error has opposite signs on
-        # both halves.
-        half = np.where(folded.displacement(folded.phase, 1) < 0.0, -1.0, 1.0)
-        shift = np.linalg.lstsq(folded.basis(folded.phase), 0.5**0.5 * noise[1] * half)[0]
+        measured = np.equal(falls, x[branch][-1] < x[branch][0]).all(axis=0)
+        side = np.where(folded.displacement(folded.phase, 1) < 0.0, -1.0, 1.0)
+        error = float(inverse[-1, -1]) ** 0.5 * noise[1]
+        shift = np.linalg.lstsq(folded.basis(folded.phase), error * side)[0]
         covariance = lock(2.0 * folded.covariance + np.outer(shift, shift))
         note = "half a loop: its other half is completed by symmetry, and not fitted"
         return replace(

@@ -41,7 +41,6 @@ class Rows:
 
     def __post_init__(self) -> None:
         self.cycle: Cycle = cycle_of(self.folded)
-        self._kept: tuple[Floats, Floats] = (np.zeros(0), np.zeros((self.folded.phase.size, 0)))
         self.weight = np.sqrt(self.folded.count) / self.noise
         if self.folded.completed.size:
             self.weight[self.folded.completed] = 0.0
@@ -101,37 +100,18 @@ class Rows:
         """Return the deflection [m] of an elastic-plastic element per threshold (bins, thresholds).
 
         The deflection is averaged over the phases of the bin, also if the element yields inside it.
-        The thresholds increase; columns of the thresholds of the last call are used again.
         """
-        known, kept = self._kept
-        at = np.searchsorted(known, y)
-        at[at == known.size] = 0
-        is_known = known[at] == y if known.size else np.zeros(y.size, dtype=bool)
-        columns = np.empty((self.weight.size, y.size))
-        columns[:, is_known] = kept[:, at[is_known]]
-        new = np.flatnonzero(~is_known)
-        for i in range(0, new.size, _AT_ONCE):
-            part = new[i : i + _AT_ONCE]
-            columns[:, part] = self._some_columns(y[part])
-        self._kept = y.copy(), columns
-        return columns
-
-    def force(self, y: Floats, k: Floats) -> Floats:
-        """Return the force [N] of sliders (y, k), without an offset, in each bin."""
-        force = np.zeros(self.weight.size)
-        for i in range(0, y.size, _AT_ONCE):
-            force += self._some_columns(y[i : i + _AT_ONCE]) @ k[i : i + _AT_ONCE]
-        return force
-
-    def _some_columns(self, y: Floats) -> Floats:
         cycle, reach = self.cycle, np.maximum(y, 0.0)
         if cycle.bin.size and not self.folded.samples.size:  # elements yield inside pieces
             still = np.zeros(cycle.half.size)
             return self.varying_columns(reach, still, still)
-        values = np.minimum(cycle.half[:, None], reach)
-        values *= cycle.sign[:, None]
-        kernels.compiled.accumulate(cycle.parent, values, np.zeros(y.size))
-        return np.asarray(self._of_values @ values)
+        columns = np.empty((self.weight.size, y.size))
+        for i in range(0, y.size, _AT_ONCE):
+            values = np.minimum(cycle.half[:, None], reach[i : i + _AT_ONCE])
+            values *= cycle.sign[:, None]
+            kernels.compiled.accumulate(cycle.parent, values, np.zeros(values.shape[1]))
+            columns[:, i : i + _AT_ONCE] = self._of_values @ values
+        return columns
 
     @cached_property
     def loads(self) -> Floats | None:
@@ -170,16 +150,18 @@ class Rows:
         """
         move, bend, _ = self._steps
         shift_bend = (2.0 * middle - shift - np.roll(shift, 1)) / 3.0
-        cycle, columns = self.cycle, np.empty((self.weight.size, y.size))
+        has_steps = self.cycle.bin.size > 0 and self._of_means.nnz > 0
+        columns = np.empty((self.weight.size, y.size))
         for i in range(0, y.size, _AT_ONCE):
             part = y[i : i + _AT_ONCE]
-            values, means = np.empty((2, move.size, part.size))
+            values = np.empty((move.size, part.size))
+            means = np.empty_like(values) if has_steps else np.empty((0, 0))
             kernels.compiled.stops(
                 move, bend, shift, shift_bend, part, self.amplitude, values, means
             )
-            columns[:, i : i + part.size] = self._of_values @ values
-            if cycle.bin.size and self._of_means.nnz:
-                columns[:, i : i + part.size] += self._of_means @ means
+            columns[:, i : i + _AT_ONCE] = self._of_values @ values
+            if has_steps:
+                columns[:, i : i + _AT_ONCE] += self._of_means @ means
         return columns
 
     def by_displacement(self, y: Floats, k: Floats) -> Floats:

@@ -183,7 +183,7 @@ def _fitted(rows: list[Rows], loads: list[float | None]) -> tuple[list[FreeForm]
         return [fit], []
     note = (
         "a single slider density does not fit all normal loads (chi-squared rises by "
-        f"{apart:.3g} where noise explains {used:.3g}), so each load gets its own: tightening, "
+        f"{apart:.3g}, by noise alone about {used:.3g}), so each load gets its own: tightening, "
         "wear or the rig differ between the loads"
     )
     return list(alone), [note]

@@ -106,7 +106,7 @@ class InterfaceStep(Locked):
     misfit: float
     """Rise of the sum of squares over that of the free form [-]."""
     misfit_limit: float
-    """Rise that noise explains with a probability of 99 % [-]."""
+    """Rise that noise alone exceeds with a probability of 1 % [-]."""
     values: Mapping[str, float]
     """Best values of the free parameters."""
     rig_from_shape: Parameter | None
@@ -155,7 +155,7 @@ class InterfaceStep(Locked):
         words = "fits" if self.fits else "does not fit"
         head = (
             f"{self.law} {words}: chi-squared rises by {self.misfit:.3g} over the free form "
-            f"(noise explains {self.misfit_limit:.3g})"
+            f"(noise alone: at most {self.misfit_limit:.3g})"
         )
         lines = [head, *(str(one) for one in self.parameters.values())]
         if self.rig_from_shape is not None:
@@ -259,7 +259,7 @@ class Statistics:
         return np.interp(nodes, u, force), np.array(shifts) - fit.shifts[1:], nodes
 
     def misfit_limit(self, unknowns: int) -> float:
-        """Return the rise [-] over the least sum of squares that noise explains, at 99 %."""
+        """Return the rise [-] over the least sum of squares that noise exceeds in 1 % of fits."""
         count = max(self.target.size - unknowns, 1)
         return max(float(chdtri(count, 0.01)) * self.level / QUANTILE - self.least, 0.0)
 

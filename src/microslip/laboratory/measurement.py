@@ -55,13 +55,13 @@ _ELASTIC = 0.5
 """Sliding ratio [-] below which most of the displacement is elastic."""
 _TWO_SIDED = 1.96
 """Normal quantile by which half-widths become standard errors."""
-_MOST = {
-    "amplitude": (0.1, "m", "displacement"),
-    "force_amplitude": (1e7, "N", "force"),
-    "dissipated_energy": (1e3, "J", "force"),
-    "friction_peak": (5.0, "", "normal_load"),
+_USUAL = {
+    "amplitude": (0.0, 0.1, "m", "displacement"),
+    "force_amplitude": (0.0, 1e7, "N", "force"),
+    "dissipated_energy": (0.0, 1e3, "J", "force"),
+    "friction_peak": (2e-3, 5.0, "", "normal_load"),
 }
-"""Largest plausible values; beyond them a unit is probably wrong."""
+"""Smallest and largest plausible values; beyond them a unit is probably wrong."""
 
 
 class AmplitudeLevel(NamedTuple):
@@ -400,9 +400,9 @@ def _turned_to_its_peak(record: Record) -> Record:
 def beyond_all_rigs(columns: Mapping[str, Floats | float]) -> list[str]:
     """Return a note for each column whose median no rig reaches: a wrong unit, probably."""
     notes = []
-    for name, (most, unit, role) in _MOST.items():
-        size = abs(float(np.nanmedian(columns[name]))) if name in columns else 0.0
-        if size > most:
+    for name, (least, most, unit, role) in _USUAL.items():
+        size = abs(float(np.nanmedian(columns[name]))) if name in columns else least
+        if not least <= size <= most:
             text = engineering(size, unit) if unit else significant(size)
             usual = "um" if role == "displacement" else "N"
             notes.append(

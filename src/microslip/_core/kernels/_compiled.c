@@ -65,7 +65,8 @@ static const Kernel kernels[] = {
      "accumulate(parent, rise, base): accumulates increments over parents to values, down the tree."},
     {"stops", "aaaaadAA", "", run_stops, 0,
      "stops(move, bend, shift, shift_bend, y, start, value, mean): stop elements with limits y + "
-     "shift along a settled cycle; entry i of the first four is of the step that ends at place i."},
+     "shift along a settled cycle; entry i of the first four is of the step that ends at place i; "
+     "an empty mean is left out."},
     {"loads", "aAA?C", "", run_loads, 0, "loads(separation, N, -N' or None, *curve)"},
     {"drops", "aaAC", "", run_drops, 0, "drops(base, width, N(b) - N(b + w), *curve)"},
     {"excesses", "aaAP", "", run_excesses, 0,

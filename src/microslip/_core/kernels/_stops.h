@@ -85,7 +85,8 @@ static int run_stops(const Argument *a, Result *out)
     double start = a[5].x, *value = a[6].reals, *mean = a[7].reals, lowest = 0.0, highest;
     Py_ssize_t n = a[0].n, columns = a[4].n, above = columns, below = 0;
     if (n == 0) return FINE;
-    if (!all_have(a, 1, 3, n) || !all_have(a, 6, 7, n * columns)) return TOO_SHORT;
+    int with_means = a[7].n > 0; /* without them only the values at the places are computed */
+    if (!all_have(a, 1, 3, n) || !all_have(a, 6, with_means ? 7 : 6, n * columns)) return TOO_SHORT;
     for (Py_ssize_t j = 0; j < columns; j++)
         value[j] = fmin(fmax(y[j] + shift[0], 0.0), start);
     highest = shift[0];
@@ -96,19 +97,23 @@ static int run_stops(const Argument *a, Result *out)
     while (above > 0 && y[above - 1] + lowest > 0.0) above--;
     while (below < above && y[below] + highest <= 0.0) below++; /* these never carry a force */
     for (Py_ssize_t i = 0; i < n; i++)
-        for (Py_ssize_t j = 0; j < below; j++) value[i * columns + j] = mean[i * columns + j] = 0.0;
+        for (Py_ssize_t j = 0; j < below; j++) {
+            value[i * columns + j] = 0.0;
+            if (with_means) mean[i * columns + j] = 0.0;
+        }
     /* From the largest displacement on; what the second cycle leaves is settled. */
     for (Py_ssize_t step = 1; step <= 2 * n; step++) {
         Py_ssize_t i = step % n, before = (step - 1) % n;
-        double *to = value + i * columns, *to_mean = mean + i * columns;
+        double *to = value + i * columns, *to_mean = with_means ? mean + i * columns : NULL;
         const double *from = value + before * columns;
         for (Py_ssize_t j = below; j < above; j++) {
             double state = from[j];
-            to_mean[j] = move_stop(&state, move[i], y[j] + shift[before], y[j] + shift[i], bend[i],
-                                   shift_bend[i]);
+            double over_step = move_stop(&state, move[i], y[j] + shift[before], y[j] + shift[i],
+                                         bend[i], shift_bend[i]);
             to[j] = state;
+            if (with_means) to_mean[j] = over_step;
         }
-        if (step < n)
+        if (step < n || !with_means)
             move_stops(from, y, above, columns, move[i], shift[before], shift[i], to);
         else
             mean_stops(from, y, above, columns, move[i], shift[before], shift[i], bend[i],

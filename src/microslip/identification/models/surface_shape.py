@@ -32,8 +32,6 @@ _SPREAD = 0.05
 Greenwood and Williamson (1966, DOI 10.1098/rspa.1966.0242): a convention for the radius."""
 _PANELS = (24, 32, 48, 64)
 _LEFT_OUT = 1e-14  # of the largest value, for the terms that a panel leaves out
-
-
 _MOST_CACHED = 256  # separations
 
 
@@ -65,22 +63,11 @@ class Template:
         """Return the normalised separation [-] at which the load n is ``ratio`` times n(z)."""
         if ratio == 1.0:
             return z
-        target = math.log(ratio) + math.log(self.load(z))
-        here = z
-        # log n is concave for most laws: Newton's steps then come from the right, without bounds.
-        for _ in range(60):
-            load = self.load(here)
-            if not load > 0.0:
-                break
-            miss = math.log(load) - target
-            step = miss / self.rate(here)
-            here += step
-            if abs(miss) < 1e-7:  # the next step would be its square
-                if abs(math.log(self.load(here)) - target) < 1e-13 * max(1.0, abs(target)):
-                    return here
-                break
-        exact = self.law.separation(math.exp(target) * self.norm)
-        return float(exact) / self.unit
+        load = np.array([ratio * self.law._derivative_at(z * self.unit, 0)])
+        try:
+            return float(NormalLaw._solve(self.law, load)[0]) / self.unit
+        except InputError:  # beyond the loads of the surface: as for an exponential law
+            return z - math.log(ratio) / self.rate(z)
 
     # -- shares of the force limit ---------------------------------------------------------------
 

@@ -224,7 +224,7 @@ def headline(data: Mapping[str, Any]) -> str:
         interval_text(Estimate(*(curve[name][key][-1] for key in Estimate._fields)), unit)
         for name, unit in (("dissipated_energy", "J"), ("damping_ratio", ""))
     )
-    return f"At {at} the {data['of']} dissipates {energy} per cycle, and ζ is {damping}."
+    return f"At {at} the energy per cycle is {energy}, and ζ is {damping} ({data['of']})."
 
 
 def _number(data: Mapping[str, Any]) -> Headline:
@@ -332,7 +332,7 @@ def _parameters(data: Mapping[str, Any]) -> tuple[Any, ...]:
     words = "fits the loops as well as the law does"
     if not step["fits"]:
         words = (
-            "does not fit: χ² rises by more than noise explains "
+            "does not fit: χ² rises by more than from noise alone "
             f"({significant(step['misfit'], 3)} over {significant(step['misfit_limit'], 3)}), so "
             "its parameters are those of the best fit"
         )

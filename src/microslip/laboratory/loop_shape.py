@@ -175,8 +175,8 @@ def clearance_of(shape: Shape) -> float | None:
     steep = float(np.max(slopes[: first + 1])), float(np.max(slopes[last:]))
     if at_zero > _PINCHED * min(steep):
         return None
-    width = float(p[last] - p[first] - (f[last] - f[first]) / min(steep))
-    return float(2.0 * shape.amplitude * max(width, 0.0))
+    ends = np.interp((-_BAND, _BAND), np.maximum.accumulate(f), p)
+    return 2.0 * shape.amplitude * max(float(ends[1] - ends[0]) - 2.0 * _BAND / min(steep), 0.0)
 
 
 def lost_motion_of(shape: Shape) -> float | None:

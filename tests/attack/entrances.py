@@ -278,6 +278,5 @@ def _add_evaluations(add: Add, joint: Any) -> None:
     add("evaluate", ms.evaluate, **named, mean=0.0, normal_load=[1e3, 2e3], amplitude=1e-7,
         other_young_modulus=2e11, other_poisson_ratio=0.3)  # fmt: skip
     add("evaluate at d", ms.evaluate, **named, separation=1e-7, force_amplitude=[1.0, 2.0])
-    add("evaluate loops", ms.evaluate, **named, normal_load=1e3, amplitude=1e-7, samples=16)
     add("evaluate of a surface", ms.evaluate, ("surface",), surface=joint.surface,
         friction_coefficient=0.5, normal_load=1e3, amplitude=1e-7)  # fmt: skip

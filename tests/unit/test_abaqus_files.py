@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -88,42 +87,3 @@ def test_files_of_a_job(tmp_path: Path, labels: bool, both: bool) -> None:
     np.testing.assert_allclose(found.stiffness.toarray(), sound, rtol=1e-12, atol=1e-9)
     sound[np.ix_(at, at)] = np.block([[MASS, np.zeros((8, 1))], [np.zeros((1, 8)), 2.0]])
     np.testing.assert_allclose(found.mass.toarray(), sound, rtol=1e-12, atol=1e-12)
-
-
-def broken(change: Callable[[str], str]) -> Callable[[Path], Path]:
-    def write(folder: Path) -> Path:
-        path = substructure(folder)
-        path.write_text(change(path.read_text()))
-        return path
-
-    return write
-
-
-def twice(folder: Path) -> Path:
-    path = job(folder)
-    path.write_text(path.read_text() + "101,1,101,1, 5.0\n")
-    return path
-
-
-def market(folder: Path) -> Path:
-    path = folder / "stiffness.mtx"
-    path.write_text("%%MatrixMarket matrix coordinate real general\n1 1 1\n1 1 2.0\n")
-    return path
-
-
-@pytest.mark.parametrize(
-    ("write", "message"),
-    [
-        (broken(lambda text: text[: len(text) // 2]), r"numbers, and its nodes have 8 degrees"),
-        (broken(lambda text: text.replace("NODES=       4", "NODES=400000000")), "more than limit"),
-        (broken(lambda text: text.replace("*MATRIX,TYPE=MASS", "*MATRIX,TYPE=X")), 'no "mass"'),
-        (broken(lambda text: text.replace("*USER ELEMENT", "*ELEMENT")), "wanted rows of node"),
-        (twice, "gives an entry twice: wanted assembled matrices"),
-        (market, "is a Matrix Market file: give its folder"),
-    ],
-)
-def test_what_holds_no_matrices(
-    tmp_path: Path, write: Callable[[Path], Path], message: str
-) -> None:
-    with pytest.raises(ms.InputError, match=message):
-        ms.Structure.load(write(tmp_path))

@@ -41,24 +41,6 @@ def test_heights_that_fall_exponentially_have_a_card_in_closed_form():
     assert np.interp(5e5, p[:-1], slopes[1:]) == pytest.approx(5e5 / scale, rel=0.1)
 
 
-@pytest.mark.parametrize(
-    ("units", "pascal", "metre", "density"),
-    [("m", 1.0, 1.0, 1.0), ("mm", 1e6, 1e-3, 1e12), ("mm-ms", 1e9, 1e-3, 1e9),
-     ("in", 6894.757293168, 0.0254, 1.0687e7)],
-)  # fmt: skip
-def test_numbers_are_in_the_units_of_the_deck(tmp_path, units, pascal, metre, density):
-    done = export.write_card("abaqus", JOINT, tmp_path / "c", units=units, density=2700.0)
-    text = done.file.read_text()
-    table = np.array(re.findall(r"^([\d.e+-]+), ([\d.e+-]+)$", text, re.MULTILINE), dtype=float)
-    np.testing.assert_allclose(table[:, 0] * pascal, done.card.pressures, rtol=1e-9)
-    np.testing.assert_allclose(table[:, 1] * metre, done.card.overclosures, rtol=1e-9)
-    layer = float(re.search(r"TRACTION\n(\S+),", text)[1])
-    assert layer * pascal == pytest.approx(done.card.layer.young_modulus, rel=1e-9)
-    assert float(re.search(r"DENSITY\n(\S+),", text)[1]) * density == pytest.approx(2700, rel=1e-4)
-    slip = float(re.search(r"ELASTIC SLIP=(\S+)", text)[1])
-    assert slip * metre == pytest.approx(done.card.elastic_slip, rel=1e-9)
-
-
 @pytest.mark.parametrize("program", export.PROGRAMS)
 def test_each_program_gets_both_stiffnesses_and_what_is_off(tmp_path, program):
     done = export.write_card(program, JOINT, tmp_path / "c", density=2700.0)

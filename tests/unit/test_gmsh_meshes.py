@@ -61,25 +61,6 @@ def test_every_format_gives_the_same_joint(name: str, folder: Path) -> None:
     np.testing.assert_allclose(ends, [(0, 0, -3e-3), (80e-3, 20e-3, 15e-3)], atol=1e-8)
 
 
-def test_geometries_of_many_parts_are_read(folder: Path) -> None:
-    """Gmsh 4.1 and Abaqus write a block of cells for each volume and face."""
-    lines, kind, cells = [], "", 0
-    for line in (folder / "order1.inp").read_text("utf-8").splitlines():
-        if line.startswith("*"):
-            kind = line.split(",")[1] if line.upper().startswith("*ELEMENT,") else ""
-        elif kind:
-            cells += 1
-            if cells % 5 == 0:
-                lines.append(f"*ELEMENT,{kind}, ELSET=part{cells}")
-        lines.append(line)
-    assert cells > 1000
-    (folder / "parts.inp").write_text("\n".join(lines), "utf-8")
-    found, wanted = joint(folder / "parts.inp"), joint(folder / "order1.inp")
-    assert found.face_area == pytest.approx(wanted.face_area, rel=1e-12)
-    sizes = [len(body.cells) for body in found.mesh.bodies]
-    assert sizes == [len(body.cells) for body in wanted.mesh.bodies]
-
-
 @pytest.mark.parametrize("change", ["5 0 8", "4.1 9 8"])
 def test_a_file_that_meshio_does_not_read_has_a_remedy(folder: Path, change: str) -> None:
     text = (folder / "order1-4.1-ascii.msh").read_text()

@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from microslip._core.options import option
 from microslip._core.parameters import REQUIRED
 from microslip._core.units import LENGTH
-from microslip.cli.options import in_options, offers
+from microslip.cli.options import offers
 from microslip.study.part import Part, key
 
 CUTOFF = option(
@@ -83,18 +83,3 @@ def test_what_is_not_given_is_the_default() -> None:
     table = Table(cutoff="none")
     given = by_command("--cutoff", "none")
     assert given == {name: getattr(table, name) for name in Table.keys}
-
-
-def test_messages_name_the_options_of_a_command() -> None:
-    for python, words in (
-        ("`cutoff` is short", "--cutoff is short"),
-        ('give `cutoff="1 um"` or', 'give --cutoff "1 um" or'),
-        ("write `outliers=6`", "write --outliers 6"),
-        ("give `cutoff=...`", "give --cutoff ..."),
-        ("`cutoff=slice(0, 10)`", "--cutoff 1..10"),
-        ("`cutoff=slice(first, last)`", "--cutoff FIRST..LAST"),
-        ('write `outliers={"a": "b"}`', 'write --outliers a="b"'),
-        ("write `limit=5`", "write limit=5"),
-        ("`cutoff=(1, 2)`", "cutoff=(1, 2)"),
-    ):
-        assert in_options(python, command) == words

@@ -60,19 +60,3 @@ def test_quick_cases_predict_the_stored_numbers(name: str) -> None:
     bands = RUN.predict(name)
     for row in RESULTS[name]["rows"]:
         np.testing.assert_allclose(bands[row["name"]], row["predicted"], rtol=1e-9)
-
-
-def test_a_number_is_inside_where_its_range_meets_the_band() -> None:
-    case = {
-        "title": "t",
-        "measured": [
-            {"name": "a", "value": 2.0, "low": 1.5, "high": 2.5},
-            {"name": "b", "value": 2.0},
-        ],
-    }
-    bands = {"a": (2.4, 3.0, 4.0), "b": (2.4, 3.0, 4.0)}
-    rows = RUN.compared(case, bands)
-    assert [row["inside"] for row in rows] == [True, False]
-    assert [row["ratio"] for row in rows] == [1.5, 1.5]
-    with pytest.raises(ValueError, match="has no band"):
-        RUN.compared(case, bands | {"b": (3.0, 2.0, 4.0)})

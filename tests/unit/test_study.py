@@ -42,20 +42,6 @@ def test_every_surface_law_runs_and_saves(name: str, tmp_path: Path) -> None:
     assert ("contact_area" in result.to_xarray()) == (not unknown)
 
 
-def test_amplitudes_left_open_are_said_in_the_result() -> None:
-    text = edited((f"amplitudes = {AMPLITUDES}\ncurve = {CURVE}", ""))
-    result = ms.Study.from_toml(text).run()
-    scale = 3.4e-7  # slip per indentation times standard deviation, to two digits
-    assert list(result.rows[0].amplitude) == pytest.approx([3.4e-8, 1.02e-7, 3.4e-7, 3.4e-6])
-    assert result.curves[0].amplitude[0] == pytest.approx(1e-3 * scale)
-    assert result.curves[0].amplitude[-1] == pytest.approx(1e2 * scale)
-    of = "times the slip scale, 340 nm when rounded to two digits."
-    assert result.summary["notes"][:2] == [
-        f"excitation.amplitudes is not given: 0.1, 0.3, 1, 10 {of}",
-        f"excitation.curve is not given: 0.001 to 100 {of}",
-    ]
-
-
 def test_force_amplitudes_stand_for_displacement_amplitudes() -> None:
     forces = [50.0, 200.0]
     text = edited((f"amplitudes = {AMPLITUDES}", 'force_amplitudes = ["50 N", "200 N"]'))

@@ -64,26 +64,6 @@ def test_rig_is_in_series(law: Any, stiffness: float) -> None:
         assert series.backbone_stiffness(middle) == pytest.approx(slope, rel=1e-4)
 
 
-@pytest.mark.parametrize("stiffness", [None, RIG])
-def test_ripple(stiffness: float | None) -> None:
-    rig = ms.VirtualTribometer(JOINT, rig_stiffness=stiffness, load_ripple=0.02)
-    record = rig.record(amplitude=20e-6, cycles=2)
-    load = np.asarray(record.normal_load)
-    assert load[0] == 2000.0
-    assert np.abs(load - 2000.0).max() == pytest.approx(40.0)
-    # In phase with the tangential force, so at the peaks of the gross slip T = mu N.
-    assert record.force.max() == pytest.approx(1.02 * 1100.0, rel=1e-9)
-    assert record.force.min() == pytest.approx(-0.98 * 1100.0, rel=1e-9)
-    if stiffness is not None:
-        contact = record.displacement - record.force / stiffness
-        again = JOINT.coupled_force(contact, normal_load=load)
-        np.testing.assert_allclose(again, record.force, rtol=0, atol=1e-6)
-    turned = ms.VirtualTribometer(
-        JOINT, rig_stiffness=stiffness, load_ripple=0.02, ripple_phase=np.pi
-    ).record(amplitude=20e-6, cycles=2)
-    assert turned.force.max() == pytest.approx(0.98 * 1100.0, rel=1e-9)
-
-
 @pytest.mark.parametrize("share", [0.0, 0.05, 1.0 / 9.0])
 def test_third_harmonic(share: float) -> None:
     rig = ms.VirtualTribometer(JOINT, third_harmonic=share, sample_rate=1024)

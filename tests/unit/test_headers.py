@@ -38,6 +38,7 @@ HEADS = [
     ("時間（s）,変位（um）,接線荷重（N）,押付荷重（N）", "t s x um f N n N"),
     ("経過時間[s],変位[um],せん断荷重[N],締付力[N]", "t s x um f N n N"),
     ("サイクル数,時間(s),変位(um),水平荷重(N),垂直荷重(N)", "cycle - t s x um f N n N"),
+    ("変位(um),摩擦力(N),せん断応力(kN)", "x um f N other kN"),
     ("Time,Displacement,Force\n[s],[mm],[N]", "t s x mm f N"),
     ("Time,Displacement,Force\ns,mm,N", "t s x mm f N"),
     ("Time\tPosition\tFx\tFz\ns\tmm\tN\tN", "t s x mm f N n N", "\t"),

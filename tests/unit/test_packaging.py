@@ -29,6 +29,16 @@ def test_one_version_and_one_date() -> None:
     assert section[1] == VERSION
     assert f"\nversion: {VERSION}\ndate-released: {section[2]}\n" in text("CITATION.cff")
     assert f'\n  version: "{VERSION}"\n' in text("conda/recipe.yaml")
+    assert f'"version": "{VERSION}"' in text("codemeta.json")
+
+
+def test_the_readme_names_what_the_core_needs_alone() -> None:
+    """The line for authors of solvers lists the packages with which core_alone.py is run."""
+    line = re.search(r"pip install --no-deps ([a-z ]+)`", text("README.md"))
+    named = re.search(r"ALONE = {(.*)}", text("tests/core_alone.py"))
+    assert line is not None
+    assert named is not None
+    assert set(line[1].split()) == set(re.findall(r'"(\w+)"', named[1]))
 
 
 def test_the_recipe_asks_for_what_the_package_needs() -> None:

@@ -28,6 +28,13 @@ def test_removed_keys_are_not_accepted_any_more() -> None:
         assert "removed in 0.3" in str(removed_value(path, value))
 
 
+def test_a_number_that_followed_another_is_refused() -> None:
+    text = OLD.replace("= 0.2", '= { of = "surface.rq", factor = 2.0 }')
+    text = text.replace('law = "rough"', 'law = "face"').replace('roll_off = "0.8 mm"\n', "")
+    with pytest.raises(ms.StudyError, match=r"friction_coefficient: .* was removed in 0\.3"):
+        ms.Study.from_toml(text.replace('shortest = "8 um"', "rdq = 0.1"))
+
+
 OLD = """
 schema = 1
 [surface]

@@ -24,14 +24,14 @@ EXPORT_KINDS = (
 _OPTIONS = (
     option(
         "smallest_amplitude",
-        "Smallest amplitude of cells, fits and reported errors.",
+        "Smallest amplitude of cells and reported errors.",
         LENGTH,
         example="1 nm",
         metavar="LENGTH",
     ),
     option(
         "largest_amplitude",
-        "Largest amplitude of cells, fits and reported errors.",
+        "Largest amplitude of cells and reported errors.",
         LENGTH,
         example="10 um",
         metavar="LENGTH",

@@ -122,7 +122,7 @@ def write(
     file : str or pathlib.Path
         File to write; some kinds write further files with the same stem.
     smallest_amplitude, largest_amplitude : float, optional
-        Range of amplitudes [m] for fits, cells and errors, by default 0.01 and 10 times the
+        Range of amplitudes [m] for cells and errors, by default 0.01 and 10 times the
         displacement force_limit / tangential_stiffness.
     cells : int, optional
         Number of cells [-], at least 2, for kinds that use cells.

@@ -73,6 +73,7 @@ _NEITHER = {
     "coefficient", "coeff", "cof", "ratio", "velocity", "speed", "acceleration", "temperature",
     "temp", "torque", "energy", "moment", "power", "rate", "error", "stiffness", "stress", "wear",
     "height", "raw", "counter", "number", "cycle", "cycles", "係数", "速度", "温度",
+    "応力", "摩擦距離", "仕事", "エネルギー", "トルク", "剛性", "摩耗", "圧力",
 }  # fmt: skip
 
 _CYCLES = {

@@ -185,7 +185,7 @@ class ForcedResponse(ModalResult, PlottableAtSensor):
         Returns
         -------
         FrequencyResponse
-            Frequencies [Hz] and complex values; ``save`` writes CSV and UFF 58.
+            Frequencies [Hz] and complex values; ``save`` writes CSV.
         """
         motion = self._fundamental(at)
         amplitude, power = positive("force", force), power_of(quantity)

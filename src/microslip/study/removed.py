@@ -44,6 +44,8 @@ REMOVED_KEYS: dict[str, str] = {
     "surface.outliers": "leave it out: spikes of a scan are removed; others by "
     "ms.Scan.condition(outliers=...) in Python",
     "surface.key": 'write channel = "z", which also names the array of a file',
+    "surface.filter": "leave it out: long waves are removed by a Gaussian filter; others by "
+    "SurfaceTopography or the software of the instrument",
     "joint.tightening_load": "write tightening_pressure in [surface], the load over its area",
     "joint.yield_stress": "write hardness of the material, 2.84 times the yield stress",
     "joint.tightening_model": "leave it out: faces yield at the hardness of their material",
@@ -76,6 +78,8 @@ REMOVED_VALUES: dict[tuple[str, str], str] = {
     ("surface.law", "drawing"): 'write law = "face" with the same ra, rq, rz, rsm and process',
     ("surface.law", "two-faces"): 'write law = "face" with ra or rq, rsm or rdq of one face, and '
     "second = { ra = … } of the other",
+    ("joint.pressure.kind", "parabola"): 'write kind = "patches", with areas of rings',
+    ("joint.pressure.kind", "table"): 'write kind = "patches", with areas of rings',
 }
 """Replacements by key and value, such as ``("surface.law", "persson")``."""
 

@@ -113,6 +113,8 @@ class Uncertain(DeclaredValue):
                 spread = self._spread(raw_value)
                 spread.unit = self.declared.unit or ""
                 return spread
+        if "of" in raw_value:
+            raise ValueError("{ of = … } was removed in 0.3; write the value, or use ms.evaluate")
         odd = next((key for key in raw_value if key not in _MEANINGS), None)
         hint = did_you_mean(str(odd), _MEANINGS) if odd is not None else ""
         raise ValueError(

@@ -205,9 +205,8 @@ class FreeForm:
         kept = np.append(kept, True)
         self.y, self.k = self.y[kept], self.k[kept]
         kept = np.append(kept, np.ones(self.extra, dtype=bool))
-        self.g, self.h, self.scale, self.free = (
-            one[kept] for one in (self.g, self.h, self.scale, self.free)
-        )
+        self.g, self.h, self.scale = (one[kept] for one in (self.g, self.h, self.scale))
+        self.free = self.free[kept]
         self.design = self.design[:, kept]
         self.cone = Cone(self.cone.gram[np.ix_(kept, kept)], self.free)
 
@@ -272,7 +271,7 @@ class FreeForm:
         """Return the solution s [m] of B(-s) = mu (N_reference - N) for loads N [N]."""
         u = np.append(0.0, self.y)
         force = backbone_of(self.y, self.k, u)
-        return -np.interp(friction * ((self.reference or 0.0) - loads), force, u)
+        return np.asarray(-np.interp(friction * ((self.reference or 0.0) - loads), force, u))
 
     def shift_at(self, load: float | None, friction: float | None = None) -> float:
         """Return the shift [m] of the thresholds from the reference load to a load [N]."""

@@ -198,6 +198,13 @@ def test_command_refuses(words: tuple[str, ...]) -> None:
     assert WRONG[words] in fails("identify", "light.csv", "heavy.csv", "-o", "out", *words)
 
 
+def test_tests_of_modes_are_refused_with_the_way_to_fit_them(folder: Path) -> None:
+    (folder / "modes.csv").write_text(
+        "amplitude [um],frequency [Hz],damping ratio [%]\n1,200,0.1\n2,199,0.2\n"
+    )
+    assert "[structure.measured] with fit = [...]" in fails("identify", "modes.csv")
+
+
 # -- a real record ---------------------------------------------------------------------------------
 
 REAL = Path(__file__).parents[3] / "shared/data/reciprocating/test_data_2.txt"

@@ -28,6 +28,7 @@ from microslip.cli.records import (
     reads,
     rig_stiffness_of,
 )
+from microslip.cli.structures import are_modal
 
 if TYPE_CHECKING:
     from microslip.laboratory import Record
@@ -87,6 +88,11 @@ def identify(
     Tests of the modes of a bolted structure are fitted by microslip predict, with the key
     structure.measured of its study.
     """
+    if manifest is None and reading.force is None and are_modal(records):
+        raise click.UsageError(
+            f"{records[0]} is a test of a mode: name it in the study of the structure, as file in "
+            "[structure.measured] with fit = [...], and run microslip predict"
+        )
     with stoppable():
         from microslip.identification import identify
         from microslip.report.files import write_document

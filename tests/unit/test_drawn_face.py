@@ -248,6 +248,13 @@ def test_drawings_that_no_machined_face_has_are_refused(drawing: dict, words: st
         ms.Finish(**drawing)
 
 
+def test_unloading_is_not_extrapolated_to_breadths_that_no_face_of_the_table_has() -> None:
+    least = float(table.stored()["breadth"].min())
+    below, at, above = (table.values(0.06, 6e-4, b).bends for b in (0.6, least, 0.8))
+    np.testing.assert_allclose(below, at, rtol=5e-3)
+    assert not np.allclose(at, above, rtol=0.05)
+
+
 # -- studies ---------------------------------------------------------------------------------------
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import io
 import math
 import pickle as pickle
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ import pytest
 import microslip as ms
 from microslip.contact import measured_face
 from microslip.contact.boundary_elements import HalfSpace, closing, press
+from microslip.contact.face_solution import cycle_energies
 from microslip.contact.figures import face_plot
 from microslip.friction.input_slopes import input_slopes
 from microslip.surfaces.joints import contact_words
@@ -280,6 +283,22 @@ def test_slopes_of_the_loss_factor_are_those_of_faces_solved_again() -> None:
         loss = math.log(high.loss_factor(amplitude) / low.loss_factor(amplitude)) / 0.2
         assert found["tangential_stiffness"][of] == pytest.approx(stiff, abs=0.2)
         assert found["loss_factor"][of] == pytest.approx(loss, abs=0.4)
+
+
+def test_energies_of_nearly_linear_unloading_have_logarithms() -> None:
+    """Where they are zero but for rounding, or few points are in contact; the rest is exact."""
+    d = np.array([0.0, 0.5, 0.6])
+    linear: Any = SimpleNamespace(
+        separation=d, pressure=1.0 - d[:, None], slope=np.array([[0.99], [1.0], [1.01]])
+    )
+    assert (cycle_energies(linear, np.geomspace(0.01, 1.0, 9)) > 0.0).all()
+    # p = exp(-d): 8 a - 8 (1 - exp(-a)) - 4 a (1 - exp(-a)), also beyond the last load at d = 0.6.
+    p = np.exp(-d)[:, None]
+    a = np.array([0.1, 0.5, 1.0])
+    exponential: Any = SimpleNamespace(separation=d, pressure=p, slope=p)
+    found = cycle_energies(exponential, a)
+    lost = -np.expm1(-a)
+    np.testing.assert_allclose(found, 8.0 * (a - lost) - 4.0 * a * lost, rtol=1e-4)
 
 
 @pytest.mark.slow

@@ -302,16 +302,20 @@ def cycle_energies(solution: FaceSolution, amplitudes: Floats) -> Floats:
     """Return energies of cycles over mu^2 lambda [E* pixel] at amplitudes over mu lambda [pixels].
 
     The cycles are at the tightening load; ln N is a cubic Hermite spline of the separation, and
-    beyond the lightest solved load nothing is in contact.
+    falls linearly beyond the lightest solved load. Energies that rounding or few points of contact
+    would make zero or negative are 1e-6 of p a, so that they have a logarithm.
     """
     from scipy.interpolate import CubicHermiteSpline
 
     d, p = solution.separation - solution.separation[0], solution.pressure.mean(axis=1)
-    curve = CubicHermiteSpline(d, np.log(p / p[0]), -solution.slope.mean(axis=1) / p)
+    rates = -solution.slope.mean(axis=1) / p
+    curve = CubicHermiteSpline(d, np.log(p / p[0]), rates)
     shares = np.linspace(0.0, 1.0, 401)
     at = amplitudes[:, None] * shares
-    lost = p[0] * -np.expm1(np.where(at > d[-1], -np.inf, np.minimum(curve(at), 0.0)))
-    return np.asarray(amplitudes * (8.0 * np.trapezoid(lost, shares, axis=1) - 4.0 * lost[:, -1]))
+    logs = curve(np.minimum(at, d[-1])) + rates[-1] * np.maximum(at - d[-1], 0.0)
+    lost = -np.expm1(np.minimum(logs, 0.0))
+    energies = 8.0 * np.trapezoid(lost, shares, axis=1) - 4.0 * lost[:, -1]
+    return np.asarray(amplitudes * p[0] * np.maximum(energies, 1e-6))
 
 
 def stiffness_scatter(solution: FaceSolution) -> float | None:

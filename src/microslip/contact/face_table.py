@@ -5,7 +5,7 @@ gradient of the gap, H the hardness and <q> the mean wavenumber of the spectrum:
 
 - hardness h = H/(E* h'),
 - tightening A = p/H, or pressure P = p/(E* h') = A h, named ``pi`` in the code,
-- breadth R <q>/h', between 0.6 and 0.95.
+- breadth R <q>/h', between 0.6 and 0.95; the faces have 0.73 to 0.93.
 
 `tools/make_face_table.py` solves random faces for a grid of these groups and stores the mean
 results at each grid point (node). The fits are linear least squares in powers of t = -ln(1 +
@@ -34,6 +34,8 @@ PRESSURE = 0.32
 """Largest P = p/(E* h')."""
 BREADTH = (0.60, 0.84, 0.95)
 """Smallest, usual and largest breadth R <q>/h' [-]."""
+_NARROWEST = 0.73
+"""Smallest breadth of the nodes; below it the unloading curve is not extrapolated."""
 
 _FINE = np.concatenate([1.0 - np.geomspace(2e-3, 0.28, 48), np.geomspace(0.715, 0.005, 60)])
 
@@ -211,8 +213,12 @@ def values(hardness: ArrayLike, pressure: ArrayLike, breadth: ArrayLike = BREADT
     t, v, b = np.broadcast_arrays(*groups(hardness, pressure), breadth)
     t, v, b = (np.atleast_1d(np.asarray(x, dtype=float)) for x in (t, v, b))
     slim = np.log(b) + 0.2
-    powers, rising = (np.concatenate([x, slim * x]) for x in _powers(t, v))
+    plain, by_separation = _powers(t, v)
+    powers, rising = (np.concatenate([x, slim * x]) for x in (plain, by_separation))
     found = {name: matrix @ powers for name, matrix in _matrices().items()}
+    if (b < _NARROWEST).any():
+        least = np.log(np.maximum(b, _NARROWEST)) + 0.2
+        found["bends"] = _matrices()["bends"] @ np.concatenate([plain, least * plain])
     slope = _matrices()["separation"][0] @ rising
     stiffness = np.exp(found["stiffness"][0])
     return NodeValues(

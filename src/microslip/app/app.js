@@ -38,11 +38,12 @@ function guesses(name) {
   return /\.(csv|tsv|tdms|h5|hdf5|txt|dat|nc)$/i.test(name) ? ["record", "scan"] : ["scan", "record"];
 }
 
-// A manifest is known by its name, or as CSV by a column of files.
-async function isManifest(file) {
+// A manifest is known by its name, or as CSV by a column of files with the name of another file.
+async function isManifest(file, files) {
   if (/manifest.*\.(csv|xlsx|xlsm)$/i.test(file.name)) return true;
-  const names = /(^|[,;\t])"?(file|file ?name|datei|dateiname|fichier)"?([,;\t\r\n]|$)/im;
-  return /\.csv$/i.test(file.name) && names.test(await file.slice(0, 4096).text());
+  if (!/\.csv$/i.test(file.name)) return false;
+  const names = /(^|[,;\t])"?(file|file ?name|datei|dateiname|fichier)"?([,;\t\r\n]|$)/im, text = await file.slice(0, 4096).text();
+  return names.test(text) && [...files].some((other) => other !== file && text.includes(other.name));
 }
 
 async function take(files) {
@@ -50,7 +51,7 @@ async function take(files) {
     const uploads = [], options = {};
     let manifest = -1;
     for (const file of files) {
-      if (manifest < 0 && await isManifest(file)) manifest = uploads.length;
+      if (manifest < 0 && await isManifest(file, files)) manifest = uploads.length;
       uploads.push(await ask(`/api/uploads?name=${encodeURIComponent(file.name)}`, "POST", file));
     }
     if (!uploads.length) return;

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import sparse
 
 import microslip as ms
 from microslip.structures.reduction_convergence import merged, patch_error
+from microslip.structures.reduction_patches import Patches, Samples, merging
 
 STEEL = ms.Material(young_modulus=210e9, poisson_ratio=0.3)
 AMPLITUDES = [1e-6, 1e-5]
@@ -77,3 +79,24 @@ def test_patches_finer_than_the_elements_are_merged() -> None:
         assert not overlap.any()
     for part, whole in zip(mode(usual), mode(fine), strict=True):
         np.testing.assert_allclose(part, whole, rtol=2e-2)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_merged_boxes_do_not_overlap_across_holes(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    x, y = (part.ravel() for part in np.meshgrid(np.arange(10.0), np.arange(8.0)))
+    solid = rng.random(x.size) > 0.3
+    boxes = np.column_stack([x, x + 1.0, y, y + 1.0])[solid]
+    count = len(boxes)
+    areas, numbers = np.ones(count), np.arange(count)
+    samples = Samples(boxes[:, ::2] + 0.5, areas, numbers)
+    functionals = sparse.identity(3 * count, format="csr")
+    patches = Patches(samples, areas, boxes, np.zeros(count, dtype=int), functionals, 0.0)
+    for _ in range(3):
+        patches, _ = merging(patches, rng.random(len(patches.areas)) ** 3)
+        low, high = patches.boxes[:, [0, 2]], patches.boxes[:, [1, 3]]
+        shared = np.minimum(high[:, None], high) - np.maximum(low[:, None], low)
+        assert not np.triu((shared > 1e-9).all(axis=2), 1).any()
+        own = samples.places[:, None] - 0.5 * (low + high)
+        inside = (abs(own) < 0.5 * (high - low)).all(axis=2)
+        assert inside[numbers, patches.samples.patches].all()

@@ -149,7 +149,10 @@ def merging(patches: Patches, dependent: Floats) -> tuple[Patches, Any]:
                 if (wider == group).all():
                     break
                 group, corner, end = wider, low[wider].min(axis=0), high[wider].max(axis=0)
-            if not taken[group].any():
+            merged = boxes[np.unique(owner[taken & beside])]
+            shared = np.minimum(merged[:, [1, 3]], end) - np.maximum(merged[:, [0, 2]], corner)
+            wide = (shared > 1e-6 * (end - corner)).all(axis=1)
+            if not (taken[group].any() or wide.any()):  # joined boxes may span holes
                 owner[group], taken[group] = i, True
                 boxes[i] = np.stack([corner, end], axis=1).ravel()
                 break

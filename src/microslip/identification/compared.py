@@ -60,8 +60,8 @@ class ComparedLaw(NamedTuple):
 class Comparison(Locked):
     """Several named laws fitted to the same records.
 
-    Made by :func:`microslip.compare`. The free form, which contains every law that obeys Masing's
-    rules, gives the smallest possible sum of squares.
+    Made by :func:`microslip.compare`, after Akaike (DOI 10.1109/TAC.1974.1100705). The free form
+    contains every law that obeys Masing's rules, and gives the smallest possible sum of squares.
     """
 
     found: Identification
@@ -142,8 +142,8 @@ def compare(
     Returns
     -------
     Comparison
-        The laws with the criteria of Akaike and Schwarz, and the error for cycles excluded from
-        the fit.
+        The laws with the criteria of Akaike (DOI 10.1109/TAC.1974.1100705) and Schwarz (DOI
+        10.1214/aos/1176344136), and the error for cycles excluded from the fit.
 
     Raises
     ------

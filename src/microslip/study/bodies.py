@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from microslip.structures import MeshedJoint
 
 
-MOST_BOLTS = 200
 DRAWING_KEYS = ("length", "width", "thickness", "lap")
 
 

@@ -76,7 +76,6 @@ RADIUS = with_unit(units.LENGTH, "1 mm")
 AMPLITUDE = with_unit(units.LENGTH, "1 um")
 POSITIVE_AREA = with_unit(units.AREA, "2 cm^2")
 LOAD = with_unit(units.FORCE, "2 kN")
-_TORQUE = with_unit(units.TORQUE, "20 N m")
 POSITIVE_DENSITY = with_unit(units.MASS_DENSITY, "7850 kg/m^3")
 ANY_ANGLE = with_unit(units.ANGLE, "90 deg", "any").but(
     least=-2.0 * math.pi, most=2.0 * math.pi, why="a turn at most"

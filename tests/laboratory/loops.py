@@ -216,8 +216,6 @@ def noisy(kind: Kind, rng: np.random.Generator, x: Floats, force: Floats, at: Fl
 
 # -- faults ---------------------------------------------------------------------------------------
 
-Fault = Callable[[np.random.Generator, Floats, Floats], tuple[Floats, Floats, dict[str, object]]]
-
 
 def _velocity(x: Floats) -> Floats:
     """Velocity over the amplitude and the angular frequency [-]."""

@@ -37,9 +37,9 @@ class ContactNodes:
     Attributes
     ----------
     converged : ndarray of bool
-        True for each node that settled in the last call of :meth:`harmonics`, shape (nodes,).
+        True for each node whose ``residual`` is within the tolerance, shape (nodes,).
     residual : ndarray
-        Estimated difference of the forces of that call from exactly periodic ones [N], (nodes,).
+        Estimated error of the last forces [N], see :class:`microslip.FieldHarmonics`.
     """
 
     def __init__(

@@ -7,7 +7,6 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
-from html import escape
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -140,15 +139,6 @@ def test_a_notebook_shows_the_text_and_a_figure(item: Any) -> None:
     assert text.startswith(type(item).__name__)
     assert ElementTree.fromstring(base64.b64decode(image)).tag.endswith("svg")
     assert len(shown) < 400_000
-
-
-def test_a_notebook_shows_the_table_of_a_prediction() -> None:
-    result = ms.Study.load(ROOT / "examples" / "al2017.toml").run()
-    shown = result._repr_html_()
-    assert shown.startswith(f"<pre>{escape(repr(result))}\n\n{result.study.title}")
-    assert "264 µJ" in shown
-    assert shown.count("<img ") == 1
-    assert len(shown) < 200_000
 
 
 def test_summits_lie_on_the_map_of_their_scan() -> None:

@@ -1,10 +1,7 @@
-"""The report: a page that is whole, safe, small, and says what the result says."""
+"""The report: a page that is whole, safe and small."""
 
 from __future__ import annotations
 
-import base64
-import re
-import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
@@ -14,12 +11,8 @@ import microslip as ms
 from microslip.figures.picture import PictureCache
 from microslip.report.html import html_page as html_page
 from microslip.report.predicted.document import prediction_document
-from microslip.report.predicted.figures import prediction_pictures
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "al2017.toml"
-
-
-# -- the page -----------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -55,35 +48,3 @@ def test_names_on_the_page_are_unique_and_links_lead_somewhere(text: str) -> Non
     assert len(set(names)) == len(names)
     links = [(attrs.get("href") or "")[1:] for tag, attrs in found.tags if tag == "a"]
     assert {link for link in links if "/" not in link} <= set(names)
-
-
-def test_every_figure_is_on_the_page(text: str, demo: ms.Result) -> None:
-    images = [attrs for tag, attrs in Page(text).tags if tag == "img"]
-    assert len(images) == len(prediction_pictures(demo)) == text.count("<figcaption>")
-    for attrs in images:
-        kind, data = (attrs["src"] or "").split(",")
-        assert kind == "data:image/svg+xml;base64"
-        root = ET.fromstring(base64.b64decode(data, validate=True))
-        paths = list(root.iter("{http://www.w3.org/2000/svg}path"))
-        assert len(paths) > 10
-        assert len(attrs["alt"] or "") > 20
-
-
-# -- study --------------------------------------------------------------------------------------
-
-
-# -- equations, provenance ----------------------------------------------------------------------
-
-
-def test_equations_are_well_formed_mathml(text: str) -> None:
-    formulas = re.findall(r"<math.*?</math>", text, flags=re.DOTALL)
-    assert len(formulas) > 20
-    arity = {"mfrac": 2, "msub": 2, "msup": 2, "msubsup": 3, "munder": 2}
-    core = {"math", "mrow", "mi", "mn", "mo", "mtext", "mspace", "msqrt", *arity}
-    for formula in formulas:
-        for node in ET.fromstring(formula).iter():
-            assert node.tag in core
-            assert len(node) == arity.get(node.tag, len(node)), formula
-            if node.tag in ("mi", "mn", "mo", "mtext"):
-                assert not len(node)
-                assert (node.text or "").strip()

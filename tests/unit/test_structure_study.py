@@ -221,22 +221,6 @@ def test_the_copy_of_a_study_finds_its_tests(folder: Path, tmp_path: Path) -> No
     np.testing.assert_array_equal(again.structure.measured[0].table[:, 1], [900.0, 899.0])
 
 
-def test_files_are_written(result: ms.Result, tmp_path: Path) -> None:
-    result.save(tmp_path / "out")
-    summary = json.loads((tmp_path / "out/summary.json").read_text(encoding="utf-8"))
-    assert summary["structure"]["modes"][0]["mode"] == 1
-    assert len(summary["structure"]["patches"]) == 6
-    table = np.genfromtxt(tmp_path / "out/structure.csv", delimiter=",", names=True)
-    assert len(table) == 3
-    for name in ("modal_curves", "pressure_map", "slip_map", "loss_map", "mode_shapes"):
-        assert (tmp_path / f"out/{name}.svg").is_file()
-    page = (tmp_path / "out/report.html").read_text(encoding="utf-8")
-    # Nobody asked for cycles of the joint by itself.
-    assert "Frequency and damping" in page
-    assert "Joint at rest" not in page
-    assert not (tmp_path / "out/loops.csv").exists()
-
-
 @pytest.mark.slow
 def test_a_study_tells_how_good_its_model_is(folder: Path) -> None:
     text = text_of(

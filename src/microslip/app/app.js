@@ -38,7 +38,7 @@ function guesses(name) {
   return /\.(csv|tsv|tdms|h5|hdf5|txt|dat|nc)$/i.test(name) ? ["record", "scan"] : ["scan", "record"];
 }
 
-// A manifest is known by its name, or as CSV by a column of files with the name of another file.
+// A file is a manifest by its name, or if it is CSV and its column of files names another file.
 async function isManifest(file, files) {
   if (/manifest.*\.(csv|xlsx|xlsm)$/i.test(file.name)) return true;
   if (!/\.csv$/i.test(file.name)) return false;

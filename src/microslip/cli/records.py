@@ -262,7 +262,7 @@ def list_records(names: Sequence[str], manifest: Path | None) -> Listed:
 def each_of(option: str, texts: tuple[str, ...], count: int, noun: str = "one") -> tuple[str, ...]:
     """Validate that an option is given once for each of ``count`` records, or not at all.
 
-    The error message names the expected values by ``noun``.
+    ``noun`` names the expected values in the error message.
     """
     if texts and len(texts) != count:
         records = plural(count, "record")

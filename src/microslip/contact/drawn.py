@@ -63,7 +63,7 @@ class DrawnFace(FaceLaw):
         load. Then ``plateau`` replaces ``rms``, and ``slope * plateau/rms`` replaces ``slope``.
     breadth : float, optional
         Breadth Rq <q>/h' of the spectrum [-], from 0.6 to 0.95, with the mean wavenumber <q> and
-        the rms gradient h'; by default 0.84. Below 0.73 the unloading curve is that of 0.73.
+        the rms gradient h'; by default 0.84. Below 0.73 the unloading curve for 0.73 is used.
     lay : float, optional
         Slope of profiles along the lay over that across it, in (0, 1]; 1 for an isotropic face. It
         determines how the ratio of normal to tangential stiffness depends on direction.

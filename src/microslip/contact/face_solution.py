@@ -329,7 +329,7 @@ def stiffness_scatter(solution: FaceSolution) -> float | None:
     level = math.log(0.5 * float(solution.pressure[0].mean()))
     values = []
     for p, s in zip(solution.pressure.T, solution.slope.T, strict=True):
-        # Lighter pieces are extrapolated: not from two loads next to each other.
+        # Lighter pieces are extrapolated, which neighbouring loads do not allow.
         loaded = (p > 0.0) & (s > 0.0) & ((p < 0.7 * p[0]) | (p == p[0]))
         x, y = np.log(p[loaded])[::-1], np.log(s[loaded])[::-1]
         if x.size < 2:

@@ -216,7 +216,7 @@ class ContactNumbers:
 
     @property
     def unresolved_amplitude(self) -> float | None:
-        """Largest amplitude over mu N/k_t at which twice the pixel changes the energy by 25 %."""
+        """Largest amplitude over mu N/k_t where doubling the pixel changes the energy by 25 %."""
         ratios = self.coarser_energies or ()
         changed = [
             a

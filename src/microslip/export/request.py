@@ -64,8 +64,8 @@ class Accuracy:
     ) -> Accuracy:
         """Return the largest errors of ``backbone`` and ``energy`` with respect to ``law``.
 
-        ``backbone`` [N] and ``energy`` [J], that dissipated per cycle, are functions of amplitudes
-        [m] as the exported file computes them; they are compared over the amplitudes ``span`` [m].
+        ``backbone`` (force [N]) and ``energy`` (dissipated per cycle [J]) are functions of the
+        amplitude [m] as the exported file computes them, compared over the range ``span`` [m].
         """
         a = np.geomspace(*span, _AMPLITUDES)
         force, lost = law._backbone(a), law._energy(a)

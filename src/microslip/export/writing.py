@@ -206,8 +206,8 @@ def write(
 def _check_energy(order: Order, law: Any, limits: dict[str, Any]) -> None:
     """Raise InputError if the dissipated energy of the file is in error by more than 5 %.
 
-    The largest error over the amplitudes counts. Only cells and sliders have one that large; the
-    message states a sufficient number of them.
+    The largest error over the amplitudes counts. Only models of cells or sliders exceed the limit;
+    for cells the message states a sufficient number.
     """
     error = order.accuracy.energy_error
     if not error > _MOST_ENERGY_ERROR:

@@ -30,7 +30,7 @@ class FieldHarmonics(tuple[Floats, ...]):
     residual: Floats
     """Estimated error of the force of each node [N], shape (nodes,): in two directions its distance
     from the limit cycle, under varying separations the error of the integration; 0 at constant
-    separations, where that is rounding, and NaN for sampled cycles, whose error is unknown."""
+    separations, where only rounding occurs, and NaN for sampled cycles, whose error is unknown."""
     converged: Bools
     """True for each node whose residual is within the tolerance or unknown, shape (nodes,)."""
 

@@ -36,8 +36,8 @@ _LEAST_FRICTION = 0.9
 Less than 1, since the load may be above its mean where the force is largest.
 """
 _SHIFT_STEP, _SHIFT_ROUNDS, _ROUGH, _STILL = 0.02, 8, 0.02, 0.1
-"""Step of differences by a shift, over the largest amplitude; most iterations of the shifts; change
-of the sum of squares, over the sum on rough grids, at which they end."""
+"""Finite-difference step of a shift, over the largest amplitude; largest number of iterations of
+the shifts; changes of the sum of squares at which they end, on rough grids relative to the sum."""
 
 
 @dataclass(eq=False)

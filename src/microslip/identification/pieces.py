@@ -29,8 +29,8 @@ loop begins or ends with that sample."""
 _NEAR, _MOST_CYCLES = 0.5, 3.0
 """Fraction of the amplitude beyond which a run has a turning point; cycles of a digitised loop."""
 _STRONG = 8.0
-"""Power of a harmonic of half a loop over its variance and the logarithm of the number of samples
-from which it counts."""
+"""Least power of a significant harmonic of half a loop, over its variance and the logarithm of the
+number of samples."""
 
 
 def _part(record: Record, first: int, last: int, label: str) -> Record:
@@ -124,7 +124,7 @@ def _turning_samples(x: Floats) -> NDArray[np.int64]:
 
 
 def _without_weak_harmonics(folded: Folded) -> Folded:
-    """Remove harmonics that are not significant, since each displacement is there twice."""
+    """Remove harmonics that are not significant: each displacement is used twice."""
     end = 1 + 2 * folded.harmonics.size
     power = (folded.coefficients**2 / np.diag(folded.covariance))[1:end].reshape(-1, 2).sum(axis=1)
     strong = (power > _STRONG * math.log(folded.count.sum())) | (folded.harmonics == 1)
@@ -156,7 +156,7 @@ def loop_of(record: Record, noise: tuple[float, float], bins: int) -> Folded:
         branch = slice(int(turns[0]), int(turns[1]))
         f, load = force[branch] - middle, record.normal_load
         half = np.repeat([1.0, -1.0], f.size)
-        # Each sample of displacement stands twice: with twice the variance it counts once. Forces
+        # Each displacement occurs twice; with twice the variance it counts once. Forces
         # are fitted on the measured branch alone, with an offset: their middle is not known.
         for _ in range(2):
             whole = Record(

@@ -183,8 +183,8 @@ def _fitted(rows: list[Rows], loads: list[float | None]) -> tuple[list[FreeForm]
         return [fit], []
     note = (
         "a single slider density does not fit all normal loads (chi-squared rises by "
-        f"{apart:.3g}, by noise alone about {used:.3g}), so each load gets its own: tightening, "
-        "wear or the rig differ between the loads"
+        f"{apart:.3g}, by noise alone about {used:.3g}), so each load gets its own density: "
+        "tightening, wear or the rig differ between the loads"
     )
     return list(alone), [note]
 

@@ -28,7 +28,7 @@ _FIXED: Final = 1e35
 
 
 def load_abaqus(file: Path) -> dict[str, Any]:
-    """Return the matrices of a substructure, or of the matrix files of one job, by their kind.
+    """Read the matrices of an Abaqus substructure, or of the matrix files of one job, by kind.
 
     The kinds are "mass", "stiffness" and "damping", as far as the files contain them. Rows are
     sorted by node, then by degree of freedom; fixed degrees of freedom are removed.

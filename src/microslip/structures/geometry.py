@@ -381,7 +381,7 @@ class Strip:
         return force[self.free], tangent[np.ix_(self.free, self.free)]
 
     def forces_at(self, places: Floats) -> Floats:
-        """Return the forces [N] that hold given mean deflection and elongation [m]."""
+        """Return the static forces [N] for given mean deflections and elongations [m]."""
         size, p = self.coordinates.shape
         x, force = np.zeros(size), np.zeros(p)
         for share in (0.25, 0.5, 0.75, 1.0):
@@ -405,7 +405,7 @@ class Strip:
         return force
 
     def cases(self, reach: float) -> tuple[Floats, Floats]:
-        """Return the static cases: mean deflections and elongations [m], and their forces [N].
+        """Return static load cases: mean deflections and elongations [m], and their forces [N].
 
         The middle is deflected by up to ``reach`` [m].
         """

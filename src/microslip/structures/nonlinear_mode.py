@@ -172,7 +172,7 @@ class ModeEquations:
 _CLOSE = 0.02  # relative distance of a multiple of the frequency to another mode
 _SMALLEST = 1e-6  # of the first amplitude: where a mode of sticking joints is to be found
 _COARSE, _FINEST = 0.1, 0.01
-"""Shortest step in the logarithm of the amplitude, and where no way around a fold is found."""
+"""Shortest step in the logarithm of the amplitude, usually and if no other branch is found."""
 _RESONANT = 0.02  # higher harmonic of a mode over the fundamental, at an internal resonance
 _FARTHER = 5.0  # from the resonance, of a guess beyond it
 _BEYOND = 2.5, 1.5, 4.0  # amplitudes over the last one before a resonance
@@ -272,10 +272,10 @@ def _first_solution(equations: ModeEquations, target: float) -> tuple[Solution |
 
 
 def _same_mode(point: ModePoint, guess: ModePoint, orders: Floats) -> bool:
-    """Return False if a point is of another mode than the guess.
+    """Return False if a point belongs to a different mode from that of the guess.
 
-    Shape or frequency differ much from the guess, or more than half of the kinetic energy is in
-    higher harmonics.
+    Then its shape or frequency differs much from the guess, or more than half of its kinetic energy
+    is in higher harmonics.
     """
     a, b = point.coefficients[:, 1:3].ravel(), guess.coefficients[:, 1:3].ravel()
     likeness = abs(float(a @ b)) / float(np.linalg.norm(a) * np.linalg.norm(b))
@@ -355,7 +355,7 @@ class ModeSolver:
         if missing.size and missing.max() < reached:
             message = (
                 f"no solution from the amplitude {missing.min():.4g} to {missing.max():.4g}, where "
-                "a multiple of the frequency is that of another mode (internal resonance)"
+                "a multiple of the frequency equals that of another mode (internal resonance)"
             )
         elif missing.size:
             message = (

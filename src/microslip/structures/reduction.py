@@ -182,8 +182,8 @@ def _dependence(compliance: Floats, patches: int) -> Floats:
     idle = vectors[: 3 * patches, values < _INDEPENDENT * values[-1]] ** 2
     if (idle.sum(axis=0) < 0.5).all():
         raise InputError(
-            "bolts must stretch independently of each other; give each its own shank, of cells "
-            "that are no other bolt's"
+            "bolts must stretch independently of each other; give each bolt a shank of cells that "
+            "belong to no other bolt"
         )
     return np.asarray(idle.reshape(patches, -1).sum(axis=1))
 

@@ -120,7 +120,7 @@ def patches_of(mesh: JointMesh, elements: Elements, layout: Any, along: Floats |
 
 
 def merging(patches: Patches, dependent: Floats) -> tuple[Patches, Any]:
-    """Merge patches that the elements cannot resolve with their neighbours, into larger boxes.
+    """Merge patches that the elements cannot resolve with neighbouring patches into larger boxes.
 
     ``dependent`` (patches,) is the squared participation of each patch in displacements that
     depend on each other [-]. A neighbour is the patch of the same contact whose box leaves the

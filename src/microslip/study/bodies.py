@@ -108,7 +108,7 @@ def _names(example: str, distinct: bool = True) -> ListOf:
 
 
 class MeshPart(Part):
-    """Mesh of a structure, instead of its dimensions, with named bodies, faces and bolts."""
+    """Mesh of a structure with named bodies, faces and bolts, given instead of dimensions."""
 
     file: str = key(
         text("the name of a mesh", "beam.msh"),

@@ -227,7 +227,7 @@ def with_model_spreads(part: Any) -> Any:
 
 
 def is_uncertain(study: StudyDescription) -> bool:
-    """Return whether any input is uncertain; with a table [uncertainty] also by model errors."""
+    """Return whether any input is uncertain, or [uncertainty] adds the errors of the surface."""
     if study.uncertainty is not None:
         study = with_model_spreads(study)
     return next(spreads_of(study), None) is not None
@@ -255,5 +255,5 @@ def check_draws(study: StudyDescription) -> None:
         first = refused[0]
         raise StudyError(
             f"{study.name}: {first.key}: {len(refused)} of {len(points)} draws cannot be "
-            f"predicted, the first: {first}; narrow the uncertain inputs"
+            f"predicted; the first error: {first}; narrow the uncertain inputs"
         )

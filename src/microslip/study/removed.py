@@ -44,8 +44,8 @@ REMOVED_KEYS: dict[str, str] = {
     "surface.outliers": "leave it out: spikes of a scan are removed; others by "
     "ms.Scan.condition(outliers=...) in Python",
     "surface.key": 'write channel = "z", which also names the array of a file',
-    "surface.filter": "leave it out: long waves are removed by a Gaussian filter; others by "
-    "SurfaceTopography or the software of the instrument",
+    "surface.filter": "leave it out: long waves are removed by a Gaussian filter; for "
+    "other filters use SurfaceTopography or the software of the instrument",
     "joint.tightening_load": "write tightening_pressure in [surface], the load over its area",
     "joint.yield_stress": "write hardness of the material, 2.84 times the yield stress",
     "joint.tightening_model": "leave it out: faces yield at the hardness of their material",
@@ -54,8 +54,8 @@ REMOVED_KEYS: dict[str, str] = {
     "surface.heights.column": 'write values = { file = "heights.csv", column = "y [um]" }',
     "uncertainty.identification": "use the joint.toml that identify writes: it carries the "
     "intervals of the law",
-    "uncertainty.correlations": "leave it out: inputs are drawn independently; for others use "
-    "ms.evaluate over your own samples in Python",
+    "uncertainty.correlations": "leave it out: inputs are drawn independently; for correlated "
+    "inputs use ms.evaluate over your own samples in Python",
     "uncertainty.indices": "use scipy.stats.sobol_indices over ms.evaluate in Python",
     "uncertainty.method": "leave it out: the points are scrambled Sobol' points",
     "not_identified": "leave it out: the joint.toml that identify writes includes intervals",

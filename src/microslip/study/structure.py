@@ -173,7 +173,7 @@ class StructurePart(Part):
     _metals: tuple[dict[str, Material], str]  # materials of the study, name of the default one
 
     def check(self, place: Place) -> None:
-        """Reject conflicting keys, incomplete dimensions, and keys missing beside a mesh."""
+        """Reject conflicting keys, incomplete dimensions, and a mesh without its required keys."""
         if self.mesh is None:
             _require(self, "", (*DRAWING_KEYS, "density"))
             _require(self.bolts, ".bolts", ("positions", "shank", "hole", "washer"))

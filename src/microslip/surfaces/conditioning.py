@@ -252,7 +252,7 @@ _TOLERANCE = 1e-5  # residual over that of the initial guess
 
 
 def outliers(heights: Floats, threshold: float) -> np.ndarray:
-    """Return a mask of points over ``threshold`` robust deviations from their neighbours."""
+    """Return a mask of heights over ``threshold`` robust deviations from their neighbours."""
     from scipy.ndimage import median_filter
 
     gaps = np.isnan(heights)

@@ -54,7 +54,7 @@ class FaceJoint:
 
     @property
     def unresolved_amplitude(self) -> float | None:
-        """Amplitude [m] up to which the energy changes by 25 % or more with twice the pixel."""
+        """Amplitude [m] up to which doubling the pixel changes the energy by 25 % or more."""
         share = self.law.numbers.unresolved_amplitude
         return None if share is None else share * self.slip_length
 
@@ -180,7 +180,7 @@ def contact_words(numbers: ContactNumbers) -> str:
     resolution = f"; its stiffness changes by {' and '.join(changes)}" if changes else ""
     if n.unresolved_amplitude is not None:
         resolution += (
-            "; the energy of cycles changes by 25 % or more with twice the pixel up to an "
+            "; if the pixel is doubled, the energy of cycles changes by 25 % or more up to an "
             f"amplitude of {n.unresolved_amplitude:g} μN/k_t"
         )
     return (

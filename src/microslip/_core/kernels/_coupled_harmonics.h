@@ -19,7 +19,7 @@
 #define SERIES 16 /* terms of the series while sticking */
 #define MOST_BANDS 128 /* besides bands that end at kinks of the law */
 #define MARGIN 30.0 /* largest error of a rule over its estimate */
-#define LEAST_PEAK 1e-4 /* of the force over its limit, below which the tolerance is that of this */
+#define LEAST_PEAK 1e-4 /* smallest peak of the force over its limit to which the tolerance refers */
 /* Lengths times the highest harmonic for which the rules usually reach 1e-10. */
 static const double LENGTHS[RULES] = {0.45, 1.3, 3.0, 4.5, 6.3};
 
@@ -54,7 +54,7 @@ typedef struct {
     double to_series[SERIES][SERIES], places[SERIES];
     double *sums; /* force, its slopes, load, products of F and functions */
     double force_miss, slope_miss;
-    double most, peak, squares; /* scale and largest of the force; errors of pieces */
+    double most, peak, squares; /* scale and peak of the force; errors of pieces */
 } Walk;
 
 /* Quadrature nodes whose fronts are in one band. */

@@ -89,7 +89,7 @@ class Table(Locked):
         return self.coefficients, self.inverse_width, self.power, self.limit, self.rate
 
     def value(self, u: Floats) -> Floats:
-        """Return the function at ``u``, any shape."""
+        """Return the tabulated function at ``u``, an array of any shape."""
         flat = np.ascontiguousarray(u, dtype=float).reshape(-1)
         out = np.empty_like(flat)
         with np.errstate(over="ignore"):  # overflow is past the end

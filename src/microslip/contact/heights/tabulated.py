@@ -109,10 +109,10 @@ class TabulatedHeights(Locked, HeightDistribution):
             steps = steps[steps > 0.0]
             raise InputError(
                 f"a table must need at most {_MOST_PANELS} panels, got {height.size} heights with "
-                f"steps from {steps.min():.3g} m to {steps.max():.3g} m, which need more. A step "
-                "is cut until it is no more than twice the next. Give the density at fewer or "
-                "even steps, such as new = np.linspace(height[0], height[-1], 1000) and "
-                "np.interp(new, height, density)"
+                f"steps from {steps.min():.3g} m to {steps.max():.3g} m, which need more: each "
+                "step is divided until it is at most twice the next. Give the density at fewer "
+                "heights or in equal steps, such as new = np.linspace(height[0], height[-1], "
+                "1000) and np.interp(new, height, density)"
             )
         assign(self, _panels=panels)
 

@@ -84,8 +84,8 @@ class FieldState(Resumable):
 
     Each node has a memory diagram (DOI 10.3389/fmech.2020.00030), exact within the theory of
     Cattaneo and Mindlin. A row of the diagram is an open reversal, or a step of new contact that
-    has not slipped since. A state needs 144 bytes per node, 40 more during a trial, and some 60 for
-    each row beyond two per node. A ``depth`` limits the number of rows.
+    has not slipped since. A state needs 144 bytes per node, 40 more during a trial, and about 60
+    for each row beyond two per node. A ``depth`` limits the number of rows.
     """
 
     __slots__ = (
@@ -166,7 +166,7 @@ class FieldState(Resumable):
     @property
     @synchronized
     def stored_energy(self) -> Floats:
-        """Elastic energies of the tangential springs [J], shape (nodes,), as of a State."""
+        """Elastic energies of the tangential springs [J], shape (nodes,), as in State."""
         nodes = self._nodes
         stored = [self._diagram(i).stored(nodes.curve) for i in range(nodes.size)]
         return np.array(stored) * nodes.weights * nodes.slips
@@ -233,7 +233,7 @@ class FieldState(Resumable):
         return FieldResponse(force, load, tangent, stiffness)
 
     def _steps(self, separations: ArrayLike) -> tuple[Floats, tuple[float, float]]:
-        """Return steps from rest of a trial [m], and its smallest and largest from the origin."""
+        """Return the steps of a trial from rest [m], and the least and largest from the origin."""
         nodes = self._nodes
         if _is_plain(separations, nodes.size):
             step = np.empty(nodes.size)

@@ -55,7 +55,7 @@ def joint_sections(findings: Findings, adapt: cells.Wording = str) -> list[Secti
         notes.append(
             "The scan does not determine the damping of cycles up to "
             f"{engineering(unresolved, 'm')} in amplitude: their energy changes by 25 % or more "
-            "with twice the pixel."
+            "if the pixel is doubled."
         )
     return [Section(title, (Table("", columns, tuple(rows)), *(Note(adapt(n)) for n in notes)))]
 

@@ -93,7 +93,7 @@ def force_section(prediction: StructurePrediction) -> Section:
         columns["peak_high"] = Quantity(unit, label="95 %", form="3"), bands[:, 2, 0]
     remarks = [
         "Computed near each resonance from its modal curve, without other modes; if a frequency "
-        "has several motions, the largest is given."
+        "has several solutions, the largest one is given."
     ]
     for mode, forced in modes:
         name = f"Mode {mode.number} under {engineering(forced.force, 'N', 3)}"

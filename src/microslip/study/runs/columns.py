@@ -124,10 +124,10 @@ class HistoryResponse(ResultColumns):
 
 @dataclass(frozen=True)
 class Limits:
-    """Asymptotes of the dissipated energy: c a^3 at small amplitudes a, 4 mu N (a - b) at large.
+    """Asymptotes of the dissipated energy: c a^3 at small amplitudes a, 4 mu N (a - b) at large a.
 
     mu is the friction coefficient, N the normal load; `cubic_coefficient` is c [J/m^3] and
-    `linear_offset` b [m]. They are None without such an asymptote.
+    `linear_offset` b [m]. A missing asymptote is None.
     """
 
     cubic_coefficient: float | None

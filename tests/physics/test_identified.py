@@ -107,6 +107,24 @@ def test_the_law_is_a_law(given: ms.Identification) -> None:
     ]
 
 
+@pytest.mark.parametrize(("rig", "seed", "reach"), [(5e9, 0, 0.6), (5e8, 0, 0.6), (5e8, 0, 0.9)])
+def test_a_true_interface_fits_below_gross_slip(rig: float, seed: int, reach: float) -> None:
+    """Shifts between loads that the free form misses by up to a quarter are found by the law."""
+    records = []
+    for n, load in enumerate((2000.0, 1600.0, 1200.0)):
+        joint = JOINT.at(normal_load=load)
+        a = reach * joint.force_limit / joint.tangential_stiffness
+        a += float(joint.backbone(a)) / rig
+        tester = ms.VirtualTribometer(joint, rig_stiffness=rig, noise=0.0025, seed=1000 * seed + n)
+        records.append(tester.record(amplitude=float(a), frequency=10.0, cycles=10))
+    found = ms.identify(records, rig_stiffness=(rig, 0.01 * rig))
+    step = found.interface(PAIR, area=AREA)
+    assert step.fits
+    friction = step.parameters["friction_coefficient"]
+    assert friction.low < 0.55 < friction.high
+    assert friction.value == pytest.approx(0.55, rel=0.01)
+
+
 def test_parameters_of_the_interface(given: ms.Identification) -> None:
     """Standard deviation of the heights, friction and summits, each in a narrow interval."""
     wanted = {

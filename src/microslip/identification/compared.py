@@ -119,8 +119,9 @@ class Comparison(Locked):
 class _Fit(NamedTuple):
     misfit: float
     parameters: int
-    coefficients: Floats
+    x: Floats
     values: dict[str, float]
+    about: FreeForm
 
 
 @single_threaded
@@ -233,10 +234,10 @@ def _fit(name: str, found: Identification, fit: FreeForm, heights: Any) -> _Fit:
             _segalman,
         )
     problem, q, least, _ = solve(statistics, law, starts=starts)
-    values = problem.values(q)
-    return _Fit(
-        max(least - problem.statistics.least, 0.0), q.size, problem.coefficients(values), values
-    )
+    values, about = problem.values(q), problem.statistics.fit
+    rise = least - problem.statistics.least + about.chi_squared - fit.chi_squared
+    x = problem.coefficients(values) / about.scale
+    return _Fit(max(rise, 0.0), q.size, x, values, about)
 
 
 def _segalman(u: Floats, v: Values, _: float | None) -> Floats:
@@ -261,12 +262,8 @@ def _cells(fit: FreeForm) -> _Fit:
         for i, k in zip(columns, g, strict=True)
         if k > 0.0
     }
-    return _Fit(
-        max(float(rest @ rest) - fit.chi_squared, 0.0),
-        int(np.count_nonzero(g)),
-        whole,
-        values,
-    )
+    rise = max(float(rest @ rest) - fit.chi_squared, 0.0)
+    return _Fit(rise, int(np.count_nonzero(g)), whole / fit.scale, values, fit)
 
 
 def _excluded_cycle_errors(
@@ -290,7 +287,7 @@ def _excluded_cycle_errors(
         for fit, part in zip(_parts(name, fits), parts, strict=True):
             for one in fit.rows:
                 held = Rows(back[id(one)], one.load)
-                miss = held.folded.force - fit.force_of(held, part.coefficients / fit.scale)
+                miss = held.folded.force - part.about.force_of(held, part.x)
                 miss = (miss - np.average(miss, weights=held.folded.count)) * held.weight
                 total += float(miss @ miss)
                 count += miss.size

@@ -21,8 +21,8 @@ _MOST_THRESHOLDS = 240
 """Number of thresholds above which some without stiffness are left out."""
 _FINEST = 150.0
 """Smallest amplitude over the finest threshold."""
-_REFINEMENTS, _BETWEEN, _VISIBLE = 2, 3, 1.0
-"""Number of refinements, thresholds inserted per gap, and error over noise that needs them."""
+_REFINEMENTS, _BETWEEN, _VISIBLE, _ADDED = 2, 3, 1.0, 8
+"""Number of refinements, thresholds per gap, error over noise, and thresholds beyond the others."""
 _OF_LOWER, _APART, _REGRIDS = 0.6, 0.6, 2
 """Number of thresholds for each lower load over THRESHOLDS, smallest spacing over that of the grid,
 and most times that thresholds are placed again while the shifts change."""
@@ -201,7 +201,7 @@ class FreeForm:
         room = max(_MOST_THRESHOLDS - int(kept.sum()), THRESHOLDS // 2)
         if others.size <= room:
             return
-        kept[others[:: -(-others.size // room)]] = True
+        kept[others[:: others.size // -room]] = True  # from the last, which ends the range
         kept = np.append(kept, True)
         self.y, self.k = self.y[kept], self.k[kept]
         kept = np.append(kept, np.ones(self.extra, dtype=bool))
@@ -365,12 +365,20 @@ class FreeForm:
         """
         return carried(y, self._fall(), self._fall(friction))
 
-    def about(self, friction: float, k: Floats) -> FreeForm:
-        """Return the fit linearised about friction coefficient and stiffnesses [N/m] of a law."""
+    def about(self, moved: Floats, k: Floats) -> FreeForm:
+        """Return the fit about stiffnesses [N/m] and changes of the shifts or friction of a law."""
         other = copy(self)
-        other.y, other.k, other.friction = self.y.copy(), k, friction
-        for _ in range(3):  # the fall depends on the thresholds, which move with it
-            other.y[:-1] = carried(self.y[:-1], self.fall, other._fall())
+        other.y, other.k = self.y.copy(), k.copy()
+        if self.friction is None:
+            other.shifts = np.append(0.0, np.minimum(self.shifts[1:] + moved, 0.0))
+            end = max(rows.amplitude - other.shifts[self.level[rows.load]] for rows in self.rows)
+            if end > self.y[-2]:  # the law is straight beyond the last threshold
+                other.y = np.insert(self.y, -1, np.linspace(self.y[-2], end, _ADDED + 1)[1:])
+                other.k = np.insert(k, -1, np.zeros(_ADDED))
+        else:
+            other.friction = self.friction + float(moved[0])
+            for _ in range(3):  # the fall depends on the thresholds, which move with it
+                other.y[:-1] = carried(self.y[:-1], self.fall, other._fall())
         other._assemble()
         other._solve()
         return other
@@ -450,6 +458,7 @@ class FreeForm:
             if place - last >= apart and place > 0.0:
                 kept.append(place)
                 last = place
+        kept[-1] = y[-1]  # laws of the second step are straight beyond the last threshold
         grid = np.array(kept)
         self.largest = float(grid[-1])
         old_y, old_k = self.y[:-1], self.k[:-1]

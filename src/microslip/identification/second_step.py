@@ -35,8 +35,8 @@ _STEP = 1e-4
 _CLEAR = 10.0
 """Displacement of the secant stiffness, over the smallest threshold, large compared with noise."""
 
-_PASSES, _SAME_FRICTION = 3, 2e-3
-"""Further passes under a varying load, and the relative change of the friction at their end."""
+_PASSES, _SAME = 3, 2e-3
+"""Further passes, and the relative change of shifts or friction at their end."""
 
 Scatter = Callable[[FreeForm, Values], Floats]
 """Changes of the scaled coefficients of a fit by random heights (columns)."""
@@ -233,12 +233,13 @@ class Statistics:
         if not compliance and not fit.extra:
             return curve(nodes, load), np.zeros(0), nodes
         end = nodes[-1] * 1.01
-        x = np.append(0.0, np.geomspace(1e-5 * end, end, _FINE))
+        beyond = np.geomspace(1.05 * end, 10.0 * end, 100)  # where a shift may lie
+        x = np.concatenate(([0.0], np.geomspace(1e-5 * end, end, _FINE), beyond))
         force = curve(x, load)
         u = x + compliance * force
+        far = np.array([1e3 * end])
         if fit.friction is not None:
             assert load is not None
-            far = np.array([1e3 * end])
             fall = float((curve(far, load) - curve(far, 0.5 * load))[0])
             # A law that knows no load moves with it as the free form does.
             friction = (
@@ -249,14 +250,10 @@ class Statistics:
             drop = friction * (load - (fit.loads[0] or 0.0))
             nodes = carried(nodes, fit.fall, float(np.interp(drop, force, u)))
             return np.interp(nodes, u, force), np.array([friction - fit.friction]), nodes
-        shifts = []
-        for low in fit.loads[1:]:
-            # B_high(u*) is what the limit falls by: mu (N_high - N_low).
-            assert load is not None
-            assert low is not None
-            fall = (curve(np.array([1e3 * end]), load) - curve(np.array([1e3 * end]), low))[0]
-            shifts.append(-float(np.interp(fall, force, u)))
-        return np.interp(nodes, u, force), np.array(shifts) - fit.shifts[1:], nodes
+        # B_high(u*) is what the limit falls by: mu (N_high - N_low).
+        falls = [curve(far, load) - curve(far, low) for low in fit.loads[1:]]
+        shifts = -np.interp(np.ravel(falls), force, u)
+        return np.interp(nodes, u, force), shifts - fit.shifts[1:], nodes
 
     def misfit_limit(self, unknowns: int) -> float:
         """Return the rise [-] over the least sum of squares that noise exceeds in 1 % of fits."""
@@ -326,8 +323,7 @@ class Problem:
         extra = [(datum.function(values) - datum.value) / datum.error for datum in self.data]
         if RIG in values and rig is not None and rig[1] > 0.0:
             extra.append((values[RIG] - rig[0]) / rig[1])
-        rows = np.append(rows, extra)
-        return np.asarray(np.nan_to_num(rows, nan=1e6, posinf=1e6, neginf=-1e6))
+        return np.asarray(np.nan_to_num(np.append(rows, extra), nan=1e6, posinf=1e6, neginf=-1e6))
 
     _whitening: tuple[Floats, Floats] | None = None
 
@@ -351,23 +347,24 @@ def solve(
 ) -> tuple[Problem, Floats, float, Floats]:
     """Fit a law; return problem, best parameters q, sum of squares and covariance of q.
 
-    If the load varies within the cycle, the statistics are linearised about the law and the fit is
-    repeated; the returned problem has the statistics of the last repetition.
+    At several or varying loads the fit is repeated with the statistics about the law, whose shifts
+    the loops determine better than those of the free form; the problem has the last statistics.
     """
     solved = _solved(statistics, law, data, scatter, starts)
     for _ in range(_PASSES):
         problem, q, *_ = solved
         fit, values = problem.statistics.fit, problem.values(q)
-        if fit.friction is None:
+        if not fit.extra:
             break
         x = problem.coefficients(values) / fit.scale
-        friction = fit.friction + float(x[-1])
-        if not friction > 0.0:
+        moved = x[fit.y.size :]
+        at = fit.shifts[1:] if fit.friction is None else np.array([fit.friction])
+        if np.any((at + moved) * at <= 0.0):
             break
-        about = fit.about(friction, x[: fit.y.size])
-        moved = Statistics(about, statistics.bands, statistics.rig, statistics.free_rig)
-        solved = _solved(moved, law, data, scatter, [values])
-        if abs(fit.friction / friction - 1.0) < _SAME_FRICTION:
+        about = fit.about(moved, x[: fit.y.size])
+        statistics = Statistics(about, statistics.bands, statistics.rig, statistics.free_rig)
+        solved = _solved(statistics, law, data, scatter, [values])
+        if np.all(np.abs(moved) < _SAME * np.abs(at)):
             break
     return solved
 

@@ -250,21 +250,22 @@ def test_real_record() -> None:
 
 @pytest.mark.parametrize("cycles", [4, 10, 40])
 def test_a_run_up_has_no_mean(cycles: int) -> None:
-    """Each cycle is a result by itself, and that of the record is the largest one."""
+    """Each cycle is a result by itself, and the interval of the record is the range of all."""
     law = ms.Iwan(np.full(60, 1e6), 1e6 * np.linspace(5e-7, 3e-5, 60))
     turn = np.arange(100 * cycles + 1) / 100.0
     x = 1.5e-5 * turn / cycles * np.sin(2.0 * np.pi * turn)
     force = law.force(x) + 0.5 * np.random.default_rng(cycles).standard_normal(x.size)
     found = ms.measure(ms.Record(x, force, sample_rate=1000.0))
-    largest = float(found.cycles["amplitude"].max())
-    assert found.mean["amplitude"].value == pytest.approx(largest, rel=1e-12)
-    assert found.mean["dissipated_energy"].number == 1
+    sound = found.cycles["dissipated_energy"][found.cycles["closure_error"] <= 0.25]
+    energy = found.mean["dissipated_energy"]
+    assert energy.low <= np.sort(sound)[1]
+    assert energy.high == pytest.approx(sound.max(), rel=0.05)
     assert not found.is_settled
     assert all(level.cycles.size == 1 for level in found.levels)
     tables = [b.title for s in measurement_document([found]).sections for b in s.blocks
               if isinstance(b, Table)]  # fmt: skip
     assert tables == ["Results by amplitude"]
-    assert any("as in a run-up" in note for note in found.notes)
+    assert any("has its own results" in note for note in found.notes)
 
 
 @pytest.mark.parametrize("cycles", [3, 6])

@@ -22,6 +22,8 @@ ALIKE, MORE_ALIKE = 0.02, 0.003
 """Largest relative change of force or energy over a settled stretch, and the one tried first."""
 ONE_AMPLITUDE = 0.01
 """Largest relative range of cycles of one amplitude, unless noise makes it larger."""
+_DRIFT = 1.1
+"""Largest over smallest amplitude of a drift; more is a run-up."""
 CERTAIN = 5.0
 """Standard errors of a significant trend; the limits are this project's."""
 _NOISE = 10.0
@@ -85,9 +87,10 @@ def settled(columns: Mapping[str, Floats], sound: NDArray[np.bool_], noise: floa
     """Find the settled cycles among the ``sound`` ones, which are closed and have no spikes.
 
     If there are several amplitudes, each is a level, and the longest one is selected; single cycles
-    of other amplitudes, such as a run-up, are left out, unless the record is nothing else. At one
-    amplitude the selection is the end of the record over which force and energy change by at most
-    0.3 %, or by 2 % if they never change so little. ``noise`` [m] is the error of an amplitude.
+    of other amplitudes, such as a run-up, are left out, unless the record is nothing else: then all
+    are selected, as not settled. At one amplitude the selection is the end of the record over which
+    force and energy change by at most 0.3 %, or by 2 % if they never change so little. ``noise``
+    [m] is the error of an amplitude.
     """
     places = np.flatnonzero(sound)
     notes: list[str] = []
@@ -136,7 +139,7 @@ def settled(columns: Mapping[str, Floats], sound: NDArray[np.bool_], noise: floa
 
 
 def _without_plateau(columns: Mapping[str, Floats], places: NDArray[np.intp], size: int) -> Settled:
-    """Make stretches of one amplitude levels of their own, and select the longest, or largest."""
+    """Select all cycles; after a run-up, stretches of one amplitude are levels too."""
     amplitudes, parts = np.abs(columns["amplitude"]), [places[:1]]
     for row in places[1:]:
         low, high = sorted((amplitudes[parts[-1][0]], amplitudes[row]))
@@ -144,15 +147,12 @@ def _without_plateau(columns: Mapping[str, Floats], places: NDArray[np.intp], si
             parts[-1] = np.append(parts[-1], row)
         else:
             parts.append(np.array([row]))
-    largest = max(parts, key=lambda part: (part.size, amplitudes[part[0]]))
-    if largest.size == places.size:
-        return Settled(_mask(places, size), True, (_moving_note(columns, places, ("amplitude",)),))
-    note = (
-        f"not settled: {_span(columns, places, ('amplitude',))} from cycle {places[0] + 1} to "
-        f"{places[-1] + 1}, as in a run-up: results of {len(parts)} amplitudes are separate, and "
-        f"those of the record are over {named_cycles(_mask(largest, size))}"
-    )
-    return Settled(_mask(largest, size), True, (note,), tuple((part, True) for part in parts))
+    note = _moving_note(columns, places, ("amplitude",))
+    if amplitudes[places].max() <= _DRIFT * amplitudes[places].min():
+        parts = []
+    else:
+        note += f"; each of {len(parts)} amplitudes has its own results"
+    return Settled(_mask(places, size), True, (note,), tuple((part, True) for part in parts))
 
 
 def requested(columns: Mapping[str, Floats], selection: NDArray[np.bool_]) -> Settled:

@@ -78,7 +78,8 @@ def test_cells_converge_to_the_backbone_at_second_order(law):
     # The same constant throughout, (integral of sqrt(-T0''))^2/8, but for where knots fall between
     # summits, or a cell contains a step of the density (drawn faces: by a factor of up to 2).
     scaled = np.array(errors) * np.array(counts) ** 2
-    assert scaled.max() < max(0.68, 1.05 * constant_of(law))
+    steps = 2.0 if isinstance(getattr(law, "surface", None), ms.DrawnFace) else 1.05
+    assert scaled.max() < max(0.68, steps * constant_of(law))
     assert scaled.max() / scaled.min() < 2.2
 
 

@@ -320,6 +320,12 @@ def test_nothing_is_found_where_nothing_is() -> None:
     assert not faults(np.zeros(SMALL))
 
 
+def test_long_waves_of_a_lay_are_no_tilted_stitch() -> None:
+    """On 100 faces that are nearly profiles, where two planes may fit by chance."""
+    faces = [rough(1000 + seed, lay=15.0, longest=60.0) for seed in range(100)]
+    assert not [seed for seed, z in enumerate(faces) if "tilted stitch" in plain(z)]
+
+
 def test_a_scan_says_it(tmp_path: Path) -> None:
     file = tmp_path / "scan.npy"
     np.save(file, clipped(rough(0), np.random.default_rng(0)))

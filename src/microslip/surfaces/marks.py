@@ -19,8 +19,8 @@ _FAR = 5.0
 """Smallest distance of scratches and dust from the median, in robust standard deviations."""
 _EDGE = 3.0
 """Rise of the outermost lines over their neighbours, relative to the usual rise inside."""
-_KINK = 0.62
-"""Largest residual of a kink over that of a parabola; a wave has one parameter more: 1.1."""
+_KINK = (0.15, 0.7, 1.3)
+"""Largest residual of a kink over those of a line, a parabola, and a wave (a parameter more)."""
 _WAVE = 0.3
 """Residual of a wave over that of a parabola below which the form is a wave."""
 _PLAIN = 4.0
@@ -138,7 +138,7 @@ def form_words(lines: str, plane: Floats) -> list[str]:
     periods = min(waves, key=lambda f: waves[f])
     kinks = {c: residual(np.maximum(x - c, 0.0)) for c in np.arange(0.1, 0.91, 0.02).tolist()}
     place = min(kinks, key=lambda c: kinks[c])
-    if kinks[place] < min(_KINK * parabola, 1.1 * waves[periods]):
+    if kinks[place] < np.min(np.multiply(_KINK, (straight, parabola, waves[periods]))):
         return [
             f"tilted stitch: the {lines} before and after number {round(place * profile.size)} lie "
             "on two different planes; stitch again with more overlap, or split the scan there."

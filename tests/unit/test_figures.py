@@ -73,9 +73,6 @@ def by_label(plot: Plot, word: str) -> Panel:
     return next(panel for panel in plot.panels if word in panel.y.label)
 
 
-# -- which figures there are --------------------------------------------------------------------
-
-
 # -- what they draw -----------------------------------------------------------------------------
 
 
@@ -93,18 +90,6 @@ def test_the_backbone_and_its_stiffnesses_are_drawn(result: ms.Result) -> None:
         np.testing.assert_allclose(line.y, joint.backbone(x) / 1e3, rtol=1e-12)
         np.testing.assert_allclose(tangent.y, joint.backbone_stiffness(x) / 1e9, rtol=1e-12)
         np.testing.assert_allclose(secant.y, joint.secant_stiffness(x) / 1e9, rtol=1e-12)
-
-
-def test_energy_damping_and_exponent_are_drawn(result: ms.Result) -> None:
-    plot = draw(result, "energy_damping")
-    panels = (by_label(plot, name) for name in ("energy", "Loss factor", "exponent"))
-    for curve, *drawn in zip(result.curves, *map(lines, panels), strict=True):
-        wanted = curve.dissipated_energy, curve.loss_factor, curve.dissipation_exponent
-        for line, values in zip(drawn, wanted, strict=True):
-            np.testing.assert_allclose(line.x, curve.amplitude / 1e-6, rtol=1e-12)
-            finite = np.isfinite(line.y)
-            assert finite.sum() > 10
-            np.testing.assert_array_equal(line.y[finite], values[finite])
 
 
 # -- that it can be read ------------------------------------------------------------------------

@@ -29,12 +29,12 @@ from microslip.structures.quasi_static import QuasiStatic, Track, continue_in_am
 from microslip.structures.static import MOST_MODES, AtRest, base_damping, solver_method
 
 Method = Literal["harmonic-balance", "quasi-static"]
-LARGEST_DIRECT = 900
-"""Largest number of unknowns for elimination; larger systems use GMRES."""
+SMALLEST_INEXACT, LARGEST_DIRECT = 300, 900
+"""Numbers of unknowns above which GMRES takes less time: for inexact steps, and for all."""
 NO_LOSS = 1e-8
 """Damping ratio of joints to which errors are relative at least: no structure shows less."""
 _LOOSE = 1e-6
-"""Tolerance above which steps are solved to a hundredth by GMRES."""
+"""Tolerance above which large systems are solved to a hundredth by GMRES."""
 _ITERATIONS = 40
 _BALANCED = 1e-13  # residual at which a step more changes nothing but rounding
 _FALLING = 0.1  # factors of a step are used again if it shrinks the residual to less than this
@@ -69,14 +69,18 @@ class ModeEquations:
 
         The factorised Jacobian is reused while steps reduce the residual tenfold, since a residual
         costs a third of a factorisation. The tolerance of the solution does not depend on it.
+        Inexact steps are used until one is too long: with gross slip the remaining hundredth of the
+        forces moves joints far, and lets the line search fail where exact steps converge.
         """
         point, converged, iterations, before = guess, False, 0, 0.0
         current = self._residual(point, amplitude)
         factors: Elimination | None = None
+        loose = self.rtol > _LOOSE
+        inexact = loose and self._unknowns > SMALLEST_INEXACT
         while iterations < _ITERATIONS:
             iterations += 1
             reused = factors is not None
-            step, factors = self._newton_step(point, current, factors)
+            step, factors = self._newton_step(point, current, factors, inexact)
             if step is None:
                 break
             q = np.abs(step.coefficients).max() / np.abs(point.coefficients).max()
@@ -89,18 +93,18 @@ class ModeEquations:
                     break
                 share *= 0.25
             else:
-                if reused:
-                    factors = None
+                if reused or inexact:
+                    factors, inexact = None, False
                     continue
                 # Nothing better lies that way: either this is rounding, or it is the end.
                 converged = current.merit < _STALLED
                 break
+            inexact = inexact and share == 1.0
             if after.merit > _FALLING * current.merit:
                 factors = None
             point, current = trial, after
             # Inexact steps shrink at a steady rate, which gives the size of the next one. They are
             # also short far from a solution where joints move little beside the structure.
-            loose = self.rtol > _LOOSE
             rate = size / before if before and loose else 1.0
             left, before = size * min(max(rate, 0.01), 1.0), size
             near = left < self.rtol and (not loose or after.merit < 0.1 * self.rtol)
@@ -136,8 +140,20 @@ class ModeEquations:
             forces, border, merit, answers, by_q / amplitude**2, by_omega / amplitude**2
         )
 
+    @property
+    def _unknowns(self) -> int:
+        """Number of unknowns that elimination would leave."""
+        modes, size = self.balance.shape
+        if self.balance.model.damping is None:
+            modes = min(modes, self.balance.joints.flat.shape[1])
+        return modes * size
+
     def _newton_step(
-        self, point: ModePoint, current: ModeResidual, factors: Elimination | None = None
+        self,
+        point: ModePoint,
+        current: ModeResidual,
+        factors: Elimination | None = None,
+        inexact: bool = False,
     ) -> tuple[ModePoint | None, Elimination | None]:
         modes, size = self.balance.shape
         change = None
@@ -147,11 +163,9 @@ class ModeEquations:
             by_omega = self.balance.by_omega(q, omega) - 4.0 * zeta * velocity
             columns = np.stack([by_omega, -2.0 * omega * velocity], axis=-1)
             system = ModeStep(self.balance, self.index, point, current, columns)
-            damped = self.balance.model.damping is not None
-            unknowns = modes if damped else min(modes, self.balance.joints.flat.shape[1])
-            if self.rtol > _LOOSE:  # inexact steps, which cost less than a factorisation
+            if inexact:
                 change = system.iterate(0.01)
-            elif unknowns * size > LARGEST_DIRECT:
+            elif self._unknowns > LARGEST_DIRECT:
                 change = system.iterate(1e-9 if current.merit < 1e-4 else 1e-4)
             if change is None:
                 factors = system.eliminate()

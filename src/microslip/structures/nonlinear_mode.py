@@ -88,8 +88,9 @@ class ModeEquations:
             share, trial, after = 1.0, point, current
             while share > _LEAST_SHARE:
                 trial = self._moved(point, step, share)
-                after = self._residual(trial, amplitude)
-                if after.merit < (1.0 - 0.1 * share) * current.merit or size < 1e-6:
+                after = self._tried(trial, amplitude, current)
+                small = size < 1e-6 and math.isfinite(after.merit)
+                if after.merit < (1.0 - 0.1 * share) * current.merit or small:
                     break
                 share *= 0.25
             else:
@@ -147,6 +148,13 @@ class ModeEquations:
         if self.balance.model.damping is None:
             modes = min(modes, self.balance.joints.flat.shape[1])
         return modes * size
+
+    def _tried(self, point: ModePoint, amplitude: float, current: ModeResidual) -> ModeResidual:
+        """Return the residual of a trial, infinite if it presses summits beyond their reach."""
+        try:
+            return self._residual(point, amplitude)
+        except InputError:
+            return current._replace(merit=math.inf)
 
     def _newton_step(
         self,
@@ -212,8 +220,12 @@ def follow(
 
     def solve(guess: ModePoint, at: float) -> Solution | None:
         nonlocal iterations, steps
-        candidate = equations.solve(guess, at)
-        iterations, steps = iterations + candidate.iterations, steps + 1
+        steps += 1
+        try:
+            candidate = equations.solve(guess, at)
+        except InputError:  # the extrapolation presses summits beyond their reach
+            return None
+        iterations += candidate.iterations
         near = candidate.converged and _same_mode(candidate.point, guess, orders)
         return candidate if near else None
 

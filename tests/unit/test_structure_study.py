@@ -427,7 +427,7 @@ def test_check_refuses_what_a_run_would_and_tells_what_it_takes(folder: Path) ->
     # 17 curves as the one that was measured; the rest tabulates the law, once.
     low, high = data["seconds"]
     assert high == pytest.approx(1.6**2 * low)
-    assert 0.0 < 1.6 * low - (factor + reduction + 17 * balance) < 10.0
+    assert 1.6 * low > factor + reduction + 17 * balance
     assert 5000 < data["degrees_of_freedom"] < 40_000
     for change, message in (
         (

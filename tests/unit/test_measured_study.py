@@ -123,7 +123,7 @@ tension = "200 N"
         law, notes[patch] = surface._law, surface.sentences()
         assert law.solution.lighter_tightenings.size
         description = study((load, ""), (alone, bolted.replace("[4, 1]", "[100, 100]")))
-    assert "the side of a patch, 3.96 mm, are not modelled" in notes["whole"][1]
+    assert "the side of a patch, 4.00 mm, are not modelled" in notes["whole"][1]
     assert (
         "are form, and are in the model only if structure.form includes them" in notes["small"][1]
     )

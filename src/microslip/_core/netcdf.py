@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from typing import Any
 
@@ -15,14 +16,18 @@ _COMPRESSED = 4096  # size in bytes from which arrays are compressed
 
 
 def store(path: str | Path, data: DataSet, progress: Progress | None = None) -> None:
-    """Write a data set to a new netCDF-4 file, readable by xarray, netCDF4, h5py and MATLAB."""
+    """Write a data set to a new netCDF-4 file, readable by xarray, netCDF4, h5py and MATLAB.
+
+    The file is made in memory, because HDF5 can crash where a disk is full.
+    """
     coords, variables = data.coords, data.variables
     with needed_for("netCDF files need"):
         import h5netcdf
 
     auxiliary = {name: set(v.dims) for name, v in coords.items() if v.dims != (name,)}
     total, written = sum(v.values.nbytes for v in (*coords.values(), *variables.values())), 0
-    with h5netcdf.File(path, "x", track_order=True) as file:
+    made = io.BytesIO()
+    with h5netcdf.File(made, "w", track_order=True) as file:
         file.dimensions = dict(data.sizes)
         for name, value in data.attributes.items():
             _set(file, name, value)
@@ -48,6 +53,8 @@ def store(path: str | Path, data: DataSet, progress: Progress | None = None) -> 
                 written += array.nbytes
                 if progress is not None:
                     progress(min(written / total, 1.0))
+    with Path(path).open("xb") as stored:
+        stored.write(made.getbuffer())
 
 
 def _set(owner: Any, name: str, value: Any) -> None:

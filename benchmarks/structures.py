@@ -30,8 +30,8 @@ from pages import write_section
 from scipy import sparse
 
 import microslip as ms
-from microslip.structures.balance import Balance
-from microslip.structures.nonlinear_mode import ModeEquations, ModePoint
+from microslip.structures.balance import Balance, ModePoint
+from microslip.structures.mode_equations import ModeEquations
 from microslip.structures.periodic_motion import AmplitudeMeasure, harmonic_basis
 
 METAL = ms.Material(69e9, 0.33)

@@ -15,7 +15,7 @@ from microslip._core.frozen import Locked
 from microslip.contact import NormalLaw
 from microslip.structures.mesh import JointMesh
 from microslip.structures.modal_curve import ModalCurve
-from microslip.structures.nonlinear_mode import NO_LOSS
+from microslip.structures.mode_equations import NO_LOSS
 from microslip.structures.reduction import Reducer
 from microslip.structures.reduction_model import ReducedJoint
 

@@ -9,8 +9,8 @@ from exported import JOINT
 from microslip import export
 
 _RANGE = {"smallest_amplitude": 1e-8, "largest_amplitude": 1e-6}
-_OPTIONS = {**_RANGE, "cells": 6, "nodes": [[1, 2]], "direction": 3, "first_number": 101}
-CELLS = JOINT.to_iwan(6, **_RANGE)
+_OPTIONS = {**_RANGE, "cells": 24, "nodes": [[1, 2]], "direction": 3, "first_number": 101}
+CELLS = JOINT.to_iwan(24, **_RANGE)
 
 
 def test_nastran_reads_its_cards(tmp_path):
@@ -25,8 +25,8 @@ def test_nastran_reads_its_cards(tmp_path):
     )
     model = bdf.BDF(debug=False)
     model.read_bdf(str(deck))
-    rods = [model.elements[101 + i] for i in range(6)]
-    assert [rod.node_ids for rod in rods] == [[101, 102]] * 6
+    rods = [model.elements[101 + i] for i in range(24)]
+    assert [rod.node_ids for rod in rods] == [[101, 102]] * 24
     areas = np.array([model.properties[rod.pid].A for rod in rods])
     moduli = np.array([model.materials[rod.Mid()].e for rod in rods])
     yields = np.array([model.MATS1[rod.Mid()].limit1 for rod in rods])
@@ -51,7 +51,7 @@ def test_lsdyna_reads_its_keywords(tmp_path):
     assert all(m.kt == 0.0 for m in materials)
     elements = list(deck.get_kwds_by_full_type("ELEMENT", "DISCRETE"))
     rows = [element.elements.iloc[0] for element in elements]
-    assert [(int(row.n1), int(row.n2), int(row.vid)) for row in rows] == [(1, 2, 101)] * 6
+    assert [(int(row.n1), int(row.n2), int(row.vid)) for row in rows] == [(1, 2, 101)] * 24
     (way,) = deck.get_kwds_by_full_type("DEFINE", "SD_ORIENTATION")
     assert str(way).splitlines()[-1].split()[:5] == ["101", "0", "0.0", "0.0", "1.0"]
     card = export.write_card("ls-dyna", JOINT, tmp_path / "card.k", units="mm", density=2700.0)

@@ -395,6 +395,7 @@ def test_loose_tolerances_find_gross_slip(patches: tuple[int, int], amplitude: f
     assert loose.damping_ratio == pytest.approx(exact.damping_ratio, rel=0.05)
 
 
+@pytest.mark.slow
 def test_trials_beyond_the_reach_of_summits_are_refused() -> None:
     """An extrapolation to 0.1 m indents summits by more than their radius of 1 mm."""
     steel = ms.Material(210e9, 0.3)

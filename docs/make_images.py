@@ -255,17 +255,17 @@ def draw_drawn_face() -> None:
     from microslip.contact import face_table
 
     nodes = face_table.stored()
-    h = np.geomspace(0.03, 3.0, 80)
+    h = np.geomspace(0.03, 1.0, 80)
     with style.context(["default", STYLE]):
-        figure, (left, right) = plt.subplots(1, 2, figsize=(8.0, 3.2))
+        figure, (left, right) = plt.subplots(1, 2, figsize=(8.0, 3.2), layout="constrained")
         for level in (0.01, 0.1, 0.35):
-            found = face_table.values(h, level * np.minimum(h, 1.0))
+            found = face_table.values(h, level * h)
             left.loglog(h, found.stiffness, label=f"{level:g}")
-            here = (nodes["level"] == np.float32(level)) & (nodes["hardness"] < 10.0)
+            here = (nodes["level"] == np.float32(level)) & (nodes["hardness"] <= 1.0)
             left.loglog(nodes["hardness"][here], np.exp(nodes["stiffness"][here]), "k.", ms=2)
         left.legend(title="p/H")
-        left.set(xlabel="H/(E* h')", ylabel="k_n Rq/p")
-        found = face_table.values(h, 0.03 * np.minimum(h, 1.0))
+        left.set(xlabel="H/(E*h′)", ylabel="kₙ Rq/p")
+        found = face_table.values(h, 0.03 * h)
         for amplitude in (0.1, 0.3, 1.0):
             energies = []
             for bends in found.bends:
@@ -276,8 +276,8 @@ def draw_drawn_face() -> None:
                     8.0 * (np.trapezoid(lost, u) - 0.5 * amplitude * lost[-1]) / amplitude**2
                 )
             right.loglog(h, energies, label=f"{amplitude:g}")
-        right.legend(title="Amplitude over mu N/k_t")
-        right.set(xlabel="H/(E* h')", ylabel="Energy of a cycle over k_t a^2")
+        right.legend(title="Amplitude a over μN/kₜ")
+        right.set(xlabel="H/(E*h′)", ylabel="Energy of a cycle over kₜa²")
         save(figure, "drawn_face")
 
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from microslip.figures.matplotlib_figure import STYLE
 
 Columns = dict[str, NDArray[np.float64]]
-NANO, MICRO, MILLI, KILO, MEGA = 1e-9, 1e-6, 1e-3, 1e3, 1e6
+MICRO, MILLI, KILO, MEGA = 1e-6, 1e-3, 1e3, 1e6
 
 GREY, LIGHT = "#555555", "#999999"
 INK, BLUE, RED, GREEN, PINK, GOLD = (

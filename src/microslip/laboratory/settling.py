@@ -140,18 +140,17 @@ def settled(columns: Mapping[str, Floats], sound: NDArray[np.bool_], noise: floa
 
 def _without_plateau(columns: Mapping[str, Floats], places: NDArray[np.intp], size: int) -> Settled:
     """Select all cycles; after a run-up, stretches of one amplitude are levels too."""
-    amplitudes, parts = np.abs(columns["amplitude"]), [places[:1]]
+    amplitudes, note = np.abs(columns["amplitude"]), _moving_note(columns, places, ("amplitude",))
+    if amplitudes[places].max() <= _DRIFT * amplitudes[places].min():
+        return Settled(_mask(places, size), True, (note,))
+    parts = [places[:1]]
     for row in places[1:]:
         low, high = sorted((amplitudes[parts[-1][0]], amplitudes[row]))
         if high <= (1.0 + ONE_AMPLITUDE) * low:
             parts[-1] = np.append(parts[-1], row)
         else:
             parts.append(np.array([row]))
-    note = _moving_note(columns, places, ("amplitude",))
-    if amplitudes[places].max() <= _DRIFT * amplitudes[places].min():
-        parts = []
-    else:
-        note += f"; each of {len(parts)} amplitudes has its own results"
+    note += f"; each of {len(parts)} amplitudes has its own results"
     return Settled(_mask(places, size), True, (note,), tuple((part, True) for part in parts))
 
 

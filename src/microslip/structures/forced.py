@@ -69,11 +69,13 @@ class FrequencyResponse(LockedArrays):
         file = Path(path)
         if file.suffix.lower() != ".csv":
             raise InputError(f"`path` must end in .csv, got {show(file.name)}")
-        columns = response_columns([self])
-        heads = ",".join(f"{name} [{unit}]" for name, (unit, _) in columns.items())
-        rows = zip(*(map(repr, part.tolist()) for _, part in columns.values()), strict=True)
+        heads = ["force_amplitude [N]", "frequency [Hz]", f"frf_real [{self.unit}]"]
+        heads.append(f"frf_imag [{self.unit}]")
+        columns = np.full(self.frequency.size, self.force), self.frequency
+        rows = np.column_stack([*columns, self.value.real, self.value.imag]).tolist()
         with atomic_file(file, overwrite) as stage:
-            stage.write_text("\n".join([heads, *map(",".join, rows), ""]), encoding="utf-8")
+            lines = [heads, *(map(repr, row) for row in rows)]
+            stage.write_text("".join(",".join(line) + "\n" for line in lines), encoding="utf-8")
 
     def __repr__(self) -> str:
         f = self.frequency
@@ -81,20 +83,6 @@ class FrequencyResponse(LockedArrays):
             f"FrequencyResponse({f.size} points, {f[0]:.5g} to {f[-1]:.5g} Hz, {self.quantity} "
             f"over {self.force:g} N)"
         )
-
-
-def response_columns(responses: Sequence[FrequencyResponse]) -> dict[str, tuple[str, Floats]]:
-    """Return the columns of a table of frequency responses, with units."""
-    value = np.concatenate([r.value for r in responses])
-    unit = responses[0].unit
-    return {
-        "force_amplitude": (
-            "N", np.concatenate([np.full(r.frequency.size, r.force) for r in responses])
-        ),
-        "frequency": ("Hz", np.concatenate([r.frequency for r in responses])),
-        "frf_real": (unit, value.real),
-        "frf_imag": (unit, value.imag),
-    }  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, repr=False)

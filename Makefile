@@ -119,7 +119,7 @@ record: $(READY) $(EXTRA)  ## predict the published numbers of record/, into doc
 attack-sanitized: $(READY)  ## the same on a kernel built with sanitizers
 	@tools/sanitize.sh "$(abspath $(PY))" --only histories --only states --only varying --inputs $(INPUTS)
 
-# HOSTS="fmu pyharm" tries some of them; minutes, and it installs each host into an environment that it removes
+# HOSTS="fmu jax" tries some of them; minutes, and it installs each host into an environment that it removes
 HOSTS ?=
 hosts: $(READY)  ## run the joint in other people's programs (PyPI packages, ccx)
 	@tools/try_hosts.sh "$(PYTHON)" $(HOSTS)

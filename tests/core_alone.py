@@ -40,8 +40,6 @@ import numpy as np  # noqa: E402
 import microslip as ms  # noqa: E402
 from microslip import export  # noqa: E402
 
-NODES = {kind: [[1, 2]] for kind in ("abaqus", "ansys", "lsdyna", "nastran")}
-
 
 def missing(what: str, package: str, use: Any) -> None:
     try:
@@ -86,7 +84,7 @@ os.environ.pop("CC", None)  # `make test CC=false` stops the kernel's compiler, 
 sys.modules["ziglang"] = None  # its first library takes minutes
 with tempfile.TemporaryDirectory() as folder:
     for kind in export.KINDS:
-        export.write(kind, joint, Path(folder) / f"{kind}_joint", nodes=NODES.get(kind))
+        export.write(kind, joint, Path(folder) / f"{kind}_joint")
 
 
 def with_scipy() -> None:

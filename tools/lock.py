@@ -16,8 +16,8 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 LOCK = ROOT / "requirements.lock"
 HEAD = "# Written by `make lock`; read by the Makefile, which picks the packages of one group.\n"
-# They bring CUDA, JAX and Numba: environments of their own (tools/try_hosts.sh).
-HEAVY = {"torch", "jax", "pyharm"}
+# They bring CUDA and JAX: environments of their own (tools/try_hosts.sh).
+HEAVY = {"torch", "jax"}
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 EXTRAS = [f"--extra={name}" for name in PROJECT["optional-dependencies"] if name not in HEAVY]

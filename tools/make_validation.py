@@ -177,11 +177,6 @@ def programs() -> Iterator[Row]:
 
         return host.driven(".py", host.in_python, folder)
 
-    def pyharm(folder: Path) -> tuple[object, object]:
-        import test_hosts_pyharm as host
-
-        return host.nonlinear_mode()
-
     def calculix(folder: Path) -> tuple[object, object]:
         import test_hosts_calculix as host
 
@@ -199,7 +194,6 @@ def programs() -> Iterator[Row]:
             calculix,
             "agrees to its seven digits",
         ),
-        ("frequencies of a slipping mode", "pyHarm's continuation", pyharm, "agrees"),
     ):
         with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
             try:

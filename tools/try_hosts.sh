@@ -2,13 +2,13 @@
 # Runs the joint in other people's programs, each in a throwaway environment of its own on top of
 # one that has microslip and what it needs.
 # WHEEL=dist/... is a wheel that is built already.
-# usage: tools/try_hosts.sh PYTHON [HOST...], of opensees, fmu, nastran, lsdyna, pyharm, jax, torch, octave, calculix
+# usage: tools/try_hosts.sh PYTHON [HOST...], of opensees, fmu, lsdyna, jax, torch, octave, calculix
 # PAGE=docs/hosts.md writes what was run, and what came, into the table between the page's markers.
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
 python=$1
 shift
-hosts=${*:-opensees fmu nastran lsdyna pyharm jax torch octave calculix}
+hosts=${*:-opensees fmu lsdyna jax torch octave calculix}
 scratch=$(mktemp -d)
 touch "$scratch/rows"
 trap 'rm -rf "$scratch"' EXIT
@@ -51,9 +51,7 @@ for host in $hosts; do
     case $host in
     opensees) try opensees tests/physics/test_hosts_opensees.py "openseespy==3.5.1.12" ;;  # Python 3.11
     fmu) try fmu tests/physics/test_hosts_fmu.py "fmpy>=0.3.20" ziglang ;;
-    nastran) try nastran "tests/physics/test_hosts_syntax.py -k nastran" "pyNastran>=1.4" ;;
-    lsdyna) try lsdyna "tests/physics/test_hosts_syntax.py -k lsdyna" "ansys-dyna-core>=0.12" ;;
-    pyharm) try pyharm tests/physics/test_hosts_pyharm.py "pyHarm-os>=1.2,<1.3" ;;
+    lsdyna) try lsdyna tests/physics/test_hosts_syntax.py "ansys-dyna-core>=0.12" ;;
     jax) try jax tests/physics/test_hosts_jax.py "jax>=0.4.34" ;;
     torch) try torch tests/physics/test_hosts_torch.py "torch>=2.4" ;;
     octave) try octave tests/physics/test_hosts_recipes.py ;;  # needs mkoctfile on the PATH

@@ -17,10 +17,7 @@ if TYPE_CHECKING:
     from microslip._core.checks import Floats
     from microslip.report import Study
 
-EXPORT_KINDS = (
-    "c", "abaqus-user", "fmu", "fmu3", "opensees", "calculix", "abaqus", "ansys", "lsdyna",
-    "nastran",
-)  # fmt: skip
+EXPORT_KINDS = ("c", "abaqus-user", "fmu", "fmu3", "opensees", "calculix")
 _OPTIONS = (
     option(
         "smallest_amplitude",
@@ -108,8 +105,8 @@ def export(
     """Write the joint of STUDY as input of another program.
 
     The header of the file states the errors of the exported joint. KIND c, abaqus-user, fmu,
-    fmu3, opensees, calculix, abaqus, ansys, lsdyna or nastran is the joint as code or elements of
-    that program. KIND card is its contact properties per unit area, for the program given by --for.
+    fmu3, opensees or calculix is the joint as code or elements of that program. KIND card is its
+    contact properties per unit area, for the program given by --for.
     """
     of_card = {name: options.pop(name) for name in (item.name for item in _CARD_OPTIONS)}
     of_card = {name: value for name, value in of_card.items() if value is not None}

@@ -12,7 +12,7 @@ from importlib.resources import files
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip.export.request import Accuracy, Order
+from microslip.export.request import Files, Order
 
 _FOLDER = files("microslip.export") / "templates"
 _PART = re.compile(r"@IF ([a-z -]+)@\n?(.*?)@END@\n?", re.DOTALL)
@@ -137,7 +137,7 @@ def _filled(name: str, order: Order, **values: object) -> str:
     return render(name, order.element, **_words(order), **values)
 
 
-def write_c(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
+def write_c(order: Order) -> Files:
     """Return the C source, its header and its Fortran interface by file name."""
     header = order.header()
     if order.bank is None:
@@ -154,15 +154,15 @@ def write_c(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
         order.stem + order.suffix: f"{top}\n{declarations(order)}\n{definitions(order)}",
         f"{order.stem}.h": f"{top}\n{declarations(order)}",
         f"{order.stem}.f90": f"{fortran}\n{_filled('interface.f90', order)}",
-    }, order.accuracy
+    }
 
 
-def write_user(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
-    """Return {file name: text} of a C file with Abaqus user routines, and the errors of the law."""
+def write_user(order: Order) -> Files:
+    """Return the C file with Abaqus user routines by name."""
     text = comment(order.header()) + "\n".join(
         ("", declarations(order), definitions(order), _filled("abaqus.c", order))
     )
-    return {order.stem + order.suffix: text}, order.accuracy
+    return {order.stem + order.suffix: text}
 
 
 def _number(value: float) -> str:

@@ -26,7 +26,7 @@ from microslip.export.c_source import (
     order_of,
     render,
 )
-from microslip.export.request import Accuracy, Order
+from microslip.export.request import Files, Order
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # fixed time stamp in the zip, so that equal joints give equal files
 _PLATFORMS = {  # folders of FMI 2.0 and 3.0, file suffix, and target name of zig
@@ -41,11 +41,10 @@ _BUILD = (
 )
 
 
-def write_fmu(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
-    """Return a functional mock-up unit (FMU), and the errors of the exported law.
+def write_fmu(order: Order) -> Files:
+    """Return a functional mock-up unit (FMU) as {file name: bytes of the archive}.
 
-    The unit is returned as {file name: bytes of the archive}; nothing is written. It contains a
-    binary for each platform for which a compiler is found.
+    It contains a binary for each platform for which a compiler is found.
     """
     header = comment(order.header())
     body = f"{header}\n/* {order.size} node(s). */\n{declarations(order)}\n{definitions(order)}"
@@ -74,7 +73,7 @@ def write_fmu(order: Order) -> tuple[dict[str, str | bytes], Accuracy]:
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as file:
         for name, content in parts.items():
             file.writestr(zipfile.ZipInfo(name, _EPOCH), content, zipfile.ZIP_DEFLATED)
-    return {f"{order.stem}.fmu": archive.getvalue()}, order.accuracy
+    return {f"{order.stem}.fmu": archive.getvalue()}
 
 
 def _arrays(order: Order) -> dict[str, object]:

@@ -32,7 +32,9 @@ from microslip.friction.memory import SliderBank
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")
 _AMPLITUDES = 400  # at which errors are evaluated
-ELEMENTS = ("opensees", "calculix", "abaqus", "ansys", "lsdyna", "nastran")
+Files = dict[str, str | bytes]
+"""Content of exported files by name."""
+ELEMENTS = ("opensees", "calculix")
 """Kinds of files that consist of elements and can hold a field of patches."""
 CODE = ("c", "abaqus-user", "fmu3")
 """Kinds of files that consist of code and support every element of :data:`COMPONENTS`."""
@@ -151,9 +153,9 @@ class Order:
         panels = self.panels if self.element == "joint" else self.load_panels
         return Accuracy.of(self.law, self.span, panels.force, panels.energy)
 
-    def header(self, accuracy: Accuracy | None = None) -> list[str]:
+    def header(self) -> list[str]:
         """Return the header of each file, line by line, in SI units."""
-        errors = accuracy or self.accuracy
+        errors = self.accuracy
         low, high = errors.smallest_amplitude, errors.largest_amplitude
         lines = [
             f"Written by microslip {__version__}, kind {self.kind}. Units: m, N, J.",
@@ -279,7 +281,7 @@ def _laws(kind: str, law: Any) -> list[Any]:
     if type(law).__name__ in ("IsotropicJoint", "IsotropicField"):
         raise InputError(
             f"{kind} supports one direction, and {type(law).__name__} has two; use "
-            f"{', '.join(CODE)} or microslip.export.hosts.pyharm"
+            f"{', '.join(CODE)}"
         )
     raise InputError(f"`law` must be a backbone law, such as an Interface or Iwan, got {show(law)}")
 

@@ -18,6 +18,7 @@ from microslip.export import c_source, fmu
 from microslip.export import element_files as elements
 from microslip.export.request import (
     Accuracy,
+    Files,
     Order,
     check_name,
     check_word,
@@ -32,7 +33,6 @@ from microslip.friction.conversions import amplitude_range
 _RUN = "run by the tests of microslip"
 _OPENSEES = f"{_RUN} with OpenSeesPy 3.5.1, against the cells"
 _CALCULIX = f"{_RUN} with CalculiX 2.20, against the cells"
-_NOT_RUN = "not run, written from the public manual"
 
 
 @dataclass(frozen=True)
@@ -45,8 +45,8 @@ class Format:
     """Verification of this kind of file."""
     suffixes: tuple[str, ...]
     """Accepted file suffixes; the first one replaces any other."""
-    write: Callable[[Order], tuple[dict[str, str | bytes], Accuracy]]
-    """Function that returns the files by name, and their accuracy."""
+    write: Callable[[Order], Files]
+    """Function that returns the files by name."""
 
 
 _FORMATS = (
@@ -61,10 +61,6 @@ _FORMATS = (
     Format("fmu3", f"{_RUN} with FMPy, against joint.force", (".fmu",), fmu.write_fmu),
     Format("opensees", _OPENSEES, (".py", ".tcl"), elements.opensees),
     Format("calculix", _CALCULIX, (".inp",), elements.calculix),
-    Format("abaqus", _NOT_RUN, (".inp",), elements.abaqus),
-    Format("ansys", _NOT_RUN, (".mac", ".inp"), elements.ansys),
-    Format("lsdyna", _NOT_RUN, (".k", ".key"), elements.lsdyna),
-    Format("nastran", _NOT_RUN, (".bdf", ".dat"), elements.nastran),
 )
 
 KINDS = tuple(item.kind for item in _FORMATS)
@@ -194,13 +190,13 @@ def write(
         one_line(described(law_along)),
     )  # fmt: skip
     _check_energy(order, law, limits)
-    texts, accuracy = file_format.write(order)
+    texts = file_format.write(order)
     paths = [path.parent / text for text in texts]
     with ExitStack() as stack:
         stages = [stack.enter_context(atomic_file(item, overwrite)) for item in paths]
         for stage, content in zip(stages, texts.values(), strict=True):
             stage.write_bytes(content.encode() if isinstance(content, str) else content)
-    return Exported(kind, tuple(paths), accuracy, file_format.run, order.described)
+    return Exported(kind, tuple(paths), order.accuracy, file_format.run, order.described)
 
 
 def _check_energy(order: Order, law: Any, limits: dict[str, Any]) -> None:

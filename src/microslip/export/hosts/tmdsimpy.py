@@ -15,9 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from tmdsimpy.nlforces.nonlinear_force import HystereticForce
 
-from microslip._core.checks import Floats, floats, show
+from microslip._core.checks import Floats, floats, positive, show
 from microslip._core.errors import InputError
-from microslip.export.hosts.contact_nodes import ContactNodes
 from microslip.friction import BackboneLaw, JointField
 from microslip.friction.vector_cycles import SETTLED
 
@@ -214,51 +213,103 @@ class FieldForce(_Force):
         :meth:`microslip.JointField.two_directions`; used only with two tangential directions.
         Cycles below the amplitude ``resolution`` [m] hardly dissipate energy; more sliders make
         ``resolution`` smaller.
-    balanced : bool, optional
-        Subtract the normal load at zero displacement, so that forces are changes from it.
     tolerance : float, optional
         Largest estimated difference of computed forces from exactly periodic ones, relative to the
-        force limit [-]; used only with two tangential directions. After :meth:`aft`,
-        ``nodes.converged`` states for each node whether it was reached, and ``nodes.residual`` is
-        the remaining difference [N].
+        force limit [-]; used only with two tangential directions.
+
+    Attributes
+    ----------
+    converged : ndarray of bool
+        True for each node whose ``residual`` after :meth:`aft` is within the tolerance, shape
+        (nodes,).
+    residual : ndarray
+        Estimated error of the last forces [N], see :class:`microslip.FieldHarmonics`.
     """
 
     def __init__(
         self, Q: ArrayLike, T: ArrayLike, field: JointField, *, sliders: int = 512,
-        nearest: float | None = None, balanced: bool = False, tolerance: float = SETTLED,
+        nearest: float | None = None, tolerance: float = SETTLED,
     ) -> None:  # fmt: skip
         if not isinstance(field, JointField):
             raise InputError(f"`field` must be a JointField, got {show(field)}")
         super().__init__(Q, T, field.size, (2, 3))
-        self.nodes = ContactNodes(field, self._width, sliders, nearest, balanced, tolerance)
+        self.field = field
+        self._options: dict[str, Any] = {"sliders": sliders, "nearest": nearest}
+        self._tolerance = positive("tolerance", tolerance, example=SETTLED)
+        self.converged, self.residual = np.ones(field.size, dtype=bool), np.zeros(field.size)
+        self._zero = field.separations if field.gaps is None else field.gaps
         self._signs = np.append(np.ones(self._width - 1), -1.0)  # a positive approach closes
+        self.init_history()
 
     @property
     def resolution(self) -> Floats:
         """Tangential amplitudes [m], shape (nodes,), below which sliders hardly dissipate."""
-        return self.nodes.resolution
+        if self._width == 2:
+            return np.zeros(self.field.size)
+        return np.asarray(self._law.resolution)
 
     def _opened(self, motion: Floats) -> Floats:
         return np.asarray(motion * self._signs.reshape(-1, *[1] * (motion.ndim - 2)))
 
+    def _rest_at(self, motion: Floats) -> None:
+        """Start all nodes without tangential force at motions with opening [m] (nodes, width)."""
+        self._begin, opened = motion[:, :-1].copy(), motion[:, -1]
+        field = self.field
+        if opened.any() or field.gaps is not None:
+            field = field.at(separations=self._zero + opened)
+        self._law: Any = field if self._width == 2 else field.two_directions(**self._options)
+        self._state = self._law.start()
+
     def set_aft_initialize(self, X: ArrayLike) -> None:
         """Start the nodes without tangential force at displacements X [m], shape (n,)."""
-        self.nodes.rest_at(self._opened(self._node_motion(X)))
+        self._rest_at(self._opened(self._node_motion(X)))
 
     def init_history(self, unlth0: Any = None, h: Any = None) -> None:
         """Start all nodes at rest at zero displacement."""
-        self.nodes.rest_at(np.zeros((self.nodes.field.size, self._width)))
+        self._rest_at(np.zeros((self.field.size, self._width)))
 
     def _stepped(self, motion: Floats, commit: bool) -> tuple[Floats, Floats]:
         motion = self._opened(motion)
-        force, tangent = self.nodes.step(motion, self.slides_freely)
-        if commit and self.slides_freely:
-            self.nodes.rest_at(motion)
-        elif commit:
-            self.nodes.commit()
+        separations = self._zero + motion[:, -1]
+        force, tangent = np.zeros(motion.shape), np.zeros((*motion.shape, self._width))
+        if self.slides_freely:
+            load, tangent[:, -1, -1] = self.field.load(separations)
+            if commit:
+                self._rest_at(motion)
+        else:
+            place = motion[:, :-1] - self._begin
+            if self._width == 2:
+                place = place[:, 0]
+            pulled, load, slopes = self._state.try_(place, separations=separations)
+            force[:, :-1], tangent = pulled.reshape(len(pulled), -1), slopes.copy()
+            if commit:
+                self._state.commit()
+        force[:, -1] = -load
+        tangent[:, -1] *= -1.0
         return self._opened(force), tangent * np.outer(self._signs, self._signs)
 
     def _settled(self, motion: Floats, numbers: list[int], samples: int) -> tuple[Floats, Floats]:
-        force, jacobian = self.nodes.harmonics(self._opened(motion), numbers, samples)
+        if 0 not in numbers:
+            raise InputError(f"harmonics of a contact must begin with the mean, 0, got {numbers}")
+        motion = self._opened(motion)
+        separations = motion[:, -1].copy()
+        separations[:, 0] += self._zero
+        place = motion[:, :-1].copy()
+        place[:, :, 0] -= self._begin
+        if self._width == 2:
+            found = self._law.harmonics(place[:, 0], numbers, separations=separations)
+            tangential = found[0][:, None]
+        else:
+            found = self._law.harmonics(
+                place,
+                numbers,
+                separations=separations,
+                samples=samples,
+                tolerance=self._tolerance,
+            )
+            tangential = found[0]
+        self.converged, self.residual = found.converged, found.residual
+        force, jacobian = np.concatenate((tangential, -found[1][:, None]), axis=1), found[2]
+        jacobian[:, -1] *= -1.0
         signs = np.outer(self._signs, self._signs)[:, :, None, None]
         return self._opened(force), jacobian * signs

@@ -237,23 +237,6 @@ def test_forms_leave_out_nothing_but_where_results_go() -> None:
     assert {name for name, kind in kinds.items() if kind == "file"} == {"manifest"}
 
 
-LOOKS = [
-    {"flip_sign": True}, {"time": "none"}, {"unit": ["force=N"]}, {"zero": ["force=middle"]},
-    {"calibration": ["force=2 N/N"]}, {"rows": "1..900"}, {"normal-load": ["500 N"]},
-]  # fmt: skip
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("options", LOOKS, ids=lambda options: next(iter(options)))
-def test_a_look_reads_as_the_command_does(
-    bench: Bench, tmp_path: Path, options: dict[str, Any]
-) -> None:
-    sent = bench.json("POST", "/api/uploads?name=run.csv", record_text(tmp_path))
-    asked = {"what": "record", "options": options}
-    seen = bench.json("POST", f"/api/uploads/{sent['id']}/look", asked)
-    assert seen["samples"] > 0
-
-
 @pytest.mark.slow
 def test_what_a_look_refuses_names_no_folder(bench: Bench, tmp_path: Path) -> None:
     sent = bench.json("POST", "/api/uploads?name=run.csv", record_text(tmp_path))

@@ -181,17 +181,3 @@ def test_streams_may_be_closed(arguments: list[str]) -> None:
         assert (done.returncode, done.stderr) == (0, b""), closed
         assert bool(done.stdout) == (">&-" not in closed.split())
         assert ("joint-result" in names()) == (arguments[0] == "predict")
-
-
-def test_many_loads_and_amplitudes_are_thinned_out() -> None:
-    loads = str([f"{n} kN" for n in range(1, 41)])
-    amplitudes = str([f"{n} nm" for n in (10, 20, 30, 39)])
-    text = STUDY.replace('"2 kN"', loads).replace('["0.1 um", "1 um"]', amplitudes)
-    Path("joint.toml").write_text(text, encoding="utf-8")
-    text = run("predict", "joint.toml").stdout
-    assert "\nJoint (20 of 40 loads; all in summary.json)\n" in text
-    assert "\nCycles (40 of 160 loops; all in summary.json)\n" in text
-    assert len(re.findall(r"(?m)^ ?\d+ kN .*GN/m", text)) == 20
-    assert len(re.findall(r"(?m)^ ?\d+ kN .* nm .* [nµ]J ", text)) == 40
-    for load, amplitude in (("1 kN", "10 nm"), ("1 kN", "39 nm"), ("40 kN", "39 nm")):
-        assert re.search(rf"(?m)^ ?{load} +{amplitude} ", text)

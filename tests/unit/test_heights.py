@@ -100,25 +100,6 @@ def test_moments_about_zero(name: str) -> None:
             assert value == pytest.approx(moment(order) * S**order, rel=1e-9, abs=0), order
 
 
-# -- heights one by one ----------------------------------------------------------------------------
-
-
-def test_discrete() -> None:
-    heights = ms.Discrete([3.0, 0.0, 1.0, 1.0])
-    np.testing.assert_array_equal(heights.values, [0.0, 1.0, 1.0, 3.0])
-    np.testing.assert_array_equal(
-        heights.probability_above([-1.0, 0.0, 0.5, 1.0, 2.0, 3.0]), [1, 0.75, 0.75, 0.25, 0.25, 0]
-    )
-    np.testing.assert_array_equal(heights.cdf([-1.0, 0.0, 0.5, 1.0, 3.0]), [0, 0.25, 0.25, 0.75, 1])
-    assert heights.partial_moment(1, 0.5) == (2.5 + 0.5 + 0.5) / 4
-    assert heights.partial_moment(1.5, -1.0) == pytest.approx(
-        (8 + 1 + 2 * 2**1.5) / 4, rel=1e-15, abs=0
-    )
-    assert heights.partial_moment(-0.5, 2.0) == 0.25
-    assert heights.spread == pytest.approx(np.std([3, 0, 1, 1]), rel=1e-15, abs=0)
-    assert heights.span == (0.0, 3.0)
-
-
 # -- what they refuse ------------------------------------------------------------------------------
 
 

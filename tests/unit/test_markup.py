@@ -112,10 +112,17 @@ def left() -> Left:
     ],
 )
 def test_pages_hold_names_as_text(left: Left, command: str, names: list[str]) -> None:
-    """No element, attribute or address is made of a name, and each name can be read."""
+    """No element, attribute or address is made of a name, and each name can be read.
+
+    Links within the page lead to one element each.
+    """
     page = Page((left.folders[command] / "report.html").read_text(encoding="utf-8"))
     for name in names:
         assert name in page.text
+    anchors = [attrs["id"] for _, attrs in page.tags if "id" in attrs]
+    links = [(attrs.get("href") or "")[1:] for tag, attrs in page.tags if tag == "a"]
+    assert len(set(anchors)) == len(anchors)
+    assert {link for link in links if "/" not in link} <= set(anchors)
     images = [attrs["src"] or "" for tag, attrs in page.tags if tag == "img"]
     assert images
     for image in images:

@@ -228,76 +228,45 @@ def test_a_wrong_row_among_the_first_is_not_skipped(put: Any) -> None:
                 )
 
 
-# -- MATLAB, HDF5, TDMS ----------------------------------------------------------------------------
+# -- NumPy, MATLAB, HDF5, TDMS ---------------------------------------------------------------------
 
 UNITS = {"displacement": "m", "force": "N"}
+COLUMNS: dict[str, Any] = {"displacement": "#1", "force": "#2", "units": UNITS}
 
 
-@pytest.mark.parametrize("form", ["5", "4"])
-def test_mat(form: str, put: Any) -> None:
-    savemat("a.mat", {"x": X, "force": T[:, None], "fs": 200.0, "note": "none"}, format=form)
-    record = ms.Record.read("a.mat", units=UNITS)
-    equal(record.displacement, X)
-    equal(record.force, T)
-    assert record.sample_rate == 200.0
-    assert 'sample_rate: 200 Hz by "fs" of the file.' in record.notes
-    assert record.notes[0] == "a.mat: MAT-file."
+def fields_of_numpy(name: str) -> None:
+    fields = np.zeros(4, dtype=[("displacement", "f8"), ("force", "f4"), ("state", "S2")])
+    fields["displacement"], fields["force"] = X, T
+    np.save(name, fields)
 
 
-def test_mat_structs(put: Any) -> None:
-    savemat(
-        "s.mat",
-        {
-            "run": {
-                "pos": {"values": X * 1e6, "unit": "um"},
-                "friction": {"values": T, "unit": "N"},
-                "dt": 0.01,
-            },
-            "others": np.column_stack([X, T]),
-        },
-    )
-    record = ms.Record.read("s.mat", displacement="run.pos.values", force="run.friction.values")
-    np.testing.assert_allclose(record.displacement, X, rtol=4e-16)
-    equal(record.force, T)
-    assert record.sample_rate == 100.0
-    record = ms.Record.read("s.mat", displacement="others#1", force="others#2", units=UNITS)
-    equal(record.displacement, X)
-    equal(record.force, T)
-    # A struct is named for its data, with the unit in its name.
-    savemat("d.mat", {"run": {"disp_um": {"data": X * 1e6}, "force_N": {"data": T}, "fs": 100.0}})
-    record = ms.Record.read("d.mat")
-    np.testing.assert_allclose(record.displacement, X, rtol=4e-16)
-    assert record.sample_rate == 100.0
-    # An array of channels that carry their names.
+def mat_struct(name: str) -> None:
+    run = {
+        "pos": {"values": X * 1e6, "unit": "um"},
+        "friction": {"values": T, "unit": "N"},
+        "dt": 0.01,
+    }
+    savemat(name, {"run": run, "others": np.column_stack([X, T])})
+
+
+def mat_units_in_names(name: str) -> None:
+    savemat(name, {"run": {"disp_um": {"data": X * 1e6}, "force_N": {"data": T}, "fs": 100.0}})
+
+
+def mat_channels(name: str) -> None:
     channels = np.empty(2, dtype=object)
     channels[0] = {"name": "Position", "unit": "m", "data": X}
     channels[1] = {"name": "Friction", "unit": "N", "data": T}
-    savemat("c.mat", {"channels": channels})
-    record = ms.Record.read("c.mat")
-    equal(record.displacement, X)
-    equal(record.force, T)
-    assert (
-        'displacement: column "channels(1).Position" by its name, m by the file'
-        in (record.notes[1])
-    )
+    savemat(name, {"channels": channels})
 
 
-def write_mat73(path: str, fill: Callable[[h5py.File], None]) -> None:
-    with h5py.File(path, "w", userblock_size=512) as file:
-        fill(file)
-    with Path(path).open("r+b") as raw:
-        raw.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM")
+def mat73(name: str) -> None:
+    def text73(group: h5py.Group, name: str, text: str) -> None:
+        data = group.create_dataset(name, data=np.array([[ord(c)] for c in text], dtype="u2"))
+        data.attrs["MATLAB_class"] = np.bytes_("char")
 
-
-def text73(group: h5py.Group, name: str, text: str) -> None:
-    data = group.create_dataset(name, data=np.array([[ord(c)] for c in text], dtype="u2"))
-    data.attrs["MATLAB_class"] = np.bytes_("char")
-
-
-def test_mat73(put: Any) -> None:
-    def fill(file: h5py.File) -> None:
+    with h5py.File(name, "w", userblock_size=512) as file:
         run = file.create_group("run")
-        run["time"] = np.arange(4.0)[None]
         run["force"] = T[None]
         text73(run, "comment", "in N")
         file["table"] = np.vstack([X, T])  # n x 2 in MATLAB
@@ -305,29 +274,19 @@ def test_mat73(put: Any) -> None:
         file["none"] = np.array([0, 0], dtype="u8")
         file["none"].attrs["MATLAB_empty"] = 1
         refs = file.create_group("#refs#")
-        for i, (name, values) in enumerate((("Position", X), ("Friction", T))):
+        for i, (title, values) in enumerate((("Position", X), ("Friction", T))):
             refs[f"v{i}"] = values[None]
-            text73(refs, f"n{i}", name)
+            text73(refs, f"n{i}", title)
         channels = file.create_group("channels")
         for field, letter in (("data", "v"), ("name", "n")):
             places = [[refs[f"{letter}{i}"].ref] for i in range(2)]
             channels.create_dataset(field, data=places, dtype=h5py.ref_dtype)
-
-    write_mat73("b.mat", fill)
-    record = ms.Record.read(
-        "b.mat", displacement="table#1", force="run.force", units={**UNITS, "time": "s"}
-    )
-    equal(record.displacement, X)
-    equal(record.force, T)
-    equal(record.time, np.arange(4.0))
-    assert record.notes[0] == "b.mat: MAT-file of version 7.3."
-    record = ms.Record.read("b.mat", force="channels(2).Friction", units=UNITS, time=False)
-    equal(record.displacement, X)
-    equal(record.force, T)
+    with Path(name).open("r+b") as raw:
+        raw.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM")
 
 
-def test_hdf5(put: Any) -> None:
-    with h5py.File("a.h5", "w") as file:
+def hdf5(name: str) -> None:
+    with h5py.File(name, "w") as file:
         file["run1/displacement"], file["run1/force"] = X * 1e3, T.astype("f4")
         file["run1/displacement"].attrs["units"] = "mm"
         file["run1/force"].attrs["unit"] = np.bytes_("N")
@@ -337,54 +296,70 @@ def test_hdf5(put: Any) -> None:
         file["run1/itself"] = file["run1"]
         file["run1/nowhere"] = h5py.SoftLink("/gone")
         file["picture"] = np.zeros((100, 100))
-    record = ms.Record.read("a.h5")
-    np.testing.assert_allclose(record.displacement, X, rtol=4e-16)
-    equal(record.force, T)
-    equal(record.normal_load, np.full(4, 5000.0))
-    assert record.sample_rate == 100.0
-    assert record.notes[0] == "a.h5: HDF5 file."
-    assert record.notes[1].startswith('displacement: column "run1/displacement" by its name, mm by')
 
 
-def test_hdf5_tables(put: Any) -> None:
+def hdf5_table(name: str) -> None:
     table = np.zeros(4, dtype=[("position [mm]", "f8"), ("force [N]", "f8"), ("state", "S2")])
     table["position [mm]"], table["force [N]"] = X * 1e3, T
-    with h5py.File("t.h5", "w") as file:
+    with h5py.File(name, "w") as file:
         file["log"] = table
-    record = ms.Record.read("t.h5")
-    np.testing.assert_allclose(record.displacement, X, rtol=4e-16)
-    equal(record.force, T)
 
 
-def test_hdf5_rates_that_differ(put: Any) -> None:
-    with h5py.File("r.h5", "w") as file:
+def hdf5_two_rates(name: str) -> None:
+    with h5py.File(name, "w") as file:
         file["a/x"], file["b/F"] = X, T
         file["a/dt"], file["b/fs"] = 0.5, 3.0
-    record = ms.Record.read("r.h5", units=UNITS)
-    assert record.sample_rate is None
-    assert record.notes[0] == (
-        'r.h5: HDF5 file; two sample rates, 2 Hz by "a/dt" and 3 Hz by "b/fs", so neither is used.'
-    )
 
 
-def write_tdms(path: str, **rates: float) -> None:
-    with TdmsWriter(path) as writer:
-        for name, unit, values in (("Position", "mm", X * 1e3), ("Friction", "N", T)):
-            step = rates.get(name, rates.get("step", 0.01))
-            properties = {"unit_string": unit, "wf_increment": step}
-            writer.write_segment([ChannelObject("Log", name, values, properties)])
+def tdms(name: str) -> None:
+    with TdmsWriter(name) as writer:
+        for channel, unit, values in (("Position", "mm", X * 1e3), ("Friction", "N", T)):
+            properties = {"unit_string": unit, "wf_increment": 0.01}
+            writer.write_segment([ChannelObject("Log", channel, values, properties)])
         writer.write_segment([ChannelObject("Log", "Remarks", ["a", "b"])])
 
 
-def test_tdms(put: Any) -> None:
-    write_tdms("a.tdms")
-    record = ms.Record.read("a.tdms", normal_load=20.0)
+PLAIN_MAT = {"x": X, "force": T[:, None], "fs": 200.0, "note": "none"}
+IN_STRUCT = {"displacement": "run.pos.values", "force": "run.friction.values"}
+BY_COLUMN = {"displacement": "others#1", "force": "others#2", "units": UNITS}
+TWO_RATES = 'HDF5 file; two sample rates, 2 Hz by "a/dt" and 3 Hz by "b/fs", so neither is used.'
+# A file, what writes it, how it is read, its sample rate, and what the first note says of it.
+FILES: list[tuple[str, Callable[[str], object], dict[str, Any], float | None, str]] = [
+    ("fields.npy", fields_of_numpy, {"units": UNITS}, None, ""),
+    ("matrix.npy", lambda name: np.save(name, np.stack([X, T])), COLUMNS, None, ""),
+    ("a.npz", lambda name: np.savez(name, position=X, friction=T, note=np.array("by hand")),
+     {"units": UNITS}, None, ""),
+    ("5.mat", lambda name: savemat(name, PLAIN_MAT), {"units": UNITS}, 200.0, "MAT-file."),
+    ("4.mat", lambda name: savemat(name, PLAIN_MAT, format="4"), {"units": UNITS}, 200.0, ""),
+    ("struct.mat", mat_struct, IN_STRUCT, 100.0, ""),
+    ("beside.mat", mat_struct, BY_COLUMN, 100.0, ""),
+    ("names.mat", mat_units_in_names, {}, 100.0, ""),
+    ("channels.mat", mat_channels, {}, None, ""),
+    ("73.mat", mat73, {"displacement": "table#1", "force": "run.force", "units": UNITS}, None,
+     "MAT-file of version 7.3."),
+    ("cells.mat", mat73, {"force": "channels(2).Friction", "units": UNITS}, None, ""),
+    ("a.h5", hdf5, {}, 100.0, "HDF5 file."),
+    ("table.h5", hdf5_table, {}, None, ""),
+    ("rates.h5", hdf5_two_rates, {"units": UNITS}, None, TWO_RATES),
+    ("a.tdms", tdms, {}, 100.0, "TDMS file."),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "write", "given", "rate", "note"), FILES, ids=lambda v: str(v)[:9]
+)
+def test_every_file_gives_the_same_record(
+    name: str, write: Any, given: dict[str, Any], rate: float | None, note: str, put: Any
+) -> None:
+    write(name)
+    record = ms.Record.read(name, **given)
     np.testing.assert_allclose(record.displacement, X, rtol=4e-16)
     equal(record.force, T)
-    assert record.sample_rate == 100.0
-    assert record.notes[0] == "a.tdms: TDMS file."
-    assert record.notes[1].startswith('displacement: column "Log/Position" by its name, mm by the')
-    assert 'sample_rate: 100 Hz by "their channels" of the file.' in record.notes
+    assert record.sample_rate == rate
+    assert record.notes[0].startswith(name)
+    assert record.notes[0].endswith(note)
+    if write is hdf5:
+        equal(record.normal_load, np.full(4, 5000.0))
 
 
 # -- out and in again ------------------------------------------------------------------------------
@@ -570,27 +545,10 @@ def test_a_decimal_sign_that_comes_late(decimal: str, put: Any) -> None:
     assert ("decimal commas" in record.notes[0]) == (decimal == ",")
 
 
-@pytest.mark.parametrize("form", ["fields", "matrix", "archive"])
-def test_records_of_numpy(form: str, put: Any) -> None:
-    keywords: dict[str, Any] = {"units": UNITS}
-    if form == "fields":
-        fields = np.zeros(4, dtype=[("displacement", "f8"), ("force", "f4"), ("state", "S2")])
-        fields["displacement"], fields["force"] = X, T
-        np.save("a.npy", fields)
-    elif form == "matrix":
-        np.save("a.npy", np.stack([X, T]))
-        keywords |= {"displacement": "#1", "force": "#2"}
-    else:
-        np.savez("a.npz", position=X, friction=T, note=np.array("by hand"))
-    record = ms.Record.read(f"a.np{'z' if form == 'archive' else 'y'}", **keywords)
-    equal(record.displacement, X)
-    equal(record.force, T)
+def test_binary_files_hold_real_numbers(put: Any) -> None:
     np.save("o.npy", np.array([print, 1], dtype=object), allow_pickle=True)
     with pytest.raises(ms.InputError, match="wanted real numbers, got an array of object"):
         ms.Record.read("o.npy")
-
-
-def test_nan_in_binary_files_names_the_sample(put: Any) -> None:
     with h5py.File("n.h5", "w") as file:
         file["x"], file["F"] = X, np.array([1.0, np.nan, 2.0, 3.0])
     with pytest.raises(

@@ -18,7 +18,7 @@ from microslip.report.document import Verdicts
 from microslip.report.predicted.document import prediction_document
 from microslip.report.predicted.preview import preview
 from microslip.report.structure.judged import structure_verdicts
-from microslip.report.structure.pictures import curve_plot, shape_plot
+from microslip.report.structure.pictures import shape_plot
 from microslip.study.build import build_surface
 from microslip.study.new import template
 from microslip.study.runs.structure_prediction import ForcedMode
@@ -141,40 +141,6 @@ def test_bands_hold_what_was_drawn_and_inputs_are_ranked(result: ms.Result) -> N
     assert set(names) == {"friction coefficient", "bolt tension", "factor on the form"}
     assert math.isclose(sum(shares), 1.0)
     assert list(shares) == sorted(shares, reverse=True)
-
-
-@pytest.mark.slow
-def test_a_fit_reports_what_the_test_determines(folder: Path, tmp_path: Path) -> None:
-    near = TEST.replace("900", "984").replace("899", "983")
-    (folder / "near.csv").write_text(near, encoding="utf-8")
-    text = text_of(
-        *KNOWN[:2], ("{ low = 0.0, high = 1.0 }", "0.5"),
-        ('"test.csv"', '"near.csv", fit = ["friction_coefficient", "base_damping_ratio"]'),
-        ('from = "0.1 um", to = "10 um", points = 3', 'from="1 um", to="10 um", points=2'),
-    )  # fmt: skip
-    result = ms.Study.from_toml(text, folder=folder).run()
-    told = prediction_document(result)
-    (section,) = [s for s in told.sections if s.title == "Fitted to the test"]
-    table, verdicts, linear = section.blocks
-    assert linear.rows[0][:2] == (1, 984.0)
-    assert [row[0] for row in table.rows] == ["Friction coefficient", "Base damping ratio"]
-    assert verdicts.caption.startswith("Friction coefficient and base damping ratio correlate by")
-    assert result.structure is not None
-    assert result.structure.identified is not None
-    (curve,) = result.structure.identified.curves
-    for panel in curve_plot(result.structure).panels:
-        dotted = panel.items[-1]
-        np.testing.assert_allclose(dotted.x, [1.0, 10.0])
-        assert dotted.dash
-        (band,) = [item for item in panel.items if isinstance(item, Area)]
-        assert min(band.y) < min(dotted.y)
-        assert max(dotted.y) < max(band.y)
-    found = result.summary["structure"]["identified"]
-    assert found["curves"][0]["modal_frequency"] == curve.frequency.tolist()
-    assert set(found["values"]) == {"friction_coefficient", "base_damping_ratio"}
-    low, high = found["intervals"]["base_damping_ratio"]
-    assert low < found["values"]["base_damping_ratio"] < high
-    assert json.dumps(found, allow_nan=False)
 
 
 @pytest.fixture(scope="module")
@@ -491,26 +457,6 @@ def test_samples_that_all_move_beyond_the_amplitudes_have_no_band(folder: Path) 
     assert found["beyond"] == 1.0
     assert "sampling_error" not in found
     assert "Not covered: forced responses" in prediction_document(result).answer
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("unit", ["m", "m/s^2"])
-def test_responses_to_forces_are_files_that_other_programs_read(unit: str, tmp_path: Path) -> None:
-    """Read back as a table: values, frequencies and units."""
-    text = text_of(*KNOWN, *FORCED).replace(
-        '"0.3 N", "200 N"] }', '"0.3 N", "0.6 N"], at = ["-90 mm", "0 m", "0 m"] }'
-    )
-    if unit == "m/s^2":
-        text = text.replace('from = "0.1 um", to = "30 um"', 'from = "4 m/s^2", to = "1200 m/s^2"')
-    result = ms.Study.from_toml(f'{text}\n[output]\nformats = ["csv"]\n').run()
-    result.save(tmp_path / "out")
-    assert result.structure is not None
-    (mode,) = result.structure.modes
-    head, *rows = (tmp_path / "out/forced_response.csv").read_text(encoding="utf-8").splitlines()
-    assert head == f"mode [-],force_amplitude [N],frequency [Hz],amplitude [{unit}]"
-    near = np.array([row.split(",") for row in rows], dtype=float)
-    assert near[:, 3].max() == pytest.approx(mode.forced[1].peak[0], rel=0.02)
-    assert f"amplitude [{unit}]," in (tmp_path / "out/structure.csv").read_text(encoding="utf-8")
 
 
 def test_wrong_structures_get_a_line(folder: Path) -> None:

@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import mpmath as mp
 import numpy as np
 import pytest
-from jsonschema import Draft7Validator
-from studies import GAUSSIAN, edited
 
 import microslip as ms
 from microslip.contact.heights.base import TWICE_ORDERS
-from microslip.report.predicted.preview import preview
-from microslip.study.json_schema import json_schema
 
 AL = ms.Material(69e9, 0.33)
 PAIR = ms.MaterialPair(AL, AL)
@@ -147,31 +142,3 @@ def test_panels_are_bounded_and_not_only_heights(law: str) -> None:
     assert "np.linspace(height[0], height[-1], 1000)" in str(e.value)
     new = np.linspace(height[0], height[-1], 1000)  # what the message says
     assert ms.TabulatedHeights(new, np.interp(new, height, density)).std > 0.0
-
-
-TABLE = (
-    '{ kind = "table", height = { file = "h.csv", column = "y" }, '
-    'density = ["0 1/um", "2 1/um", "0 1/um"] }'
-)
-VALIDATOR = Draft7Validator(json_schema())
-
-
-@pytest.fixture(name="home")
-def _home(tmp_path: Path) -> Path:
-    (tmp_path / "h.csv").write_text("y [um]\n-1\n0\n1\n")
-    return tmp_path
-
-
-@pytest.mark.slow
-def test_heights_by_a_table_of_their_density(home: Path) -> None:
-    text = edited((GAUSSIAN, TABLE))
-    study = ms.Study.from_toml(text, folder=home)
-    VALIDATOR.validate(study._tables)
-    surface = study.run().joints[0].surface
-    assert isinstance(surface, ms.GreenwoodWilliamson)
-    wanted = ms.TabulatedHeights([-1e-6, 0.0, 1e-6], [0.0, 2e6, 0.0])
-    assert surface.heights.partial_moment(1.5, 2e-7) == wanted.partial_moment(1.5, 2e-7)
-    units = {item["key"]: item["unit"] for item in preview(study).data["quantities"]}
-    assert units["surface.heights.height"] == "m"
-    assert units["surface.heights.density"] == "1/m"
-    assert units["surface.density"] == "1/m^2"

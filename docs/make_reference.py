@@ -237,7 +237,6 @@ RULES = {
         "structures.structure",
         "structures.modal_curve",
         "structures.random_vibration",
-        "structures.stepped_sine",
         "structures.reduction_identification",
     ),
     "Studies of a bolted structure": ("report.structure.judged",),

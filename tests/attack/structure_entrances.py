@@ -59,10 +59,6 @@ def add_structures(add: Add, surface: Any, joint: Any) -> None:
     test = ms.ModalTest([1e-6, 2e-6, 4e-6], [100.0, 99.0, 98.0], [1e-3, 2e-3, 3e-3], sensor="tip")
     add("ModalTest.from_ring_down in a band", ms.ModalTest.from_ring_down, time=slow,
         signal=np.exp(-3.0 * slow) * np.cos(1e3 * slow), points=4, band=(100.0, 250.0))  # fmt: skip
-    sweep = np.linspace(90.0, 110.0, 21)
-    receptance = 1.0 / (100.0**2 - sweep**2 + 2j * 0.01 * 100.0 * sweep)
-    add("ModalTest.from_stepped_sine", ms.ModalTest.from_stepped_sine, frequency=sweep,
-        amplitude=np.abs(receptance), phase=np.angle(receptance), force=1.0, points=5)  # fmt: skip
     preload = chain.preload([0.0, 1.0, 0.0])
     add("Preload.linear_modes", preload.linear_modes, count=2)
     add("Preload.modes", preload.modes, ("method",), index=0, amplitudes=[1e-6], harmonics=[1],

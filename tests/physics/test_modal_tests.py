@@ -1,4 +1,4 @@
-"""Ring-downs and stepped sines, read as tests, give back the curve that made them."""
+"""Ring-downs, read as tests, give back the curve that made them."""
 
 from __future__ import annotations
 
@@ -39,87 +39,6 @@ def misses(test: ms.ModalTest) -> tuple[float, float]:
         float(abs(test.frequency / frequency - 1.0).max()),
         float(abs(test.damping_ratio / damping - 1.0).max()),
     )
-
-
-@pytest.mark.parametrize("quantity", ["displacement", "acceleration"])
-def test_a_stepped_sine_gives_back_the_curve(quantity: str) -> None:
-    resonance = float(curve().frequency[12])
-    sweep = np.linspace(0.93, 1.05, 61) * resonance
-    answer = chain().forced_response(TIP, sweep, harmonics=[1, 3])
-    motion = answer.displacement[:, 2, answer.harmonics.index(1)]
-    omega = 2.0 * np.pi * answer.frequency
-    if quantity == "acceleration":
-        motion = -(omega**2) * motion
-    test = ms.ModalTest.from_stepped_sine(
-        answer.frequency, np.abs(motion), np.angle(motion), points=6, quantity=quantity
-    )
-    frequency, damping = misses(test)
-    # One mode is assumed, of a frequency that bends little between a few amplitudes.
-    assert frequency < 2e-4
-    assert damping < 0.01
-
-
-@lru_cache
-def held(*levels: float) -> np.ndarray:
-    """Frequency, acceleration, its phase and force where a controller holds the acceleration.
-
-    Apart from the solvers: the joint as a complex stiffness, summed over a loop of its own, and
-    the level at each frequency by bisection.
-    """
-    from scipy.optimize import brentq
-
-    law, across = ms.SegalmanIwan(40.0, 9e6, -0.3, 1.0), np.array([1.0, -1.0, 0.0])
-    turn = np.linspace(0.0, 2.0 * np.pi, 1025)[:-1]
-    grid = np.geomspace(1e-9, 1e-4, 200)
-    pull = [law.force(np.tile(u * np.cos(turn), 2))[1024:] / u for u in grid]
-    stiffness = np.array([2.0 * np.mean(p * np.exp(-1j * turn)) for p in pull])
-
-    def shape(log_u: float, w: float) -> np.ndarray:
-        joint = np.interp(log_u, np.log(grid), stiffness)
-        dynamic = STIFF * (1.0 + 2e-6j * w) - w**2 * MASS + joint * np.outer(across, across)
-        return np.linalg.solve(dynamic, TIP)
-
-    def wrong(log_u: float, w: float, a: float) -> float:
-        x = shape(log_u, w)
-        return float(np.log(abs(across @ x) / abs(x[2]) * a) - log_u)
-
-    rows = []
-    for level in levels:
-        at = level / (2.0 * np.pi * 195.0) ** 2
-        f0 = np.interp(at, curve().amplitude, curve().frequency)
-        zeta = np.interp(at, curve().amplitude, curve().damping_ratio)
-        for f in f0 * (1.0 + zeta * np.linspace(-3.0, 3.0, 25)):
-            w = 2.0 * np.pi * f
-            x = shape(brentq(wrong, np.log(1e-9), np.log(1e-4), (w, level / w**2)), w)
-            off = 1.0 + 0.005 * np.sin(77.0 * f)  # a controller holds half a percent
-            rows.append((f, off * level, np.angle(-x[2]), level / w**2 / abs(x[2])))
-    return np.array(rows).T
-
-
-@pytest.mark.parametrize(("levels", "bar"), [((5.0,), 0.012), ((2.0, 5.0, 10.0, 20.0), 0.01)])
-def test_a_sine_at_held_response_gives_back_the_curve(levels: tuple[float], bar: float) -> None:
-    f, acceleration, phase, force = held(*levels)
-    test = ms.ModalTest.from_stepped_sine(f, acceleration, phase, force, quantity="acceleration")
-    assert len(test.amplitude) == len(levels)
-    frequency, damping = misses(test)
-    assert frequency < 2e-4
-    assert damping < bar  # as a sine of held force it was +12 to +16 % off
-    assert {verdict.word for verdict in test.verdicts[:2]} == {"ok"}
-    one_mode = phase + 0.5 * np.sin(40.0 * f)  # another mode, or a wrong channel
-    spoilt = ms.ModalTest.from_stepped_sine(
-        f, acceleration, one_mode, force, quantity="acceleration"
-    )
-    assert spoilt.verdicts[0].word != "ok"
-
-
-def test_a_phase_of_another_quantity_is_named() -> None:
-    f, acceleration, phase, force = held(5.0)
-    for wrong, words in (
-        (phase - np.pi, r"as the phase of the displacement ahead of the force: add \+180 degrees"),
-        (-phase, "as the phase of the acceleration behind the force: change its sign"),
-    ):
-        with pytest.raises(ms.InputError, match=words):
-            ms.ModalTest.from_stepped_sine(f, acceleration, wrong, force, quantity="acceleration")
 
 
 def decaying(rate: float, other: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
@@ -200,7 +119,6 @@ def test_files_tell_what_they_hold(tmp_path: Path) -> None:
         ("time,velocity [m/s]\n0,1\n1,2\n", "time.*no unit; write it in the header"),
         ("time [s],velocity [m/s]\n0,1\n1,2\n", "at least six cycles"),
         ("time [s],velocity [m/s]\n0,1\n1,\n2,3\n", 'line 3, column "velocity'),
-        ("frequency [Hz],amplitude [um],phase [deg]\n1,1,-90\n2,1,-90\n", "must pass a resonance"),
         ("amplitude [um],frequency [Hz],damping\n1,100,0\n", "damping_ratio must be above zero"),
     ],
 )

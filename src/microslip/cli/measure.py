@@ -59,9 +59,9 @@ def measure(
     for several records also one row per record. Files that cannot be measured are listed and
     skipped. Columns and units are detected unless given, and reported. Files are not changed.
 
-    A RECORD can also be a test of a mode of a structure: a ring-down (time and sensor signal), a
-    stepped sine (frequency, amplitude, phase) or a table of amplitude, frequency and damping ratio.
-    Frequency and damping are then reported against amplitude.
+    A RECORD can also be a test of a mode of a structure: a ring-down (time and sensor signal), or a
+    table of amplitude, frequency and damping ratio. Frequency and damping are then reported against
+    amplitude.
     """
     # A named force column marks a record of loops, whatever the other columns.
     if manifest is None and reading.force is None and are_modal(records):

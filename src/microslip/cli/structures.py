@@ -19,7 +19,7 @@ BAND_OPTION = click_option(
 def are_modal(records: Sequence[str]) -> bool:
     """Return True if the files are tests of modes of a structure.
 
-    Such tests are ring-downs, stepped sines, or tables of frequency and damping against amplitude.
+    Such tests are ring-downs, or tables of frequency and damping against amplitude.
     Raises UsageError if only some of the files are.
     """
     if not all(Path(record).is_file() for record in records):

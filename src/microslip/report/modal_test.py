@@ -15,7 +15,7 @@ from microslip._core.wording import shorten
 from microslip.figures.picture import Picture
 from microslip.figures.plot import COLORS, DASHES, Axis, Entry, Panel, Plot, stacked
 from microslip.report import cells
-from microslip.report.document import Block, Document, Items, Section, Verdicts
+from microslip.report.document import Document, Items, Section
 from microslip.report.files import csv_file, header
 from microslip.report.structure.fitted import MOTIONS
 from microslip.structures import ModalTest
@@ -36,7 +36,6 @@ def modal_test_document(tests: Sequence[ModalTest]) -> Document:
                 "name": test.name,
                 **{n: v.tolist() for n, v in zip(_NAMES, _columns(test), strict=True)},
                 **named(test, "motion", "notes"),
-                "verdicts": [verdict._asdict() for verdict in test.verdicts],
             }
             for test in tests
         ],
@@ -83,10 +82,7 @@ def _section(test: ModalTest) -> Section:
     columns = zip(quantities, (values[order] for values in _columns(test)), strict=True)
     data = DataSet.of_rows(dict(zip(_NAMES, columns, strict=True)))
     name = shorten(test.name, 100)
-    blocks: list[Block] = [cells.table(name, data, noun="amplitudes"), Items(test.notes)]
-    if test.verdicts:
-        blocks.insert(1, Verdicts(test.verdicts, caption="Validity of the evaluation."))
-    return Section(name, tuple(blocks))
+    return Section(name, (cells.table(name, data, noun="amplitudes"), Items(test.notes)))
 
 
 def _columns(test: ModalTest) -> tuple[Floats, ...]:

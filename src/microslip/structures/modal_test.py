@@ -18,8 +18,6 @@ from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, assign, lock
 from microslip._core.units import (
     ACCELERATION,
-    ANGLE,
-    FORCE,
     FREQUENCY,
     LENGTH,
     RATIO,
@@ -27,7 +25,6 @@ from microslip._core.units import (
     VELOCITY,
     factor_of,
 )
-from microslip._core.verdicts import Verdict
 from microslip._core.wording import did_you_mean, quoted, shorten
 from microslip.readers.files import reading
 from microslip.readers.roles import is_of_loop
@@ -36,14 +33,13 @@ from microslip.readers.tables import Named, RawTable, find, fits, understood
 from microslip.structures.modal_curve import ModalCurve
 from microslip.structures.modal_readings import Values, ring_down
 from microslip.structures.periodic_motion import POWERS
-from microslip.structures.stepped_sine import SteppedSine, stepped_sine
 
 Motion = Literal["steady", "decay"]
 
 
 @dataclass(frozen=True, eq=False)
 class ModalTest(Locked):
-    """Frequency and damping of one mode against amplitude, from a ring-down or a stepped sine.
+    """Frequency and damping of one mode against amplitude, such as from a ring-down.
 
     Parameters
     ----------
@@ -63,8 +59,6 @@ class ModalTest(Locked):
         Name in reports.
     notes : tuple of str
         Notes on how the file was read.
-    verdicts : tuple of Verdict
-        Verdicts on the evaluation of a stepped sine with controlled response; else empty.
     motion : {"steady", "decay"}
         Measured motion: steady responses, or a free decay as after a hammer impact, whose damping
         ratios differ from those of steady motion (:attr:`ModalCurve.decay_damping_ratio`).
@@ -85,7 +79,6 @@ class ModalTest(Locked):
     damping_error: float = 0.05
     name: str = "test"
     notes: tuple[str, ...] = ()
-    verdicts: tuple[Verdict, ...] = ()
     motion: Motion = "steady"
 
     def __post_init__(self) -> None:
@@ -166,54 +159,6 @@ class ModalTest(Locked):
         return cls(*values, **{"motion": "decay", **attributes})
 
     @classmethod
-    def from_stepped_sine(
-        cls,
-        frequency: ArrayLike,
-        amplitude: ArrayLike,
-        phase: ArrayLike,
-        force: ArrayLike = 1.0,
-        *,
-        points: int = 12,
-        quantity: str = "displacement",
-        **attributes: Any,
-    ) -> ModalTest:
-        """Read a test from steady responses to a sine stepped through a resonance.
-
-        Parameters
-        ----------
-        frequency : array_like
-            Frequencies of the sine [Hz], one-dimensional.
-        amplitude : array_like
-            Amplitudes at the sensor [m, m/s or m/s^2], of the same shape.
-        phase : array_like
-            Phase of the sensor's signal ahead of the force [rad], of the same shape.
-        force : array_like
-            Amplitudes of the force [N], of the same shape or one for all.
-        points, quantity, **attributes : optional
-            As for :meth:`from_ring_down`.
-
-        Returns
-        -------
-        ModalTest
-            Frequency and damping against amplitude.
-
-        Notes
-        -----
-        One mode of frequency omega(a) and damping zeta(a), driven by the force F at W, obeys
-        (omega^2 - W^2 + 2 i zeta omega W) a exp(-i psi) = p F, with the phase psi of the
-        displacement behind the force and the modal constant p. Since omega depends on the amplitude
-        a alone, p follows from both sides of the resonance by linear least squares; omega and zeta
-        then follow from each measured point. After Szemplinska-Stupnicka (1979), DOI
-        10.1016/S0022-460X(79)80003-1; other modes are neglected.
-
-        If the response was held constant by adjusting the force, the points of one amplitude level
-        are those of a linear mode, whose omega, zeta and p follow by linear least squares, with
-        ``verdicts`` (Karaagacli and Ozguven 2021, DOI 10.1016/j.ymssp.2020.107023).
-        """
-        read = stepped_sine(frequency, amplitude, phase, force, points, quantity)
-        return cls(*read.values, **{"verdicts": read.verdicts, **attributes})
-
-    @classmethod
     def read(
         cls,
         path: str | os.PathLike[str],
@@ -223,7 +168,7 @@ class ModalTest(Locked):
         columns: dict[str, str] | None = None,
         **attributes: Any,
     ) -> ModalTest:
-        """Read a test from a file: a curve, a ring-down or a stepped sine, by its columns.
+        """Read a test from a file: a curve or a ring-down, by its columns.
 
         Parameters
         ----------
@@ -233,8 +178,7 @@ class ModalTest(Locked):
             As for :meth:`from_ring_down` [Hz]; ``band`` is only for a ring-down.
         columns : mapping, optional
             Names of columns that are not recognised, by meaning: "amplitude",
-            "frequency", "damping_ratio"; "time", "displacement", "velocity", "acceleration";
-            "phase", "force".
+            "frequency", "damping_ratio"; "time", "displacement", "velocity", "acceleration".
         **attributes : object
             ``mode``, ``sensor``, ``frequency_error``, ``damping_error``, and ``motion`` of a curve
             that was read from decays.
@@ -252,8 +196,6 @@ KINDS = {
     "time": TIME,
     "frequency": FREQUENCY,
     "damping_ratio": RATIO,
-    "phase": ANGLE,
-    "force": FORCE,
     "amplitude": LENGTH,
     "displacement": LENGTH,
     "velocity": VELOCITY,
@@ -265,8 +207,6 @@ _WORDS = {
     "time": r"time|t",
     "frequency": r"(natural |excitation |drive )?freq(uency)?|f",
     "damping_ratio": r"damping( ratio)?|zeta|ζ|d",
-    "phase": r"phase( angle| lag)?|phi|φ",
-    "force": r"(hammer |excitation )?force( amplitude)?|hammer",
     "amplitude": r"amp(l|litude)?|a",
     "displacement": r"disp(l|lacement)?( amplitude)?|x",
     "velocity": r"vel(ocity)?( amplitude)?|v",
@@ -276,7 +216,7 @@ _GRAVITY = 9.80665
 
 
 def modal_kind(path: str | os.PathLike[str]) -> str | None:
-    """Return the kind of a modal test in a file: curve, ring-down or stepped sine; else None."""
+    """Return the kind of a modal test in a file: curve or ring-down; else None."""
     try:
         there = understood(read_table(Path(path), "a modal test").columns)
         return _kind(_roles(there, {}), there)
@@ -304,26 +244,18 @@ def read(
         if kind is None:
             have = quoted(shorten(c.heading, 40) for c in understood(table.columns))
             raise InputError(
-                "wanted columns of amplitude, frequency and damping ratio; of time and "
-                "displacement, velocity or acceleration; or of frequency, amplitude and phase; "
-                f"got {have}"
+                "wanted columns of amplitude, frequency and damping ratio, or of time and "
+                f"displacement, velocity or acceleration; got {have}"
             )
-        how = ""
-        verdicts: tuple[Verdict, ...] = ()
         if kind != "ring-down" and band is not None:
             raise InputError(f"`band` is for a ring-down, this is a {kind}")
-        if kind == "stepped sine":
-            sine = _stepped_sine(table, roles, points)
-            values, verdicts = sine.values, sine.verdicts
-            how = f" at controlled {sine.controlled}" if sine.verdicts else ""
-        else:
-            values = _values(kind, table, roles, band, points)
+        values = _values(kind, table, roles, band, points)
     used = ", ".join(f'{role} "{shorten(c.heading, 40)}"' for role, c in roles.items())
-    notes = [f"{name}: {kind}{how}, {len(values[0])} amplitudes; {used}."]
+    notes = [f"{name}: {kind}, {len(values[0])} amplitudes; {used}."]
     if band is not None and kind == "ring-down":
         notes.append(f"filtered to {band[0]:g} … {band[1]:g} Hz, without a shift in time.")
     motion = "decay" if kind == "ring-down" else "steady"
-    return values, {"name": name, "notes": tuple(notes), "verdicts": verdicts, "motion": motion}
+    return values, {"name": name, "notes": tuple(notes), "motion": motion}
 
 
 def _roles(columns: list[Named], stated: Mapping[str, str]) -> dict[str, Named]:
@@ -335,7 +267,7 @@ def _roles(columns: list[Named], stated: Mapping[str, str]) -> dict[str, Named]:
                 continue
             if column.unit is None or role == "damping_ratio" or _fits(column.unit, role):
                 roles[role] = column
-    # The amplitude of a stepped sine may be any quantity, identified by its unit.
+    # An amplitude may be that of any quantity, identified by its unit.
     for column in columns:
         called = column.name.casefold()
         for role in POWERS:
@@ -356,8 +288,6 @@ def _kind(roles: Mapping[str, Named], columns: Sequence[Named]) -> str | None:
     moved = any(role in roles for role in POWERS)
     if {"frequency", "damping_ratio"} <= set(roles) and (moved or "amplitude" in roles):
         return "curve"
-    if {"frequency", "phase"} <= set(roles) and (moved or "amplitude" in roles):
-        return "stepped sine"
     # A force beside a displacement is a loop of a joint, whatever it is called; a hammer's has an
     # accelerometer beside it.
     of_loop = "displacement" in roles and any(map(is_of_loop, columns))
@@ -373,13 +303,6 @@ def _values(kind: str, table: RawTable, roles: dict[str, Named], band: Any, poin
         return amplitude, frequency, _column(table, roles, "damping_ratio")
     signal, quantity = _sensed(table, roles)
     return ring_down(_column(table, roles, "time"), signal, points, quantity, band)
-
-
-def _stepped_sine(table: RawTable, roles: dict[str, Named], points: Any) -> SteppedSine:
-    force: Any = _column(table, roles, "force") if "force" in roles else 1.0
-    frequency, phase = (_column(table, roles, name) for name in ("frequency", "phase"))
-    size, quantity = _sensed(table, roles)
-    return stepped_sine(frequency, size, phase, force, points, quantity)
 
 
 def _sensed(table: RawTable, roles: Mapping[str, Named]) -> tuple[Floats, str]:
@@ -417,7 +340,5 @@ def _column(table: RawTable, roles: Mapping[str, Named], role: str) -> Floats:
         )
     if role == "acceleration" and unit in ("g", "gn", "g_n"):
         return np.asarray(values * _GRAVITY)
-    if role == "phase" and unit in ("deg", "°", "degrees"):
-        return np.asarray(values * (math.pi / 180.0))
     where = f'column "{shorten(column.heading, 40)}": wanted a unit such as "{kind.usual[0]}", got '
     return np.asarray(values * float(factor_of(unit, kind, where + show(unit))))

@@ -237,8 +237,7 @@ class MeasuredPart(Part):
         FILE,
         "CSV file with a line of column names, relative to the folder of the study. Its columns "
         "define the test: amplitude, frequency and damping ratio for a curve; time and "
-        "displacement, velocity or acceleration for a ring-down; frequency, amplitude and phase "
-        "for a stepped sine.",
+        "displacement, velocity or acceleration for a ring-down.",
         '"test.csv"',
     )
     amplitude: str = key(
@@ -298,9 +297,4 @@ class MeasuredPart(Part):
         test = ModalTest.read(path, band=self.band, columns=named, **stated)
         table = np.stack([test.amplitude, test.frequency, test.damping_ratio], axis=1)
         self.keep(table=table, measured_motion=test.motion)
-        doubts = [
-            f"{v.name} is {v.value:.3g}: {v.remedy}"
-            for v in test.verdicts
-            if v.value is not None and v.word != "ok"
-        ]
-        place.reading.notes.extend(f"structure.measured: {n}" for n in (*test.notes, *doubts))
+        place.reading.notes.extend(f"structure.measured: {note}" for note in test.notes)

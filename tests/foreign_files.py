@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 from pathlib import Path
 from typing import Any
 
@@ -14,40 +13,6 @@ NAMED: dict[str, Any] = {
     "contacts": [("low face", "high face")],
     "bolts": {"post": 1e3},
 }
-
-
-def output2(**matrices: Any) -> bytes:
-    """Matrices as Nastran's OUTPUT2 writes them: records between their lengths, keys between."""
-
-    def record(data: bytes) -> bytes:
-        return struct.pack("=i", len(data)) + data + struct.pack("=i", len(data))
-
-    def keys(*values: int) -> bytes:
-        return b"".join(record(struct.pack("=i", value)) for value in values)
-
-    content = keys(3) + record(struct.pack("=3i", 11, 22, 26)) + keys(7)
-    content += record(b"NASTRAN FORT TAPE ID CODE - ") + keys(2) + record(b"XXXXXXXX") + keys(-1, 0)
-    for name, matrix in matrices.items():
-        title, size = record(name.ljust(8).encode()), len(matrix)
-        trailer = struct.pack("=7i", 101, size, size, 6, 2, size, 0)
-        content += keys(2) + title + keys(-1, 7) + record(trailer) + keys(-2, 1, 0, 2) + title
-        content += keys(-3, 1, 1)
-        for number, column in enumerate(matrix.T, start=1):
-            content += keys(1 + 2 * size) + record(struct.pack(f"=i{size}d", 1, *column))
-            content += keys(-3 - number, 1, int(number < size))
-        content += keys(0)
-    return content + keys(0)
-
-
-def punched(name: str, matrix: Any) -> str:
-    """A matrix as DMIG cards of a punch file: grids 10, 20, ... along x, the upper half."""
-    cards = f"DMIG    {name:8}{0:8}{6:8}{2:8}{0:8}{'':8}{'':8}{len(matrix):8}\n"
-    for j in range(len(matrix)):
-        cards += f"DMIG*   {name:16}{'':16}"[:24] + f"{10 * (j + 1):16}{1:16}\n"
-        for i in range(j + 1):
-            number = f"{matrix[i, j]:16.9E}".replace("E", "D")
-            cards += f"*       {10 * (i + 1):16}{1:16}{number}\n" if matrix[i, j] else ""
-    return cards
 
 
 def mesh_file(path: Path, *, nameless: bool = False, elements: tuple[int, int] = (5, 8)) -> Path:

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, cast
 
 import h5py
 import numpy as np
-from foreign_files import NAMED, mesh_file, output2, punched
+from foreign_files import NAMED, mesh_file
 from laps import STRIP, small_joint
 from scipy import io as scipy_io
 from scipy import sparse
@@ -214,24 +214,6 @@ def _matrices(here: Path) -> Iterator[Seed]:
     yield _of(here / "matrices.mat", load, parsed_apart=True)
     market = b"%%MatrixMarket matrix coordinate real symmetric\n2 2 3\n1 1 2e6\n2 1 -1e6\n2 2 2e6\n"
     yield Seed("market/stiffness.mtx", market, lambda path: load(path.parent), parsed_apart=True)
-    element = (
-        "*USER ELEMENT, NODES=2, LINEAR\n** ELEMENT NODES\n** 11, 12\n1\n2, 1\n"
-        "*MATRIX,TYPE=STIFFNESS\n 2e6 ,\n -1e6 , 2e6\n*MATRIX,TYPE=MASS\n 2.0 ,\n 0.0 , 3.0\n"
-    )
-    yield Seed("part.mtx", element.encode(), load, parsed_apart=True)
-    entries = b"11,1,11,1, 2e6\n12,1,11,1, -1e6\n12,1,12,1, 2e6\n"
-    yield Seed("job/model_STIF2.mtx", entries, load, parsed_apart=True)
-    if find_spec("pyyeti"):
-        yield Seed(
-            "model.pch", (punched("KAAX", STIFFNESS) + punched("MAAX", MASS)).encode(), load, True
-        )
-        yield Seed("model.op2", output2(KAAX=STIFFNESS, MAAX=MASS), load, parsed_apart=True)
-        with np.printoptions(), warnings.catch_warnings():  # pyYeti sets them for everybody
-            warnings.simplefilter("ignore")
-            from pyyeti.nastran import op4
-        for name, binary in (("binary.op4", True), ("text.op4", False)):
-            op4.write(str(here / name), ["kgg", "mgg"], [STIFFNESS, MASS], binary=binary)
-            yield _of(here / name, load, parsed_apart=True)
 
 
 def _meshes(here: Path) -> Iterator[Seed]:

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from cases import parsed_here
-from foreign_files import output2, punched
 from scipy import io, linalg, sparse
 
 import microslip as ms
-from microslip.structures import matrices
 
 
 def spring_chain(masses: list[float], springs: list[float]) -> tuple[np.ndarray, np.ndarray]:
@@ -121,36 +117,6 @@ def test_other_programs_files_are_read(tmp_path) -> None:
     assert np.array_equal(found.stiffness.toarray(), STIFFNESS)
     with pytest.raises(ms.InputError, match=r'has no "stiffness".*it has K2, mass'):
         ms.Structure.load(folder)
-
-
-def test_nastrans_files_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    file = tmp_path / "model.pch"
-    file.write_text(punched("KAAX", STIFFNESS) + punched("MAAX", MASS))
-    monkeypatch.setitem(sys.modules, "pyyeti.nastran", None)
-    monkeypatch.setattr(matrices, "parsed", parsed_here)
-    with pytest.raises(ms.InputError, match=r'model.pch: .* pip install "microslip\[nastran\]"'):
-        ms.Structure.load(file)
-    monkeypatch.undo()
-    with np.printoptions():  # pyYeti sets them for everybody when it is imported
-        nastran = pytest.importorskip("pyyeti.nastran", reason="the extra nastran is not installed")
-    (tmp_path / "model.op2").write_bytes(output2(KAAX=STIFFNESS, MAAX=MASS, BAAX=1e-5 * STIFFNESS))
-    held = {"kgg": STIFFNESS, "mgg": MASS}
-    nastran.op4.write(str(tmp_path / "model.op4"), list(held), list(held.values()))
-    for suffix in (".pch", ".op2", ".op4"):
-        found = ms.Structure.load(tmp_path / f"model{suffix}")
-        # A punch file has ten digits.
-        np.testing.assert_allclose(found.mass, MASS, rtol=1e-9)
-        np.testing.assert_allclose(found.stiffness, STIFFNESS, rtol=1e-9)
-        assert (found.damping is None) == (suffix != ".op2")
-    file.write_text(punched("KAAX", STIFFNESS) + punched("MAAX", MASS[:2, :2]))
-    with pytest.raises(ms.InputError, match="degree of freedom 2 has the mass 0"):
-        ms.Structure.load(file)
-    file.write_text("no cards")
-    with pytest.raises(ms.InputError, match=r"model.pch: not a usable .pch file"):
-        ms.Structure.load(file)
-    (tmp_path / "broken.op2").write_bytes(b"nothing of the kind")
-    with pytest.raises(ms.InputError, match=r"broken.op2: not a usable .op2 file"):
-        ms.Structure.load(tmp_path / "broken.op2")
 
 
 def test_static_forces_must_have_something_to_push_against(chain: ms.Structure) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,13 +14,10 @@ from microslip._core.checks import Floats, floats, show
 from microslip._core.errors import InputError
 from microslip._core.files import atomic_file
 from microslip._core.frozen import lock
-from microslip._core.packages import needed_for
 from microslip._core.wording import did_you_mean, shorten
 from microslip.readers.array_files import archived
-from microslip.readers.child import parsed
-from microslip.readers.files import decoded, reading, refuse_beyond
+from microslip.readers.files import decoded, reading
 from microslip.readers.matlab import market_matrix, whole_variables
-from microslip.structures.abaqus_files import load_abaqus, over_all_places
 
 _ASYMMETRY = 1e-8  # of the largest entry: what files with eight digits leave
 LARGEST_DENSE = 4000
@@ -235,13 +232,7 @@ def rigid_count(squares: Floats, stiffness: Any, mass: Any) -> int:
     return int(np.count_nonzero(squares <= least_square(stiffness, mass)))
 
 
-# A superelement's, the free ones, the generalised and all degrees of freedom in Nastran.
-_SETS = ("AAX", "AA", "XX", "GG")
-_NAMES = {
-    "mass": ("mass", "M", *(f"M{name}" for name in _SETS)),
-    "stiffness": ("stiffness", "K", *(f"K{name}" for name in _SETS)),
-    "damping": ("damping", "C", *(f"B{name}" for name in _SETS)),
-}
+_NAMES = {"mass": ("mass", "M"), "stiffness": ("stiffness", "K"), "damping": ("damping", "C")}
 
 
 def load_matrices(
@@ -259,23 +250,15 @@ def load_matrices(
     if file.is_dir():
         content = _folder(file, limit)
     else:
-        kinds = {
-            ".npz": _npz,
-            ".mat": whole_variables,
-            ".mtx": load_abaqus,
-            **dict.fromkeys((".pch", ".op2", ".op4"), _nastran),
-        }
-        read = kinds.get(file.suffix.lower())
+        read = {".npz": _npz, ".mat": whole_variables}.get(file.suffix.lower())
         if read is None:
             raise InputError(
-                f"{file.name}: wanted an .npz, .mat, .pch, .op2, .op4 or Abaqus' .mtx file, or a "
-                f"folder of mass.mtx, stiffness.mtx and damping.mtx, got {show(file.suffix)}"
+                f"{file.name}: wanted an .npz or .mat file, or a folder of mass.mtx, stiffness.mtx "
+                f"and damping.mtx, got {show(file.suffix)}"
             )
         content = _read(file, read, limit)
-    matrices = {kind: _pick(file, content, kind, names.get(kind)) for kind in _NAMES}
-    if any(isinstance(matrix, Placed) for matrix in matrices.values()):
-        matrices = _aligned(file, matrices)
-    return matrices["mass"], matrices["stiffness"], matrices["damping"]
+    mass, stiffness, damping = (_pick(file, content, kind, names.get(kind)) for kind in _NAMES)
+    return mass, stiffness, damping
 
 
 def _pick(file: Path, content: Mapping[str, Any], kind: str, name: str | None) -> Any:
@@ -308,65 +291,6 @@ def _npz(file: Path) -> dict[str, Any]:
         parts = tuple(arrays[f"{name}.{part}"] for part in ("data", "indices", "indptr"))
         result[name] = csc_matrix(parts, shape=tuple(arrays[f"{name}.shape"]))
     return result
-
-
-class Placed(NamedTuple):
-    """Matrix with Nastran's grid point and component for each row and column."""
-
-    values: Any
-    rows: list[list[int]]
-    columns: list[list[int]]
-
-
-def _nastran(file: Path) -> dict[str, Any]:
-    content = parsed(
-        f"{file.suffix.lower()} file",
-        file,
-        read_nastran,
-        libraries=[f"pyyeti.nastran.{name}" for name in ("bulk", "op2", "op4")],
-        bytes_a_second=1e6,
-    )
-    return {
-        name: Placed(**matrix) if isinstance(matrix, dict) else matrix
-        for name, matrix in content.items()
-    }
-
-
-def read_nastran(path: Path) -> dict[str, Any]:
-    """Read matrices by pyYeti in a child process; DMIG cards also give grids and components."""
-    with needed_for("Nastran's files are read by", "nastran"):
-        from pyyeti.nastran import bulk, op2, op4
-    kind, file = path.suffix.lower(), str(path)
-    content: dict[str, Any] = {}
-    if kind == ".op4":
-        content = dict(op4.read(file))
-    elif kind == ".op2":
-        with op2.OP2(file) as output:
-            content = output.rdop2mats()
-    if kind == ".pch" or (kind == ".op2" and not content):
-        options = {} if kind == ".op2" else {"follow_includes": False}
-        content = {
-            name: {
-                "values": frame.to_numpy(),
-                "rows": [list(map(int, place)) for place in frame.index],
-                "columns": [list(map(int, place)) for place in frame.columns],
-            }
-            for name, frame in bulk.rddmig(file, **options).items()
-        }
-    refuse_beyond(sum(np.size(m["values"] if isinstance(m, dict) else m) for m in content.values()))
-    return {str(name).upper(): matrix for name, matrix in content.items()}
-
-
-def _aligned(file: Path, matrices: dict[str, Any]) -> dict[str, Any]:
-    """Expand matrices to all degrees of freedom of any of them, by grid, then by component."""
-    from scipy.sparse import coo_matrix
-
-    placed = {kind: matrix for kind, matrix in matrices.items() if isinstance(matrix, Placed)}
-    for kind, matrix in placed.items():
-        if matrix.rows != matrix.columns or {len(place) for place in matrix.rows} != {2}:
-            raise InputError(f"{file.name}: the {kind} matrix must be square, form 1 or 6 of DMIG")
-    parts = {kind: (matrix.rows, coo_matrix(matrix.values)) for kind, matrix in placed.items()}
-    return matrices | {kind: part.toarray() for kind, part in over_all_places(parts).items()}
 
 
 def _folder(folder: Path, limit: int) -> dict[str, Any]:

@@ -129,18 +129,12 @@ class Structure:
         ----------
         path : str or path
             An ``.npz`` or ``.mat`` file with the matrices, or a folder of Matrix Market
-            files (``mass.mtx``, ``stiffness.mtx`` and optionally ``damping.mtx``). With the
-            extra ``nastran``, a ``.pch`` file of DMIG cards or an ``.op2`` or ``.op4`` file of
-            matrices. An ``.mtx`` file of Abaqus: the matrices of a substructure (``*SUBSTRUCTURE
-            MATRIX OUTPUT, OUTPUT FILE=USER DEFINED``), or one matrix of a job
-            (``job_STIF2.mtx``), whose other matrices are read from the same folder. Rows are
-            sorted by node, then by degree of freedom.
+            files (``mass.mtx``, ``stiffness.mtx`` and optionally ``damping.mtx``).
         limit : int, optional
             Largest permitted count of numbers in a file.
         **names : str, optional
             Names of the matrices in the file, such as ``mass="M"``. By default ``mass``,
-            ``stiffness`` and ``damping``, or M, K and C, or Nastran's MAAX, MAA, MXX or MGG for
-            the mass, and the corresponding names with K (stiffness) and B (damping).
+            ``stiffness`` and ``damping``, or M, K and C.
 
         Returns
         -------

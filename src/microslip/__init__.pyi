@@ -28,7 +28,6 @@ from .friction import CoupledHarmonics as CoupledHarmonics
 from .friction import CoupledResponse as CoupledResponse
 from .friction import FieldCycle as FieldCycle
 from .friction import FieldHarmonics as FieldHarmonics
-from .friction import FirstLoading as FirstLoading
 from .friction import HarmonicForce as HarmonicForce
 from .friction import Interface as Interface
 from .friction import IsotropicField as IsotropicField
@@ -46,7 +45,6 @@ from .friction import SegalmanIwan as SegalmanIwan
 from .friction import SliderLaw as SliderLaw
 from .friction import Sliders as Sliders
 from .friction import VectorCycle as VectorCycle
-from .friction import first_loading as first_loading
 from .friction.loops import Loop as Loop
 from .friction.memory import FieldResponse as FieldResponse
 from .friction.memory import FieldState as FieldState

@@ -129,9 +129,6 @@ def _add_motion(add: Add, laws: dict[str, Any]) -> None:
     beside = ms.Parallel([ms.Coulomb(1.0), joint])  # rigid friction is integrated by itself
     add("Parallel.harmonics", beside.harmonics, coefficients=[1e-8, 1e-7, 0.0], harmonics=[0, 1],
         rest=0.0, rtol=1e-8)  # fmt: skip
-    add("joint.first_loading", joint.first_loading, displacement=[1e-7], separation=[3e-7])
-    add("first_loading", ms.first_loading, surface=joint.surface, friction_coefficient=0.5,
-        displacement=[1e-7], separation=[3e-7], start=[3.1e-7])  # fmt: skip
     add("joint.try_ with a separation", joint.start().try_, displacement=1e-7, separation=3e-7)
     add("joint.advance with a load", joint.start().advance, displacement=[1e-7], normal_load=[1e3])
     add("joint.start", joint.start, arrays=joint.start().to_arrays())
@@ -153,7 +150,6 @@ def _add_options(add: Add, joint: Any) -> None:
         normal_load=[1e3, 2e3])  # fmt: skip
     add("joint.coupled_displacement at d", joint.coupled_displacement, force=[1.0, 0.0],
         separation=[3e-7, 2e-7])  # fmt: skip
-    add("joint.first_loading at N", joint.first_loading, displacement=[1e-7], normal_load=[1e3])
     add("joint.harmonics, load varies", joint.harmonics, coefficients=[0.0, 1e-7, 0.0],
         normal_load=[2e3, 1e2, 0.0], samples=32)  # fmt: skip
     add("joint.advance with a separation", joint.start().advance, displacement=[1e-7],
@@ -193,7 +189,6 @@ def _add_fields(add: Add, surface: Any, joint: Any) -> None:
     add("field.at", field.at, separations=apart)
     add("field.along", field.along, directions=np.full((3, 2), 0.7))
     add("field.load", field.load, separations=apart)
-    add("field.first_loading", field.first_loading, displacement=moves, separation=apart)
     add("field.dissipated_energy", field.dissipated_energy, amplitude=moves)
     add("field.periodic", field.periodic, displacements=cycle)
     add("field.periodic, it opens", field.periodic, displacements=cycle, separations=gaps)

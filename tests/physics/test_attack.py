@@ -116,7 +116,7 @@ NOT_ENTERED = {
         "CoupledHarmonics",
         "Decay",
     ),
-    *("CoupledResponse", "FieldCycle", "FieldResponse", "FirstLoading", "ForcedResponse"),
+    *("CoupledResponse", "FieldCycle", "FieldResponse", "ForcedResponse"),
     *(
         "FrequencyResponse",
         "FreeDecay",

@@ -60,7 +60,7 @@ def test_first_loading_is_a_step_of_a_diagram(surface: ms.NormalLaw) -> None:
     field = ms.JointField(
         surface, 0.3, areas=1e-4, loads=np.full(moves.size, load), surface_area=1e-4
     )
-    found = field.first_loading(kappa * moves, joint.separation - falls)
+    found = field.start().try_(kappa * moves, joint.separation - falls)
     wanted = [
         joint.coupled_force([x], separation=[d])[0]
         for x, d in zip(kappa * moves, joint.separation - falls, strict=True)
@@ -75,9 +75,10 @@ def test_tangents_of_first_loading_are_its_differences() -> None:
     step = 1e-12
     for u, w in ((2e-7, 1e-7), (-1e-7, -5e-7), (2e-8, 3e-7), (-4e-7, 3e-7)):
         d = field.separations - w
-        here = field.first_loading(u, d)
+        start = field.start()
+        here = start.try_(u, d)
         for k, (du, dd) in enumerate(((step, 0.0), (0.0, step))):
-            up, down = field.first_loading(u + du, d + dd), field.first_loading(u - du, d - dd)
+            up, down = start.try_(u + du, d + dd), start.try_(u - du, d - dd)
             for row, name in enumerate(("force", "load")):
                 slope = (getattr(up, name) - getattr(down, name)) / (2.0 * step)
                 scale = np.abs(here.tangent[:, 1, 1]).max()
@@ -154,7 +155,7 @@ def test_fields_on_one_surface_share_its_curve_whatever_came_before(kinked: bool
         for separation in before:
             ms.JointField(law, 0.3, areas=2e-4, separations=[separation]).load(separation - 3e-7)
         field = ms.JointField(law, 0.3, areas=2e-4, separations=apart)
-        way = field.first_loading([1e-8, 2e-7, 1e-6], apart - 1e-7)
+        way = field.start().try_([1e-8, 2e-7, 1e-6], apart - 1e-7)
         return np.concatenate([field.normal_loads, way.force, way.load])
 
     alone = answers(dataclasses.replace(surface), [])

@@ -34,8 +34,8 @@ def test_descriptions_of_a_field() -> None:
     given[0] = 0.0
     assert kept.normal_loads[0] == 10.0
     for other in (copy.copy(made), copy.deepcopy(made), pickle.loads(pickle.dumps(made))):
-        again = other.first_loading(1e-7, 5e-7).force
-        np.testing.assert_array_equal(again, made.first_loading(1e-7, 5e-7).force)
+        again = other.start().try_(1e-7, 5e-7).force
+        np.testing.assert_array_equal(again, made.start().try_(1e-7, 5e-7).force)
         assert not other.areas.flags.writeable
 
 

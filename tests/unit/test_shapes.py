@@ -120,7 +120,7 @@ def known(label: str) -> tuple[Any, np.ndarray]:
 LABELS = {label: label for label in CASES}
 
 
-OWN_TESTS = {"first_loading", "harmonics", "parameter_derivatives", "plot", "start"}
+OWN_TESTS = {"harmonics", "parameter_derivatives", "plot", "start"}
 
 
 def test_every_vectorised_method_is_tested() -> None:

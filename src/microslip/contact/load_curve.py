@@ -196,10 +196,6 @@ class LoadCurve:
         """Energies dissipated by slip, used for laws without a compiled profile."""
         return SlipLosses(self.surface, self.origin)
 
-    def fall(self, step: Floats) -> Floats:
-        """Normal stiffness -N' [N/m] at steps [m]."""
-        return self.load(step)[1] if self.shared else -self.derivative(step, 1)
-
     def load(self, step: Floats) -> tuple[Floats, Floats]:
         """Load N [N] and normal stiffness -N' [N/m] at steps [m]."""
         profile = self.profile(float(step.min()), 0.0) if self.shared else None

@@ -26,8 +26,6 @@ from .pressure import Pressure as Pressure
 from .segalman import SegalmanIwan as SegalmanIwan
 from .slider_law import SliderLaw as SliderLaw
 from .sliders import Sliders as Sliders
-from .straight_step import FirstLoading as FirstLoading
-from .straight_step import first_loading as first_loading
 from .two_directions import IsotropicField as IsotropicField
 from .two_directions import IsotropicJoint as IsotropicJoint
 from .vector_cycles import VectorCycle as VectorCycle

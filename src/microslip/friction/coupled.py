@@ -21,7 +21,6 @@ from microslip.friction.base import BackboneLaw
 from microslip.friction.coupled_cycles import coupled_cycle, coupled_harmonics
 from microslip.friction.cycles import Rest
 from microslip.friction.memory import Diagram, Nodes, steps_along
-from microslip.friction.straight_step import FirstLoading, first_loading_by_slip
 
 
 @dataclass(frozen=True, eq=False)
@@ -331,26 +330,4 @@ class CoupledLaw(BackboneLaw):
             return super().harmonics(coefficients, harmonics, rest, rtol=rtol)
         return coupled_harmonics(
             self._nodes, coefficients, harmonics, rest, normal_load, separation, samples, rtol
-        )
-
-    def first_loading(
-        self,
-        displacement: ArrayLike,
-        *,
-        normal_load: ArrayLike | None = None,
-        separation: ArrayLike | None = None,
-    ) -> FirstLoading:
-        """Compute force, load and tangents after one straight step from rest.
-
-        The step begins under the load of the joint. Displacements [m], and either normal loads [N]
-        above zero or separations [m], are those at its end, of any shapes that broadcast. The
-        result is that of :func:`microslip.friction.first_loading`, which also accepts other
-        separations before the step.
-        """
-        check_one_of("normal_load [N] or separation=... [m]", normal_load, separation)
-        if separation is None:
-            separation = self.surface.separation(normal_load)  # type: ignore[arg-type]
-        slip, start = self.slip_per_indentation, self.separation
-        return first_loading_by_slip(
-            self.surface, self._friction, slip, displacement, separation, start
         )

@@ -15,7 +15,6 @@ from microslip._core.checks import (
     LARGEST,
     SMALLEST,
     Floats,
-    beyond,
     check_one_of,
     exact,
     floats,
@@ -29,10 +28,9 @@ from microslip.contact.load_curve import LoadCurve, check_surface, shared_curve
 from microslip.friction.base import BackboneLaw
 from microslip.friction.field_backbone import FieldBackbone
 from microslip.friction.field_cycles import SettledField
-from microslip.friction.memory import FieldResponse, FieldState, Nodes
+from microslip.friction.memory import FieldState, Nodes
 from microslip.friction.memory.nodes import checked_separations
 from microslip.friction.own_tightening import OwnTightening
-from microslip.friction.straight_step import straight_step
 from microslip.friction.two_directions import IsotropicField, two_directions
 
 _UNITS = {
@@ -320,23 +318,6 @@ class JointField(ByValue, SettledField, Locked):
         nodes = self._nodes
         load, fall = nodes.curve.load(nodes.steps_at("separations", separations))
         return nodes.scales * load, -nodes.per_length(nodes.scales * fall)
-
-    def first_loading(self, displacement: ArrayLike, separation: ArrayLike) -> FieldResponse:
-        """Compute forces and tangents at the end of a straight path from rest, in closed form.
-
-        Tangential displacements [m] and separations [m] are those at the end of the path, numbers
-        or one-dimensional, one per node. The result has ``force`` [N], ``load`` [N] and ``tangent``
-        [N/m] of shape (nodes, 2, 2), as in :func:`microslip.first_loading` (DOI 10.1115/1.2833765).
-        """
-        nodes = self._nodes
-        place = beyond(nodes.per_node("displacement", displacement, "m"), nodes.slips)
-        step = nodes.steps_at("separation", separation)
-        value, load, by_place, by_step, fall = straight_step(nodes.curve, place, step, nodes.rests)
-        tangent = np.zeros((self.size, 2, 2))
-        tangent[:, 0, 0] = nodes.weights / nodes.slips * by_place
-        tangent[:, 0, 1] = nodes.per_length(nodes.weights * by_step)
-        tangent[:, 1, 1] = -nodes.per_length(nodes.scales * fall)
-        return FieldResponse(nodes.weights * value, nodes.scales * load, tangent)
 
     def dissipated_energy(self, amplitude: ArrayLike) -> Floats:
         """Compute the energy [J] of a closed cycle of each node at its separation at rest.

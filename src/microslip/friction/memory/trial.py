@@ -79,15 +79,6 @@ class Trial(tuple[float, float]):
         fall, by_separation = self._by_separation("tangent")
         return np.array([[self[1], by_separation], [0.0, -fall]])
 
-    @property
-    def tangent_by_load(self) -> Floats:
-        """d(force, normal_load)/d(displacement, normal_load), shape (2, 2).
-
-        The first column is in [N/m], the second in [-]. Without contact dforce/dload is 0.
-        """
-        fall, by_separation = self._by_separation("tangent_by_load")
-        return np.array([[self[1], by_separation / -fall if fall > 0.0 else 0.0], [0.0, 1.0]])
-
     def _by_separation(self, name: str) -> tuple[float, float]:
         """Return -dN/dd and dT/dd [N/m], with separation d; errors name the attribute ``name``."""
         curve = self._curve_for(name)

@@ -19,12 +19,13 @@ import sys
 import tempfile
 from pathlib import Path
 
+import numpy as np
 from pages import write_section
+from rough_faces import rough
 
 RIG = "record.csv"
 
 MAKE_INPUT = """
-import numpy as np
 import microslip as ms
 al = ms.Material(young_modulus=69e9, poisson_ratio=0.33)
 surface = ms.GreenwoodWilliamson(
@@ -34,9 +35,6 @@ joint = ms.Interface(surface, 0.55, normal_load=2000.0)
 noise = {"force": 1.0, "displacement": 1e-9}
 rig = ms.VirtualTribometer(joint, noise=noise, seed=0)
 rig.record(amplitude=1e-6, frequency=10.0, cycles=12).to_csv("record.csv")
-from microslip.surfaces import random_surface
-scan = random_surface((256, 256), 1e-6, m0=2.5e-13, m2=1e-3, m4=2e7, seed=0)
-np.save("scan.npy", scan.heights)
 """
 COMMANDS = {
     "predict, three loads": ("predict", "joint.toml", "-o", "predicted"),
@@ -75,6 +73,8 @@ def table(commands: list[str], repeats: int) -> list[str]:
         folder = Path(name)
         python = Path(commands[-1]).with_name("python")
         subprocess.run([str(python), "-c", MAKE_INPUT], cwd=folder, check=True)
+        scan = rough(256, 1e-6, 5e-7, longest=1.64e-4, shortest=2.1e-5, seed=0)
+        np.save(folder / "scan.npy", scan)
         text = (Path(__file__).parents[1] / "examples" / "al2017.toml").read_text("utf-8")
         # What is written by default: before, pixels as well.
         (folder / "joint.toml").write_text(text[: text.index("[output]")], encoding="utf-8")

@@ -18,11 +18,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from rough_faces import rough
 
 import microslip as ms
 from microslip.figures.plot import COLORS, Area, Axis, Entry, Line, Panel, beside
 from microslip.figures.svg import svg
-from microslip.surfaces import random_surface
 
 STEEL = ms.Material(210e9, 0.3)
 PAIR = ms.MaterialPair(STEEL, STEEL)
@@ -36,7 +36,8 @@ HEADS = (
 
 def generated() -> ms.Scan:
     """A face like a fine-milled one: 0.5 um rms, waves of 18 to 60 um."""
-    return random_surface((POINTS, POINTS), 2e-6, m0=2.5e-13, m2=4e-3, m4=1.5e8, seed=3)
+    heights = rough(POINTS, 2e-6, 5e-7, longest=6e-5, shortest=1.77e-5, seed=3)
+    return ms.Scan(heights, 2e-6)
 
 
 def milled(points: int = 256, pixel: float = 2.5e-6, seed: int = 4) -> np.ndarray:

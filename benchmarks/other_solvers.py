@@ -22,9 +22,9 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
+from rough_faces import rough
 
 from microslip.contact.boundary_elements import HalfSpace, press
-from microslip.surfaces import random_surface
 
 RUNS = 3
 RELATIVE = 0.02  # mean pressure over E* h'
@@ -33,8 +33,7 @@ TOLERANCE = 1e-9  # of the rms height
 
 def face(points: int) -> np.ndarray:
     """Heights of a generated face [pixels] about their mean."""
-    scan = random_surface((points, points), 2e-6, m0=2.5e-13, m2=4e-3, m4=1.5e8, seed=3)
-    z = scan.heights / 2e-6
+    z = rough(points, 2e-6, 5e-7, longest=6e-5, shortest=1.77e-5, seed=3) / 2e-6
     return np.asarray(z - z.mean())
 
 

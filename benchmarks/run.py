@@ -36,9 +36,9 @@ import numpy as np
 from explicit_population import ExplicitPopulation, gaussian_population
 from numpy.typing import NDArray
 from pages import write_section
+from rough_faces import rough
 
 import microslip as ms
-from microslip.surfaces import random_surface
 
 Floats = NDArray[np.float64]
 
@@ -486,7 +486,7 @@ def measure_sweeps() -> tuple[list[list[str]], dict[str, Any]]:
 
 def measure_scan() -> list[Row]:
     """All that there is to know of a scan, from its heights on: nothing is kept between runs."""
-    heights = random_surface((2048, 2048), 1e-6, m0=4e-14, m2=4e-4, m4=1e8, seed=7).heights
+    heights = rough(2048, 1e-6, 2e-7, longest=1.5e-4, shortest=4.9e-6, seed=7)
 
     def parameters() -> None:
         scan = ms.Scan(heights, 1e-6).condition(level="plane")

@@ -10,14 +10,17 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import microslip as ms
-from microslip.surfaces import random_surface
 
 plt.style.use("microslip.style")
 
 # %%
 # A generated surface replaces the file, which would be read with ``ms.Scan.read("ground.plu")``.
 
-scan = random_surface((400, 400), 1e-6, m0=4e-14, m2=4e-4, m4=1e8, seed=7)
+q = np.hypot(np.fft.fftfreq(400)[:, None], np.fft.rfftfreq(400))  # waves per micrometre
+band = (q > 1 / 150) & (q < 1 / 4.9)
+phase = np.random.default_rng(7).uniform(0.0, 2.0 * np.pi, q.shape)
+heights = np.fft.irfft2(band * np.maximum(q, 1e-3) ** -1.8 * np.exp(1j * phase))
+scan = ms.Scan(2e-7 * heights / heights.std(), pixel=1e-6)
 summits = scan.summits(cutoff=5e-6)
 print(f"rms height {scan.statistics().rms * 1e9:.1f} nm, Nayak's alpha {scan.moments().nayak:.2f}")
 print(f"at a cut-off of 5 µm: {summits.statistics()}")

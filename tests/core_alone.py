@@ -96,7 +96,7 @@ def with_scipy() -> None:
     assert ms.Oscillator(1.0, 1e6, joint).ring_down(3e-7, cycles=3) is not None
     wave = np.sin(2.0 * np.pi * np.arange(128) / 16.0) * 1e-7
     scan = ms.Scan(wave[:, None] + wave, 1e-6).condition(level="plane")
-    assert scan.summits(8e-6, level=None).statistics().density > 0.0
+    assert scan.summits(8e-6).statistics().density > 0.0
     study = ms.Study(
         schema=1,
         surface={"law": "sphere", "materials": ["steel", "al2017"], "radius": "5 mm"},

@@ -12,11 +12,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from laps import surface_of_gaps
-from made_surfaces import paraboloids
+from made_surfaces import paraboloids, rough
 from scipy import io, optimize, special
 
 import microslip as ms
-from microslip.surfaces import Moments, random_surface, verdicts
+from microslip.surfaces import Moments, verdicts
 from microslip.surfaces.peaks import find_peaks
 
 AL = ms.Material(69e9, 0.33)
@@ -51,11 +51,10 @@ def field(elliptic: bool) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("elliptic", [False, True], ids=["round", "elliptic"])
-@pytest.mark.parametrize("window", [3, 5])
-def test_paraboloids_are_exact(elliptic: bool, window: int) -> None:
+def test_paraboloids_are_exact(elliptic: bool) -> None:
     """Places, heights above the mean and equivalent radii, to the rounding of a difference."""
     scan, places, heights, radii = field(elliptic)
-    found = scan.summits(None, window=window)
+    found = scan.summits(None)
     assert found.count == len(heights)
     assert found.dropped == 0
     order = np.lexsort((places[:, 0], places[:, 1]))
@@ -69,7 +68,7 @@ def test_paraboloids_are_exact(elliptic: bool, window: int) -> None:
     np.testing.assert_allclose(found.curvatures[ours], curved, rtol=1e-9)
     # Each stands on the plane at zero, or on a saddle to its neighbour.
     assert np.all(found.prominences[ours] <= heights[order] * (1 + 1e-12))
-    shape = np.array(scan.heights.shape) - (window - 1)
+    shape = np.array(scan.heights.shape) - 2
     assert found.area == pytest.approx(shape.prod() * 2e-12, rel=1e-12)
 
 
@@ -125,10 +124,8 @@ def test_summits_of_a_gaussian_surface() -> None:
     Summits are 18 pixels apart, so that the pixel takes little from their curvature, and 3000 of
     them, so that chance adds one or two per cent. The default threshold drops one in a hundred.
     """
-    m0, m2 = 1e-14, 4.45e-4
-    m4 = 2.2 * m2**2 / m0
-    scan = random_surface((1000, 1000), 1e-6, m0=m0, m2=m2, m4=m4, seed=1)
-    theory = Moments(m0, m2, m4).mccool()
+    scan = rough((1000, 1000), 1e-6, 1e-7, longest=3.44e-5, shortest=1.135e-5, seed=1)
+    theory = scan.moments().mccool()
     found = scan.summits(None)
     assert found.count > 2500
     assert found.density == pytest.approx(theory.density, rel=0.03)
@@ -316,7 +313,7 @@ def test_results_depend_on_the_cutoff() -> None:
 
 @pytest.fixture(scope="module", name="found")
 def _found() -> Any:
-    scan = random_surface((400, 400), 1e-6, m0=1e-14, m2=4e-5, m4=4e5, seed=4)
+    scan = rough((400, 400), 1e-6, 1e-7, longest=1.24e-4, shortest=3.43e-5, seed=4)
     return scan.summits(None, prominence=0.0)
 
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command import fails, run
+from made_surfaces import rough
 
 import microslip as ms
-from microslip.surfaces import random_surface
 
 AS_IS = ("--unit", "um", "--pixel", "1 um")
 FILES = [
@@ -23,7 +23,7 @@ FILES = [
 @pytest.fixture(name="folder")
 def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
-    scan = random_surface((96, 96), 1e-6, m0=1e-13, m2=1e-3, m4=4e7, seed=3)
+    scan = rough((96, 96), 1e-6, 3.2e-7, longest=8.5e-5, shortest=1.55e-5, seed=3)
     np.save("ground.npy", scan.heights * 1e6)
     return tmp_path
 
@@ -46,7 +46,8 @@ def test_all_files_and_the_cutoff_in_each(folder: Path, undrawn: None) -> None:
     # In the head and in the captions of both figures.
     assert page.count("ut-off 6 µm") >= 3
     # The summits, from the highest down.
-    found = ms.Scan.read("ground.npy", unit="um", pixel=1e-6).summits(6e-6, level="plane")
+    scan = ms.Scan.read("ground.npy", unit="um", pixel=1e-6).condition(level="plane")
+    found = scan.summits(6e-6)
     rows = list(csv.DictReader((folder / "out/summits.csv").read_text("utf-8").splitlines()))
     assert len(rows) == found.count == summary["count"]
     assert float(rows[0]["height [m]"]) == found.heights.max()

@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 import pytest
+from made_surfaces import rough
 
 import microslip as ms
 from microslip.contact import face_table as table
 from microslip.contact.finish import Finish
-from microslip.surfaces import random_surface
 
 STEEL = ms.Material(210e9, 0.3, hardness=2.4e9)
 PAIR = ms.MaterialPair(STEEL, STEEL)
@@ -144,7 +144,7 @@ def test_nodes_of_own_tightening_have_consistent_tangents() -> None:
 
 def test_a_drawing_finds_rq_and_rdq_of_gaussian_profiles_again() -> None:
     """Ra and RSm of long Gaussian profiles, by counting."""
-    made = random_surface((1024, 256), 1e-6, m0=1e-12, m2=4e-3, m4=8e7, seed=5)
+    made = rough((1024, 256), 1e-6, 1e-6, longest=1.65e-4, shortest=2.1e-5, seed=5)
     heights = made.heights - made.heights.mean()
     ra = float(np.abs(heights).mean())
     ups = np.count_nonzero((heights[:, :-1] < 0.0) & (heights[:, 1:] >= 0.0))

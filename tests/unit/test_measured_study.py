@@ -6,11 +6,11 @@ from collections import OrderedDict
 
 import numpy as np
 import pytest
+from made_surfaces import rough
 
 import microslip as ms
 from microslip.contact import measured_face
 from microslip.study.build import build_surface
-from microslip.surfaces import random_surface
 
 TEXT = """
 schema = 1
@@ -38,7 +38,7 @@ amplitudes = ["30 nm"]
 
 @pytest.fixture
 def study(tmp_path):
-    face = random_surface((96, 96), 2e-6, m0=2.5e-13, m2=4e-3, m4=1.5e8, seed=3)
+    face = rough((96, 96), 2e-6, 5e-7, longest=6e-5, shortest=1.77e-5, seed=3)
     np.save(tmp_path / "face.npy", 1e6 * face.heights)
 
     def loaded(*changes: tuple[str, str]) -> ms.Study:

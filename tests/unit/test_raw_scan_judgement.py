@@ -8,12 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from made_surfaces import rough
 
 import microslip as ms
 from microslip.readers.instruments import _check_sums
-from microslip.surfaces import random_surface, verdicts
+from microslip.surfaces import verdicts
 
-GROUND = random_surface((128, 128), 1e-6, m0=1e-14, m2=1e-4, m4=1e7, seed=1)
+GROUND = rough((128, 128), 1e-6, 1e-7, longest=1.12e-4, shortest=8.6e-6, seed=1)
 
 
 def words(scan: ms.Scan) -> dict[str, tuple[float | None, str]]:

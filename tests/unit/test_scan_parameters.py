@@ -6,13 +6,13 @@ import math
 
 import numpy as np
 import pytest
+from made_surfaces import rough
 from scipy import stats
 from scipy.special import ellipe
 
 import microslip as ms
 from microslip.surfaces import (
     Scan,
-    random_surface,
     verdicts,
 )
 from microslip.surfaces.scan_rules import extreme_shares
@@ -55,7 +55,7 @@ def test_verdicts_on_noise_and_on_a_surface() -> None:
     noise = {verdict.name: verdict for verdict in verdicts(NOISE)}
     assert noise["fraction of m4 lost to the pixel"].word == "outside"
     assert noise["kurtosis"].word == "ok"
-    fine = random_surface((300, 300), 1e-6, m0=1.2e-13, m2=0.004, m4=0.004 * 0.1e12)
+    fine = rough((300, 300), 1e-6, 3.5e-7, longest=4.65e-5, shortest=1.02e-5)
     assert {verdict.word for verdict in verdicts(fine)} == {"ok"}
     profile = Scan(RNG.normal(size=500).cumsum() * 1e-9, 1e-6)
     assert "anisotropy" not in {verdict.name for verdict in verdicts(profile)}

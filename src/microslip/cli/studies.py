@@ -25,7 +25,7 @@ from microslip.cli.options import (
     writes,
 )
 from microslip.study.new import TEMPLATE_LAWS, TEMPLATES, command_line, demo_text, write_template
-from microslip.surfaces.options import PROCESSES
+from microslip.surfaces.options import PROCESS_NAMES
 
 if TYPE_CHECKING:
     from microslip.report import Study
@@ -150,10 +150,10 @@ def _list_templates(context: click.Context, param: click.Parameter, value: bool)
     if value:
         for name, meaning in TEMPLATES.items():
             click.echo(f"{name:<10} {meaning}")
-        from microslip.contact.finish import PROCESSES as TABLE
+        from microslip.contact.finish import PROCESSES
 
         click.echo("Processes for --process, with their usual Ra:")
-        for name, process in TABLE.items():
+        for name, process in PROCESSES.items():
             low, high = 1e6 * process.low, 1e6 * process.high
             click.echo(f"{name:<10} {low:g} to {high:g} um ({process.source})")
         context.exit()
@@ -177,7 +177,7 @@ def _list_templates(context: click.Context, param: click.Parameter, value: bool)
     help="List the templates, and the Ra by process.",
 )  # fmt: skip
 @click.option(
-    "--process", type=OneOf(PROCESSES),
+    "--process", type=OneOf(PROCESS_NAMES),
     help="Machining process of the faces: bolted plates with its usual Ra.",
 )  # fmt: skip
 def new(name: Path, kind: str, law: str, process: str | None) -> None:

@@ -124,7 +124,7 @@ _NOT_OFFERED = {
 }
 _USUAL = {
     *Reading._fields[:6], "units", "rig_stiffness", "study", "model", MANIFEST_NAME,
-    "cutoff", "long_cutoff", "level", "outliers", "fill", "unit", "pixel",
+    "cutoff", "long_cutoff", "level", "unit", "pixel",
 }  # fmt: skip
 
 

@@ -16,7 +16,7 @@ from microslip.study.fields import MATERIALS, POSITIVE_AREA, UNCERTAIN_LENGTH, o
 from microslip.study.part import Part, SubTable, SurfaceTable, key, optional_key, tag
 from microslip.study.readers import KeyedError, Place
 from microslip.study.uncertain import Spread, Uncertain
-from microslip.surfaces.options import DIRECTION, PROCESSES, RA, RQ, RZ
+from microslip.surfaces.options import DIRECTION, PROCESS_NAMES, RA, RQ, RZ
 
 if TYPE_CHECKING:
     from microslip.contact.materials import MaterialPair
@@ -42,7 +42,7 @@ class _Drawing(Part):
         UNCERTAIN_LENGTH, "Mean width of the profile elements RSm, instead of Rdq.", '"60 um"'
     )
     process: str | None = optional_key(
-        one_of(*PROCESSES),
+        one_of(*PROCESS_NAMES),
         "Machining process, which gives a range of heights if no height is given.",
     )
 

@@ -41,8 +41,7 @@ REMOVED_KEYS: dict[str, str] = {
     "structure.materials": "use ms.BoltedBeam in Python (examples/18_several_laps.py)",
     "structure.densities": "use ms.BoltedBeam in Python (examples/18_several_laps.py)",
     "surface.fill": "leave it out: missing points of a scan are filled",
-    "surface.outliers": "leave it out: spikes of a scan are removed; others by "
-    "ms.Scan.condition(outliers=...) in Python",
+    "surface.outliers": "leave it out: spikes of a scan are removed",
     "surface.key": 'write channel = "z", which also names the array of a file',
     "surface.filter": "leave it out: long waves are removed by a Gaussian filter; for "
     "other filters use SurfaceTopography or the software of the instrument",

@@ -9,4 +9,3 @@ from .summits import Summits as Summits
 from .summits import find_summits as find_summits
 from .surface_parameters import ArealParameters as ArealParameters
 from .surface_parameters import ProfileParameters as ProfileParameters
-from .synthesis import random_surface as random_surface

@@ -17,7 +17,7 @@ from microslip.surfaces.filters import smooth
 from microslip.surfaces.height_map import HeightMap, noise_std
 from microslip.surfaces.levelling import Level
 from microslip.surfaces.levelling import level as without_form
-from microslip.surfaces.options import LEVELS, OUTLIERS
+from microslip.surfaces.options import LEVELS
 
 Map = TypeVar("Map", bound=HeightMap)
 
@@ -28,23 +28,18 @@ def condition(
     scan: Map,
     *,
     level: Level | None = None,
-    outliers: float | None = None,
     fill: Literal["interpolate"] | None = None,
     cutoff: float | str | None = None,
     long_cutoff: float | str | None = None,
     crop: Any = None,
 ) -> Map:
-    """Crop, remove outliers, level, fill and filter a scan, in this order.
+    """Crop, level, fill and filter a scan, in this order.
 
     Parameters
     ----------
-    level : {"plane", "quadratic", "cylinder", "lines", "mean"}, optional
-        Form to remove, fitted by least squares. "cylinder" is a plane plus a parabola along the
-        direction with the smallest residual; "lines" is a straight line for each row (along x),
+    level : {"plane", "quadratic", "lines", "mean"}, optional
+        Form to remove, fitted by least squares. "lines" is a straight line for each row (along x),
         which removes offsets and drift between rows, but also waves along y.
-    outliers : float, optional
-        Points farther than this number of robust standard deviations [-] from the median of their
-        neighbours are marked as missing; 6 is usual.
     fill : {"interpolate"}, optional
         Interpolate missing points (see Notes).
     cutoff : float or str, optional
@@ -71,19 +66,14 @@ def condition(
     """
     if crop is not None:
         scan = _cropped(scan, crop)
-    limit = _threshold(outliers)
     _check_choice("level", level, LEVELS)
     _check_choice("fill", fill, ("interpolate",))
     short, long = band(scan, cutoff, long_cutoff)
     heights, notes = scan.heights, list(scan.notes)
-    if limit is not None:
-        heights, note = _without_outliers(scan, limit)
-        notes.append(note)
-    else:
-        scan.measurable()
+    scan.measurable()
     if level is not None:
         before = float(np.nanmax(np.abs(heights)))
-        heights, removed = without_form(heights, scan.pixel, level)
+        heights, removed = without_form(heights, level)
         if float(np.nanmax(np.abs(heights))) <= _ROUNDING * before:
             raise InputError(
                 f'{scan.name[:60]}: `level="{level}"` leaves only rounding '
@@ -218,68 +208,14 @@ def _beside_bounds(length: float, shortest: float, longest: float) -> str:
     return "below two pixels" if length < shortest else "beyond the size of the scan"
 
 
-def _threshold(value: Any) -> float | None:
-    if value is None:
-        return None
-    limit: float = OUTLIERS.checked(value)
-    return limit
-
-
 def _check_choice(name: str, value: Any, words: tuple[str, ...]) -> None:
     if value is not None and (not isinstance(value, str) or value not in words):
         hint = did_you_mean(value, words) if isinstance(value, str) else ""
         raise InputError(f"`{name}` must be {quoted(words)} or None, got {quote(value)}{hint}")
 
 
-def _without_outliers(scan: HeightMap, limit: float) -> tuple[np.ndarray, str]:
-    spots = outliers(scan.heights, limit)
-    count = int(np.count_nonzero(spots))
-    heights = np.where(spots, np.nan, scan.heights) if count else scan.heights
-    minimum = 4 if scan.is_profile else 9
-    if (remaining_count := int(np.count_nonzero(~np.isnan(heights)))) < minimum:
-        raise InputError(
-            f"`outliers`: only {remaining_count} of {heights.size} points would remain; use a "
-            "larger number of standard deviations"
-        )
-    return heights, (
-        f"outliers: {count} of {heights.size} points farther than {limit:g} robust standard "
-        "deviations from the median of their neighbours set as missing."
-    )
-
-
 _PASSES = 40  # conjugate gradient steps per grid, to bound the time
 _TOLERANCE = 1e-5  # residual over that of the initial guess
-
-
-def outliers(heights: Floats, threshold: float) -> np.ndarray:
-    """Return a mask of heights over ``threshold`` robust deviations from their neighbours."""
-    from scipy.ndimage import median_filter
-
-    gaps = np.isnan(heights)
-    flat = _untilted(filled(heights) if gaps.any() else heights)
-    away = np.abs(flat - median_filter(flat, size=5, mode="mirror"))
-    away[gaps] = 0.0
-    usual = float(np.median(away[~gaps]))
-    if usual == 0.0:  # few digits: most points equal the median of their neighbours
-        steps = np.concatenate([np.diff(flat, axis=a).ravel() for a in range(flat.ndim)])
-        steps = np.abs(steps[steps != 0.0])
-        usual = float(np.median(steps)) if steps.size else 0.0
-    return np.asarray(away > threshold * 1.4826 * usual)
-
-
-def _untilted(heights: Floats) -> Floats:
-    """Return heights less a robust estimate of their tilt.
-
-    Otherwise mirroring a tilted surface at its edges, as in the median filter, would cause a kink.
-    """
-    result = heights
-    for axis, count in enumerate(heights.shape):
-        step = max(1, heights.size // 200_000)
-        slope = float(np.median(np.diff(heights, axis=axis).ravel()[::step]))
-        result = result - slope * np.expand_dims(
-            np.arange(count, dtype=float), [a for a in range(heights.ndim) if a != axis]
-        )
-    return result
 
 
 def filled(heights: Floats) -> Floats:
@@ -296,7 +232,7 @@ def filled(heights: Floats) -> Floats:
         return np.array(heights)
     plane: Floats | float = 0.0
     try:
-        flat, _ = without_form(heights, (1.0,) * heights.ndim, "plane")
+        flat, _ = without_form(heights, "plane")
         flat = flat.reshape(grid.shape)
         plane = _extended(grid, flat, gaps)
     except ValueError:  # too few points for a plane

@@ -99,9 +99,9 @@ def is_bow(note: str) -> bool:
 
 def _levelled(heights: Floats) -> tuple[Floats, Floats, float]:
     """Return heights less a plane, heights less a quadratic form, and their rms difference [m]."""
-    plane, _ = level(heights, (1.0, 1.0), "plane")
+    plane, _ = level(heights, "plane")
     try:
-        flat, _ = level(heights, (1.0, 1.0), "quadratic")
+        flat, _ = level(heights, "quadratic")
     except ValueError:  # too few points
         return plane, plane, 0.0
     return plane, flat, float(np.nanstd(plane - flat))

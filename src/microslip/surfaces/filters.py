@@ -18,16 +18,6 @@ _LONG_KERNEL = 33  # taps from which the Fourier transform is faster
 _BLOCK = 1 << 20  # numbers transformed at a time, to limit memory
 
 
-def transmission(wavelength: Floats | float, cutoff: float) -> Floats:
-    """Return the amplitude transmission of the Gaussian short-wave filter [-].
-
-    2^-(cutoff/wavelength)^2, one half at the cut-off (ISO 16610-21:2011, section 4.3; ISO
-    16610-61:2015). The long-wave filter, which removes longer waves, transmits one minus this
-    value.
-    """
-    return np.asarray(np.exp2(-((cutoff / np.asarray(wavelength, dtype=float)) ** 2)))
-
-
 @lru_cache(maxsize=64)
 def weights(cutoff: float) -> Floats:
     """Return the weights of the Gaussian filter with a cut-off [pixels], along one axis.
@@ -35,8 +25,9 @@ def weights(cutoff: float) -> Floats:
     The weights are symmetric, positive and have the sum one. The sampled Gaussian exp(-pi (x/(alpha
     cutoff))^2), alpha^2 = ln 2/pi, transmits too much for a cut-off of few pixels: 56 % in place of
     50 % at three. Its width is therefore chosen to transmit exactly half at the cut-off. The
-    largest deviation from :func:`transmission`, for waves of two pixels, is 0.06 for a cut-off of
-    four pixels, 0.013 for five, 0.002 for six and below 1e-6 from nine on.
+    largest deviation from the transmission 2^-(cutoff/wavelength)^2 of ISO 16610-21 and -61, for
+    waves of two pixels, is 0.06 for a cut-off of four pixels, 0.013 for five, 0.002 for six and
+    below 1e-6 from nine on.
     """
     reach = max(2, math.ceil(REACH * cutoff))
     place = np.arange(1, reach + 1, dtype=float)

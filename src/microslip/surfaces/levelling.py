@@ -10,14 +10,14 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.errors import InputError
 
-Level = Literal["plane", "quadratic", "cylinder", "lines", "mean"]
+Level = Literal["plane", "quadratic", "lines", "mean"]
 
 # Degrees of the Legendre polynomials in x and y, plane first.
 _TERMS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
-_COUNT = {"mean": 1, "plane": 3, "quadratic": 6, "cylinder": 6}
+_COUNT = {"mean": 1, "plane": 3, "quadratic": 6}
 
 
-def level(heights: Floats, pixel: tuple[float, ...], form: str) -> tuple[Floats, float]:
+def level(heights: Floats, form: str) -> tuple[Floats, float]:
     """Return the heights above the fitted form, and the height range of the form [m].
 
     Legendre polynomials of coordinates from -1 to 1 keep the normal equations well conditioned; a
@@ -41,14 +41,10 @@ def level(heights: Floats, pixel: tuple[float, ...], form: str) -> tuple[Floats,
         if turn == 0:
             step: Floats = np.zeros(len(terms))
             step[0] = right[0] / matrix[0, 0]
-        elif form == "cylinder" and heights.ndim == 2:
-            step = _cylinder(matrix, right, pixel, grid.shape)
         else:
             step = np.asarray(np.linalg.solve(matrix, right), dtype=float)
         total += step
         result -= _surface(step, along, terms)
-        if form == "cylinder" and heights.ndim == 2 and turn == 1:
-            break  # a second fit would find another direction in the residual
     shape = _surface(total, along, terms)
     return result.reshape(heights.shape), float(shape.max() - shape.min())
 
@@ -122,35 +118,3 @@ def _check(matrix: Floats, form: str, count: int) -> None:
             f'`level="{form}"`: {count} points do not determine this form; '
             'use more points, `level="plane"` or `level="mean"`'
         )
-
-
-def _cylinder(
-    matrix: Floats, right: Floats, pixel: tuple[float, ...], shape: tuple[int, ...]
-) -> Floats:
-    """Return coefficients of a plane plus a parabola along the best-fitting direction."""
-    from scipy.optimize import minimize_scalar
-
-    flat, bent, mixed = matrix[:3, :3], matrix[3:, 3:], matrix[:3, 3:]
-    reduced = bent - mixed.T @ np.linalg.solve(flat, mixed)
-    moments = right[3:] - mixed.T @ np.linalg.solve(flat, right[:3])
-    half = [0.5 * (n - 1) * step for n, step in zip(shape[::-1], pixel, strict=True)]
-    longer = max(half)
-    a, b = half[0] / longer, half[1] / longer
-
-    def parabola(angle: float) -> Floats:
-        # (x cos + y sin)^2 in Legendre polynomials; its constant part belongs to the plane.
-        c, s = a * math.cos(angle), b * math.sin(angle)
-        return np.array([2.0 / 3.0 * c * c, 2.0 * c * s, 2.0 / 3.0 * s * s])
-
-    def negative_gain(angle: float) -> float:
-        p = parabola(angle)
-        return -float((p @ moments) ** 2 / (p @ reduced @ p))
-
-    angles = np.linspace(0.0, math.pi, 181)
-    best = float(angles[int(np.argmin([negative_gain(angle) for angle in angles]))])
-    solution = minimize_scalar(
-        negative_gain, bounds=(best - 0.02, best + 0.02), method="bounded", options={"xatol": 1e-10}
-    )
-    p = parabola(float(solution.x))
-    p = p * float((p @ moments) / (p @ reduced @ p))
-    return np.concatenate([np.linalg.solve(flat, right[:3] - mixed @ p), p])

@@ -7,8 +7,8 @@ from microslip._core.parameters import REQUIRED
 from microslip._core.units import ANGLE, AREA, FORCE, LENGTH
 from microslip.readers.files import LIMIT as LIMIT
 
-LEVELS = ("plane", "quadratic", "cylinder", "lines", "mean")
-PROCESSES = ("milled", "turned", "ground", "honed", "lapped", "polished", "eroded", "blasted")
+LEVELS = ("plane", "quadratic", "lines", "mean")
+PROCESS_NAMES = ("milled", "turned", "ground", "honed", "lapped", "polished", "eroded", "blasted")
 
 CUTOFF = option(
     "cutoff",
@@ -34,7 +34,7 @@ LEVEL = option(
     default="plane",
     choices=LEVELS,
     none="none",
-    metavar="[plane|quadratic|cylinder|lines|mean|none]",
+    metavar="[plane|quadratic|lines|mean|none]",
 )
 CROP = option(
     "crop",
@@ -44,14 +44,6 @@ CROP = option(
     example="0.4 mm",
     items=(1, 2),
     metavar="LENGTH",
-)
-OUTLIERS = option(
-    "outliers",
-    "Remove points beyond this many robust standard deviations.",
-    float,
-    example="6",
-    least=2.0,
-    metavar="X",
 )
 DIRECTION = option(
     "direction",
@@ -141,7 +133,7 @@ AUTOMATIC_LEVEL = LEVEL.but(
     help="Form to remove first; auto is quadratic if the scan is bowed, else plane.",
     default="auto",
     choices=("auto", *LEVELS),
-    metavar="[auto|plane|quadratic|cylinder|lines|mean|none]",
+    metavar="[auto|plane|quadratic|lines|mean|none]",
 )
 CONDITIONING = (CUTOFF, LONG_CUTOFF, AUTOMATIC_LEVEL, CROP)
 """Options for conditioning in `microslip surface`."""

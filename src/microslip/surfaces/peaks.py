@@ -257,17 +257,14 @@ class Tops(NamedTuple):
     """Whether the top lies within the fitted points; otherwise shift and rise are zero."""
 
 
-def fitted(
-    heights: Floats, places: NDArray[np.intp], pixel: tuple[float, ...], window: int
-) -> Tops:
+def fitted(heights: Floats, places: NDArray[np.intp], pixel: tuple[float, ...]) -> Tops:
     """Fit a quadric to the points around each summit by least squares.
 
-    z = z0 + gx x + gy y + (hxx x^2 + 2 hxy x y + hyy y^2)/2 over window x window points, exact for
-    a paraboloid. With three points per side, the variance of the second derivatives due to white
-    noise is a third of that of three-point differences along an axis.
+    z = z0 + gx x + gy y + (hxx x^2 + 2 hxy x y + hyy y^2)/2 over 3 x 3 points, exact for a
+    paraboloid. The variance of the second derivatives due to white noise is a third of that of
+    three-point differences along an axis.
     """
-    reach = window // 2
-    side = np.arange(-reach, reach + 1)
+    side = np.arange(-1, 2)
     y, x = (part.reshape(-1) for part in np.meshgrid(side, side, indexing="ij"))
     design = np.stack([np.ones(x.size), x, y, 0.5 * x * x, x * y, 0.5 * y * y], axis=1)
     solve = np.linalg.pinv(design).T
@@ -282,7 +279,7 @@ def fitted(
     det = hxx * hyy - hxy * hxy
     with np.errstate(divide="ignore", invalid="ignore"):
         right, down = (hxy * gy - hyy * gx) / det, (hxy * gx - hxx * gy) / det
-    inside = (hxx < 0.0) & (det > 0.0) & (np.abs(right) <= reach) & (np.abs(down) <= reach)
+    inside = (hxx < 0.0) & (det > 0.0) & (np.abs(right) <= 1.0) & (np.abs(down) <= 1.0)
     shifts = np.where(inside[:, None], np.stack([right, down], axis=1), 0.0)
     rises = np.where(inside, z0 + 0.5 * (gx * shifts[:, 0] + gy * shifts[:, 1]), 0.0)
     dx, dy = pixel

@@ -4,18 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import Floats, show
-from microslip._core.errors import InputError
+from microslip._core.checks import Floats
 from microslip._core.frozen import Locked, lock
-from microslip._core.wording import quoted
 from microslip.surfaces.height_map import HeightMap
-from microslip.surfaces.moments import Moments
-
-Window = Literal["hann"] | None
 
 _HANN_ALIKE = 35.0 / 18.0  # n sum w^8 / (sum w^4)^2 for the taper w = sin^2
 
@@ -31,26 +26,11 @@ class AxisSpectrum(Locked):
     means of the profiles."""
     density: Floats
     """Power per wavenumber [m^3]."""
-    pixel: float
-    """Distance between neighbouring points [m]."""
 
     @property
     def wavelength(self) -> Floats:
         """Wavelengths [m] at which the density is given, in decreasing order."""
         return 2.0 * math.pi / self.wavenumber
-
-    def moment(self, order: int, *, differences: bool = False) -> float:
-        """Return the spectral moment m0, m2 or m4 of the profiles (``order`` 0, 2 or 4).
-
-        With ``differences`` the moment is that computed from finite differences of the heights, see
-        :meth:`Spectrum.moments`.
-        """
-        if order not in (0, 2, 4):
-            raise InputError(f"`order` must be 0, 2 or 4, got {show(order)}")
-        q = self.wavenumber
-        if differences:
-            q = 2.0 / self.pixel * np.sin(0.5 * self.pixel * q)
-        return float(self.power @ q**order)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,8 +49,6 @@ class Spectrum(Locked):
     """Variance in each ring [m^2]; the sum is m0."""
     axes: tuple[AxisSpectrum, ...]
     """Spectra along x and y; for a profile, along it."""
-    window: Window
-    """Taper at the edges of the scan."""
     cutoff: float | None = None
     long_cutoff: float | None = None
     """Band of wavelengths [m] that conditioning has kept."""
@@ -85,8 +63,7 @@ class Spectrum(Locked):
         mean. Waves q and -q count once, and a Hann taper correlates neighbours: 1.94 waves along a
         ring count as one.
         """
-        alike = _HANN_ALIKE if self.window else 1.0
-        independent = np.maximum(0.5 * self.waves / alike, 1.0)
+        independent = np.maximum(0.5 * self.waves / _HANN_ALIKE, 1.0)
         return np.asarray(1.0 / np.sqrt(independent))
 
     @property
@@ -94,37 +71,14 @@ class Spectrum(Locked):
         """Mean wavelengths of the rings of wavenumbers [m], in decreasing order."""
         return 2.0 * math.pi / self.wavenumber
 
-    @property
-    def m0(self) -> float:
-        """Integral of the radial density over the plane of wavenumbers [m^2]."""
-        return float(self.power.sum())
 
-    def moments(self, *, differences: bool = False) -> Moments:
-        """Return m0, m2 and m4 of the spectrum, averaged over the axes and for each axis.
-
-        With ``differences`` the wavenumber is replaced by the transfer function of finite
-        differences, and the moments equal those of :meth:`Scan.moments` except for taper and edges.
-        Without it the slopes and curvatures of the shortest waves, including noise, are not
-        reduced. Raises InputError if the spectrum is zero everywhere, as for constant heights.
-        """
-        second = tuple(axis.moment(2, differences=differences) for axis in self.axes)
-        fourth = tuple(axis.moment(4, differences=differences) for axis in self.axes)
-        count = len(self.axes)
-        return Moments(
-            self.m0, math.fsum(second) / count, math.fsum(fourth) / count, second, fourth
-        )
-
-
-def spectrum(scan: HeightMap, *, window: Window = "hann") -> Spectrum:
+def spectrum(scan: HeightMap) -> Spectrum:
     """Compute the power spectrum of the heights, averaged over directions and along each axis.
 
-    The scan is tapered by a Hann window unless ``window`` is None. Raises the errors of
-    :meth:`measurable`.
+    The scan is tapered by a Hann window. Raises the errors of :meth:`measurable`.
     """
-    if window is not None and not (isinstance(window, str) and window == "hann"):
-        raise InputError(f"`window` must be {quoted(['hann'])} or None, got {show(window)}")
     heights, steps = scan.measurable().heights, scan.pixel
-    tapers = [_taper(n, window) for n in heights.shape]
+    tapers = [_taper(n) for n in heights.shape]
     weight: Any = tapers[0] if heights.ndim == 1 else tapers[0][:, None]
     missing = np.isnan(heights)
     has_gaps = bool(missing.any())
@@ -145,7 +99,7 @@ def spectrum(scan: HeightMap, *, window: Window = "hann") -> Spectrum:
         axis = _axis(power, heights.size, steps[0])
         radial = axis.wavenumber, axis.density, axis.power
         counts = lock(np.full(axis.wavenumber.size, 2.0))
-        return Spectrum(*radial, (axis,), window, scan.cutoff, scan.long_cutoff, counts)
+        return Spectrum(*radial, (axis,), scan.cutoff, scan.long_cutoff, counts)
     rows, columns = z.shape
     dx, dy = steps
     waves = np.fft.rfft2(z)
@@ -163,12 +117,10 @@ def spectrum(scan: HeightMap, *, window: Window = "hann") -> Spectrum:
     cell = (2.0 * math.pi) ** 2 / (rows * dx * columns * dy)
     radial = lock(q), lock(power / (count * cell)), lock(power)
     axes = _axis(along_x, columns, dx), _axis(along_y, rows, dy)
-    return Spectrum(*radial, axes, window, scan.cutoff, scan.long_cutoff, lock(count))
+    return Spectrum(*radial, axes, scan.cutoff, scan.long_cutoff, lock(count))
 
 
-def _taper(count: int, window: Window) -> Floats:
-    if window is None:
-        return np.ones(count)
+def _taper(count: int) -> Floats:
     # Half a step from the edges, so that every point has weight.
     return np.sin(math.pi * (np.arange(count) + 0.5) / count) ** 2
 
@@ -197,7 +149,7 @@ def _axis(power: Floats, count: int, step: float) -> AxisSpectrum:
     unit = 2.0 * math.pi / (count * step)
     varying = power[1:].copy()  # without the mean along this axis
     q = unit * np.arange(1, varying.size + 1)
-    return AxisSpectrum(lock(q), lock(varying), lock(varying / unit), step)
+    return AxisSpectrum(lock(q), lock(varying), lock(varying / unit))
 
 
 def _rings(full: Floats, steps: tuple[float, float], columns: int) -> tuple[Floats, Floats, Floats]:

@@ -7,13 +7,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._core.checks import LARGEST, is_whole, number, show
+from microslip._core.checks import LARGEST, number, show
 from microslip._core.errors import InputError
 from microslip._core.units import engineering, significant
 from microslip.surfaces.checks import length_of
 from microslip.surfaces.conditioning import band, condition, remaining
 from microslip.surfaces.height_map import HeightMap, present
-from microslip.surfaces.levelling import Level
 from microslip.surfaces.peaks import Peaks, equivalent_radii, find_peaks, fitted
 from microslip.surfaces.summit_set import Summits as Summits
 
@@ -29,10 +28,10 @@ def find_summits(
     cutoff: float | str | None,
     *,
     prominence: float | str | None = None,
-    level: Level | None = None,
-    window: int = 3,
 ) -> Summits:
-    """Find the summits of a scan after optional levelling and the short-wave cut-off.
+    """Find the summits of a levelled scan after the short-wave cut-off.
+
+    A quadric is fitted to three by three points at each.
 
     Parameters
     ----------
@@ -43,10 +42,6 @@ def find_summits(
     prominence : float or str, optional
         Smallest rise of a summit above the saddle to a higher one [m], or text such as "2 nm"; by
         default three standard deviations of the noise that passes the cut-off.
-    level : {"plane", "quadratic", "cylinder", "lines", "mean"}, optional
-        Form to remove first, unless :meth:`condition` has removed it.
-    window : int
-        Points along a side of the square for the fit of a quadric: 3, 5, ... 15.
 
     Returns
     -------
@@ -61,12 +56,10 @@ def find_summits(
             f"{scan.name[:60]}: a profile has peaks but no summits; use "
             "condition(cutoff=...).moments().mccool(), which has to_surface(pair, area)"
         )
-    if not is_whole(window) or window not in range(3, 16, 2):
-        raise InputError(f"`window` must be an odd number from 3 to 15, got {show(window)}")
     rise = None if prominence is None else _rise(prominence)
     short = remaining(scan, band(scan, cutoff, None)[0])
     noise = scan.noise_behind(short)
-    scan = condition(scan, level=level, cutoff=short)
+    scan = condition(scan, cutoff=short)
     heights = scan.heights
     peaks = find_peaks(heights)
     # A smaller rise may be a plateau tilted by levelling.
@@ -82,12 +75,9 @@ def find_summits(
     flat = heights.reshape(-1)
     mean = float(np.nanmean(heights))
     threshold = TIMES_NOISE * noise if rise is None else rise
-    reach = window // 2
-    if reach > 1:
-        inner = present(heights, reach).reshape(-1)
-    candidates = _selected(maxima, inner[maxima.places] & (maxima.prominences >= threshold))
+    candidates = _selected(maxima, maxima.prominences >= threshold)
     places = candidates.places
-    tops = fitted(heights, places, scan.pixel, int(window))
+    tops = fitted(heights, places, scan.pixel)
     radii, good = equivalent_radii(tops.curvatures)
     clamped = int(np.count_nonzero(good & ~tops.inside))
     if not good.any():
@@ -100,7 +90,7 @@ def find_summits(
     positions = (np.stack([columns, rows], axis=1) + tops.shifts) * np.array(scan.pixel)
     notes = (
         *scan.notes,
-        *_notes(scan, int(window), threshold, rise is None, noise),
+        *_notes(scan, threshold, rise is None, noise),
         f"summits: {np.count_nonzero(good)} counted of {maxima.places.size} points above their "
         f"eight neighbours; {np.count_nonzero(~good)} dropped as not round; {clamped} kept at the "
         "highest point, because the fitted top lies outside the fitted points.",
@@ -136,9 +126,7 @@ def _selected(peaks: Peaks, selection: NDArray[np.bool_]) -> Peaks:
     return Peaks(peaks.places[selection], peaks.prominences[selection])
 
 
-def _notes(
-    scan: HeightMap, window: int, threshold: float, by_noise: bool, noise: float
-) -> tuple[str, ...]:
+def _notes(scan: HeightMap, threshold: float, by_noise: bool, noise: float) -> tuple[str, ...]:
     pixel = " x ".join(engineering(step, "m", 4) for step in dict.fromkeys(scan.pixel))
     band = (
         f"summits: no short-wave cut-off: the pixel of {pixel} determines density and radius."
@@ -153,5 +141,5 @@ def _notes(
     )
     return band, (
         f"summits: prominence at least {engineering(threshold, 'm')}{why}; quadric through "
-        f"{window} x {window} points; radius 1/sqrt(k1 k2)."
+        "3 x 3 points; radius 1/sqrt(k1 k2)."
     )

@@ -22,10 +22,10 @@ from microslip.friction import (
     Interface,
     IsotropicField,
     IsotropicJoint,
+    Iwan,
     JointField,
     Parallel,
 )
-from microslip.friction.base import CellModel
 from microslip.friction.conversions import check_not_rigid
 from microslip.friction.field_backbone import FieldBackbone
 from microslip.friction.memory import SliderBank
@@ -128,7 +128,7 @@ class Order:
         return self.model._bank if self.element.startswith("planar") else None
 
     @cached_property
-    def cell_models(self) -> tuple[CellModel, ...]:
+    def cell_models(self) -> tuple[Iwan, ...]:
         """Iwan models, one per patch, each fitted to the law of its patch."""
         low, high = self.span
         span = {"smallest_amplitude": low, "largest_amplitude": high}
@@ -138,7 +138,7 @@ class Order:
     def accuracy(self) -> Accuracy:
         """Accuracy of the file: largest errors of all patches."""
         if self.kind in ELEMENTS:
-            fits = [(m.fit.backbone_error, m.fit.energy_error) for m in self.cell_models]
+            fits = [model.fit[:2] for model in self.cell_models if model.fit]
             return Accuracy(*self.span, *map(max, zip(*fits, strict=True)))
         if self.bank is not None:  # errors of motion along a line
             bank = self.bank

@@ -1,6 +1,5 @@
 from .asperity import Asperity as Asperity
 from .base import BackboneLaw as BackboneLaw
-from .base import SegalmanFit as SegalmanFit
 from .coulomb import Coulomb as Coulomb
 from .coupled import CoupledResponse as CoupledResponse
 from .coupled_cycles import CoupledCycle as CoupledCycle
@@ -23,6 +22,7 @@ from .laws import LAWS as LAWS
 from .parallel import Parallel as Parallel
 from .pressed_joint import PressedJoint as PressedJoint
 from .pressure import Pressure as Pressure
+from .segalman import SegalmanFit as SegalmanFit
 from .segalman import SegalmanIwan as SegalmanIwan
 from .slider_law import SliderLaw as SliderLaw
 from .sliders import Sliders as Sliders

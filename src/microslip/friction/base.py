@@ -10,7 +10,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -34,8 +34,6 @@ from microslip.friction.parameter_derivatives import (
 from microslip.friction.sliders import Sliders
 
 _NODES, _WEIGHTS = gauss_legendre(16)
-
-Self = TypeVar("Self", bound="BackboneLaw")
 
 
 class BackboneLaw(CycleMeasures, Parametric, ABC):
@@ -388,7 +386,7 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         *,
         smallest_amplitude: float | None = None,
         largest_amplitude: float | None = None,
-    ) -> CellModel:
+    ) -> Any:
         """Convert to a parallel Iwan model (Iwan 1966, DOI 10.1115/1.3625199) with given cells.
 
         Parameters
@@ -410,14 +408,11 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
             Cycles too small for the first cell to yield dissipate nothing. Without a range the
             force error is uniform over displacement.
         """
-        model: CellModel = self._conversions["iwan"](
-            self, cells, smallest_amplitude, largest_amplitude
-        )
-        return model
+        return self._conversions["iwan"](self, cells, smallest_amplitude, largest_amplitude)
 
     def to_segalman(
         self, smallest_amplitude: float | None = None, largest_amplitude: float | None = None
-    ) -> SegalmanFit:
+    ) -> Any:
         """Fit the four-parameter model of Segalman (2005, DOI 10.1115/1.1989354) to the law.
 
         The force limit and the stiffness at rest are those of the law. The parameters chi and beta
@@ -425,69 +420,9 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         amplitudes [m], spaced logarithmically over the range. The range defaults to 0.01 to 10
         times the displacement force_limit / tangential_stiffness.
         """
-        fit: SegalmanFit = self._conversions["segalman"](
-            self, smallest_amplitude, largest_amplitude
-        )
-        return fit
+        return self._conversions["segalman"](self, smallest_amplitude, largest_amplitude)
 
     @classmethod
-    def examples(cls: type[Self]) -> tuple[Self, ...]:
+    def examples(cls) -> tuple[Self, ...]:
         """Return instances used by the shared tests; empty for an abstract class."""
         return ()
-
-
-class CellModel(BackboneLaw):
-    """Law of parallel springs, each in series with a slider; the base class of :class:`Iwan`."""
-
-    if TYPE_CHECKING:
-
-        @property
-        def stiffnesses(self) -> ArrayLike:
-            """Stiffness of the spring of each cell [N/m]."""
-
-        @property
-        def force_limits(self) -> ArrayLike:
-            """Force at which each cell slips [N]."""
-
-        @property
-        def cell_count(self) -> int:
-            """Number of cells."""
-
-        @property
-        def fit(self) -> Any:
-            """Accuracy of the cells over a range of amplitudes, None if no range was given."""
-
-
-class PowerModel(BackboneLaw):
-    """Law with a power-law slider density; the base class of :class:`SegalmanIwan`."""
-
-    if TYPE_CHECKING:
-
-        @property
-        def stiffness(self) -> float:
-            """Stiffness at rest [N/m]."""
-
-        @property
-        def chi(self) -> float:
-            """Exponent of the slider density [-]."""
-
-        @property
-        def beta(self) -> float:
-            """Ratio of the stiffness of the last slider to that of all others [-]."""
-
-
-class SegalmanFit(NamedTuple):
-    """Four-parameter model (DOI 10.1115/1.1989354) fitted to a law, with its errors."""
-
-    law: PowerModel
-    """Fitted :class:`SegalmanIwan`, with the force limit and stiffness at rest of the law."""
-    misfit: float
-    """Root mean square of ln(E_d of the model / E_d of the law) over the amplitudes [-]."""
-    largest_misfit: float
-    """Largest absolute value of that logarithm [-]."""
-    force_misfit: float
-    """Largest difference of the backbones over the amplitudes, relative to the force limit [-]."""
-    smallest_amplitude: float
-    """Smallest amplitude at which the energies were compared [m]."""
-    largest_amplitude: float
-    """Largest amplitude at which the energies were compared [m]."""

@@ -15,7 +15,7 @@ import numpy as np
 from microslip._core.checks import Floats, exact, positive, whole_number
 from microslip._core.errors import InputError
 from microslip._core.frozen import assign
-from microslip.friction.base import BackboneLaw, CellModel, SegalmanFit
+from microslip.friction.base import BackboneLaw
 from microslip.friction.iwan import Iwan, IwanFit
 
 _PANELS_PER_CELL = 16  # panels per cell on which the law is evaluated
@@ -27,60 +27,35 @@ _NEGLECTED_PART = 0.4  # neglected part of the limit over the squared step of th
 _ROUNDING = 8.0 * float(np.finfo(float).eps)  # smaller fractions of stiffness or force are rounding
 
 
-def discretise(law: BackboneLaw, count: int) -> Iwan:
+def discretise(law: BackboneLaw, count: int, span: tuple[float, float] | None = None) -> Iwan:
     """Return at most ``count`` Iwan cells whose backbone is a polygon of tangents to T0 of the law.
 
     The tangents touch T0 at knots. One cell replaces all sliders that yield between two knots: its
     stiffness is the decrease of T0' between them, its force limit the increase of T0 - u T0'. Force
     and slope are exact at every knot, as are the stiffness at rest and the force limit. Between
-    knots at a distance h the polygon is above T0 by up to h^2 |T0''|/8.
+    knots at a distance h the polygon is above T0 by up to h^2 |T0''|/8. With ``span``, a range of
+    amplitudes [m], the relative error is uniform over the range, see :func:`_range_knots`.
     """
     sliders = law.sliders()
     places = sliders.yield_displacements
     if sliders._density is None and places.size <= count:
         return Iwan(sliders.stiffnesses, sliders.stiffnesses * places)
+    alone = np.zeros(0)
     if 2 * places.size < count:  # each discrete slider gets its own cell
         alone = np.concatenate((places * (1.0 - _KNOT_OFFSET), places * (1.0 + _KNOT_OFFSET)))
+    if span is None:
         knots = np.union1d(_knots(law, count - alone.size), alone)
     else:
-        knots = _knots(law, count)
-    stiffnesses = -np.diff(np.append(law._slope(knots), 0.0))
-    limits = np.diff(np.append(0.25 * law._energy_slope(knots), law.force_limit))
-    real = stiffnesses > _ROUNDING * law.tangential_stiffness
-    real &= limits > _ROUNDING * law.force_limit
-    return Iwan(stiffnesses[real], limits[real])
-
-
-def discretise_in_range(law: BackboneLaw, count: int, smallest: float, largest: float) -> Iwan:
-    """Return at most ``count`` Iwan cells with uniform relative error over a range of amplitudes.
-
-    The knots are the displacements at which tangents touch T0, see :func:`discretise`. They are in
-    geometric progression up to the amplitude ``largest`` [m], except where the slider density is
-    high, as at the slip limit of a sphere. Between knots at a distance h the polygon is above T0 by
-    up to h^2 |T0''|/8, which changes the energy E of a cycle of amplitude a by up to 4 a h^2
-    |T0''|/8. Where the density is high, h is therefore proportional to sqrt(E/(a |T0''|)), which
-    makes the relative error of E uniform. The first knots are below ``smallest`` [m], since sliders
-    that yield below it contribute too.
-    """
-    sliders = law.sliders()
-    places = sliders.yield_displacements
-    if sliders._density is None and places.size <= count:
-        cells = Iwan(sliders.stiffnesses, sliders.stiffnesses * places)
-    else:
-        alone = np.zeros(0)
-        inside = places[(places > 0.0) & np.isfinite(places)]
-        if 2 * inside.size < count:
-            alone = np.concatenate((inside * (1.0 - _KNOT_OFFSET), inside * (1.0 + _KNOT_OFFSET)))
         rungs = max(count - 1 - alone.size, 1)
-        knots = np.union1d(np.append(0.0, _range_knots(law, rungs, smallest, largest)), alone)
-        slopes = np.append(law._slope(knots), 0.0)
-        forces = np.append(0.25 * law._energy_slope(knots), law.force_limit)
-        stiffnesses, limits = -np.diff(slopes), np.diff(forces)
-        # Drop differences within the rounding error of their terms.
-        real = (stiffnesses > _ROUNDING * slopes[:-1]) & (limits > _ROUNDING * forces[1:])
-        cells = Iwan(stiffnesses[real], limits[real])
-    assign(cells, fit=_errors(law, cells, _amplitudes(cells, smallest, largest)))
-    return cells
+        knots = np.union1d(np.append(0.0, _range_knots(law, rungs, *span)), alone)
+    slopes = np.append(law._slope(knots), 0.0)
+    forces = np.append(0.25 * law._energy_slope(knots), law.force_limit)
+    stiffnesses, limits = -np.diff(slopes), np.diff(forces)
+    # Drop differences within the rounding error of their terms, or of the whole law.
+    whole = law.tangential_stiffness, law.force_limit
+    stiff, force = whole if span is None else (slopes[:-1], forces[1:])
+    real = (stiffnesses > _ROUNDING * stiff) & (limits > _ROUNDING * force)
+    return Iwan(stiffnesses[real], limits[real])
 
 
 def _amplitudes(cells: Iwan, smallest: float, largest: float) -> Floats:
@@ -111,7 +86,14 @@ def _errors(law: BackboneLaw, cells: Iwan, a: Floats) -> IwanFit:
 
 
 def _range_knots(law: BackboneLaw, count: int, smallest: float, largest: float) -> Floats:
-    """Return ``count`` knots [m] up to ``largest``, or to nearly full slip if that is smaller."""
+    """Return ``count`` knots [m] up to ``largest``, or to nearly full slip if that is smaller.
+
+    The knots are in geometric progression, except where the slider density is high, as at the slip
+    limit of a sphere. A polygon above T0 by up to h^2 |T0''|/8 changes the energy E of a cycle of
+    amplitude a by up to 4 a h^2 |T0''|/8. Where the density is high, h is therefore proportional to
+    sqrt(E/(a |T0''|)), which makes the relative error of E uniform. The first knots are below
+    ``smallest`` [m], since sliders that yield below it contribute too.
+    """
     height = math.log(largest / smallest) / count
     low, top = smallest, largest
     for _ in range(60):  # later sliders carry less than the discretisation error
@@ -190,19 +172,21 @@ def to_iwan(
     cells: Any,
     smallest_amplitude: float | None,
     largest_amplitude: float | None,
-) -> CellModel:
+) -> Iwan:
     """Convert a law to Iwan cells; see :meth:`BackboneLaw.to_iwan`."""
     count = whole_number("cells", cells, 1, MOST_CELLS)
     check_not_rigid(law, "Iwan's cells")
     if smallest_amplitude is None and largest_amplitude is None:
         return discretise(law, count)
     low, high = amplitude_range(law, smallest_amplitude, largest_amplitude)
-    return discretise_in_range(law, count, low, high)
+    model = discretise(law, count, (low, high))
+    assign(model, fit=_errors(law, model, _amplitudes(model, low, high)))
+    return model
 
 
 def to_segalman(
     law: BackboneLaw, smallest_amplitude: float | None, largest_amplitude: float | None
-) -> SegalmanFit:
+) -> Any:
     """Fit Segalman's four-parameter model to a law; see :meth:`BackboneLaw.to_segalman`."""
     from microslip.friction.segalman import fit_segalman
 

@@ -118,18 +118,6 @@ def coupled_cycle(
     return CoupledCycle(x, d, t, n, k_n, k_t, cycles)
 
 
-class SingleNode(SettledField):
-    """Interface treated as a contact field of one node, with its separation at rest [m]."""
-
-    def __init__(self, nodes: Nodes, separations: Floats) -> None:
-        self._nodes, self.separations = nodes, separations
-
-    @property
-    def normal_loads(self) -> Floats:
-        """Normal load at rest [N]."""
-        return self._nodes.scales * self._nodes.curve.load(self._nodes.rests)[0]
-
-
 class CoupledHarmonics(NamedTuple):
     """Fourier coefficients of the settled forces on an interface, with their Jacobian.
 
@@ -162,7 +150,8 @@ def coupled_harmonics(
     if separation is not None and samples is None:
         row = coefficients_of("coefficients", coefficients, basis)[None]
         path = coefficients_of("separation", separation, basis)[None]
-        node = SingleNode(nodes, np.array([nodes.curve.origin]))
+        node = SettledField()
+        node._nodes, node.separations = nodes, np.array([nodes.curve.origin])
         found = node.harmonics(row, basis.orders, separations=path, rest=rest, rtol=rtol)
         return CoupledHarmonics(found.force[0], np.asarray(found.load)[0], found.jacobian[0])
     waves, analysis = basis.sampled(_SAMPLES if samples is None else samples)

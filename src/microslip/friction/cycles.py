@@ -5,7 +5,7 @@ Equation numbers (19.x) are those of chapter 19, DOI 10.1007/978-3-319-56818-8_1
 
 from __future__ import annotations
 
-from typing import Any, Literal, NamedTuple, Protocol, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,14 +18,6 @@ from microslip.friction.memory import Memory, Nodes
 
 Rest: TypeAlias = float | Literal["mean"]
 """Displacement of the force-free state before a cycle: a number [m] or the mean of the cycle."""
-
-
-class Backbone(Protocol):
-    """Protocol of a law with settled cycles: T0 [N] and T0' [N/m] at displacements u >= 0 [m]."""
-
-    def _backbone(self, u: Floats) -> Floats: ...
-
-    def _slope(self, u: Floats) -> Floats: ...
 
 
 class _Cycle(NamedTuple):
@@ -124,9 +116,7 @@ def rest_of(rest: Any, cycle: Floats, nodes: Nodes | None = None) -> tuple[Any, 
     ), False
 
 
-def settled_cycle(
-    law: Backbone, displacement_cycle: ArrayLike, rest: Rest = 0.0
-) -> PeriodicResponse:
+def settled_cycle(law: Any, displacement_cycle: ArrayLike, rest: Rest = 0.0) -> PeriodicResponse:
     """Compute the settled cycle of a law; see :meth:`microslip.BackboneLaw.periodic`."""
     x = record("displacement_cycle", displacement_cycle, "m").reshape(-1)
     begin, is_mean = rest_of(rest, x)

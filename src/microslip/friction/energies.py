@@ -14,7 +14,7 @@ decreases; a closed loop of width 2h has dissipated E(h).
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Any
 
 import numpy as np
 
@@ -24,17 +24,7 @@ from microslip._core.kernels import Integers
 from microslip.friction.memory import Memory
 
 
-class LawWithEnergy(Protocol):
-    """Protocol of a law with energies: T0 [N] and E [J] at displacements or amplitudes >= 0 [m]."""
-
-    def _backbone(self, u: Floats) -> Floats: ...
-
-    def _energy(self, amplitude: Floats) -> Floats: ...
-
-
-def energies_along(
-    joint: LawWithEnergy, displacement: Floats, force: Floats
-) -> tuple[Floats, Floats]:
+def energies_along(joint: Any, displacement: Floats, force: Floats) -> tuple[Floats, Floats]:
     """Return stored and dissipated energy [J] at each sample of a record [m, N] from rest."""
     half, sign, parent = Memory().tree(displacement)
     energy, backbone = joint._energy(half), joint._backbone(half)
@@ -48,7 +38,7 @@ def energies_along(
     return stored, _dissipated(energy, sign, parent)
 
 
-def dissipated_along(joint: LawWithEnergy, displacement: Floats, record: Floats) -> Floats:
+def dissipated_along(joint: Any, displacement: Floats, record: Floats) -> Floats:
     """Return the energy dissipated up to each sample [J] of a displacement record [m] from rest.
 
     Reversals are found in ``record``, the displacements or forces that were prescribed.

@@ -68,9 +68,9 @@ class JointField(ByValue, SettledField, Locked):
 
     Notes
     -----
-    Each node follows the law of :class:`microslip.Interface`, independent of the other nodes. The
-    elastic deformation of the bodies beneath the summits is not included, since a finite-element
-    model of the bodies contains it.
+    Each node follows the law of :class:`microslip.Interface` (DOI 10.1115/1.2833765), independent
+    of the other nodes. The elastic deformation of the bodies beneath the summits is not included,
+    since a finite-element model of the bodies contains it.
 
     On a face that yields (:class:`microslip.DrawnFace`, :class:`microslip.MeasuredContact`), nodes
     given by loads or pressures are assumed to have been tightened in proportion to their pressure:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -187,28 +187,15 @@ class FieldCycle(Locked):
         return array.reshape(-1, *array.shape[-2:])
 
 
-class FieldOfNodes(Protocol):
-    """Protocol: the attributes of a field of contact nodes that :class:`SettledField` uses."""
-
-    @property
-    def separations(self) -> Floats:
-        """Separations at rest [m]."""
-
-    @property
-    def normal_loads(self) -> Floats:
-        """Normal loads at rest [N]."""
-
-    @property
-    def _nodes(self) -> Nodes: ...
-
-    def _steps_from_rest(self, separations: Floats) -> Floats: ...
-
-
 class SettledField:
-    """Settled cycles and harmonics of nodes, a base class of :class:`microslip.JointField`."""
+    """Settled cycles and harmonics of nodes, the base class of :class:`microslip.JointField`."""
+
+    _nodes: Nodes
+    separations: Floats
+    normal_loads: Floats
 
     def periodic(
-        self: FieldOfNodes,
+        self,
         displacements: ArrayLike,
         separations: ArrayLike | None = None,
         rest: ArrayLike | str = 0.0,
@@ -254,7 +241,7 @@ class SettledField:
         return FieldCycle(force, load, stiffness, cycles)
 
     def harmonics(
-        self: FieldOfNodes,
+        self,
         coefficients: ArrayLike,
         harmonics: Any = (0, 1),
         *,
@@ -345,7 +332,7 @@ class SettledField:
                 part[resting] = other[resting]
         return found
 
-    def _steps_from_rest(self: FieldOfNodes, separations: Floats) -> Floats:
+    def _steps_from_rest(self, separations: Floats) -> Floats:
         checked = self._nodes.checked(separations)
         return np.ascontiguousarray(self._nodes.per_length(checked - self.separations[:, None]))
 

@@ -30,7 +30,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -61,23 +61,6 @@ class Zone(NamedTuple):
     """Direction of the last slip, 1 or -1; 0 if the zone has not slipped."""
 
 
-class _SphereContact(Protocol):
-    @property
-    def pair(self) -> MaterialPair: ...
-
-    @property
-    def friction_coefficient(self) -> float: ...
-
-    @property
-    def contact_radius(self) -> float: ...
-
-    @property
-    def slip_limit(self) -> float: ...
-
-    @property
-    def _pressure_factor(self) -> float: ...
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class AsperityFields(Locked):
     """State of one asperity at the end of a record; the result of :meth:`Asperity.fields`.
@@ -92,8 +75,8 @@ class AsperityFields(Locked):
     fields are sums of these terms for any record.
     """
 
-    asperity: _SphereContact
-    """The asperity."""
+    asperity: Any
+    """The :class:`Asperity`."""
     displacement: float
     """Tangential displacement at the end of the record [m]."""
     force: float

@@ -14,7 +14,7 @@ Equation numbers (19.x) are those of chapter 19, DOI 10.1007/978-3-319-56818-8_1
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,9 +22,8 @@ from numpy.typing import ArrayLike
 from microslip._core import kernels
 from microslip._core.checks import Floats, number
 from microslip._core.errors import InputError
-from microslip._core.kernels.table import Table
 from microslip._core.quadrature import gauss_legendre
-from microslip.friction.cycles import Backbone, Rest, rest_of
+from microslip.friction.cycles import Rest, rest_of
 from microslip.friction.harmonic_basis import Basis, coefficients_of
 
 _NODES, _WEIGHTS = gauss_legendre(16)
@@ -34,20 +33,6 @@ _SHARE_WEIGHTS = 0.5 * math.pi * np.sin(math.pi * _NODES) * _WEIGHTS
 _MAX_PIECES = 1 << 15
 _LEVELS = 48
 _NO_REST = np.zeros(1)
-
-
-class KinkedBackbone(Backbone, Protocol):
-    """Protocol of a law whose backbone T0 is smooth between known displacements, its kinks."""
-
-    @property
-    def tangential_stiffness(self) -> float:
-        """Stiffness at rest [N/m]."""
-
-    @property
-    def _table(self) -> Table | None: ...
-
-    @property
-    def _kinks(self) -> Floats: ...
 
 
 class HarmonicForce(NamedTuple):
@@ -63,7 +48,7 @@ class HarmonicForce(NamedTuple):
 
 
 def harmonic_force(
-    law: KinkedBackbone,
+    law: Any,
     coefficients: ArrayLike,
     harmonics: Any,
     rest: Rest,
@@ -202,7 +187,7 @@ def bracketed_roots(function: Any, slope: Any, low: Floats, high: Floats) -> Flo
     return t
 
 
-def _at_rest(law: KinkedBackbone, motion: _Motion) -> HarmonicForce:
+def _at_rest(law: Any, motion: _Motion) -> HarmonicForce:
     """Return force and Jacobian at a constant displacement: the limit of small cycles."""
     basis = motion.basis
     x = float(motion.at(np.zeros(1))[0])
@@ -231,7 +216,7 @@ class _Piece(NamedTuple):
 class _Cycle:
     """Branches of a settled cycle of a law, from the largest |displacement| on."""
 
-    def __init__(self, law: KinkedBackbone, motion: _Motion) -> None:
+    def __init__(self, law: Any, motion: _Motion) -> None:
         self.law, self.motion = law, motion
         self.times = motion.turns
         self.x = motion.at(self.times)

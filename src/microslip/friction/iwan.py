@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from bisect import bisect_right
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -14,7 +15,7 @@ from microslip._core.checks import Floats
 from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, lock
 from microslip._core.parameters import parameter
-from microslip.friction.base import CellModel
+from microslip.friction.base import BackboneLaw
 from microslip.friction.sliders import Sliders
 
 
@@ -43,48 +44,13 @@ class IwanFit(NamedTuple):
     """Upper end of the range [m]."""
 
 
-@dataclass(frozen=True, eq=False)
-class Iwan(Locked, CellModel):
-    """Cells in parallel, each a spring with a Coulomb slider: Iwan's model (1966).
-
-    Parameters
-    ----------
-    stiffnesses : array_like
-        Stiffness of the spring of each cell [N/m], above zero, one-dimensional.
-    force_limits : array_like
-        Force at which the slider of each cell slips [N], above zero, one for each stiffness.
-
-    Notes
-    -----
-    T0(u) = sum of min(k_i u, f_i) (Iwan 1966, DOI 10.1115/1.3625199), a polygon with a corner at
-    every yield displacement y_i = f_i/k_i, and E_d(a) = 4 sum of f_i (a - y_i) over the cells with
-    y_i < a. Cells are sorted once, so a value costs O(log cells). No digits cancel in the sums,
-    since all terms have one sign.
-    """
-
-    stiffnesses: ArrayLike = field(
-        metadata=parameter("k_i", "N/m", "stiffness of each spring", above=0.0, many=True)
-    )
-    force_limits: ArrayLike = field(
-        metadata=parameter("f_i", "N", "force at which each slider slips", above=0.0, many=True)
-    )
-
-    fit: ClassVar[IwanFit | None] = None
-    """Errors with respect to the law that the cells were converted from, if a range was given."""
-
-    def __post_init__(self) -> None:
-        self._check_parameters()
-        cells = [np.size(values) for values in (self.stiffnesses, self.force_limits)]
-        if cells[0] != cells[1]:
-            raise InputError(
-                "`stiffnesses` and `force_limits` must have the same length, got "
-                f"{cells[0]} and {cells[1]}"
-            )
+class CellLaw(Locked, BackboneLaw):
+    """Law of parallel springs, each in series with a slider."""
 
     @property
-    def cell_count(self) -> int:
-        """Number of cells."""
-        return np.asarray(self.stiffnesses).size
+    @abstractmethod
+    def _parts(self) -> tuple[Floats, Floats]:
+        """Stiffnesses [N/m] and force limits [N] of the cells."""
 
     @property
     def force_limit(self) -> float:
@@ -93,7 +59,7 @@ class Iwan(Locked, CellModel):
 
     @cached_property
     def _cells(self) -> _Cells:
-        stiffnesses, limits = np.asarray(self.stiffnesses), np.asarray(self.force_limits)
+        stiffnesses, limits = self._parts
         order = np.argsort(limits / stiffnesses, kind="stable")
         stiffnesses, limits = stiffnesses[order], limits[order]
         yields = limits / stiffnesses
@@ -147,6 +113,54 @@ class Iwan(Locked, CellModel):
     def sliders(self) -> Sliders:
         """Return the cells in order of yield displacement [m], with stiffnesses [N/m]."""
         return Sliders(lock(self._cells.yields.copy()), lock(self._cells.stiffnesses.copy()), None)
+
+
+@dataclass(frozen=True, eq=False)
+class Iwan(CellLaw):
+    """Cells in parallel, each a spring with a Coulomb slider: Iwan's model (1966).
+
+    Parameters
+    ----------
+    stiffnesses : array_like
+        Stiffness of the spring of each cell [N/m], above zero, one-dimensional.
+    force_limits : array_like
+        Force at which the slider of each cell slips [N], above zero, one for each stiffness.
+
+    Notes
+    -----
+    T0(u) = sum of min(k_i u, f_i) (Iwan 1966, DOI 10.1115/1.3625199), a polygon with a corner at
+    every yield displacement y_i = f_i/k_i, and E_d(a) = 4 sum of f_i (a - y_i) over the cells with
+    y_i < a. Cells are sorted once, so a value costs O(log cells). No digits cancel in the sums,
+    since all terms have one sign.
+    """
+
+    stiffnesses: ArrayLike = field(
+        metadata=parameter("k_i", "N/m", "stiffness of each spring", above=0.0, many=True)
+    )
+    force_limits: ArrayLike = field(
+        metadata=parameter("f_i", "N", "force at which each slider slips", above=0.0, many=True)
+    )
+
+    fit: ClassVar[IwanFit | None] = None
+    """Errors with respect to the law that the cells were converted from, if a range was given."""
+
+    def __post_init__(self) -> None:
+        self._check_parameters()
+        cells = [np.size(values) for values in (self.stiffnesses, self.force_limits)]
+        if cells[0] != cells[1]:
+            raise InputError(
+                "`stiffnesses` and `force_limits` must have the same length, got "
+                f"{cells[0]} and {cells[1]}"
+            )
+
+    @property
+    def cell_count(self) -> int:
+        """Number of cells."""
+        return np.asarray(self.stiffnesses).size
+
+    @property
+    def _parts(self) -> tuple[Floats, Floats]:
+        return np.asarray(self.stiffnesses), np.asarray(self.force_limits)
 
     def __repr__(self) -> str:
         return (

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -50,18 +50,8 @@ class DerivativeBackbone:
         return np.zeros_like(u)
 
 
-class Differentiable(Protocol):
-    """Protocol of a law with derivatives dT0/dp of its backbone, at displacements >= 0 [m]."""
-
-    def _backbone(self, u: Floats) -> Floats: ...
-
-    def _energy(self, amplitude: Floats) -> Floats: ...
-
-    def _derivative_backbones(self) -> Mapping[str, DerivativeBackbone]: ...
-
-
 def derivatives_by_parameters(
-    law: Differentiable,
+    law: Any,
     quantity: str,
     at: ArrayLike,
     names: Sequence[str] | None,
@@ -108,9 +98,7 @@ def derivatives_by_parameters(
     return {name: of(known[name]) for name in chosen}
 
 
-def _at_amplitudes(
-    law: Differentiable, quantity: str, at: ArrayLike
-) -> Callable[[DerivativeBackbone], Any]:
+def _at_amplitudes(law: Any, quantity: str, at: ArrayLike) -> Callable[[DerivativeBackbone], Any]:
     """Return a function from dT0/dp to dQ/dp of ``quantity`` Q at the amplitudes ``at`` [m]."""
     x = floats("at", at, "m")
     a = np.abs(x).reshape(-1)

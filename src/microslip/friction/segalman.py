@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,12 +14,12 @@ from microslip._core.frozen import lock
 from microslip._core.inversion import invert
 from microslip._core.packages import needed_for
 from microslip._core.parameters import parameter
-from microslip.friction.base import BackboneLaw, PowerModel, SegalmanFit
+from microslip.friction.base import BackboneLaw
 from microslip.friction.sliders import Sliders
 
 
 @dataclass(frozen=True)
-class SegalmanIwan(PowerModel):
+class SegalmanIwan(BackboneLaw):
     """Iwan model with a power-law slider density and one discrete slider at its end.
 
     Parameters
@@ -180,6 +181,23 @@ class SegalmanIwan(PowerModel):
             cls(force_limit=2e-3, stiffness=1e3, chi=-0.9, beta=5.0),
             cls(force_limit=50.0, stiffness=1e7, chi=1.5, beta=0.02),
         )
+
+
+class SegalmanFit(NamedTuple):
+    """Four-parameter model (DOI 10.1115/1.1989354) fitted to a law, with its errors."""
+
+    law: SegalmanIwan
+    """Fitted model, with the force limit and stiffness at rest of the law."""
+    misfit: float
+    """Root mean square of ln(E_d of the model / E_d of the law) over the amplitudes [-]."""
+    largest_misfit: float
+    """Largest absolute value of that logarithm [-]."""
+    force_misfit: float
+    """Largest difference of the backbones over the amplitudes, relative to the force limit [-]."""
+    smallest_amplitude: float
+    """Smallest amplitude at which the energies were compared [m]."""
+    largest_amplitude: float
+    """Largest amplitude at which the energies were compared [m]."""
 
 
 def fit_segalman(law: BackboneLaw, amplitudes: Floats) -> SegalmanFit:

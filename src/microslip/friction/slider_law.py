@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -11,15 +10,12 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats
 from microslip._core.errors import InputError
-from microslip._core.frozen import Locked
 from microslip._core.parameters import parameter
-from microslip.friction.base import BackboneLaw
-from microslip.friction.iwan import Iwan
-from microslip.friction.sliders import Sliders
+from microslip.friction.iwan import CellLaw
 
 
 @dataclass(frozen=True, eq=False)
-class SliderLaw(Locked, BackboneLaw):
+class SliderLaw(CellLaw):
     """Parallel elastic-plastic sliders, identified over a range of amplitudes.
 
     Parameters
@@ -69,37 +65,10 @@ class SliderLaw(Locked, BackboneLaw):
                 f"{self.smallest_amplitude:g} m and {self.largest_amplitude:g} m"
             )
 
-    @cached_property
-    def _cells(self) -> Iwan:
-        y, k = np.asarray(self.yield_displacements), np.asarray(self.stiffnesses)
-        return Iwan(k, k * y)
-
     @property
-    def force_limit(self) -> float:
-        """Force at which all sliders slip [N]."""
-        return self._cells.force_limit
-
-    def _backbone(self, u: Floats) -> Floats:
-        return self._cells._backbone(u)
-
-    def _slope(self, u: Floats) -> Floats:
-        return self._cells._slope(u)
-
-    def _backbone_at(self, u: float) -> tuple[float, float]:
-        return self._cells._backbone_at(u)
-
-    def _inverse(self, force: Floats) -> Floats:
-        return self._cells._inverse(force)
-
-    def _energy(self, amplitude: Floats) -> Floats:
-        return self._cells._energy(amplitude)
-
-    def _energy_slope(self, amplitude: Floats) -> Floats:
-        return self._cells._energy_slope(amplitude)
-
-    def sliders(self) -> Sliders:
-        """Return the sliders in order of yield displacement [m], with stiffnesses [N/m]."""
-        return self._cells.sliders()
+    def _parts(self) -> tuple[Floats, Floats]:
+        stiffnesses = np.asarray(self.stiffnesses)
+        return stiffnesses, stiffnesses * np.asarray(self.yield_displacements)
 
     def outside(self, amplitude: ArrayLike) -> Any:
         """Return True where amplitudes [m], of any shape, are outside the range of the law."""

@@ -25,9 +25,10 @@ from microslip._core.checks import (
 from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, lock
 from microslip.contact.base import NormalLaw
-from microslip.friction.base import BackboneLaw, CellModel
-from microslip.friction.field_cycles import FieldOfNodes
+from microslip.friction.base import BackboneLaw
+from microslip.friction.field_cycles import SettledField
 from microslip.friction.field_harmonics import FieldHarmonics
+from microslip.friction.iwan import Iwan
 from microslip.friction.memory import SliderBank, VectorState
 from microslip.friction.vector_cycles import (
     SETTLED,
@@ -80,15 +81,16 @@ class IsotropicJoint(Locked):
         _ = self.line  # raises InputError for an invalid joint or range
 
     @cached_property
-    def line(self) -> CellModel:
+    def line(self) -> Iwan:
         """Law for motion along any line: an Iwan model, whose ``fit`` holds its errors."""
         reach = self.joint.force_limit / self.joint.tangential_stiffness
         low = self.smallest_amplitude
         if low is None and self.largest_amplitude is None and math.isfinite(reach) and reach > 0.0:
             low = 0.01 * reach
-        return self.joint.to_iwan(
+        model: Iwan = self.joint.to_iwan(
             int(self.sliders), smallest_amplitude=low, largest_amplitude=self.largest_amplitude
         )
+        return model
 
     @property
     def force_limit(self) -> float:
@@ -246,7 +248,7 @@ class IsotropicField(Locked):
     its error is up to 0.015 of its magnitude.
     """
 
-    field: FieldOfNodes
+    field: SettledField
     knots: Floats
     """Separations [m] on the load curve of the surface at the corners of its piecewise linear
     approximation."""
@@ -385,11 +387,11 @@ class IsotropicField(Locked):
         return f"IsotropicField({self.field!r}, sliders={self._bank.tops.size})"
 
 
-def _places_at_rest(field: FieldOfNodes) -> Floats:
+def _places_at_rest(field: SettledField) -> Floats:
     return field._nodes.curve.origin + field._nodes.rests
 
 
-def two_directions(field: FieldOfNodes, sliders: Any, nearest: Any) -> IsotropicField:
+def two_directions(field: SettledField, sliders: Any, nearest: Any) -> IsotropicField:
     """Return the field in two directions; see :meth:`microslip.JointField.two_directions`."""
     count = whole_number("sliders", sliders, 2, _MOST_SLIDERS)
     curve, surface = field._nodes.curve, field._nodes.curve.surface
@@ -419,7 +421,7 @@ def _smallest_separation(surface: NormalLaw) -> float:
     return -LARGEST
 
 
-def _knots_of(field: FieldOfNodes, sliders: int, nearest: float) -> Floats:
+def _knots_of(field: SettledField, sliders: int, nearest: float) -> Floats:
     """Return separations [m] of knots from ``nearest`` to zero load, for a uniform relative error.
 
     A chord of N(d) over a width h is above N by up to h^2 N''/8. Knots that divide the integral of

@@ -6,14 +6,13 @@ Equation numbers (19.x) are those of chapter 19, DOI 10.1007/978-3-319-56818-8_1
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from microslip._core.checks import LARGEST, Floats, beyond, exact, number, record, show
 from microslip._core.errors import InputError
-from microslip._core.kernels.table import Table
 from microslip.friction.memory.diagram import (
     ERROR_SIZE,
     Diagram,
@@ -42,22 +41,6 @@ _MARKER_DISPLACEMENTS = np.array(
 )  # displacements [m] whose forces identify a law
 
 
-class MasingLaw(Protocol):
-    """Protocol: the methods of a law that :class:`State` uses."""
-
-    @property
-    def _load_curve(self) -> LoadCurve | None: ...
-
-    @property
-    def _table(self) -> Table | None: ...
-
-    def _backbone(self, u: Floats) -> Floats: ...
-
-    def _backbone_at(self, u: float) -> tuple[float, float]: ...
-
-    def _energy(self, amplitude: Floats) -> Floats: ...
-
-
 class State(Resumable):
     """Hysteresis state of one joint, returned by ``joint.start()``: (19.19)-(19.24).
 
@@ -79,7 +62,7 @@ class State(Resumable):
     # Displacement, force and move of the memory, or displacement and step of the diagram.
     _trial: tuple[float, float, tuple[int, int, int]] | tuple[float, Step] | None
 
-    def __init__(self, law: MasingLaw, depth: int | None = None) -> None:
+    def __init__(self, law: Any, depth: int | None = None) -> None:
         if not hasattr(law, "_backbone_at"):
             raise InputError(f"`law` must be a backbone law, got {show(law)}; write joint.start()")
         super().__init__()
@@ -326,7 +309,7 @@ class State(Resumable):
         }
 
     @classmethod
-    def from_arrays(cls, law: MasingLaw, arrays: Mapping[str, ArrayLike]) -> State:
+    def from_arrays(cls, law: Any, arrays: Mapping[str, ArrayLike]) -> State:
         """Restore a saved state of a law, like ``joint.start(arrays)``.
 
         ``arrays`` is the output of :meth:`to_arrays` [m, N, J], shapes as described there, or the
@@ -405,7 +388,7 @@ class State(Resumable):
     # -- varying load -----------------------------------------------------------------------------
 
     def _curve(self, name: str = "normal_load") -> LoadCurve:
-        curve = self._law._load_curve
+        curve: LoadCurve | None = self._law._load_curve
         if curve is None:
             raise InputError(f"`{name}` has no meaning for a law without a surface")
         return curve

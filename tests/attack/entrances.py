@@ -131,7 +131,7 @@ def _add_motion(add: Add, laws: dict[str, Any]) -> None:
         rest=0.0, rtol=1e-8)  # fmt: skip
     add("joint.try_ with a separation", joint.start().try_, displacement=1e-7, separation=3e-7)
     add("joint.advance with a load", joint.start().advance, displacement=[1e-7], normal_load=[1e3])
-    add("joint.start", joint.start, arrays=joint.start().to_arrays())
+    add("joint.start", joint.start, depth=8)
     _add_options(add, joint)
     add("Parallel", ms.Parallel, laws=[joint, laws["Jenkins"]])
     add("TabulatedHeights", ms.TabulatedHeights, height=[0.0, 1e-6, 2e-6], density=[0.0, 1e6, 0.0])
@@ -171,8 +171,6 @@ def _add_options(add: Add, joint: Any) -> None:
     response = joint.coupled_response(np.tile([1e-7, -1e-7], 4), normal_load=2e3)
     add("CoupledResponse.energy_per_cycle", response.energy_per_cycle, samples_per_cycle=2)
     add("CoupledResponse.ratcheting", response.ratcheting, samples_per_cycle=2)
-    add("State.from_arrays", type(joint.start()).from_arrays, ("law",), law=joint,
-        arrays=joint.start().to_arrays())  # fmt: skip
 
 
 def _add_fields(add: Add, surface: Any, joint: Any) -> None:
@@ -197,9 +195,8 @@ def _add_fields(add: Add, surface: Any, joint: Any) -> None:
     add("field.try_", field.start().try_, displacement=moves)
     add("field.try_, it opens", field.start().try_, displacement=moves, separations=apart)
     add("field.two_directions", field.two_directions, sliders=16, nearest=1e-9)
+    add("field.start", field.start, depth=8)
     plane = field.two_directions(16)
-    add("field.start", field.start, arrays=field.start(energies=True).to_arrays())
-    add("plane.start", plane.start, arrays=plane.start().to_arrays())
     add("plane.try_", plane.start().try_, displacement=np.full((3, 2), 1e-8), separations=apart)
     add("plane.periodic", plane.periodic, displacements=np.stack([cycle, cycle], axis=-1),
         separations=gaps)  # fmt: skip
@@ -213,7 +210,6 @@ def _add_fields(add: Add, surface: Any, joint: Any) -> None:
     add("turning.harmonics", turning.harmonics, coefficients=np.full((2, 3), 1e-8), samples=16,
         tolerance=1e-6)  # fmt: skip
     add("turning.start", turning.start, nodes=2)
-    add("turning.start, saved", turning.start, arrays=turning.start().to_arrays())
     add("VectorCycle.derivative", turning.periodic(path).derivative, directions=path)
     add("FieldCycle.derivative", field.periodic(cycle, gaps).derivative, displacements=cycle,
         separations=gaps)  # fmt: skip

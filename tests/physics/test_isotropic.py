@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pickle
 import subprocess
 import sys
 from dataclasses import replace
@@ -347,7 +348,7 @@ def test_harmonics_do_not_hang_on_what_lies_beside_their_arrays() -> None:
     assert len(found) == 1
 
 
-def test_states_in_two_directions_go_through_plain_arrays() -> None:
+def test_states_in_two_directions_go_through_pickles() -> None:
     joint = ms.IsotropicJoint(ms.Jenkins(5e7, 10.0), sliders=8)
     two = FIELD.two_directions(20, nearest=NEAREST)
     path = 3e-7 * np.random.default_rng(2).normal(size=(6, 2))
@@ -360,20 +361,11 @@ def test_states_in_two_directions_go_through_plain_arrays() -> None:
         for row in path:
             state.try_(row)
             state.commit()
-        arrays = state.to_arrays()
-        other = start(arrays=arrays)
+        other = pickle.loads(pickle.dumps(state))
         np.testing.assert_allclose(other.force, state.force, rtol=1e-13)
         np.testing.assert_allclose(other.dissipated_energy, state.dissipated_energy, rtol=1e-14)
         for one, same in zip(other.try_([1e-7, 2e-7]), state.try_([1e-7, 2e-7]), strict=True):
             np.testing.assert_allclose(one, same, rtol=1e-12)
-        for key, value, message in (
-            ("vectors", 1.0, "sliders above their limit"),
-            ("joint", 7.0, "format|another joint"),
-        ):
-            damaged = {name: array.copy() for name, array in arrays.items()}
-            damaged[key].flat[0] = value
-            with pytest.raises(ms.InputError, match=message):
-                start(arrays=damaged)
 
 
 def test_the_tolerance_bounds_the_error_of_a_settled_cycle() -> None:

@@ -199,23 +199,17 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
 
     # -- histories ------------------------------------------------------------------------------
 
-    def start(
-        self, arrays: Mapping[str, ArrayLike] | None = None, *, depth: int | None = None
-    ) -> State:
+    def start(self, *, depth: int | None = None) -> State:
         """Return a state at rest, which advances by single steps or by chunks of a record.
 
         Parameters
         ----------
-        arrays : mapping of str to array_like, optional
-            Output of :meth:`microslip.State.to_arrays` [m, N, J], shapes as described there, or the
-            same arrays read by ``numpy.load``. The state continues from them and keeps the saved
-            limit of rows; ``depth`` is ignored.
         depth : int, optional
             Largest number of rows of the memory diagram [-], at least four; only for an interface.
             There is about one row for each reversal that still affects the force. Further rows are
             merged; ``State.error_bound`` bounds the resulting force error. Unlimited by default.
         """
-        return State(self, depth) if arrays is None else State.from_arrays(self, arrays)
+        return State(self, depth)
 
     def force(self, displacement: ArrayLike) -> Any:
         """Compute the force along any displacement record, from rest, with exact memory.

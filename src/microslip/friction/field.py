@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -366,28 +365,17 @@ class JointField(ByValue, SettledField, Locked):
 
     # -- with memory ----------------------------------------------------------------------------
 
-    def start(
-        self,
-        arrays: Mapping[str, ArrayLike] | None = None,
-        *,
-        energies: bool = False,
-        depth: int | None = None,
-    ) -> FieldState:
+    def start(self, *, energies: bool = False, depth: int | None = None) -> FieldState:
         """Return a state of all nodes at rest.
 
         Parameters
         ----------
-        arrays : mapping of str to array_like, optional
-            Output of :meth:`microslip.friction.FieldState.to_arrays` [m, N, J], shapes as described
-            there, or the same arrays read by ``numpy.load``. The state continues from it.
         energies : bool, optional
             Accumulate the energy dissipated by each node.
         depth : int, optional
             Largest number of rows of the memory diagram of a node [-], at least four. Further rows
             are merged; ``error_bound`` bounds the resulting error. Unlimited by default.
         """
-        if arrays is not None:
-            return FieldState._from_arrays(self._nodes, arrays)
         return FieldState(self._nodes, bool(energies), depth)
 
     # -- two directions -------------------------------------------------------------------------

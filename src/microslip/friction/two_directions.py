@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -103,24 +102,15 @@ class IsotropicJoint(Locked):
         tops, weights = np.array(sliders.yield_displacements), np.array(sliders.stiffnesses)
         return SliderBank(lock(tops), lock(weights), None, 1)
 
-    def start(
-        self,
-        nodes: int | None = None,
-        *,
-        energies: bool = False,
-        arrays: Mapping[str, ArrayLike] | None = None,
-    ) -> VectorState:
+    def start(self, nodes: int | None = None, *, energies: bool = False) -> VectorState:
         """Return a state at rest, of this joint or of ``nodes`` independent equal joints [-].
 
         The state of a single joint has no axis of nodes. If ``energies`` is true, it accumulates
-        the dissipated energy. ``arrays`` is the output of ``to_arrays`` of a state [m, J], shapes
-        as described there; the new state continues from it.
+        the dissipated energy.
         """
         if nodes is not None:
             whole_number("nodes", nodes, 1, _MOST_IN_STATE // self._bank.tops.size)
         bank = replace(self._bank, size=int(nodes or 1))
-        if arrays is not None:
-            return VectorState._from_arrays(bank, nodes is None, arrays)
         return VectorState(bank, nodes is None, bool(energies))
 
     def force(self, displacement: ArrayLike) -> Floats:
@@ -296,16 +286,11 @@ class IsotropicField(Locked):
             nodes.curve.surface._lay,
         )  # fmt: skip
 
-    def start(
-        self, *, energies: bool = False, arrays: Mapping[str, ArrayLike] | None = None
-    ) -> VectorState:
+    def start(self, *, energies: bool = False) -> VectorState:
         """Return a state of all nodes at rest.
 
-        If ``energies`` is true, it accumulates the dissipated energy. ``arrays`` is the output of
-        ``to_arrays`` of a state [m, J], shapes as described there; the new state continues from it.
+        If ``energies`` is true, it accumulates the dissipated energy.
         """
-        if arrays is not None:
-            return VectorState._from_arrays(self._bank, False, arrays)
         return VectorState(self._bank, False, bool(energies))
 
     def periodic(

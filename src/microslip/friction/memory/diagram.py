@@ -27,7 +27,6 @@ from microslip._core import kernels
 from microslip._core.checks import Floats, whole_number
 from microslip._core.errors import InputError
 from microslip._core.kernels.profile import Profile
-from microslip.friction.memory.saved import check_consistent
 
 if TYPE_CHECKING:
     from microslip.contact.load_curve import LoadCurve
@@ -220,34 +219,6 @@ class Diagram:
             depth += 1
         self.separation, self.place, self.value = step.separation, step.place, step.value
         self._store(stack, values, self._bound(stack, values, depth, curve))
-
-    def restore(
-        self, rows: Floats, separation: float, place: float, value: float, curve: LoadCurve
-    ) -> None:
-        """Set the diagram to saved rows, shape (rows, 4), see State.to_arrays, and check them."""
-        end, density, beyond, _ = rows.T
-        begin = np.append(end, separation)[1:]
-        if np.any(np.abs(density) > 1.0) or np.any(begin > end) or np.any(np.diff(end) >= 0.0):
-            raise InputError(
-                "`arrays` must be saved from a state, got rows that are not a memory diagram"
-            )
-        ahead = np.append(0.0, np.cumsum(density * (end - begin)))
-        length = float(np.abs(np.append(end - separation, place)).max())
-        check_consistent(
-            ahead, np.append(beyond, place), length, "rows do not lead to its displacement"
-        )
-        load = float(curve.derivative_at(min(separation, float(end.min(initial=separation))), 0))
-        values = np.cumsum(density * curve.drop(begin, end - begin)) if len(rows) else np.zeros(0)
-        last = values[-1:] if len(rows) else np.zeros(1)
-        check_consistent(
-            np.append(values, last),
-            np.append(rows[:, 3], value),
-            load,
-            "forces are not of its rows",
-        )
-        self.stack, self.depth = np.vstack((rows[:, :3], np.empty((8, 3)))), len(rows)
-        self.values = np.append(rows[:, 3], np.empty(8))
-        self.separation, self.place, self.value = separation, place, value
 
     # -- slip -----------------------------------------------------------------------------------
 

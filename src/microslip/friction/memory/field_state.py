@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, Self
 
 import numpy as np
@@ -10,7 +9,6 @@ from numpy.typing import ArrayLike
 
 from microslip._core import kernels
 from microslip._core.checks import LARGEST, Floats, floats
-from microslip._core.errors import InputError
 from microslip._core.kernels import Integers
 from microslip.friction.memory.diagram import (
     ERROR_SIZE,
@@ -20,13 +18,6 @@ from microslip.friction.memory.diagram import (
 )
 from microslip.friction.memory.nodes import Nodes
 from microslip.friction.memory.resumable import Resumable, accumulated, synchronized
-from microslip.friction.memory.saved import (
-    check_consistent,
-    check_joint,
-    joint_array,
-    optional_array,
-    saved_array,
-)
 
 _ROWS = 2  # initial rows per node, sufficient for a move to and fro
 
@@ -269,95 +260,6 @@ class FieldState(Resumable):
             if self._used >= 0:
                 break
             self._repack(code >> 2, (code >> 2) + (front > step))
-
-    # -- plain arrays -----------------------------------------------------------------------------
-
-    @synchronized
-    def to_arrays(self) -> dict[str, Floats]:
-        """Return the state as a dictionary of arrays, for ``numpy.savez``.
-
-        Returns
-        -------
-        dict of str to ndarray
-            ``now``, a row per node: displacement [m], separation minus that at rest [m], and T/mu
-            [N] scaled to the area of the surface; ``rows``, all rows of the memory diagrams;
-            ``dissipated`` energies [J], empty if not accumulated; ``depth``, row limit and error
-            state of each node as in :meth:`microslip.State.to_arrays`; ``joint``, which identifies
-            the field. An open trial is not saved. ``field.start(arrays)`` continues from them.
-        """
-        owner = np.repeat(np.arange(self._depth.size), self._depth)
-        first = np.cumsum(self._depth) - self._depth
-        index = (self._begin - first)[owner] + np.arange(owner.size)
-        lost = np.zeros(0) if self._loss is None else self.dissipated_energy
-        return {
-            "now": np.column_stack((self.displacement, self._step, self._value)),
-            "rows": np.column_stack((owner, self._rows[index], self._marks[index])),
-            "dissipated": lost,
-            "depth": np.zeros((0, ERROR_SIZE + 1))
-            if self._errors is None
-            else np.column_stack((np.full(self._nodes.size, self._limit), self._errors)),
-            "joint": self._identity(),
-        }
-
-    def _identity(self) -> Floats:
-        nodes = self._nodes
-        load, fall = nodes.curve.load(nodes.rests)
-        return joint_array(nodes.weights * load, nodes.weights / nodes.slips * fall, nodes.slips)
-
-    @classmethod
-    def _from_arrays(cls, nodes: Nodes, arrays: Mapping[str, ArrayLike]) -> FieldState:
-        lost = saved_array(arrays, "dissipated", -1)
-        deep = optional_array(arrays, "depth", -1, ERROR_SIZE + 1)
-        state = cls(nodes, bool(lost.size), int(deep[0, 0]) if deep.size else None)
-        if deep.size:
-            state._errors = saved_array(arrays, "depth", nodes.size, ERROR_SIZE + 1)[:, 1:].copy()
-            if (state._errors[:, [0, 3, 4]] < 0.0).any() or (deep[:, 0] != deep[0, 0]).any():
-                raise InputError("`arrays` must be those of a state, got an invalid depth")
-        check_joint(arrays, state._identity())
-        last, rows = saved_array(arrays, "now", nodes.size, 3), saved_array(arrays, "rows", -1, 6)
-        state._now[:3] = last.T
-        state._now[0] /= nodes.slips
-        state._now[3:] = nodes.curve.load(nodes.rests + state._step)
-        if lost.size:
-            lost = saved_array(arrays, "dissipated", nodes.size)
-            state._loss = lost / (nodes.weights * nodes.slips)
-        owner, (end, density, beyond, value, base) = rows[:, 0].astype(np.int64), rows[:, 1:].T
-        inner = np.diff(owner) == 0  # pairs of rows of the same node
-        wrong = (rows[:, 0] != owner).any() or (np.diff(owner) < 0).any()
-        if wrong or (len(owner) and not 0 <= owner[0] <= owner[-1] < nodes.size):
-            raise InputError("`arrays` must be those of a state, got rows of an unknown node")
-        begin = state._step[owner]
-        begin[:-1][inner] = end[1:][inner]
-        if (np.abs(density) > 1.0).any() or (begin > end).any() or (lost < 0.0).any():
-            raise InputError(
-                "`arrays` must be those of a state, got rows that are not a memory diagram"
-            )
-        # Each row of a node begins at the end of the one before; the last one ends at the place.
-        ahead = beyond + density * (end - begin)
-        reached = state._place[owner]
-        reached[:-1][inner] = beyond[1:][inner]
-        length = float(np.abs(np.concatenate((end - state._step[owner], state._place))).max())
-        check_consistent(ahead, reached, length, "rows do not lead to its displacement")
-        newest = np.append(~inner, True)[: len(owner)]
-        value_now = np.zeros(nodes.size)
-        at = owner[newest]
-        width = state._step[at] - base[newest]
-        cut = nodes.curve.drop(nodes.rests[at] + base[newest], np.maximum(width, 0.0))
-        value_now[at] = value[newest] - density[newest] * cut
-        load = nodes.curve.load(nodes.rests + state._step)[0]
-        check_consistent(
-            value_now, state._value, float(load.max()), "forces are not those of its rows"
-        )
-        if len(owner):
-            load_there = nodes.curve.load(nodes.rests[owner] + base)[0]
-            if (np.abs(value) > (1.0 + 1e-9) * load_there).any():
-                raise InputError("`arrays` must be those of a state, got rows above mu N")
-        depth = np.bincount(owner, minlength=nodes.size)
-        state._repack(state._depth, depth)
-        index = np.repeat(state._begin - (np.cumsum(depth) - depth), depth) + np.arange(len(owner))
-        state._rows[index], state._marks[index] = rows[:, 1:4], rows[:, 4:]
-        state._depth = depth
-        return state
 
     def _repack(self, kept: Integers, rows: Integers) -> None:
         """Rebuild the common storage so that each node has room for ``rows`` rows and 6 % more.

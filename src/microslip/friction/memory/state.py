@@ -5,7 +5,6 @@ Equation numbers (19.x) are those of chapter 19, DOI 10.1007/978-3-319-56818-8_1
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +13,6 @@ from numpy.typing import ArrayLike
 from microslip._core.checks import LARGEST, Floats, beyond, exact, number, record, show
 from microslip._core.errors import InputError
 from microslip.friction.memory.diagram import (
-    ERROR_SIZE,
     Diagram,
     EnergyAccumulator,
     Step,
@@ -24,21 +22,10 @@ from microslip.friction.memory.diagram import (
 from microslip.friction.memory.nodes import steps_along
 from microslip.friction.memory.record import Memory
 from microslip.friction.memory.resumable import Resumable, synchronized
-from microslip.friction.memory.saved import (
-    check_consistent,
-    check_joint,
-    joint_array,
-    optional_array,
-    saved_array,
-)
 from microslip.friction.memory.trial import Trial
 
 if TYPE_CHECKING:
     from microslip.contact.load_curve import LoadCurve
-
-_MARKER_DISPLACEMENTS = np.array(
-    [1e-9, 1e-7, 1e-5, 1e-3]
-)  # displacements [m] whose forces identify a law
 
 
 class State(Resumable):
@@ -266,87 +253,6 @@ class State(Resumable):
         accumulator.note(steps, row.copy(), diagram, curve)
         self._settle(diagram, float(row[-1]), float(forces[-1]))
         return float(forces[0]) if x.ndim == 0 else forces
-
-    # -- plain arrays -----------------------------------------------------------------------------
-
-    @synchronized
-    def to_arrays(self) -> dict[str, Floats]:
-        """Return the state as a dictionary of arrays, for ``numpy.savez``.
-
-        Returns
-        -------
-        dict of str to ndarray
-            - ``now``: displacement [m], force [N], direction of the last motion (-1, 0 or 1),
-              energy dissipated [J]; then three zeros at constant load, or, if the load has varied,
-              1, the separation minus that of the joint [m], and T/mu [N].
-            - ``reversals``: open ones, (n, 2): displacements [m] and forces [N], oldest first.
-            - ``rows``: rows of the memory diagram D(eta) from the largest eta on, shape (n, 4):
-              outer end of the row minus the separation of the joint [m], D [-], integral of D
-              beyond this end [m], integral of D (-N') from the inner end of the row outwards [N].
-            - ``depth``: row limit; bound of the error of T/mu due to merged rows [N]; inner and
-              outer separation of these rows, minus that of the joint [m]; 1 if a slip front has
-              entered them, else 0; largest bound so far [N]. Empty without a limit.
-            - ``joint``: the format, 1, and the backbone [N] at 1 nm, 100 nm, 10 um and 1 mm, which
-              identify the joint.
-
-            An open trial is not saved. ``joint.start(arrays)`` continues from the arrays.
-        """
-        memory, diagram = self._memory, self._diagram
-        varied = (0.0, 0.0, 0.0) if diagram is None else (1.0, diagram.separation, diagram.value)
-        now = (memory.last, memory.value, float(memory.direction), self.dissipated_energy, *varied)
-        rows, limit = np.zeros((0, 4)), np.zeros(0)
-        if diagram is not None:
-            depth = diagram.depth
-            rows = np.column_stack((diagram.stack[:depth], diagram.values[:depth]))
-            if diagram.limit is not None:
-                limit = np.append(diagram.limit, diagram.errors)
-        return {
-            "now": np.array(now),
-            "reversals": memory.stack[: memory.depth].copy(),
-            "rows": rows,
-            "depth": limit,
-            "joint": joint_array(self._law._backbone(_MARKER_DISPLACEMENTS)),
-        }
-
-    @classmethod
-    def from_arrays(cls, law: Any, arrays: Mapping[str, ArrayLike]) -> State:
-        """Restore a saved state of a law, like ``joint.start(arrays)``.
-
-        ``arrays`` is the output of :meth:`to_arrays` [m, N, J], shapes as described there, or the
-        same arrays read by ``numpy.load``.
-        """
-        deep = optional_array(arrays, "depth", -1)
-        state = cls(law, int(deep[0]) if deep.size else None)
-        marks = law._backbone(_MARKER_DISPLACEMENTS)
-        check_joint(arrays, joint_array(marks))
-        ends = saved_array(arrays, "now", 7)
-        reversals, rows = (
-            saved_array(arrays, "reversals", -1, 2),
-            saved_array(arrays, "rows", -1, 4),
-        )
-        memory = state._memory
-        memory.stack, memory.depth = np.vstack((reversals, np.empty((8, 2)))), len(reversals)
-        memory.last, memory.value, memory.direction = float(ends[0]), float(ends[1]), int(ends[2])
-        inside = np.abs(np.diff(reversals[:, 0], append=memory.last))
-        if ends[2] not in (-1.0, 0.0, 1.0) or np.any(np.diff(inside) > 0.0) or ends[3] < 0.0:
-            raise InputError("`arrays` must be those of a state, got reversals that do not nest")
-        state._lost = float(ends[3])
-        if ends[4] != 0.0:
-            curve, diagram = state._curve("rows"), state._diagram or Diagram()
-            if deep.size:
-                diagram.errors = saved_array(arrays, "depth", ERROR_SIZE + 1)[1:]
-                if (diagram.errors[[0, 3, 4]] < 0.0).any() or len(rows) > deep[0]:
-                    raise InputError("`arrays` must be those of a state, got an invalid depth")
-            diagram.restore(rows, float(ends[5]), memory.last / curve.slip, float(ends[6]), curve)
-            state._diagram, state._accumulator = diagram, EnergyAccumulator(diagram, state._lost)
-            return state
-        places, forces = np.append(reversals, [ends[:2]], axis=0).T.copy()
-        replayed = Memory().respond(places, law._backbone, None)
-        scale = float(max(marks[-1], np.abs(replayed).max()))
-        check_consistent(replayed, forces, scale, "forces are not those of its displacements")
-        state._lost = 0.0
-        state._lost = max(float(ends[3]) - state.dissipated_energy, 0.0)
-        return state
 
     def _close(self, x: Floats, first: int = 0) -> None:
         """Add the energies of loops closed by ``x`` [m]; ignore the ``first`` oldest reversals."""

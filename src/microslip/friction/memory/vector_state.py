@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -16,7 +15,6 @@ from microslip._core.errors import InputError
 from microslip.friction.memory.field_state import FieldResponse
 from microslip.friction.memory.nodes import Nodes, along
 from microslip.friction.memory.resumable import Resumable, accumulated, synchronized
-from microslip.friction.memory.saved import check_joint, joint_array, saved_array
 
 
 class VectorResponse(FieldResponse):
@@ -100,13 +98,6 @@ class SliderBank:
         """Convert slider coordinates [m] to displacements [m], both of shape (nodes, 2)."""
         moved = places if self.lay is None else np.linalg.solve(self.lay, places.T).T
         return np.asarray(moved * self.slips[:, None])
-
-    def identity(self) -> Floats:
-        """Return the numbers that identify the sliders in a saved state."""
-        sums = np.array([self.tops.size, self.tops.sum(), self.weights.sum()])
-        if self.lay is not None:
-            sums = np.append(sums, self.lay)
-        return joint_array(sums, self.scales, self.slips, self.rests)
 
     def loads(self, step: Floats) -> tuple[Floats, Floats]:
         """Return normal loads N and dN/d(separation) at steps, nodes on the first axis [N, N/m]."""
@@ -260,50 +251,6 @@ class VectorState(Resumable):
             self._loss += lost @ self._bank.weights
         self._place, self._vectors, self._value = place, new, value
         self._step = self._step if step is None else step
-
-    @synchronized
-    def to_arrays(self) -> dict[str, Floats]:
-        """Return the state as a dictionary of arrays, for ``numpy.savez``.
-
-        Returns
-        -------
-        dict of str to ndarray
-            ``now``: both displacements [m] and the separation from the origin of the load curve
-            [m], one row per node. ``vectors``: elastic displacement of each slider [m], shape
-            (nodes, sliders, 2). ``dissipated``: energies [J], empty if not accumulated. ``joint``:
-            the format, 1, and numbers that identify the law, such as the number of sliders. A
-            trial that is not committed is not included. ``start(arrays=...)`` continues from the
-            arrays.
-        """
-        places = self._bank.displacements(self._place)
-        lost = np.zeros(0) if self._loss is None else np.atleast_1d(self.dissipated_energy)
-        return {
-            "now": np.column_stack((places, self._step)),
-            "vectors": self._vectors.copy(),
-            "dissipated": lost,
-            "joint": self._bank.identity(),
-        }
-
-    @classmethod
-    def _from_arrays(
-        cls, bank: SliderBank, single: bool, arrays: Mapping[str, ArrayLike]
-    ) -> VectorState:
-        lost = saved_array(arrays, "dissipated", -1)
-        check_joint(arrays, bank.identity())
-        state = cls(bank, single, bool(lost.size))
-        last = saved_array(arrays, "now", bank.size, 3)
-        vectors = saved_array(arrays, "vectors", bank.size, bank.tops.size, 2)
-        if lost.size:
-            lost = saved_array(arrays, "dissipated", bank.size)
-            state._loss = lost / (bank.scales * bank.slips)
-        state._place, state._step = bank.places(last[:, :2]), last[:, 2].copy()
-        radii = np.maximum(bank.tops - state._step[:, None], 0.0)
-        sizes = np.sqrt((vectors**2).sum(axis=2))
-        if (sizes > radii + 1e-9 * bank.tops.max()).any() or (lost < 0.0).any():
-            raise InputError("`arrays` must be those of a state, got sliders above their limit")
-        state._vectors = vectors
-        state._value = np.einsum("nsi,s->ni", vectors, bank.weights)
-        return state
 
     def __repr__(self) -> str:
         nodes, sliders = self._vectors.shape[:2]

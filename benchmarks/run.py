@@ -275,8 +275,8 @@ def measure_varying_load(joint: ms.Interface) -> list[Row]:
         ),
         ("coupled_response() with dissipated_energy, a sine", losses, None),
         (
-            "coupled_displacement() of separations, a sine",
-            lambda: joint.coupled_displacement(force, separation=separation),
+            "coupled_response(force=) of separations, a sine",
+            lambda: joint.coupled_response(force=force, separation=separation),
             None,
         ),
     ):
@@ -384,7 +384,7 @@ def measure_varying_laws() -> list[Row]:
             return joint.coupled_response(x, separation=d).dissipated_energy
 
         def hold(joint: Any = joint, f: Floats = force[leading], d: Floats = d[leading]) -> Floats:
-            return joint.coupled_displacement(f, separation=d)
+            return joint.coupled_response(force=f, separation=d).displacement
 
         for task, call, count in (
             (
@@ -393,7 +393,7 @@ def measure_varying_laws() -> list[Row]:
                 samples,
             ),
             ("coupled_response() with dissipated_energy", losses, d[leading].size),
-            ("coupled_displacement()", hold, d[leading].size),
+            ("coupled_response(force=)", hold, d[leading].size),
         ):
             rows.append(Row(f"{task}, {case}", count / best(call, 2), True))
     return rows

@@ -94,8 +94,6 @@ def entrances() -> dict[str, Entrance]:
         normal_load=[1e3, 2e3])  # fmt: skip
     add("joint.coupled_response", joint.coupled_response, displacement=[1e-7, 0.0],
         separation=[3e-7, 2e-7])  # fmt: skip
-    add("joint.coupled_displacement", joint.coupled_displacement, force=[1.0, 0.0],
-        normal_load=[1e3, 2e3])  # fmt: skip
     add("joint.try_ with a load", joint.start().try_, displacement=1e-7, normal_load=1e3)
     add("Oscillator", ms.Oscillator, joint=joint, mass=1.0, stiffness=1e6,
         viscous_damping_ratio=0.01)  # fmt: skip
@@ -148,8 +146,6 @@ def _add_options(add: Add, joint: Any) -> None:
     add("joint.coupled_force at d", joint.coupled_force, **two, separation=[3e-7, 2e-7])
     add("joint.coupled_response of forces", joint.coupled_response, force=[1.0, 0.0],
         normal_load=[1e3, 2e3])  # fmt: skip
-    add("joint.coupled_displacement at d", joint.coupled_displacement, force=[1.0, 0.0],
-        separation=[3e-7, 2e-7])  # fmt: skip
     add("joint.harmonics, load varies", joint.harmonics, coefficients=[0.0, 1e-7, 0.0],
         normal_load=[2e3, 1e2, 0.0], samples=32)  # fmt: skip
     add("joint.advance with a separation", joint.start().advance, displacement=[1e-7],
@@ -168,9 +164,6 @@ def _add_options(add: Add, joint: Any) -> None:
     loads = joint.periodic([1e-7, -1e-7, 0.0], normal_load=[1e3, 2e3, 1e3])
     add("CoupledCycle.derivative by loads", loads.derivative, displacement=[0.0, 1.0, 0.0],
         normal_load=[1.0, 0.0, 0.0])  # fmt: skip
-    response = joint.coupled_response(np.tile([1e-7, -1e-7], 4), normal_load=2e3)
-    add("CoupledResponse.energy_per_cycle", response.energy_per_cycle, samples_per_cycle=2)
-    add("CoupledResponse.ratcheting", response.ratcheting, samples_per_cycle=2)
 
 
 def _add_fields(add: Add, surface: Any, joint: Any) -> None:
@@ -220,7 +213,6 @@ def _add_fields(add: Add, surface: Any, joint: Any) -> None:
         separations=gaps, samples=16, tolerance=1e-6)  # fmt: skip
     add("plane.periodic, tolerance", plane.periodic, tolerance=1e-6,
         displacements=np.stack([cycle, cycle], axis=-1))  # fmt: skip
-    add("turning.circle_energy", turning.circle_energy, amplitude=1e-7)
 
 
 def _add_records(add: Add, joint: Any) -> None:

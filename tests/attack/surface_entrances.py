@@ -102,7 +102,6 @@ def _add_spheres(add: Add, pair: Any) -> None:
     add("Asperity.fields of forces", asperity.fields, force=[0.1, 0.0])
     add("Asperity.stick_radius", asperity.stick_radius, displacement=1e-8)
     add("Asperity.stick_radius of a force", asperity.stick_radius, force=0.1)
-    add("Asperity.reversed_slip_radius", asperity.reversed_slip_radius, peak_force=0.2, force=0.1)
     fields = asperity.fields([1e-8, 0.0])
     add("AsperityFields.traction", fields.traction, radius=radius)
     add("AsperityFields.slip", fields.slip, radius=radius)

@@ -193,52 +193,13 @@ class Asperity(Interface):
         if name == "displacement":
             share = np.minimum(np.abs(floats(name, values, "m")), 1e200) / self.slip_limit
             return plain(self.contact_radius * np.sqrt(np.maximum(1.0 - share, 0.0)))
-        share = self._up_to_limit(name, floats(name, values, "N")) / self.force_limit
-        return plain(self.contact_radius * np.cbrt(1.0 - share))
-
-    def reversed_slip_radius(self, peak_force: ArrayLike, force: ArrayLike = 0.0) -> Any:
-        """Compute the inner radius c' of reversed slip on first unloading (19.18).
-
-        Parameters
-        ----------
-        peak_force : array_like
-            Forces T_max at the reversal [N], up to the force limit in magnitude.
-        force : array_like, optional
-            Forces T on unloading [N], between peak_force and -peak_force; shapes that broadcast.
-            For force 0 this is (19.18), 2 (c'/a)^3 = 1 + (c/a)^3 with c at the reversal.
-
-        Returns
-        -------
-        float or ndarray
-            Radii c' [m] that satisfy (c'/a)^3 = 1 - |T_max - T|/(2 mu N).
-        """
-        peak, current = floats("peak_force", peak_force, "N"), floats("force", force, "N")
-        try:
-            peak, current = np.broadcast_arrays(peak, current)
-        except ValueError:
-            raise InputError(
-                "`peak_force` and `force` must have shapes that broadcast, "
-                f"got {peak.shape} and {current.shape}"
-            ) from None
-        self._up_to_limit("peak_force", peak)
-        outside = np.flatnonzero(np.abs(current) > np.abs(peak))
-        if outside.size:
-            first, turn = (float(v.flat[outside[0]]) for v in (current, peak))
-            raise InputError(
-                f"`force` must be between the peak force {exact(turn)} N and its negative, got "
-                f"{exact(first)} N"
-            )
-        share = np.abs(peak - current) / (2.0 * self.force_limit)
-        return plain(self.contact_radius * np.cbrt(1.0 - share))
-
-    def _up_to_limit(self, name: str, force: Floats) -> Floats:
-        sizes = np.abs(force)
+        sizes = np.abs(floats(name, values, "N"))
         if sizes.max() > self.force_limit:
             raise InputError(
                 f"`{name}` must not exceed the force limit {self.force_limit:.10g} N in magnitude, "
                 f"got {sizes.max():.10g} N"
             )
-        return sizes
+        return plain(self.contact_radius * np.cbrt(1.0 - sizes / self.force_limit))
 
     def _inverse(self, force: Floats) -> Floats:
         share = np.log1p(-force / self.force_limit)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, check_one_of, exact, floats, is_whole, record, show
+from microslip._core.checks import Floats, check_one_of, exact, floats, record
 from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, lock
 from microslip.contact.base import NormalLaw
@@ -60,38 +60,6 @@ class CoupledResponse(Locked):
         first cycles the area of the loop also includes stored energy.
         """
         return lock(np.cumsum(self.energy_per_step))
-
-    def energy_per_cycle(self, samples_per_cycle: int) -> Floats:
-        """Compute the energy dissipated [J] in each cycle of a periodic history.
-
-        Cycles of ``samples_per_cycle`` samples end at the last sample of the history; an incomplete
-        first cycle is ignored. Once the history has settled, each value is the area of a loop.
-        """
-        count, first = self._cycles(samples_per_cycle)
-        return np.asarray(self.energy_per_step[first + 1 :].reshape(-1, count).sum(axis=1))
-
-    def ratcheting(self, samples_per_cycle: int) -> Floats:
-        """Compute the net displacement [m] in each cycle of a periodic history.
-
-        Under force control a varying load displaces a joint, because contacts slip while the load
-        is low. If the values vanish within rounding the joint has settled; otherwise it ratchets,
-        as real joints do close to gross slip. Cycles are counted as for :meth:`energy_per_cycle`.
-        """
-        count, first = self._cycles(samples_per_cycle)
-        return np.diff(self.displacement[first::count])
-
-    def _cycles(self, samples_per_cycle: int) -> tuple[int, int]:
-        if not is_whole(samples_per_cycle):
-            raise InputError(
-                f"`samples_per_cycle` must be a whole number, got {show(samples_per_cycle)}"
-            )
-        count, size = int(samples_per_cycle), self.displacement.size
-        if not 0 < count < size:
-            raise InputError(
-                f"`samples_per_cycle` must be above zero and below the number of samples, {size}, "
-                f"got {count}"
-            )
-        return count, (size - 1) % count
 
 
 class CoupledLaw(BackboneLaw):
@@ -173,25 +141,6 @@ class CoupledLaw(BackboneLaw):
         force = self._forces_along(x, self._steps_along(x.size, normal_load, separation))
         return float(force[0]) if np.ndim(displacement) == 0 else force
 
-    def coupled_displacement(
-        self,
-        force: ArrayLike,
-        *,
-        normal_load: ArrayLike | None = None,
-        separation: ArrayLike | None = None,
-    ) -> Any:
-        """Compute the displacement for a record of force and normal load.
-
-        Inverse of :meth:`coupled_force`. A periodic history settles in its first cycle unless the
-        joint reaches gross slip; then it may ratchet, see
-        :meth:`microslip.friction.CoupledResponse.ratcheting`.
-
-        Forces [N] must be below mu N at each sample, otherwise InputError is raised. Displacements
-        are in [m]. Loads, shapes and errors are as for :meth:`coupled_force`.
-        """
-        x = self._respond_to_force(force, normal_load, separation).displacement
-        return float(x[0]) if np.ndim(force) == 0 else x.copy()
-
     def coupled_response(
         self,
         displacement: ArrayLike | None = None,
@@ -202,8 +151,10 @@ class CoupledLaw(BackboneLaw):
     ) -> CoupledResponse:
         """Compute forces or displacements, loads, separations and dissipated energies of a record.
 
-        Either displacements [m] or forces [N] must be given. Parameters, shapes and errors are as
-        for :meth:`coupled_force` and :meth:`coupled_displacement`. The result is a
+        Either displacements [m] or forces [N] must be given. Forces must be below mu N at each
+        sample, otherwise InputError is raised. A periodic history of forces settles in its first
+        cycle unless the joint reaches gross slip; then it may ratchet, that is, advance in each
+        cycle. Other parameters, shapes and errors are as for :meth:`coupled_force`. The result is a
         :class:`microslip.friction.CoupledResponse`.
         """
         check_one_of("displacement [m] or force=... [N]", displacement, force)

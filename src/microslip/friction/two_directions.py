@@ -16,9 +16,7 @@ from microslip._core.checks import (
     exact,
     floats,
     number,
-    plain,
     show,
-    sized,
     whole_number,
 )
 from microslip._core.errors import InputError
@@ -121,19 +119,6 @@ class IsotropicJoint(Locked):
             forces[i], _ = state.try_(row)
             state.commit()
         return forces
-
-    def circle_energy(self, amplitude: ArrayLike) -> Any:
-        """Compute the energy [J] dissipated per period of a settled circular motion.
-
-        For radii a [m] of any shape, it is the sum of 2 pi k u sqrt(a^2 - u^2) over the sliders of
-        stiffness k [N/m] and yield displacement u < a.
-        """
-        a = sized("amplitude", amplitude)
-        if a.min() < 0.0:
-            raise InputError(f"`amplitude` must not be negative, got {a.min():g}")
-        bank = self._bank
-        squares = np.maximum(a[..., None] ** 2 - bank.tops**2, 0.0)
-        return plain(np.asarray(2.0 * math.pi * np.sqrt(squares) @ (bank.weights * bank.tops)))
 
     def periodic(
         self, displacement_cycle: ArrayLike, *, tolerance: float = SETTLED, start: str = "farthest"

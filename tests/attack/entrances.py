@@ -118,12 +118,10 @@ def _add_motion(add: Add, laws: dict[str, Any]) -> None:
             rest=0.0, rtol=1e-8)  # fmt: skip
         cycle = law.periodic([2e-7, -1e-7, 1e-7])
         add(f"{name}.periodic.derivative", cycle.derivative, directions=np.eye(3))
-    add("joint.periodic, load varies", joint.periodic, displacement_cycle=[1e-7, -1e-7],
-        normal_load=[1e3, 2e3])  # fmt: skip
     add("joint.periodic, separation varies", joint.periodic, displacement_cycle=[1e-7, -1e-7],
         separation=[3e-7, 2e-7])  # fmt: skip
     add("joint.harmonics, separation varies", joint.harmonics, coefficients=[0.0, 1e-7, 0.0],
-        separation=[3e-7, 1e-8, 0.0], samples=32)  # fmt: skip
+        separation=[3e-7, 1e-8, 0.0])  # fmt: skip
     beside = ms.Parallel([ms.Coulomb(1.0), joint])  # rigid friction is integrated by itself
     add("Parallel.harmonics", beside.harmonics, coefficients=[1e-8, 1e-7, 0.0], harmonics=[0, 1],
         rest=0.0, rtol=1e-8)  # fmt: skip
@@ -146,8 +144,6 @@ def _add_options(add: Add, joint: Any) -> None:
     add("joint.coupled_force at d", joint.coupled_force, **two, separation=[3e-7, 2e-7])
     add("joint.coupled_response of forces", joint.coupled_response, force=[1.0, 0.0],
         normal_load=[1e3, 2e3])  # fmt: skip
-    add("joint.harmonics, load varies", joint.harmonics, coefficients=[0.0, 1e-7, 0.0],
-        normal_load=[2e3, 1e2, 0.0], samples=32)  # fmt: skip
     add("joint.advance with a separation", joint.start().advance, displacement=[1e-7],
         separation=[3e-7])  # fmt: skip
     for method in ("dissipated_energy", "energy_ratio", "damping_ratio", "secant_stiffness",
@@ -161,9 +157,6 @@ def _add_options(add: Add, joint: Any) -> None:
     cycle = joint.periodic([1e-7, -1e-7, 0.0], separation=[3e-7, 2e-7, 3e-7])
     add("CoupledCycle.derivative", cycle.derivative, displacement=[0.0, 1.0, 0.0],
         separation=[1.0, 0.0, 0.0])  # fmt: skip
-    loads = joint.periodic([1e-7, -1e-7, 0.0], normal_load=[1e3, 2e3, 1e3])
-    add("CoupledCycle.derivative by loads", loads.derivative, displacement=[0.0, 1.0, 0.0],
-        normal_load=[1.0, 0.0, 0.0])  # fmt: skip
 
 
 def _add_fields(add: Add, surface: Any, joint: Any) -> None:

@@ -44,11 +44,6 @@ def test_it_is_the_second_pass_of_the_engine(joint, phase) -> None:
     np.testing.assert_array_equal(response.separation, d)
     lost = whole.energy_per_step.reshape(4, -1).sum(axis=1)
     assert response.dissipated_energy == pytest.approx(lost[2], rel=1e-9)
-    by_load = joint.periodic(x, normal_load=response.normal_load)
-    coarse = np.spacing(np.abs(d).max()) * joint.normal_stiffness / joint.normal_load
-    np.testing.assert_allclose(
-        by_load.force, response.force, rtol=0, atol=(1e-11 + 100 * coarse) * joint.force_limit
-    )
 
 
 @pytest.mark.parametrize("joint", [WORKED, SPHERE], ids=["rough", "sphere"])
@@ -95,10 +90,6 @@ def test_derivatives_against_differences(joint) -> None:
                 error = np.abs((up - down) / (2.0 * step) - got) / joint.force_limit
                 assert np.median(error) < 1e-6
                 assert np.quantile(error, 0.85) < 1e-4
-        load = joint.normal_load * 0.1 * SHAPES[:, 1]
-        by_load = response.derivative(normal_load=load)
-        rise = -load / response.normal_stiffness
-        np.testing.assert_array_equal(by_load, response.derivative(separation=rise))
         np.testing.assert_allclose(
             response.derivative(SHAPES[:, 1]) + response.derivative(separation=SHAPES[:, 2]),
             response.derivative(SHAPES[:, 1], separation=SHAPES[:, 2]),
@@ -174,13 +165,12 @@ def test_any_cycle_settles_in_one_pass(joint, moves) -> None:
 @pytest.mark.parametrize(
     ("given_", "message"),
     [
-        ({}, "displacement, separation or normal_load must be given"),
+        ({}, "displacement or separation must be given"),
         ({"displacement": np.ones(3)}, "displacement must have one row for each of the 96"),
         (
             {"displacement": np.ones(SIZE), "separation": np.ones((SIZE, 2))},
             "directions must have the same shape",
         ),
-        ({"separation": np.ones(SIZE), "normal_load": np.ones(SIZE)}, "not both"),
         ({"displacement": np.full(SIZE, np.nan)}, "displacement must be finite"),
     ],
 )
@@ -196,8 +186,7 @@ def test_other_refusals() -> None:
     for call, message in (
         (lambda: WORKED.periodic(x, rest="zero"), "rest must be a displacement"),
         (lambda: WORKED.periodic(x, rest=np.nan), "rest must be a finite number"),
-        (lambda: WORKED.periodic(x, separation=d, normal_load=d), "must be given, got both"),
-        (lambda: WORKED.periodic(x, normal_load=d[:4]), "one for each of the 96 samples"),
+        (lambda: WORKED.periodic(x, separation=d[:4]), "one for each of the 96 samples"),
         (lambda: WORKED.periodic(x).derivative(np.ones((4, 2))), "one row for each of the 96"),
     ):
         with pytest.raises(ms.InputError, match=message):

@@ -173,7 +173,7 @@ class LoadCurve:
             if pieces is None:
                 raise InputError(
                     "`surface` must have a load curve of fewer kinks for harmonics without "
-                    "samples; give samples=512 for a sampled cycle"
+                    "samples; use JointField.harmonics with samples=512"
                 )
             self._pieces = pieces
         return pieces

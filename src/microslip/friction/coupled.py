@@ -209,7 +209,6 @@ class CoupledLaw(BackboneLaw):
         displacement_cycle: ArrayLike,
         rest: Rest = 0.0,
         *,
-        normal_load: ArrayLike | None = None,
         separation: ArrayLike | None = None,
     ) -> Any:
         """Compute the settled cycle of a periodic displacement, with a constant or periodic load.
@@ -218,9 +217,9 @@ class CoupledLaw(BackboneLaw):
         ----------
         displacement_cycle, rest
             See :meth:`BackboneLaw.periodic`. The load at rest is that of the joint.
-        normal_load, separation : array_like, optional
-            Normal loads [N] or separations [m] of the cycle, as for :meth:`coupled_force`. The load
-            is constant by default. At most one of them may be given.
+        separation : array_like, optional
+            Separations [m] of the cycle, a number or one per sample, constant by default; those of
+            given loads are ``surface.separation(normal_load)``.
 
         Returns
         -------
@@ -229,10 +228,9 @@ class CoupledLaw(BackboneLaw):
             constant load, otherwise CoupledCycle, which also has loads and separations. Both have
             ``derivative``. For a curved path the error is of second order in the sample spacing.
         """
-        if normal_load is None and separation is None:
+        if separation is None:
             return super().periodic(displacement_cycle, rest)
-        check_one_of("normal_load=... [N] or separation=... [m]", normal_load, separation)
-        return coupled_cycle(self._nodes, displacement_cycle, rest, normal_load, separation)
+        return coupled_cycle(self._nodes, displacement_cycle, rest, separation)
 
     def harmonics(
         self,
@@ -241,22 +239,17 @@ class CoupledLaw(BackboneLaw):
         rest: Rest = 0.0,
         *,
         rtol: float = 1e-10,
-        normal_load: ArrayLike | None = None,
         separation: ArrayLike | None = None,
-        samples: int | None = None,
     ) -> Any:
         """Compute Fourier coefficients of force and load in the settled cycle, with their Jacobian.
 
         Parameters
         ----------
         coefficients, harmonics, rest, rtol
-            See :meth:`BackboneLaw.harmonics`. If the cycle is sampled, ``rtol`` has no effect.
-        normal_load, separation : array_like, optional
-            Coefficients of the normal load [N] or the separation [m] in the same order. The load is
-            constant by default. At most one of them may be given. Without harmonic 0 the mean is 0.
-        samples : int, optional
-            Number of equidistant samples of the period [-]: 256 by default for a ``normal_load``.
-            By default a varying separation is not sampled.
+            See :meth:`BackboneLaw.harmonics`.
+        separation : array_like, optional
+            Coefficients of the separation [m] in the same order, constant by default. Without
+            harmonic 0 the mean is 0.
 
         Returns
         -------
@@ -265,20 +258,15 @@ class CoupledLaw(BackboneLaw):
             CoupledHarmonics with ``force`` and ``normal_load`` [N] and ``jacobian`` of shape (2, 2,
             coefficients, coefficients). ``jacobian[i, j, m, n]`` is the derivative of coefficient m
             of the force or the load (i = 0, 1) with respect to coefficient n of the displacement or
-            the given ``separation`` or ``normal_load`` (j = 0, 1).
+            the separation (j = 0, 1).
 
         Notes
         -----
         Contacts that first touch at separations between the current one and a larger one, the slip
-        front, are slipping. For a given ``separation`` the cycle is cut at turning points and where
-        the separation or the slip front passes a kink of the load curve (a summit, a knot of a
-        table or the upper end of the heights), and integrated piece by piece. For a given
-        ``normal_load`` the cycle is sampled, and straight between samples. The error decreases with
-        the inverse square of the number of samples: some 4e-5 of the force limit with 256. The
-        Jacobian is exact for these samples.
+        front, are slipping. The cycle is not sampled: it is cut at turning points and where the
+        separation or the slip front passes a kink of the load curve (a summit, a knot of a table or
+        the upper end of the heights), and integrated piece by piece.
         """
-        if normal_load is None and separation is None:
+        if separation is None:
             return super().harmonics(coefficients, harmonics, rest, rtol=rtol)
-        return coupled_harmonics(
-            self._nodes, coefficients, harmonics, rest, normal_load, separation, samples, rtol
-        )
+        return coupled_harmonics(self._nodes, coefficients, harmonics, rest, separation, rtol)

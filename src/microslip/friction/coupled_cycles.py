@@ -17,8 +17,6 @@ from microslip.friction.field_cycles import NodeCycles, SettledField, from_root
 from microslip.friction.harmonic_basis import Basis, coefficients_of
 from microslip.friction.memory import Diagram, Nodes, steps_along
 
-_SAMPLES = 256  # per period, for a given normal load
-
 
 @dataclass(frozen=True, eq=False)
 class CoupledCycle(Locked):
@@ -43,41 +41,29 @@ class CoupledCycle(Locked):
     _cycles: NodeCycles
 
     def derivative(
-        self,
-        displacement: ArrayLike | None = None,
-        *,
-        separation: ArrayLike | None = None,
-        normal_load: ArrayLike | None = None,
+        self, displacement: ArrayLike | None = None, *, separation: ArrayLike | None = None
     ) -> Floats:
         """Compute derivatives of the forces of the cycle with respect to parameters of its inputs.
 
-        Arguments are the derivatives of the displacement [m], and of the separation [m] or the
-        normal load [N], with respect to each parameter, shape (samples, parameters) or (samples,).
-        The result has the same shape [N]. Inputs not given do not depend on the parameters.
-        InputError is raised if the load changes at a sample without contact. The derivative of the
-        normal load itself is ``-normal_stiffness`` times that of the separation.
+        Arguments are the derivatives of the displacement [m] and of the separation [m] with respect
+        to each parameter, shape (samples, parameters) or (samples,). The result has the same shape
+        [N]. An input not given does not depend on the parameters. The derivative of the normal load
+        itself is ``-normal_stiffness`` times that of the separation.
         """
-        if separation is not None and normal_load is not None:
-            raise InputError("`separation` or `normal_load` must be given, not both")
         size = self.force.size
-        changes = {
-            "displacement": displacement,
-            "separation": separation,
-            "normal_load": normal_load,
-        }
+        changes = {"displacement": displacement, "separation": separation}
         rows = {k: rows_of(k, v, size) for k, v in changes.items() if v is not None}
         if not rows:
-            raise InputError("`displacement`, `separation` or `normal_load` must be given")
+            raise InputError("`displacement` or `separation` must be given")
         shapes = {v.shape for v in rows.values()}
         if len(shapes) > 1:
             raise InputError(f"directions must have the same shape, got {sorted(shapes)}")
         shape = shapes.pop()
         by = {k: v.reshape(1, size, -1) for k, v in rows.items()}
         move = by.get("displacement", np.zeros_like(next(iter(by.values()))))
-        rise = by.get("separation")
-        if normal_load is not None:
-            rise = _separation_derivatives(by["normal_load"], self.normal_stiffness)
-        return np.ascontiguousarray(self._cycles.slopes(move, rise)[0].reshape(shape))
+        return np.ascontiguousarray(
+            self._cycles.slopes(move, by.get("separation"))[0].reshape(shape)
+        )
 
     @cached_property
     def dissipated_energy(self) -> float:
@@ -89,27 +75,12 @@ class CoupledCycle(Locked):
         return float(lost[self.force.size :].sum())
 
 
-def _separation_derivatives(by_load: Floats, stiffness: Floats) -> Floats:
-    """Return derivatives of the separation from those of the load: -``by_load``/``stiffness``."""
-    unloaded = stiffness == 0.0
-    wrong = np.any((by_load != 0.0) & unloaded[:, None], axis=(0, 2))
-    if wrong.any():
-        raise InputError(
-            f"`normal_load` must not change without contact: sample {int(np.argmax(wrong))}"
-        )
-    return -by_load / np.where(unloaded, 1.0, stiffness)[:, None]
-
-
 def coupled_cycle(
-    nodes: Nodes,
-    displacement_cycle: ArrayLike,
-    rest: Rest,
-    normal_load: Any,
-    separation: Any,
+    nodes: Nodes, displacement_cycle: ArrayLike, rest: Rest, separation: ArrayLike
 ) -> CoupledCycle:
     """Compute the settled cycle of one node; see :meth:`microslip.Interface.periodic`."""
     x, curve = record("displacement_cycle", displacement_cycle, "m").reshape(-1), nodes.curve
-    steps = steps_along(curve, x.size, normal_load, separation)
+    steps = steps_along(curve, x.size, None, separation)
     cycles = NodeCycles(nodes, x[None], steps[None], rest_of(rest, x))
     force, _, stiffness = cycles.forces()
     load, fall = curve.load(steps)
@@ -130,7 +101,7 @@ class CoupledHarmonics(NamedTuple):
     """Coefficients of the normal load [N]."""
     jacobian: Floats
     """Derivatives of the coefficients of (force, load) with respect to those of (displacement,
-    separation or load, whichever was given), shape (2, 2, coefficients, coefficients)."""
+    separation), shape (2, 2, coefficients, coefficients)."""
 
 
 def coupled_harmonics(
@@ -138,36 +109,14 @@ def coupled_harmonics(
     coefficients: ArrayLike,
     harmonics: Any,
     rest: Rest,
-    normal_load: ArrayLike | None,
-    separation: ArrayLike | None,
-    samples: int | None,
+    separation: ArrayLike,
     rtol: float,
 ) -> CoupledHarmonics:
     """Compute Fourier coefficients of one node; see :meth:`microslip.Interface.harmonics`."""
-    if normal_load is not None and separation is not None:
-        raise InputError("`normal_load` or `separation` must be given, not both")
     basis = Basis(harmonics)
-    if separation is not None and samples is None:
-        row = coefficients_of("coefficients", coefficients, basis)[None]
-        path = coefficients_of("separation", separation, basis)[None]
-        node = SettledField()
-        node._nodes, node.separations = nodes, np.array([nodes.curve.origin])
-        found = node.harmonics(row, basis.orders, separations=path, rest=rest, rtol=rtol)
-        return CoupledHarmonics(found.force[0], np.asarray(found.load)[0], found.jacobian[0])
-    waves, analysis = basis.sampled(_SAMPLES if samples is None else samples)
-    x = waves @ coefficients_of("coefficients", coefficients, basis)
-    name = "normal_load" if separation is None else "separation"
-    raw_values = normal_load if separation is None else separation
-    unit = "N" if separation is None else "m"
-    varying = coefficients_of(name, raw_values, basis, unit=unit)  # type: ignore[arg-type]
-    varied = waves @ varying
-    begin, curve, by_step = rest_of(rest, x), nodes.curve, waves[None]
-    pair = (varied, None) if separation is None else (None, varied)
-    steps = steps_along(curve, x.size, *pair)
-    if separation is None:
-        by_step = _separation_derivatives(by_step, curve.load(steps)[1])
-    cycles = NodeCycles(nodes, x[None], steps[None], begin)
-    force, load, by_force, by_load = cycles.spectra(waves[None], by_step, analysis)
-    change = by_load[0] if separation is not None else np.eye(basis.size)
-    jacobian = np.array([np.split(by_force[0], 2, axis=1), [np.zeros_like(change), change]])
-    return CoupledHarmonics(force[0], load[0], jacobian)
+    row = coefficients_of("coefficients", coefficients, basis)[None]
+    path = coefficients_of("separation", separation, basis)[None]
+    node = SettledField()
+    node._nodes, node.separations = nodes, np.array([nodes.curve.origin])
+    found = node.harmonics(row, basis.orders, separations=path, rest=rest, rtol=rtol)
+    return CoupledHarmonics(found.force[0], np.asarray(found.load)[0], found.jacobian[0])

@@ -377,8 +377,8 @@ def varying_harmonics(
     """
     if basis.orders[-1] > MOST_ORDERS:
         raise InputError(
-            f"`harmonics` must not be above {MOST_ORDERS} without samples, got "
-            f"{basis.orders[-1]}; write samples={8 * basis.orders[-1]}"
+            f"`harmonics` must not be above {MOST_ORDERS} without samples, got {basis.orders[-1]}; "
+            f"use JointField.harmonics with samples={8 * basis.orders[-1]}"
         )
     places, columns = basis.dense(rows)
     steps, _ = basis.dense(paths)

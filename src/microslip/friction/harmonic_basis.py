@@ -148,13 +148,13 @@ def _sampled(orders: tuple[int, ...], samples: int) -> tuple[Floats, Floats]:
 
 
 def coefficients_of(
-    name: str, coefficients: ArrayLike, basis: Basis, nodes: int | None = None, unit: str = "m"
+    name: str, coefficients: ArrayLike, basis: Basis, nodes: int | None = None
 ) -> Floats:
     """Check and return Fourier coefficients, shape (size,), with the size of the basis.
 
     With ``nodes``, (nodes, size) is accepted too, and is the shape of the result.
     """
-    values = floats(name, coefficients, unit)
+    values = floats(name, coefficients, "m")
     if nodes is not None:
         if values.shape not in ((basis.size,), (nodes, basis.size)):
             raise InputError(

@@ -54,7 +54,7 @@ def test_laws_of_every_kind_are_held_with_their_stiffness(every, tmp_path):
         assert off.max() <= 1e-10 * law.tangential_stiffness, law
 
 
-@pytest.mark.parametrize("depth", [4, 5, 10])
+@pytest.mark.parametrize("depth", [4, pytest.param(5, marks=pytest.mark.slow), 10])
 def test_a_limited_depth_tells_a_bound_that_holds_and_heals(depth, tmp_path):
     library = compiled([JOINT], tmp_path, depth=depth)
     for seed in range(4):
@@ -71,7 +71,7 @@ def test_a_limited_depth_tells_a_bound_that_holds_and_heals(depth, tmp_path):
         assert force[-1] == pytest.approx(wanted, rel=1e-13)
 
 
-@pytest.mark.parametrize("depth", [4, 10, 256])
+@pytest.mark.parametrize("depth", [4, pytest.param(10, marks=pytest.mark.slow), 256])
 def test_a_free_decay_goes_on_for_ever(depth, tmp_path):
     """One reversal a half cycle opens inside the last: what is recent stays exact."""
     library = compiled([JOINT], tmp_path, depth=depth)

@@ -124,7 +124,7 @@ def few_nodes(rng: np.random.Generator, nodes: int) -> tuple[ms.JointField, list
 
 
 @pytest.mark.parametrize("varying", [False, True], ids=["held", "varying"])
-@pytest.mark.parametrize("nodes", [2, 3, 4])
+@pytest.mark.parametrize("nodes", [2, pytest.param(3, marks=pytest.mark.slow), 4])
 def test_few_nodes_under_long_noise_are_single_states(nodes: int, varying: bool) -> None:
     """Forces, loads, tangents and energies at every step, whatever the pool of rows does.
 

@@ -107,7 +107,14 @@ def test_the_law_is_a_law(given: ms.Identification) -> None:
     ]
 
 
-@pytest.mark.parametrize(("rig", "seed", "reach"), [(5e9, 0, 0.6), (5e8, 0, 0.6), (5e8, 0, 0.9)])
+@pytest.mark.parametrize(
+    ("rig", "seed", "reach"),
+    [
+        pytest.param(5e9, 0, 0.6, marks=pytest.mark.slow),
+        (5e8, 0, 0.6),
+        pytest.param(5e8, 0, 0.9, marks=pytest.mark.slow),
+    ],
+)
 def test_a_true_interface_fits_below_gross_slip(rig: float, seed: int, reach: float) -> None:
     """Shifts between loads that the free form misses by up to a quarter are found by the law."""
     records = []

@@ -44,7 +44,10 @@ def contact_amplitude(rig: float, amplitude: float) -> float:
     return float(amplitude - series.backbone(amplitude) / rig)
 
 
-@pytest.mark.parametrize(("amplitude", "rig"), [(1e-6, None), (5e-6, None), (15e-6, RIG)])
+@pytest.mark.parametrize(
+    ("amplitude", "rig"),
+    [(1e-6, None), pytest.param(5e-6, None, marks=pytest.mark.slow), (15e-6, RIG)],
+)
 def test_clean_records_converge(amplitude: float, rig: float | None) -> None:
     a = amplitude if rig is None else contact_amplitude(rig, amplitude)
     expected = truth(JOINT, a)

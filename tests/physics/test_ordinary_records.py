@@ -364,7 +364,9 @@ def test_steps_of_few_cycles_are_levels(jitter: float) -> None:
         assert level.mean["dissipated_energy"].value == pytest.approx(energy, rel=0.02)
 
 
-@pytest.mark.parametrize("cycles", [4, 8, 12])
+@pytest.mark.parametrize(
+    "cycles", [4, *(pytest.param(many, marks=pytest.mark.slow) for many in (8, 12))]
+)
 def test_few_cycles_that_jitter_are_alike(cycles: int) -> None:
     """An amplitude that a rig holds to half a per cent neither steps nor ramps."""
     for seed in range(20):

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import h5py
 import numpy as np
@@ -228,9 +228,6 @@ def _meshes(here: Path) -> Iterator[Seed]:
 
 
 def _tables(here: Path) -> Iterator[Seed]:
-    face = cast(ms.MeasuredContact, ms.MeasuredContact.examples()[0])
-    face.save(here / "face.npz")
-    yield _of(here / "face.npz", ms.MeasuredContact.load_file)
     small_joint().save(here / "reduced.npz")
     yield _of(here / "reduced.npz", ms.ReducedJoint.load)
     decay = np.exp(-3.0 * np.arange(2000) * 2e-4) * np.cos(1e3 * np.arange(2000) * 2e-4)

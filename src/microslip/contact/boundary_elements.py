@@ -47,19 +47,12 @@ class HalfSpace:
         Distance of points along y over that along x [-].
     mirrored : bool
         Whether the face is continued by its mirror images; otherwise it is periodic.
-    workers : int
-        Number of threads of a Fourier or cosine transform.
     """
 
     def __init__(
-        self,
-        shape: tuple[int, int],
-        aspect: float = 1.0,
-        *,
-        mirrored: bool = True,
-        workers: int = 1,
+        self, shape: tuple[int, int], aspect: float = 1.0, *, mirrored: bool = True
     ) -> None:
-        self.shape, self.mirrored, self.workers = shape, mirrored, workers
+        self.shape, self.mirrored = shape, mirrored
         rows, columns = shape
         if mirrored:
             qx: Floats = np.pi * np.arange(columns) / columns
@@ -77,9 +70,9 @@ class HalfSpace:
         from scipy import fft
 
         if self.mirrored:
-            waves = fft.dctn(pressure, workers=self.workers)
+            waves = fft.dctn(pressure)
             waves *= self._kernel
-            return np.asarray(fft.idctn(waves, overwrite_x=True, workers=self.workers))
+            return np.asarray(fft.idctn(waves, overwrite_x=True))
         return self._back(self._kernel * self._waves(pressure))
 
     def sheared(self, tractions: Floats, stiffness_ratio: float) -> Floats:
@@ -100,12 +93,12 @@ class HalfSpace:
     def _waves(self, values: Floats) -> NDArray[np.complex128]:
         from scipy import fft
 
-        return np.asarray(fft.rfft2(values, workers=self.workers))
+        return np.asarray(fft.rfft2(values))
 
     def _back(self, waves: NDArray[np.complex128]) -> Floats:
         from scipy import fft
 
-        return np.asarray(fft.irfft2(waves, s=self.shape, overwrite_x=True, workers=self.workers))
+        return np.asarray(fft.irfft2(waves, s=self.shape, overwrite_x=True))
 
 
 def press(

@@ -46,8 +46,6 @@ class FaceSolution(ByValue, LockedArrays):
     """Fraction of the points in contact at the separations."""
     sliding: Floats
     """Ratio of tangential to normal stiffness at the largest load, shape (2, 2)."""
-    lighter_sliding: Floats
-    """Ratio of tangential to normal stiffness at a tenth of the largest load, shape (2, 2)."""
     hard: float
     """Fraction of the points in contact whose pressure is the hardness after tightening."""
     pixels: int
@@ -65,11 +63,9 @@ class FaceSolution(ByValue, LockedArrays):
 class _Piece:
     """Part of the face, with its pressures P [E*] and -dP/dd at the last solved separation d."""
 
-    def __init__(self, heights: Floats, aspect: float, workers: int) -> None:
+    def __init__(self, heights: Floats, aspect: float) -> None:
         self.heights = heights
-        self.space = HalfSpace(
-            (heights.shape[0], heights.shape[1]), aspect, mirrored=True, workers=workers
-        )
+        self.space = HalfSpace((heights.shape[0], heights.shape[1]), aspect)
         self.pressure: Floats | None = None
         self.growth: Floats | None = None
         self.separation = math.inf
@@ -189,7 +185,6 @@ def solve_face(
     aspect: float = 1.0,
     loads: int = 12,
     lightest: float = 1e-3,
-    workers: int = 1,
     progress: Progress | None = None,
 ) -> FaceSolution:
     """Tighten a face to a mean pressure, flatten yielded points, and unload it in steps.
@@ -206,8 +201,6 @@ def solve_face(
         Number of loads in geometric progression; up to four more lie between the heaviest two.
     lightest : float
         Lightest over heaviest load [-].
-    workers : int
-        Number of threads that each Fourier transform uses.
     progress : callable, optional
         Called with the numbers of finished and of all solutions (approximate).
 
@@ -222,7 +215,7 @@ def solve_face(
     sizes = np.array([piece.size for piece in pieces], dtype=float)
     rms = math.sqrt(sum(float(np.vdot(z, z)) for z in pieces) / sizes.sum())
     face = _Face(
-        [_Piece(z, aspect, workers) for z in pieces], sizes / sizes.sum(), TOLERANCE * rms, rms,
+        [_Piece(z, aspect) for z in pieces], sizes / sizes.sum(), TOLERANCE * rms, rms,
         progress=progress, total=shares.size + 8,
     )  # fmt: skip
     # Without a hardness no piece comes closer than its own mean plane.
@@ -239,7 +232,6 @@ def solve_face(
             piece.yielded(hardness)
             piece.growth = None
     rows: list[tuple[float, Floats, Floats, float]] = []
-    tensors: list[Floats] = []
     last, last_rate = d, 0.0
     for k, share in enumerate(shares):
         pressures, slopes = face.press(d, math.inf)
@@ -250,10 +242,9 @@ def solve_face(
         first = np.asarray(face.pieces[0].pressure)
         if k == 0:
             picture, reach = first.copy(), np.zeros(first.shape)
+            tensor = _sliding(face, stiffness_ratio, aspect)
         reach[(first > 0.0) & (reach == k)] += 1.0
         rows.append((d, pressures, slopes, touching / sizes.sum()))
-        if not tensors or (len(tensors) == 1 and mean < 0.15 * pressure):
-            tensors.append(_sliding(face, stiffness_ratio, aspect, workers))
         # ln p is concave: its slope here, and how it changed since the load before.
         rate = slope / mean
         change = (rate - last_rate) / (d - last) if k else 0.0
@@ -262,7 +253,7 @@ def solve_face(
         d += fall / (rate + 0.5 * max(change, 0.0) * fall / rate)
     separation, p, s, contact = (np.array(column) for column in zip(*rows, strict=True))
     return FaceSolution(
-        separation, p, s, contact, tensors[0], tensors[-1], bearing / max(points, 1), points,
+        separation, p, s, contact, tensor, bearing / max(points, 1), points,
         picture, reach, lighter_tightenings, _first_loading(face.path),
     )  # fmt: skip
 
@@ -280,7 +271,7 @@ def _first_loading(path: list[tuple[float, float]]) -> Floats:
     return np.array(kept[::-1]).T
 
 
-def _sliding(face: _Face, stiffness_ratio: float, aspect: float, workers: int) -> Floats:
+def _sliding(face: _Face, stiffness_ratio: float, aspect: float) -> Floats:
     """Return the tensor of tangential over normal stiffness [-] of the whole face, shape (2, 2).
 
     It is the mean over the pieces of the scan, weighted by their normal stiffness.
@@ -291,7 +282,7 @@ def _sliding(face: _Face, stiffness_ratio: float, aspect: float, workers: int) -
         assert piece.growth is not None
         contact = piece.pressure > 0.0
         if contact.any():
-            space = HalfSpace(piece.space.shape, aspect, mirrored=False, workers=workers)
+            space = HalfSpace(piece.space.shape, aspect, mirrored=False)
             part = float(share) * float(piece.growth.mean())
             total += part * sliding(space, contact, stiffness_ratio)
             weight += part

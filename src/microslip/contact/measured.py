@@ -37,9 +37,7 @@ from microslip.contact.measured_face import (
     contact_numbers,
     face_of,
     progress_halves,
-    read_law,
     resolution_changes,
-    write_law,
 )
 from microslip.figures.plottable import Plottable
 
@@ -85,8 +83,6 @@ class MeasuredContact(FaceLaw, Plottable):
     coarser : bool
         Whether to solve the face two more times, to report the changes of its stiffness: with every
         second point only, and without the shortest waves, which have half of the mean square slope.
-    workers : int
-        Number of threads of a Fourier transform.
     progress : callable, optional
         Called with the numbers of finished and of all solutions (approximate).
     cache : str or path, optional
@@ -128,7 +124,6 @@ class MeasuredContact(FaceLaw, Plottable):
         loads: int = 12,
         lightest: float = 1e-3,
         coarser: bool = False,
-        workers: int = 1,
         progress: Progress | None = None,
         cache: str | os.PathLike[str] | None = None,
     ) -> None:
@@ -147,17 +142,14 @@ class MeasuredContact(FaceLaw, Plottable):
             face, pressure / modulus, bound / modulus, pair.stiffness_ratio, piece, loads, lightest
         )  # fmt: skip
         first_half, second_half = progress_halves(progress) if coarser else (progress, None)
-        if cache is None:
-            solution = task.solved(workers, first_half)
-        else:
-            solution = cached(task, cache, workers, first_half)
+        solution = task.solved(first_half) if cache is None else cached(task, cache, first_half)
         if solution.pixels < FEWEST_POINTS:
             raise InputError(
                 f"`tightening_pressure` must bring at least {FEWEST_POINTS} points into contact, "
                 f"got {solution.pixels} of {face.heights.size} under {pressure:.4g} Pa; use a "
                 "larger scan, a smaller pixel, or a longer short-wave cut-off"
             )
-        changes = resolution_changes(task, solution, workers, second_half) if coarser else {}
+        changes = resolution_changes(task, solution, second_half) if coarser else {}
         area = face.area if area is None else positive("area", area, "m^2", 1e-4)
         numbers = dataclasses.replace(contact_numbers(task, solution, pressure, bound), **changes)
         self._set(solution, numbers, pair, area, direction)
@@ -255,15 +247,6 @@ class MeasuredContact(FaceLaw, Plottable):
         found = np.interp(np.log(shares), np.log(p / p[-1]), lengths)
         return np.asarray(np.exp(found - lengths[-1]))
 
-    def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
-        """Write the solution to a file (``.npz``), without the heights."""
-        write_law(self, path, overwrite)
-
-    @classmethod
-    def load_file(cls, path: str | os.PathLike[str]) -> MeasuredContact:
-        """Load a law from a file written by :meth:`save`; :meth:`load` is the normal load."""
-        return cls._made_of(*read_law(path))
-
     def _figure(self) -> Plot:
         from microslip.contact.figures import face_plot
 
@@ -324,9 +307,6 @@ class MeasuredContact(FaceLaw, Plottable):
         else:
             values[PRESSURE] = None if hardness is None else 0.0
         return values
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {key: value for key, value in super().__getstate__().items() if key != "_source"}
 
     def __repr__(self) -> str:
         numbers = self.numbers

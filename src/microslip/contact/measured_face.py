@@ -1,8 +1,7 @@
-"""Inputs, reported numbers and files of a measured face."""
+"""Inputs, reported numbers and cached solutions of a measured face."""
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import math
 import os
@@ -30,7 +29,6 @@ from microslip.contact.face_solution import (
     solve_face,
     stiffness_scatter,
 )
-from microslip.contact.materials import Material, MaterialPair
 
 _USUAL = 0.05  # of E* h': the heaviest pressure of an elastic face where none is given
 _SLOPES = (1e-6, 3.0)  # rms slopes that faces have
@@ -202,8 +200,6 @@ class ContactNumbers:
     """Smallest and largest ratio of normal to tangential stiffness over all directions [-]."""
     stiffest_direction: float
     """Direction of the largest tangential stiffness, from x of the scan [rad]."""
-    ratio_change: float
-    """Normal over tangential stiffness at a tenth of the largest load, over that at this load."""
     coarser: float | None
     """Stiffness for twice the pixel, relative to that for the pixel [-]; None if not solved."""
     smoother: float | None = None
@@ -244,7 +240,7 @@ class Task(NamedTuple):
         words = repr((z.shape, self.face.pixel, *self[1:], NEAR_REST, "lighter tightenings"))
         return sha256(z.tobytes() + words.encode()).hexdigest()[:32]
 
-    def solved(self, workers: int, progress: Progress | None) -> FaceSolution:
+    def solved(self, progress: Progress | None) -> FaceSolution:
         """Return separations, pressures and slopes on unloading; recent solutions are cached."""
         key = self.key
         known = _remembered.get(key)
@@ -260,7 +256,6 @@ class Task(NamedTuple):
             aspect=dy / dx,
             loads=self.loads,
             lightest=self.lightest,
-            workers=workers,
             progress=progress,
         )
         remember(key, solution)
@@ -274,22 +269,11 @@ def remember(key: str, solution: FaceSolution) -> None:
         _remembered.popitem(last=False)
 
 
-def ratio_of(tensor: Floats, direction: float | None) -> float:
-    """Return normal over tangential stiffness [-] for motion in a direction [rad] from x.
-
-    ``tensor`` (2, 2) is tangential over normal stiffness [-]; None averages it over directions.
-    """
-    if direction is None:
-        return 2.0 / float(np.trace(tensor))
-    e = np.array([math.cos(direction), math.sin(direction)])
-    return 1.0 / float(e @ tensor @ e)
-
-
 _KIND = "microslip-measured-contact"
 _FORMAT = 2
 _LARGEST = 1 << 28  # bytes that a file may unpack to
 _ARRAYS = {"separation": 1, "pressure": 2, "slope": 2, "contact": 1, "sliding": 2,
-           "lighter_sliding": 2, "map": 2, "reach": 2, "lighter_tightenings": 2,
+           "map": 2, "reach": 2, "lighter_tightenings": 2,
            "loading": 2}  # fmt: skip
 
 
@@ -302,7 +286,6 @@ def contact_numbers(
     spread = float(np.var([piece.mean() for piece in pieces])) / face.rms**2
     shares, directions = np.linalg.eigh(solution.sliding)
     stiffest = directions[:, 1]
-    heaviest, lighter = (ratio_of(t, None) for t in (solution.sliding, solution.lighter_sliding))
     return ContactNumbers(
         pressure=pressure,
         hardness=None if math.isinf(bound) else bound,
@@ -318,7 +301,6 @@ def contact_numbers(
         between_pieces=spread,
         stiffness_ratios=(1.0 / float(shares[1]), 1.0 / float(shares[0])),
         stiffest_direction=math.atan2(stiffest[1], stiffest[0]) % math.pi,
-        ratio_change=lighter / heaviest,
         coarser=None,
     )
 
@@ -334,7 +316,7 @@ def progress_halves(progress: Progress | None) -> tuple[Progress | None, Progres
 
 
 def resolution_changes(
-    task: Task, solution: FaceSolution, workers: int, progress: Progress | None
+    task: Task, solution: FaceSolution, progress: Progress | None
 ) -> dict[str, Any]:
     """Return the last fields of :class:`ContactNumbers` from ``coarser`` on, by name.
 
@@ -352,7 +334,7 @@ def resolution_changes(
         scale = task.face.pixel[0] / face.pixel[0]  # slopes are pressures over E* a pixel
         try:
             last = progress if name == "smoother" else None  # the other has a quarter of the points
-            other = task._replace(face=face, piece=piece).solved(workers, last)
+            other = task._replace(face=face, piece=piece).solved(last)
         except InputError:
             changes[name] = None
         else:
@@ -367,75 +349,37 @@ def resolution_changes(
     return changes
 
 
-def write_law(law: Any, path: str | os.PathLike[str], overwrite: bool) -> None:
-    """Write a MeasuredContact to a file."""
-    bodies = [
-        None if body.is_rigid else [body.young_modulus, body.poisson_ratio, body.hardness]
-        for body in (law.pair.first, law.pair.second)
-    ]
-    about = {
-        "numbers": dataclasses.asdict(law.numbers),
-        "bodies": bodies,
-        "area": law.area,
-        "direction": law.direction,
-    }
-    _write(Path(path), law.solution, about, overwrite)
-
-
-def read_law(
-    path: str | os.PathLike[str],
-) -> tuple[FaceSolution, ContactNumbers, MaterialPair, float, float | None]:
-    """Read the solution, numbers, pair, area and direction of a law from a file."""
-    solution, about = _read(Path(path))
-    try:
-        bodies = [Material.rigid() if body is None else Material(*body) for body in about["bodies"]]
-        raw = about["numbers"]
-        names = ("pixel", "stiffness_ratios", "coarser_energies")
-        pairs = {name: tuple(raw[name]) for name in names if raw.get(name) is not None}
-        numbers = ContactNumbers(**{**raw, **pairs})
-        positive("area", about["area"], "m^2")
-        for name in ("pressure", "rms", "slope"):
-            positive(name, raw[name])
-        positive("pixel", numbers.pixel[0], "m")
-        pair = MaterialPair(*bodies)
-        return solution, numbers, pair, float(about["area"]), about["direction"]
-    except Exception as error:  # as above
-        raise _damaged(path, error) from None
-
-
-def cached(
-    task: Task, folder: str | os.PathLike[str], workers: int, progress: Progress | None
-) -> FaceSolution:
+def cached(task: Task, folder: str | os.PathLike[str], progress: Progress | None) -> FaceSolution:
     """Return a solution from the cache folder, or solve and store it; replace a damaged file."""
     path = Path(folder) / f"{task.key}.npz"
     if path.exists():
         try:
-            solution, _ = _read(path)
+            solution = _read(path)
         except InputError as error:
             warnings.warn(f"{error.text}; the face is solved again", stacklevel=3)
         else:
             remember(task.key, solution)
             return solution
-    solution = task.solved(workers, progress)
+    solution = task.solved(progress)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{path.parent}: cannot be made: {reason(error)}") from None
-    _write(path, solution, {}, True)
+    _write(path, solution)
     return solution
 
 
-def _write(path: Path, solution: FaceSolution, about: dict[str, Any], overwrite: bool) -> None:
+def _write(path: Path, solution: FaceSolution) -> None:
     head = {"kind": _KIND, "format": _FORMAT, "hard": solution.hard, "pixels": solution.pixels}
     arrays = {name: getattr(solution, name) for name in _ARRAYS}
     arrays["map"] = arrays["map"].astype(np.float32)
     arrays["reach"] = arrays["reach"].astype(np.uint8)
-    text = json.dumps({**head, **about}).encode()
-    with atomic_file(path, overwrite) as stage, stage.open("wb") as file:
+    text = json.dumps(head).encode()
+    with atomic_file(path, overwrite=True) as stage, stage.open("wb") as file:
         np.savez_compressed(file, about=np.frombuffer(text, dtype=np.uint8), **arrays)
 
 
-def _read(path: Path) -> tuple[FaceSolution, dict[str, Any]]:
+def _read(path: Path) -> FaceSolution:
     try:
         with zipfile.ZipFile(path) as parts:
             if sum(part.file_size for part in parts.infolist()) > _LARGEST:
@@ -448,8 +392,9 @@ def _read(path: Path) -> tuple[FaceSolution, dict[str, Any]]:
         solution = FaceSolution(**arrays, hard=float(about["hard"]), pixels=int(about["pixels"]))
         _check(arrays, solution)
     except Exception as error:  # damaged archives break in many ways
-        raise _damaged(path, error) from None
-    return solution, about
+        words = shorten(reason(error), 160)
+        raise InputError(f"{path}: holds no solution of a face: {words}") from None
+    return solution
 
 
 def _check(arrays: dict[str, Any], solution: FaceSolution) -> None:
@@ -461,14 +406,15 @@ def _check(arrays: dict[str, Any], solution: FaceSolution) -> None:
     if arrays["reach"].shape != arrays["map"].shape:
         raise ValueError("maps of different sizes")
     shapes = {arrays[name].shape[0] for name in ("pressure", "slope", "contact")}
-    tensors = [arrays[name] for name in ("sliding", "lighter_sliding")]
+    sliding = arrays["sliding"]
     paths = [arrays[name] for name in ("loading", "lighter_tightenings")]
     mean = arrays["pressure"].mean(axis=1)
     if not (
         shapes == {count}
         and count >= 2
         and arrays["pressure"].shape == arrays["slope"].shape
-        and all(a.shape == (2, 2) and np.all(np.linalg.eigvalsh(a) > 0.0) for a in tensors)
+        and sliding.shape == (2, 2)
+        and np.all(np.linalg.eigvalsh(sliding) > 0.0)
         # An elastic face has no lighter tightenings.
         and all(a.size == 0 or (len(a) == 2 and np.all(a[0] > 0.0)) for a in paths)
         and arrays["loading"].size
@@ -483,7 +429,3 @@ def _check(arrays: dict[str, Any], solution: FaceSolution) -> None:
         and np.all(arrays["contact"] > 0.0)
     ):
         raise ValueError("values that no face can have")
-
-
-def _damaged(path: str | os.PathLike[str], error: Exception) -> InputError:
-    return InputError(f"{path}: holds no measured contact: {shorten(reason(error), 160)}")

@@ -1,4 +1,4 @@
-"""Conditioning of a scan: cropping, form, outliers, gaps, band of wavelengths."""
+"""Conditioning of a scan: cropping, form, gaps, band of wavelengths."""
 
 from __future__ import annotations
 

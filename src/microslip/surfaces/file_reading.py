@@ -108,8 +108,7 @@ def _scan_content(raw: RawHeights, path: Path, options: FileOptions) -> ScanCont
     if (zeros := exact_zeros(heights)) is not None:
         words = (
             f"{zeros} points are exactly 0, far more than at any other height; if 0 "
-            "denotes missing points, mark them as missing first, or remove them with "
-            "`outliers=6`."
+            "denotes missing points, mark them as missing (NaN) first."
         )
         notes.append(Remark(SUSPECT, words))
     measured = np.where(fill_values(heights), np.nan, heights)

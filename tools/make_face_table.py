@@ -8,7 +8,7 @@
 and those of the shipped table, so it can be stopped and started again, and several processes can
 share the work with `--part 1/2`. `collect` averages the new faces of each node with those of the
 shipped table and writes `src/microslip/contact/face_table.npz`: the nodes, and the coefficients
-that `microslip.contact.face_table.fit` finds for them. `report` compares both.
+that `tools/fit_face_table.py` finds for them. `report` compares both.
 
 A face is periodic, isotropic and self-affine between a roll-off and a shortest wave, with random
 amplitudes and phases. It is loaded through rising mean pressures with the hardness as the bound of
@@ -455,7 +455,9 @@ def merged(old, new):
 
 def collect(path, target):
     """Average the faces with those of the shipped table, fit the nodes, and write the table."""
-    from microslip.contact.face_table import fit, stored
+    from fit_face_table import fit
+
+    from microslip.contact.face_table import stored
 
     have, pixels = stored_counts()
     items = []

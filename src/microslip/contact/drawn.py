@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any
@@ -36,7 +36,7 @@ _LOADINGS = 40
 _STEP = 0.02  # of logarithms, for slopes
 
 
-@dataclass(frozen=True, eq=False, repr=False, init=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class DrawnFace(FaceLaw):
     """A rough face given by the rms height and slope of a drawing, tightened once to a pressure.
 
@@ -98,6 +98,7 @@ class DrawnFace(FaceLaw):
     slope: float
     area: float
     tightening_pressure: float
+    _: KW_ONLY
     plateau: float | None = None
     breadth: float | None = None
     lay: float | None = None
@@ -106,63 +107,49 @@ class DrawnFace(FaceLaw):
     stiffness_factor: float = 1.0
     shape_factor: float = 1.0
 
-    def __init__(
-        self,
-        pair: MaterialPair,
-        rms: float,
-        slope: float,
-        area: float,
-        tightening_pressure: float,
-        *,
-        plateau: float | None = None,
-        breadth: float | None = None,
-        lay: float | None = None,
-        direction: float | None = None,
-        spreads: Mapping[str, float] | None = None,
-        stiffness_factor: float = 1.0,
-        shape_factor: float = 1.0,
-    ) -> None:
-        check_pair(pair)
-        if pair.hardness is None:
+    def __post_init__(self) -> None:
+        check_pair(self.pair)
+        if self.pair.hardness is None:
             raise InputError(
                 "`pair` must have a hardness [Pa], which limits the pressure; write "
                 "Material(210e9, 0.3, hardness=2.4e9), and a very large one for an elastic face"
             )
         checked: dict[str, Any] = {
-            "rms": positive("rms", rms, "m", 4e-7),
-            "slope": positive("slope", slope, "", 0.1),
-            "area": positive("area", area, "m^2", 1e-4),
-            "tightening_pressure": positive("tightening_pressure", tightening_pressure, "Pa", 1e8),
-            "stiffness_factor": positive("stiffness_factor", stiffness_factor),
-            "shape_factor": positive("shape_factor", shape_factor),
+            name: positive(name, getattr(self, name), unit, example)
+            for name, unit, example in (
+                ("rms", "m", 4e-7),
+                ("slope", "", 0.1),
+                ("area", "m^2", 1e-4),
+                ("tightening_pressure", "Pa", 1e8),
+                ("stiffness_factor", "", 1.0),
+                ("shape_factor", "", 1.0),
+            )
         }
-        for name, value, unit, most, example in (
-            ("plateau", plateau, "m", checked["rms"], 1e-7),
-            ("breadth", breadth, "", table.BREADTH[2], 0.84),
-            ("lay", lay, "", 1.0, 0.2),
+        for name, unit, least, most, example in (
+            ("plateau", "m", 0.0, checked["rms"], 1e-7),
+            ("breadth", "", table.BREADTH[0], table.BREADTH[2], 0.84),
+            ("lay", "", 0.0, 1.0, 0.2),
         ):
-            checked[name] = None if value is None else positive(name, value, unit, example)
-            if checked[name] is not None and checked[name] > most:
+            if getattr(self, name) is None:
+                continue
+            value = checked[name] = positive(name, getattr(self, name), unit, example)
+            if not least <= value <= most:
                 where = " of `rms`" if name == "plateau" else ""
-                came = exact(checked[name])
-                raise InputError(f"`{name}` must be at most {most:g}{where}, got {came}")
-        if breadth is not None and checked["breadth"] < table.BREADTH[0]:
-            came = exact(checked["breadth"])
-            raise InputError(f"`breadth` must be at least {table.BREADTH[0]:g}, got {came}")
-        spread = {
-            name: positive(f"spreads[{name!r}]", value) for name, value in (spreads or {}).items()
-        }
+                limit = f"most {most:g}{where}" if value > most else f"least {least:g}"
+                raise InputError(f"`{name}` must be at {limit}, got {exact(value)}")
+        given = dict(self.spreads or {})
+        spread = {name: positive(f"spreads[{name!r}]", value) for name, value in given.items()}
         if unknown := set(spread) - set(_SPREAD):
             raise InputError(
                 f"`spreads` must name some of {', '.join(_SPREAD)}, got {show(unknown.pop())}"
             )
-        assign(self, pair=pair, spreads=MappingProxyType(spread), **checked)
-        checked_direction(self, direction)
+        assign(self, spreads=MappingProxyType(spread), **checked)
+        checked_direction(self, self.direction)
         self._check_range()
         numbers, form = self._numbers, self._shape
         length = self._rms / self._stiffness  # p/k
         self._set_curve(
-            pair,
+            self.pair,
             float(numbers.separation[0]) * self._rms + form.distance * length,
             form.share,
             self._heaviest,
@@ -246,23 +233,16 @@ class DrawnFace(FaceLaw):
 
     def along(self, direction: float | None) -> DrawnFace:
         """Return a copy for motion at an angle [rad] to the lay normal; None averages all."""
-        return self._changed(direction=direction)
-
-    def _changed(self, **changes: Any) -> DrawnFace:
-        values = {name: getattr(self, name) for name in _ARGUMENTS}
-        return DrawnFace(**(values | changes))
-
-    def __replace__(self, **changes: Any) -> DrawnFace:
-        return self._changed(**changes)
+        return replace(self, direction=direction)
 
     def _patch(self, area: float, tightening: float) -> NormalLaw:
         pressure = tightening * self.tightening_pressure
-        return self._changed(area=area, tightening_pressure=pressure)
+        return replace(self, area=area, tightening_pressure=pressure)
 
     def _under(self, load: float) -> NormalLaw:
         if load <= self._heaviest * (1.0 + 1e-9):
             return self
-        return self._changed(tightening_pressure=load / self.area)
+        return replace(self, tightening_pressure=load / self.area)
 
     def _length_factors(self, shares: Floats) -> Floats:
         h, pi, breadth = self._groups
@@ -458,7 +438,7 @@ class DrawnFace(FaceLaw):
             changes["lay"] = math.exp(-abs(random.standard_normal()))
             # The gradient is known by its slope; only the shares of the directions are not.
             changes["slope"] *= math.sqrt(2.0) / math.hypot(1.0, changes["lay"])
-        return self._changed(pair=self.pair.with_hardness(hardness), spreads=None, **changes)
+        return replace(self, pair=self.pair.with_hardness(hardness), spreads={}, **changes)
 
     def _assumptions(self, separation: float | None) -> dict[str, float | None]:
         return {
@@ -489,7 +469,3 @@ class DrawnFace(FaceLaw):
 
 
 _SPREAD = ("rms", "slope", "hardness", "tightening_pressure")
-_ARGUMENTS = (
-    "pair", "rms", "slope", "area", "tightening_pressure", "plateau", "breadth", "lay",
-    "direction", "spreads", "stiffness_factor", "shape_factor",
-)  # fmt: skip

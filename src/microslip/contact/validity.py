@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Protocol
-
-from microslip._core.verdicts import Rule, Verdict, Word
+from microslip._core.verdicts import Rule
+from microslip._core.verdicts import Verdict as Verdict
 from microslip.contact.base import (
     BETWEEN,
     FEWEST_POINTS,
@@ -18,9 +16,6 @@ from microslip.contact.base import (
     YIELD,
     NormalLaw,
 )
-
-__all__ = ["RULES", "Verdict", "Word", "validity"]
-
 
 RULES: tuple[Rule, ...] = (
     Rule(
@@ -161,29 +156,15 @@ RULES: tuple[Rule, ...] = (
 """Conventions of contact mechanics (Greenwood and Williamson, DOI 10.1098/rspa.1966.0242)."""
 
 
-class _Joint(Protocol):
-    @property
-    def surface(self) -> NormalLaw: ...
-    @property
-    def normal_load(self) -> float: ...
-    @property
-    def separation(self) -> float: ...
-
-
-def validity(joint: _Joint, **known: float | None) -> tuple[Verdict, ...]:
-    """Return the verdicts on an interface at its load; ``known`` is as in :func:`verdicts`."""
-    return verdicts(joint.surface, joint.separation, known)
-
-
 def verdicts(
-    surface: NormalLaw, separation: float | None, known: Mapping[str, float | None] | None = None
+    surface: NormalLaw, separation: float | None, **known: float | None
 ) -> tuple[Verdict, ...]:
     """Return the verdicts on a surface at a separation [m], None if nothing touches.
 
     ``known`` are values by rule name that replace those of the surface.
     """
     values = surface._assumptions(separation)
-    values |= {name: value for name, value in (known or {}).items() if name in values}
+    values |= {name: value for name, value in known.items() if name in values}
     beta = abs(surface.pair.dundurs_beta)
     if beta > 0.0:  # of equal bodies there is nothing to judge
         values["Dundurs' constant of the pair"] = beta

@@ -149,7 +149,7 @@ def _equivalent_gaussian_face(joint: Interface, name: str, factor: float) -> Dra
         changes["pair"] = pair.with_hardness(pair.hardness * factor)
     else:
         changes["pair"] = _scaled_moduli(pair, factor)
-    return face._changed(**changes)
+    return replace(face, **changes)
 
 
 def _scaled_moduli(pair: MaterialPair, factor: float) -> MaterialPair:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from usual import JOINT
 
 import microslip as ms
 from microslip import export
@@ -21,15 +22,6 @@ needs_compiler = pytest.mark.skipif(
     COMPILER is None or COMPILER.endswith("false"), reason="no C compiler"
 )
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O2")
-
-_AL = ms.Material(young_modulus=69e9, poisson_ratio=0.33)
-JOINT = ms.Interface(
-    ms.GreenwoodWilliamson(
-        ms.MaterialPair(_AL, _AL), ms.Gaussian(std=5e-7), radius=1e-3, density=1e8, area=2e-4
-    ),
-    friction_coefficient=0.55,
-    normal_load=2000.0,
-)
 
 DRIVER = """
 long NAME_run(const double *x, double *force, double *stiffness, double *told, long n)

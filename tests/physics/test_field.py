@@ -7,13 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from usual import SURFACE
 
 import microslip as ms
 from microslip.contact import NORMAL_LAWS
 
-AL = ms.Material(69e9, 0.33)
-PAIR = ms.MaterialPair(AL, AL)
-SURFACE = ms.GreenwoodWilliamson(PAIR, ms.Gaussian(5e-7), radius=1e-3, density=1e8, area=2e-4)
 # Straight lines of (separation, displacement) are what both know; digits are those of doubles.
 EXACT = 1e-13
 AREAS = np.array([1e-5, 3e-5, 2e-5, 7e-6])

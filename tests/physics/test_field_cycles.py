@@ -7,15 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from usual import SURFACE
 
 import microslip as ms
 from microslip.contact import NORMAL_LAWS
 from microslip.friction.harmonics import harmonic_force
 
-AL = ms.Material(69e9, 0.33)
-SURFACE = ms.GreenwoodWilliamson(
-    ms.MaterialPair(AL, AL), ms.Gaussian(5e-7), radius=1e-3, density=1e8, area=2e-4
-)
 NODES, SAMPLES, ORDERS = 12, 48, (0, 1, 3)
 RNG = np.random.default_rng(7)
 SHAPE = np.array([0.5, 1.0, 0.7, 0.4, 0.3])

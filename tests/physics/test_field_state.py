@@ -9,16 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from usual import SURFACE
 
 import microslip as ms
 from microslip.contact import NORMAL_LAWS
 from microslip.contact.exact_curves import SlipLosses
 from microslip.friction.memory import Diagram
 
-AL = ms.Material(69e9, 0.33)
-SURFACE = ms.GreenwoodWilliamson(
-    ms.MaterialPair(AL, AL), ms.Gaussian(5e-7), radius=1e-3, density=1e8, area=2e-4
-)
 NODES, SAMPLES = 6, 60
 RNG = np.random.default_rng(3)
 FIELD = ms.JointField(

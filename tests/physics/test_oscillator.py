@@ -12,13 +12,13 @@ from scipy.integrate import quad
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 from scipy.special import ive
+from usual import SURFACE
 
 import microslip as ms
 from microslip.friction.energies import energies_along
 
 AL = ms.Material(69e9, 0.33)
 PAIR = ms.MaterialPair(AL, AL)
-SURFACE = ms.GreenwoodWilliamson(PAIR, ms.Gaussian(5e-7), radius=1e-3, density=1e8, area=2e-4)
 JOINT = ms.Interface(SURFACE, 0.55, normal_load=2000.0)
 SLIP = 2.0 * JOINT.force_limit / JOINT.tangential_stiffness
 EXPONENTIAL = ms.Interface(

@@ -8,12 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from usual import SURFACE
 
 import microslip as ms
-
-AL = ms.Material(69e9, 0.33)
-PAIR = ms.MaterialPair(AL, AL)
-SURFACE = ms.GreenwoodWilliamson(PAIR, ms.Gaussian(5e-7), radius=1e-3, density=1e8, area=2e-4)
 
 
 def field(surface: Any = SURFACE, friction: Any = 0.3, **given: Any) -> ms.JointField:

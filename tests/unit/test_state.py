@@ -7,29 +7,11 @@ import pickle
 import numpy as np
 import pytest
 from cases import refusal
+from usual import JOINT
 
 import microslip as ms
 
-# One joint for each surface, the heaviest first.
-JOINTS = list({repr(joint.surface): joint for joint in ms.Interface.examples()[::-1]}.values())[
-    ::-1
-]
-HEAVY = JOINTS[0]
-IDS = [f"{type(j.surface).__name__}-{j.separation:.2g}" for j in JOINTS]
-
-DEPTH_JOINT = ms.Interface(
-    ms.GreenwoodWilliamson(
-        ms.MaterialPair(*[ms.Material(young_modulus=69e9, poisson_ratio=0.33)] * 2),
-        ms.Gaussian(std=5e-7), radius=1e-3, density=1e8, area=2e-4,
-    ),
-    0.55,
-    normal_load=2000.0,
-)  # fmt: skip
-
-
-@pytest.fixture(params=JOINTS, ids=IDS, name="joint")
-def _joint(request: pytest.FixtureRequest) -> ms.Interface:
-    return request.param
+HEAVY = ms.Interface.examples()[0]
 
 
 def reach(joint: ms.Interface) -> float:
@@ -135,20 +117,20 @@ def test_a_limited_depth_tells_a_bound_that_holds(seed):
     decay = np.exp(-np.arange(n) / 200) * np.cos(np.arange(n) * np.pi / 3)
     x = 3e-7 * (rng.standard_normal(n) if seed % 2 else decay)
     x[-1] = 1e-5  # beyond everything
-    d = DEPTH_JOINT.separation + 1e-7 * (seed > 1) * rng.standard_normal(n)
+    d = JOINT.separation + 1e-7 * (seed > 1) * rng.standard_normal(n)
     field = ms.JointField(
-        DEPTH_JOINT.surface, 0.55, areas=[1.0, 2.0], separations=DEPTH_JOINT.separation,
+        JOINT.surface, 0.55, areas=[1.0, 2.0], separations=JOINT.separation,
         surface_area=1.0,
     )  # fmt: skip
-    wanted = DEPTH_JOINT.coupled_force(x, separation=d)
+    wanted = JOINT.coupled_force(x, separation=d)
     for depth in (4, 10):
-        one, many = DEPTH_JOINT.start(depth=depth), field.start(depth=depth)
-        pieces = DEPTH_JOINT.start(depth=depth)
+        one, many = JOINT.start(depth=depth), field.start(depth=depth)
+        pieces = JOINT.start(depth=depth)
         for i in range(n):
             trial = one.try_(x[i], separation=d[i])
             answer = many.try_([x[i]] * 2, separations=[d[i]] * 2)
             one.commit(), many.commit()
-            tiny = 1e-9 * DEPTH_JOINT.force_limit
+            tiny = 1e-9 * JOINT.force_limit
             assert abs(trial.force - wanted[i]) <= one.error_bound + tiny
             assert np.all(abs(answer.force / [1.0, 2.0] - wanted[i]) <= many.error_bound + tiny)
             assert one.open_reversals <= depth
@@ -167,6 +149,6 @@ def test_a_limited_depth_tells_a_bound_that_holds(seed):
 
 def test_a_depth_is_refused_where_it_cannot_be_kept():
     with pytest.raises(ms.InputError, match="depth must be an integer from 4"):
-        DEPTH_JOINT.start(depth=3)
+        JOINT.start(depth=3)
     with pytest.raises(ms.InputError, match="depth must be None for a law without a surface"):
         ms.Jenkins(1e8, 10.0).start(depth=8)

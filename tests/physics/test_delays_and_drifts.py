@@ -107,7 +107,9 @@ def test_a_late_force_is_reported_with_its_remedy(wrong: dict[str, float]) -> No
     assert not [text for text in back.notes if "by a delay or a filter" in text]
 
 
-@pytest.mark.parametrize("amplitude", [0.3, 0.7, 1.0, 3.0])
+@pytest.mark.parametrize(
+    "amplitude", [0.3, *(pytest.param(a, marks=pytest.mark.slow) for a in (0.7, 1.0)), 3.0]
+)
 def test_nothing_is_said_of_sound_records(amplitude: float) -> None:
     for seed in range(8):
         notes = ms.measure(record(seed, amplitude * SLIP)).notes

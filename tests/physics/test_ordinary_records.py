@@ -378,7 +378,7 @@ def test_few_cycles_that_jitter_are_alike(cycles: int) -> None:
 
 
 @pytest.mark.parametrize(("samples", "noise"), [(33.3, 1e-3), (33.3, 5e-3), (300.7, 2e-2)])
-@pytest.mark.parametrize("rising", [0.5, 0.3])
+@pytest.mark.parametrize("rising", [0.5, pytest.param(0.3, marks=pytest.mark.slow)])
 def test_corners_in_noise_and_with_few_samples(samples: float, noise: float, rising: float) -> None:
     """The amplitude of triangles was up to 2.5 % low: a quartic rounds their corners."""
     errors = []

@@ -320,6 +320,7 @@ def test_nothing_is_found_where_nothing_is() -> None:
     assert not faults(np.zeros(SMALL))
 
 
+@pytest.mark.slow
 def test_long_waves_of_a_lay_are_no_tilted_stitch() -> None:
     """On 100 faces that are nearly profiles, where two planes may fit by chance."""
     faces = [rough(1000 + seed, lay=15.0, longest=60.0) for seed in range(100)]

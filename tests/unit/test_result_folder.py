@@ -227,7 +227,7 @@ while not lived:
 
 
 @pytest.mark.skipif(os.name != "posix", reason="there is no such kill here")
-@pytest.mark.parametrize("has_old", [True, False])
+@pytest.mark.parametrize("has_old", [pytest.param(True, marks=pytest.mark.slow), False])
 def test_killed_at_any_line_of_writing(has_old: bool, tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, "-c", AT_EVERY_LINE, str(tmp_path / "home"), str(has_old)],

@@ -1,4 +1,4 @@
-"""Batches: kinds of items, restarts, failures, workers that die."""
+"""Batches of studies: restarts, failures, workers that die."""
 
 from __future__ import annotations
 
@@ -78,40 +78,31 @@ def test_a_second_run_does_what_is_left(folder: Path) -> None:
     assert len(batch.earlier_outcomes(out, items)) == 5
 
 
-def test_studies_records_and_lists(folder: Path) -> None:
-    rig = ms.VirtualTribometer(ms.Interface.examples()[0], noise={"force": 0.2})
+def test_a_folder_of_studies(folder: Path) -> None:
     many = folder / "many"
     many.mkdir()
-    rig.record(amplitude=1e-6, frequency=10.0, cycles=4).to_csv(many / "record.csv")
     (many / "one.toml").write_text(STUDY)
-    (many / "spoilt.csv").write_text("nothing\n")
+    (many / "spoilt.toml").write_text("nothing\n")
     found = batch.run_batch(batch.items_of(many, None), folder / "out")
-    assert [o["item"] for o in found.done] == ["one.toml", "record.csv"]
-    assert [o["item"] for o in found.failed] == ["spoilt.csv"]
-    measured = ms.measure(ms.Record.read(many / "record.csv"))
-    (row,) = found.done[1]["rows"]
-    assert row["loss_factor"] == measured.mean["loss_factor"].value
-    (folder / "list.txt").write_text("# two\nmany/one.toml\nmany/none.toml\n")
-    found = batch.run_batch(batch.items_of(folder / "list.txt", None), folder / "listed")
-    assert len(found.done) == 1
-    assert "none.toml" in found.failed[0]["reason"]
-    (folder / "list.npy").write_bytes(b"a\n\0")
+    assert [o["item"] for o in found.done] == ["one.toml"]
+    assert [o["item"] for o in found.failed] == ["spoilt.toml"]
+    (folder / "changes.csv").write_bytes(b"a\n\0")
     with pytest.raises(ms.InputError, match="wanted text"):
-        batch.items_of(folder / "list.npy", None)
+        batch.items_of(folder / "changes.csv", folder / "study.toml")
 
 
 def die(item: batch.BatchItem) -> batch.Outcome:
     """Work that kills its worker: always for one item, once for another."""
-    once = Path(item.path).with_suffix(".once")
+    once = Path(item.study).with_suffix(".once")
     if item.name == "p1" or (item.name == "p4" and not once.exists()):
         once.touch()
         os._exit(9)
-    return {"item": item.name, "mark": item.mark, "work": item.work, "status": "done", "rows": []}
+    return {"item": item.name, "mark": item.mark, "status": "done", "rows": []}
 
 
 def test_workers_may_die(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(batch, "run_item", die)
-    items = [batch.BatchItem(f"p{i}", "predict", str(folder / "study.toml")) for i in range(6)]
+    items = [batch.BatchItem(f"p{i}", str(folder / "study.toml")) for i in range(6)]
     found = batch.run_batch(items, folder / "out", workers=2)
     assert [o["item"] for o in found.failed] == ["p1"]
     assert "the worker process died 3 times" in found.failed[0]["reason"]
@@ -121,11 +112,11 @@ def test_workers_may_die(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 WRONG = {
     "no such": (["nowhere"], "nowhere: no such file or folder"),
     "no study": (["changes.csv"], "--study must be given: changes.csv is a table of changes"),
-    "empty": (["empty"], "wanted studies, records or scans, got none"),
-    "twice": (["twice.txt"], "wanted each item once, got study.toml twice"),
-    "no batch": (["study.txt", "-o", "full"], "full: exists and is not a batch"),
+    "empty": (["empty"], "wanted studies, got none"),
+    "twice": (["twice.csv", "--study", "study.toml"], "wanted each item once, got a twice"),
+    "no batch": ([".", "-o", "full"], "full: exists and is not a batch"),
     "ragged": (["ragged.csv", "--study", "study.toml"], "wanted 2 columns, got 1 in row 1"),
-    "dask": (["study.txt", "--dask", "tcp://127.0.0.1:9"], "--dask"),
+    "dask": ([".", "--dask", "tcp://127.0.0.1:9", "-o", "out"], "--dask"),
 }
 
 
@@ -141,8 +132,7 @@ def test_wrong_input_is_reported(
     for name in ("empty", "full"):
         Path(name).mkdir()
     Path("full/mine.txt").write_text("mine")
-    Path("study.txt").write_text("study.toml\n")
-    Path("twice.txt").write_text("study.toml\nstudy.toml\n")
+    Path("twice.csv").write_text("name,title\na,x\na,y\n")
     Path("ragged.csv").write_text("a,b\n1\n")
     found = called(*words)
     assert found.exit_code == 2, found.output

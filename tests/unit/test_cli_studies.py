@@ -12,7 +12,7 @@ import pytest
 from command import STUDY, fails, names, run
 
 import microslip as ms
-from microslip.study.new import TEMPLATE_LAWS, TEMPLATES, demo_text
+from microslip.study.new import TEMPLATES, demo_text
 
 
 @pytest.fixture(autouse=True)
@@ -73,9 +73,9 @@ def test_check_in_json() -> None:
 # -- new, demo -------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("law", TEMPLATE_LAWS)
-def test_a_new_study_runs_as_it_is(law: str) -> None:
-    outcome = run("new", "mine.toml", "--law", law)
+@pytest.mark.parametrize("kind", ["joint", "population", "sphere", "table"])
+def test_a_new_study_runs_as_it_is(kind: str) -> None:
+    outcome = run("new", "mine.toml", "--template", kind)
     assert (outcome.exit_code, outcome.stderr) == (0, "")
     assert outcome.stdout == (
         "Written to mine.toml. Next:\n  microslip check mine.toml\n  microslip predict mine.toml\n"
@@ -85,7 +85,7 @@ def test_a_new_study_runs_as_it_is(law: str) -> None:
     assert text.isascii()
     study = ms.Study.load("mine.toml")
     assert study.title == "mine"
-    assert study.surface.law == law
+    assert study.surface.law == ("greenwood-williamson" if kind == "joint" else kind)
     result = study.run()
     verdicts = [verdict for joint in result.joints for verdict in joint.validity]
     # Summits of mild steel yield; these are of hardened steel.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 
 import numpy as np
@@ -64,9 +63,8 @@ def test_the_command_writes_a_card(tmp_path, monkeypatch):
     (tmp_path / "joint.toml").write_text(STUDY)
     assert _CARD_OPTIONS[0].choices == tuple(export.PROGRAMS)
     assert _CARD_OPTIONS[1].choices == tuple(CARD_UNITS)
-    done = run("export", "card", "joint.toml", "-o", "c.inp", "--for", "calculix", "--json")
-    told = json.loads(done.output)
+    done = run("export", "card", "joint.toml", "-o", "c.inp", "--for", "calculix")
+    assert "Written: c.inp\nAt 1e+07 Pa: normal stiffness" in done.output
     assert (tmp_path / "c.inp").exists()
-    assert told["normal_stiffness"] > told["stick_stiffness"] > 0.0
     assert "wanted the program" in fails("export", "card", "joint.toml", "-o", "d.inp")
     assert "requires kind card" in fails("export", "c", "joint.toml", "-o", "d.c", "--for", "ansys")

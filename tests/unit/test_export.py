@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 import zipfile
 from xml.etree import ElementTree
@@ -149,12 +148,10 @@ def test_the_command_writes_what_python_writes(folder):
     export.write("c", joint, "b.c")
     assert (folder / "a.c").read_bytes() == (folder / "b.c").read_bytes()
     outcome = run(
-        "export", "opensees", "joint.toml", "-o", "a.tcl", "--cells", "32", "--json",
+        "export", "opensees", "joint.toml", "-o", "a.tcl", "--cells", "32",
         "--smallest-amplitude", "10 nm", "--largest-amplitude", "1 um",
     )  # fmt: skip
-    told = json.loads(outcome.output)
-    assert told["largest_amplitude"] == pytest.approx(1e-6)
-    assert told["files"] == ["a.tcl"]
+    assert "Written: a.tcl\nFrom 1e-08 to 1e-06 m the error is at most" in outcome.output
 
 
 def test_the_command_takes_patches_from_a_table(folder):

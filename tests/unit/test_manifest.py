@@ -173,7 +173,7 @@ def test_a_workbook_is_read_as_it_is_seen(tmp_path: Path) -> None:
         ("predict", "pipe"),
         ("predict", "law.toml"),
         ("surface", "pipe"),
-        ("batch", "pipe"),
+        ("batch", "pipe", "--study", "law.toml"),
     ],
 )
 def test_named_pipes_are_refused(

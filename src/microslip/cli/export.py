@@ -9,7 +9,7 @@ import click
 
 from microslip._core.options import option
 from microslip._core.units import AREA, LENGTH, MASS_DENSITY
-from microslip.cli.group import OneOf, echo_json
+from microslip.cli.group import OneOf
 from microslip.cli.options import Report, flag, offers, output_option, progress, stoppable, switch
 from microslip.cli.studies import overridable, study_argument
 
@@ -91,14 +91,12 @@ _CARD_OPTIONS = (
 @offers(*_OPTIONS, *_CARD_OPTIONS)
 @switch("--overwrite", "Replace files that exist.")
 @overridable
-@switch("--json", "Print what was written as JSON.", "as_json")
 def export(
     kind: str,
     study: Path,
     file: Path,
     overwrite: bool,
     overrides: tuple[str, ...],
-    as_json: bool,
     nodes: str | None,
     **options: Any,
 ) -> None:
@@ -119,19 +117,12 @@ def export(
         unsure = [key for key, _ in spreads_of(described)]
         law, pairs = _law(described, kind, nodes, options["element"], report)
         if kind == "card":
-            _write_card(law, file, overwrite, options["name"], of_card, as_json)
+            _write_card(law, file, overwrite, options["name"], of_card)
             return
         if of_card:
             flags = ", ".join("--" + flag(item) for item in _CARD_OPTIONS if item.name in of_card)
             raise click.UsageError(f"{flags}: requires kind card, got {kind}")
         exported = write(kind, law, file, nodes=pairs, overwrite=overwrite, **options)
-    if as_json:
-        from dataclasses import asdict
-
-        about = {"kind": exported.kind, "files": list(map(str, exported.files))}
-        about |= {"law": exported.law, "run": exported.run, "middle_of": unsure}
-        echo_json(about | asdict(exported.accuracy))
-        return
     errors = exported.accuracy
     span = f"{errors.smallest_amplitude:.4g} to {errors.largest_amplitude:.4g} m"
     click.echo(f"Written: {', '.join(str(path) for path in exported.files)}")
@@ -144,9 +135,7 @@ def export(
         click.echo(f"Uncertain inputs are at their middle values: {', '.join(unsure)}.")
 
 
-def _write_card(
-    law: Any, file: Path, overwrite: bool, name: str, given: dict[str, Any], as_json: bool
-) -> None:
+def _write_card(law: Any, file: Path, overwrite: bool, name: str, given: dict[str, Any]) -> None:
     from microslip.export import write_card
 
     if "program" not in given:
@@ -154,14 +143,6 @@ def _write_card(
         raise click.UsageError(f"--for: wanted the program of the card, one of {programs}")
     done = write_card(given.pop("program"), law, file, name=name, overwrite=overwrite, **given)
     card = done.card
-    if as_json:
-        from dataclasses import asdict
-
-        from microslip._core.quantities import json_value
-
-        about = {"program": done.program, "files": [str(file)], "run": done.run}
-        echo_json(about | json_value(asdict(card)))
-        return
     click.echo(f"Written: {file}")
     click.echo(
         f"At {card.pressure:.4g} Pa: normal stiffness {card.normal_stiffness:.4g} Pa/m, tangential "

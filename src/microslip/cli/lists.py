@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from microslip._core.errors import InputError
-from microslip._core.quantities import named
 from microslip._core.units import engineering
 from microslip.cli.group import echo_json
 from microslip.cli.options import click_option, output_option, progress, stoppable, switch
@@ -24,39 +22,29 @@ _KEYS = {"young_modulus": "E", "poisson_ratio": "ν", "hardness": "hardness"}
 
 @click.command(short_help="List the metals that a study can name.")
 @click.argument("name", required=False)
-@switch("--json", "Print them as JSON, in SI units.", "as_json")
-def materials(name: str | None, as_json: bool) -> None:
+def materials(name: str | None) -> None:
     """List the metals that a study can name, or show all values of the metal NAME.
 
     Each value is listed with its source. Values given in a study take precedence.
     """
     from microslip.contact.materials import metal, metals
-
-    selection = list(metals().values()) if name is None else [metal(name)]
-    if as_json:
-        keys = ("description", "aliases", *_KEYS)
-        echo_json({m.name: {**named(m, *keys), "sources": dict(m.sources)} for m in selection})
-    else:
-        _show(selection)
-
-
-def _show(metals: Sequence[Metal]) -> None:
     from microslip.report.terminal import Printer
 
+    selection = list(metals().values()) if name is None else [metal(name)]
     out = Printer(sys.stdout)
-    rows = [[m.name, *(_value(m, key) for key in _KEYS), m.description] for m in metals]
+    rows = [[m.name, *(_value(m, key) for key in _KEYS), m.description] for m in selection]
     out.table("", ["metal", *_KEYS.values(), "description"], rows, text=(0, 4))
-    if len(metals) > 1:
+    if name is None:
         out.line("`microslip materials NAME` lists the source of each value.")
         out.line('In a study: materials = ["steel", "al2017"].')
         out.line("Keys of [material.NAME] take precedence.")
         return
-    (metal,) = metals
+    (shown,) = selection
     for key in _KEYS:
-        out.hanging(f"  {key}", metal.sources.get(key, "no source; give your own value"), 18)
-    if metal.aliases:
-        out.hanging("  also", ", ".join(metal.aliases), 18)
-    out.line(f'In Python: microslip.Material.named("{metal.name}")')
+        out.hanging(f"  {key}", shown.sources.get(key, "no source; give your own value"), 18)
+    if shown.aliases:
+        out.hanging("  also", ", ".join(shown.aliases), 18)
+    out.line(f'In Python: microslip.Material.named("{shown.name}")')
 
 
 def _value(metal: Metal, key: str) -> str:
@@ -88,8 +76,7 @@ def schema() -> None:
     default=Path("microslip-figures"),
 )
 @switch("--overwrite", "Replace all earlier figures in that folder.")
-@switch("--json", "Print the summary as JSON.", "as_json")
-def figures(numbers: tuple[str, ...], folder: Path, overwrite: bool, as_json: bool) -> None:
+def figures(numbers: tuple[str, ...], folder: Path, overwrite: bool) -> None:
     """Draw the figures of the book chapter on which the model is based.
 
     Each figure is written as SVG and PNG with its data as CSV; summary.json has the captions.
@@ -104,9 +91,6 @@ def figures(numbers: tuple[str, ...], folder: Path, overwrite: bool, as_json: bo
             progress("Drawing") as report,
         ):
             summary = write_figures(selection, stage, report)
-    if as_json:
-        echo_json(summary)
-        return
     width = max(len(figure["number"]) for figure in summary["figures"])
     for figure in summary["figures"]:
         click.echo(f"{figure['number']:<{width}}  {figure['title']}")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +12,6 @@ import click
 from microslip.cli.group import OneOf, echo_json
 from microslip.cli.options import (
     ANY_PATH,
-    FORMATS,
     JSON,
     Decorator,
     Output,
@@ -24,7 +22,7 @@ from microslip.cli.options import (
     switch,
     writes,
 )
-from microslip.study.new import TEMPLATE_LAWS, TEMPLATES, command_line, demo_text, write_template
+from microslip.study.new import TEMPLATES, command_line, demo_text, write_template
 from microslip.surfaces.options import PROCESS_NAMES
 
 if TYPE_CHECKING:
@@ -44,28 +42,10 @@ def _writes_into(default: str, *options: Decorator) -> Decorator:
     return writes(words, "result", *options)
 
 
-def _with_figures(load: Callable[[tuple[str, ...]], Study], overrides: tuple[str, ...],
-                  kinds: tuple[str, ...]) -> Study:  # fmt: skip
-    study = load(overrides)
-    formats = study.output.formats
-    requested = [kind for kind in kinds if kind != "svg" and kind not in formats]
-    if not requested:
-        return study
-    listed = ", ".join(f'"{kind}"' for kind in (*formats, *requested))
-    return load((*overrides, f"output.formats=[{listed}]"))
-
-
 @click.command(short_help="Predict loops, energy and damping of a joint.")
 @study_argument
-@click.option(
-    "--workers",
-    type=click.IntRange(1, 256),
-    default=1,
-    show_default=True,
-    help="Worker processes for the samples of uncertain inputs; results do not depend on it.",
-)
-@_writes_into("STUDY-result", overridable, *FORMATS)
-def predict(study: Path, workers: int, output: Output, overrides: tuple[str, ...]) -> None:
+@_writes_into("STUDY-result", overridable)
+def predict(study: Path, output: Output, overrides: tuple[str, ...]) -> None:
     """Predict loops, energy and damping of the joint described in STUDY, a TOML file.
 
     Prints tables and writes a folder with a report, data files and figures. A failed run writes no
@@ -75,9 +55,9 @@ def predict(study: Path, workers: int, output: Output, overrides: tuple[str, ...
     def read() -> Study:
         from microslip.report import Study
 
-        return _with_figures(partial(Study.load, study), overrides, output.kinds)
+        return Study.load(study, overrides)
 
-    predict_into(read, output.folder or Path(f"{study.stem}-result"), output, workers)
+    predict_into(read, output.folder or Path(f"{study.stem}-result"), output)
 
 
 @click.command(short_help="Predict an example joint.")
@@ -98,7 +78,7 @@ def demo(beam: bool, output: Output) -> None:
     predict_into(read, output.folder or Path("microslip-demo"), output)
 
 
-def predict_into(read: Callable[[], Study], folder: Path, output: Output, workers: int = 1) -> None:
+def predict_into(read: Callable[[], Study], folder: Path, output: Output) -> None:
     """Run a study, write the output folder and print its tables."""
     output = output._replace(folder=folder)
     with stoppable():
@@ -110,7 +90,7 @@ def predict_into(read: Callable[[], Study], folder: Path, output: Output, worker
             from microslip.report.predicted.result import result_document
 
             with progress("Computing") as report:
-                document = result_document(study.run(report, workers), folder)
+                document = result_document(study.run(report), folder)
             assert stage is not None
             with progress("Drawing and writing") as report:
                 write_all(standard_files(document), stage, report)
@@ -166,13 +146,6 @@ def _list_templates(context: click.Context, param: click.Parameter, value: bool)
     help="Kind of study.",
 )  # fmt: skip
 @click.option(
-    "--law",
-    type=OneOf(TEMPLATE_LAWS),
-    default=TEMPLATE_LAWS[0],
-    show_default=True,
-    help="Normal law of a joint.",
-)
-@click.option(
     "--list", is_flag=True, is_eager=True, expose_value=False, callback=_list_templates,
     help="List the templates, and the Ra by process.",
 )  # fmt: skip
@@ -180,24 +153,24 @@ def _list_templates(context: click.Context, param: click.Parameter, value: bool)
     "--process", type=OneOf(PROCESS_NAMES),
     help="Machining process of the faces: bolted plates with its usual Ra.",
 )  # fmt: skip
-def new(name: Path, kind: str, law: str, process: str | None) -> None:
+def new(name: Path, kind: str, process: str | None) -> None:
     """Write a commented study NAME.toml, to change in any editor.
 
     Existing files are never changed.
     """
-    if process is not None and (kind, law) != ("joint", TEMPLATE_LAWS[0]):
-        raise click.UsageError("--process cannot be combined with --template and --law")
-    steps = write_template(name, law, kind, process)
+    if process is not None and kind != "joint":
+        raise click.UsageError("--process cannot be combined with --template")
+    steps = write_template(name, kind, process)
     click.echo(f"Written to {command_line(name)}. Next:")
     for step in steps:
         click.echo(f"  {step}")
 
 
-@click.command(short_help="Run many studies, records or scans; restartable.")
-@click.argument("source", metavar="FOLDER|LIST", type=ANY_PATH)
+@click.command(short_help="Predict many studies; restartable.")
+@click.argument("source", metavar="FOLDER|TABLE", type=ANY_PATH)
 @click_option(
     "--study", "STUDY",
-    "Base study for a table or for scans; for records the joint that defines the regimes.",
+    "Study that the rows of a TABLE change.",
     type=ANY_PATH,
 )  # fmt: skip
 @output_option("Folder of the results; by default SOURCE-batch in the current folder.")
@@ -217,11 +190,11 @@ def batch(
     dask: str | None,
     as_json: bool,
 ) -> None:
-    """Run all items of a FOLDER or a LIST: studies, records, scans, or variants of a study.
+    """Predict all studies of a FOLDER, or a study with the changes in each row of a TABLE.
 
-    A LIST is a text file with a path per line, or a CSV table whose columns are keys of the study.
-    Results are saved item by item: after an interruption the same command continues. Failed items
-    are listed with the reason and retried by the next run.
+    A TABLE is a CSV file whose columns are keys of the study. Results are saved item by item: after
+    an interruption the same command continues. Failed items are listed with the reason and retried
+    by the next run.
     """
     with stoppable():
         from microslip.report.batched import finish

@@ -92,7 +92,6 @@ class MeasuredFace(SurfaceTable):
     pixel: tuple[float, ...] | None = key_of(options.PIXEL)
     channel: str | int | None = key_of(_Channel())
     valid: tuple[float, ...] | None = key_of(options.VALID, example='["-1 mm", "1 mm"]')
-    limit: int = key_of(options.LIMIT)
     law: str = tag("face", "A scan solved point by point, with contacts that yield.")
     materials: tuple[str, str] = MATERIALS
     scan: str = key_of(
@@ -139,7 +138,6 @@ class MeasuredFace(SurfaceTable):
                 pixel=_single(self.pixel),
                 channel=self.channel,
                 valid=None if self.valid is None else (self.valid[0], self.valid[1]),
-                limit=self.limit,
             )
             if not scan.is_profile:
                 scan = scan.repaired().condition(crop=self.crop)

@@ -13,16 +13,16 @@ from string import Template
 from microslip._core.errors import StudyError
 from microslip._core.files import reason
 from microslip._core.units import engineering
-from microslip._core.wording import did_you_mean, quote, quoted, shorten
+from microslip._core.wording import shorten
 
 SCHEMA_FILE = "study.schema.json"
 """File next to a study from which editors read the JSON Schema."""
 
-TEMPLATE_LAWS = ("greenwood-williamson", "population", "sphere", "table")
-"""Normal laws that have a template of a joint."""
-
 TEMPLATES = {
     "joint": "one joint: loops, energy and damping",
+    "population": "a joint of given summits",
+    "sphere": "a joint of one sphere",
+    "table": "a joint with a measured or computed normal law",
     "structure": "two bolted beams from their drawing: frequency and damping of modes, with bands",
     "mesh": "bolted parts of a mesh of yours (Gmsh, Abaqus, CalculiX)",
     "scan": "a joint of a scanned surface",
@@ -38,21 +38,13 @@ rough,2 kN,0.4
 """
 
 
-def template(
-    kind: str = "joint",
-    law: str = TEMPLATE_LAWS[0],
-    name: str = "joint.toml",
-    process: str | None = None,
-) -> str:
+def template(kind: str = "joint", name: str = "joint.toml", process: str | None = None) -> str:
     """Return a commented study that runs unchanged.
 
-    ``kind`` is one of :data:`TEMPLATES`, and ``law`` one of :data:`TEMPLATE_LAWS`; instead of a
-    law, ``process`` selects faces machined by one of :data:`microslip.contact.finish.PROCESSES`.
-    ``name`` is the file name, used for the title and in comments.
+    ``kind`` is one of :data:`TEMPLATES`; instead, ``process`` selects faces machined by one of
+    :data:`microslip.contact.finish.PROCESSES`. ``name`` is the file name, used for the title and in
+    comments.
     """
-    if law not in TEMPLATE_LAWS:
-        near = did_you_mean(law, TEMPLATE_LAWS) if isinstance(law, str) else ""
-        raise StudyError(f"law: wanted {quoted(TEMPLATE_LAWS)}, got {quote(law)}{near}")
     file, stem = Path(name), Path(name).stem
     title = stem if 0 < len(stem) <= 200 and stem.isprintable() else "A joint"
     words = {
@@ -70,17 +62,10 @@ def template(
         for key, x in {"low": leaves.low, "high": leaves.high, "middle": middle}.items():
             words[key] = engineering(x, "m", 2, trim=True).replace("µ", "u")
         kind = "process"
-    elif kind == "joint" and law != TEMPLATE_LAWS[0]:
-        kind = f"joint-{law}"
     return Template(_text_of(f"templates/{kind}.toml")).substitute(words)
 
 
-def write_template(
-    path: Path,
-    law: str = "greenwood-williamson",
-    kind: str = "joint",
-    process: str | None = None,
-) -> list[str]:
+def write_template(path: Path, kind: str = "joint", process: str | None = None) -> list[str]:
     """Write a commented study into a new file with the suffix `.toml`; return the next commands.
 
     Arguments as in :func:`template`. The template "batch" also writes its table of changes.
@@ -91,7 +76,7 @@ def write_template(
         raise StudyError(f'{name}: wanted a name that ends in .toml, such as "{example}"')
     # Refer to a local file only, so that editors need no network access.
     hint = f"#:schema {SCHEMA_FILE}\n" if (path.parent / SCHEMA_FILE).is_file() else ""
-    study = template(kind, law, path.name, process)
+    study = template(kind, path.name, process)
     texts = {path: hint + study}
     if kind == "batch":
         texts[path.with_suffix(".csv")] = _CHANGES

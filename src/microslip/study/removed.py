@@ -27,6 +27,8 @@ REMOVED_KEYS: dict[str, str] = {
     "microslip.friction.save_law writes (docs/study.md)",
     "oscillator": "use ms.Oscillator in Python (docs/oscillator.md)",
     "excitation.load_variation": "use joint.coupled_force in Python (docs/varying-load.md)",
+    "excitation.history.time": "leave it out: the figure is drawn over the samples; draw "
+    "others from the arrays of result.nc",
     "excitation.history.normal_load": "use joint.coupled_response in Python (docs/varying-load.md)",
     "structure.base": "use ReducedJoint.on_base and base_response in Python "
     "(examples/19_shaker_table.py)",
@@ -40,6 +42,7 @@ REMOVED_KEYS: dict[str, str] = {
     "structure.masses": "use masses= of LapJoint.reduce or MeshedJoint.reduce in Python",
     "structure.materials": "use ms.BoltedBeam in Python (examples/18_several_laps.py)",
     "structure.densities": "use ms.BoltedBeam in Python (examples/18_several_laps.py)",
+    "surface.limit": "leave it out; use ms.Scan.read(..., limit=...) in Python for larger scans",
     "surface.fill": "leave it out: missing points of a scan are filled",
     "surface.outliers": "leave it out: spikes of a scan are removed",
     "surface.key": 'write channel = "z", which also names the array of a file',

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.frozen import lock
-from microslip._core.units import FORCE, LENGTH, TIME, engineering
+from microslip._core.units import FORCE, LENGTH, engineering
 from microslip._core.wording import shorten
 from microslip.study.fields import (
     AMPLITUDE,
@@ -30,7 +30,7 @@ from microslip.study.fields import (
 from microslip.study.joints import ANY_JOINT
 from microslip.study.metals import with_metals
 from microslip.study.part import LOCATED_TABLES, Part, SubTable, key, located_tables, optional_key
-from microslip.study.readers import FAILED, KeyedError, ListOf, NamedValues, Place
+from microslip.study.readers import KeyedError, ListOf, NamedValues, Place
 from microslip.study.structure import StructurePart
 from microslip.study.surfaces import ANY_MATERIAL, ANY_SURFACE
 from microslip.study.uncertain import Uncertain
@@ -91,7 +91,6 @@ _QUANTITIES = {
     "displacement": with_unit(LENGTH, "1 um", "any"),
     "force": with_unit(FORCE, "100 N", "any"),
 }
-_TIMES = with_unit(TIME, "1 s", "any")
 
 
 class History(Part):
@@ -103,33 +102,16 @@ class History(Part):
     quantity: Literal["displacement", "force"] = key(
         one_of(*_QUANTITIES), "Quantity in the column.", default="displacement"
     )
-    time: str | None = optional_key(
-        COLUMN,
-        "Name of the column of the times, used for the figure only.",
-        '"t [s]"',
-    )
 
     values: NDArray[np.float64]
     """The history [m], or [N] for forces, one value per sample."""
-    times: NDArray[np.float64] | None = None
-    """Times [s], one per value; None if the file has no times."""
 
     def check(self, place: Place) -> None:
-        """Read the columns of the file."""
-        name = shorten(self.file, 100)
+        """Read the column of the file."""
         declared = _QUANTITIES[self.quantity]
         values = column_values(declared, place, self.file, self.column, self.unit)
         if len(values) < 2:
-            raise ValueError(f"{name}: wanted at least two rows, got one")
-        if self.time is not None:
-            time, here = self.time, place.at("time")
-            times = here.attempt(lambda: column_values(_TIMES, here, self.file, time))
-            if times is not FAILED:
-                if (late := np.flatnonzero(np.diff(times) <= 0.0)).size:
-                    before, after = times[late[0] : late[0] + 2]
-                    words = f"wanted increasing times, got {after:g} s after {before:g} s"
-                    raise KeyedError(".time", f"{name}: {words}")
-                self.keep(times=lock(np.array(times)))
+            raise ValueError(f"{shorten(self.file, 100)}: wanted at least two rows, got one")
         self.keep(values=lock(np.array(values)))
 
 

@@ -15,29 +15,21 @@ from microslip._core.wording import did_you_mean, quote, quoted
 from microslip.study.part import Part
 from microslip.study.readers import DeclaredValue, Place
 
-_FORMS = (
-    ("low", "high"), ("low", "high", "distribution"), ("mean", "cv"),
-    ("mean", "cv", "distribution"), ("values",),
-)  # fmt: skip
-_KINDS = ("lognormal", "normal")
+_FORMS = (("low", "high"), ("low", "high", "distribution"), ("mean", "cv"), ("values",))
 _RANGES = ("uniform", "log-uniform")
 _MOST_VALUES = 100_000
-_LOST = 1e-3
-"""Largest probability of a normal distribution that may be cut off below zero [-]."""
 
 
 class Spread(float):
     """An uncertain number; as a float it is the centre of its distribution.
 
-    The distribution is uniform or log-uniform between ``low`` and ``high``; or lognormal, or normal
-    and cut off at zero, with a mean and the coefficient of variation ``cv``; or discrete with
-    equally likely ``values``.
+    The distribution is uniform or log-uniform between ``low`` and ``high``; or lognormal with a
+    mean and the coefficient of variation ``cv``; or discrete with equally likely ``values``.
     """
 
     low: float | None = None
     high: float | None = None
     cv: float | None = None
-    normal: bool = False
     log: bool = False
     """Whether the distribution between low and high is log-uniform."""
     values: tuple[float, ...] = ()
@@ -51,10 +43,10 @@ class Spread(float):
         return value
 
     @classmethod
-    def about(cls, mean: float, cv: float, normal: bool = False) -> Spread:
-        """Return a lognormal or normal number with a mean and a coefficient of variation."""
+    def about(cls, mean: float, cv: float) -> Spread:
+        """Return a lognormal number with a mean and a coefficient of variation."""
         value = cls(mean)
-        value.cv, value.normal = cv, normal
+        value.cv = cv
         return value
 
     @classmethod
@@ -73,13 +65,9 @@ class Spread(float):
             if self.log:
                 return np.asarray(self.low * (self.high / self.low) ** shares)
             return np.asarray(self.low + (self.high - self.low) * shares)
-        from scipy.special import ndtr, ndtri
+        from scipy.special import ndtri
 
-        cv = float(self.cv or 0.0)
-        if self.normal:
-            lost = float(ndtr(-1.0 / cv))  # probability below zero, which is cut off
-            return np.asarray(float(self) * (1.0 + cv * ndtri(lost + (1.0 - lost) * shares)))
-        width = math.log1p(cv**2)
+        width = math.log1p(float(self.cv or 0.0) ** 2)
         return np.asarray(float(self) * np.exp(math.sqrt(width) * ndtri(shares) - 0.5 * width))
 
     def _text(self, value: float | None) -> str:
@@ -95,8 +83,7 @@ class Spread(float):
             return f"one of {len(self.values)} values, {low} to {high}"
         if self.cv is None:
             return f"{self._text(self.low)} to {self._text(self.high)}{', log-uniform' * self.log}"
-        kind = "; normal, cut off at zero" if self.normal else ""
-        return f"{self._text(float(self))} with a coefficient of variation of {self.cv:g}{kind}"
+        return f"{self._text(float(self))} with a coefficient of variation of {self.cv:g}"
 
 
 class Uncertain(DeclaredValue):
@@ -113,6 +100,9 @@ class Uncertain(DeclaredValue):
                 spread = self._spread(raw_value)
                 spread.unit = self.declared.unit or ""
                 return spread
+        if {*raw_value} == {"mean", "cv", "distribution"}:
+            raise ValueError("distribution with mean and cv was removed in 0.3; leave it out: the "
+                             "distribution is lognormal")  # fmt: skip
         if "of" in raw_value:
             raise ValueError("{ of = … } was removed in 0.3; write the value, or use ms.evaluate")
         odd = next((key for key in raw_value if key not in _MEANINGS), None)
@@ -146,24 +136,14 @@ class Uncertain(DeclaredValue):
         return Spread.between(low, high, kind == _RANGES[1])
 
     def _about(self, table: dict[str, object]) -> Spread:
-        cv, kind = table["cv"], table.get("distribution", _KINDS[0])
+        cv = table["cv"]
         plain = isinstance(cv, (int, float)) and not isinstance(cv, bool)
         if not plain or not 0.0 < float(cv) <= 1.0:  # type: ignore[arg-type]
             raise ValueError(f"wanted cv above 0 and at most 1, such as 0.15, got {quote(cv)}")
-        if kind not in _KINDS:
-            raise ValueError(f"wanted distribution {quoted(_KINDS)}, got {quote(kind)}")
-        from scipy.special import ndtr
-
-        lost = float(ndtr(-1.0 / float(cv)))  # type: ignore[arg-type]
-        if kind == "normal" and lost > _LOST:
-            raise ValueError(
-                f"wanted a cv of at most 0.32 for a normal distribution, got {quote(cv)}, with a "
-                f"probability of {lost:.2g} below zero; omit distribution for a lognormal one"
-            )
         mean = self.declared.read(table["mean"])
         if mean == 0.0:
             raise ValueError("wanted a mean other than zero with cv; write low and high instead")
-        return Spread.about(mean, float(cv), kind == "normal")  # type: ignore[arg-type]
+        return Spread.about(mean, float(cv))  # type: ignore[arg-type]
 
     def schema(self) -> JsonSchema:
         """Return the JSON Schema of a number or a table."""
@@ -173,24 +153,19 @@ class Uncertain(DeclaredValue):
             "low": plain, "high": plain, "mean": plain,
             "cv": {"type": "number", "exclusiveMinimum": 0, "maximum": 1},
             "values": {"type": "array", "items": plain, "minItems": 2},
-            "distribution": {"enum": list(_KINDS)},
-            "range": {"enum": list(_RANGES)},
+            "distribution": {"enum": list(_RANGES)},
         }  # fmt: skip
         tables = [
             {
                 "type": "object",
                 "properties": {
-                    key: {
-                        **types["range" if key == "distribution" and "low" in form else key],
-                        "title": key.capitalize(),
-                        "description": _MEANINGS[key],
-                    }
+                    key: {**types[key], "title": key.capitalize(), "description": _MEANINGS[key]}
                     for key in form
                 },
                 "required": [key for key in form if key != "distribution"],
                 "additionalProperties": False,
             }
-            for form in (_FORMS[1], _FORMS[3], _FORMS[4])
+            for form in _FORMS[1:]
         ]
         return {"anyOf": [inner, *tables]}
 
@@ -201,8 +176,7 @@ _MEANINGS = {
     "mean": "The expected value.",
     "cv": "Coefficient of variation: standard deviation over mean.",
     "values": "Equally likely values.",
-    "distribution": 'With low and high: "uniform" (the default) or "log-uniform". With mean: '
-    '"lognormal" (the default), or "normal", cut off at zero.',
+    "distribution": '"uniform" (the default) or "log-uniform".',
 }
 
 

@@ -25,30 +25,17 @@ _THIN_FROM = 3000
 
 
 def history(result: Prediction) -> Plot:
-    """Plot displacement, force and dissipated energy over time, and force over displacement.
-
-    Without times the abscissa is the sample number.
-    """
+    """Plot displacement, force and dissipated energy over samples, and force over displacement."""
     names = [*_LABELS]
     loads = drawn_loads(result)
     count = result.histories[0].force.size
     record = result.study.excitation.history
-    times = None if record is None else record.times
-    along, label = np.arange(count, dtype=np.float64), "Sample"
-    if times is not None:
-        unit, letter = prefix(float(np.abs(times).max()))
-        along, label = times / unit, f"Time [{letter}s]"
-
-    def envelope_of(values: Floats) -> tuple[Floats, Floats]:
-        places, extremes = envelope(values)
-        return along[places.astype(np.intp)], extremes
-
     columns: dict[str, list[Floats]] = {}
     panels: dict[str, Panel] = {}
     for row, name in enumerate(names):
         columns[name], up = _scaled([getattr(result.histories[i], name) for i, _ in loads], name)
         panels[name] = Panel(
-            Axis(label, integer=times is None, bare=row < len(names) - 1),
+            Axis("Sample", integer=True, bare=row < len(names) - 1),
             Axis(up),
             cell=(row, row, 0, 0),
         )
@@ -60,7 +47,7 @@ def history(result: Prediction) -> Plot:
     # The given quantity is the same for all loads and is drawn in grey.
     common = record.quantity if record is not None and len(loads) > 1 else None
     if common is not None:
-        panels[common].line(*envelope_of(columns[common][0]), GREY, width=THIN)
+        panels[common].line(*envelope(columns[common][0]), GREY, width=THIN)
     responses = columns["displacement" if common == "force" else "force"]
     sizes = [float(np.abs(response).max()) for response in responses]
     width = 0.7 if count > _THIN_FROM else WIDTH
@@ -72,7 +59,7 @@ def history(result: Prediction) -> Plot:
         )  # strokes would be shorter than a dash
         for name, values in columns.items():
             if name != common:
-                panels[name].line(*envelope_of(values[number]), look.color, width=width, dash=dash)
+                panels[name].line(*envelope(values[number]), look.color, width=width, dash=dash)
         ends = slice(-MOST_DRAWN_SAMPLES, None)
         x, y = (columns[name][number][ends] for name in ("displacement", "force"))
         path_panel.line(x, y, look.color, width=width, dash=dash)

@@ -194,22 +194,20 @@ class Study(StudyDescription):
     keys of the file and quantities as text, ``Study(schema=1, surface={"radius": "1 mm", …}, …)``.
     """
 
-    def run(self, progress: Progress | None = None, workers: int = 1) -> Result:
+    def run(self, progress: Progress | None = None) -> Result:
         """Compute every loop and curve of the study.
 
         Parameters
         ----------
         progress : callable, optional
             Called repeatedly with the completed fraction, 0 to 1.
-        workers : int, optional
-            Worker processes for the samples of uncertain numbers; results do not depend on it.
 
         Returns
         -------
         Result
             Joints, loops, curves and the summary.
         """
-        prediction, defaults = run_prediction(self, progress, workers)
+        prediction, defaults = run_prediction(self, progress)
         summary = prediction_summary(prediction, defaults)
         result = Result(**{**vars(prediction), "summary": summary})
         summary["files"] = result_document(result, Path()).data["files"]

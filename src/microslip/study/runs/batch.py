@@ -1,4 +1,4 @@
-"""Batches of studies, records or scans, with one outcome file per item for restarts."""
+"""Batches of studies, with one outcome file per item for restarts."""
 
 from __future__ import annotations
 
@@ -25,8 +25,6 @@ from microslip._core.wording import one_line
 from microslip._version import __version__
 from microslip.readers.files import reading
 from microslip.readers.laboratory import read_rows
-from microslip.readers.text import whole_text
-from microslip.study.toml_text import read_text, tables_of
 
 Outcome = dict[str, Any]
 
@@ -38,18 +36,14 @@ DASK_PATIENCE = "30s"
 _MOST = 1_000_000
 """Largest number of items of a batch."""
 _WINDOW = 4  # submitted items per worker
-STUDIES = ".toml"
 
 
 @dataclass(frozen=True)
 class BatchItem:
-    """Item of a batch: its name, kind of work, input file and changes to the study."""
+    """Item of a batch: its name, the file of its study and changes to the study."""
 
     name: str
-    work: str
-    """"predict", "measure" or "scan"."""
-    path: str
-    study: str = ""
+    study: str
     changes: tuple[str, ...] = ()
 
     @property
@@ -60,60 +54,34 @@ class BatchItem:
 
     @property
     def mark(self) -> str:
-        """Hash of program version, item and input files; detects outdated outcomes."""
+        """Hash of program version, item and study file; detects outdated outcomes."""
         parts: list[Any] = [__version__, asdict(self)]
-        for path in (self.path, self.study):
-            if path:
-                with suppress(OSError):  # a missing file is reported when it is read
-                    stat = Path(path).stat()
-                    parts.append([stat.st_size, stat.st_mtime_ns])
+        with suppress(OSError):  # a missing file is reported when it is read
+            stat = Path(self.study).stat()
+            parts.append([stat.st_size, stat.st_mtime_ns])
         return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:16]
 
 
 def items_of(source: Path, study: Path | None) -> list[BatchItem]:
-    """Return the items of a folder, a list of paths, or a CSV table of changes to a study.
-
-    A table requires ``study``. In a folder or list, a file that is not a study is read as a
-    measured record or, if the surface of ``study`` is a scan, as a scan that takes its place.
-    """
-    base = "" if study is None else str(study.resolve())
+    """Return the items of a folder of studies, or of a CSV table of changes to ``study``."""
     if source.is_dir():
-        paths = sorted(p for p in source.iterdir() if p.is_file() and not p.name.startswith("."))
-        items = [_of_file(path, base, path.name) for path in paths]
+        items = [BatchItem(p.name, str(p.resolve())) for p in sorted(source.glob("*.toml"))]
     elif not source.exists():
         raise InputError(f"{source}: no such file or folder")
+    elif study is None:
+        raise InputError(f"`study` must be given: {source} is a table of changes to it")
     else:
-        is_table = source.suffix.lower() == ".csv"
-        if is_table and not base:
-            raise InputError(f"`study` must be given: {source} is a table of changes to it")
-        with reading(source, "a list"):
-            rows: list[Any] = (
-                read_rows(source, None) if is_table else whole_text(source).splitlines()
-            )
+        with reading(source, "a table"):
+            rows = read_rows(source, None)
         if len(rows) > _MOST:
             raise InputError(f"{source}: wanted at most {_MOST} items, got {len(rows)}")
-        if is_table:
-            items = list(_of_table(source, rows, base))
-        else:
-            lines = [row.strip() for row in rows if row.strip() and not row.startswith("#")]
-            items = [_of_file(source.parent / line, base, line) for line in lines]
+        items = list(_of_table(source, rows, str(study.resolve())))
     if not items:
-        raise InputError(f"{source}: wanted studies, records or scans, got none")
+        raise InputError(f"{source}: wanted studies, got none")
     name, count = Counter(item.name for item in items).most_common(1)[0]
     if count > 1:
         raise InputError(f"{source}: wanted each item once, got {name} twice")
     return items
-
-
-def _of_file(path: Path, study: str, name: str) -> BatchItem:
-    if path.suffix.lower() == STUDIES:
-        return BatchItem(name, "predict", str(path.resolve()))
-    surface: Any = None
-    if study:
-        with suppress(ValueError):  # the error is reported when the study is run
-            surface = tables_of(read_text(Path(study))).get("surface")
-    work = "scan" if isinstance(surface, dict) and "scan" in surface else "measure"
-    return BatchItem(name, work, str(path.resolve()), study)
 
 
 def _of_table(source: Path, rows: list[list[str]], study: str) -> Iterator[BatchItem]:
@@ -127,16 +95,18 @@ def _of_table(source: Path, rows: list[list[str]], study: str) -> Iterator[Batch
             )
         cells = dict(zip(keys, row, strict=True))
         name = cells.pop("name", "") or f"{number:06d}"
-        yield BatchItem(
-            name, "predict", "", study, tuple(f"{k}={cell}" for k, cell in cells.items())
-        )
+        yield BatchItem(name, study, tuple(f"{k}={cell}" for k, cell in cells.items()))
 
 
 def run_item(item: BatchItem) -> Outcome:
     """Return the outcome of an item: rows of numbers, or the reason of its failure."""
+    from microslip.study.description import StudyDescription
+    from microslip.study.runs.prediction import amplitude_rows
+
     begin = time.perf_counter()
     try:
-        outcome = {"status": "done", "rows": json_value(_rows(item))}
+        rows = amplitude_rows(StudyDescription.load(item.study, item.changes))
+        outcome = {"status": "done", "rows": json_value(rows)}
     except InputError as error:
         outcome = {"status": "failed", "reason": one_line(str(error))}
     except Exception as error:  # an item that fails must not stop the others
@@ -145,20 +115,7 @@ def run_item(item: BatchItem) -> Outcome:
 
 
 def _heading(item: BatchItem) -> Outcome:
-    return {"item": item.name, "mark": item.mark, "work": item.work}
-
-
-def _rows(item: BatchItem) -> Any:
-    from microslip.laboratory import Record, measure
-    from microslip.study.description import StudyDescription
-    from microslip.study.runs.prediction import amplitude_rows as rows_at_amplitudes
-
-    if item.work != "measure":
-        scan = (f"surface.scan={json.dumps(item.path)}",) * (item.work == "scan")
-        study = StudyDescription.load(item.study or item.path, (*item.changes, *scan))
-        return rows_at_amplitudes(study)
-    means = measure(Record.read(item.path)).mean
-    return [{name: float(mean.value) for name, mean in means.items()}]
+    return {"item": item.name, "mark": item.mark}
 
 
 @dataclass(frozen=True)

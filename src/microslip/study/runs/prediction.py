@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import Floats, Progress, whole_number
+from microslip._core.checks import Floats, Progress
 from microslip._core.dataset import Variable
 from microslip._core.quantities import QUANTITIES
 from microslip._core.units import engineering
@@ -176,21 +176,19 @@ class Defaults:
 
 
 DEFAULT_POINTS = 200
-MOST_WORKERS = 256
 _STRUCTURE = 0.95  # fraction of the computing time of a structure
 
 
 def run_prediction(
-    study: StudyDescription, progress: Progress | None = None, workers: int = 1
+    study: StudyDescription, progress: Progress | None = None
 ) -> tuple[Prediction, Defaults]:
     """Compute a study; also return the defaults used. See :meth:`microslip.Study.run`."""
-    whole_number("workers", workers, 1, MOST_WORKERS)
     if study.structure is not None:
         structure = run_structure(study, _part(progress, 0, 1, 0.0, _STRUCTURE))
         result, defaults = _computed(study, _part(progress, 0, 1, _STRUCTURE, 1.0))
         result = replace(result, structure=structure)
     elif is_uncertain(study):
-        result, defaults = _scattered(study, progress, workers)
+        result, defaults = _scattered(study, progress)
     else:
         result, defaults = _computed(study, progress)
         if isinstance(study.joint, LawJoint) and study.joint.band is not None:
@@ -231,9 +229,7 @@ def _measured_scatter(result: Prediction, band: LawBand) -> PredictionScatter:
     return PredictionScatter((), 0, np.array([tail, 1.0 - tail]), bands, {}, (), notes)
 
 
-def _scattered(
-    study: StudyDescription, progress: Progress | None, workers: int
-) -> tuple[Prediction, Defaults]:
+def _scattered(study: StudyDescription, progress: Progress | None) -> tuple[Prediction, Defaults]:
     """Return the results at the central values of the inputs, with bands over the samples."""
     begin = _solving(study)
     result, defaults = _computed(at_central_values(study), _part(progress, 0, 1, 0.0, begin))
@@ -242,15 +238,10 @@ def _scattered(
     bands = scatter(
         fixed_study,
         variables_of(result),
-        _variables,
-        workers,
+        lambda sample: variables_of(_computed(sample)[0]),
         _part(progress, 0, 1, begin, 1.0),
     )
     return replace(result, study=study, scatter=bands), defaults
-
-
-def _variables(study: StudyDescription) -> dict[str, Variable]:
-    return variables_of(_computed(study)[0])
 
 
 def amplitude_rows(study: StudyDescription) -> list[dict[str, float]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -78,58 +78,16 @@ def with_amplitudes(study: StudyDescription, amplitudes: Floats, grid: Floats) -
     return study.copy(excitation=excitation.copy(**changes), structure=None)
 
 
-_worker: tuple[Design, Compute]
-
-
-def _start(design: Design, compute: Compute) -> None:
-    global _worker
-    _worker = design, compute
-
-
-def _run(scores: Floats) -> dict[str, Floats] | str:
-    """Compute one sample, a row of normal scores; return its results or the error message."""
-    design, compute = _worker
-    try:
-        arrays = compute(design.at(scores))
-    except InputError as error:
-        return str(error).removeprefix(f"{design.study.name}: ")
-    return {name: variable.values for name, variable in arrays.items()}
-
-
-def _results(
-    design: Design, compute: Compute, scores: Floats, workers: int, progress: Progress
-) -> Iterator[dict[str, Floats]]:
-    def answered(samples: Iterator[dict[str, Floats] | str]) -> Iterator[dict[str, Floats]]:
-        for index, sample in enumerate(samples):
-            if isinstance(sample, str):
-                raise StudyError(
-                    f"{design.study.name}: uncertainty: sample {index + 1} of {len(scores)} cannot "
-                    f"be computed: {sample}"
-                )
-            progress((index + 1) / len(scores))
-            yield sample
-
-    if workers == 1:
-        _start(design, compute)
-        yield from answered(map(_run, scores))
-        return
-    from concurrent.futures import ProcessPoolExecutor
-
-    with ProcessPoolExecutor(workers, initializer=_start, initargs=(design, compute)) as pool:
-        yield from answered(iter(pool.map(_run, scores, chunksize=8)))
-
-
 def scatter(
     study: StudyDescription,
     nominal: Variables,
     compute: Compute,
-    workers: int = 1,
     progress: Progress | None = None,
 ) -> PredictionScatter:
     """Compute the bands of the results of a study with fixed amplitudes.
 
     ``nominal`` contains the results at the central values; ``compute`` returns the results of a
-    study without uncertain inputs. The bands do not depend on the number of ``workers``.
+    study without uncertain inputs.
     """
     report = progress or (lambda share: None)
     design = Design(study)
@@ -139,11 +97,20 @@ def scatter(
     count = groups * size
     names, left_out = _with_bands(nominal, count)
     stacks = {name: np.empty((count, *nominal[name].values.shape)) for name in names}
-    for index, sample in enumerate(_results(design, compute, scores, workers, report)):
+    for index, row in enumerate(scores):
+        try:
+            sample = compute(design.at(row))
+        except InputError as error:
+            reason = str(error).removeprefix(f"{study.name}: ")
+            raise StudyError(
+                f"{study.name}: uncertainty: sample {index + 1} of {count} cannot be computed: "
+                f"{reason}"
+            ) from None
         # An asymptote of the energy that one sample does not have has no band.
         stacks = {name: stack for name, stack in stacks.items() if name in sample}
         for name, stack in stacks.items():
-            stack[index] = sample[name]
+            stack[index] = sample[name].values
+        report((index + 1) / count)
     quantiles = np.array(design.part.quantiles)
     bands, ends = {}, {}
     for name, stack in stacks.items():
@@ -154,9 +121,10 @@ def scatter(
             by_group = stack.reshape(groups, size, *variable.values.shape)
             ends[name] = intervals(by_group, design.part.quantiles)
     decisions = _decisions(stacks, scores)
-    return PredictionScatter(
-        tuple(design.inputs), count, quantiles, bands, ends, decisions, _notes(design, left_out)
-    )
+    notes: tuple[str, ...] = ()
+    if left_out:
+        notes = (f"Too many values for bands, so none are given: {', '.join(left_out)}.",)
+    return PredictionScatter(tuple(design.inputs), count, quantiles, bands, ends, decisions, notes)
 
 
 def _with_bands(nominal: Variables, count: int) -> tuple[list[str], list[str]]:
@@ -184,14 +152,3 @@ def _decisions(stacks: Mapping[str, Floats], scores: Floats) -> tuple[Contributi
                     Contributions(name, load, amplitude, float(logs.std()), shares, explained)
                 )
     return tuple(decisions)
-
-
-def _notes(design: Design, left_out: Sequence[str]) -> tuple[str, ...]:
-    notes = [
-        f"{spread_key}: normal, cut off at zero; {spread.written}."
-        for spread_key, spread in design.spreads.items()
-        if spread.normal
-    ]
-    if left_out:
-        notes.append(f"Too many values for bands, so none are given: {', '.join(left_out)}.")
-    return tuple(notes)

@@ -46,7 +46,7 @@ from click.testing import CliRunner
 import microslip as ms
 from microslip import export, identification, surfaces
 from microslip.cli import main
-from microslip.figures.picture import PictureCache
+from microslip.figures.picture import Picture
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -198,7 +198,8 @@ def quick_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     from matplotlib.figure import Figure
 
     empty = b'<svg xmlns="http://www.w3.org/2000/svg"></svg>'
-    monkeypatch.setattr(PictureCache, "as_bytes", lambda drawn, picture, kind="svg": empty)
+    monkeypatch.setattr(Picture, "as_bytes", lambda picture, kind: empty)
+    monkeypatch.setattr(Picture, "svg", empty)
     monkeypatch.setattr(Figure, "savefig", lambda figure, path, **_: Path(path).write_bytes(empty))
 
 

@@ -65,7 +65,7 @@ def test_all_files_and_the_cutoff_in_each(folder: Path, undrawn: None) -> None:
 @pytest.fixture(name="undrawn")
 def _undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figures take most of the time, and are drawn by another test."""
-    monkeypatch.setattr("microslip.figures.png", lambda plot: b"")
+    monkeypatch.setattr("microslip.figures.matplotlib_figure.rendered", lambda plot, kind: b"")
 
 
 JOINT = "--cutoff", "6 um", "--materials", "steel-c45", "steel-c45", "--load", "0.9000123 N"

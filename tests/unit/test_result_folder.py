@@ -128,7 +128,7 @@ def test_a_failure_while_writing_leaves_things_as_they_were(
     def fail(*_: object) -> None:
         raise error
 
-    monkeypatch.setattr("microslip.report.files.write_csv", fail)
+    monkeypatch.setattr("microslip.report.files.json_text", fail)
     wanted = ms.StudyError if isinstance(error, OSError) else KeyboardInterrupt
     with pytest.raises(wanted) as caught:
         result.save(folder, overwrite=old)

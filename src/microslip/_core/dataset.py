@@ -110,16 +110,14 @@ class DataSet(Mapping[str, Variable]):
         names = tuple(names or self)
         return [dict(zip(names, row, strict=True)) for row in self.rows(names)]
 
-    def csv_lines(
-        self, columns: Mapping[str, str], dims: tuple[str, ...]
-    ) -> Iterator[tuple[int, str]]:
-        """Yield the parts of a CSV table as pairs of number of rows and text.
+    def csv_lines(self, columns: Mapping[str, str], dims: tuple[str, ...]) -> Iterator[str]:
+        """Yield the parts of a CSV table, the header first.
 
-        The first part is the header, with 0 rows. ``columns`` maps the heading of each column to
+        ``columns`` maps the heading of each column to
         the name of its variable. There is one row per point along ``dims``, of which the first
         varies slowest. Numbers have the fewest digits from which they can be restored exactly.
         """
-        yield 0, ",".join(map(self._heading, columns, columns.values())) + "\n"
+        yield ",".join(map(self._heading, columns, columns.values())) + "\n"
         arrays = [self.spread(name, dims) for name in columns.values()]
         # Columns without a unit are text and counts.
         arrays = [
@@ -132,8 +130,7 @@ class DataSet(Mapping[str, Variable]):
                 map(write, array.flat[start : start + _BLOCK].tolist())
                 for write, array in zip(writers, arrays, strict=True)
             )
-            lines = [",".join(row) + "\n" for row in zip(*texts, strict=True)]
-            yield len(lines), "".join(lines)
+            yield "".join([",".join(row) + "\n" for row in zip(*texts, strict=True)])
 
     def _heading(self, key: str, name: str) -> str:
         unit = self[name].quantity.unit

@@ -8,14 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.checks import Progress
 from microslip._core.dataset import DataSet
 from microslip._core.packages import needed_for
 
 _COMPRESSED = 4096  # size in bytes from which arrays are compressed
 
 
-def store(path: str | Path, data: DataSet, progress: Progress | None = None) -> None:
+def store(path: str | Path, data: DataSet) -> None:
     """Write a data set to a new netCDF-4 file, readable by xarray, netCDF4, h5py and MATLAB.
 
     The file is made in memory, because HDF5 can crash where a disk is full.
@@ -25,7 +24,6 @@ def store(path: str | Path, data: DataSet, progress: Progress | None = None) -> 
         import h5netcdf
 
     auxiliary = {name: set(v.dims) for name, v in coords.items() if v.dims != (name,)}
-    total, written = sum(v.values.nbytes for v in (*coords.values(), *variables.values())), 0
     made = io.BytesIO()
     with h5netcdf.File(made, "w", track_order=True) as file:
         file.dimensions = dict(data.sizes)
@@ -50,9 +48,6 @@ def store(path: str | Path, data: DataSet, progress: Progress | None = None) -> 
                 near = [key for key, its in auxiliary.items() if its <= set(names)]
                 if group is variables and near:
                     _set(variable, "coordinates", " ".join(near))
-                written += array.nbytes
-                if progress is not None:
-                    progress(min(written / total, 1.0))
     with Path(path).open("xb") as stored:
         stored.write(made.getbuffer())
 

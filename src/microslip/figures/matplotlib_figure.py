@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import warnings
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -29,7 +28,7 @@ _WHITE = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85}
 _drawn_before: WeakKeyDictionary[Axes, tuple[int, float, float]] = WeakKeyDictionary()
 
 
-def _rendered(plot: Plot, kind: str) -> bytes:
+def rendered(plot: Plot, kind: str) -> bytes:
     """Render a figure as "png" or "pdf"; the bytes do not depend on the user's matplotlibrc."""
     file = io.BytesIO()
     with style.context(["default", STYLE]), warnings.catch_warnings():
@@ -37,10 +36,6 @@ def _rendered(plot: Plot, kind: str) -> bytes:
         dated: Any = {"metadata": {"CreationDate": None}} if kind == "pdf" else {}
         to_matplotlib(plot, Figure()).savefig(file, format=kind, **dated)
     return file.getvalue()
-
-
-png = partial(_rendered, kind="png")
-pdf = partial(_rendered, kind="pdf")
 
 
 def to_matplotlib(plot: Plot, page: Figure, color: str | None = None, label: str = "") -> Figure:

@@ -1,14 +1,13 @@
-"""Named figures of a report, with their cache, HTML elements and scripts."""
+"""Named figures of a report, with their HTML elements and scripts."""
 
 from __future__ import annotations
 
 import base64
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from html import escape
-from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 from microslip.figures.plot import Plot
 
@@ -22,24 +21,24 @@ class Picture:
     plot: Callable[[], Plot]  # returns the figure as data
     alternative: str = ""  # alternative text for screen readers
 
+    @cached_property
+    def _drawn(self) -> Plot:
+        return self.plot()
 
-class PictureCache:
-    """Cache of rendered pictures, used for both files and pages."""
+    @cached_property
+    def svg(self) -> bytes:
+        """The figure as an SVG file, for the folder and for the page."""
+        from microslip.figures.svg import svg  # SVG needs no Matplotlib
 
-    def __init__(self) -> None:
-        self._made: dict[tuple[str, str], Any] = {}
+        return svg(self._drawn)
 
-    def as_bytes(self, picture: Picture, kind: str = "svg") -> bytes:
-        """Render a picture as "svg", "png" or "pdf"."""
-        if (picture.name, "plot") not in self._made:
-            self._made[picture.name, "plot"] = picture.plot()
-        if (picture.name, kind) not in self._made:
-            # SVG needs no Matplotlib.
-            where = "svg" if kind == "svg" else "matplotlib_figure"
-            render = getattr(import_module(f"microslip.figures.{where}"), kind)
-            self._made[picture.name, kind] = render(self._made[picture.name, "plot"])
-        image: bytes = self._made[picture.name, kind]
-        return image
+    def as_bytes(self, kind: str) -> bytes:
+        """Render the figure as "svg", "png" or "pdf"."""
+        if kind == "svg":
+            return self.svg
+        from microslip.figures.matplotlib_figure import rendered
+
+        return rendered(self._drawn, kind)
 
 
 def script(name: str) -> str:
@@ -47,12 +46,12 @@ def script(name: str) -> str:
     return Path(__file__).with_name(name).read_text(encoding="utf-8")
 
 
-def figure_element(picture: Picture, number: int, svg: bytes) -> str:
+def figure_element(picture: Picture, number: int) -> str:
     """Return a numbered HTML ``<figure>`` with its caption.
 
     The SVG is embedded as an image, so that its ids and styles have no effect on the page.
     """
-    source = "data:image/svg+xml;base64," + base64.b64encode(svg).decode("ascii")
+    source = "data:image/svg+xml;base64," + base64.b64encode(picture.svg).decode("ascii")
     return (
         f'<figure>\n<img src="{source}" alt="{escape(picture.alternative or picture.caption)}">\n'
         f"<figcaption><strong>Figure {number}.</strong> {escape(picture.caption)}</figcaption>\n"

@@ -13,12 +13,7 @@ from microslip._core.dataset import DataSet
 from microslip._core.files import atomic_file
 from microslip._core.quantities import UNITS, Quantity, count
 from microslip.report import cells
-from microslip.report.document import (
-    Block,
-    Document,
-    Facts,
-    Section,
-)
+from microslip.report.document import Block, Document, Section, Table
 from microslip.report.files import csv_file, header, standard_files, with_file_names
 from microslip.study.runs.batch import Batch, Outcome
 
@@ -39,9 +34,9 @@ def batch_document(batch: Batch) -> Document:
         name: (count(name.capitalize()), [outcome[name] for outcome in failed])
         for name in ("item", "reason")
     }
-    blocks: list[Block] = [Facts("Items", counts)]
+    blocks: list[Block] = [cells.texts("Items", counts)]
     if failed:
-        blocks.append(cells.table("Failed", DataSet.of_rows(reasons), noun="items"))
+        blocks.append(Table("Failed", DataSet.of_rows(reasons), noun="items"))
     answer = f"{len(done)} of {len(batch.outcomes)} items done, {len(failed)} failed."
     data: dict[str, Any] = {
         **header(KIND, BATCH_SCHEMA, "Batch"),
@@ -51,10 +46,7 @@ def batch_document(batch: Batch) -> Document:
         "units": dict(UNITS),
         "files": [],
     }
-    files = (
-        csv_file("items.csv", lambda: items_data(done, columns)),
-        csv_file("failures.csv", lambda: DataSet.of_rows(reasons)),
-    )
+    files = (csv_file("items.csv", lambda: items_data(done, columns)),)
     return with_file_names(
         Document(KIND, "Batch", answer, (Section("Items", tuple(blocks)),), data, files=files)
     )
@@ -82,5 +74,5 @@ def finish(batch: Batch, folder: Path) -> Document:
     result = batch_document(batch)
     for file in standard_files(result):
         with atomic_file(folder / file.name, overwrite=True) as stage:
-            file.write(stage, lambda share: None)
+            file.write(stage)
     return result

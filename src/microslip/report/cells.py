@@ -2,35 +2,21 @@
 
 from __future__ import annotations
 
-import math
 import re
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
 from microslip._core.dataset import DataSet
-from microslip._core.quantities import QUANTITIES, Quantity
-from microslip._core.units import engineering, significant
+from microslip._core.quantities import QUANTITIES, Quantity, count, json_value
+from microslip._core.units import engineering, interval_digits, significant
 from microslip._core.verdicts import WORDS, Verdict
 from microslip._core.wording import joined, one_line
 from microslip.figures.kit import evenly
-from microslip.report.document import Column, Judged, Table, Value, Verdicts
+from microslip.report.document import Table, Verdicts
 
 UNKNOWN = "–"
 Wording = Callable[[str], str]  # adapts argument names in a message, such as to options
-
-
-def trimmed(unit: str, digits: int = 4) -> Callable[[float], str]:
-    """Return a function that formats values with a unit, without trailing zeros."""
-    return partial(engineering, unit=unit, digits=digits, trim=True)
-
-
-def value(number: float | None, unit: str, digits: int = 4) -> str:
-    """Format a number with its unit, or without one if the unit is ""."""
-    if number is None or not math.isfinite(number):
-        return UNKNOWN
-    return significant(number, digits) if unit in ("", "-") else engineering(number, unit, digits)
 
 
 def ratio(value: float | None) -> str:
@@ -99,45 +85,91 @@ FORMS: dict[str, Callable[[Any], str]] = {
 """Number formats by name, as quantities declare them."""
 
 
-def column(name: str, quantity: Quantity | None = None, **changes: Any) -> Column:
-    """Return a table column for a quantity, with its label, unit and number format.
-
-    The quantity is by default that of :data:`microslip._core.quantities.QUANTITIES`.
-    """
-    quantity = quantity or QUANTITIES[name]
-    unit, form, digits, write = quantity.unit.replace("-", ""), quantity.form, 4, None
+def _formatter(quantity: Quantity) -> Callable[[Any], str]:
+    unit, form = quantity.unit.replace("-", ""), quantity.form
     if form.isdigit():
-        digits = int(form)
-    elif form == "chosen":
-        write = trimmed(unit)
-    else:
-        write = FORMS.get(form) or partial(_formatted, form)
-    of_quantity = Column(
-        name, quantity.label, unit if quantity.unit else None, digits, write, quantity.symbol
-    )
-    return replace(of_quantity, **changes)
+        return partial(_number, unit=unit, digits=int(form))
+    if form == "chosen":
+        return partial(engineering, unit=unit, digits=4, trim=True)
+    return FORMS.get(form) or (lambda value: format(value, form).replace("%", " %"))
 
 
-def _formatted(form: str, value: Any) -> str:
-    return format(value, form).replace("%", " %")
+def _number(value: float, unit: str, digits: int) -> str:
+    if unit:
+        return engineering(value, unit, digits)
+    return str(value) if isinstance(value, int) else significant(value, digits)
 
 
-def table(title: str, data: DataSet, names: Sequence[str] = (), **settings: Any) -> Table:
-    """Return the table of the named columns of a data set along "row", all by default.
+def cell(value: float | str | None, quantity: Quantity) -> str:
+    """Format a value of a quantity with a suitable unit prefix."""
+    if value is None:
+        return UNKNOWN
+    return one_line(value) if isinstance(value, str) else _formatter(quantity)(value)
 
-    ``settings`` are fields of :class:`~microslip.report.document.Table`.
+
+def interval_text(ends: Iterable[float | None], quantity: Quantity) -> str:
+    """Format a value and the ends of its interval with the digits that distinguish the ends.
+
+    ``ends`` are value, low end and high end; any of the three may be unknown.
     """
-    columns = tuple(column(name, data[name].quantity) for name in names or data)
-    return Table(title, columns, tuple(data.rows(names)), **settings)
+    value, low, high = ends
+    unit = quantity.unit.replace("-", "")
+    if low is None and high is None:
+        return cell(value, quantity)
+    if high is None:
+        return f"at least {_number(low or 0.0, unit, 4)}"
+    if low is None:
+        return f"at most {_number(high, unit, 4)}"
+    middle = 0.5 * (low + high) if value is None else value
+    digits = interval_digits(low, high, middle)
+    between = " to ".join(_number(end, unit, digits) for end in (low, high))
+    return between if value is None else f"{_number(value, unit, digits)} ({between})"
+
+
+def of_records(
+    rows: Sequence[Mapping[str, Any]], names: Iterable[str], **changed: Mapping[str, Any]
+) -> DataSet:
+    """Return the data set of entries of a summary; ``changed`` are fields of its quantities."""
+    return DataSet.of_rows(
+        {
+            name: (
+                QUANTITIES[name]._replace(**changed.get(name, {})),
+                [row.get(name) for row in rows],
+            )
+            for name in names
+        }
+    )
+
+
+def texts(title: str, rows: Iterable[tuple[str, ...]], heads: Sequence[str] = ("", "")) -> Table:
+    """Return a table of texts."""
+    columns = zip(heads, zip(*rows, strict=True), strict=True)
+    data = {str(number): (count(head), values) for number, (head, values) in enumerate(columns)}
+    return Table(title, DataSet.of_rows(data))
+
+
+def by_quantity(title: str, data: DataSet, heads: Sequence[str], *more: Sequence[str]) -> Table:
+    """Return a table with a row for each column of a data set.
+
+    The rows of the data set are the value and, if it has an interval, its ends. ``more`` are
+    further columns of the table; ``heads`` name all of them.
+    """
+    rows = (
+        (v.quantity.label, interval_text(json_value([*v.values, None, None][:3]), v.quantity))
+        for v in data.values()
+    )
+    return texts(title, ((*row, *rest) for row, *rest in zip(rows, *more, strict=True)), heads)
 
 
 class TextTable(NamedTuple):
     """Table with formatted cells."""
 
-    columns: tuple[Column, ...]
+    labels: list[str]
+    heads: list[str]
+    """Short labels, for a terminal."""
     rows: list[list[str]]
-    words: list[list[str]]
-    """Verdict word of each cell, or an empty string."""
+    words: list[int]
+    """Indices of the columns that contain text, which is left-aligned."""
     left_out: int
     """Number of omitted rows."""
 
@@ -145,65 +177,41 @@ class TextTable(NamedTuple):
 def as_text(table: Table, limit: int | None = None, *, brief: bool = False) -> TextTable:
     """Format the cells of a table, omitting columns without values.
 
-    At most ``limit`` rows are kept, evenly spaced. With ``brief``, only the columns marked as brief
-    are kept and, if ``table.few`` lists any row indices, exactly these rows.
+    At most ``limit`` rows are kept, evenly spaced. With ``brief``, columns hidden on a terminal are
+    omitted and, if ``table.few`` lists any row indices, only these rows are kept.
     """
-    row_places = (list(table.few) if brief else []) or _rows_shown(
-        table, min(table.most, limit or table.most)
+    names = table.names or tuple(table.data)
+    values = table.data.rows(names)
+    places = (list(table.few) if brief else []) or _rows_shown(
+        values, table.keys, min(table.most, limit or table.most)
     )
-    column_places = [
-        place
-        for place, column in enumerate(table.columns)
-        if (column.brief or not brief)
-        and (not table.rows or any(row[place] is not None for row in table.rows))
+    shown = [
+        (place, table.data[name])
+        for place, name in enumerate(names)
+        if not (brief and name in table.hidden)
+        and (not values or any(row[place] is not None for row in values))
     ]
-    columns = tuple(table.columns[place] for place in column_places)
-    rows = [
-        [cell(table.columns[i], table.rows[row][i]) for i in column_places] for row in row_places
-    ]
-    cells = [[table.rows[row][i] for i in column_places] for row in row_places]
-    words = [[value.word if isinstance(value, Judged) else "" for value in row] for row in cells]
-    return TextTable(columns, rows, words, len(table.rows) - len(row_places))
+    rows = [[cell(values[row][i], v.quantity) for i, v in shown] for row in places]
+    labels = [v.quantity.label for _, v in shown]
+    heads = [v.quantity.symbol or v.quantity.label for _, v in shown]
+    words = [i for i, (_, v) in enumerate(shown) if v.values.dtype.kind not in "biuf"]
+    return TextTable(labels, heads, rows, words, len(values) - len(places))
 
 
-def cell(column: Column, value: Value) -> str:
-    """Format the value of a table cell with a suitable unit prefix."""
-    if value is None:
-        return UNKNOWN
-    if isinstance(value, Judged):
-        return value.text
-    if column.write is not None:
-        return column.write(value)
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, str):
-        return one_line(value)
-    if column.unit:
-        return engineering(value, column.unit, column.digits)
-    return str(value) if isinstance(value, int) else significant(value, column.digits)
-
-
-def is_text(table: Table, column: Column) -> bool:
-    """Return whether a column contains text, which is left-aligned."""
-    place = table.columns.index(column)
-    return column.unit is None and any(isinstance(row[place], (str, Judged)) for row in table.rows)
-
-
-def _rows_shown(table: Table, limit: int) -> list[int]:
+def _rows_shown(rows: Sequence[tuple[Any, ...]], keys: int, limit: int) -> list[int]:
     """Return the indices of ``limit`` rows or fewer, evenly spaced.
 
     If the table has two or more key columns, equally many rows are kept for each value of the
     first one.
     """
-    count = len(table.rows)
-    if count <= limit:
-        return list(range(count))
-    groups: dict[Value, list[int]] = {}
-    for number, row in enumerate(table.rows):
+    if len(rows) <= limit:
+        return list(range(len(rows)))
+    groups: dict[Any, list[int]] = {}
+    for number, row in enumerate(rows):
         groups.setdefault(row[0], []).append(number)
     sizes = {len(group) for group in groups.values()}
-    if table.keys < 2 or len(sizes) > 1 or len(groups) == 1:
-        return evenly(count, limit)
+    if keys < 2 or len(sizes) > 1 or len(groups) == 1:
+        return evenly(len(rows), limit)
     size = sizes.pop()
     within = evenly(size, max(limit // min(len(groups), 10), 1))
     among = evenly(len(groups), max(limit // len(within), 1))

@@ -9,20 +9,16 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import singledispatch
 from html import escape
+from itertools import count
 from pathlib import Path
 
-from microslip._core.checks import Progress
 from microslip._version import __version__
-from microslip.figures.picture import Picture, PictureCache, figure_element, script
-from microslip.report.cells import HEADLINES, as_text, is_text, judgements, signed
+from microslip.figures.picture import Picture, figure_element, script
+from microslip.report.cells import HEADLINES, as_text, judgements, signed
 from microslip.report.document import (
     Block,
     Document,
-    Facts,
-    Headline,
     Items,
-    Listing,
-    Markup,
     Note,
     Section,
     Table,
@@ -32,7 +28,7 @@ from microslip.report.document import (
 _SIGNS = {"ok": "✓", "watch": "!", "outside": "✗", "not judged": "?", "none": "?"}
 
 
-def html_page(document: Document, cache: PictureCache, progress: Progress | None = None) -> str:
+def html_page(document: Document) -> str:
     """Return the text of the HTML page of a document."""
     style = Path(__file__).with_name("page.css").read_text(encoding="utf-8")
     title = escape(document.title)
@@ -52,13 +48,12 @@ def html_page(document: Document, cache: PictureCache, progress: Progress | None
             f'<meta name="generator" content="microslip {__version__}">\n'
             f"<title>{title} – microslip</title>\n<style>\n{style}</style>\n</head>\n<body>\n"
             f"<header>\n<h1>{title}</h1>\n<p class='answer'>{escape(document.answer)}</p>\n",
-            _number(document.number),
             *_banner(document),
-            *(figure_element(picture, 1, cache.as_bytes(picture)) for picture in lead),
+            *(figure_element(picture, 1) for picture in lead),
             '<nav aria-label="Sections">',
             *(f'<a href="#{anchor(s.title)}">{escape(s.title)}</a>' for s in sections),
             "</nav>\n</header>\n<main>\n",
-            *_sections(sections, cache, progress, len(document.pictures), len(lead)),
+            *_sections(sections, len(lead)),
             f"</main>\n<script>{code}</script>\n</body>\n</html>\n",
         )
     )
@@ -68,14 +63,6 @@ def _pruned(section: Section, pictures: list[Picture]) -> Section:
     names = [picture.name for picture in pictures]
     blocks = (b for b in section.blocks if not (isinstance(b, Picture) and b.name in names))
     return replace(section, blocks=tuple(blocks))
-
-
-def _number(number: Headline | None) -> str:
-    if number is None:
-        return ""
-    band = f"<span>{escape(number.band)}</span>" if number.band else ""
-    name, value = escape(number.name), escape(signed(number.value))
-    return f'<p class="number-first"><strong>{value}</strong> {name}{band}</p>\n'
 
 
 def anchor(title: str) -> str:
@@ -105,22 +92,13 @@ def _banner(document: Document) -> Iterator[str]:
     yield "</div>\n"
 
 
-def _sections(
-    sections: list[Section],
-    cache: PictureCache,
-    progress: Progress | None,
-    pictures: int,
-    lead_count: int,
-) -> Iterator[str]:
-    number = lead_count
+def _sections(sections: list[Section], lead_count: int) -> Iterator[str]:
+    numbers = count(lead_count + 1)
     for section in sections:
         yield f'<section id="{anchor(section.title)}">\n<h2>{escape(section.title)}</h2>\n'
         for block in section.blocks:
             if isinstance(block, Picture):
-                number += 1
-                yield figure_element(block, number, cache.as_bytes(block))
-                if progress is not None:
-                    progress(number / pictures)
+                yield figure_element(block, next(numbers))
             else:
                 yield _html(block, section)
         yield "</section>\n"
@@ -150,28 +128,31 @@ def _html(block: Block, section: Section) -> str:
 @_html.register
 def _(block: Table, section: Section) -> str:
     table = as_text(block)
-    words = [is_text(block, column) for column in table.columns]
-    keys = min(block.keys, len(table.columns) - 1)
+    keys, has_head = min(block.keys, len(table.heads) - 1), any(table.labels)
+    kinds = [
+        "" if place < keys or place in table.words else ' class="number"'
+        for place in range(len(table.labels))
+    ]
     parts = []
     if block.title and block.title != section.title:
         parts.append(f"<h3>{escape(block.title)}</h3>\n")
-    parts.append('<div class="wide">\n<table class="numbers">\n<thead><tr>')
-    for place, column in enumerate(table.columns):
-        kind = "" if place < keys or words[place] else ' class="number"'
-        parts.append(f'<th scope="col"{kind}>{escape(column.label)}</th>')
-    parts.append("</tr></thead>\n<tbody>\n")
+    parts.append(f'<div class="wide">\n<table class="{"numbers" if has_head else "study"}">\n')
+    if has_head:
+        heads = (
+            f'<th scope="col"{kind}>{escape(label)}</th>'
+            for kind, label in zip(kinds, table.labels, strict=True)
+        )
+        parts.append(f"<thead><tr>{''.join(heads)}</tr></thead>\n")
+    parts.append("<tbody>\n")
     before: str | None = None
-    for row, judged in zip(table.rows, table.words, strict=True):
+    for row in table.rows:
         new = keys > 1 and before not in (None, row[0])
         before = row[0]
         parts.append('<tr class="first">' if new else "<tr>")
-        for place, (text, word) in enumerate(zip(row, judged, strict=True)):
-            kind = "" if place < keys or words[place] else ' class="number"'
+        for place, (text, kind) in enumerate(zip(row, kinds, strict=True)):
             # Names in key columns keep their hyphens.
-            inside = escape(text if place < keys and words[place] else signed(text))
-            if word:
-                inside = f'<span class="word {anchor(word)}">{inside}</span>'
-            parts.append(f"<td{kind}>{inside}</td>")
+            is_name = place < keys and place in table.words
+            parts.append(f"<td{kind}>{escape(text if is_name else signed(text))}</td>")
         parts.append("</tr>\n")
     parts.append("</tbody>\n</table>\n</div>\n")
     if table.left_out:
@@ -180,18 +161,6 @@ def _(block: Table, section: Section) -> str:
     if block.caption:
         parts.append(f'<p class="small">{escape(block.caption)}</p>\n')
     return "".join(parts)
-
-
-@_html.register
-def _(block: Facts, section: Section) -> str:
-    rows = "".join(
-        f'<tr><th scope="row">{escape(name)}</th><td>{escape(value)}</td></tr>\n'
-        for name, value in block.rows
-    )
-    head = f'<tr><th colspan="2" scope="rowgroup">{escape(block.title)}</th></tr>\n'
-    return (
-        f'<table class="study">\n<tbody>\n{head if block.title else ""}{rows}</tbody>\n</table>\n'
-    )
 
 
 @_html.register
@@ -233,21 +202,6 @@ def _(block: Note, section: Section) -> str:
 @_html.register
 def _(block: Items, section: Section) -> str:
     return _list(block.texts)
-
-
-@_html.register
-def _(block: Listing, section: Section) -> str:
-    cut = len(block.text) > block.most
-    excerpt = escape(block.text[: block.most]) + ("…" if cut else "")
-    notice = (
-        '<p class="small">The complete text is in the file next to this page.</p>\n' if cut else ""
-    )
-    return f"<pre>{excerpt}</pre>\n{notice}"
-
-
-@_html.register
-def _(block: Markup, section: Section) -> str:
-    return block.html
 
 
 def _list(texts: list[str] | tuple[str, ...]) -> str:

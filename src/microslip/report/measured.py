@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.dataset import DataSet
-from microslip._core.quantities import Quantity, count
+from microslip._core.quantities import Quantity, count, json_value
 from microslip._core.units import engineering, interval_digits, significant
 from microslip._core.wording import plural, shorten
 from microslip.figures.picture import Picture
@@ -23,7 +24,7 @@ from microslip.laboratory.regimes import GROSS, STICK
 from microslip.laboratory.settling import is_certain
 from microslip.report import cells
 from microslip.report import measured_campaign as together
-from microslip.report.document import Block, Column, Document, Headline, Items, Note, Section, Table
+from microslip.report.document import Block, Document, Items, Note, Section, Table
 from microslip.report.files import csv_file, header
 
 KIND = "microslip-measurement"
@@ -90,8 +91,8 @@ def measurement_document(
     tables = [csv_file("cycles.csv", lambda: cycles_data(measurements))]
     if len(measurements) > 1:
         tables.append(csv_file("campaign.csv", lambda: rows))
-    answer, number = _answer(measurements), _number(measurements)
-    return Document(KIND, title, answer, tuple(sections), data, (), number, "loops", tuple(tables))
+    answer = _answer(measurements)
+    return Document(KIND, title, answer, tuple(sections), data, (), "loops", tuple(tables))
 
 
 def _joules(*ends: float, digits: int = 0) -> str:
@@ -146,25 +147,6 @@ def _ends(measured: Measurement) -> str:
     return f"each dissipates {low}, to {high}"
 
 
-def _number(measurements: Sequence[Measurement]) -> Headline:
-    energies = [measured.mean["dissipated_energy"] for measured in measurements]
-    first, measured = energies[0], measurements[0]
-    if len(energies) > 1:
-        values = [energy.value for energy in energies]
-        mean = _joules(float(np.mean(sorted(values))))
-        band = f"{_joules(min(values), max(values))} over {len(energies)} records"
-        return Headline("dissipated per cycle, mean of the records", mean, band)
-    band = ""
-    if first.number > 1:
-        level = f"{100.0 * measured.confidence:g} % interval of the mean"
-        if not measured.is_settled:
-            level = "range of the cycles"
-        band = f"{_joules(first.low, first.high)} ({level})"
-    value = _joules(first.value, digits=interval_digits(first.low, first.high))
-    place = f" at {engineering(measured.mean['amplitude'].value, 'm')}" if measured.levels else ""
-    return Headline(f"dissipated per cycle{place}", value, band)
-
-
 def _sections(
     measured: Measurement, adapt: cells.Wording, is_alone: bool
 ) -> tuple[Section, Section]:
@@ -212,28 +194,24 @@ def _means(measured: Measurement) -> Table:
     level = f"{100.0 * measured.confidence:g} % interval of the mean"
     if not measured.is_settled:
         level = "range of the cycles: not settled"
-    rows = [
-        (
-            LABELS[name],
-            _written(mean.value, name),
-            _interval(mean.low, mean.high, name),
-            _drift(measured, name),
-        )
+    names = [
+        name
         for name in (*_FIRST, *(name for name in LABELS if name not in _FIRST))
-        if (mean := measured.mean.get(name)) is not None
+        if name in measured.mean
     ]
-    columns = (
-        Column("quantity", "quantity"),
-        Column("mean", "mean"),
-        Column("interval", level),
-        Column("drift", "drift per cycle"),
+    data = DataSet.of_rows({name: (_quantity(name), measured.mean[name][:3]) for name in names})
+    table = cells.by_quantity(
+        "Means over the cycles",
+        data,
+        ("quantity", f"mean ({level})", "drift per cycle"),
+        [_drift(measured, name) for name in names],
     )
     caption = (
         "Drift per cycle: slope of a straight line over all cycles, if larger than five standard "
         "errors."
     )
-    brief_rows = tuple(range(sum(name in measured.mean for name in _FIRST)))
-    return Table("Means over the cycles", columns, tuple(rows), caption=caption, few=brief_rows)
+    few = tuple(range(sum(name in measured.mean for name in _FIRST)))
+    return replace(table, caption=caption, few=few)
 
 
 _OF_LEVELS = ("amplitude", "force_amplitude", "dissipated_energy", "loss_factor", "friction_peak")
@@ -241,35 +219,36 @@ _OF_LEVELS = ("amplitude", "force_amplitude", "dissipated_energy", "loss_factor"
 
 def _levels(measured: Measurement) -> Table:
     names = [name for name in _OF_LEVELS if name in measured.mean]
-    rows = [
-        (
-            " to ".join(f"{end + 1}" for end in dict.fromkeys(level.cycles[[0, -1]].tolist())),
-            *(_written(level.mean[name].value, name) for name in names),
-            _interval(*level.mean["dissipated_energy"][1:3], "dissipated_energy"),
-            "settled" if level.is_settled else "not settled",
-        )
-        for level in measured.levels
-    ]
-    columns = (
-        Column("cycles", "cycles"),
-        *(Column(name, LABELS[name]) for name in names),
-        Column("energy_interval", f"{100.0 * measured.confidence:g} % of the energy"),
-        Column("settled", ""),
-    )
-    return Table("Results by amplitude", columns, tuple(rows))
+    levels = measured.levels
+    ends = (dict.fromkeys(level.cycles[[0, -1]].tolist()) for level in levels)
+    energy = _quantity("dissipated_energy")
+    columns: dict[str, Any] = {
+        "cycles": (count("cycles"), [" to ".join(f"{end + 1}" for end in of) for of in ends]),
+        **{name: (_quantity(name), [level.mean[name].value for level in levels]) for name in names},
+        "energy_interval": (
+            count(f"{100.0 * measured.confidence:g} % of the energy"),
+            [
+                cells.interval_text(
+                    [None, *json_value(level.mean["dissipated_energy"][1:3])], energy
+                )
+                for level in levels
+            ],
+        ),
+        "settled": (
+            count(" "),
+            ["settled" if level.is_settled else "not settled" for level in levels],
+        ),
+    }
+    return Table("Results by amplitude", DataSet.of_rows(columns))
 
 
 def _drift(measured: Measurement, name: str) -> str:
     drift = measured.drift(name)
-    return _written(drift.value, name) if is_certain(drift) else "–"
+    return cells.cell(drift.value if is_certain(drift) else None, _quantity(name))
 
 
-def _written(value: float, name: str) -> str:
-    return cells.value(value, UNITS[name])
-
-
-def _interval(low: float, high: float, name: str) -> str:
-    return " … ".join(_written(end, name) for end in (low, high)) if np.isfinite(low) else "–"
+def _quantity(name: str) -> Quantity:
+    return Quantity(UNITS[name], label=LABELS[name])
 
 
 def cycles_data(measurements: Sequence[Measurement]) -> DataSet:

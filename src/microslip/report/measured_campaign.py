@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -17,8 +16,7 @@ from microslip.laboratory.campaign import NUMBERS, Campaign
 from microslip.laboratory.cycle_columns import LABELS, UNITS
 from microslip.laboratory.manifest import text_of
 from microslip.laboratory.wear import Wear
-from microslip.report import cells
-from microslip.report.document import Block, Items, Note, Section
+from microslip.report.document import Block, Items, Note, Section, Table
 
 _COLUMNS_SHOWN = (
     "amplitude",
@@ -80,9 +78,9 @@ def campaign_sections(
     wear: Wear | None,
 ) -> tuple[list[Section], list[Section]]:
     """Return two lists of sections, to be placed before and after the sections on each record."""
-    table = cells.table("Records", data, _shown(data), noun="records")
-    brief = (replace(c, brief=c.key in (*_BRIEF, *_BRIEF_TEXTS)) for c in table.columns)
-    table = replace(table, columns=tuple(brief))
+    names = tuple(_shown(data))
+    hidden = tuple(name for name in names if name not in (*_BRIEF, *_BRIEF_TEXTS))
+    table = Table("Records", data, names, noun="records", hidden=hidden)
     first = [Section("Records", (table,))]
     if skipped:
         texts = tuple(f"{shorten(name, 80)}: {why}" for name, why in skipped)

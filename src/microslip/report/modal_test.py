@@ -15,7 +15,7 @@ from microslip._core.wording import shorten
 from microslip.figures.picture import Picture
 from microslip.figures.plot import COLORS, DASHES, Axis, Entry, Panel, Plot, stacked
 from microslip.report import cells
-from microslip.report.document import Document, Items, Section
+from microslip.report.document import Document, Items, Section, Table
 from microslip.report.files import csv_file, header
 from microslip.report.structure.fitted import MOTIONS
 from microslip.structures import ModalTest
@@ -82,7 +82,7 @@ def _section(test: ModalTest) -> Section:
     columns = zip(quantities, (values[order] for values in _columns(test)), strict=True)
     data = DataSet.of_rows(dict(zip(_NAMES, columns, strict=True)))
     name = shorten(test.name, 100)
-    return Section(name, (cells.table(name, data, noun="amplitudes"), Items(test.notes)))
+    return Section(name, (Table(name, data, noun="amplitudes"), Items(test.notes)))
 
 
 def _columns(test: ModalTest) -> tuple[Floats, ...]:

@@ -14,8 +14,8 @@ from rich.measure import Measurement
 from rich.table import Table as Grid
 from rich.text import Text
 
-from microslip.report.cells import as_text, is_text, judgements
-from microslip.report.document import Block, Document, Facts, Items, Note, Table, Verdicts
+from microslip.report.cells import as_text, judgements
+from microslip.report.document import Block, Document, Items, Note, Table, Verdicts
 
 if TYPE_CHECKING:
     from rich.box import Box
@@ -228,25 +228,20 @@ def _print(block: Block, out: Printer, title: str, full: bool) -> None:
 
 @_print.register
 def _(block: Table, out: Printer, title: str, full: bool) -> None:
-    if not (block.brief or full) or not block.rows:
+    count = block.data.sizes["row"]
+    if not (block.brief or full) or not count:
         return
     table = as_text(block, MOST_ROWS, brief=not full)
-    count = len(block.rows)
     remark = ""
     if table.left_out:
         remark = f" ({count - table.left_out} of {count} {block.noun}; all in summary.json)"
     out.table(
         (block.title or title) + remark,
-        [column.short or column.label for column in table.columns],
+        table.heads,
         table.rows,
-        keys=min(block.keys, len(table.columns) - 1),
-        text=[i for i, column in enumerate(table.columns) if is_text(block, column)],
+        keys=min(block.keys, len(table.heads) - 1),
+        text=table.words,
     )
-
-
-@_print.register
-def _(block: Facts, out: Printer, title: str, full: bool) -> None:
-    out.table(block.title, ["", ""], block.rows, text=(0, 1))
 
 
 @_print.register

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from microslip._core.dataset import DataSet
-from microslip._core.quantities import Quantity, count, json_value
-from microslip._core.units import engineering, interval_digits, significant
-from microslip._core.verdicts import Word
+from microslip._core.quantities import QUANTITIES, Quantity, count, json_value
+from microslip._core.units import engineering, significant
 from microslip._core.wording import capital, plural, shorten
 from microslip._version import __version__
 from microslip.friction.law_files import law_content, law_text
@@ -19,13 +18,8 @@ from microslip.identification import Estimate, Identification, figures
 from microslip.identification.curves import CONFIDENCE, SHOWN, AmplitudeTable, curves_of
 from microslip.report import cells
 from microslip.report.document import (
-    Column,
     Document,
-    Facts,
-    Headline,
     Items,
-    Judged,
-    Listing,
     Note,
     Section,
     Table,
@@ -39,11 +33,10 @@ _SCHEMA = 2
 
 CONFIDENCE_TEXT = f"{100.0 * CONFIDENCE:g} %"
 _COLUMNS = {
-    "force": ("Force T", "N"),
-    "dissipated_energy": ("Energy of a cycle", "J"),
-    "damping_ratio": ("Damping ratio ζ", ""),
+    "force": Quantity("N", label="Force T"),
+    "dissipated_energy": Quantity("J", label="Energy of a cycle"),
+    "damping_ratio": Quantity("-", label="Damping ratio ζ"),
 }
-_WORDS: Mapping[str, Word] = {"identified": "ok", "assumed": "watch", "bounded": "watch"}
 _METHOD = (
     "The settled cycles of each record are averaged; their scatter gives the noise. The force of "
     "any law that obeys Masing's rules is linear in its slider density, so all records are fitted "
@@ -185,7 +178,7 @@ def identification_document(outcome: Identified, adapt: cells.Wording = str) -> 
         Section("Residuals", (_records(data["records"]),), brief=False),
         Section(
             "The joint as a study",
-            (Note("In joint.toml, for: microslip predict joint.toml"), Listing(study)),
+            (Note("In joint.toml, for: microslip predict joint.toml"),),
             brief=False,
         ),
         Section("Method", (Note(_METHOD),), brief=False),
@@ -203,7 +196,6 @@ def identification_document(outcome: Identified, adapt: cells.Wording = str) -> 
         tuple(sections),
         data,
         () if holds else (f"{capital(data['masing']['text'])}.",),
-        _number(data),
         "law",
         (
             csv_file("curves.csv", lambda: curves_data(found)),
@@ -221,85 +213,60 @@ def headline(data: Mapping[str, Any]) -> str:
     if curve["normal_load"] is not None:
         at += f" and {engineering(curve['normal_load'], 'N', 3, trim=True)}"
     energy, damping = (
-        interval_text(Estimate(*(curve[name][key][-1] for key in Estimate._fields)), unit)
-        for name, unit in (("dissipated_energy", "J"), ("damping_ratio", ""))
+        _interval(curve[name], _COLUMNS[name], -1)
+        for name in ("dissipated_energy", "damping_ratio")
     )
     return f"At {at} the energy per cycle is {energy}, and ζ is {damping} ({data['of']})."
 
 
-def _number(data: Mapping[str, Any]) -> Headline:
-    curve = data["curves"][-1]
-    value, low, high = (curve["dissipated_energy"][key][-1] for key in Estimate._fields)
-    at = engineering(curve["amplitude"][-1], "m", 3, trim=True)
-    digits = interval_digits(low, high, value)
-    ends = " to ".join(engineering(end, "J", digits) for end in (low, high))
-    return Headline(
-        f"energy at ±{at}", engineering(value, "J", digits), f"{ends} ({CONFIDENCE_TEXT})"
-    )
+def _interval(numbers: Mapping[str, Any], quantity: Quantity, place: int | None = None) -> str:
+    """Format an estimate of the data, or one element of an estimate of a curve."""
+    ends = (numbers[key] for key in Estimate._fields)
+    if place is not None:
+        ends = (end[place] for end in ends)
+    return cells.interval_text(ends, quantity)
 
 
-def interval_text(estimate: Estimate, unit: str) -> str:
-    """Format an estimate: its value and the ends of its interval; any of these may be None."""
-    value, low, high = estimate
-
-    def text(number: float, digits: int) -> str:
-        if unit in ("N", "J", "m", "N/m"):
-            return engineering(number, unit, digits)
-        return f"{significant(number, digits)} {unit}".rstrip()
-
-    if low is None and high is None:
-        return cells.UNKNOWN if value is None else text(value, 4)
-    if high is None:
-        return f"at least {text(low or 0.0, 4)}"
-    if low is None:
-        return f"at most {text(high, 4)}"
-    middle = 0.5 * (low + high) if value is None else value
-    digits = interval_digits(low, high, middle)
-    ends = f"{text(low, digits)} to {text(high, digits)}"
-    return ends if value is None else f"{text(value, digits)} ({ends})"
-
-
-def _facts(data: Mapping[str, Any]) -> Facts:
-    def of(name: str) -> str:
-        number = data[name]
-        return interval_text(Estimate(*(number[key] for key in Estimate._fields)), number["unit"])
-
-    rig = of("rig_stiffness")
-    rig += ", as given" if data["rig_stiffness"]["given"] else "; loops alone do not determine it"
-    low, high = (engineering(a, "m", 3, trim=True) for a in data["amplitude_range"])
+def _facts(data: Mapping[str, Any]) -> Table:
+    rig = "as given" if data["rig_stiffness"]["given"] else "loops alone do not determine it"
+    labels = {
+        "stiffness": "Stiffness at rest",
+        "force_limit": "Force limit",
+        "rig_stiffness": f"Stiffness of the rig ({rig})",
+    }
+    columns = {
+        name: (
+            Quantity(data[name]["unit"], label=label),
+            [data[name][key] for key in Estimate._fields],
+        )
+        for name, label in labels.items()
+    }
+    columns["amplitudes"] = (
+        Quantity("m", label="Measured amplitudes"), [None, *data["amplitude_range"]],
+    )  # fmt: skip
     load = data["curves"][-1]["normal_load"]
     at = "" if load is None else f" at {engineering(load, 'N', 3, trim=True)}"
-    return Facts(
-        f"{capital(data['of'])}{at}, with {CONFIDENCE_TEXT} intervals",
-        (
-            ("Stiffness at rest", of("stiffness")),
-            ("Force limit", of("force_limit")),
-            ("Stiffness of the rig", rig),
-            ("Measured amplitudes", f"{low} to {high}"),
-        ),
-    )
+    title = f"{capital(data['of'])}{at}, with {CONFIDENCE_TEXT} intervals"
+    return cells.by_quantity(title, DataSet.of_rows(columns), ("", ""))
 
 
 def _amplitudes(data: Mapping[str, Any]) -> Table:
-    columns = [
-        Column("normal_load", "Normal load", "N", 4, write=cells.trimmed("N"), short="load"),
-        Column("amplitude", "Amplitude", "m", 4, short="amplitude"),
-        *(
-            Column(name, f"{label} ({CONFIDENCE_TEXT})", short=label)
-            for name, (label, _) in _COLUMNS.items()
-        ),
+    places = [
+        (curve, a, curve["amplitude"].index(a))
+        for curve in data["curves"]
+        for a in curve["measured_amplitudes"]
     ]
-    rows = []
-    for curve in data["curves"]:
-        for a in curve["measured_amplitudes"]:
-            at = curve["amplitude"].index(a)
-            texts = (
-                interval_text(Estimate(*(curve[name][key][at] for key in Estimate._fields)), unit)
-                for name, (_, unit) in _COLUMNS.items()
-            )
-            rows.append((curve["normal_load"], a, *texts))
+    columns: dict[str, Any] = {
+        "normal_load": (QUANTITIES["normal_load"], [c["normal_load"] for c, _, _ in places]),
+        "amplitude": (QUANTITIES["amplitude"]._replace(form="4"), [a for _, a, _ in places]),
+    }
+    for name, quantity in _COLUMNS.items():
+        label = f"{quantity.label} ({CONFIDENCE_TEXT})"
+        texts = [_interval(curve[name], quantity, at) for curve, _, at in places]
+        columns[name] = Quantity("", label=label, symbol=quantity.label), texts
     caption = f"Intervals of {CONFIDENCE_TEXT} for each quantity separately, of the {data['of']}."
-    return Table("At the measured amplitudes", tuple(columns), tuple(rows), keys=2, caption=caption)
+    rows = DataSet.of_rows(columns)
+    return Table("At the measured amplitudes", rows, keys=2, caption=caption)
 
 
 def _masing(data: Mapping[str, Any]) -> tuple[str, ...]:
@@ -314,21 +281,15 @@ def _masing(data: Mapping[str, Any]) -> tuple[str, ...]:
 
 def _parameters(data: Mapping[str, Any]) -> tuple[Any, ...]:
     step = data["interface"]
-    columns = (
-        Column("parameter", "Parameter", short="parameter"),
-        Column("value", f"Value ({CONFIDENCE_TEXT})", short=f"value ({CONFIDENCE_TEXT})"),
-        Column("verdict", "Verdict", short="verdict"),
-    )
-    rows = tuple(
-        (
-            capital(name.replace("_", " ")),
-            interval_text(Estimate(one["value"], one["low"], one["high"]), one["unit"])
-            if one["verdict"] != "not determined"
-            else cells.UNKNOWN,
-            Judged(_WORDS.get(one["verdict"], "outside"), one["verdict"]),
-        )
-        for name, one in step["parameters"].items()
-    )
+    columns, verdicts = {}, []
+    for name, one in step["parameters"].items():
+        ends = [one[key] for key in Estimate._fields]
+        if one["verdict"] == "not determined":
+            ends = [None] * len(ends)
+        columns[name] = Quantity(one["unit"] or "-", label=capital(name.replace("_", " "))), ends
+        verdicts.append(one["verdict"])
+    heads = ("Parameter", f"Value ({CONFIDENCE_TEXT})", "Verdict")
+    table = cells.by_quantity("Parameters", DataSet.of_rows(columns), heads, verdicts)
     words = "fits the loops as well as the law does"
     if not step["fits"]:
         words = (
@@ -339,23 +300,25 @@ def _parameters(data: Mapping[str, Any]) -> tuple[Any, ...]:
     note = f"The {step['law']} {words}."
     rig = step["rig_from_shape"]
     if rig is not None:
-        text = interval_text(Estimate(*(rig[key] for key in Estimate._fields)), "N/m")
+        text = _interval(rig, Quantity("N/m"))
         note += f" With the assumed shape of the normal law the rig stiffness is {text}."
-    return (Table("Parameters", columns, rows), Note(note))
+    return (table, Note(note))
 
 
 def _records(records: Sequence[Mapping[str, Any]]) -> Table:
-    columns = (
-        Column("name", "Record"),
-        Column("normal_load", "N", "N"),
-        Column("amplitude", "Amplitude", "m"),
-        Column("cycles", "Cycles"),
-        Column("rms_residual", "Residual", "N", 3),
-        Column("force_noise", "Noise of a sample", "N", 3),
-        Column("measured_energy", "Energy of the loop", "J"),
+    quantities = {
+        "name": count("Record"),
+        "normal_load": Quantity("N", label="N"),
+        "amplitude": Quantity("m", label="Amplitude"),
+        "cycles": count("Cycles"),
+        "rms_residual": Quantity("N", label="Residual", form="3"),
+        "force_noise": Quantity("N", label="Noise of a sample", form="3"),
+        "measured_energy": Quantity("J", label="Energy of the loop"),
+    }
+    data = DataSet.of_rows(
+        {name: (quantity, [r[name] for r in records]) for name, quantity in quantities.items()}
     )
-    rows = tuple(tuple(record[column.key] for column in columns) for record in records)
-    return Table("Residuals", columns, rows, caption=_RESIDUALS, noun="records")
+    return Table("Residuals", data, caption=_RESIDUALS, noun="records")
 
 
 # -- files ----------------------------------------------------------------------------------------
@@ -372,8 +335,8 @@ def law_study_text(data: Mapping[str, Any]) -> str:
     curve = data["curves"][-1]
     lines = [f"Identified by microslip {__version__}, the {data['of']}, from:"]
     lines += [
-        f"  {shorten(record['name'], 60)}, N = {cells.value(record['normal_load'], 'N')}, "
-        f"amplitude {cells.value(record['amplitude'], 'm')}, {record['cycles']} cycles"
+        f"  {shorten(record['name'], 60)}, N = {cells.cell(record['normal_load'], Quantity('N'))}, "
+        f"amplitude {engineering(record['amplitude'], 'm', 4)}, {record['cycles']} cycles"
         for record in data["records"]
     ]
     if curve["normal_load"] is not None and len(data["curves"]) > 1:
@@ -408,7 +371,7 @@ def curves_data(found: Identification) -> DataSet:
         "amplitude": (Quantity("m"), np.concatenate([table.amplitude for table in tables])),
     }
     for name in SHOWN:
-        label, unit = name.replace("_", " "), _COLUMNS[name][1] or "-"
+        label, unit = name.replace("_", " "), _COLUMNS[name].unit
         for key in Estimate._fields:
             values = [np.asarray(getattr(table.estimates[name], key), float) for table in tables]
             heading = label if key == "value" else f"{label} {key}"

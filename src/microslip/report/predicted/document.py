@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import re
-from pathlib import Path
-
 import numpy as np
 
 from microslip._core.checks import Floats
@@ -12,10 +9,7 @@ from microslip._core.units import engineering, significant
 from microslip.report.document import (
     Block,
     Document,
-    Headline,
     Items,
-    Listing,
-    Markup,
     Note,
     Section,
 )
@@ -31,7 +25,6 @@ from microslip.report.predicted.tables import (
     validity_verdicts,
 )
 from microslip.report.structure.document import structure_answer, structure_sections
-from microslip.report.structure.document import structure_headline as structure_number
 from microslip.report.structure.judged import with_structure
 from microslip.study.consistency import unit_warnings
 from microslip.study.description import StudyDescription
@@ -62,7 +55,7 @@ def prediction_document(result: Prediction) -> Document:
         sections.append(Section("History", (history_table(joints),)))
     notes = tuple(note for note in summary["notes"] if note != REMINDER)  # shown as a remark
     computed = [Note(subject(result))] if study.reports_joint else []
-    description: list[Block] = [*computed, quantity_table(quantities(study)), Listing(study.text)]
+    description: list[Block] = [*computed, quantity_table(quantities(study))]
     verdicts = validity_verdicts(study, result.joints)
     if result.structure is not None:
         verdicts = with_structure(verdicts, result.structure)
@@ -72,14 +65,13 @@ def prediction_document(result: Prediction) -> Document:
         Section("Validity", (verdicts,)),
         Section("Notes", (*([Items(notes)] if notes else []), *reminder)),
         Section("Study", tuple(description), brief=False),
-        Section("Equations", (Markup(equations(result)),), brief=False),
     ]
-    title, sentence, number, figure = "Joint", answer(result), _number(result), "loops"
+    title, sentence, figure = "Joint", answer(result), "loops"
     if (structure := result.structure) is not None:
         title, figure = "Structure", "modal_curves"
-        sentence, number = structure_answer(structure), structure_number(structure)
+        sentence = structure_answer(structure)
     title, remarks = summary["title"] or title, tuple(unit_warnings(study))
-    return Document(KIND, title, sentence, tuple(sections), summary, remarks, number, figure)
+    return Document(KIND, title, sentence, tuple(sections), summary, remarks, figure)
 
 
 def _middle(result: Prediction) -> tuple[int, int]:
@@ -109,32 +101,20 @@ def answer(result: Prediction) -> str:
     load, place = _middle(result)
     row = result.rows[load]
     share = float(row.force_ratio[place])
+    band = ""
+    if (scatter := result.scatter) is not None:
+        ends = scatter.bands["loss_factor"].values[[0, -1], load, place]
+        shares = " to ".join(f"{100.0 * share:g}" for share in scatter.quantiles[[0, -1]])
+        band = " to ".join(map(significant, ends.tolist()))
+        band = f" ({shares} %: {'not measured' if np.isnan(ends).any() else band})"
     reached = f"the force reaches {significant(100.0 * share)} % of the friction limit"
     if share > 0.999:
         reached = "the joint reaches gross slip"
     return (
         f"At {_case(result)} a cycle dissipates "
         f"{engineering(float(row.dissipated_energy[place]), 'J')}, "
-        f"the loss factor is η = {significant(float(row.loss_factor[place]))} and {reached}."
+        f"the loss factor is η = {significant(float(row.loss_factor[place]))}{band} and {reached}."
     )
-
-
-def _number(result: Prediction) -> Headline:
-    load, place = _middle(result)
-    eta = float(result.rows[load].loss_factor[place])
-    every = np.concatenate([row.loss_factor for row in result.rows])
-    every = every[np.isfinite(every)]
-    band = f"ζ = η/2 = {significant(0.5 * eta)}"
-    if (scatter := result.scatter) is not None:
-        ends = scatter.bands["loss_factor"].values[[0, -1], load, place].tolist()
-        shares = " to ".join(f"{100.0 * share:g}" for share in scatter.quantiles[[0, -1]])
-        ends_text = "not measured" if np.isnan(ends).any() else " to ".join(map(significant, ends))
-        band = f"{shares} %: {ends_text}; {band}"
-    elif every.size > 1:
-        ends = [float(every.min()), float(every.max())]
-        band += f"; from {' to '.join(map(significant, ends))} "
-        band += "over the loads and amplitudes of the study"
-    return Headline(f"loss factor η at {_case(result)}", significant(eta), band)
 
 
 def subject(result: Prediction) -> str:
@@ -165,21 +145,6 @@ def _range_text(noun: str, values: list[float], unit: str) -> str:
         return f"one {noun}, {_written(values[0], unit)}"
     ends = " to ".join(_written(end, unit) for end in (min(values), max(values)))
     return f"{len(values)} {noun}s, {ends}"
-
-
-# -- equations -----------------------------------------------------------------------------------
-
-
-def equations(result: Prediction) -> str:
-    """Return the equations used for this result, in MathML."""
-    holds = {_law(result.study)}
-    if getattr(result.joints[0], "contact_area", None) is not None:
-        holds.add("contacts")
-    text = Path(__file__).with_name("equations.html").read_text(encoding="utf-8")
-    # Each part starts with a comment that names its condition.
-    head, *parts = re.split(r"<!-- (.+?) -->\n", text)
-    sections = zip(parts[::2], parts[1::2], strict=True)
-    return head + "".join(part for need, part in sections if need == "always" or need in holds)
 
 
 def _law(study: StudyDescription) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,11 +13,10 @@ import numpy as np
 from microslip._core.checks import Progress
 from microslip._core.quantities import UNITS
 from microslip._version import __version__
+from microslip.report import cells
 from microslip.report.cells import si
-from microslip.report.document import Column, Document, Facts, Items, Section, Table
-from microslip.report.predicted.numbers import (
-    load_notes,
-)
+from microslip.report.document import Document, Items, Section, Table
+from microslip.report.predicted.numbers import load_notes
 from microslip.report.predicted.tables import rest_section, validity_verdicts
 from microslip.study.build import build_joints
 from microslip.study.consistency import unit_warnings
@@ -76,7 +76,7 @@ def preview(study: StudyDescription, progress: Progress | None = None) -> Docume
     )
 
 
-def _size(cost: Cost) -> Facts:
+def _size(cost: Cost) -> Table:
     low, high = cost.seconds
     unit, name = (1.0, "s") if high < 120.0 else (60.0, "min")
     duration = f"{math.floor(low / unit)} to {math.ceil(high / unit)} {name}"
@@ -93,7 +93,7 @@ def _size(cost: Cost) -> Facts:
         ("Estimated time of a run", duration),
         ("Memory, about", f"{cost.gigabytes:.1f} GB"),
     )
-    return Facts("Size", rows)
+    return cells.texts("Size", rows)
 
 
 def next_step(document: Document) -> str:
@@ -120,8 +120,8 @@ def quantity_table(numbers: Iterable[dict[str, Any]]) -> Table:
             value = _list(quantity["value"], si)
         text = "– (table of metals)" if written is None else _list(written, str)
         rows.append((quantity["key"], text, value if unit == "-" else f"{value} {unit}"))
-    columns = (Column("key", "key"), Column("written", "written"), Column("value", "in SI units"))
-    return Table("Quantities", columns, tuple(rows), most=len(rows) or 1)
+    table = cells.texts("Quantities", rows, ("key", "written", "in SI units"))
+    return replace(table, most=len(rows))
 
 
 def _list(value: Any, write: Callable[[Any], str]) -> str:

@@ -14,16 +14,14 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core import kernels
+from microslip._core import kernels, netcdf
 from microslip._core.checks import Progress, show
 from microslip._core.dataset import DataSet, Variable
 from microslip._core.errors import InputError
 from microslip._version import __version__
-from microslip.report.document import Document
+from microslip.report.document import Document, File
 from microslip.report.files import (
-    TEXT,
     csv_file,
-    netcdf_file,
     save,
     standard_files,
     text_file,
@@ -53,11 +51,10 @@ def result_document(result: Result, folder: Path) -> Document:
     )
     files = [text_file("study.toml", lambda: study.text_for(folder))]
     if "netcdf" in output.formats:
-        files.append(netcdf_file("result.nc", data))
+        files.append(File("result.nc", lambda path: netcdf.store(path, data)))
     if "csv" in output.formats:
         for name, (columns, dims) in tables(result, data).items():
-            cost = data.count(dims) * len(columns) * TEXT
-            files.append(csv_file(f"{name}.csv", lambda: data, columns, dims, cost))
+            files.append(csv_file(f"{name}.csv", lambda: data, columns, dims))
         for name, table in forced_tables(structure).items():
             files.append(csv_file(f"{name}.csv", lambda table=table: table))  # type: ignore[misc]
     document = replace(prediction_document(result), files=tuple(files))

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip._core.quantities import json_value, named
+from microslip._core.dataset import DataSet
+from microslip._core.quantities import QUANTITIES, Quantity, json_value, named
 from microslip.friction.sweeps.quantiles import samples_for
 from microslip.report import cells
-from microslip.report.document import Block, Column, Facts, Note, Section, Table
+from microslip.report.document import Block, Note, Section, Table
 from microslip.study.runs.prediction import Prediction
 from microslip.study.runs.scatter import RANKED, PredictionScatter
 
 _BANDS = ("loss_factor", "dissipated_energy")
-_LOOP = tuple(map(cells.column, ("normal_load", "amplitude")))
 
 
 def scatter_sections(result: Prediction) -> tuple[Section, ...]:
@@ -31,7 +31,7 @@ def scatter_sections(result: Prediction) -> tuple[Section, ...]:
         return (Section("Scatter", (*tables, *words)),)
     inputs = ((entry.key, entry.written) for entry in scatter.inputs)
     blocks: list[Block] = [
-        Facts("Uncertain inputs", (*inputs, ("Samples", str(scatter.samples)))),
+        cells.texts("Uncertain inputs", (*inputs, ("Samples", str(scatter.samples)))),
         *(_bands(result, scatter, name) for name in _BANDS),
         _ranking(result, scatter),
         Note(_remark(scatter), small=True),
@@ -48,22 +48,25 @@ def _places(result: Prediction) -> list[tuple[int, int, float | None, float]]:
     ]
 
 
+def _loop_columns(loads: Iterable[float | None], amplitudes: Iterable[float]) -> dict[str, Any]:
+    return {
+        "normal_load": (QUANTITIES["normal_load"], loads),
+        "amplitude": (QUANTITIES["amplitude"], amplitudes),
+    }
+
+
 def _bands(result: Prediction, scatter: PredictionScatter, name: str) -> Table:
-    band, column = scatter.bands[name].values, cells.column(name)
-    columns = (
-        *_LOOP,
-        *(replace(column, label=f"{100.0 * q:g} %", short="") for q in scatter.quantiles),
-    )
-    rows = [(load, a, *json_value(band[:, i, j])) for i, j, load, a in _places(result)]
+    band, quantity = scatter.bands[name].values, QUANTITIES[name]
+    first, second, loads, amplitudes = zip(*_places(result), strict=True)
+    columns = _loop_columns(loads, amplitudes)
+    for q, values in zip(scatter.quantiles, band, strict=True):
+        label = f"{100.0 * q:g} %"
+        columns[label] = quantity._replace(label=label, symbol=""), values[first, second]
     if name in scatter.intervals:
         label = "90 % interval of the quantiles, ±"
-        columns = (*columns, Column("error", label, "", write=cells.percent, short="± (90 %)"))
-        widest = np.max(_half_widths(scatter, name), axis=0)
-        places = _places(result)
-        rows = [
-            (*row, json_value(widest[i, j])) for row, (i, j, _, _) in zip(rows, places, strict=True)
-        ]
-    return Table(column.label, columns, tuple(rows), keys=2, noun="loops")
+        error = Quantity("-", label=label, symbol="± (90 %)", form="percent")
+        columns["error"] = error, np.max(_half_widths(scatter, name), axis=0)[first, second]
+    return Table(quantity.label, DataSet.of_rows(columns), keys=2, noun="loops")
 
 
 def _half_widths(scatter: PredictionScatter, name: str) -> Floats:
@@ -79,15 +82,14 @@ def _half_widths(scatter: PredictionScatter, name: str) -> Floats:
 def _ranking(result: Prediction, scatter: PredictionScatter) -> Table:
     rows = []
     for i, j, load, a in _places(result):
-        decision = scatter.decision("loss_factor", i, j)
-        for k in np.argsort(-decision.shares)[:4].tolist():
-            rows.append((load, a, scatter.inputs[k].key, json_value(decision.shares[k])))
-    heads = (
-        *_LOOP,
-        Column("input", "Uncertain inputs", short="input"),
-        Column("share", "Fraction of the variance of ln η", "", write=cells.percent, short="share"),
-    )
-    return Table("What to measure next", heads, tuple(rows), keys=2, noun="inputs")
+        shares = scatter.decision("loss_factor", i, j).shares
+        rows += [(load, a, scatter.inputs[k].key, shares[k]) for k in np.argsort(-shares)[:4]]
+    loads, amplitudes, inputs, parts = zip(*rows, strict=True)
+    columns = _loop_columns(loads, amplitudes)
+    columns["input"] = Quantity("", label="Uncertain inputs", symbol="input"), inputs
+    label = "Fraction of the variance of ln η"
+    columns["share"] = Quantity("-", label=label, symbol="share", form="percent"), parts
+    return Table("What to measure next", DataSet.of_rows(columns), keys=2, noun="inputs")
 
 
 def _remark(scatter: PredictionScatter) -> str:

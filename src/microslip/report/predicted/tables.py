@@ -6,10 +6,12 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
+from microslip._core.dataset import DataSet
+from microslip._core.quantities import QUANTITIES, count
 from microslip._core.units import engineering, significant
 from microslip.friction import Interface
 from microslip.report import cells
-from microslip.report.document import Column, Section, Table, Verdicts
+from microslip.report.document import Section, Table, Verdicts
 from microslip.study.description import StudyDescription
 from microslip.study.runs.rest import joint_verdicts
 
@@ -44,30 +46,36 @@ JointRows = Sequence[dict[str, Any]]
 
 
 def _table(
-    title: str, noun: str, columns: Sequence[Column], rows: JointRows, caption: str = ""
+    title: str,
+    noun: str,
+    data: DataSet,
+    caption: str = "",
+    hidden: tuple[str, ...] = (),
 ) -> Table:
     keys, limit = (1, MOST_JOINTS) if noun == "loads" else (2, MOST_CYCLE_ROWS)
-    values = tuple(tuple(row.get(column.key) for column in columns) for row in rows)
-    return Table(title, tuple(columns), values, keys, limit, caption, noun=noun)
+    return Table(title, data, keys=keys, most=limit, caption=caption, noun=noun, hidden=hidden)
 
 
 def joint_table(joints: JointRows, law: str, title: str = "Joint") -> Table:
     """Return the table of joints at rest, one row per load."""
-    counts = cells.counted if law in COUNTED else cells.expected
+    counts = "counted" if law in COUNTED else "expected"
     share_known = joints[0]["contact_area_fraction"] is not None
     at_rig = joints[0]["rig_tangential_stiffness"] is not None
-    rig = ("normal", "tangential") if at_rig else ()
-    columns = (
-        cells.column("normal_load"),
-        cells.column("contact_count", write=counts),
-        cells.column("contact_area_fraction" if share_known else "contact_area"),
-        cells.column("mean_contact_pressure", brief=False),
-        *(cells.column(f"{kind}_stiffness", brief=False) for kind in ("normal", "first_loading")),
-        cells.column("tangential_stiffness"),
-        *[cells.column(f"rig_{kind}_stiffness", brief=kind != "normal") for kind in rig],
-        *map(cells.column, ("force_limit", "slip_scale")),
-        cells.column("standardised_separation"),
+    names = (
+        "normal_load",
+        "contact_count",
+        "contact_area_fraction" if share_known else "contact_area",
+        "mean_contact_pressure",
+        "normal_stiffness",
+        "first_loading_stiffness",
+        "tangential_stiffness",
+        *(("rig_normal_stiffness", "rig_tangential_stiffness") if at_rig else ()),
+        "force_limit",
+        "slip_scale",
+        "standardised_separation",
     )
+    hidden = ("mean_contact_pressure", *(name for name in names if "normal_stiffness" in name))
+    hidden += ("first_loading_stiffness",)
     scale = joints[0]["slip_scale_meaning"]
     h = joints[0]["standardised_separation"] is not None
     caption = (
@@ -85,7 +93,8 @@ def joint_table(joints: JointRows, law: str, title: str = "Joint") -> Table:
         f"The slip scale is {_SCALES.get(scale, scale)}"
         + ("; h is the separation of the surfaces over the spread of the heights." if h else ".")
     )
-    return _table(title, "loads", columns, joints, caption)
+    data = cells.of_records(joints, names, contact_count={"form": counts})
+    return _table(title, "loads", data, caption, hidden)
 
 
 def rest_section(joints: JointRows, law: str) -> Section:
@@ -108,21 +117,26 @@ def sensitivity_table(joints: JointRows) -> tuple[Table, ...]:
                 if abs(slope) >= 0.01
             ]
             rows.append((joint["normal_load"], label, ", ".join(steepest) or "none"))
-    columns = (
-        cells.column("normal_load"),
-        Column("quantity", "Quantity"),
-        Column("inputs", "Largest sensitivities"),
-    )
     caption = (
         "d ln quantity/d ln input, the largest first: with 0.5 an error of 10 % in the input "
         "causes an error of 5 % in the quantity. Moduli change for both bodies, density and area "
         "for the whole joint."
     )
+    if not rows:
+        return ()
+    loads, quantities, inputs = zip(*rows, strict=True)
+    data = DataSet.of_rows(
+        {
+            "normal_load": (QUANTITIES["normal_load"], loads),
+            "quantity": (count("Quantity"), quantities),
+            "inputs": (count("Largest sensitivities"), inputs),
+        }
+    )
     table = Table(
-        "Sensitivities", columns, tuple(rows), 2, MOST_JOINTS, caption, brief=False,
+        "Sensitivities", data, keys=2, most=MOST_JOINTS, caption=caption, brief=False,
         noun="quantities",
     )  # fmt: skip
-    return (table,) if rows else ()
+    return (table,)
 
 
 def cycle_table(joints: JointRows, *, by_force: bool) -> Table:
@@ -130,15 +144,13 @@ def cycle_table(joints: JointRows, *, by_force: bool) -> Table:
 
     The first amplitude column is that given in the study: force if ``by_force``, else displacement.
     """
-    amplitude, force = cells.column("amplitude"), cells.column("force_amplitude", brief=by_force)
-    names = ("force_ratio", "dissipated_energy", "loss_factor", "damping_ratio")
+    first = ("force_amplitude", "amplitude") if by_force else ("amplitude", "force_amplitude")
     more = ("secant_stiffness", "dissipation_exponent", "stick_share")
-    columns = (
-        cells.column("normal_load"),
-        *((force, amplitude) if by_force else (amplitude, force)),
-        *map(cells.column, names),
-        *(cells.column(name, brief=False) for name in more),
-    )
+    names = (
+        "normal_load", *first, "force_ratio", "dissipated_energy", "loss_factor", "damping_ratio",
+        *more,
+    )  # fmt: skip
+    hidden = more if by_force else ("force_amplitude", *more)
     caption = (
         "T/μN is the force amplitude over the force limit. The exponent is the local exponent of "
         "the energy in the amplitude"
@@ -146,16 +158,16 @@ def cycle_table(joints: JointRows, *, by_force: bool) -> Table:
     if joints[0]["amplitudes"][0].get("stick_share") is not None:
         caption += ", and the sticking fraction that of the contact area after first loading"
     rows = [{**joint, **row} for joint in joints for row in joint["amplitudes"]]
-    return _table("Cycles", "loops", columns, rows, f"{caption}.")
+    data = cells.of_records(rows, names)
+    return _table("Cycles", "loops", data, f"{caption}.", hidden)
 
 
 def history_table(joints: JointRows) -> Table:
     """Return the extreme values of the response to a history, one row per load."""
-    columns = (
-        *map(cells.column, ("normal_load", "largest_displacement", "largest_force")),
-        cells.column("dissipated_energy", label="Dissipated energy", short=""),
-    )
-    return _table("History", "loads", columns, [{**j, **j["history"]} for j in joints])
+    names = ("normal_load", "largest_displacement", "largest_force", "dissipated_energy")
+    energy = {"label": "Dissipated energy", "symbol": ""}
+    rows = [{**joint, **joint["history"]} for joint in joints]
+    return _table("History", "loads", cells.of_records(rows, names, dissipated_energy=energy))
 
 
 def validity_verdicts(study: StudyDescription, joints: Sequence[Interface]) -> Verdicts:

@@ -22,14 +22,10 @@ from microslip.figures.picture import Picture
 from microslip.report import cells
 from microslip.report.document import (
     Block,
-    Column,
     Document,
-    Headline,
     Items,
-    Listing,
     Note,
     Section,
-    Table,
     Verdicts,
 )
 from microslip.report.files import csv_file, header, text_file
@@ -94,11 +90,9 @@ def scan_document(
     if findings.face is not None:
         text = face_study_text(findings, findings.face, folder or Path())
         files.append(text_file(STUDY_NAME, lambda: text))
-        sections.append(Section("Study of the joint", (Listing(text),), brief=False))
     sections.append(Section("Reading of the file", (Items(tuple(map(adapt, notes))),), brief=False))
-    number = Headline("rms height Sq", engineering(findings.statistics.rms, "m", 4))
     return Document(
-        KIND, findings.raw.name, _answer(findings), tuple(sections), data, remarks, number,
+        KIND, findings.raw.name, _answer(findings), tuple(sections), data, remarks,
         "heights", tuple(files),
     )  # fmt: skip
 
@@ -205,19 +199,17 @@ def _parameters(findings: Findings, data: dict[str, Any]) -> tuple[Block, ...]:
             label = f"{item.symbol}, {item.meaning}"
             rows.append((label, _written(data["areal"][item.name], item.unit)))
     head = "profile" if data["areal"] is None else "ISO 25178-2:2021"
-    columns = (Column("quantity", head), Column("value", "value"))
-    blocks: list[Block] = [Table("", columns, tuple(rows))]
+    blocks: list[Block] = [cells.texts("", rows, (head, "value"))]
     if along := data["profile"]:
         heads = ["value"] if data["areal"] is None else [f"lines along {axis}" for axis in along]
-        lines = (Column(f"lines_{axis}", text) for axis, text in zip(along, heads, strict=True))
-        of_lines = tuple(
+        of_lines = [
             (
                 f"{item.symbol}, {item.meaning}",
                 *(_written(values[item.name], item.unit) for values in along.values()),
             )
             for item in parameters_of(ProfileParameters)
-        )
-        blocks.append(Table("", (Column("quantity", "ISO 21920-2:2021"), *lines), of_lines))
+        ]
+        blocks.append(cells.texts("", of_lines, ("ISO 21920-2:2021", *heads)))
     return tuple(blocks)
 
 
@@ -231,7 +223,7 @@ def _summits(findings: Findings, data: dict[str, Any]) -> tuple[Block, ...]:
     head = "summits by the moments of the profile"
     if findings.summits is not None:
         head = f"{findings.summits.count} summits"
-    return (Table("", (Column("quantity", head), Column("value", "value")), rows),)
+    return (cells.texts("", rows, (head, "value")),)
 
 
 def _written(value: float | None, unit: str) -> str:

@@ -5,19 +5,21 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from microslip._core.quantities import json_value, named
+from microslip._core.dataset import DataSet
+from microslip._core.quantities import Quantity, json_value, named
 from microslip._core.units import engineering
 from microslip.contact.figures import face_plot
 from microslip.figures.picture import Picture
 from microslip.report import cells
-from microslip.report.document import Column, Note, Section, Table
+from microslip.report.document import Note, Section
 from microslip.surfaces.findings import Findings
 from microslip.surfaces.joints import contact_words
 
 _QUANTITIES = {
-    "normal_stiffness": ("normal stiffness k_n", "N/m"),
-    "tangential_stiffness": ("tangential stiffness k_t", "N/m"),
-    "loss_factor": ("loss factor η", ""),
+    "normal_stiffness": Quantity("N/m", label="normal stiffness k_n", form="3"),
+    "first_loading_stiffness": Quantity("N/m", label="normal stiffness on first loading", form="3"),
+    "tangential_stiffness": Quantity("N/m", label="tangential stiffness k_t", form="3"),
+    "loss_factor": Quantity("-", label="loss factor η", form=".3g"),
 }
 
 
@@ -26,20 +28,16 @@ def joint_sections(findings: Findings, adapt: cells.Wording = str) -> list[Secti
     face = findings.face
     if face is None:
         return []
-    intervals, rows = face.intervals, []
-    for name, (label, unit) in _QUANTITIES.items():
+    intervals, unknown = face.intervals, (None, None)
+    values = {**face.values, "first_loading_stiffness": face.first_loading_stiffness}
+    columns = {}
+    for name, quantity in _QUANTITIES.items():
         if name == "loss_factor":
-            label += f" at {engineering(face.amplitude, 'm')}"
-        low_high = intervals.get(name)
-        between = "–" if low_high is None else " to ".join(_value(v, unit) for v in low_high)
-        rows.append((label, _value(face.values[name], unit), between))
-    first = _value(face.first_loading_stiffness, "N/m")
-    rows.insert(1, ("normal stiffness on first loading", first, "–"))
-    columns = (
-        Column("quantity", "of the face"),
-        Column("value", "value"),
-        Column("interval", "90 % interval"),
-    )
+            at = f"{quantity.label} at {engineering(face.amplitude, 'm')}"
+            quantity = quantity._replace(label=at)
+        columns[name] = quantity, [values[name], *(intervals.get(name) or unknown)]
+    heads = ("of the face", "value (90 % interval)")
+    table = cells.by_quantity("", DataSet.of_rows(columns), heads)
     title = f"The joint at {engineering(face.joint.normal_load, 'N', 4)}"
     notes = [
         f"The face is solved point by point: {contact_words(face.law.numbers)}.",
@@ -57,7 +55,7 @@ def joint_sections(findings: Findings, adapt: cells.Wording = str) -> list[Secti
             f"{engineering(unresolved, 'm')} in amplitude: their energy changes by 25 % or more "
             "if the pixel is doubled."
         )
-    return [Section(title, (Table("", columns, tuple(rows)), *(Note(adapt(n)) for n in notes)))]
+    return [Section(title, (table, *(Note(adapt(n)) for n in notes)))]
 
 
 def chapter_rows(findings: Findings) -> list[tuple[str, str]]:
@@ -110,7 +108,3 @@ def joint_pictures(findings: Findings) -> tuple[Picture, ...]:
             "Pressures, contacts and loads of the scan solved point by point",
         ),
     )
-
-
-def _value(value: float, unit: str) -> str:
-    return engineering(value, unit, 3) if unit else f"{value:.3g}"

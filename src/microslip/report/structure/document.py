@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from microslip._core.dataset import DataSet
-from microslip._core.quantities import QUANTITIES, json_value, named
+from microslip._core.quantities import QUANTITIES, count, dimensionless, json_value, named
 from microslip._core.units import engineering
 from microslip._core.wording import plural
 from microslip.figures.kit import evenly
 from microslip.figures.picture import Picture
 from microslip.report import cells
-from microslip.report.document import Block, Column, Facts, Headline, Note, Section, Table
+from microslip.report.document import Block, Note, Section, Table
 from microslip.report.structure.bolts import force_numbers, force_rows
 from microslip.report.structure.data import curves
 from microslip.report.structure.driven import (
@@ -99,15 +98,6 @@ def _errors(prediction: StructurePrediction) -> str:
 def _part_of(fraction: float) -> str:
     """Return a fraction as a part of what follows: "31 % of", or "1.5 times" above one."""
     return f"{100.0 * fraction:.2g} % of" if fraction < 0.995 else f"{fraction:.2g} times"
-
-
-def structure_headline(prediction: StructurePrediction) -> Headline:
-    """Return the damping ratio at the largest amplitude, with its band."""
-    mode, last = prediction.modes[0], prediction.modes[0].last
-    band = "" if mode.bands is None else f"5 to 95 %: {_band(mode.bands, last)}"
-    value = cells.ratio(float(mode.curve.damping_ratio[last]))
-    name = f"steady damping ratio ζ of mode {mode.number} at {_place(prediction)}"
-    return Headline(name, value, band)
 
 
 def _band(bands: ModeBands, place: int) -> str:
@@ -258,7 +248,7 @@ def _mode_numbers(mode: Mode) -> dict[str, Any]:
     return result
 
 
-def _model(prediction: StructurePrediction) -> Facts:
+def _model(prediction: StructurePrediction) -> Table:
     joint, state, part = prediction.joint, prediction.state, prediction.part
     tensions = joint.tensions(state.displacement, state.static_force)
     pressed = int((state.normal_loads > 0.0).sum())
@@ -278,7 +268,7 @@ def _model(prediction: StructurePrediction) -> Facts:
         ("Form", _form(prediction)),
     ]
     rows += [(f"Uncertain inputs: {name}", text) for name, text in prediction.inputs]
-    return Facts("Model", tuple(rows))
+    return cells.texts("Model", rows)
 
 
 def _form(prediction: StructurePrediction) -> str:
@@ -309,9 +299,10 @@ def _table(mode: Mode, unit: str, few: int) -> Table:
     )
     title = f"Mode {mode.number}, {mode.curve.linear_frequency:.5g} Hz fully stuck"
     shown = tuple(evenly(data.sizes["row"], few))
-    table = cells.table(title, data, caption=mode.curve.message, noun="amplitudes", few=shown)
-    brief = (replace(c, brief=not c.key.endswith("median")) for c in table.columns)
-    return replace(table, columns=tuple(brief))
+    hidden = tuple(name for name in data if name.endswith("median"))
+    return Table(
+        title, data, caption=mode.curve.message, noun="amplitudes", few=shown, hidden=hidden
+    )
 
 
 def _patches_remark(prediction: StructurePrediction) -> list[str]:
@@ -401,17 +392,20 @@ def _bands_remark(mode: Mode, unit: str, meshed: bool) -> str:
 
 
 def _convergence_section(convergence: Convergence, number: int) -> Section:
-    listed = (
-        Column("what", "Changed"),
-        Column("from", "From"),
-        Column("to", "To"),
-        Column("frequency", "Frequency", "", write=lambda x: f"{100.0 * x:+.3f} %"),
-        Column("damping_ratio", "ζ", "", write=lambda x: f"{100.0 * x:+.2f} %"),
-        Column("frequency_left", "Frequency, remaining", "", write=lambda x: f"{100.0 * x:+.3f} %"),
-        Column("damping_left", "ζ, remaining", "", write=lambda x: f"{100.0 * x:+.2f} %"),
+    quantities = (
+        count("Changed"),
+        count("From"),
+        count("To"),
+        dimensionless("Frequency", "+.3%"),
+        dimensionless("ζ", "+.2%"),
+        dimensionless("Frequency, remaining", "+.3%"),
+        dimensionless("ζ, remaining", "+.2%"),
     )
+    names, columns = convergence.changes[0]._fields, zip(*convergence.changes, strict=True)
+    pairs = zip(quantities, columns, strict=True)
     title = f"Mode {number}, the largest changes over its amplitudes"
-    table = Table(title, listed, convergence.changes, noun="changes", brief=False)
+    data = DataSet.of_rows(dict(zip(names, pairs, strict=True)))
+    table = Table(title, data, noun="changes", brief=False)
     message = Note(f"{convergence.message}.", small=True)
     return Section("Convergence of the model", (table, message))
 
@@ -419,16 +413,15 @@ def _convergence_section(convergence: Convergence, number: int) -> Section:
 def _ranking(modes: tuple[Mode, ...]) -> tuple[Note, Table]:
     """Return the largest contributions to the scatter of ln ζ in words, and all in a table."""
     shares = {mode.number: dict(mode.bands.ranking) for mode in modes if mode.bands is not None}
-    listed = (
-        Column("input", "Fraction of the variance of ln ζ"),
-        *(Column(f"mode_{n}", f"Mode {n}", "", write=cells.percent) for n in shares),
-    )
     names = dict.fromkeys(name for share in shares.values() for name in share)
-    rows = tuple((name, *(share.get(name) for share in shares.values())) for name in names)
+    columns: dict[str, Any] = {"input": (count("Fraction of the variance of ln ζ"), names)}
+    for n, share in shares.items():
+        of_mode = dimensionless(f"Mode {n}", "percent")
+        columns[f"mode_{n}"] = of_mode, [share.get(name) for name in names]
     largest = "; ".join(
         f"mode {n}: "
         + ", ".join(f"{x} {100.0 * part:.0f} %" for x, part in list(share.items())[:2])
         for n, share in shares.items()
     )
     note = Note(f"Largest causes of the scatter of ζ: {largest}.")
-    return note, Table("All inputs", listed, rows, noun="inputs", brief=False)
+    return note, Table("All inputs", DataSet.of_rows(columns), noun="inputs", brief=False)

@@ -12,8 +12,7 @@ from microslip._core.quantities import Quantity, json_value, named
 from microslip._core.units import engineering, prefix
 from microslip.figures.kit import between, line_style
 from microslip.figures.plot import Axis, Entry, Panel, Plot, stacked
-from microslip.report import cells
-from microslip.report.document import Note, Section
+from microslip.report.document import Note, Section, Table
 from microslip.report.structure.pictures import PALE
 from microslip.study.runs.structure_prediction import (
     ForcedMode,
@@ -118,7 +117,7 @@ def force_section(prediction: StructurePrediction) -> Section:
                 f"{name}: the sampling error of the quantiles of the peak is at most "
                 f"±{100.0 * forced.error:.1f} % (90 %)."
             )
-    table = cells.table("Response to the force", DataSet.of_rows(columns), noun="peaks")
+    table = Table("Response to the force", DataSet.of_rows(columns), noun="peaks")
     return Section("Response to the force", (table, Note(" ".join(remarks), small=True)))
 
 

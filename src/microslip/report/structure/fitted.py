@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.quantities import json_value
+from microslip._core.dataset import DataSet
+from microslip._core.quantities import count, dimensionless, hertz, json_value
 from microslip.report import cells
-from microslip.report.document import Column, Section, Table, Verdicts
+from microslip.report.document import Section, Table, Verdicts
 from microslip.structures import ModalIdentification
 from microslip.study.runs.structure_prediction import StructurePrediction
 
@@ -51,36 +52,23 @@ _FITTED = {
 
 def fitted_section(prediction: StructurePrediction, identified: ModalIdentification) -> Section:
     """Return the section on the fitted parameters and their verdicts."""
-    listed = (
-        Column("parameter", "Parameter"),
-        Column("value", "Value", "", write=cells.ratio),
-        Column("low", "5 %", "", write=cells.ratio),
-        Column("high", "95 %", "", write=cells.ratio),
+    data = DataSet.of_rows(
+        {
+            name: (dimensionless(_FITTED[name]), (value, *identified.intervals[name]))
+            for name, value in identified.values.items()
+        }
     )
-    rows = tuple(
-        (_FITTED[name], value, *identified.intervals[name])
-        for name, value in identified.values.items()
-    )
-    table = Table("Fitted to the test", listed, rows, noun="parameters")
+    table = cells.by_quantity("Fitted to the test", data, ("Parameter", "Value (5 to 95 %)"))
     verdicts = Verdicts(identified.verdicts, caption=_strongest_correlation(identified))
     return Section("Fitted to the test", (table, verdicts, _linear(prediction, identified)))
 
 
 def _linear(prediction: StructurePrediction, identified: ModalIdentification) -> Table:
-    listed = (
-        Column("mode", "Mode"),
-        *(
-            Column(f"{name}_frequency", label, "Hz", write=lambda f: f"{f:.5g}")
-            for name, label in (
-                ("test", "Test, smallest amplitude"),
-                ("study", "Joints stick, as in the study"),
-                ("linear", "Joints stick, fitted"),
-            )
-        ),
-    )
-    numbered = zip(prediction.tests, identified.linear_frequencies.tolist(), strict=True)
-    rows = tuple((test.mode + 1, *row) for test, row in numbered)
-    return Table("Linear frequencies", listed, rows, noun="tests")
+    labels = ("Test, smallest amplitude", "Joints stick, as in the study", "Joints stick, fitted")
+    columns: dict[str, Any] = {"mode": (count("Mode"), [t.mode + 1 for t in prediction.tests])}
+    for label, values in zip(labels, identified.linear_frequencies.T, strict=True):
+        columns[label] = hertz(label), values
+    return Table("Linear frequencies", DataSet.of_rows(columns), noun="tests")
 
 
 MOTIONS = {"steady": "steady motion", "decay": "free decay"}

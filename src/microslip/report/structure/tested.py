@@ -10,8 +10,7 @@ from typing import Any
 
 from microslip._core.dataset import DataSet
 from microslip._core.quantities import count, dimensionless, hertz, json_value
-from microslip.report import cells
-from microslip.report.document import Block, Note, Section
+from microslip.report.document import Block, Note, Section, Table
 from microslip.study.runs.structure_prediction import QuantityVerdict, StructurePrediction
 
 _WORDS = {"frequency": "Frequency", "damping_ratio": "Damping ratio"}
@@ -74,7 +73,7 @@ def tested_sections(prediction: StructurePrediction) -> list[Section]:
             "A test near one limit indicates the state of the lap; a test outside the limits "
             "indicates a wrong input, such as a size, a modulus or a mass."
         )
-        blocks.append(cells.table("Limits of the frequencies", data, caption=caption, noun="modes"))
+        blocks.append(Table("Limits of the frequencies", data, caption=caption, noun="modes"))
     if prediction.changes:
         quantities = {
             "source": count("Of"),
@@ -91,7 +90,7 @@ def tested_sections(prediction: StructurePrediction) -> list[Section]:
             ["From the smallest to the largest amplitude; microslip has a ratio of 0.40 to 0.50.",
              *(c.doubt for c in prediction.changes if c.doubt)]
         )  # fmt: skip
-        blocks.append(cells.table("Rise and fall", data, caption=caption, noun="curves"))
+        blocks.append(Table("Rise and fall", data, caption=caption, noun="curves"))
     if blocks:
         brief = bool(prediction.tests)
         sections.append(Section("Limits, rise and fall", tuple(blocks), brief=brief))

@@ -143,8 +143,11 @@ def of_records(
 
 def texts(title: str, rows: Iterable[tuple[str, ...]], heads: Sequence[str] = ("", "")) -> Table:
     """Return a table of texts."""
-    columns = zip(heads, zip(*rows, strict=True), strict=True)
-    data = {str(number): (count(head), values) for number, (head, values) in enumerate(columns)}
+    given = list(rows)
+    data = {
+        str(number): (count(head), [row[number] for row in given])
+        for number, head in enumerate(heads)
+    }
     return Table(title, DataSet.of_rows(data))
 
 

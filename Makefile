@@ -94,7 +94,7 @@ demo: $(READY)  ## predict a milled joint and a bolted beam; reports, tables and
 	@mkdir -p "$(DEMO)"
 	@"$(BIN)/microslip" predict examples/al2017.toml -o "$(DEMO)/joint" --overwrite
 	@echo
-	@"$(BIN)/microslip" predict examples/bolted_beam.toml -o "$(DEMO)/beam" --overwrite --workers 2
+	@"$(BIN)/microslip" predict examples/bolted_beam.toml -o "$(DEMO)/beam" --overwrite
 
 test: $(READY) $(EXTRA)  ## run the tests, but for the slow ones
 	@"$(PY)" -m pytest $(PYTEST_ARGS) $(TESTS)

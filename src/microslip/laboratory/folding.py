@@ -312,7 +312,7 @@ def _mean_load(record: Record, inside: NDArray[np.bool_], cycle: NDArray[np.int6
     if high - low > _CHANGED * abs(mean):
         raise InputError(
             f"{record.name}: the normal load must be the same in all cycles, got means of "
-            f"{low:.4g} to {high:.4g} N; select cycles with one load, such as `cycles=slice(0, 10)`"
+            f"{low:.4g} to {high:.4g} N; select rows with one load, such as `rows=slice(0, 5000)`"
         )
     return mean
 

@@ -216,11 +216,6 @@ def read_height_channel(path: Path, format_name: str | None, channel_name: str |
     )._asdict()
 
 
-def formats() -> list[str]:
-    """Return the names of the formats of SurfaceTopography, if it is installed."""
-    return sorted(_library().lookup_reader_by_format)
-
-
 def _library() -> Any:
     try:
         with warnings.catch_warnings():

@@ -40,7 +40,7 @@ _BLOCK = 1 << 22  # characters per block: an error costs a cell-by-cell parse of
 _ENCODINGS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
 _CALLED = {"utf-8-sig": "UTF-8", "latin-1": "Latin-1", "cp932": "Shift-JIS"}
 _JAPANESE = re.compile(rb"(?:[\x81-\x9f][\x40-\x7e\x80-\xfc]){2}")  # in Latin-1 control characters
-_STATED = re.compile(r"# (sample_rate|frequency|normal_load) = (\S+) (Hz|N)\s*")
+_STATED = re.compile(r"# (sample_rate|normal_load) = (\S+) (Hz|N)\s*")
 _QUOTED = r'(?:(?<={0})|^)"([^"\n{0}]*)"(?={0}|$)'  # a cell
 _DIGITS = re.compile(r"\d+")
 _REMARK = re.compile(r"\s(?:#|%|//).*")  # after the numbers of a row

@@ -3,7 +3,7 @@
 
 const $ = (id) => document.getElementById(id);
 const shown = new Set(JSON.parse(sessionStorage.getItem("shown") || "[]"));
-let picked = null; // the file that is being looked at: {uploads, what, preview, part}
+let picked = null; // the file that is being looked at: {uploads, what, options, preview, columns}
 
 function make(name, attributes = {}, ...children) {
   const element = document.createElement(name);
@@ -67,7 +67,7 @@ async function take(files) {
 
 async function look(uploads, what, options) {
   const before = picked && picked.uploads === uploads && picked.what === what ? picked : {};
-  const mine = { uploads, what, options, part: null, preview: before.preview, columns: before.columns }; // what is refused leaves them there
+  const mine = { uploads, what, options, preview: before.preview, columns: before.columns }; // what is refused leaves them there
   picked = mine;
   sessionStorage.setItem("picked", JSON.stringify({ uploads, what, options }));
   drawForm();
@@ -183,15 +183,6 @@ $("new").addEventListener("submit", (event) => {
       const text = $("study-text").value;
       uploads = [await ask(`/api/uploads?name=${encodeURIComponent(uploads[0].name)}`, "POST", new Blob([text]))];
     }
-    if (picked.part && uploads.length > 1) throw new Error("A part is taken from one file only; choose that file alone.");
-    if (picked.part) {
-      const kept = await ask(`/api/uploads/${uploads[0].id}/look`, "POST", { what, options: given(what, options), part: picked.part });
-      uploads = [kept.upload];
-      // What was said of how to read the file was said of the whole one.
-      for (const field of fieldsOf(what, options)) if (field.looks && field.name !== "level") delete asked[field.name];
-      Object.assign(asked, kept.given);
-      if (what === "record" && /\d/.test(options["normal-load"] || "")) asked["normal-load"] = options["normal-load"];
-    }
     const run = await ask("/api/runs", "POST", { kind: command, uploads: uploads.map((u) => u.id), options: asked });
     shown.clear();
     show(run.id, true);
@@ -201,9 +192,9 @@ $("new").addEventListener("submit", (event) => {
 
 // -- what is chosen with the mouse ---------------------------------------------------------------
 
-// A chart of lines [x, y] in SI units whose values a drag or a click chooses; log axes where they
-// are asked for. Its words: [what, unit] along and up, the unit with the prefix that fits.
-function chart(lines, { log = false, height = 150, onclick, ondrag, marks = [], label, along, up }) {
+// A chart of lines [x, y] in SI units; log axes where they are asked for. Its words: [what, unit]
+// along and up, the unit with the prefix that fits.
+function chart(lines, { log = false, height = 150, marks = [], label, along, up }) {
   const W = 880, H = 2 * height, left = 120, right = W - 14, top = 10, bottom = H - 62;
   const canvas = make("canvas", { width: W, height: H, role: "img", "aria-label": label });
   const to = log ? Math.log10 : (v) => v, pen = canvas.getContext("2d");
@@ -212,11 +203,6 @@ function chart(lines, { log = false, height = 150, onclick, ondrag, marks = [], 
   const [x0, x1] = reach(0), [y0, y1] = reach(1);
   const px = (v) => left + (right - left) * (to(v) - to(x0)) / (to(x1) - to(x0) || 1);
   const py = (v) => bottom - (bottom - top) * (to(v) - to(y0)) / (to(y1) - to(y0) || 1);
-  const value = (event) => {
-    const box = canvas.getBoundingClientRect(), share = ((event.clientX - box.left) / box.width * W - left) / (right - left);
-    const v = to(x0) + Math.min(Math.max(share, 0), 1) * (to(x1) - to(x0));
-    return log ? 10 ** v : v;
-  };
   const axis = ([name, unit], low, high, vertical) => {
     const [letter, factor] = unit === "" || log && vertical ? ["", 1] : prefix(Math.max(Math.abs(low), Math.abs(high)));
     pen.fillStyle = "#444";
@@ -234,44 +220,25 @@ function chart(lines, { log = false, height = 150, onclick, ondrag, marks = [], 
     if (vertical) { pen.translate(22, (top + bottom) / 2); pen.rotate(-Math.PI / 2); pen.fillText(words, 0, 0); } else pen.fillText(words, (left + right) / 2, H - 10);
     pen.restore();
   };
-  const paint = (chosen) => {
-    pen.clearRect(0, 0, W, H);
-    pen.font = "21px system-ui, 'DejaVu Sans', sans-serif";
-    if (chosen) {
-      pen.fillStyle = "#cfe3f1";
-      const [a, b] = chosen.map(px).sort((m, n) => m - n);
-      pen.fillRect(a, top, Math.max(b - a, 3), bottom - top);
-    }
-    axis(along, x0, x1, false);
-    axis(up, y0, y1, true);
-    pen.strokeStyle = "#999";
-    pen.strokeRect(left, top, right - left, bottom - top);
-    for (const mark of marks) { pen.beginPath(); pen.moveTo(px(mark), top); pen.lineTo(px(mark), bottom); pen.stroke(); }
-    lines.forEach(([x, y], k) => {
-      pen.strokeStyle = ["#0072B2", "#D55E00", "#009E73"][k % 3];
-      pen.lineWidth = 2;
-      pen.beginPath();
-      let on = false; // the line breaks where nothing was recorded
-      x.forEach((v, i) => {
-        if (v === null) { on = false; return; }
-        if (log && !(v > 0 && y[i] > 0)) return;
-        if (on) pen.lineTo(px(v), py(y[i])); else pen.moveTo(px(v), py(y[i]));
-        on = true;
-      });
-      pen.stroke();
-      pen.lineWidth = 1;
+  pen.font = "21px system-ui, 'DejaVu Sans', sans-serif";
+  axis(along, x0, x1, false);
+  axis(up, y0, y1, true);
+  pen.strokeStyle = "#999";
+  pen.strokeRect(left, top, right - left, bottom - top);
+  for (const mark of marks) { pen.beginPath(); pen.moveTo(px(mark), top); pen.lineTo(px(mark), bottom); pen.stroke(); }
+  lines.forEach(([x, y], k) => {
+    pen.strokeStyle = ["#0072B2", "#D55E00", "#009E73"][k % 3];
+    pen.lineWidth = 2;
+    pen.beginPath();
+    let on = false; // the line breaks where nothing was recorded
+    x.forEach((v, i) => {
+      if (v === null) { on = false; return; }
+      if (log && !(v > 0 && y[i] > 0)) return;
+      if (on) pen.lineTo(px(v), py(y[i])); else pen.moveTo(px(v), py(y[i]));
+      on = true;
     });
-  };
-  paint(null);
-  let begin = null;
-  canvas.addEventListener("pointerdown", (event) => { begin = value(event); canvas.setPointerCapture(event.pointerId); });
-  canvas.addEventListener("pointermove", (event) => { if (begin !== null && ondrag) paint([begin, value(event)]); });
-  canvas.addEventListener("pointerup", (event) => {
-    const end = value(event), wide = Math.abs(to(end) - to(begin)) > 0.02 * (to(x1) - to(x0));
-    if (ondrag && wide) ondrag([Math.min(begin, end), Math.max(begin, end)]);
-    else if (onclick) { onclick(end); paint([end, end]); }
-    else { paint(null); ondrag?.(null); }
-    begin = null;
+    pen.stroke();
+    pen.lineWidth = 1;
   });
   return canvas;
 }
@@ -287,50 +254,24 @@ function drawScan(form, preview) {
   const [rows, columns] = [preview.shape[0], preview.shape[1] || 1];
   form.append(make("p", { class: "small" }, `${preview.shape.toReversed().join(" × ")} points, pixel ${preview.pixel.map(length).join(" × ")}` +
     (preview.rms ? `, rms height ${length(preview.rms)} after levelling` : "") + (preview.missing ? `, ${(100 * preview.missing).toPrecision(2)} % missing` : "")));
-  const said = make("figcaption", {}, `Levelled (${picked.options.level || "plane"}). Drag a frame to use a part of it.`);
   if (preview.picture) {
     const canvas = make("canvas", { width: 880, height: Math.round(Math.min(Math.max(880 * rows / columns, 120), 1200)), role: "img", "aria-label": "Map of the heights" });
     const pen = canvas.getContext("2d"), image = new Image();
-    const paint = (frame) => {
-      pen.drawImage(image, 0, 0, canvas.width, canvas.height);
-      if (frame) { pen.strokeStyle = "#D55E00"; pen.lineWidth = 4; pen.strokeRect(...frame); }
-    };
-    image.onload = () => paint(null);
+    image.onload = () => pen.drawImage(image, 0, 0, canvas.width, canvas.height);
     image.src = preview.picture;
-    const at = (event) => {
-      const box = canvas.getBoundingClientRect();
-      return [(event.clientX - box.left) / box.width * canvas.width, (event.clientY - box.top) / box.height * canvas.height];
-    };
-    let begin = null;
-    const sides = (end) => [Math.min(begin[0], end[0]), Math.min(begin[1], end[1]), Math.abs(end[0] - begin[0]), Math.abs(end[1] - begin[1])];
-    canvas.addEventListener("pointerdown", (event) => { begin = at(event); canvas.setPointerCapture(event.pointerId); });
-    canvas.addEventListener("pointermove", (event) => { if (begin) paint(sides(at(event))); });
-    canvas.addEventListener("pointerup", (event) => {
-      const [x, y, w, h] = sides(at(event));
-      begin = null;
-      if (w < 8 || h < 8) { picked.part = null; paint(null); said.textContent = "The whole scan is used."; return; }
-      const [sx, sy] = [(columns - 1) * preview.pixel[0] / canvas.width, (rows - 1) * preview.pixel[1] / canvas.height];
-      picked.part = [x * sx, (x + w) * sx, (canvas.height - y - h) * sy, (canvas.height - y) * sy];
-      said.textContent = `Part: ${length(w * sx)} × ${length(h * sy)}. Click to use all of it again.`;
-    });
-    form.append(make("figure", {}, canvas, said));
+    form.append(make("figure", {}, canvas, make("figcaption", {}, `Levelled (${picked.options.level || "plane"}).`)));
   }
-  const cut = (v) => { picked.options.cutoff = length(v); form.querySelector('[name="cutoff"]').value = length(v); };
-  form.append(make("figure", {}, chart([preview.spectrum], { log: true, onclick: cut, label: "Power spectrum over wavelength", along: ["Wavelength", "m"], up: ["Density", preview.picture ? "m⁴" : "m³"] }),
-    make("figcaption", {}, "Power spectrum over wavelength: click to set the short-wave cut-off.")));
+  form.append(make("figure", {}, chart([preview.spectrum], { log: true, label: "Power spectrum over wavelength", along: ["Wavelength", "m"], up: ["Density", preview.picture ? "m⁴" : "m³"] }),
+    make("figcaption", {}, "Power spectrum over wavelength.")));
 }
 
 function drawRecord(form, preview) {
   const unit = preview.has_time ? "s" : "samples", along = preview.has_time ? ["Time", "s"] : ["Samples", ""];
   form.append(make("p", { class: "small" }, `${preview.samples} samples, ${preview.cycles.length} cycles found`));
   if (preview.no_cycles) form.append(make("p", { class: "error small" }, preview.no_cycles));
-  const said = make("figcaption", {}, `Displacement against time [${unit}], grey: where cycles begin. Drag over a span to use only that part.`);
-  const ondrag = (part) => {
-    picked.part = part;
-    said.textContent = part ? `Used: ${part.map((v) => Number(v.toPrecision(4))).join(" to ")} ${unit}.` : "The whole record is used.";
-  };
-  form.append(make("figure", {}, chart([preview.displacement], { ondrag, marks: preview.cycles, height: 100, along, up: ["x", "m"], label: "Displacement against time" }),
-    chart([preview.force], { ondrag, marks: preview.cycles, height: 100, along, up: ["T", "N"], label: "Force against time" }), said,
+  const said = make("figcaption", {}, `Displacement and force against time [${unit}], grey: where cycles begin.`);
+  form.append(make("figure", {}, chart([preview.displacement], { marks: preview.cycles, height: 100, along, up: ["x", "m"], label: "Displacement against time" }),
+    chart([preview.force], { marks: preview.cycles, height: 100, along, up: ["T", "N"], label: "Force against time" }), said,
     chart([preview.path], { height: 150, along: ["Displacement", "m"], up: ["Force", "N"], label: "Force over displacement" }), make("figcaption", {}, "Force over displacement")));
   if (preview.notes.length) form.append(make("details", {}, make("summary", { class: "small" }, "Reading of the file"), ...preview.notes.map((n) => make("p", { class: "small" }, n))));
 }

@@ -226,11 +226,10 @@ class Workspace:
             text,
         )
 
-    async def look(self, kind: str, upload: Upload, options: Any, part: Any = None) -> Any:
-        """Return the preview of an upload or, given a ``part``, save that part as a new upload.
+    async def look(self, kind: str, upload: Upload, options: Any) -> Any:
+        """Return the preview of an upload, which is read in a separate process.
 
-        ``kind`` is "scan" or "record", and ``options`` are those of the form of its preview. The
-        file is read in a separate process.
+        ``kind`` is "scan" or "record", and ``options`` are those of the form of its preview.
         """
         fields = {field.name: field for field in self.forms[f"{LOOK} {kind}"]}
         options = {
@@ -241,17 +240,14 @@ class Workspace:
             if name in fields
         }
         arguments, _ = self._options(f"{LOOK} {kind}", options)
-        ending = ".npy" if kind == "scan" else ".csv"
-        part_upload = None if part is None else self.place(f"{upload.path.stem[:60]}-part{ending}")
-        request = None if part_upload is None else {"part": part, "save": str(part_upload.path)}
         try:
-            view = await preview([kind, *arguments, "--", upload.name], upload.path.parent, request)
+            view = await preview([kind, *arguments, "--", upload.name], upload.path.parent)
         except PreviewError as error:
             text = self.in_fields(f"{LOOK} {kind}", error.text)
             raise PreviewError(text, error.columns) from None
         if view.get("no_cycles"):
             view["no_cycles"] = self.in_fields(f"{LOOK} {kind}", view["no_cycles"])
-        return view if part_upload is None else {**view, "upload": part_upload.summary()}
+        return view
 
     async def _work(self, run: Run) -> None:
         async with self._free:
@@ -389,20 +385,19 @@ def _text(name: str, value: Any) -> str:
     return text
 
 
-async def preview(arguments: list[str], folder: Path, request: Any) -> dict[str, Any]:
+async def preview(arguments: list[str], folder: Path) -> dict[str, Any]:
     """Run :mod:`microslip.cli.workbench` in a separate process and return its preview of a file.
 
-    ``arguments`` are those of its command, run in ``folder``. ``request`` names the part to save
-    and its path; None for a preview. Raises PreviewError after two minutes.
+    ``arguments`` are those of its command, run in ``folder``. Raises PreviewError after two
+    minutes.
     """
     process = await asyncio.create_subprocess_exec(
         sys.executable, "-P", "-m", "microslip.cli.workbench", *arguments, cwd=folder,
-        stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE,
+        stdin=asyncio.subprocess.DEVNULL, stdout=asyncio.subprocess.PIPE,
         stderr=asyncio.subprocess.DEVNULL,
     )  # fmt: skip
-    text = b"" if request is None else json.dumps(request).encode("utf-8")
     try:
-        output, _ = await asyncio.wait_for(process.communicate(text), 120.0)
+        output, _ = await asyncio.wait_for(process.communicate(), 120.0)
     except TimeoutError:
         process.kill()
         raise PreviewError("reading the file took over two minutes") from None

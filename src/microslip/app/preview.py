@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -49,21 +48,6 @@ def scan_view(scan: Scan, level: Any) -> dict[str, Any]:
     return {**view, "spectrum": [waves.wavelength[fine].tolist(), waves.density[fine].tolist()]}
 
 
-def save_scan(scan: Scan, part: Any, save: str) -> dict[str, Any]:
-    """Save the rectangle ``part`` of a scan, [left, right, bottom, top] in m, as an array file."""
-    dx, dy = scan.pixel
-    left, right, bottom, top = (float(x) for x in part)
-    columns = slice(max(round(left / dx), 0), round(right / dx) + 1)
-    rows = slice(max(round(bottom / dy), 0), round(top / dy) + 1)
-    heights = scan.heights[rows, columns]
-    if min(heights.shape) < 8:
-        raise InputError(f"the part must have at least 8 x 8 points, got {heights.shape}")
-    with Path(save).open("wb") as file:
-        np.save(file, heights, allow_pickle=False)
-    shape = " x ".join(map(str, heights.shape[::-1]))
-    return {"given": {"unit": ["m"], "pixel": [f"{dx!r} m", f"{dy!r} m"]}, "kept": shape}
-
-
 def record_view(record: Record, say: Any = str) -> dict[str, Any]:
     """Return the preview of a record: displacement and force over time, loop and cycles.
 
@@ -90,24 +74,6 @@ def record_view(record: Record, say: Any = str) -> dict[str, Any]:
     except InputError as error:
         view["no_cycles"] = say(error)
     return view
-
-
-def save_record(record: Record, part: Any, save: str) -> dict[str, Any]:
-    """Save the samples between two times ``part`` [s], or two sample numbers, as a record."""
-    time, _ = _times(record)
-    first, last = np.searchsorted(time, sorted(float(x) for x in part))
-    keep = slice(int(first), int(last) + 1)
-    if time[keep].size < 16:
-        raise InputError(f"the part must have at least 16 samples, got {time[keep].size}")
-
-    def cut(values: Any) -> Any:
-        return values[keep] if np.ndim(values) == 1 else values
-
-    type(record)(
-        cut(record.displacement), cut(record.force), normal_load=cut(record.normal_load),
-        time=cut(record.time), sample_rate=record.sample_rate, name=record.name,
-    ).to_csv(save)  # fmt: skip
-    return {"given": {}, "kept": f"{time[keep].size} samples"}
 
 
 def _times(record: Record) -> tuple[Any, bool]:

@@ -205,8 +205,7 @@ def build(workspace: Workspace, token: str, port: int) -> App:
                 text = check_study(stored.path)
                 return JSONResponse({"what": "study", "name": stored.name, "text": text})
             kind = "scan" if table.get("what") == "scan" else "record"
-            part, options = table.get("part"), table.get("options")
-            return JSONResponse(await workspace.look(kind, stored, options, part))
+            return JSONResponse(await workspace.look(kind, stored, table.get("options")))
         except InputError as error:
             columns = getattr(error, "columns", [])
             return JSONResponse({"error": str(error), "columns": columns}, 422)

@@ -27,7 +27,7 @@ _MOST = 200
 
 @click.group()
 def look() -> None:
-    """Preview a file or, if standard input names a part and an output path, save that part."""
+    """Preview a file."""
 
 
 @look.command("record")
@@ -35,13 +35,9 @@ def look() -> None:
 @reads()
 def look_at_record(path: str, reading: Reading) -> None:
     """Preview a record."""
-    from microslip.app.preview import record_view, save_record
+    from microslip.app.preview import record_view
 
-    read, part = reading.read(path), _part()
-    if part is not None:
-        _print_json(save_record(read, **part))
-    else:
-        _print_json({**record_view(read, _message), "columns": _columns()})
+    _print_json({**record_view(reading.read(path), _message), "columns": _columns()})
 
 
 @look.command("scan")
@@ -51,22 +47,14 @@ def look_at_scan(
     path: str, level: str | None, valid: tuple[float, float] | None, **options: Any
 ) -> None:
     """Preview a scan."""
-    from microslip.app.preview import save_scan, scan_view
+    from microslip.app.preview import scan_view
     from microslip.surfaces import Scan
 
     single = {
         name: value[0] if isinstance(value, tuple) and len(value) == 1 else value
         for name, value in options.items()
     }
-    read, part = Scan.read(path, valid=valid, **single), _part()
-    _print_json(scan_view(read, level) if part is None else save_scan(read, **part))
-
-
-def _part() -> dict[str, Any] | None:
-    """Read the part to save and its output path as JSON from standard input, None if empty."""
-    text = sys.stdin.read()
-    request: dict[str, Any] | None = json.loads(text) if text.strip() else None
-    return request
+    _print_json(scan_view(Scan.read(path, valid=valid, **single), level))
 
 
 def _print_json(values: dict[str, Any]) -> None:
@@ -76,8 +64,7 @@ def _print_json(values: dict[str, Any]) -> None:
 def run_preview() -> None:
     """Run the command ``record`` or ``scan``, which prints a preview of a file as JSON.
 
-    If standard input names a part and an output path, that part of the file is saved instead, see
-    :func:`_part`. Errors are also printed as JSON, with the message under the key ``error``.
+    Errors are also printed as JSON, with the message under the key ``error``.
     """
     try:
         look(standalone_mode=False)

@@ -36,8 +36,6 @@ def add_structures(add: Add, surface: Any, joint: Any) -> None:
     time = np.arange(400) * 2e-5
     add("Structure.integrate", chain.integrate, force=np.zeros((400, 3)), time=time,
         displacement=[0.0, 0.0, 1e-6], spectral_radius=0.9)  # fmt: skip
-    curve = chain.modes(0, [1e-6, 1e-5, 1e-4], method="quasi-static", damping_ratio=0.01)
-    add("ModalCurve.forced_response", curve.forced_response, force=[0.0, 0.0, 0.1], samples=20)
     signal = np.exp(-30.0 * time) * np.cos(1e4 * time)
     add("read_decay", ms.read_decay, time=time, signal=signal)
     add("ModalTest", ms.ModalTest, amplitude=[1e-6, 2e-6], frequency=[100.0, 99.0],

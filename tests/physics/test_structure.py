@@ -82,9 +82,10 @@ def test_what_the_joints_lose_is_what_the_mode_loses() -> None:
 
 
 def test_both_methods_agree_in_microslip() -> None:
-    curve = chain().modes(0, [1e-8, 1e-7])
-    assert np.abs(curve.frequency_difference).max() < 1e-6
-    assert np.abs(curve.damping_difference).max() < 1e-4
+    exact = chain().modes(0, [1e-8, 1e-7])
+    quick = chain().modes(0, [1e-8, 1e-7], method="quasi-static")
+    np.testing.assert_allclose(quick.frequency, exact.frequency, rtol=1e-6)
+    np.testing.assert_allclose(quick.damping_ratio, exact.damping_ratio, rtol=1e-4)
 
 
 def test_a_damping_matrix_damps_the_mode_as_in_theory() -> None:
@@ -237,24 +238,6 @@ def test_a_forced_response_is_what_integration_settles_at() -> None:
     turn = np.exp(-2j * np.pi * 2350.0 * motion.time[-256:])
     seen = abs(turn @ motion.displacement[-256:, 2]) * 2.0 / 256
     assert seen == pytest.approx(expected, rel=2e-3)
-
-
-def test_a_resonance_follows_from_the_modal_curve_in_closed_form() -> None:
-    """One mode alone, so the peaks agree to a per cent; the fold is the mode's own backbone."""
-    structure = ms.Structure(MASS, STIFFNESS, 2e-7 * STIFFNESS).attach(JOINT, directions=BETWEEN)
-    force = np.array([0.0, 0.0, 120.0])
-    whole = structure.forced_response(force, np.linspace(2200.0, 2450.0, 51))
-    curve = structure.modes(0, np.geomspace(1e-7, 1e-4, 40))
-    frequency, amplitude = curve.forced_response(force)
-    peak = np.argmax(amplitude)
-    shape = abs(curve.shape[np.argmin(abs(curve.modal_amplitude - amplitude[peak])), 2])
-    seen = whole.amplitude([0.0, 0.0, 1.0])
-    assert amplitude[peak] * shape == pytest.approx(seen.max(), rel=0.01)
-    assert frequency[peak] == pytest.approx(whole.frequency[np.argmax(seen)], rel=0.01)
-    with pytest.raises(ms.InputError, match="ends at the modal amplitude"):
-        curve.forced_response(1e4 * force)
-    with pytest.raises(ms.InputError, match="each of the 3 degrees of freedom"):
-        curve.forced_response([1.0])
 
 
 @functools.cache

@@ -8,7 +8,6 @@ spring along its own direction, and the forces are conservative for all coeffici
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import permutations, product
@@ -136,18 +135,17 @@ def geometry(
     cubic: ArrayLike | None,
     quartic: ArrayLike | None,
     cases: Any,
-    force: Callable[[Floats], ArrayLike] | None,
     reach: ArrayLike | None,
 ) -> GeometryAttachment:
     """Return the attachment of :meth:`microslip.Structure.with_geometry`."""
     p = coordinates.shape[1]
     if p > _MOST:
         raise InputError(f"coordinates must be at most {_MOST}, got {p}")
-    given = [cubic is not None or quartic is not None, cases is not None, force is not None]
-    if sum(given) != 1:
+    by_tensors = cubic is not None or quartic is not None
+    if by_tensors == (cases is not None):
         raise InputError(
-            "a geometry needs one of: tensors cubic= and quartic=, static cases=(coordinates, "
-            "forces), or force= with its reach="
+            "a geometry needs either tensors cubic= and quartic=, or static cases=(coordinates, "
+            "forces)"
         )
     limits = None if reach is None else floats("reach", reach)
     if limits is not None:
@@ -159,7 +157,7 @@ def geometry(
     if limits is not None and limits.min() <= 0.0:
         raise InputError("reach must be above zero, the largest size of each coordinate")
     forms = _forms(p)
-    if given[0]:
+    if by_tensors:
         tensors = [
             _tensor(n, t, p, o) for n, t, o in (("cubic", cubic, 3), ("quartic", quartic, 4))
         ]
@@ -167,15 +165,6 @@ def geometry(
             _as_powers(tensor, forms, order) for tensor, order in zip(tensors, (3, 4), strict=True)
         ]
         return GeometryAttachment(Springs(*parts), coordinates @ forms.T, coordinates, limits)
-    if force is not None:
-        if limits is None:
-            raise InputError("force needs reach=, the largest size of each coordinate")
-        z = np.concatenate([share * forms for share in (-1.0, -0.5, 0.5, 1.0)]) * limits
-        try:
-            answers = np.array([np.asarray(force(row.copy()), dtype=float) for row in z])
-        except (TypeError, ValueError) as error:
-            raise InputError(f"force, as a function of the coordinates, failed: {error}") from None
-        cases = (z, answers)
     try:
         z, forces = (floats("cases", part) for part in cases)
         z, forces = (part.reshape(len(part), -1) for part in (z, forces))

@@ -9,10 +9,9 @@ from functools import cached_property
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from microslip._core.checks import Floats, floats, whole_number
-from microslip._core.errors import InputError
+from microslip._core.checks import Floats
 from microslip._core.verdicts import Rule, Verdict
 from microslip.figures.plot import Plot
 from microslip.figures.plottable import Plottable
@@ -72,7 +71,6 @@ class ModalCurve(SolverResult, Plottable):
     """Total number of Newton iterations."""
     message: str
     """Outcome: where and why the solver stopped, and what to try."""
-    _solve_by_other: Callable[[], ModalCurve] | None
     _with_more_harmonics: Callable[[], Floats] | None
 
     def _figure(self) -> Plot:
@@ -87,29 +85,6 @@ class ModalCurve(SolverResult, Plottable):
     def status(self) -> str:
         """``solved``, or ``stopped`` if some amplitudes were not reached."""
         return "solved" if bool(self.converged.all()) else "stopped"
-
-    @cached_property
-    def other_method(self) -> ModalCurve:
-        """Curve of this mode by the other ``method``, computed at the first access."""
-        if self._solve_by_other is None:
-            raise InputError("other_method is not kept in a curve that was read or copied")
-        return self._solve_by_other()
-
-    @property
-    def frequency_difference(self) -> Floats:
-        """Quasi-static frequency over that of harmonic balance, minus one [-]."""
-        return self._difference("frequency")
-
-    @property
-    def damping_difference(self) -> Floats:
-        """Quasi-static damping ratio over that of harmonic balance, minus one [-]."""
-        return self._difference("damping_ratio")
-
-    def _difference(self, name: str) -> Floats:
-        curves = (self, self.other_method)
-        quick, exact = curves if self.method == "quasi-static" else curves[::-1]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.asarray(getattr(quick, name) / getattr(exact, name) - 1.0)
 
     @property
     def harmonic_error(self) -> Floats:
@@ -164,65 +139,6 @@ class ModalCurve(SolverResult, Plottable):
         share = np.zeros_like(self.loss)
         return np.asarray(np.divide(self.loss, total, out=share, where=total > 0.0))
 
-    def forced_response(self, force: ArrayLike, *, samples: int = 400) -> tuple[Floats, Floats]:
-        """Return the forced response near the resonance, in closed form from this curve.
-
-        Parameters
-        ----------
-        force : array_like
-            Amplitudes (n,) of a harmonic force in phase everywhere [N], one per degree of freedom.
-        samples : int, optional
-            Number of amplitudes on each side of the peak.
-
-        Returns
-        -------
-        frequency : ndarray
-            Frequencies [Hz], from below the resonance over its peak to above it.
-        modal_amplitude : ndarray
-            Modal amplitudes at these frequencies [m kg^(1/2)].
-
-        Notes
-        -----
-        At the modal amplitude a the mode responds like a linear one of frequency omega(a) and
-        damping zeta(a) to a force of the angular frequency W:
-        (omega^2 - W^2)^2 + (2 zeta omega W)^2 = (p/a)^2 with p = |shape^H force|
-        (Szemplinska-Stupnicka 1979, DOI 10.1016/S0022-460X(79)80003-1; Schwarz et al. 2020,
-        DOI 10.1007/s11071-019-05211-7). Other modes are left out.
-        """
-        f = floats("force", force, "N")
-        if f.shape != (self.shape.shape[1],):
-            raise InputError(
-                f"force must be one for each of the {self.shape.shape[1]} degrees of freedom, "
-                f"got shape {f.shape}"
-            )
-        samples = whole_number("samples", samples, 2, 1_000_000)
-        good = np.flatnonzero(self.converged)
-        good = good[np.argsort(self.modal_amplitude[good])]
-        a = self.modal_amplitude[good]
-        if a.size < 2:
-            raise InputError("force needs a curve of at least two solved amplitudes")
-        push = np.abs(self.shape[good].conj() @ f)
-        grid = np.geomspace(a[0], a[-1], samples)
-        at = np.log(grid)
-
-        def along(values: Floats) -> Floats:
-            return np.asarray(np.interp(at, np.log(a), values))
-
-        omega = 2.0 * math.pi * along(self.frequency[good])
-        zeta, p = along(self.damping_ratio[good]), along(push)
-        below, above = sides(grid, omega, zeta, p)
-        there = np.isfinite(above)
-        if there.all():
-            raise InputError(
-                f"force must have its peak on the curve, which ends at the modal amplitude "
-                f"{a[-1]:g}; solve for larger amplitudes, or reduce the force"
-            )
-        end = int(np.argmin(there))
-        swings = below[:end] > 0.0
-        squares = np.concatenate([below[:end][swings], above[:end][::-1]])
-        amplitudes = np.concatenate([grid[:end][swings], grid[:end][::-1]])
-        return np.sqrt(squares) / (2.0 * math.pi), amplitudes
-
     def __repr__(self) -> str:
         solved = self.converged
         if not solved.any():
@@ -235,7 +151,7 @@ class ModalCurve(SolverResult, Plottable):
         )
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**super().__getstate__(), "_solve_by_other": None, "_with_more_harmonics": None}
+        return {**super().__getstate__(), "_with_more_harmonics": None}
 
 
 _STEPS = 300

@@ -236,10 +236,7 @@ class ModeSolver:
                     changes[i] = equations.unbalanced(solution.point, float(self.amplitudes[i]))
             return changes
 
-        return self._curve(
-            "harmonic-balance", joints, rows, iterations, message, self.quasi_static,
-            more_harmonics,
-        )  # fmt: skip
+        return self._curve("harmonic-balance", joints, rows, iterations, message, more_harmonics)
 
     def _resonances(self, frequency: Floats) -> tuple[Resonance, ...]:
         """Return the harmonics whose frequency is within 2 % of another mode with sticking joints.
@@ -280,7 +277,7 @@ class ModeSolver:
                 "another one, or all joints may slide, which "
                 'method="harmonic-balance" follows further'
             )
-        return self._curve("quasi-static", joints, rows, solver.iterations, message, self.balanced)
+        return self._curve("quasi-static", joints, rows, solver.iterations, message)
 
     def _joints(self) -> ModalJoints:
         line = np.zeros(self.model.size)
@@ -294,7 +291,6 @@ class ModeSolver:
         rows: list[_Row],
         iterations: int,
         message: str,
-        other_method: Callable[[], ModalCurve],
         more_harmonics: Callable[[], Floats] | None = None,
     ) -> ModalCurve:
         count = self.amplitudes.size
@@ -323,7 +319,6 @@ class ModeSolver:
             converged=np.isfinite(frequency),
             iterations=iterations,
             message=message,
-            _solve_by_other=other_method,
             _with_more_harmonics=more_harmonics,
         )
 
@@ -356,7 +351,7 @@ def modes(
         geometry. The second harmonic is needed if faces separate;
         :attr:`ModalCurve.harmonic_error` estimates the effect of further harmonics.
     method : {"harmonic-balance", "quasi-static"}, optional
-        Reference method or fast approximation; the curve can compute the difference of the two.
+        Reference method or fast approximation.
     samples : int, optional
         Samples per period for the forces of fields.
     at : array_like, optional

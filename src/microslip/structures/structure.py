@@ -212,7 +212,6 @@ class Structure:
         cubic: ArrayLike | None = None,
         quartic: ArrayLike | None = None,
         cases: Any = None,
-        force: Callable[[Floats], ArrayLike] | None = None,
         reach: ArrayLike | None = None,
     ) -> Structure:
         """Return the structure with a nonlinear geometric stiffness, for thin and curved panels.
@@ -230,9 +229,6 @@ class Structure:
             Coordinates z and total forces of static solutions, both of shape (cases, p). A
             potential of second to fourth order is fitted to them; the second order is then
             dropped, since the stiffness matrix includes it.
-        force : callable, optional
-            Function that returns the forces, shape (p,), at coordinates of shape (p,), with or
-            without their linear part. It is evaluated up to ``reach``, which is then required.
         reach : array_like, optional
             Largest magnitude of each coordinate, shape (p,) or one number; larger motions raise an
             InputError. By default the largest magnitudes in ``cases``, and no limit for tensors.
@@ -245,12 +241,12 @@ class Structure:
 
         Notes
         -----
-        Give exactly one of: tensors, ``cases``, ``force``. For each static case prescribe z and
+        Give either tensors or ``cases``. For each static case prescribe z and
         leave all other displacements free. On reduced models of thin structures see Mignolet et al.
         (2013), DOI 10.1016/j.jsv.2012.10.017.
         """
         columns = direction_matrix("coordinates", coordinates, self.size)
-        return self.with_attachment(geometry(columns, cubic, quartic, cases, force, reach))
+        return self.with_attachment(geometry(columns, cubic, quartic, cases, reach))
 
     @cached_property
     def verdicts(self) -> tuple[Verdict, ...]:

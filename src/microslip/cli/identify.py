@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -18,10 +18,9 @@ from microslip.cli.options import (
 )
 from microslip.cli.records import (
     MANIFEST_OPTION,
-    Listed,
     Reading,
     calibration_of,
-    each_of,
+    each_record,
     known_of,
     list_records,
     parse_noise,
@@ -29,9 +28,6 @@ from microslip.cli.records import (
     rig_stiffness_of,
 )
 from microslip.cli.structures import are_modal
-
-if TYPE_CHECKING:
-    from microslip.laboratory import Record
 
 
 @click.command(short_help="Identify a joint from a tribometer's records.")
@@ -63,11 +59,7 @@ if TYPE_CHECKING:
     "averaged cycle each.",
 )  # fmt: skip
 @MANIFEST_OPTION
-@reads(
-    "displacement", "force", "normal_load", "time", "sample_rate", "flip_sign", "units",
-    "calibration", "rows",
-    many_loads=True,
-)  # fmt: skip
+@reads
 def identify(
     records: tuple[str, ...],
     study: Path | None,
@@ -104,7 +96,7 @@ def identify(
         gains = {f"{name}_gain": (1.0, error) for name, error in gain_errors.items()}
         with output.staged(KIND, "identification") as stage:
             with progress("Reading") as report:
-                read, skipped = _read(files, reading, report)
+                read, _, skipped = each_record(files, reading, lambda record: record, report)
             with progress("Fitting") as report:
                 found = identify(
                     read,
@@ -141,12 +133,11 @@ def _second_step(
             "To identify parameters of the interface, give its materials with --study STUDY.toml",
         )
     from microslip.contact import GreenwoodWilliamson
-    from microslip.study.build import build_as_made
+    from microslip.study.build import build_surface
     from microslip.study.description import StudyDescription
 
     description = StudyDescription.load(study)
-    joint, _ = build_as_made(description)
-    surface = joint.surface
+    surface = build_surface(description) if description.surface is not None else None
     if not isinstance(surface, GreenwoodWilliamson):
         why = (
             f"The surface of {study.name} has no height distribution, which the parameters of the "
@@ -160,24 +151,3 @@ def _second_step(
     except InputError as error:
         return None, description.title, f"No parameters of the interface: {in_options(error.text)}"
     return step, description.title, ""
-
-
-def _read(
-    files: Listed, reading: Reading, report: Any
-) -> tuple[list[Record], list[tuple[str, str]]]:
-    from microslip._core.errors import InputError
-
-    paths, loads = files.paths, reading.normal_load
-    if len(loads) != 1:  # one load applies to all records
-        each_of("--normal-load", loads, len(paths), "one for all records or one")
-    loaded: list[Record] = []
-    skipped: list[tuple[str, str]] = []
-    for index, path in enumerate(paths):
-        try:
-            loaded.append(reading.read(path, index, files.manifest))
-        except InputError as error:
-            if len(paths) == 1 or (index == len(paths) - 1 and not loaded):
-                raise
-            skipped.append((path, in_options(error.text).removeprefix(f"{path}: ")))
-        report((index + 1) / len(paths))
-    return loaded, skipped

@@ -21,6 +21,7 @@ from microslip.cli.records import (
     MANIFEST_OPTION,
     Reading,
     calibration_of,
+    each_record,
     list_records,
     reads,
     slice_of,
@@ -37,7 +38,7 @@ from microslip.laboratory.options import DELAY, RIG_STIFFNESS
     *FORMATS,
 )
 @MANIFEST_OPTION
-@reads()
+@reads
 @offers(RIG_STIFFNESS, DELAY)
 @CYCLES
 @BAND_OPTION
@@ -70,42 +71,26 @@ def measure(
     if band is not None:
         raise click.UsageError("--band requires ring-downs of modes, got other files")
     with stoppable():
-        from microslip._core.errors import InputError
         from microslip.laboratory import measure as measured
         from microslip.laboratory.campaign import Campaign
-        from microslip.laboratory.record import path_text
         from microslip.report.files import write_document
         from microslip.report.measured import KIND, measurement_document
 
         with output.staged(KIND, "measurement") as stage, progress("Measuring") as report:
             files = list_records(records, manifest)
-            paths = files.paths
             _, gain_errors = calibration_of(reading.calibration)
-            results, places = [], []
-            skipped: list[tuple[str, str]] = []
-            for index, path in enumerate(paths):
-                try:
-                    record = reading.read(path, index, files.manifest)
-                    result = measured(
-                        record,
-                        rig_stiffness=rig_stiffness,
-                        cycles=slice_of("--cycles", cycles),
-                        delay=delay or 0.0,
-                        gain_errors=gain_errors,
-                    )
-                except InputError as error:
-                    if not str(error).startswith(path_text(path)):
-                        error = error.within(f"{path}: ")
-                    if len(paths) == 1:
-                        raise error from None
-                    skipped.append((path, in_options(error.text).removeprefix(f"{path}: ")))
-                else:
-                    results.append(result)
-                    places.append(index)
-                report((index + 1) / len(paths))
-            if not results:
-                name, why = skipped[0]
-                raise InputError(f"none of the {len(paths)} records can be measured; {name}: {why}")
+            results, places, skipped = each_record(
+                files,
+                reading,
+                lambda record: measured(
+                    record,
+                    rig_stiffness=rig_stiffness,
+                    cycles=slice_of("--cycles", cycles),
+                    delay=delay or 0.0,
+                    gain_errors=gain_errors,
+                ),
+                report,
+            )
             campaign = Campaign(tuple(results), files.columns(places))
             result_document = measurement_document(campaign, in_options, skipped)
             if stage is not None:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import click
 
@@ -18,24 +18,33 @@ from microslip._core.units import (
     with_common_unit,
 )
 from microslip._core.wording import did_you_mean, plural, shorten
-from microslip.cli.options import ANY_PATH, Command, Decorator, click_option, offers, quantity
+from microslip.cli.options import (
+    ANY_PATH,
+    Command,
+    Report,
+    click_option,
+    in_options,
+    offers,
+    quantity,
+)
 from microslip.laboratory import options
 
 if TYPE_CHECKING:
     from microslip.laboratory import Record
     from microslip.laboratory.manifest import Manifest
 
+_Result = TypeVar("_Result")
 
 _KNOWN = {
-    "friction_coefficient": "",
-    "slip_scale": "m",
-    "standardised_separation": "",
-    "std": "m",
-    "radius": "m",
-    "density": "1/m^2",
-    "summit_count": "",
+    "friction_coefficient": None,
+    "slip_scale": LENGTH,
+    "standardised_separation": None,
+    "std": LENGTH,
+    "radius": LENGTH,
+    "density": DENSITY,
+    "summit_count": None,
 }
-"""Units of parameters that may be known independently."""
+"""Kinds of parameters that may be known independently; None for plain numbers."""
 
 
 def known_of(texts: tuple[str, ...]) -> dict[str, tuple[float, float]]:
@@ -55,7 +64,7 @@ def _quantity(name: str, text: str) -> float:
         raise click.UsageError(
             f'--known: no parameter "{name}"{near} (parameters: {", ".join(_KNOWN)})'
         )
-    kind = next((kind for kind in (DENSITY, LENGTH) if kind.unit == _KNOWN[name]), None)
+    kind = _KNOWN[name]
     if kind is None:
         if not is_number(text):
             raise click.UsageError(f'--known: {name} must be a plain number, got "{text}"')
@@ -139,49 +148,29 @@ class Reading(NamedTuple):
         return record if manifest is None else manifest.loaded(record, index)
 
 
-_WITHOUT: dict[str, Any] = {
-    **dict.fromkeys(Reading._fields),
-    **dict.fromkeys(("units", "calibration", "zero"), ()),
-    "flip_sign": False,
-}
-"""Values of the options that a command does not offer."""
+_READING = (
+    options.DISPLACEMENT, options.FORCE,
+    options.NORMAL_LOAD.but(
+        help=f"{options.NORMAL_LOAD.help[:-1]}; one for all records, or one for each."
+    ),
+    options.TIME, options.SAMPLE_RATE, options.FLIP_SIGN, options.ROWS,
+    *options.SCALING,
+)  # fmt: skip
 
 
-def reads(*names: str, many_loads: bool = False) -> Decorator:
-    """Return a decorator that adds reading options to a command, as one argument `reading`.
+def reads(command: Command) -> Command:
+    """Add the options for reading records to a command, as one argument `reading`."""
 
-    ``names`` selects the options, by default all. With ``many_loads`` the normal load may be given
-    once for all records or once for each.
-    """
-    several = "; one for all records, or one for each" if many_loads else ""
-    load = options.NORMAL_LOAD.but(help=f"{options.NORMAL_LOAD.help[:-1]}{several}.")
-    given = names or Reading._fields
+    @wraps(command)
+    def read(**arguments: Any) -> Any:
+        reading = Reading(**{name: arguments.pop(name) for name in Reading._fields})
+        return command(reading=reading, **arguments)
 
-    def decorate(command: Command) -> Command:
-        @wraps(command)
-        def read(**arguments: Any) -> Any:
-            fields = {
-                name: arguments.pop(name) if name in given else default
-                for name, default in _WITHOUT.items()
-            }
-            load = fields["normal_load"]
-            if not isinstance(load, tuple):
-                fields["normal_load"] = () if load is None else (load,)
-            return command(reading=Reading(**fields), **arguments)
-
-        decorated: Command = read
-        for part, settings in (
-            (options.SCALING, {"multiple": True}),
-            ((options.FLIP_SIGN, options.ROWS), {}),
-            ((options.TIME, options.SAMPLE_RATE), {}),
-            ((load,), {"multiple": True} if many_loads else {}),
-            ((options.DISPLACEMENT, options.FORCE), {}),
-        ):
-            offered = [one for one in part if one.name in given]
-            decorated = offers(*offered, **settings)(decorated)
-        return decorated
-
-    return decorate
+    decorated: Command = read
+    for option in reversed(_READING):
+        repeated = option in options.SCALING or option.name == "normal_load"
+        decorated = offers(option, **{"multiple": True} if repeated else {})(decorated)
+    return decorated
 
 
 SUFFIXES = (
@@ -259,17 +248,41 @@ def list_records(names: Sequence[str], manifest: Path | None) -> Listed:
     return Listed(list(read.paths), read.texts("run"), read)
 
 
-def each_of(option: str, texts: tuple[str, ...], count: int, noun: str = "one") -> tuple[str, ...]:
-    """Validate that an option is given once for each of ``count`` records, or not at all.
+def each_record(
+    files: Listed, reading: Reading, work: Callable[[Record], _Result], report: Report
+) -> tuple[list[_Result], list[int], list[tuple[str, str]]]:
+    """Apply ``work`` to each record.
 
-    ``noun`` names the expected values in the error message.
+    Return the results with the indices of their records, and the paths of the records that cannot
+    be read or evaluated with the reasons. An error of the only record, or of all, is raised.
     """
-    if texts and len(texts) != count:
-        records = plural(count, "record")
+    from microslip._core.errors import InputError
+    from microslip.laboratory.record import path_text
+
+    paths, loads = files.paths, len(reading.normal_load)
+    if loads not in (0, 1, len(paths)):
+        records = plural(len(paths), "record")
         raise click.UsageError(
-            f"{option}: wanted {noun} for each of the {records}, got {len(texts)}"
+            f"--normal-load: wanted one for all records or one for each of the {records}, "
+            f"got {loads}"
         )
-    return texts
+    results, places = [], []
+    skipped: list[tuple[str, str]] = []
+    for index, path in enumerate(paths):
+        try:
+            results.append(work(reading.read(path, index, files.manifest)))
+            places.append(index)
+        except InputError as error:
+            if not str(error).startswith(path_text(path)):
+                error = error.within(f"{path}: ")
+            if len(paths) == 1:
+                raise error from None
+            skipped.append((path, in_options(error.text).removeprefix(f"{path}: ")))
+        report((index + 1) / len(paths))
+    if not results:
+        name, why = skipped[0]
+        raise InputError(f"none of the {len(paths)} records can be used; {name}: {why}")
+    return results, places, skipped
 
 
 def slice_of(option: str, text: str | None) -> slice | None:

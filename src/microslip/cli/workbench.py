@@ -32,7 +32,7 @@ def look() -> None:
 
 @look.command("record")
 @click.argument("path")
-@reads()
+@reads
 def look_at_record(path: str, reading: Reading) -> None:
     """Preview a record."""
     from microslip.app.preview import record_view

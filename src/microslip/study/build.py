@@ -102,20 +102,6 @@ def build_joints(study: StudyDescription, progress: Progress | None = None) -> l
     return joints
 
 
-def build_as_made(study: StudyDescription) -> tuple[Interface, list[str]]:
-    """Return the joint under the study's first normal load, with uniform pressure.
-
-    Also return the keys that are ignored: "joint.pressure" if it is given. The identification of
-    interface parameters takes materials, area and heights from the surface of this joint.
-    """
-    if getattr(study.joint, "pressure", None) is None:
-        return build_joints(study)[0], []
-    assert isinstance(study.joint, Joint)  # only an interface has a pressure
-    pressed_evenly = study.joint.copy(pressure=None)
-    joint = cast(Interface, pressed_evenly.build(build_surface(study), study.joint.normal_load[0]))
-    return joint, ["joint.pressure"]
-
-
 @contextmanager
 def naming_key(study: StudyDescription, key: str, names: Iterable[str] = ()) -> Iterator[None]:
     """Return a context that turns an InputError into a StudyError about a key of the study.

@@ -305,7 +305,6 @@ function drawRuns(runs) {
         busy ? make("button", { type: "button", onclick: () => safely(async () => { await ask(`/api/runs/${run.id}`, "POST"); follow(); }) }, "Cancel")
           : make("button", { type: "button", onclick: () => safely(async () => { await ask(`/api/runs/${run.id}`, "DELETE"); show(run.id, false); follow(); }) }, "Remove"),
         run.state === "done" ? make("a", { href: `/runs/${run.id}/download.zip` }, "Download") : null,
-        run.study ? make("button", { type: "button", onclick: () => safely(async () => look([await ask(`/api/runs/${run.id}/study`, "POST")], "study", {})) }, "Edit its study") : null,
         make("code", {}, run.command)),
       run.state === "running" ? make("progress", { max: 1, ...(run.progress > 0 ? { value: run.progress } : {}) }) : null,
       run.state === "failed" ? make("p", { class: "small" }, run.message) : null);

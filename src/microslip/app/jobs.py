@@ -65,14 +65,9 @@ class Upload:
     name: str
     path: Path
 
-    @property
-    def size(self) -> int:
-        """File size [bytes]."""
-        return self.path.stat().st_size if self.path.exists() else 0
-
     def summary(self) -> dict[str, Any]:
-        """Return identifier, name and size of the upload for the web page."""
-        return {"id": self.id, "name": self.name, "size": self.size}
+        """Return identifier and name of the upload for the web page."""
+        return {"id": self.id, "name": self.name}
 
 
 @dataclass
@@ -101,23 +96,13 @@ class Run:
             return {}
         return {path.name: path for path in sorted(folder.iterdir()) if path.is_file()}
 
-    def study(self) -> str | None:
-        """Return the text of the study that an identification or a scan wrote; None without one."""
-        files = self.files()
-        for name in ("joint.toml", "study.toml"):
-            if name in files:
-                return files[name].read_text(encoding="utf-8")
-        return None
-
     def summary(self) -> dict[str, Any]:
         """Return state, messages and result files of the run for the web page."""
         plain = {
             name: getattr(self, name) for name in ("id", "kind", "state", "progress", "message")
         }
-        files = [*self.files()]
         return {
-            **plain, "command": self.command, "printed": self.printed, "files": files,
-            "study": bool({"joint.toml", "study.toml"} & {*files}),
+            **plain, "command": self.command, "printed": self.printed, "files": [*self.files()],
         }  # fmt: skip
 
 

@@ -153,7 +153,6 @@ _FOLDER = Path(__file__).parent
 _ASSETS = {
     "/": "app.html", "/app.js": "app.js", "/app.css": "app.css", "/ticks.js": "../figures/ticks.js",
 }  # fmt: skip
-LARGEST_UPLOADS = 4_000_000_000  # bytes of all uploads together
 _PREFIX = "microslip-app-"
 # A report contains its own script and needs no access to this origin.
 _REPORT = "sandbox allow-scripts; frame-ancestors 'self'"
@@ -176,22 +175,14 @@ def build(workspace: Workspace, token: str, port: int) -> App:
         return FileResponse(path, media_type=mimetypes.guess_type(path.name)[0])
 
     async def upload(request: Request) -> Response:
-        room = LARGEST_UPLOADS - sum(other.size for other in workspace.uploads.values())
         place = workspace.place(request.query_params.get("name", "file"))
         try:
             with place.path.open("wb") as file:
                 async for chunk in request.stream():
-                    if (room := room - len(chunk)) < 0:
-                        raise InputError(
-                            f"uploads are limited to {LARGEST_UPLOADS / 1e9:g} GB in total; "
-                            "restart the workbench to upload more files"
-                        )
                     file.write(chunk)
-        except (ClientDisconnect, InputError) as error:
+        except ClientDisconnect:
             workspace.uploads.pop(place.id)
             shutil.rmtree(place.path.parent, ignore_errors=True)
-            if isinstance(error, InputError):
-                return refusal(error, 413)
             raise
         return JSONResponse(place.summary())
 
@@ -232,13 +223,6 @@ def build(workspace: Workspace, token: str, port: int) -> App:
             await workspace.cancel(run)
         return JSONResponse(run.summary())
 
-    async def run_study(request: Request) -> Response:
-        run = run_of(request)
-        text = None if run is None else run.study()
-        if text is None:
-            return refusal(KeyError("this result has no study"), 404)
-        return put_study(text)
-
     async def result(request: Request) -> Response:
         run = run_of(request)
         files = {} if run is None else run.files()
@@ -257,11 +241,6 @@ def build(workspace: Workspace, token: str, port: int) -> App:
         headers = {"content-disposition": f'attachment; filename="{name}"'}
         return Response(data, media_type="application/zip", headers=headers)
 
-    def put_study(text: str) -> Response:
-        place = workspace.place("study.toml")
-        place.path.write_text(text, encoding="utf-8")
-        return JSONResponse(place.summary())
-
     async def forms(request: Request) -> Response:
         return JSONResponse({
             name: [vars(field) for field in fields] for name, fields in workspace.forms.items()
@@ -270,7 +249,9 @@ def build(workspace: Workspace, token: str, port: int) -> App:
     async def example(request: Request) -> Response:
         from microslip.study.new import demo_text
 
-        return put_study(demo_text())
+        place = workspace.place("study.toml")
+        place.path.write_text(demo_text(), encoding="utf-8")
+        return JSONResponse(place.summary())
 
     @asynccontextmanager
     async def lifespan(app: Any) -> AsyncIterator[None]:
@@ -285,7 +266,6 @@ def build(workspace: Workspace, token: str, port: int) -> App:
         Route("/api/example", example, methods=["POST"]),
         Route("/api/runs", runs, methods=["GET", "POST"]),
         Route("/api/runs/{id}", run_by_id, methods=["GET", "POST", "DELETE"]),
-        Route("/api/runs/{id}/study", run_study, methods=["POST"]),
         Route("/runs/{id}/files/{name}", result),
         Route("/runs/{id}/download.zip", download),
     ]

@@ -180,72 +180,56 @@ SUFFIXES = (
 """Suffixes of files in a folder that are read as records."""
 
 
-def records_in(names: Sequence[str]) -> tuple[list[str], tuple[str, ...]]:
-    """Return the paths of records, and a name for each record if they are in several folders.
-
-    Folders in ``names`` are replaced by the records in them. The second result holds the name of
-    the folder of each record; it is empty if all are in one folder, or no folder was named.
-    """
-    paths: list[str] = []
-    labels: list[str] = []
-    folders = []
-    for name in names:
-        folder = Path(name)
-        if not folder.is_dir():
-            paths.append(name)
-            labels.append(folder.parent.name or folder.stem)
-            continue
-        inside = sorted(
-            path for path in folder.rglob("*") if path.suffix.lower() in SUFFIXES and path.is_file()
-        )
-        if not inside:
-            raise click.UsageError(f"no records in the folder {shorten(name, 200)}")
-        folders.append(name)
-        paths += [str(path) for path in inside]
-        labels += [path.parent.name if path.parent != folder else folder.name for path in inside]
-    several = bool(folders) and len(set(labels)) > 1
-    return paths, tuple(labels) if several else ()
-
-
 class Listed(NamedTuple):
-    """Files given to a command and, if they are listed in a manifest, their entries in it."""
+    """Files given to a command, and the manifest that lists them, if any."""
 
     paths: list[str]
-    runs: tuple[str, ...]
-    """Labels of the runs; may be empty."""
     manifest: Manifest | None
 
     def columns(self, rows: Sequence[int]) -> dict[str, list[Any]]:
-        """Return the runs and the manifest columns of further data, such as "specimen", by name."""
+        """Return the manifest columns of further data, such as "specimen", and its runs."""
         from microslip.laboratory.campaign import NUMBERS
 
         columns: dict[str, list[Any]] = {}
-        if self.manifest is not None:
-            for name, values in self.manifest.columns.items():
-                unit = "" if name in NUMBERS else self.manifest.units[name]
-                if name != "run":
-                    columns[f"{name} [{unit}]" if unit else name] = [values[i] for i in rows]
-        return columns | ({"run": [self.runs[i] for i in rows]} if self.runs else {})
+        if self.manifest is None:
+            return columns
+        for name, values in self.manifest.columns.items():
+            unit = "" if name in NUMBERS else self.manifest.units[name]
+            if name != "run":
+                columns[f"{name} [{unit}]" if unit else name] = [values[i] for i in rows]
+        runs = self.manifest.texts("run")
+        return columns | ({"run": [runs[i] for i in rows]} if runs else {})
 
 
 def list_records(names: Sequence[str], manifest: Path | None) -> Listed:
-    """Return the files named on the command line or in a manifest."""
+    """Return the files named on the command line, of which some may be folders, or in a manifest.
+
+    A folder stands for the records in it and its subfolders.
+    """
     if (manifest is None) == (not names):
         if names:
             raise click.UsageError("--manifest lists the records; omit RECORD arguments")
         raise click.UsageError("Missing argument 'RECORD...', or --manifest FILE")
-    if manifest is None:
-        paths, labels = records_in(names)
-        seen: set[Path] = set()
-        for path in paths:
-            if (place := Path(path).resolve()) in seen:
-                raise click.UsageError(f"{shorten(path, 200)} is named twice")
-            seen.add(place)
-        return Listed(paths, labels, None)
-    from microslip.laboratory.manifest import Manifest
+    if manifest is not None:
+        from microslip.laboratory.manifest import Manifest
 
-    read = Manifest.read(manifest)
-    return Listed(list(read.paths), read.texts("run"), read)
+        read = Manifest.read(manifest)
+        return Listed(list(read.paths), read)
+    paths: list[str] = []
+    for name in names:
+        inside = [name]
+        if Path(name).is_dir():
+            found = sorted(p for p in Path(name).rglob("*") if p.suffix.lower() in SUFFIXES)
+            inside = [str(path) for path in found if path.is_file()]
+            if not inside:
+                raise click.UsageError(f"no records in the folder {shorten(name, 200)}")
+        paths += inside
+    seen: set[Path] = set()
+    for path in paths:
+        if (place := Path(path).resolve()) in seen:
+            raise click.UsageError(f"{shorten(path, 200)} is named twice")
+        seen.add(place)
+    return Listed(paths, None)
 
 
 def each_record(

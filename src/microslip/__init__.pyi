@@ -67,7 +67,6 @@ from .structures import BaseResponse as BaseResponse
 from .structures import BoltedBeam as BoltedBeam
 from .structures import Bolts as Bolts
 from .structures import Convergence as Convergence
-from .structures import Decay as Decay
 from .structures import ForcedResponse as ForcedResponse
 from .structures import FreeDecay as FreeDecay
 from .structures import FrequencyResponse as FrequencyResponse

@@ -48,9 +48,8 @@ def add_structures(add: Add, surface: Any, joint: Any) -> None:
     add("LapJoint", ms.LapJoint, length=0.2, width=0.02, thickness=0.012, lap=0.03,
         bolts=ms.Bolts(**bolts, tension=5e3))  # fmt: skip
     oscillator = ms.Oscillator(mass=1.0, stiffness=1e6, joint=joint)
-    for method in ("frequency", "angular_frequency", "damping_ratio"):
+    for method in ("frequency", "damping_ratio"):
         add(f"Oscillator.{method}", getattr(oscillator, method), amplitude=1e-7)
-    add("Oscillator.decay", oscillator.decay, amplitude=1e-7, cycles=3)
     add("Oscillator.ring_down", oscillator.ring_down, amplitude=1e-7, cycles=3,
         samples_per_cycle=20)  # fmt: skip
     slow = np.arange(2000) * 2e-4
@@ -93,8 +92,6 @@ def add_structures(add: Add, surface: Any, joint: Any) -> None:
     add("ForcedResponse.amplitude", forced.amplitude, at=[0.0, 0.0, 1.0])
     add("ForcedResponse.frequency_response", forced.frequency_response, at=[0.0, 0.0, 1.0],
         force=1.0)  # fmt: skip
-    add("Oscillator.interface_damping_ratio", oscillator.interface_damping_ratio, amplitude=1e-7)
-    add("Oscillator.decay of a time", oscillator.decay, amplitude=1e-7, duration=0.01)
     add("Oscillator.ring_down of a time", oscillator.ring_down, amplitude=1e-7, duration=0.01,
         samples_per_cycle=20)  # fmt: skip
     _add_drawings(add, surface, test)

@@ -114,7 +114,6 @@ NOT_ENTERED = {
         "Convergence",
         "CoupledCycle",
         "CoupledHarmonics",
-        "Decay",
     ),
     *("CoupledResponse", "FieldCycle", "FieldResponse", "ForcedResponse"),
     *(

@@ -11,7 +11,6 @@ from .modal_readings import FreeDecay as FreeDecay
 from .modal_readings import read_decay as read_decay
 from .modal_test import ModalTest as ModalTest
 from .motion import Motion as Motion
-from .oscillator import Decay as Decay
 from .oscillator import Oscillator as Oscillator
 from .random_vibration import RandomResponse as RandomResponse
 from .reduction_convergence import Convergence as Convergence

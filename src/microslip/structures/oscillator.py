@@ -1,4 +1,4 @@
-"""Mass on a spring with a joint in parallel, and the envelope of its free decay."""
+"""Mass on a spring with a joint in parallel."""
 
 from __future__ import annotations
 
@@ -9,18 +9,17 @@ from functools import cached_property
 from typing import Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from microslip._core.checks import (
     Floats,
-    exact,
     plain,
     positive,
     show,
     whole_number,
 )
 from microslip._core.errors import InputError
-from microslip._core.frozen import LockedArrays, assign
+from microslip._core.frozen import assign
 from microslip._core.parameters import parameter, parameters_of
 from microslip._core.wording import quoted
 from microslip.friction import LAWS, BackboneLaw
@@ -33,100 +32,6 @@ from microslip.structures.periodic_motion import (
 from microslip.structures.ring_down import RingDown, ring_down
 
 MOST_CYCLES = 10_000_000
-_STEEPEST = 0.5  # share of its amplitude that a cycle may lose and still be slow
-_FAINTEST = 1e-90  # of the first amplitude: what is smaller is nothing
-
-
-@dataclass(frozen=True, eq=False)
-class Decay(LockedArrays):
-    """Envelope of a free oscillation, at its beginning and after each cycle.
-
-    Computed by averaging over cycles of slowly varying amplitude (Caughey 1960, DOI
-    10.1115/1.3644075); the energy at an amplitude is that at the turning points.
-    """
-
-    time: NDArray[np.float64]
-    """Times since the release [s]."""
-    amplitude: NDArray[np.float64]
-    """Amplitudes [m]."""
-    frequency: NDArray[np.float64]
-    """Frequencies, 1/period [Hz]."""
-    damping_ratio: NDArray[np.float64]
-    """Damping ratios by the logarithmic decrement [-]."""
-
-    def __repr__(self) -> str:
-        return (
-            f"Decay({self.time.size - 1} cycles in {self.time[-1]:g} s, "
-            f"amplitude from {self.amplitude[0]:g} to {self.amplitude[-1]:g})"
-        )
-
-
-def slow_flow(
-    mode: Oscillator, amplitude: float, cycles: int | None, duration: float | None
-) -> Decay:
-    """Compute the envelope after 0, 1, 2 ... cycles; see :meth:`microslip.Oscillator.decay`."""
-    from scipy.integrate import solve_ivp
-    from scipy.interpolate import CubicSpline
-
-    joint, spring, stuck = mode.joint, mode.stiffness, mode._stuck
-    periods = math.inf if duration is None else duration * stuck / (2.0 * math.pi)
-    places = np.linspace(math.log(amplitude) - 20.0, math.log(amplitude), 257)
-    averaged = averaged_stiffness(joint, np.exp(places))
-    omega = CubicSpline(places, np.sqrt((spring + averaged) / mode.mass))
-
-    def rates(a: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return loss of amplitude per cycle [m], damped angular frequency and damping ratio."""
-        stiffness = spring + joint._slope(a)
-        natural = omega(np.maximum(np.log(a), places[0]))
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            friction = joint._energy(a) / a / stiffness
-            viscous = 0.5 * mode.viscous_coefficient * natural / stiffness
-            slowed = np.sqrt(1.0 - viscous**2)
-            lost = friction + 2.0 * math.pi * a * viscous / slowed
-        # As a logarithmic decrement would show it.
-        decrement = 0.5 * friction / math.pi / a
-        return lost, natural * slowed, viscous + decrement
-
-    def flow(_: float, state: Floats) -> tuple[float, float]:
-        lost, swing, _ratio = rates(amplitude * np.maximum(state[:1], _FAINTEST))
-        # By cycle: of the relative amplitude, and of the time in periods with a sticking joint.
-        return -float(lost[0]) / amplitude, stuck / float(swing[0])
-
-    def slow(_: float, state: Floats) -> float:
-        share = max(float(state[0]), _FAINTEST)
-        return _STEEPEST + flow(0.0, np.array([share]))[0] / share
-
-    def there(_: float, state: Floats) -> float:
-        return float(state[0]) - _FAINTEST
-
-    def within(_: float, state: Floats) -> float:
-        return periods - float(state[1])
-
-    if not slow(0.0, np.ones(1)) > 0.0:
-        raise InputError(
-            f"`amplitude` must decay slowly: from {exact(amplitude)} m more than half is lost "
-            "in a cycle; use ring_down(...), which computes any motion"
-        )
-    if duration is not None and not periods <= MOST_CYCLES:
-        raise InputError(
-            f"`duration` must be at most {MOST_CYCLES} periods of the oscillator, got "
-            f"{exact(duration)} s, which are {periods:.3g}"
-        )
-    limit = periods + 1.0 if cycles is None else float(cycles)
-    events = [slow, there] + ([within] if cycles is None else [])
-    for event in events:
-        event.terminal = True  # type: ignore[attr-defined]  # as SciPy wants it
-    solution = solve_ivp(
-        flow, (0.0, limit), (1.0, 0.0), method="DOP853", rtol=1e-10,
-        atol=(1e-3 * _FAINTEST, 1e-10), dense_output=True, events=events,
-    )  # fmt: skip
-    count = math.floor(float(solution.t[-1]) * (1.0 + 1e-12))
-    share, time = solution.sol(np.arange(count + 1.0))
-    share[0], time[0] = 1.0, 0.0
-    a = amplitude * np.maximum(share, _FAINTEST)
-    _, swing, ratio = rates(a)
-    return Decay(time * (2.0 * math.pi / stuck), a, swing / (2.0 * math.pi), ratio)
-
 
 Method = Literal["quasi-static", "harmonic-balance"]
 
@@ -216,14 +121,14 @@ class Oscillator:
 
     # -- the closed form --------------------------------------------------------------------------
 
-    def angular_frequency(
+    def frequency(
         self,
         amplitude: ArrayLike,
         *,
         method: Method = "quasi-static",
         harmonics: Sequence[int] = HARMONICS,
     ) -> Any:
-        """Return the natural angular frequency of the mode at an amplitude.
+        """Return the natural frequency of the mode at an amplitude.
 
         Parameters
         ----------
@@ -238,20 +143,10 @@ class Oscillator:
         Returns
         -------
         float or ndarray
-            omega = sqrt((k + k_joint(a))/m) [rad/s], shape of ``amplitude``: from
-            sqrt((k + k_t)/m) with a sticking joint (stiffness k_t at rest) down to sqrt(k/m) with a
-            sliding one. NaN where harmonic balance did not converge.
+            omega/2 pi [Hz], omega = sqrt((k + k_joint(a))/m), shape of ``amplitude``: from
+            omega = sqrt((k + k_t)/m) with a sticking joint (stiffness k_t at rest) down to
+            sqrt(k/m) with a sliding one. NaN where harmonic balance did not converge.
         """
-        return self._mode(amplitude, method, harmonics)[0]
-
-    def frequency(
-        self,
-        amplitude: ArrayLike,
-        *,
-        method: Method = "quasi-static",
-        harmonics: Sequence[int] = HARMONICS,
-    ) -> Any:
-        """Return the natural frequency omega/2 pi [Hz]; arguments as :meth:`angular_frequency`."""
         return self._mode(amplitude, method, harmonics)[0] / (2.0 * math.pi)
 
     def damping_ratio(
@@ -261,7 +156,7 @@ class Oscillator:
         method: Method = "quasi-static",
         harmonics: Sequence[int] = HARMONICS,
     ) -> Any:
-        """Return the damping ratio at an amplitude; arguments as :meth:`angular_frequency`.
+        """Return the damping ratio at an amplitude; arguments as :meth:`frequency`.
 
         Returns
         -------
@@ -272,10 +167,10 @@ class Oscillator:
 
         Notes
         -----
-        The contribution of the joint is :meth:`interface_damping_ratio` times its fraction
-        (T0(a)/a)/(k + T0(a)/a) of the stiffness. The logarithmic decrement of a ring-down is
-        larger by the factor (k + T0(a)/a)/(k + T0'(a)), since the energy of the mode changes with
-        its amplitude by the *tangent* stiffness T0' = dT0/da. :meth:`decay` includes this factor.
+        The contribution of the joint is its own damping ratio, ``joint.damping_ratio(a)``, times
+        its fraction (T0(a)/a)/(k + T0(a)/a) of the stiffness. The logarithmic decrement of a
+        ring-down is larger by the factor (k + T0(a)/a)/(k + T0'(a)), since the energy of the mode
+        changes with its amplitude by the *tangent* stiffness T0' = dT0/da.
         """
         return self._mode(amplitude, method, harmonics)[1]
 
@@ -320,51 +215,7 @@ class Oscillator:
         curve = mode.modes(0, a * math.sqrt(self.mass), harmonics=harmonics)
         return 2.0 * math.pi * curve.frequency, curve.damping_ratio
 
-    def interface_damping_ratio(self, amplitude: ArrayLike) -> Any:
-        """Return the damping ratio of the joint alone [-], in the shape of the amplitude.
-
-        It is E_d/(4 pi U) with the energy U = T0(a) a/2 of the joint, not of the whole mode.
-        """
-        return self.joint.damping_ratio(amplitude)
-
     # -- the free oscillation ---------------------------------------------------------------------
-
-    def decay(
-        self, amplitude: float, *, cycles: int | None = None, duration: float | None = None
-    ) -> Decay:
-        """Compute the envelope of a free oscillation from the closed forms.
-
-        Parameters
-        ----------
-        amplitude : float
-            Displacement amplitude at the beginning [m], above zero.
-        cycles : int, optional
-            Number of cycles.
-        duration : float, optional
-            Duration [s], in place of ``cycles``.
-
-        Returns
-        -------
-        Decay
-            ``time``, ``amplitude``, ``frequency`` and ``damping_ratio`` at the beginning and after
-            each cycle. It ends early if a cycle would lose more than half of the amplitude, where
-            the decay is no longer slow, as just before a dry slider stops.
-
-        Notes
-        -----
-        Slow flow, integrated over the cycles n (DOP853, relative tolerance 1e-10):
-
-            -a (k + T0'(a)) da/dn = E_d(a) + 2 pi (k + T0'(a)) a^2 zeta_c / sqrt(1 - zeta_c^2),
-
-        zeta_c = c omega/(2 (k + T0'(a))), with T0, E_d and c as in the notes of the class and
-        T0' = dT0/da. Between turning points the joint obeys Masing's rule. The
-        energy at an amplitude is that at the turning points, where it changes by
-        a (k + T0'(a)) da, with the tangent stiffness and not the secant. For c = 0 the error is of
-        second order in the loss per cycle; the decay is exact for a joint that only sticks or only
-        slides. Times follow from omega(a) by harmonic balance of the fundamental.
-        """
-        a = positive("amplitude", amplitude, "m", 1e-6)
-        return slow_flow(self, a, *_length("decay", cycles, duration))
 
     def ring_down(
         self,
@@ -406,16 +257,15 @@ class Oscillator:
         damping.
         """
         a = positive("amplitude", amplitude, "m", 1e-6)
-        length = _length("ring_down", cycles, duration)
+        if (cycles is None) == (duration is None):
+            came = "neither" if cycles is None else "both"
+            raise InputError(
+                f"ring_down needs cycles=... or duration=... [s], one of them, got {came}"
+            )
+        if duration is not None:
+            duration = positive("duration", duration, "s")
+        else:
+            cycles = whole_number("cycles", cycles, 1, MOST_CYCLES)
         per_cycle = whole_number("samples_per_cycle", samples_per_cycle, 8, 1_000_000)
         system = self.joint, self.mass, self.stiffness, self.viscous_coefficient, self._stuck
-        return ring_down(*system, a, *length, per_cycle)
-
-
-def _length(name: str, cycles: Any, duration: Any) -> tuple[int | None, float | None]:
-    if (cycles is None) == (duration is None):
-        came = "neither" if cycles is None else "both"
-        raise InputError(f"{name} needs cycles=... or duration=... [s], one of them, got {came}")
-    if cycles is None:
-        return None, positive("duration", duration, "s")
-    return whole_number("cycles", cycles, 1, MOST_CYCLES), None
+        return ring_down(*system, a, cycles, duration, per_cycle)

@@ -295,7 +295,7 @@ def ring_down(
     if samples > _MOST_SAMPLES:
         raise InputError(
             f"ring_down computes at most {_MOST_SAMPLES} samples, this one needs {samples:.3g}; "
-            "take fewer, or compute the envelope with decay(...)"
+            "take fewer cycles"
         )
     turns = math.inf if cycles is None else 2 * cycles
     motion = _Motion(joint, mass, spring, dashpot, amplitude)
@@ -324,7 +324,7 @@ def ring_down(
         if size > _MOST_SAMPLES and cycles is not None:
             raise InputError(
                 f"ring_down computes at most {_MOST_SAMPLES} samples, and {len(motion.turns) // 2} "
-                "cycles have taken that many; take fewer, or compute the envelope with decay(...)"
+                "cycles have taken that many; take fewer cycles"
             )
     q, v, force, viscous = np.array(rows).reshape(size, 4).T.copy()
     times, places, forces = np.array(motion.turns).T

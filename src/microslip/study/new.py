@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import shlex
-from contextlib import suppress
 from importlib.resources import files
 from pathlib import Path
 from string import Template
@@ -80,19 +80,15 @@ def write_template(path: Path, kind: str = "joint", process: str | None = None) 
     texts = {path: hint + study}
     if kind == "batch":
         texts[path.with_suffix(".csv")] = _CHANGES
-    written: list[Path] = []
+    for file in texts:
+        if os.path.lexists(file):
+            name = shorten(str(file), 200)
+            raise StudyError(f"{name}: exists and is not overwritten; give another name")
     try:
         for file, text in texts.items():
-            name = shorten(str(file), 200)
             with file.open("xb") as stream:
-                written.append(file)
                 stream.write(text.encode("utf-8"))
     except (OSError, ValueError) as error:
-        for file in written:
-            with suppress(OSError):
-                file.unlink()
-        if isinstance(error, FileExistsError):
-            raise StudyError(f"{name}: exists and is not overwritten; give another name") from None
         raise StudyError(f"{name}: cannot be written: {reason(error)}") from None
     # The comments contain commands with the bare file name; return them with the path.
     steps = [line[4:] for line in study.splitlines() if line.startswith("#   microslip ")]

@@ -13,6 +13,7 @@ from typing import Any, ClassVar, Self
 
 from microslip._core.errors import StudyError
 from microslip._core.parameters import REQUIRED, JsonSchema, Number
+from microslip._core.quantities import json_value
 from microslip._core.wording import did_you_mean, nearest, quote, quoted
 from microslip.study.readers import (
     FAILED,
@@ -339,7 +340,7 @@ class Part:
 
     def plain(self) -> dict[str, Any]:
         """Return values in SI units as plain JSON types."""
-        result: dict[str, Any] = _plain(self.by_keys())
+        result: dict[str, Any] = json_value(self.by_keys())
         return result
 
 
@@ -389,14 +390,6 @@ def _by_keys(value: Any) -> Any:
     if isinstance(value, tuple) and any(isinstance(item, (Part, tuple)) for item in value):
         return tuple(map(_by_keys, value))
     return value
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {name: _plain(item) for name, item in value.items()}
-    if isinstance(value, tuple):
-        return [_plain(item) for item in value]
-    return float(value) if isinstance(value, float) else value
 
 
 def _first_line(model: type) -> str:

@@ -191,9 +191,7 @@ def _with_comments(text: str, data: dict[str, Any], changes: Sequence[Override])
     try:
         document = tomlkit.parse(text)
         for change in changes:
-            if isinstance(change.value, (dict, list)):  # written on one line
-                change = replace(change, value=tomlkit.value(as_toml(change.value)))
-            _set_key(document, change)
+            _set_key(document, replace(change, value=_on_one_line(change.value)))
         edited = tomlkit.dumps(document)
         if _canonical(tomllib.loads(edited)) == _canonical(data):
             return edited
@@ -208,43 +206,24 @@ def _canonical(data: dict[str, Any]) -> str:
 
 def dump(study: dict[str, Any]) -> str:
     """Return the tables of a study as TOML."""
-    plain = {key: value for key, value in study.items() if not isinstance(value, dict)}
-    tables = {(key,): value for key, value in study.items() if isinstance(value, dict)}
-    blocks = [_lines(plain)] if plain else []
-    for path, table in tables.items():
-        # A table of tables, such as [material.steel].
-        split = table and all(isinstance(value, dict) for value in table.values())
-        for name, values in (
-            [((*path, key), value) for key, value in table.items()] if split else [(path, table)]
-        ):
-            blocks.append(f"[{'.'.join(map(_key, name))}]\n{_lines(values)}")
-    return "\n".join(blocks)
+    import tomlkit
+
+    return tomlkit.dumps(study)
 
 
-def _lines(table: dict[str, Any]) -> str:
-    return "".join(f"{_key(key)} = {as_toml(value)}\n" for key, value in table.items())
+def _on_one_line(value: Any) -> Any:
+    """Return a table, or a list of tables, as an item of tomlkit that is written on one line."""
+    import tomlkit
 
-
-def _key(key: str) -> str:
-    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else as_toml(key)
-
-
-def as_toml(value: Any) -> str:
-    """Return a value as TOML on one line."""
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, int):
-        return str(int(value))
-    if isinstance(value, float):
-        return repr(float(value))
     if isinstance(value, dict):
-        inside = ", ".join(f"{_key(key)} = {as_toml(item)}" for key, item in value.items())
-        return f"{{ {inside} }}" if inside else "{}"
-    if isinstance(value, (list, tuple)):
-        return f"[{', '.join(map(as_toml, value))}]"
-    return str(value)  # a date or a time
+        table = tomlkit.inline_table()
+        table.update({key: _on_one_line(item) for key, item in value.items()})
+        return table
+    if isinstance(value, list):
+        array = tomlkit.array()
+        array.extend(map(_on_one_line, value))
+        return array
+    return value
 
 
 _MAX_BYTES = 16_000_000

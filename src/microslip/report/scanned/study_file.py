@@ -9,7 +9,7 @@ from typing import Any
 
 from microslip._core.files import relative_path
 from microslip._core.units import engineering
-from microslip.study.toml_text import as_toml
+from microslip.study.toml_text import dump
 from microslip.surfaces.findings import Findings, Request
 from microslip.surfaces.joints import FaceJoint
 
@@ -36,13 +36,8 @@ def face_study_text(findings: Findings, face: FaceJoint, folder: Path) -> str:
             "# The scan does not determine the damping of cycles up to "
             f"{engineering(face.unresolved_amplitude, 'm')} in amplitude."
         )
-    head += ["schema = 1", f"title = {as_toml(findings.raw.name)}"]
-    lines = [
-        line
-        for name, table in tables.items()
-        for line in ("", f"[{name}]", *(f"{key} = {as_toml(v)}" for key, v in table.items()))
-    ]
-    return "\n".join([*head, *lines]) + "\n"
+    study = {"schema": 1, "title": findings.raw.name, **tables}
+    return "\n".join(head) + f"\n{dump(study)}"
 
 
 def _surface(findings: Findings, face: FaceJoint, folder: Path) -> dict[str, Any]:

@@ -2,20 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import cache
 from types import MappingProxyType
-from typing import Any, TypeVar, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-_Function = TypeVar("_Function", bound=Callable[..., Any])
-
-
-def made_once(function: _Function) -> _Function:
-    """Decorate a function without arguments to run once; later calls return the same result."""
-    return cast("_Function", cache(function))
 
 
 def lock(array: NDArray[Any]) -> NDArray[Any]:

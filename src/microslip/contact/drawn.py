@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, field, replace
-from functools import cached_property
+from functools import cache, cached_property
 from types import MappingProxyType
 from typing import Any
 
@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, plain, positive, show
 from microslip._core.errors import InputError
-from microslip._core.frozen import assign, lock, made_once
+from microslip._core.frozen import assign, lock
 from microslip.contact import face_table as table
 from microslip.contact.base import OVER_HARDNESS, NormalLaw, aluminium, check_pair
 from microslip.contact.face_law import FaceErrors, FaceLaw, FirstLoading, checked_direction
@@ -458,7 +458,7 @@ class DrawnFace(FaceLaw):
         )
 
     @classmethod
-    @made_once
+    @cache
     def examples(cls) -> tuple[NormalLaw, ...]:
         """Return a ground aluminium face, and a face with a lay and motion across it."""
         metal = aluminium().with_hardness(1.2e9)

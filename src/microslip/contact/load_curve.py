@@ -7,7 +7,7 @@ from functools import cached_property, lru_cache
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from microslip._core import kernels
 from microslip._core.checks import Floats, show
@@ -284,7 +284,13 @@ class LoadCurve:
             if loaded.any():
                 steps[loaded] = self._steps_of(load[loaded])
         except InputError as error:
-            i, message = self._first_refused(load, loaded, error)
+            i, message = 0, error.statement
+            # If any load is outside the range of the surface, the lightest or the heaviest is.
+            for end in (int(np.where(loaded, load, math.inf).argmin()), int(load.argmax())):
+                try:
+                    self.surface.separation(load[end : end + 1])
+                except InputError as refused:
+                    i, message = end, refused.statement
             where = f" at sample {i}" if numbered else ""
             raise InputError(f"`normal_load` {message}{where}") from None
         return steps
@@ -308,34 +314,6 @@ class LoadCurve:
         values, places = np.unique(load[~inside], return_inverse=True)
         steps[~inside] = (np.asarray(self.surface.separation(values)) - self.origin)[places]
         return steps
-
-    def _first_refused(
-        self, load: Floats, selection: NDArray[np.bool_], error: InputError
-    ) -> tuple[int, str]:
-        samples = np.flatnonzero(selection)
-
-        def refusal(loads: Floats) -> str | None:
-            try:
-                self.surface.separation(loads)
-            except InputError as refused:
-                return refused.statement
-            return None
-
-        # What refuses a load refuses all further out, but for numbers too coarse for a light one.
-        def ends(upto: int) -> Floats:
-            part = load[samples[:upto]]
-            return np.array([part.min(), part.max()])
-
-        def distinct(upto: int) -> Floats:
-            return np.unique(load[samples[:upto]])
-
-        loads = ends if refusal(ends(samples.size)) else distinct
-        low, high = 1, samples.size
-        while low < high:
-            middle = (low + high) // 2
-            low, high = (low, middle) if refusal(loads(middle)) else (middle + 1, high)
-        i = int(samples[high - 1])
-        return i, refusal(load[i : i + 1]) or error.statement
 
 
 def shared_curve(surface: NormalLaw, nearest: float) -> LoadCurve:

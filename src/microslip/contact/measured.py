@@ -6,6 +6,7 @@ import dataclasses
 import math
 import os
 from dataclasses import dataclass, field
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, number, plain, positive, whole_number
 from microslip._core.errors import InputError
-from microslip._core.frozen import assign, made_once
+from microslip._core.frozen import assign
 from microslip.contact.base import (
     BETWEEN,
     FEWEST_POINTS,
@@ -317,7 +318,7 @@ class MeasuredContact(FaceLaw, Plottable):
         )
 
     @classmethod
-    @made_once
+    @cache
     def examples(cls) -> tuple[NormalLaw, ...]:
         """Return a small rough aluminium face that has yielded, loaded across its lay."""
         how: dict[str, Any] = {"pixel": 2e-6, "area": 1e-4, "piece": 32, "direction": math.pi / 2}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import InitVar, dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -23,7 +23,7 @@ from microslip._core.checks import (
     positive,
 )
 from microslip._core.errors import InputError
-from microslip._core.frozen import assign, made_once
+from microslip._core.frozen import assign
 from microslip._core.kernels.table import Table
 from microslip._core.parameters import parameter
 from microslip.contact.base import FAINTEST, NormalLaw
@@ -302,7 +302,7 @@ class Interface(CoupledLaw):
         )
 
     @classmethod
-    @made_once
+    @cache
     def examples(cls) -> tuple[Interface, ...]:
         """Return joints on each kind of surface, at light and heavy loads.
 

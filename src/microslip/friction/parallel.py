@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
 from microslip._core.checks import Floats, members
-from microslip._core.frozen import Locked, assign, lock, made_once
+from microslip._core.frozen import Locked, assign, lock
 from microslip.friction.base import BackboneLaw
 from microslip.friction.interface import Interface
 from microslip.friction.jenkins import Jenkins
@@ -131,7 +131,7 @@ class Parallel(Locked, BackboneLaw):
         )
 
     @classmethod
-    @made_once
+    @cache
     def examples(cls) -> tuple[Parallel, ...]:
         """Return a nonuniformly pressed joint, and a joint in parallel with a Jenkins cell."""
         joint = Interface.examples()[0]

@@ -9,7 +9,7 @@ import math
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, exact, floats, number, plain, positive, show
 from microslip._core.errors import InputError
-from microslip._core.frozen import assign, lock, made_once
+from microslip._core.frozen import assign, lock
 from microslip.contact import NormalLaw
 from microslip.contact.validity import Verdict, verdicts
 from microslip.friction.base import BackboneLaw
@@ -188,7 +188,7 @@ class PressedJoint(Parallel):
         )
 
     @classmethod
-    @made_once
+    @cache
     def examples(cls) -> tuple[PressedJoint, ...]:
         """Return the worked example of the package under three patches of pressure."""
         joint = Interface.examples()[0]

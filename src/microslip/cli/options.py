@@ -266,7 +266,6 @@ def writes(folder: str, earlier: str = "result", *between: Decorator) -> Decorat
 
 PATIENCE = 1.0
 """Time before a progress bar appears [s]."""
-_LOG_INTERVAL = 30.0  # seconds between progress lines in a log
 
 Report = Callable[[float], None]
 """Callback for the completed fraction of the work, 0 to 1."""
@@ -311,7 +310,7 @@ def stoppable() -> Iterator[None]:
 
 @contextmanager
 def progress(name: str) -> Iterator[Report]:
-    """Show progress with the remaining time: a bar on a terminal, a line every 30 s in a log.
+    """Show progress with the remaining time as a bar on a terminal.
 
     MICROSLIP_PROGRESS=lines prints the fraction in machine-readable lines.
     """
@@ -319,7 +318,7 @@ def progress(name: str) -> Iterator[Report]:
         yield lambda share: click.echo(f"progress {share:.4f}", err=True)
         return
     if not _is_live(sys.stderr):
-        yield _log_lines(name)
+        yield lambda share: None
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TimeRemainingColumn
@@ -345,21 +344,6 @@ def progress(name: str) -> Iterator[Report]:
         timer.join()
         if bar.live.is_started:
             bar.stop()
-
-
-def _log_lines(name: str) -> Report:
-    started = last = time.monotonic()
-
-    def report(share: float) -> None:
-        nonlocal last
-        now = time.monotonic()
-        if now - last < _LOG_INTERVAL or not 0.0 < share < 1.0:
-            return
-        last = now
-        left = (now - started) * (1.0 - share) / share
-        click.echo(f"{name}: {share:.0%}, about {left:.0f} s left", err=True)
-
-    return report
 
 
 def _is_live(stream: object) -> bool:

@@ -48,19 +48,6 @@ def band_of(text: str | None) -> tuple[float, float] | None:
     return low, high
 
 
-def bands_of(records: Sequence[str], text: str | None) -> list[tuple[float, float] | None]:
-    """Return the frequency band [Hz] that contains the mode, for each test.
-
-    It is None for a test to which it does not apply: if some tests are ring-downs, it applies to
-    these only.
-    """
-    from microslip.structures.modal_test import modal_kind
-
-    band = band_of(text)
-    rings = [modal_kind(record) == "ring-down" for record in records]
-    return [band if ring or not any(rings) else None for ring in rings]
-
-
 def measure_modes(records: Sequence[str], output: Output, band: str | None) -> None:
     """Measure frequency and damping against amplitude from modal tests."""
     with stoppable():
@@ -68,10 +55,10 @@ def measure_modes(records: Sequence[str], output: Output, band: str | None) -> N
         from microslip.report.modal_test import KIND, modal_test_document
         from microslip.structures import ModalTest
 
-        bands = bands_of(records, band)
+        within = band_of(band)
         with output.staged(KIND, "measurement") as stage, progress("Measuring") as report:
             tests = []
-            for index, (record, within) in enumerate(zip(records, bands, strict=True)):
+            for index, record in enumerate(records):
                 tests.append(ModalTest.read(record, band=within))
                 report((index + 1) / len(records))
             result_document = modal_test_document(tests)

@@ -194,7 +194,7 @@ def test_a_free_structure_flies_as_a_whole() -> None:
 
 
 def test_a_decay_is_read_as_it_was_made() -> None:
-    """Of a linear oscillator both readings are exact but for the sampling."""
+    """Of a linear oscillator the reading is exact but for the sampling."""
     time = np.arange(0.0, 0.2, 2e-5)
     omega, zeta = 2.0 * np.pi * 180.0, 0.004
     damped = omega * np.sqrt(1.0 - zeta**2)
@@ -202,8 +202,6 @@ def test_a_decay_is_read_as_it_was_made() -> None:
     seen = ms.read_decay(time, signal)
     assert np.allclose(seen.frequency, damped / (2.0 * np.pi), rtol=1e-6)
     assert np.allclose(seen.damping_ratio, zeta, rtol=1e-3)
-    inner = slice(3, -3)
-    assert seen.frequency_error[inner].max() < 1e-2 * 180.0
     assert np.allclose(
         seen.amplitude, 3e-5 * np.exp(-zeta * omega * (seen.time)), rtol=zeta * np.pi
     )

@@ -32,7 +32,7 @@ from microslip.structures.geometry import GeometryAttachment
 from microslip.structures.joint_groups import Attachment
 from microslip.structures.matrices import dense, factorised, is_sparse, vector
 from microslip.structures.modal_model import ModalModel, modal_model, stuck_stiffness
-from microslip.structures.periodic_motion import Quantity, harmonic_basis, power_of
+from microslip.structures.periodic_motion import MotionQuantity, harmonic_basis, power_of
 from microslip.structures.static import AtRest, solver_method, static_state
 
 Frame = Literal["base", "ground"]
@@ -326,7 +326,7 @@ def base_response(
     control: ControlOf = "base",
     at: ArrayLike | None = None,
     level: float | None = None,
-    quantity: Quantity = "acceleration",
+    quantity: MotionQuantity = "acceleration",
     supports: Sequence[int] | None = None,
     damping_frame: Frame | None = None,
     joints_on_base: bool = False,
@@ -421,7 +421,7 @@ def _control(
     given: NDArray[np.complex128],
     at: ArrayLike | None,
     level: float | None,
-    quantity: Quantity,
+    quantity: MotionQuantity,
 ) -> Control:
     if at is None or level is None:
         raise InputError(

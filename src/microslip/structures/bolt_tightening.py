@@ -21,8 +21,6 @@ GRADES = MappingProxyType(
     }
 )  # fmt: skip
 """Least yield strength or 0.2 % proof stress [Pa] of each grade (ISO 898-1)."""
-UTILISATION = 0.9
-"""Fraction of the proof stress permitted at assembly."""
 TIGHTENING_FACTOR = 1.6
 """Largest over smallest preload at one torque, by a torque wrench with estimated friction."""
 _EMBEDDING = ((10e-6, 3.0, 2.5, 1.5), (40e-6, 3.0, 3.0, 2.0), (160e-6, 3.0, 4.0, 3.0))
@@ -93,10 +91,6 @@ class Thread:
         shear = 1.5 * self.pitch_diameter / mean * lead
         return tension / self.stress_area * math.sqrt(1.0 + 3.0 * shear**2)
 
-    def assembly_tension(self, proof: float, friction: float) -> float:
-        """Return the preload F_M [N] whose equivalent stress is 90 % of a proof stress [Pa]."""
-        return UTILISATION * proof / self.reduced_stress(1.0, friction)
-
 
 @dataclass(frozen=True)
 class ClampedBolt:
@@ -165,10 +159,6 @@ class ClampedBolt:
     def loss(self, embedding: float) -> float:
         """Return F_Z = f_Z/(delta_S + delta_P) [N], the tension lost by embedding f_Z [m]."""
         return embedding / (self.resilience + self.plate_resilience)
-
-    def embedding_loss(self, rz: float, interfaces: int = 1) -> float:
-        """Return the preload lost by embedding [N]; arguments as :func:`embedding_of`."""
-        return self.loss(embedding_of(rz, interfaces))
 
 
 def embedding_of(rz: float, interfaces: int = 1) -> float:

@@ -23,7 +23,7 @@ from microslip.structures.forced_path import Drive, Excitation, follow
 from microslip.structures.modal_model import ModalModel, ModalResult
 from microslip.structures.periodic_motion import (
     HarmonicBasis,
-    Quantity,
+    MotionQuantity,
     harmonic_basis,
     power_of,
 )
@@ -154,7 +154,7 @@ class ForcedResponse(ModalResult, PlottableAtSensor):
         return np.asarray(np.abs(self._fundamental(at)))
 
     def frequency_response(
-        self, at: ArrayLike, force: float, *, quantity: Quantity = "displacement"
+        self, at: ArrayLike, force: float, *, quantity: MotionQuantity = "displacement"
     ) -> FrequencyResponse:
         """Return the fundamental at a sensor over the force, as measured by a slow sweep.
 

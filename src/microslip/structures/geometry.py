@@ -21,7 +21,7 @@ from microslip._core.errors import InputError
 from microslip.contact.materials import Material
 from microslip.structures.periodic_motion import HarmonicBasis, HarmonicForces
 
-HARMONICS = (0, 1, 2, 3, 4, 5)
+GEOMETRY_HARMONICS = (0, 1, 2, 3, 4, 5)
 """Harmonics of motions with a geometry: the even ones change an arch's damping by 15 %."""
 _MOST = 6
 _LEFT = 0.05  # of the forces beyond the linear ones: what a fit may leave

@@ -240,12 +240,12 @@ class FieldGroup:
         )
         return self.by_coordinate(coefficients, *cycle)
 
-    def start(self) -> FieldState:
+    def start(self) -> FieldStates:
         """Return the state of the nodes at rest."""
-        return FieldState(self)
+        return FieldStates(self)
 
 
-class FieldState:
+class FieldStates:
     """State of the nodes in time, in the coordinates of the group. Same interface as LawStates."""
 
     def __init__(self, group: FieldGroup) -> None:
@@ -285,7 +285,7 @@ def _unit(line: Floats) -> Floats:
 
 Attachment = LawAttachment | FieldAttachment | GeometryAttachment
 JointGroup = LawGroup | FieldGroup | GeometryGroup
-JointState = LawStates | FieldState | GeometryGroup
+JointState = LawStates | FieldStates | GeometryGroup
 
 
 def all_columns(attachments: Sequence[Attachment], size: int) -> Floats:

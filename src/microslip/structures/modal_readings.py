@@ -24,8 +24,7 @@ of a steady signal [-]."""
 class FreeDecay(LockedArrays):
     """Amplitude, frequency and damping ratio of a decaying signal, from ``read_decay``.
 
-    From zero crossings and peaks; errors by comparison with the analytic signal (Feldman 2011,
-    DOI 10.1016/j.ymssp.2010.07.018).
+    From zero crossings and peaks (Feldman 2011, DOI 10.1016/j.ymssp.2010.07.018).
     """
 
     time: Floats
@@ -36,10 +35,6 @@ class FreeDecay(LockedArrays):
     """Frequencies [Hz]."""
     damping_ratio: Floats
     """Damping ratios [-]."""
-    frequency_error: Floats
-    """Difference of the estimates by zero crossings and by the analytic signal [Hz]."""
-    damping_error: Floats
-    """Difference of the two estimates of the damping ratio [-]."""
 
     def __repr__(self) -> str:
         return (
@@ -61,14 +56,12 @@ def read_decay(time: ArrayLike, signal: ArrayLike) -> FreeDecay:
     Returns
     -------
     FreeDecay
-        Values for each cycle except the first and the last one.
+        ModeReadings for each cycle except the first and the last one.
 
     Notes
     -----
     Periods are from zero crossings (cubic through four samples), amplitudes from peaks (parabola
-    through three samples). A second estimate is from the analytic signal (Hilbert transform),
-    averaged over a cycle (Feldman 2011, DOI 10.1016/j.ymssp.2010.07.018). The first estimate is
-    returned; its difference from the second is the reported error.
+    through three samples; Feldman 2011, DOI 10.1016/j.ymssp.2010.07.018).
     """
     t, x = _signal(time, signal)
     if t.size < 48:
@@ -95,12 +88,7 @@ def read_decay(time: ArrayLike, signal: ArrayLike) -> FreeDecay:
     decrement = 0.5 * np.log(amplitude[:-2] / amplitude[2:])
     damping = decrement / np.sqrt(4.0 * math.pi**2 + decrement**2)
     middle = 0.5 * (rising[:-1] + rising[1:])[1:-1]
-    frequency = 1.0 / period[1:-1]
-    smooth_frequency, smooth_damping = _analytic(t, x, middle, period[1:-1])
-    return FreeDecay(
-        middle, amplitude[1:-1], frequency, damping,
-        np.abs(frequency - smooth_frequency), np.abs(damping - smooth_damping),
-    )  # fmt: skip
+    return FreeDecay(middle, amplitude[1:-1], 1.0 / period[1:-1], damping)
 
 
 def _signal(time: ArrayLike, signal: ArrayLike) -> tuple[Floats, Floats]:
@@ -146,34 +134,18 @@ def _peaks(t: Floats, x: Floats, rising: Floats) -> Floats:
     return result
 
 
-def _analytic(t: Floats, x: Floats, middle: Floats, period: Floats) -> tuple[Floats, Floats]:
-    from scipy.signal import hilbert
-
-    signal = hilbert(x)
-    phase = np.unwrap(np.angle(signal))
-    height = np.log(np.abs(signal))
-    # A moving mean over a cycle takes out the ripple of twice the frequency.
-    width = max(1, round(float(period.mean()) / float(t[1] - t[0])))
-    kernel = np.full(width, 1.0 / width)
-    smooth = np.convolve(height, kernel, mode="same")
-    begin, end = middle - 0.5 * period, middle + 0.5 * period
-    turned = np.interp(end, t, phase) - np.interp(begin, t, phase)
-    fallen = np.interp(begin, t, smooth) - np.interp(end, t, smooth)
-    omega = turned / period
-    rate = fallen / period
-    return omega / (2.0 * math.pi), rate / np.sqrt(omega**2 + rate**2)
-
-
 _SHARE = 0.1  # of the energy outside of half an octave, from which another mode rings along
 _ABOVE_NOISE = 8.0
 _UNFILTERED = 4.0  # times that without a filter: the largest sample of a cycle has noise on top
 _SETTLING = 4.0  # times one over its width, over which the ends of a record disturb a filter
 
-Values = tuple[Floats, Floats, Floats]
+ModeReadings = tuple[Floats, Floats, Floats]
 """Amplitudes [m], frequencies [Hz], damping ratios [-]."""
 
 
-def ring_down(time: ArrayLike, signal: ArrayLike, points: Any, quantity: Any, band: Any) -> Values:
+def read_ring_down(
+    time: ArrayLike, signal: ArrayLike, points: Any, quantity: Any, band: Any
+) -> ModeReadings:
     """Read a ring-down; see :meth:`microslip.ModalTest.from_ring_down`."""
     points, power = whole_number("points", points, 1, 1000), power_of(quantity)
     t, x = _signal(time, signal)
@@ -224,7 +196,7 @@ def _no_decay(first: float, last: float) -> InputError:
 
 def _means_in_time(
     time: Floats, amplitude: Floats, frequency: Floats, damping: Floats, points: int
-) -> Values:
+) -> ModeReadings:
     """Return means over time intervals in which the amplitude decreases by a common factor.
 
     The damping of an interval is the slope of the logarithm of the amplitude over its cycles, which

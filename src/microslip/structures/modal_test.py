@@ -31,10 +31,10 @@ from microslip.readers.roles import is_of_loop
 from microslip.readers.table_files import read_table
 from microslip.readers.tables import Named, RawTable, find, fits, understood
 from microslip.structures.modal_curve import ModalCurve
-from microslip.structures.modal_readings import Values, ring_down
+from microslip.structures.modal_readings import ModeReadings, read_ring_down
 from microslip.structures.periodic_motion import POWERS
 
-Motion = Literal["steady", "decay"]
+MeasuredMotion = Literal["steady", "decay"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +79,7 @@ class ModalTest(Locked):
     damping_error: float = 0.05
     name: str = "test"
     notes: tuple[str, ...] = ()
-    motion: Motion = "steady"
+    motion: MeasuredMotion = "steady"
 
     def __post_init__(self) -> None:
         for name, unit in (("amplitude", "m"), ("frequency", "Hz"), ("damping_ratio", "")):
@@ -97,8 +97,10 @@ class ModalTest(Locked):
         whole_number("mode", self.mode, 0, 1000)
         if not isinstance(self.name, str):
             raise InputError(f"`name` must be text, got {show(self.name)}")
-        if self.motion not in get_args(Motion):
-            raise InputError(f"motion must be {quoted(get_args(Motion))}, got {show(self.motion)}")
+        if self.motion not in get_args(MeasuredMotion):
+            raise InputError(
+                f"motion must be {quoted(get_args(MeasuredMotion))}, got {show(self.motion)}"
+            )
 
     def damping_of(self, curve: ModalCurve) -> Floats:
         """Return the damping ratio of a predicted mode as measured by this kind of test [-].
@@ -155,7 +157,7 @@ class ModalTest(Locked):
         ModalTest
             Frequency and damping against amplitude.
         """
-        values = ring_down(time, signal, points, quantity, band)
+        values = read_ring_down(time, signal, points, quantity, band)
         return cls(*values, **{"motion": "decay", **attributes})
 
     @classmethod
@@ -188,7 +190,7 @@ class ModalTest(Locked):
         ModalTest
             Test with notes on how it was read.
         """
-        values, read_as = read(path, band, points, columns or {})
+        values, read_as = read_modal_test(path, band, points, columns or {})
         return cls(*values, **{**read_as, **attributes})
 
 
@@ -224,9 +226,9 @@ def modal_kind(path: str | os.PathLike[str]) -> str | None:
         return None  # whoever reads it says what is wrong with it
 
 
-def read(
+def read_modal_test(
     path: Any, band: Any, points: Any, columns: Mapping[str, str]
-) -> tuple[Values, dict[str, Any]]:
+) -> tuple[ModeReadings, dict[str, Any]]:
     """Return values and attributes of a test in a file; see :meth:`microslip.ModalTest.read`."""
     try:
         place = Path(path)
@@ -296,13 +298,15 @@ def _kind(roles: Mapping[str, Named], columns: Sequence[Named]) -> str | None:
     return None
 
 
-def _values(kind: str, table: RawTable, roles: dict[str, Named], band: Any, points: Any) -> Values:
+def _values(
+    kind: str, table: RawTable, roles: dict[str, Named], band: Any, points: Any
+) -> ModeReadings:
     if kind == "curve":
         sensed, frequency = _sensed(table, roles), _column(table, roles, "frequency")
         amplitude = sensed[0] / (2.0 * math.pi * frequency) ** POWERS[sensed[1]]
         return amplitude, frequency, _column(table, roles, "damping_ratio")
     signal, quantity = _sensed(table, roles)
-    return ring_down(_column(table, roles, "time"), signal, points, quantity, band)
+    return read_ring_down(_column(table, roles, "time"), signal, points, quantity, band)
 
 
 def _sensed(table: RawTable, roles: Mapping[str, Named]) -> tuple[Floats, str]:

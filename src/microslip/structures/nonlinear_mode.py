@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, get_args
+from typing import NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,7 +20,8 @@ from microslip.structures.mode_equations import ModeEquations, Solution
 from microslip.structures.periodic_motion import (
     AmplitudeMeasure,
     HarmonicBasis,
-    Quantity,
+    ModeMethod,
+    MotionQuantity,
     amplitude_measure,
     checked_amplitudes,
     harmonic_basis,
@@ -28,7 +29,6 @@ from microslip.structures.periodic_motion import (
 from microslip.structures.quasi_static import QuasiStatic, Track, continue_in_amplitude
 from microslip.structures.static import MOST_MODES, AtRest, base_damping, solver_method
 
-Method = Literal["harmonic-balance", "quasi-static"]
 _CLOSE = 0.02  # relative distance of a multiple of the frequency to another mode
 _SMALLEST = 1e-6  # of the first amplitude: where a mode of sticking joints is to be found
 _COARSE, _FINEST = 0.1, 0.01
@@ -38,7 +38,7 @@ _FARTHER = 5.0  # from the resonance, of a guess beyond it
 _BEYOND = 2.5, 1.5, 4.0  # amplitudes over the last one before a resonance
 
 
-def follow(
+def follow_mode(
     equations: ModeEquations, amplitudes: Floats
 ) -> tuple[list[Solution | None], int, int, float]:
     """Follow a mode through the amplitudes, beginning with the smallest one.
@@ -129,7 +129,7 @@ def _first_solution(equations: ModeEquations, target: float) -> tuple[Solution |
             if start == target:
                 return candidate, iterations, steps
             rising = np.geomspace(start, target, 2 + round(math.log10(target / start)))
-            solutions, more, further, _ = follow(equations, rising)
+            solutions, more, further, _ = follow_mode(equations, rising)
             return solutions[-1], iterations + more, steps + further
         start *= 0.1
     return None, iterations, steps
@@ -200,7 +200,7 @@ class ModeSolver:
         joints = self._joints()
         balance = Balance(self.model, joints, self.basis)
         equations = ModeEquations(balance, self.index, self.measure, self.rtol)
-        solutions, iterations, steps, reached = follow(equations, self.amplitudes)
+        solutions, iterations, steps, reached = follow_mode(equations, self.amplitudes)
         rows = []
         for i, solution in enumerate(solutions):
             if solution is None:
@@ -330,10 +330,10 @@ def modes(
     amplitudes: ArrayLike,
     *,
     harmonics: Sequence[int] | None = None,
-    method: Method = "harmonic-balance",
+    method: ModeMethod = "harmonic-balance",
     samples: int = 64,
     at: ArrayLike | None = None,
-    quantity: Quantity = "displacement",
+    quantity: MotionQuantity = "displacement",
     damping_ratio: float = 0.0,
     rtol: float = 1e-10,
 ) -> ModalCurve:
@@ -378,8 +378,8 @@ def modes(
     mode with sticking joints; across that line it sticks.
     """
     index = whole_number("index", index, 0, MOST_MODES)
-    if method not in get_args(Method):
-        raise InputError(f"method must be {quoted(get_args(Method))}, got {show(method)}")
+    if method not in get_args(ModeMethod):
+        raise InputError(f"method must be {quoted(get_args(ModeMethod))}, got {show(method)}")
     a = checked_amplitudes(amplitudes)
     basis = harmonic_basis(rest._orders(harmonics), samples)
     base, model = base_damping(damping_ratio), rest._elastic

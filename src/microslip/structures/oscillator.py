@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Literal, get_args
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,15 +26,13 @@ from microslip.friction import LAWS, BackboneLaw
 from microslip.structures.periodic_motion import (
     HARMONICS,
     MOST_SAMPLES,
+    ModeMethod,
     averaged_stiffness,
     harmonic_basis,
 )
 from microslip.structures.ring_down import RingDown, ring_down
 
 MOST_CYCLES = 10_000_000
-
-Method = Literal["quasi-static", "harmonic-balance"]
-
 _BLOCK = 2000  # amplitudes a pass of the harmonic balance
 
 
@@ -125,7 +123,7 @@ class Oscillator:
         self,
         amplitude: ArrayLike,
         *,
-        method: Method = "quasi-static",
+        method: ModeMethod = "quasi-static",
         harmonics: Sequence[int] = HARMONICS,
     ) -> Any:
         """Return the natural frequency of the mode at an amplitude.
@@ -153,7 +151,7 @@ class Oscillator:
         self,
         amplitude: ArrayLike,
         *,
-        method: Method = "quasi-static",
+        method: ModeMethod = "quasi-static",
         harmonics: Sequence[int] = HARMONICS,
     ) -> Any:
         """Return the damping ratio at an amplitude; arguments as :meth:`frequency`.
@@ -175,8 +173,8 @@ class Oscillator:
         return self._mode(amplitude, method, harmonics)[1]
 
     def _mode(self, amplitude: ArrayLike, method: str, harmonics: Sequence[int]) -> tuple[Any, Any]:
-        if method not in get_args(Method):
-            raise InputError(f"`method` must be {quoted(get_args(Method))}, got {show(method)}")
+        if method not in get_args(ModeMethod):
+            raise InputError(f"`method` must be {quoted(get_args(ModeMethod))}, got {show(method)}")
         shaped = self.joint._amplitudes(amplitude, None)
         a = shaped.reshape(-1)
         alone = {0, *harmonic_basis(harmonics, MOST_SAMPLES).harmonics} == {0, 1}

@@ -33,6 +33,7 @@ from microslip.structures.matrices import direction_matrix
 
 HARMONICS = (0, 1, 2, 3)
 """Default harmonics of a motion; opening contacts excite the second."""
+ModeMethod = Literal["harmonic-balance", "quasi-static"]
 MOST_SAMPLES = 1 << 16
 _MOST_ORDER = 1000
 
@@ -104,7 +105,7 @@ class HarmonicForces(NamedTuple):
         return blocks
 
 
-Quantity = Literal["displacement", "velocity", "acceleration"]
+MotionQuantity = Literal["displacement", "velocity", "acceleration"]
 _NODE = 1e-9  # of the largest motion of a mode there
 POWERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
 """Order of the time derivative of the displacement, by quantity."""

@@ -26,14 +26,14 @@ from microslip.structures.modal_curve import ModalCurve
 from microslip.structures.modal_model import ModalResult
 from microslip.structures.nonlinear_mode import ModeSolver
 from microslip.structures.periodic_motion import (
-    Quantity,
+    MotionQuantity,
     amplitude_measure,
     averaged_stiffness,
     harmonic_basis,
     power_of,
 )
 from microslip.structures.spectral_response import (
-    Spectrum,
+    BaseSpectrum,
     Variances,
     linear_structure,
 )
@@ -114,7 +114,7 @@ class RandomResponse(ModalResult):
     _variances: Variances
     _answer: Callable[[Floats], NDArray[Any]]
     """Function that returns modal coordinates (frequencies, modes) per unit base acceleration."""
-    _spectrum: Spectrum
+    _spectrum: BaseSpectrum
 
     def _sizes(self, columns: Floats) -> Floats:
         """Return three times the standard deviation of the motion along columns (n, k) [m]."""
@@ -122,7 +122,7 @@ class RandomResponse(ModalResult):
         squares = np.einsum("km,mn,kn->k", modal, self._variances.displacement, modal)
         return np.asarray(3.0 * np.sqrt(squares))
 
-    def _reading(self, at: ArrayLike, quantity: Quantity) -> tuple[float, float]:
+    def _reading(self, at: ArrayLike, quantity: MotionQuantity) -> tuple[float, float]:
         """Return the variances of the signal of a sensor and of its time derivative."""
         power = power_of(quantity)
         modal = self._at(at)
@@ -132,7 +132,7 @@ class RandomResponse(ModalResult):
         signal, rate = (float(modal @ part[:n, :n] @ modal) for part in pair)
         return signal, rate
 
-    def standard_deviation(self, at: ArrayLike, quantity: Quantity = "displacement") -> float:
+    def standard_deviation(self, at: ArrayLike, quantity: MotionQuantity = "displacement") -> float:
         """Return the standard deviation at a sensor.
 
         Parameters
@@ -151,7 +151,7 @@ class RandomResponse(ModalResult):
         return math.sqrt(max(self._reading(at, quantity)[0], 0.0))
 
     def spectrum(
-        self, at: ArrayLike, frequencies: ArrayLike, quantity: Quantity = "displacement"
+        self, at: ArrayLike, frequencies: ArrayLike, quantity: MotionQuantity = "displacement"
     ) -> Floats:
         """Return the power spectral density at a sensor, of the equivalent linear structure.
 
@@ -177,7 +177,9 @@ class RandomResponse(ModalResult):
             signal = signal + self._carried_at(at)
         return np.asarray(np.abs(signal) ** 2 * self._spectrum.at(f))
 
-    def peak(self, at: ArrayLike, duration: float, quantity: Quantity = "displacement") -> float:
+    def peak(
+        self, at: ArrayLike, duration: float, quantity: MotionQuantity = "displacement"
+    ) -> float:
         """Return the expected largest excursion at a sensor, for Gaussian motion (Davenport 1964).
 
         Parameters
@@ -252,7 +254,7 @@ def _fixed_point(advance: Callable[[float], float], enough: float, what: str) ->
 
 def _by_joints(base: BaseMotion, psd: object) -> RandomResponse:
     """Return the response with an equivalent spring and dashpot in place of each joint."""
-    spectrum = Spectrum.of(psd)
+    spectrum = BaseSpectrum.of(psd)
     joints = base.model.joints(base.push[:, 0] / base.model.squares)
     groups = [group for group in joints.groups if isinstance(group, LawGroup)]
     if len(groups) < len(joints.groups):
@@ -302,7 +304,7 @@ def _by_modes(
     The frequency and damping of such a mode are means of its curve over Rayleigh amplitudes,
     weighted with the squared amplitude.
     """
-    model, spectrum, idle = base.model, Spectrum.of(psd), np.zeros(0)
+    model, spectrum, idle = base.model, BaseSpectrum.of(psd), np.zeros(0)
     linear = linear_structure(base, spectrum, np.zeros((model.size, 0)), idle)
     count = model.joints(base.push[:, 0] / model.squares).stuck.size
     if base.strains:

@@ -42,7 +42,7 @@ class _Kind(NamedTuple):
         return math.exp(min(coordinate, 700.0)) if self.log else float(coordinate)
 
 
-KINDS = {
+FITTED = {
     "friction_coefficient": _Kind(0.01, 3.0, True),
     "tension": _Kind(0.05, 5.0, True, 0.3),
     "form": _Kind(-3.0, 3.0, False, 1.0),
@@ -179,7 +179,7 @@ def identify_modal(
         "base_damping_ratio": number("base_damping_ratio", base_damping_ratio),
     }
     for name in ("friction_coefficient", "tension", "form", "young_modulus"):
-        low, high = KINDS[name][:2]
+        low, high = FITTED[name][:2]
         if not min(0.1 * low, 10.0 * low) <= start[name] <= 10.0 * high:
             raise InputError(f"`{name}` must be about {low:g} to {high:g}, got {start[name]:g}")
     if "base_damping_ratio" in names and start["base_damping_ratio"] <= 0.0:
@@ -190,10 +190,10 @@ def identify_modal(
 def _checked(fit: Sequence[str], tests: list[ModalTest]) -> tuple[str, ...]:
     names = (fit,) if isinstance(fit, str) else tuple(fit)
     for name in names:
-        if name not in KINDS:
+        if name not in FITTED:
             raise InputError(
-                f"fit must be among {quoted(KINDS)}, got {show(name)}"
-                f"{did_you_mean(str(name), KINDS)}"
+                f"fit must be among {quoted(FITTED)}, got {show(name)}"
+                f"{did_you_mean(str(name), FITTED)}"
             )
     if not names or len(set(names)) != len(names):
         raise InputError("fit must name each parameter once, and at least one")
@@ -240,7 +240,7 @@ class _Fit:
     def _coordinates(
         self, names: Sequence[str], values: dict[str, float]
     ) -> tuple[Floats, tuple[Floats, Floats]]:
-        kinds = [KINDS[name] for name in names]
+        kinds = [FITTED[name] for name in names]
         low, high = np.array([[k.coordinate(k.low), k.coordinate(k.high)] for k in kinds]).T
         given = [kind.coordinate(values[name]) for name, kind in zip(names, kinds, strict=True)]
         return np.clip(given, low, high), (low, high)
@@ -249,11 +249,11 @@ class _Fit:
         """Return form, tension and modulus that match the frequencies at small amplitudes."""
         from scipy.optimize import least_squares
 
-        names = tuple(name for name in self.names if KINDS[name].scatter)
+        names = tuple(name for name in self.names if FITTED[name].scatter)
         if not names:
             return self.start
         first, bounds = self._coordinates(names, self.start)
-        scatter = np.array([KINDS[name].scatter for name in names])
+        scatter = np.array([FITTED[name].scatter for name in names])
         errors = np.array([test.frequency_error for test in self.tests])
 
         def residuals(vector: Floats) -> Floats:
@@ -274,7 +274,7 @@ class _Fit:
 
     def _values(self, vector: Floats, names: Sequence[str] = ()) -> dict[str, float]:
         pairs = zip(names or self.names, vector, strict=True)
-        return self.start | {name: KINDS[name].value(v) for name, v in pairs}
+        return self.start | {name: FITTED[name].value(v) for name, v in pairs}
 
     def _state(self, values: dict[str, float]) -> tuple[ReducedJoint, Preload]:
         modulus = values["young_modulus"]
@@ -320,7 +320,7 @@ class _Fit:
         intervals = {}
         widths = []
         for name, v, h in zip(self.names, vector, half, strict=True):
-            kind, size = KINDS[name], abs(values[name])
+            kind, size = FITTED[name], abs(values[name])
             low, high = intervals[name] = kind.value(v - h), kind.value(v + h)
             widths.append(0.5 * (high - low) / (size if kind.log else max(size, 0.1)))
         off_diagonal = (

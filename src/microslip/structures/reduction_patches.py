@@ -19,7 +19,7 @@ _MOST_PATCHES = 2000
 _NEIGHBOURS = 8  # patches tried for a merger
 
 
-class Frame(NamedTuple):
+class ContactFrame(NamedTuple):
     """Directions of a contact: along, across, and the normal from the lower to the upper side."""
 
     origin: Floats
@@ -179,7 +179,9 @@ def _opposite(elements: Elements, places: Floats, cells: Indices, normal: Floats
     return points
 
 
-def shared_extent(mesh: JointMesh, contact: ContactFaces, frame: Frame) -> tuple[Floats, Floats]:
+def shared_extent(
+    mesh: JointMesh, contact: ContactFaces, frame: ContactFrame
+) -> tuple[Floats, Floats]:
     """Return the smallest and largest position along and across that both faces reach [m]."""
     sides = [
         ((mesh.points[facets].reshape(-1, 3) - frame.origin) @ frame.axes.T)[:, :2]
@@ -189,7 +191,7 @@ def shared_extent(mesh: JointMesh, contact: ContactFaces, frame: Frame) -> tuple
     return low, np.min([side.max(axis=0) for side in sides], axis=0)
 
 
-def contact_frame(mesh: JointMesh, contact: ContactFaces, along: Floats | None) -> Frame:
+def contact_frame(mesh: JointMesh, contact: ContactFaces, along: Floats | None) -> ContactFrame:
     """Return the frame of a contact, with the normal outwards from the lower body.
 
     The first tangent is ``along`` projected onto the faces, or their longest direction if None.
@@ -217,7 +219,7 @@ def contact_frame(mesh: JointMesh, contact: ContactFaces, along: Floats | None) 
     if length < 1e-6:
         raise InputError("along must not be normal to the contact faces")
     first = first / length
-    return Frame(origin, np.stack([first, np.cross(normal, first), normal]))
+    return ContactFrame(origin, np.stack([first, np.cross(normal, first), normal]))
 
 
 def owners_of(mesh: JointMesh, facets: Indices) -> Indices:

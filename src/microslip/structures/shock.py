@@ -16,7 +16,7 @@ from microslip._core.frozen import assign, lock
 from microslip.structures.base_motion import Frame, base_motion
 from microslip.structures.modal_model import ModalResult
 from microslip.structures.motion import march
-from microslip.structures.periodic_motion import Quantity, power_of
+from microslip.structures.periodic_motion import MotionQuantity, power_of
 from microslip.structures.static import AtRest, base_damping, solver_method
 
 _STEPS = 200  # a period of the mode that moves most
@@ -94,7 +94,7 @@ class ShockResponse(ModalResult):
     _shapes: Floats
     _carried: Floats
 
-    def history(self, at: ArrayLike, quantity: Quantity = "displacement") -> Floats:
+    def history(self, at: ArrayLike, quantity: MotionQuantity = "displacement") -> Floats:
         """Return the motion at a sensor.
 
         Parameters
@@ -117,7 +117,7 @@ class ShockResponse(ModalResult):
     def _sizes(self, columns: Floats) -> Floats:
         return np.abs(self._modal[0] @ (self._shapes.T @ columns))
 
-    def peak(self, at: ArrayLike, quantity: Quantity = "displacement") -> float:
+    def peak(self, at: ArrayLike, quantity: MotionQuantity = "displacement") -> float:
         """Return the largest magnitude of the motion at a sensor [m, m/s or m/s^2].
 
         ``at`` is the direction of the sensor, shape (n,); see :meth:`history`.

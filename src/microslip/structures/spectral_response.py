@@ -25,7 +25,7 @@ _BLOCK = 200
 
 
 @dataclass(frozen=True, eq=False)
-class Spectrum:
+class BaseSpectrum:
     """One-sided power spectral density of an acceleration, linear between its points."""
 
     frequency: Floats
@@ -34,7 +34,7 @@ class Spectrum:
     """One-sided spectral densities [(m/s^2)^2/Hz]."""
 
     @classmethod
-    def of(cls, psd: Any) -> Spectrum:
+    def of(cls, psd: Any) -> BaseSpectrum:
         """Validate frequencies and densities, and return the spectrum."""
         example = "psd=([20.0, 2000.0], [1.0, 1.0]), in Hz and (m/s^2)^2/Hz"
         try:
@@ -92,7 +92,7 @@ class LinearStructure:
     """Modal forces per unit velocity (modes,)."""
     carried: Floats
     """Motions of the joints for a unit of displacement of the base (coordinates,)."""
-    spectrum: Spectrum
+    spectrum: BaseSpectrum
 
     @cached_property
     def _slow(self) -> int:
@@ -199,7 +199,7 @@ class LinearStructure:
 
 
 def linear_structure(
-    base: BaseMotion, spectrum: Spectrum, directions: Floats, carried: Floats
+    base: BaseMotion, spectrum: BaseSpectrum, directions: Floats, carried: Floats
 ) -> LinearStructure:
     """Return the modal equations of the structure on a moving base, with sticking joints.
 

@@ -14,8 +14,7 @@ from microslip._core.checks import Floats, exact, number, show, whole_number
 from microslip._core.errors import InputError
 from microslip._core.frozen import lock
 from microslip._core.threads import single_threaded
-from microslip.structures.geometry import HARMONICS as GEOMETRY_HARMONICS
-from microslip.structures.geometry import GeometryAttachment
+from microslip.structures.geometry import GEOMETRY_HARMONICS, GeometryAttachment
 from microslip.structures.joint_groups import Attachment, FieldAttachment, all_columns
 from microslip.structures.matrices import (
     LARGEST_DENSE,
@@ -228,9 +227,6 @@ class LinearModes(NamedTuple):
     """Frequencies [Hz], increasing, including those of rigid motions."""
     shape: Floats
     """Shapes (n, modes), each of modal mass 1 kg."""
-
-
-MOST_MODES = 100_000
 
 
 @dataclass(frozen=True, eq=False, repr=False)

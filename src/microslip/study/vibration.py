@@ -8,7 +8,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.units import ACCELERATION, FREQUENCY, VELOCITY
-from microslip.structures.modal_test import Motion
+from microslip.structures.modal_test import MeasuredMotion
 from microslip.study.fields import (
     AMPLITUDE,
     FILE,
@@ -263,8 +263,8 @@ class MeasuredPart(Part):
         "Number of the tested mode, from 1; by default the one of `structure.modes` with the "
         "nearest frequency.",
     )
-    motion: Motion | None = optional_key(
-        one_of(*get_args(Motion)),
+    motion: MeasuredMotion | None = optional_key(
+        one_of(*get_args(MeasuredMotion)),
         "Origin of a curve: steady responses (steady) or free decays (decay), which have "
         "different damping ratios; by default according to the file.",
     )
@@ -284,7 +284,7 @@ class MeasuredPart(Part):
     )
     table: Floats
     """Columns amplitude [m], frequency [Hz] and damping ratio [-]."""
-    measured_motion: Motion
+    measured_motion: MeasuredMotion
     """Steady motion or free decay."""
 
     def check(self, place: Place) -> None:

@@ -74,13 +74,17 @@ def test_a_study_of_a_scan_equals_the_same_in_python(study, monkeypatch) -> None
 TIGHTENING = 'tightening_pressure = "100 MPa"\n'
 
 
-@pytest.mark.parametrize("hardness", ["", 'hardness = "3 GPa"\n'])
+@pytest.mark.parametrize("hardness", ["2.5 GPa", "3 GPa"])
 def test_the_largest_load_tightens_a_face_of_known_hardness(study, hardness) -> None:
-    alone = study((TIGHTENING, hardness), ('"15 kN"', '["5 kN", "15 kN"]')).run().summary
-    typed = study(("100 MPa", "75 MPa"), ("area", f"{hardness}area")).run().summary
+    alone = (
+        study((TIGHTENING, ""), ("2.5 GPa", hardness), ('"15 kN"', '["5 kN", "15 kN"]'))
+        .run()
+        .summary
+    )
+    typed = study(("100 MPa", "75 MPa"), ("2.5 GPa", hardness)).run().summary
     numbers = alone["scan"]
     assert numbers["pressure"] == pytest.approx(75e6)
-    assert numbers["hardness"] == pytest.approx(3e9 if hardness else 2.5e9)
+    assert numbers["hardness"] == pytest.approx(3e9 if hardness == "3 GPa" else 2.5e9)
     assert numbers["hard_share"] > 0.5
     stiffness = [run["joints"][-1]["tangential_stiffness"] for run in (alone, typed)]
     assert stiffness[0] == pytest.approx(stiffness[1], rel=1e-6)

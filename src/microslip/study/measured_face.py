@@ -28,14 +28,6 @@ if TYPE_CHECKING:
     from microslip.contact.measured_face import ContactNumbers
     from microslip.surfaces import Scan
 
-HARDNESS_OPTION = option(
-    "hardness",
-    "Largest pressure on a point of the face; by default the hardness of the softer material. "
-    "Without either the face stays elastic.",
-    PRESSURE,
-    example="2.5 GPa",
-    metavar="PRESSURE",
-)
 TIGHTENING_OPTION = option(
     "tightening_pressure",
     "Mean pressure to which the face was tightened, with contacts that yield; larger loads are "
@@ -98,7 +90,6 @@ class MeasuredFace(SurfaceTable):
         text("the name of a scan", "ground.plu"),
         "File of the scan, relative to the folder of the study.",
     )
-    hardness: float | None = key_of(HARDNESS_OPTION)
     tightening_pressure: float | None = key_of(TIGHTENING_OPTION)
     direction: float | None = key_of(
         options.DIRECTION,
@@ -189,7 +180,7 @@ class MeasuredFace(SurfaceTable):
             Called with the completed fraction, 0 to 1.
         """
         report = progress or (lambda share: None)
-        tightening, hardness = self.tightening_pressure, self.hardness or pair.hardness
+        tightening, hardness = self.tightening_pressure, pair.hardness
         self._own_tightening = tightening is None and hardness is not None
         if tightening is None and hardness is not None:
             # Patches of a structure have a lower pressure than the ring under a washer.
@@ -198,7 +189,7 @@ class MeasuredFace(SurfaceTable):
             pair,
             area=self.area,
             tightening_pressure=tightening,
-            **named(self, "hardness", "direction", "piece", "coarser"),
+            **named(self, "direction", "piece", "coarser"),
             progress=lambda done, total: report(done / total),
         )
         return self._law
@@ -235,7 +226,7 @@ class MeasuredFace(SurfaceTable):
 
     def _tightened_by(self, numbers: ContactNumbers) -> list[str]:
         """Describe the source of the tightening pressure if the study does not give it."""
-        if numbers.hardness is None and self.hardness is None:
+        if numbers.hardness is None:
             return [
                 "surface: the materials have no hardness, so the face stays elastic; write "
                 "material.<name>.hardness for contacts that yield."

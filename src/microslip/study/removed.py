@@ -48,6 +48,7 @@ REMOVED_KEYS: dict[str, str] = {
     "surface.key": 'write channel = "z", which also names the array of a file',
     "surface.filter": "leave it out: long waves are removed by a Gaussian filter; for "
     "other filters use SurfaceTopography or the software of the instrument",
+    "surface.hardness": "write hardness of the material, [material.NAME]",
     "joint.tightening_load": "write tightening_pressure in [surface], the load over its area",
     "joint.yield_stress": "write hardness of the material, 2.84 times the yield stress",
     "joint.tightening_model": "leave it out: faces yield at the hardness of their material",

@@ -184,8 +184,8 @@ def run_prediction(
 ) -> tuple[Prediction, Defaults]:
     """Compute a study; also return the defaults used. See :meth:`microslip.Study.run`."""
     if study.structure is not None:
-        structure = run_structure(study, _part(progress, 0, 1, 0.0, _STRUCTURE))
-        result, defaults = _computed(study, _part(progress, 0, 1, _STRUCTURE, 1.0))
+        structure = run_structure(study, _part(progress, 0.0, _STRUCTURE))
+        result, defaults = _computed(study, _part(progress, _STRUCTURE, 1.0))
         result = replace(result, structure=structure)
     elif is_uncertain(study):
         result, defaults = _scattered(study, progress)
@@ -232,14 +232,14 @@ def _measured_scatter(result: Prediction, band: LawBand) -> PredictionScatter:
 def _scattered(study: StudyDescription, progress: Progress | None) -> tuple[Prediction, Defaults]:
     """Return the results at the central values of the inputs, with bands over the samples."""
     begin = _solving(study)
-    result, defaults = _computed(at_central_values(study), _part(progress, 0, 1, 0.0, begin))
+    result, defaults = _computed(at_central_values(study), _part(progress, 0.0, begin))
     first = result.rows[0]
     fixed_study = with_amplitudes(study, first.amplitude, result.curves[0].amplitude)
     bands = scatter(
         fixed_study,
         variables_of(result),
         lambda sample: variables_of(_computed(sample)[0]),
-        _part(progress, 0, 1, begin, 1.0),
+        _part(progress, begin, 1.0),
     )
     return replace(result, study=study, scatter=bands), defaults
 
@@ -266,8 +266,8 @@ def _computed(
     study: StudyDescription, progress: Progress | None = None
 ) -> tuple[Prediction, Defaults]:
     begin = _solving(study)
-    joints = build_joints(study, _part(progress, 0, 1, 0.0, begin))
-    progress = _part(progress, 0, 1, begin, 1.0)
+    joints = build_joints(study, _part(progress, 0.0, begin))
+    progress = _part(progress, begin, 1.0)
     defaults = Defaults.of(study, joints)
     amplitudes, grid = _amplitudes(study, defaults), _grid(study, defaults)
     history = study.excitation.history
@@ -304,13 +304,10 @@ def _solving(study: StudyDescription) -> float:
     return 0.8 if isinstance(study.surface, MeasuredFace) else 0.0
 
 
-def _part(progress: Progress | None, index: int, count: int, begin: float, end: float) -> Progress:
-    """Return a callback for a part of run ``index`` of ``count``, from ``begin`` to ``end`` of it.
-
-    It receives the completed fraction of the part and reports that of all runs [-].
-    """
+def _part(progress: Progress | None, begin: float, end: float) -> Progress:
+    """Return a callback for the completed fraction of a part from ``begin`` to ``end`` [-]."""
     report = progress or (lambda share: None)
-    return lambda share: report((index + begin + (end - begin) * share) / count)
+    return lambda share: report(begin + (end - begin) * share)
 
 
 def _row(study: StudyDescription, joint: Interface, amplitudes: Floats) -> AmplitudeCurve:

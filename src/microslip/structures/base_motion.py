@@ -118,7 +118,6 @@ def _joint_motion(attachments: tuple[Attachment, ...], carried: Floats) -> tuple
 def _under_the_structure(
     rest: AtRest, directions: ArrayLike, frame: Frame | None, joints_on_base: bool
 ) -> BaseMotion:
-    """Return the :class:`BaseMotion` of a structure on one rigid base."""
     carried = _columns("directions", directions, rest.static_force.size, "degree of freedom")
     # A geometry bends with the motion from the base, which is what the matrices count.
     joints = tuple(a for a in rest.attachments if not isinstance(a, GeometryAttachment))

@@ -220,7 +220,6 @@ def _fixing_volume(bolts: Bolts, height: float) -> float:
 
 
 def _rows(laps: Iterable[Lap], half_width: float) -> Floats:
-    """Return the bolt positions across [m] of all laps; raise an error if mesh blocks overlap."""
     rows = np.unique(np.concatenate([lap.bolts.positions[:, 1] for lap in laps]))
     if rows.size > 1 and np.diff(rows).min() < 2.0 * half_width * (1.0 - 1e-9):
         raise InputError(

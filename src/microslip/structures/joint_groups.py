@@ -132,11 +132,6 @@ class FieldAttachment:
         return self.field.load(self.separations(motion))[0]
 
     @property
-    def areas(self) -> Floats:
-        """Apparent areas of the nodes [m^2]."""
-        return self.field.areas
-
-    @property
     def columns(self) -> Floats:
         """Directions of all nodes as columns, (degrees of freedom, 3 nodes)."""
         return self.directions.reshape(self.directions.shape[0], -1)

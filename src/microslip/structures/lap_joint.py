@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from microslip._core.checks import exact, show
+from microslip._core.checks import exact
 from microslip._core.errors import InputError
 from microslip.structures.beam_mesh import Lap, Style, declared_length
 from microslip.structures.bolted_beam import Drawing
@@ -59,8 +59,6 @@ class LapJoint(Drawing):
     _names = ("left", "right")
 
     def __post_init__(self) -> None:
-        if not isinstance(self.bolts, Bolts):
-            raise InputError(f"bolts must be ms.Bolts(...), got {show(self.bolts)}")
         self._check()
         if not self.lap < self.length:
             raise InputError(

@@ -251,7 +251,6 @@ def plan(
 
 
 def _core(at: _Points, centre: Floats, border: Floats, n: int) -> list[tuple[int, ...]]:
-    """Return a grid inside a closed border of 4 n points, by transfinite interpolation."""
     bottom, right = border[: n + 1], border[n : 2 * n + 1]
     top = border[2 * n : 3 * n + 1][::-1]
     left_side = np.concatenate([border[3 * n :], border[:1]])[::-1]

@@ -126,7 +126,6 @@ class ModeEquations:
 
     @property
     def _unknowns(self) -> int:
-        """Number of unknowns that elimination would leave."""
         modes, size = self.balance.shape
         if self.balance.model.damping is None:
             modes = min(modes, self.balance.joints.flat.shape[1])

@@ -253,7 +253,6 @@ def _fixed_point(advance: Callable[[float], float], enough: float, what: str) ->
 
 
 def _by_joints(base: BaseMotion, psd: object) -> RandomResponse:
-    """Return the response with an equivalent spring and dashpot in place of each joint."""
     spectrum = BaseSpectrum.of(psd)
     joints = base.model.joints(base.push[:, 0] / base.model.squares)
     groups = [group for group in joints.groups if isinstance(group, LawGroup)]

@@ -277,7 +277,6 @@ def _point_masses(elements: Elements, masses: Mapping[Any, float] | None) -> Any
 
 
 def _sensors(elements: Elements, sensors: Mapping[str, Any] | None) -> tuple[tuple[str, ...], Any]:
-    """Return sensor names, and a sparse matrix (sensors, size) that gives their displacements."""
     from scipy import sparse
 
     names, rows = [], []

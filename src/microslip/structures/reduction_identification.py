@@ -26,8 +26,6 @@ _DRAWS = 32  # of the parameters, for the bands of the fitted curves
 
 
 class _Kind(NamedTuple):
-    """Kind of fitted parameter: its range, and whether its logarithm is fitted."""
-
     low: float
     high: float
     log: bool
@@ -246,7 +244,6 @@ class _Fit:
         return np.clip(given, low, high), (low, high)
 
     def _by_linear_frequencies(self) -> dict[str, float]:
-        """Return form, tension and modulus that match the frequencies at small amplitudes."""
         from scipy.optimize import least_squares
 
         names = tuple(name for name in self.names if FITTED[name].scatter)

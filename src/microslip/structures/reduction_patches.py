@@ -268,7 +268,6 @@ def usual_counts(length: float, width: float) -> tuple[int, int]:
 
 
 def _boxes(layout: Any, contact: int, low: Floats, high: Floats) -> Floats:
-    """Return the boxes of patches given for a contact, or an even division of its area."""
     boxes = floats("patches", usual_counts(*(high - low)) if layout is None else layout)
     if boxes.ndim == 2 and boxes.shape[1] == 5:  # each with the number of its contact
         boxes = boxes[boxes[:, 0] == contact, 1:]

@@ -279,7 +279,7 @@ class AtRest:
     @cached_property
     def pressures(self) -> Floats:
         """Pressure of each node of all fields [Pa]: normal load over the area of the node."""
-        return lock(self.normal_loads / self._by_node(lambda a, _: a.areas))
+        return lock(self.normal_loads / self._by_node(lambda a, _: a.field.areas))
 
     @cached_property
     def model(self) -> ModalModel:
@@ -325,7 +325,6 @@ class AtRest:
         return [a for a in self.attachments if isinstance(a, GeometryAttachment)]
 
     def _orders(self, harmonics: Sequence[int] | None) -> Sequence[int]:
-        """Return the given harmonics, else 0 to 3, or 0 to 5 with geometric nonlinearity."""
         if harmonics is not None:
             return harmonics
         return GEOMETRY_HARMONICS if self._geometric else HARMONICS

@@ -323,7 +323,7 @@ class Structure:
             if isinstance(attachment, FieldAttachment):
                 field = attachment.field
                 places = attachment.loads(attachment.columns.T @ state.displacement)
-                field.surface._check_rest(places * (field.surface_area / attachment.areas))
+                field.surface._check_rest(places * (field.surface_area / field.areas))
 
     @cached_property
     def _undeformed(self) -> Preload:

@@ -194,7 +194,7 @@ class ModalTest(Locked):
         return cls(*values, **{**read_as, **attributes})
 
 
-KINDS = {
+ROLE_KINDS = {
     "time": TIME,
     "frequency": FREQUENCY,
     "damping_ratio": RATIO,
@@ -236,9 +236,9 @@ def read_modal_test(
         raise InputError(f"`path` must be a path, got {show(path)}") from None
     name = shorten(place.name, 100)
     for role in columns:
-        if role not in KINDS:
-            hint = did_you_mean(str(role), KINDS)
-            raise InputError(f"columns must be among {quoted(KINDS)}, got {show(role)}{hint}")
+        if role not in ROLE_KINDS:
+            hint = did_you_mean(str(role), ROLE_KINDS)
+            raise InputError(f"columns must be among {quoted(ROLE_KINDS)}, got {show(role)}{hint}")
     with reading(place, "a test of a mode", called=name):
         table = read_table(place, "a modal test")
         roles = _roles(understood(table.columns), columns)
@@ -283,7 +283,7 @@ def _roles(columns: list[Named], stated: Mapping[str, str]) -> dict[str, Named]:
 def _fits(unit: str, role: str) -> bool:
     if role == "acceleration" and unit in ("g", "gn", "g_n"):
         return True
-    return fits(unit, KINDS[role])
+    return fits(unit, ROLE_KINDS[role])
 
 
 def _kind(roles: Mapping[str, Named], columns: Sequence[Named]) -> str | None:
@@ -325,7 +325,7 @@ def _sensed(table: RawTable, roles: Mapping[str, Named]) -> tuple[Floats, str]:
 
 
 def _column(table: RawTable, roles: Mapping[str, Named], role: str) -> Floats:
-    column, kind = roles[role], KINDS[role]
+    column, kind = roles[role], ROLE_KINDS[role]
     (values,) = table.load([column.place])
     bad = np.flatnonzero(~np.isfinite(values))
     if bad.size:

@@ -10,7 +10,7 @@ import numpy as np
 from microslip._core.errors import InputError
 from microslip.structures.matrices import check_mass, check_stiffness, symmetric_matrix
 
-KIND: Final = "microslip-reduced-joint"
+FILE_KIND: Final = "microslip-reduced-joint"
 NEWER: Final = {"base_inertia": "mass", "sensor_base": "sensor_rows"}
 """Arrays missing in earlier files, and arrays with the same number of rows."""
 
@@ -29,7 +29,7 @@ _POSITIVE: Final = ("patch_areas", "bolt_stiffness", "samples_weights")
 
 def check_arrays(arrays: Mapping[str, Any]) -> None:
     """Raise InputError for missing or non-finite arrays, wrong shapes and invalid matrices."""
-    if str(arrays.get("kind", "")) != KIND:
+    if str(arrays.get("kind", "")) != FILE_KIND:
         raise InputError("holds no reduced joint; ReducedJoint.save writes such files")
     sizes: dict[str, int] = {str(count): count for count in (2, 3, 4)}
     for name, letters in _SHAPES.items():
@@ -69,7 +69,7 @@ def check_arrays(arrays: Mapping[str, Any]) -> None:
 
 def arrays_of(values: Mapping[str, Any]) -> dict[str, Any]:
     """Return the values of a joint as arrays by their names in a file."""
-    arrays: dict[str, Any] = {"kind": np.array(KIND)}
+    arrays: dict[str, Any] = {"kind": np.array(FILE_KIND)}
     for name, value in values.items():
         if hasattr(value, "_asdict"):
             arrays |= {f"{name}_{part}": array for part, array in value._asdict().items()}

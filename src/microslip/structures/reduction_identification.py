@@ -40,7 +40,7 @@ class _Kind(NamedTuple):
         return math.exp(min(coordinate, 700.0)) if self.log else float(coordinate)
 
 
-FITTED = {
+FITTABLE = {
     "friction_coefficient": _Kind(0.01, 3.0, True),
     "tension": _Kind(0.05, 5.0, True, 0.3),
     "form": _Kind(-3.0, 3.0, False, 1.0),
@@ -177,7 +177,7 @@ def identify_modal(
         "base_damping_ratio": number("base_damping_ratio", base_damping_ratio),
     }
     for name in ("friction_coefficient", "tension", "form", "young_modulus"):
-        low, high = FITTED[name][:2]
+        low, high = FITTABLE[name][:2]
         if not min(0.1 * low, 10.0 * low) <= start[name] <= 10.0 * high:
             raise InputError(f"`{name}` must be about {low:g} to {high:g}, got {start[name]:g}")
     if "base_damping_ratio" in names and start["base_damping_ratio"] <= 0.0:
@@ -188,10 +188,10 @@ def identify_modal(
 def _checked(fit: Sequence[str], tests: list[ModalTest]) -> tuple[str, ...]:
     names = (fit,) if isinstance(fit, str) else tuple(fit)
     for name in names:
-        if name not in FITTED:
+        if name not in FITTABLE:
             raise InputError(
-                f"fit must be among {quoted(FITTED)}, got {show(name)}"
-                f"{did_you_mean(str(name), FITTED)}"
+                f"fit must be among {quoted(FITTABLE)}, got {show(name)}"
+                f"{did_you_mean(str(name), FITTABLE)}"
             )
     if not names or len(set(names)) != len(names):
         raise InputError("fit must name each parameter once, and at least one")
@@ -238,7 +238,7 @@ class _Fit:
     def _coordinates(
         self, names: Sequence[str], values: dict[str, float]
     ) -> tuple[Floats, tuple[Floats, Floats]]:
-        kinds = [FITTED[name] for name in names]
+        kinds = [FITTABLE[name] for name in names]
         low, high = np.array([[k.coordinate(k.low), k.coordinate(k.high)] for k in kinds]).T
         given = [kind.coordinate(values[name]) for name, kind in zip(names, kinds, strict=True)]
         return np.clip(given, low, high), (low, high)
@@ -246,11 +246,11 @@ class _Fit:
     def _by_linear_frequencies(self) -> dict[str, float]:
         from scipy.optimize import least_squares
 
-        names = tuple(name for name in self.names if FITTED[name].scatter)
+        names = tuple(name for name in self.names if FITTABLE[name].scatter)
         if not names:
             return self.start
         first, bounds = self._coordinates(names, self.start)
-        scatter = np.array([FITTED[name].scatter for name in names])
+        scatter = np.array([FITTABLE[name].scatter for name in names])
         errors = np.array([test.frequency_error for test in self.tests])
 
         def residuals(vector: Floats) -> Floats:
@@ -271,7 +271,7 @@ class _Fit:
 
     def _values(self, vector: Floats, names: Sequence[str] = ()) -> dict[str, float]:
         pairs = zip(names or self.names, vector, strict=True)
-        return self.start | {name: FITTED[name].value(v) for name, v in pairs}
+        return self.start | {name: FITTABLE[name].value(v) for name, v in pairs}
 
     def _state(self, values: dict[str, float]) -> tuple[ReducedJoint, Preload]:
         modulus = values["young_modulus"]
@@ -317,7 +317,7 @@ class _Fit:
         intervals = {}
         widths = []
         for name, v, h in zip(self.names, vector, half, strict=True):
-            kind, size = FITTED[name], abs(values[name])
+            kind, size = FITTABLE[name], abs(values[name])
             low, high = intervals[name] = kind.value(v - h), kind.value(v + h)
             widths.append(0.5 * (high - low) / (size if kind.log else max(size, 0.1)))
         off_diagonal = (

@@ -32,7 +32,7 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.frozen import lock
 
-Function = Callable[[Floats, Floats, Floats | float], Floats]
+Integrand = Callable[[Floats, Floats, Floats | float], Floats]
 
 
 @lru_cache
@@ -46,7 +46,7 @@ _NODES, _WEIGHTS = gauss_legendre(20)
 _BLOCK = 1 << 14  # rows of nodes per block, sized for the cache
 
 
-def _integral(g: Function, u: Floats, t: Floats | float, f: Convex) -> Floats:
+def _integral(g: Integrand, u: Floats, t: Floats | float, f: Convex) -> Floats:
     """Integrate g(v, u, t) over v from 0 to each ``u``, split where f(t + v) has kinks."""
     if isinstance(t, np.ndarray):
         return _integrals(g, u, t, f)
@@ -60,7 +60,7 @@ def _integral(g: Function, u: Floats, t: Floats | float, f: Convex) -> Floats:
     return _smooth(g, u, t, f._edge)
 
 
-def _integrals(g: Function, u: Floats, t: Floats, f: Convex) -> Floats:
+def _integrals(g: Integrand, u: Floats, t: Floats, f: Convex) -> Floats:
     total = np.zeros_like(u)
     breaks = f._breaks
     first, last = (np.searchsorted(breaks, end, side="right") for end in (t, t + u))
@@ -87,7 +87,7 @@ def _integrals(g: Function, u: Floats, t: Floats, f: Convex) -> Floats:
     return total
 
 
-def _smooth(g: Function, u: Floats, t: Floats | float, edge: float) -> Floats:
+def _smooth(g: Integrand, u: Floats, t: Floats | float, edge: float) -> Floats:
     """Integrate g(v, u, t) over v from 0 to each ``u``; f'' may be singular below ``edge``."""
     here = t[:, None] if isinstance(t, np.ndarray) else t
     if not np.any(edge > t):
@@ -109,7 +109,7 @@ def _smooth(g: Function, u: Floats, t: Floats | float, edge: float) -> Floats:
     return np.asarray(total)
 
 
-def _piecewise(g: Function, u: Floats, t: float, marks: Floats) -> Floats:
+def _piecewise(g: Integrand, u: Floats, t: float, marks: Floats) -> Floats:
     """Integrate g from 0 to each ``u``, split at ``marks``, which begin with 0 and end with inf."""
     total = np.zeros_like(u)
     for low, high in pairwise(marks):
@@ -141,7 +141,7 @@ class Convex(Protocol):
     def _derivative_at(self, separation: float, order: int) -> float: ...
 
 
-class Pieces:
+class Kinked:
     """Convex function f with the positions of its ``kinks``, at which integrals are split."""
 
     _edge = -math.inf
@@ -157,7 +157,7 @@ class Pieces:
 # step, in decay lengths, for the drop, and over the squared step for the other two functions.
 
 
-def drop(f: Convex, t: Floats | float, u: Floats, pieces: Pieces | None = None) -> Floats:
+def drop(f: Convex, t: Floats | float, u: Floats, pieces: Kinked | None = None) -> Floats:
     """Return f(t) - f(t + u), accurate to a few units in the last digit.
 
     The steps ``u`` are one-dimensional; ``t`` is a number or an array of the same size. With
@@ -172,7 +172,7 @@ def drop(f: Convex, t: Floats | float, u: Floats, pieces: Pieces | None = None) 
     )
 
 
-def excess(f: Convex, t: Floats | float, u: Floats, pieces: Pieces | None = None) -> Floats:
+def excess(f: Convex, t: Floats | float, u: Floats, pieces: Kinked | None = None) -> Floats:
     """Return half the integral of v (u - v) f''(t + v) over 0 <= v <= u."""
     here, length = _decay(f, t)
     end = t + u
@@ -189,7 +189,7 @@ def excess(f: Convex, t: Floats | float, u: Floats, pieces: Pieces | None = None
     )
 
 
-def excess_slope(f: Convex, t: Floats | float, u: Floats, pieces: Pieces | None = None) -> Floats:
+def excess_slope(f: Convex, t: Floats | float, u: Floats, pieces: Kinked | None = None) -> Floats:
     """Return half the integral of v f''(t + v) over 0 <= v <= u, the derivative of excess."""
     here, length = _decay(f, t)
     end = t + u
@@ -201,7 +201,7 @@ def excess_slope(f: Convex, t: Floats | float, u: Floats, pieces: Pieces | None 
 
 
 def _replace_small(
-    result: Floats, small: Floats, f: Convex, u: Floats, t: Floats | float, g: Function
+    result: Floats, small: Floats, f: Convex, u: Floats, t: Floats | float, g: Integrand
 ) -> Floats:
     if small.any():
         there = t[small] if isinstance(t, np.ndarray) else t

@@ -22,12 +22,12 @@ from microslip.contact.materials import Material, MaterialPair
 from microslip.contact.spheres import DROP, EXCESS, EXCESS_SLOPE, FALL, Spheres
 from microslip.contact.spline import Spline
 
-PRESSURE = "mean contact pressure over hardness"
+MEAN_PRESSURE = "mean contact pressure over hardness"
 """Name of the quantity that a rule checks for laws with a contact area but without summits."""
 YIELD = "Hertz pressure over that of first yield"
 """Name of the quantity that a rule checks for one sphere."""
 OVER_HARDNESS = "tightening pressure over hardness"
-POINTS = "points in contact"
+CONTACT_POINTS = "points in contact"
 SCATTER = "scatter of the pieces"
 BETWEEN = "height variance between pieces"
 RESOLUTION = "change of stiffness by pixel and cut-off"
@@ -344,9 +344,9 @@ class NormalLaw(Parametric, ABC):
     # Their steps are one-dimensional; d is one separation for all of them or one for each.
 
     @property
-    def _by_pieces(self) -> quadrature.Pieces | None:
+    def _by_pieces(self) -> quadrature.Kinked | None:
         kinks = self._small_kinks
-        return quadrature.Pieces(self, kinks) if kinks.size else None
+        return quadrature.Kinked(self, kinks) if kinks.size else None
 
     def _drop(self, d: Floats | float, u: Floats) -> Floats:
         """Decrease of load N(d) - N(d + u) [N] for increments u >= 0 [m], without cancellation."""

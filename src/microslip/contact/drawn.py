@@ -181,11 +181,11 @@ class DrawnFace(FaceLaw):
                 f"{hardness:.4g} Pa, the largest of the solved faces, got "
                 f"{exact(self.tightening_pressure)} Pa; use a larger area or a harder material"
             )
-        limit = table.PRESSURE * modulus * self.gradient
+        limit = table.PRESSURE_END * modulus * self.gradient
         if self.tightening_pressure > limit * (1.0 + 1e-9):
             raise InputError(
-                f"`tightening_pressure` must be at most {limit:.4g} Pa, {table.PRESSURE:g} of E* "
-                "times the rms gradient, beyond which nearly all of the face touches, got "
+                f"`tightening_pressure` must be at most {limit:.4g} Pa, {table.PRESSURE_END:g} of "
+                "E* times the rms gradient, beyond which nearly all of the face touches, got "
                 f"{exact(self.tightening_pressure)} Pa; check `slope`, or lower the pressure"
             )
 
@@ -279,7 +279,7 @@ class DrawnFace(FaceLaw):
     def _groups(self) -> tuple[float, float, float]:
         """Groups h = H/(E* h'), P = p/(E* h') and breadth, see :mod:`.face_table`."""
         stiff = self.pair.composite_modulus * self.gradient
-        h = min(self.hardness / stiff, table.HARDNESS[1])
+        h = min(self.hardness / stiff, table.HARDNESS_RANGE[1])
         breadth = table.BREADTH[1] if self.breadth is None else self.breadth
         return h, self.tightening_pressure / stiff, breadth
 
@@ -294,7 +294,7 @@ class DrawnFace(FaceLaw):
         return float(self._numbers.stiffness[0]) * self.stiffness_factor
 
     @cached_property
-    def _shape(self) -> table.Shape:
+    def _shape(self) -> table.CurveShape:
         return table.shape(self._numbers.bends[0], self.shape_factor)
 
     @cached_property
@@ -332,7 +332,7 @@ class DrawnFace(FaceLaw):
         Like ``slope``, it depends on the short-wave cut-off.
         """
         loads = np.asarray(self.load(separation), dtype=float) / self._heaviest
-        at = np.log(table.SHARES[::-1])
+        at = np.log(table.FRACTIONS[::-1])
         shares = self._numbers.contacts[0, ::-1]
         with np.errstate(divide="ignore"):
             x = np.log(np.minimum(loads, 1.0))
@@ -432,7 +432,7 @@ class DrawnFace(FaceLaw):
         changes["tightening_pressure"] = min(
             changes["tightening_pressure"],
             table.TIGHTENED[1] * hardness,
-            table.PRESSURE * self.pair.composite_modulus * gradient,
+            table.PRESSURE_END * self.pair.composite_modulus * gradient,
         )
         if self.lay is None:
             changes["lay"] = math.exp(-abs(random.standard_normal()))

@@ -186,20 +186,20 @@ class TableCurve:
         return self._loads[i + 1] + r * (0.5 * r * curve + slope), slope + r * curve
 
 
-Rule = tuple[Floats, Floats]
+QuadratureRule = tuple[Floats, Floats]
 
 _RUNS = 1 << 12  # at a time
 _PIECES = 1 << 13  # of them
 _NODES, _WEIGHTS = gauss_legendre(24)
 # Towards both ends of a run the nodes lie as of a cosine: what has a root there is smooth then.
 _ANGLES = 0.5 * math.pi * _NODES
-_ROOTS: Rule = (
+_ROOTS: QuadratureRule = (
     np.sin(_ANGLES) ** 2,
     0.5 * math.pi * _WEIGHTS * np.sin(2.0 * _ANGLES),
 )
 _NO_LOSS = 1e-32  # of the largest load: no loss is left
 _MOST_RUNGS = 4096  # and kinks, each small
-_PARABOLAS: Rule = gauss_legendre(2)
+_PARABOLAS: QuadratureRule = gauss_legendre(2)
 _SUMMIT_NODES, _SUMMIT_WEIGHTS = gauss_legendre(10)
 _CLOSE_SHARE = 0.05  # of the indentation: nearer than that, differences of powers lose digits
 
@@ -287,7 +287,7 @@ class SlipLosses:
             self._top = rungs[-1]
         return self._marks
 
-    def _rules(self, front: Floats) -> list[tuple[Rule, NDArray[np.bool_]]]:
+    def _rules(self, front: Floats) -> list[tuple[QuadratureRule, NDArray[np.bool_]]]:
         """Return quadrature rules (nodes and weights on [0, 1]), each with the mask of its pieces.
 
         ``front`` is the slip front [m] in the middle of each piece of :func:`_pieces`.

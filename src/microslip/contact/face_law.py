@@ -17,7 +17,7 @@ from microslip._core.verdicts import Verdict
 from microslip.contact.base import NormalLaw
 from microslip.contact.materials import MaterialPair
 from microslip.contact.table import TabulatedNormalLaw
-from microslip.contact.validity import verdicts
+from microslip.contact.validity import surface_verdicts
 
 _SAMPLES = 24  # points of the table above the heaviest load
 _DEEP = 1e-2  # depth [m] of a straight end for trial steps
@@ -111,7 +111,7 @@ class FaceLaw(TabulatedNormalLaw):
     @property
     def validity(self) -> tuple[Verdict, ...]:
         """Verdicts on the assumptions of the law at the tightening load."""
-        return verdicts(self, self.closest)
+        return surface_verdicts(self, self.closest)
 
     @cached_property
     def _first(self) -> NormalLaw:

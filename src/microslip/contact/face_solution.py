@@ -20,7 +20,7 @@ from microslip._core.frozen import LockedArrays
 from microslip._core.threads import single_threaded
 from microslip.contact.boundary_elements import HalfSpace, closing, press, sliding
 
-Progress = Callable[[int, int], None]
+OnPiece = Callable[[int, int], None]
 
 TOLERANCE = 1e-5
 """Largest residual of the gap, over the rms height."""
@@ -110,7 +110,7 @@ class _Face:
     tolerance: float
     rms: float
     done: int = 0
-    progress: Progress | None = None
+    progress: OnPiece | None = None
     total: int = 1
     path: list[tuple[float, float]] = field(default_factory=list)
 
@@ -185,7 +185,7 @@ def solve_face(
     aspect: float = 1.0,
     loads: int = 12,
     lightest: float = 1e-3,
-    progress: Progress | None = None,
+    progress: OnPiece | None = None,
 ) -> FaceSolution:
     """Tighten a face to a mean pressure, flatten yielded points, and unload it in steps.
 

@@ -24,13 +24,13 @@ from numpy.typing import ArrayLike, NDArray
 from microslip._core.checks import Floats
 from microslip._core.frozen import lock
 
-SHARES = np.array([0.985, 0.95, 0.87, 0.72, 0.5, 0.3, 0.15, 0.06, 0.02, 0.005])
+FRACTIONS = np.array([0.985, 0.95, 0.87, 0.72, 0.5, 0.3, 0.15, 0.06, 0.02, 0.005])
 """Loads of the unloading, over that of tightening, at which the law was fitted."""
-HARDNESS = (0.03, 1e9)
+HARDNESS_RANGE = (0.03, 1e9)
 """Range of h; the faces of h = 1e9 are elastic."""
 TIGHTENED = (0.003, 0.5)
 """Range of A = p/H."""
-PRESSURE = 0.32
+PRESSURE_END = 0.32
 """Largest P = p/(E* h')."""
 BREADTH = (0.60, 0.84, 0.95)
 """Smallest, usual and largest breadth R <q>/h' [-]."""
@@ -52,13 +52,13 @@ class NodeValues(NamedTuple):
     contact: Floats
     """Fraction of the apparent area in contact [-]."""
     bends: Floats
-    """Bends (1 - k/k_1)/(1 - N/N_1) at the load fractions SHARES, shape (faces, fractions), with
+    """Bends (1 - k/k_1)/(1 - N/N_1) at the load fractions, shape (faces, fractions), with
     the stiffness k_1 and the load N_1 at tightening; a bend is a mean slope of k over N."""
     contacts: Floats
-    """Logarithm of contact area over that at tightening [-], at SHARES; (faces, fractions)."""
+    """Logarithm of contact area over that at tightening [-], at FRACTIONS; (faces, fractions)."""
 
 
-class Shape(NamedTuple):
+class CurveShape(NamedTuple):
     """Unloading curve of one face from its tightening pressure, relative to that state."""
 
     share: Floats
@@ -156,24 +156,24 @@ def values(hardness: ArrayLike, pressure: ArrayLike, breadth: ArrayLike = BREADT
 
 @lru_cache(maxsize=1)
 def _interpolation() -> Floats:
-    """Return the matrix from values at the load fractions SHARES to those at the finer _FINE.
+    """Return the matrix from values at the load fractions to those at the finer _FINE.
 
     The interpolation is a natural cubic spline in the logarithm of the fraction.
     """
     from scipy.interpolate import CubicSpline
 
-    x = np.log(SHARES[::-1])
+    x = np.log(FRACTIONS[::-1])
     at = np.clip(np.log(_FINE), x[0], x[-1])
     return np.asarray(CubicSpline(x, np.eye(x.size), bc_type="natural")(at))[:, ::-1]
 
 
-def shape(bends: Floats, factor: float = 1.0) -> Shape:
+def shape(bends: Floats, factor: float = 1.0) -> CurveShape:
     """Return the convex unloading curve, stiffness against load, of one tightened face.
 
     Parameters
     ----------
     bends : ndarray
-        Values of (1 - k/k_1)/(1 - N/N_1) at the load fractions N/N_1 = SHARES [-], one-dimensional.
+        Values of (1 - k/k_1)/(1 - N/N_1) at the load fractions N/N_1 = FRACTIONS [-], 1-D.
         N is the load, k the normal stiffness; N_1 and k_1 are their values at tightening.
     factor : float
         Factor by which the bends are multiplied near N_1; it tends to one towards zero load.
@@ -187,7 +187,7 @@ def shape(bends: Floats, factor: float = 1.0) -> Shape:
     stiffness = np.minimum.accumulate(np.clip(stiffness, floor, 1.0))
     stiffness *= 1.0 - 1e-9 * np.arange(share.size)
     steps = -np.diff(share) * 2.0 / (stiffness[1:] + stiffness[:-1])
-    return Shape(share, np.concatenate([[0.0], np.cumsum(steps)]), stiffness)
+    return CurveShape(share, np.concatenate([[0.0], np.cumsum(steps)]), stiffness)
 
 
 def continued(h: Floats, pi: Floats, breadth: float) -> NodeValues:
@@ -198,7 +198,7 @@ def continued(h: Floats, pi: Floats, breadth: float) -> NodeValues:
     contact area is proportional to P, and ln P falls linearly with the separation. Upper ends are
     not checked.
     """
-    inside = np.maximum(h, HARDNESS[0])
+    inside = np.maximum(h, HARDNESS_RANGE[0])
     wanted = pi * inside / h  # the pressure with this tightening at the hardness inside
     pressure = np.maximum(wanted, TIGHTENED[0] * np.minimum(inside, 1.0))
     found = values(inside, pressure, breadth)

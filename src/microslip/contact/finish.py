@@ -22,7 +22,7 @@ GAUSSIAN_RQ = math.sqrt(0.5 * math.pi)
 """Rq over Ra of Gaussian heights [-]."""
 
 
-class Estimate(NamedTuple):
+class Estimated(NamedTuple):
     """Positive quantity with a log-normal distribution."""
 
     middle: float
@@ -30,13 +30,13 @@ class Estimate(NamedTuple):
     """Standard deviation of the logarithm [-]."""
 
     @classmethod
-    def of_range(cls, low: float, high: float) -> Estimate:
+    def of_range(cls, low: float, high: float) -> Estimated:
         """Return the estimate whose 5 % and 95 % quantiles are the given ends."""
         return cls(math.sqrt(low * high), math.log(high / low) / (2.0 * 1.6449))
 
-    def times(self, middle: float, low: float, high: float) -> Estimate:
+    def times(self, middle: float, low: float, high: float) -> Estimated:
         """Return the product with an independent factor of given median and 90 % interval."""
-        return Estimate(self.middle * middle, math.hypot(self.spread, self.of_range(low, high)[1]))
+        return Estimated(self.middle * middle, math.hypot(self.spread, self.of_range(low, high)[1]))
 
 
 @dataclass(frozen=True)
@@ -134,16 +134,16 @@ class Finish:
             )
 
     @cached_property
-    def rms(self) -> Estimate:
+    def rms(self) -> Estimated:
         """Root mean square height Rq [m]."""
         if self.rq is not None:
-            return Estimate(self.rq, 0.0)
+            return Estimated(self.rq, 0.0)
         if self.rz is not None:
-            return Estimate(self.rz, 0.0).times(1.0 / self._range_over_rms, 1 / 8.0, 1 / 3.5)
-        average = Estimate(self.ra or 1.0, 0.0)
+            return Estimated(self.rz, 0.0).times(1.0 / self._range_over_rms, 1 / 8.0, 1 / 3.5)
+        average = Estimated(self.ra or 1.0, 0.0)
         if self.ra is None:
             process = PROCESSES[str(self.process)]
-            average = Estimate.of_range(process.low, process.high)
+            average = Estimated.of_range(process.low, process.high)
         return average.times(GAUSSIAN_RQ, 1.11, 1.5)
 
     @property
@@ -160,24 +160,24 @@ class Finish:
         return 2.0 * (root + 0.5772 / root)
 
     @cached_property
-    def slope(self) -> Estimate:
+    def slope(self) -> Estimated:
         """Root mean square slope Rdq of profiles [-]."""
         rms = self.rms.middle
         if self.rdq is not None:
-            return Estimate(self.rdq, 0.0)
+            return Estimated(self.rdq, 0.0)
         if self.rsm is not None:
-            return Estimate(2.0 * math.pi * rms / self.rsm, self.rms.spread).times(1.0, 0.7, 1.5)
+            return Estimated(2.0 * math.pi * rms / self.rsm, self.rms.spread).times(1.0, 0.7, 1.5)
         # Mean absolute slopes, as of Gaussian ones: of a profile sqrt(2/pi) of its rms.
         um = 1e6 * rms
         slopes = [GAUSSIAN_RQ * slope for slope in (0.076 * um**0.52, 0.124 * um**0.743)]
-        return Estimate.of_range(min(slopes) / 1.5, max(slopes) * 1.5)
+        return Estimated.of_range(min(slopes) / 1.5, max(slopes) * 1.5)
 
 
-def combined(first: Estimate, second: Estimate) -> Estimate:
+def combined(first: Estimated, second: Estimated) -> Estimated:
     """Return the estimate of sqrt(x^2 + y^2) for two independent estimates x and y."""
     total = math.hypot(first.middle, second.middle)
     parts = [(item.middle / total) ** 2 * item.spread for item in (first, second)]
-    return Estimate(total, math.hypot(*parts))
+    return Estimated(total, math.hypot(*parts))
 
 
 _SAMPLING = (

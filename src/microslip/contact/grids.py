@@ -25,7 +25,7 @@ from microslip._core.quadrature import gauss_legendre
 from microslip.contact.base import NormalLaw
 from microslip.contact.spline import over_pairs
 
-Kind = Literal["drop", "fall", "excess", "excess_slope"]
+Difference = Literal["drop", "fall", "excess", "excess_slope"]
 
 _POWERS = {"drop": 1, "excess": 3, "excess_slope": 2}
 _BLOCK = 1 << 14  # points a pass, as many as a cache holds
@@ -52,7 +52,7 @@ def _by_rows(law: NormalLaw, points: int, rows: int) -> bool:
     return points * _POINT > rows * _ROW + points * 3e-8
 
 
-def pairs_of(law: NormalLaw) -> Callable[[NormalLaw, Kind, Floats, Floats], Floats] | None:
+def pairs_of(law: NormalLaw) -> Callable[[NormalLaw, Difference, Floats, Floats], Floats] | None:
     """Return the fastest function for :func:`sum_over_pairs`, called as f(law, kind, d, u).
 
     None if the law computes the increments u of only one separation d per call.
@@ -66,12 +66,12 @@ def pairs_of(law: NormalLaw) -> Callable[[NormalLaw, Kind, Floats, Floats], Floa
     return _own_pairs if general or law._spheres is not None else None
 
 
-def sum_over_pairs(law: NormalLaw, kind: Kind, d: Floats, u: Floats) -> Floats:
+def sum_over_pairs(law: NormalLaw, kind: Difference, d: Floats, u: Floats) -> Floats:
     """Return the drop, fall, excess or its slope (``kind``) at pairs (d, u), one-dimensional."""
     return (pairs_of(law) or _own_pairs)(law, kind, d, u)
 
 
-def _sum_of(law: NormalLaw, kind: Kind) -> Callable[[Floats | float, Floats], Floats]:
+def _sum_of(law: NormalLaw, kind: Difference) -> Callable[[Floats | float, Floats], Floats]:
     sums = {
         "drop": law._drop,
         "fall": law._fall,
@@ -81,7 +81,7 @@ def _sum_of(law: NormalLaw, kind: Kind) -> Callable[[Floats | float, Floats], Fl
     return sums[kind]
 
 
-def _row(law: NormalLaw, kind: Kind, d: float, u: Floats) -> Floats:
+def _row(law: NormalLaw, kind: Difference, d: float, u: Floats) -> Floats:
     exact = _sum_of(law, kind)
     reach = law._table_reach(d) if kind != "fall" and u.size * _POINT > _ROW else None
     if reach is None:
@@ -100,11 +100,11 @@ def _row(law: NormalLaw, kind: Kind, d: float, u: Floats) -> Floats:
     return exact(d, u) if table is None else table.value(u)
 
 
-def _own_pairs(law: NormalLaw, kind: Kind, d: Floats, u: Floats) -> Floats:
+def _own_pairs(law: NormalLaw, kind: Difference, d: Floats, u: Floats) -> Floats:
     return _sum_of(law, kind)(d, u)
 
 
-def _spline_pairs(law: NormalLaw, kind: Kind, d: Floats, u: Floats) -> Floats:
+def _spline_pairs(law: NormalLaw, kind: Difference, d: Floats, u: Floats) -> Floats:
     if kind == "fall" or law._spline is None:
         return -law._derivative(d + u, 1)
     return over_pairs(law._spline, kind, d, u)
@@ -177,7 +177,7 @@ class Pointwise:
             fall[outside] = -self.law._derivative(d[outside], 1)
         return value, fall
 
-    def sum(self, kind: Kind, d: Floats, u: Floats) -> Floats:
+    def sum(self, kind: Difference, d: Floats, u: Floats) -> Floats:
         """Return the function ``kind`` at separations d [m] and increments u >= 0 [m]."""
         if self._profile is None or kind not in ("drop", "excess"):
             return self._exact(kind, d, u)
@@ -196,7 +196,7 @@ class Pointwise:
             result[outside] = self._exact(kind, d[outside], u[outside])
         return result
 
-    def _exact(self, kind: Kind, d: Floats, u: Floats) -> Floats:
+    def _exact(self, kind: Difference, d: Floats, u: Floats) -> Floats:
         pairs = pairs_of(self.law)
         # Neighbours of one separation are a row.
         ends = np.append(np.flatnonzero(np.diff(d)) + 1, d.size)

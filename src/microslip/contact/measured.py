@@ -17,10 +17,10 @@ from microslip._core.errors import InputError
 from microslip._core.frozen import assign
 from microslip.contact.base import (
     BETWEEN,
+    CONTACT_POINTS,
     FEWEST_POINTS,
+    MEAN_PRESSURE,
     OVER_HARDNESS,
-    POINTS,
-    PRESSURE,
     RESOLUTION,
     SCATTER,
     NormalLaw,
@@ -28,7 +28,7 @@ from microslip.contact.base import (
     check_pair,
 )
 from microslip.contact.face_law import FaceLaw, FirstLoading, checked_direction
-from microslip.contact.face_solution import FaceSolution, Progress
+from microslip.contact.face_solution import FaceSolution, OnPiece
 from microslip.contact.materials import MaterialPair
 from microslip.contact.measured_face import (
     ContactNumbers,
@@ -125,7 +125,7 @@ class MeasuredContact(FaceLaw, Plottable):
         loads: int = 12,
         lightest: float = 1e-3,
         coarser: bool = False,
-        progress: Progress | None = None,
+        progress: OnPiece | None = None,
         cache: str | os.PathLike[str] | None = None,
     ) -> None:
         check_pair(pair)
@@ -292,7 +292,7 @@ class MeasuredContact(FaceLaw, Plottable):
         if separation is not None:
             area = float(self.contact_area(max(separation, self.closest)))
         values: dict[str, float | None] = {
-            POINTS: numbers.points * area / (self.area * numbers.contact_share),
+            CONTACT_POINTS: numbers.points * area / (self.area * numbers.contact_share),
             SCATTER: numbers.scatter,
             BETWEEN: numbers.between_pieces,
         }
@@ -304,9 +304,9 @@ class MeasuredContact(FaceLaw, Plottable):
             values[OVER_HARDNESS] = numbers.pressure / numbers.hardness
         elif separation is not None and area > 0.0 and hardness is not None:
             d = max(separation, self.closest)
-            values[PRESSURE] = float(self.load(d)) / area / hardness
+            values[MEAN_PRESSURE] = float(self.load(d)) / area / hardness
         else:
-            values[PRESSURE] = None if hardness is None else 0.0
+            values[MEAN_PRESSURE] = None if hardness is None else 0.0
         return values
 
     def __repr__(self) -> str:

@@ -24,7 +24,7 @@ from microslip.contact.base import LARGEST_PRESSURE
 from microslip.contact.face_solution import (
     NEAR_REST,
     FaceSolution,
-    Progress,
+    OnPiece,
     cycle_energies,
     solve_face,
     stiffness_scatter,
@@ -240,7 +240,7 @@ class Task(NamedTuple):
         words = repr((z.shape, self.face.pixel, *self[1:], NEAR_REST, "lighter tightenings"))
         return sha256(z.tobytes() + words.encode()).hexdigest()[:32]
 
-    def solved(self, progress: Progress | None) -> FaceSolution:
+    def solved(self, progress: OnPiece | None) -> FaceSolution:
         """Return separations, pressures and slopes on unloading; recent solutions are cached."""
         key = self.key
         known = _remembered.get(key)
@@ -305,7 +305,9 @@ def contact_numbers(
     )
 
 
-def progress_halves(progress: Progress | None) -> tuple[Progress | None, Progress | None]:
+def progress_halves(
+    progress: OnPiece | None,
+) -> tuple[OnPiece | None, OnPiece | None]:
     """Return one progress callback for the first half of the work and one for the second."""
     if progress is None:
         return None, None
@@ -316,7 +318,7 @@ def progress_halves(progress: Progress | None) -> tuple[Progress | None, Progres
 
 
 def resolution_changes(
-    task: Task, solution: FaceSolution, progress: Progress | None
+    task: Task, solution: FaceSolution, progress: OnPiece | None
 ) -> dict[str, Any]:
     """Return the last fields of :class:`ContactNumbers` from ``coarser`` on, by name.
 
@@ -349,7 +351,7 @@ def resolution_changes(
     return changes
 
 
-def cached(task: Task, folder: str | os.PathLike[str], progress: Progress | None) -> FaceSolution:
+def cached(task: Task, folder: str | os.PathLike[str], progress: OnPiece | None) -> FaceSolution:
     """Return a solution from the cache folder, or solve and store it; replace a damaged file."""
     path = Path(folder) / f"{task.key}.npz"
     if path.exists():

@@ -30,7 +30,7 @@ def blocks(rows: int, columns: int, size: int = _BLOCK) -> list[slice]:
     return [slice(i, i + step) for i in range(0, rows, step)]
 
 
-class Kind(NamedTuple):
+class Summand(NamedTuple):
     """Definition of a sum over contacts as a function of an increment v of the separation.
 
     It is the sum of k s^power share(x, q, 1 - q), with x = v/s and q = sqrt(max(1 - x, 0)), where k
@@ -48,25 +48,25 @@ class Kind(NamedTuple):
 
 
 # Closed forms of Cattaneo and Mindlin's sphere that do not cancel for small x.
-DROP = Kind(1.5, 1, lambda x, q, p: p * (1.0 + q * (1.0 + q)), lambda v, n, m: n)
+DROP = Summand(1.5, 1, lambda x, q, p: p * (1.0 + q * (1.0 + q)), lambda v, n, m: n)
 """N(d) - N(d + v)."""
-FALL = Kind(0.5, 0, lambda x, q, p: 1.5 * q, lambda v, n, m: 0.0 * n)
+FALL = Summand(0.5, 0, lambda x, q, p: 1.5 * q, lambda v, n, m: 0.0 * n)
 """-N'(d + v)."""
-EXCESS = Kind(
+EXCESS = Summand(
     2.5,
     3,
     lambda x, q, p: 0.1 * p * p * p * (1.0 + q * (3.0 + q)) + 0.5 * np.maximum(x - 1.0, 0.0),
     lambda v, n, m: 0.5 * v * n - 0.4 * m,
 )
 """Half the integral of w (v - w) N''(d + w) over [0, v]: the energy."""
-EXCESS_SLOPE = Kind(1.5, 2, lambda x, q, p: 0.25 * p * p * (2.0 + q), lambda v, n, m: 0.5 * n)
+EXCESS_SLOPE = Summand(1.5, 2, lambda x, q, p: 0.25 * p * p * (2.0 + q), lambda v, n, m: 0.5 * n)
 """Half the integral of w N''(d + w) over [0, v]."""
 
 
 class Contacts:
     """Contacts of given summits at one separation, with indentations s [m] and load constants k.
 
-    The sums of :class:`Kind` are functions of an increment v of the separation. Few contacts are
+    The sums of :class:`Summand` are functions of an increment v of the separation. Few contacts are
     summed one by one. For many, v is divided into panels. Contacts with s in the panel of v or in
     the next two are summed one by one. Contacts with smaller s, which have ended before v, are
     included by cumulative sums over s, and contacts with larger s, whose sum is smooth in v, by a
@@ -97,7 +97,7 @@ class Contacts:
             self._outer = Contacts(self._s[inside:], self._k[inside:])
         self._inside = inside
 
-    def sum(self, kind: Kind, v: Floats) -> Floats:
+    def sum(self, kind: Summand, v: Floats) -> Floats:
         """Return the sum over the contacts after the separation has increased by ``v`` >= 0 [m].
 
         ``kind`` selects the quantity: the drop of the load, the stiffness, or the energy and its
@@ -120,7 +120,7 @@ class Contacts:
                 result[~within] += self._outer.sum(kind, beyond)
         return result
 
-    def _within(self, kind: Kind, v: Floats) -> Floats:
+    def _within(self, kind: Summand, v: Floats) -> Floats:
         table = self._tables.get(kind.power + 10 * kind.order)
         if table is None:
             table = self._tables[kind.power + 10 * kind.order] = self._far(kind)
@@ -141,10 +141,10 @@ class Contacts:
             result[part] = total
         return result
 
-    def _terms(self, kind: Kind, v: Any, summits: Integers) -> Floats:
+    def _terms(self, kind: Summand, v: Any, summits: Integers) -> Floats:
         return _terms(kind, v, self._s[summits], self._k[summits])
 
-    def _far(self, kind: Kind) -> Table:
+    def _far(self, kind: Summand) -> Table:
         """Tabulate the sum over contacts with s beyond the panel of v and the next two.
 
         The table holds the sum divided by v**kind.order, which is smooth on each panel of v.
@@ -187,7 +187,7 @@ class Contacts:
         return Table.from_series(values @ TO_SERIES, end, kind.order, 0.0)
 
 
-def _terms(kind: Kind, v: Any, s: Floats, k: Floats) -> Floats:
+def _terms(kind: Summand, v: Any, s: Floats, k: Floats) -> Floats:
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         x = v / s
     x = np.where(s > 0.0, x, 0.0)
@@ -238,7 +238,7 @@ class Spheres:
             result[part] = DERIVATIVES[order] * (terms @ self.constants[:count])
         return result.reshape(separation.shape)
 
-    def sum(self, kind: Kind, d: Floats | float, v: Floats) -> Floats:
+    def sum(self, kind: Summand, d: Floats | float, v: Floats) -> Floats:
         """Return the sum that ``kind`` defines at separations ``d`` for increments ``v`` [m]."""
         if isinstance(d, np.ndarray):
             result = np.zeros(v.size)

@@ -6,11 +6,11 @@ from microslip._core.verdicts import Rule
 from microslip._core.verdicts import Verdict as Verdict
 from microslip.contact.base import (
     BETWEEN,
+    CONTACT_POINTS,
     FEWEST_POINTS,
     LARGEST_PRESSURE,
+    MEAN_PRESSURE,
     OVER_HARDNESS,
-    POINTS,
-    PRESSURE,
     RESOLUTION,
     SCATTER,
     YIELD,
@@ -63,7 +63,7 @@ RULES: tuple[Rule, ...] = (
         missing="give the hardness of the softer material [Pa]",
     ),
     Rule(
-        name=PRESSURE,
+        name=MEAN_PRESSURE,
         watch=0.4,
         outside=1.0,
         meaning="contacts deform elastically at the shortest waves",
@@ -93,7 +93,7 @@ RULES: tuple[Rule, ...] = (
         missing="give the hardness of the softer material [Pa]",
     ),
     Rule(
-        name=POINTS,
+        name=CONTACT_POINTS,
         watch=500.0,
         outside=float(FEWEST_POINTS),
         meaning="enough points are in contact to resolve the contacts",
@@ -156,7 +156,7 @@ RULES: tuple[Rule, ...] = (
 """Conventions of contact mechanics (Greenwood and Williamson, DOI 10.1098/rspa.1966.0242)."""
 
 
-def verdicts(
+def surface_verdicts(
     surface: NormalLaw, separation: float | None, **known: float | None
 ) -> tuple[Verdict, ...]:
     """Return the verdicts on a surface at a separation [m], None if nothing touches.

@@ -239,7 +239,7 @@ class Asperity(Interface):
         )
 
     @classmethod
-    def examples(cls) -> tuple[Asperity, ...]:
+    def examples(cls) -> tuple[Asperity, ...]:  # type: ignore[override]
         """Return a ball of 5 mm radius, and a summit of 1 mm radius against a stiffer body."""
         metal = aluminium()
         unlike = MaterialPair(metal.first, Material(young_modulus=210e9, poisson_ratio=0.3))

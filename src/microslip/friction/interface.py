@@ -28,7 +28,7 @@ from microslip._core.kernels.table import Table
 from microslip._core.parameters import parameter
 from microslip.contact.base import FAINTEST, NormalLaw
 from microslip.contact.load_curve import check_surface
-from microslip.contact.validity import Verdict, verdicts
+from microslip.contact.validity import Verdict, surface_verdicts
 from microslip.friction.coupled import CoupledLaw
 from microslip.friction.parameter_derivatives import DerivativeBackbone, of_interface
 from microslip.friction.sliders import Sliders
@@ -173,7 +173,7 @@ class Interface(CoupledLaw):
     @property
     def validity(self) -> tuple[Verdict, ...]:
         """Verdicts on whether the assumptions of the model hold for this joint."""
-        return verdicts(self.surface, self.separation)
+        return surface_verdicts(self.surface, self.separation)
 
     def stick_area(self, displacement: ArrayLike) -> Any:
         """Compute the contact area [m^2] that still sticks on first loading.

@@ -19,7 +19,7 @@ from microslip._core.checks import Floats, exact, floats, number, plain, positiv
 from microslip._core.errors import InputError
 from microslip._core.frozen import assign, lock
 from microslip.contact import NormalLaw
-from microslip.contact.validity import Verdict, verdicts
+from microslip.contact.validity import Verdict, surface_verdicts
 from microslip.friction.base import BackboneLaw
 from microslip.friction.interface import Interface
 from microslip.friction.parallel import Parallel
@@ -178,7 +178,7 @@ class PressedJoint(Parallel):
         Only the number of contacts is that of the whole joint.
         """
         worst = self._joints[int(np.argmax(self.pressures))]
-        return verdicts(worst.surface, worst.separation, contacts=self.contact_count)
+        return surface_verdicts(worst.surface, worst.separation, contacts=self.contact_count)
 
     def __repr__(self) -> str:
         return (

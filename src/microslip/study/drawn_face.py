@@ -11,7 +11,7 @@ from microslip._core.options import option
 from microslip._core.units import PRESSURE, engineering, significant
 from microslip.contact import DrawnFace, NormalLaw
 from microslip.contact.drawn import SHAPE_ERROR, SHAPE_FACTOR, STIFFNESS_ERROR
-from microslip.contact.finish import Estimate, Finish, combined
+from microslip.contact.finish import Estimated, Finish, combined
 from microslip.study.fields import MATERIALS, POSITIVE_AREA, UNCERTAIN_LENGTH, one_of, scalar
 from microslip.study.part import Part, SubTable, SurfaceTable, key, optional_key, tag
 from microslip.study.readers import KeyedError, Place
@@ -128,7 +128,7 @@ class DrawnSurface(_Drawing, SurfaceTable):
         super().check(place)
 
     @cached_property
-    def _estimates(self) -> dict[str, Estimate]:
+    def _estimates(self) -> dict[str, Estimated]:
         """Estimated rms height [m] and rms slope [-] of the gap, with their uncertainties."""
         finishes = [face.finish for face in (self, self.second) if face is not None]
         if len(finishes) == 1:

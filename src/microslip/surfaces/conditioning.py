@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal
 
 import numpy as np
 
@@ -14,12 +14,10 @@ from microslip._core.units import engineering
 from microslip._core.wording import did_you_mean, quote, quoted
 from microslip.surfaces.checks import length_of
 from microslip.surfaces.filters import smooth
-from microslip.surfaces.height_map import HeightMap, noise_std
+from microslip.surfaces.height_map import HeightMap, Map, noise_std
 from microslip.surfaces.levelling import Level
 from microslip.surfaces.levelling import level as without_form
 from microslip.surfaces.options import LEVELS
-
-Map = TypeVar("Map", bound=HeightMap)
 
 _ROUNDING = 1e-14  # residual of an exact plane over the heights
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -234,3 +234,6 @@ class HeightMap(Locked, Plottable):
     @cached_property
     def _moments(self) -> Moments:
         return moments_of(self.heights, self.pixel)
+
+
+Map = TypeVar("Map", bound=HeightMap)

@@ -207,16 +207,16 @@ def variance(heights: Floats) -> float:
     count, total, square = 0, 0.0, 0.0
     parts = [flat[start : start + _BLOCK] for start in range(0, flat.size, _BLOCK)]
     for part in parts:
-        values = present(part)
+        values = without_missing(part)
         count, total = count + values.size, total + float(values.sum())
     mean = total / max(count, 1)
     for part in parts:
-        off = present(part) - mean
+        off = without_missing(part) - mean
         square += dot(off, off)
     return square / max(count, 1)
 
 
-def present(values: Floats) -> Floats:
+def without_missing(values: Floats) -> Floats:
     """Return the values that are not NaN; the given array if none is NaN."""
     missing = np.isnan(values)
     return values[~missing] if missing.any() else values
@@ -293,7 +293,7 @@ def statistics_of(heights: Floats) -> Statistics:
     parts = [flat[start : start + _BLOCK] for start in range(0, flat.size, _BLOCK)]
     count, total, low, high = 0, 0.0, math.inf, -math.inf
     for part in parts:
-        values = present(part)
+        values = without_missing(part)
         if values.size:
             count, total = count + values.size, total + float(values.sum())
             low, high = min(low, float(values.min())), max(high, float(values.max()))
@@ -304,7 +304,7 @@ def statistics_of(heights: Floats) -> Statistics:
     scale = high - low  # keeps fourth powers in range
     sums = np.zeros(4)
     for part in parts:
-        off = (present(part) - mean) / scale
+        off = (without_missing(part) - mean) / scale
         square = off * off
         sums += (np.abs(off).sum(), square.sum(), dot(square, off), dot(square, square))
     deviation, second, third, fourth = (float(value) / count for value in sums)

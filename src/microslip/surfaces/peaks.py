@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats
 
 Codes = NDArray[np.uint8]
-Places = NDArray[np.intp]
-Indices = NDArray[np.int32 | np.int64]  # 32 bits if they suffice for the map
+_Places = NDArray[np.intp]
+_Indices = NDArray[np.int32 | np.int64]  # 32 bits if they suffice for the map
 
 _BLOCK = 1 << 18  # points per pass, to fit in the cache
 _ROUNDS = 6
@@ -119,8 +119,8 @@ def _higher(heights: Floats) -> Codes:
 
 
 def _meetings(
-    flat: Floats, codes: Codes, peaks: Places, saddles: Places, columns: int
-) -> tuple[Places, Places, Floats]:
+    flat: Floats, codes: Codes, peaks: _Places, saddles: _Places, columns: int
+) -> tuple[_Places, _Places, Floats]:
     """Return the meetings of hills: the higher and the lower hill, and the height of the saddle.
 
     For each pair of hills only the highest saddle counts; meetings are in descending order.
@@ -143,9 +143,9 @@ def _meetings(
     return high[new], two[new], flat[place[new]]
 
 
-def _hills(flat: Floats, codes: Codes, peaks: Places, feet: Places, offsets: Places) -> Places:
+def _hills(flat: Floats, codes: Codes, peaks: _Places, feet: _Places, offsets: _Places) -> _Places:
     # Highest neighbour of each point on a climb; other entries are never used.
-    top: Indices = np.full(flat.size, -1, dtype=np.int32 if flat.size < 2**31 else np.int64)
+    top: _Indices = np.full(flat.size, -1, dtype=np.int32 if flat.size < 2**31 else np.int64)
     top[peaks] = peaks
     climbed = []
     at = feet
@@ -160,20 +160,20 @@ def _hills(flat: Floats, codes: Codes, peaks: Places, feet: Places, offsets: Pla
         further = top[top[going]]
         top[going] = further
         going = going[top[further] != further]
-    number: Indices = np.empty_like(top)
+    number: _Indices = np.empty_like(top)
     number[peaks] = np.arange(peaks.size, dtype=top.dtype)
     return np.asarray(number[top[feet]], dtype=np.intp)
 
 
-def _distinct(places: Places, scratch: Indices) -> Places:
+def _distinct(places: _Places, scratch: _Indices) -> _Places:
     """Return the distinct values in ``places``; ``scratch`` is overwritten as working memory."""
     number = np.arange(-1 - places.size, -1, dtype=scratch.dtype)
     scratch[places] = number  # for repeated places the last one stays
-    last: Places = places[scratch[places] == number]
+    last: _Places = places[scratch[places] == number]
     return last
 
 
-def _uphill(flat: Floats, codes: Codes, places: Places, offsets: Places) -> Places:
+def _uphill(flat: Floats, codes: Codes, places: _Places, offsets: _Places) -> _Places:
     result = np.empty_like(places)
     bits = np.uint8(1) << np.arange(
         7, -1, -1, dtype=np.uint8
@@ -187,7 +187,7 @@ def _uphill(flat: Floats, codes: Codes, places: Places, offsets: Places) -> Plac
     return result
 
 
-def _merge(count: int, high: Places, two: Places, saddle: Floats) -> Floats:
+def _merge(count: int, high: _Places, two: _Places, saddle: Floats) -> Floats:
     """Return the height [m] of the saddle at which each of ``count`` hills ends.
 
     It is -inf for a hill without a saddle to a higher hill. Meeting i joins hills ``high[i]`` and
@@ -225,7 +225,7 @@ def _merge(count: int, high: Places, two: Places, saddle: Floats) -> Floats:
     return np.array(end)
 
 
-def _at_first_meeting(count: int, high: Places, two: Places) -> Places:
+def _at_first_meeting(count: int, high: _Places, two: _Places) -> _Places:
     """Return the indices of the meetings that are the highest of all meetings of their lower hill.
 
     ``high`` and ``two`` are the numbers of the higher and the lower hill of each meeting, in

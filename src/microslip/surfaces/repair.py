@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TypeVar
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,9 +10,7 @@ from microslip._core.frozen import lock
 from microslip._core.units import engineering
 from microslip.surfaces.checks import far_points, repeated
 from microslip.surfaces.conditioning import condition, filled
-from microslip.surfaces.height_map import HeightMap
-
-Map = TypeVar("Map", bound=HeightMap)
+from microslip.surfaces.height_map import Map
 
 _NORMAL = 1.4826  # standard deviation over median absolute deviation of a Gaussian
 _RISE = 2.0  # smallest spike height above its surroundings over the robust rms height

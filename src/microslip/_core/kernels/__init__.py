@@ -16,7 +16,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from microslip._core.checks import Floats
+
 Integers = NDArray[np.int64]
 
 TERMS = 12

@@ -37,8 +37,8 @@ _LEVELS = ((60.0, 6), (4.0, 11), (0.125, 20))
 
 
 @dataclass(frozen=True)
-class Pieces:
-    """Piecewise polynomial: Chebyshev series on panels between ``edges``, in increasing order."""
+class PanelFit:
+    """PanelFit polynomial: Chebyshev series on panels between ``edges``, in increasing order."""
 
     edges: Floats
     coefficients: Floats  # (terms, panels)
@@ -53,7 +53,7 @@ class Pieces:
             b1, b2 = 2.0 * s * b1 - b2 + c[panel], b1
         return np.asarray(s * b1 - b2 + self.coefficients[0][panel])
 
-    def tail(self, factor: float) -> Pieces:
+    def tail(self, factor: float) -> PanelFit:
         """Return ``factor`` times the integral from t to the last edge, as a function of t."""
         half = 0.5 * np.diff(self.edges)
         inner = cheb.chebint(self.coefficients, axis=0) * half
@@ -62,7 +62,7 @@ class Pieces:
         after = np.append(np.cumsum(areas[::-1])[::-1][1:], 0.0)
         inner = -inner
         inner[0] += total + after
-        return Pieces(self.edges, factor * inner)
+        return PanelFit(self.edges, factor * inner)
 
 
 def _lagrange(nodes: Floats, x: Floats) -> Floats:
@@ -75,7 +75,7 @@ def _lagrange(nodes: Floats, x: Floats) -> Floats:
     return np.stack(columns, axis=1)
 
 
-def _resolve(function: Callable[[Floats], Floats], edges: Floats, limit: int = _PANELS) -> Pieces:
+def _resolve(function: Callable[[Floats], Floats], edges: Floats, limit: int = _PANELS) -> PanelFit:
     """Approximate a function on panels between ``edges``, halved to at most ``limit`` panels."""
     pending = np.column_stack((edges[:-1], edges[1:]))
     panels: list[tuple[float, float, Floats]] = []
@@ -103,7 +103,7 @@ def _resolve(function: Callable[[Floats], Floats], edges: Floats, limit: int = _
         if not len(pending):
             break
     panels.sort(key=lambda item: item[0])
-    return Pieces(
+    return PanelFit(
         np.array([item[0] for item in panels] + [panels[-1][1]]),
         np.ascontiguousarray(np.array([item[2] for item in panels]).T),
     )
@@ -138,7 +138,7 @@ class DensityHeights(HeightDistribution):
         return self._pdf(edges[:-1, None] + width * NODES) * width * _WEIGHTS
 
     @cached_property
-    def _density_pieces(self) -> Pieces:
+    def _density_pieces(self) -> PanelFit:
         return _resolve(self._pdf, self._edges)
 
     @cached_property
@@ -193,7 +193,7 @@ class DensityHeights(HeightDistribution):
         return result.reshape(t.shape)
 
     @cached_property
-    def _tables(self) -> dict[int, Pieces]:
+    def _tables(self) -> dict[int, PanelFit]:
         """Tables of the moments against the threshold, by twice the order of the moment."""
         # Where the density jumps it has a root, which takes ever smaller panels.
         edges = self._density_pieces.edges

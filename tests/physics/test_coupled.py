@@ -104,15 +104,6 @@ def test_at_its_own_load_it_is_the_engine_of_constant_load(joint, scale) -> None
     np.testing.assert_allclose(got, wanted, rtol=0, atol=1e-12 * np.abs(wanted).max())
 
 
-def test_dissipation_at_constant_load_is_masings() -> None:
-    a = 0.7 * reach_of(WORKED)
-    turns = np.array([a, -a, a, -a, a])
-    energy = WORKED.coupled_response(turns, normal_load=WORKED.normal_load).dissipated_energy
-    cycle = WORKED.dissipated_energy(a)
-    wanted = cycle * np.array([0.25, 0.75, 1.25, 1.75, 2.25])
-    np.testing.assert_allclose(energy, wanted, rtol=1e-12)
-
-
 # Given summits, however many
 
 
@@ -795,13 +786,6 @@ def test_contact_lost_and_found() -> None:
     assert force[0] > 0.0
     assert force[1] == force[2] == force[3] == 0.0
     assert force[4] == pytest.approx(SPHERE.backbone(1e-7), rel=1e-12)
-
-
-def test_one_number_in_one_number_out() -> None:
-    force = WORKED.coupled_force(1e-7, normal_load=2500.0)
-    assert isinstance(force, float)
-    back = WORKED.coupled_response(force=force, normal_load=2500.0)
-    assert back.displacement[0] == pytest.approx(1e-7, rel=1e-12)
 
 
 @pytest.mark.parametrize("heights", [ms.Gaussian(std=5e-7), ms.Exponential(scale=5e-7)])

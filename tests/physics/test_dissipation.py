@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -74,21 +73,6 @@ def test_samples_on_the_way_change_nothing(law: ms.BackboneLaw) -> None:
     np.testing.assert_allclose(
         dissipated_along(law, fine, fine)[::100], got, rtol=0.0, atol=1e-12 * got[-1]
     )
-
-
-@pytest.mark.parametrize("law", law_params(which=is_elastic))
-def test_the_work_of_a_loop_is_what_it_dissipates(law: ms.BackboneLaw) -> None:
-    """Where displacement and memory are what they were, so is the stored energy."""
-    scale = reach_of(law)
-    turns = scale * np.array([1.5, 0.1, 1.0, 0.4, 0.8, 0.1, 1.5])
-    steps = 6_000
-    # Denser at the turning points, where the force bends most.
-    shape = 0.5 - 0.5 * np.cos(np.pi * np.arange(steps) / steps)
-    record = np.concatenate([a + (b - a) * shape for a, b in pairwise(turns)] + [turns[-1:]])
-    force = law.force(record)
-    work = float(np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(record)))
-    energy = dissipated_along(law, record, record)
-    assert energy[-1] - energy[0] == pytest.approx(work, rel=1e-6, abs=1e-9 * scale * force[0])
 
 
 def test_a_force_record_says_where_loops_close() -> None:

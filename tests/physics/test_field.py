@@ -68,23 +68,6 @@ def test_first_loading_is_a_step_of_a_diagram(surface: ms.NormalLaw) -> None:
     np.testing.assert_allclose(found.load, surface.load(joint.separation - falls), rtol=1e-12)
 
 
-def test_tangents_of_first_loading_are_its_differences() -> None:
-    field, _ = field_and_joints(loads=LOADS)
-    step = 1e-12
-    for u, w in ((2e-7, 1e-7), (-1e-7, -5e-7), (2e-8, 3e-7), (-4e-7, 3e-7)):
-        d = field.separations - w
-        start = field.start()
-        here = start.try_(u, d)
-        for k, (du, dd) in enumerate(((step, 0.0), (0.0, step))):
-            up, down = start.try_(u + du, d + dd), start.try_(u - du, d - dd)
-            for row, name in enumerate(("force", "load")):
-                slope = (getattr(up, name) - getattr(down, name)) / (2.0 * step)
-                scale = np.abs(here.tangent[:, 1, 1]).max()
-                np.testing.assert_allclose(
-                    here.tangent[:, row, k], slope, rtol=1e-6, atol=1e-6 * scale
-                )
-
-
 @pytest.mark.parametrize("surface", [s for law in NORMAL_LAWS for s in law.examples()], ids=str)
 def test_rigid_is_the_sum_of_the_nodes(surface: ms.NormalLaw) -> None:
     most = surface.load(surface._span[0])

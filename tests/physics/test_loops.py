@@ -127,30 +127,6 @@ def test_open_loops_say_so():
     assert loop.dissipated_energy == pytest.approx(closed.dissipated_energy, rel=1e-13, abs=0)
 
 
-@rounded_laws
-def test_loop_energies_add_up_along_a_cycle(law):
-    """Half of E_d for the way down, half for the way up, a quarter for the first loading."""
-    a = 0.8 * reach_of(law)
-    nodes, weights = np.polynomial.legendre.leggauss(60)
-    # In the root of the distance to each end, twice as many where gross slip may begin.
-    s = 0.5 * (1 + nodes)
-    places, shares = s**2 * (3 - 2 * s), 3 * s * (1 - s) * weights
-    first = a * places
-    down = a - 2 * a * places
-    path = np.concatenate((first, [a], down, [-a], -down, [a]))
-    force = law.force(path)
-    work = [
-        a * float(shares @ force[:60]),
-        -2 * a * float(shares @ force[61:121]),
-        2 * a * float(shares @ force[122:182]),
-    ]
-    energy = law.dissipated_energy(a)
-    assert work[1] + work[2] == pytest.approx(energy, rel=1e-4, abs=0)
-    # Work of the first loading less what is stored, which the loop tells: int T0 = E/8 + aT/2.
-    # The nodes know nothing of the kinks of given summits and of tables: 4e-6 there.
-    assert work[0] == pytest.approx(energy / 8 + 0.5 * a * law.backbone(a), rel=1e-5, abs=0)
-
-
 def test_pairs_of_samples_are_counted_once():
     """A repeated sample adds no area; scaling both axes scales the energy."""
     law = law_params()[0].values[0]

@@ -456,12 +456,3 @@ def test_stored_and_dissipated_energy_are_the_work(law: ms.BackboneLaw) -> None:
     np.testing.assert_allclose(stored + lost, work, rtol=0, atol=rough * lost[-1])
     assert stored.min() >= -1e-12 * lost[-1]
     assert np.diff(lost, prepend=0.0).min() >= -1e-12 * lost[-1]
-
-
-def test_a_closed_loop_costs_its_area() -> None:
-    x = SLIP * np.array([1.0, -0.2, 0.5, -0.2, 1.0, 2.0])
-    _, lost = energies_along(JOINT, x, JOINT.force(x))
-    assert lost[3] - lost[1] == pytest.approx(JOINT.dissipated_energy(0.35 * SLIP), rel=1e-12)
-    assert lost[4] - lost[0] == pytest.approx(
-        JOINT.dissipated_energy(0.6 * SLIP) + JOINT.dissipated_energy(0.35 * SLIP), rel=1e-12
-    )

@@ -277,39 +277,6 @@ def test_copies_are_independent(law, past, first, second):
     assert open_trial.displacement == first[0] * scale
 
 
-@all_laws
-@given(x=records())
-def test_one_number_is_a_vector_of_one(law, x):
-    x = x * reach_of(law)
-    size = np.abs(x)
-    block = size[: size.size // 2 * 2].reshape(2, -1)
-    for method, places, zero in (
-        ("backbone", x, law.force_limit),
-        ("backbone_stiffness", x, stiffness_of(law)),
-        ("secant_stiffness", size, stiffness_of(law)),
-        ("dissipated_energy", size, 0.0),
-        ("energy_ratio", size, 1.0),
-        ("loss_factor", size, 1.0),
-        ("damping_ratio", size, 1.0),
-        ("dissipation_exponent", size, 1.0),
-    ):
-        whole = getattr(law, method)(places)
-        ones = [getattr(law, method)(float(v)) for v in places]
-        assert all(isinstance(v, float) for v in ones)
-        np.testing.assert_allclose(ones, whole, rtol=ROUNDING, atol=4 * EPS * zero, err_msg=method)
-        if block.size:
-            np.testing.assert_allclose(
-                getattr(law, method)(block).reshape(-1),
-                whole[: block.size] if places is size else getattr(law, method)(block.reshape(-1)),
-                rtol=ROUNDING,
-                atol=4 * EPS * zero,
-            )
-    state = law.start()
-    one_by_one = [state.advance(float(v)) for v in x]
-    assert all(isinstance(v, float) for v in one_by_one)
-    same(one_by_one, law.force(x), law)
-
-
 # Force control
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from made_surfaces import paraboloids, rough
+from made_surfaces import rough
 
 from microslip.surfaces import (
     Moments,
@@ -340,19 +340,3 @@ def test_a_cutoff_makes_summits_fewer_and_rounder() -> None:
 
 
 # Paraboloids.
-
-
-def test_paraboloids_stand_where_they_are_put() -> None:
-    h = 0.5e-6
-    at = np.array([[20e-6, 20e-6], [60.2e-6, 30.1e-6], [40e-6, 70e-6]])
-    tops, radii = np.array([1e-6, 1.5e-6, 0.8e-6]), np.array([[50e-6, 20e-6]] * 3)
-    scan = paraboloids((200, 160), h, positions=at, heights=tops, radii=radii)
-    z = scan.heights
-    for (x, y), top, (rx, ry) in zip(at, tops, radii, strict=True):
-        i, j = round(y / h), round(x / h)
-        off = (j * h - x) ** 2 / (2 * rx) + (i * h - y) ** 2 / (2 * ry)
-        assert z[i, j] == pytest.approx(top - off, rel=1e-12)
-        # Second differences of a paraboloid are exact.
-        assert z[i, j - 1] - 2 * z[i, j] + z[i, j + 1] == pytest.approx(-h * h / rx, rel=1e-6)
-        assert z[i - 1, j] - 2 * z[i, j] + z[i + 1, j] == pytest.approx(-h * h / ry, rel=1e-6)
-    assert z.min() == 0.0

@@ -311,12 +311,6 @@ def test_results_depend_on_the_cutoff() -> None:
 # -- joints ----------------------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="module", name="found")
-def _found() -> Any:
-    scan = rough((400, 400), 1e-6, 1e-7, longest=1.24e-4, shortest=3.43e-5, seed=4)
-    return scan.summits(None, prominence=0.0)
-
-
 def test_gap_table_to_joint() -> None:
     """The Brake-Reuss beam: from the file to a loop, the load against a sum over the file."""
     path = SCANS / "brb_surface_data.mat"

@@ -217,16 +217,14 @@ def closing(
     return _solve(lambda s: space.displacement(s) * touching, touching, first, tolerance)
 
 
-def sliding(
-    space: HalfSpace, contact: Mask, stiffness_ratio: float, tolerance: float = 1e-3
-) -> Floats:
+def sliding(space: HalfSpace, contact: Mask, stiffness_ratio: float) -> Floats:
     """Return the ratio of tangential to normal stiffness of the contact [-], a (2, 2) tensor.
 
     The tangential stiffness is the mean traction when all points in contact move by one unit along
     x or y. Normal over tangential stiffness along a unit vector e is 1/(e . tensor . e).
     """
     touching = contact.astype(float)
-    normal = float(closing(space, contact, tolerance=tolerance).mean())
+    normal = float(closing(space, contact, tolerance=1e-3).mean())
     if normal <= 0.0:
         return np.zeros((2, 2))
     tensor = np.zeros((2, 2))
@@ -237,7 +235,7 @@ def sliding(
             lambda t: space.sheared(t, stiffness_ratio) * touching,
             unit,
             np.zeros_like(unit),
-            tolerance,
+            1e-3,
         )
         tensor[axis] = tractions.mean(axis=(1, 2)) / normal
     return 0.5 * (tensor + tensor.T)

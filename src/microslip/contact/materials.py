@@ -18,6 +18,7 @@ from microslip._core.errors import InputError
 from microslip._core.frozen import assign
 from microslip._core.parameters import parameter, parameters_of
 from microslip._core.units import HARDNESS
+from microslip._core.wording import nearest
 
 
 @dataclass(frozen=True)
@@ -188,7 +189,15 @@ def metal(name: str) -> Metal:
         raise InputError(f"`name` must be a text such as 'steel', got {show(name)}")
     entry = metal_called(name)
     if entry is None:
-        raise InputError(f"no metal is named {show(name)}; {_near(_plain(name), metals())}")
+        plain = _plain(name)
+        # A part of a name, such as "4340" or "iron", may be too short to be close to the whole.
+        near = [key for key in metals() if len(plain) >= 3 and plain in key]
+        if not near and (match := nearest(plain, metals())):
+            near = [match]
+        hint = f"there are {', '.join(metals())}"
+        if near:
+            hint = f"did you mean {' or '.join(map(repr, near))}?"
+        raise InputError(f"no metal is named {show(name)}; {hint}")
     return entry
 
 
@@ -208,18 +217,6 @@ def _by_name() -> Mapping[str, Metal]:
 
 def _plain(name: str) -> str:
     return "-".join(name.casefold().replace("_", " ").split())
-
-
-def _near(name: str, table: Mapping[str, Metal]) -> str:
-    """Return a hint: the names in the table that resemble an unknown name, or else all names."""
-    from difflib import get_close_matches
-
-    # A part of a name, such as "4340" or "iron", may be too short to be close to the whole.
-    near = [key for key in table if len(name) >= 3 and name in key]
-    near = near or get_close_matches(name, table, n=1, cutoff=0.6)
-    if near:
-        return f"did you mean {' or '.join(map(repr, near))}?"
-    return f"there are {', '.join(table)}"
 
 
 @dataclass(frozen=True)

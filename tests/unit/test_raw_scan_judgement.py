@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +9,6 @@ import pytest
 from made_surfaces import rough
 
 import microslip as ms
-from microslip.readers.instruments import _check_sums
 from microslip.surfaces import verdicts
 
 GROUND = rough((128, 128), 1e-6, 1e-7, longest=1.12e-4, shortest=8.6e-6, seed=1)
@@ -90,25 +87,3 @@ def test_exact_zeros_and_odd_units_are_reported(tmp_path: Path) -> None:
     assert not any("exactly 0" in note for note in notes)
     notes = ms.Scan.read(tmp_path / "z.npy", unit="m", pixel=1e-6).notes
     assert any(note.startswith("likely unit error: heights span") for note in notes)
-
-
-def x3p(path: Path, data: bytes, said: bytes, main_sum: str | None = None) -> Path:
-    text = (
-        "<Record3><DataLink><PointDataLink>bindata/data.bin</PointDataLink><MD5ChecksumPointData>"
-        f"{hashlib.md5(said, usedforsecurity=False).hexdigest().upper()}</MD5ChecksumPointData>"
-        "</DataLink></Record3>"
-    )
-    with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr("main.xml", text)
-        archive.writestr("bindata/data.bin", data)
-        own = hashlib.md5(text.encode(), usedforsecurity=False).hexdigest()
-        archive.writestr("md5checksum.hex", f"{main_sum or own} *main.xml")
-    return path
-
-
-def test_checksums_of_x3p(tmp_path: Path) -> None:
-    assert _check_sums(x3p(tmp_path / "a.x3p", b"12345678", b"12345678")) == []
-    with pytest.raises(ValueError, match=r"damaged: the checksum of bindata/data\.bin"):
-        _check_sums(x3p(tmp_path / "b.x3p", b"12345678", b"12345679"))
-    (told,) = _check_sums(x3p(tmp_path / "c.x3p", b"1", b"1", "0" * 32))
-    assert "main.xml does not match md5checksum.hex" in told

@@ -143,7 +143,7 @@ def interface_step(
                 known_limit = name in (FRICTION, "force_limit")
                 parameters[name] = replace(one, verdict=BOUNDED) if known_limit else _open(one)
     return InterfaceStep(
-        "interface", parameters, misfit, limit, values, by_shape, model, materials, tuple(loads)
+        parameters, misfit, limit, values, by_shape, model, materials, tuple(loads)
     )
 
 

@@ -99,8 +99,6 @@ class Parameter(Locked):
 class InterfaceStep(Locked):
     """Greenwood interface fitted to the sufficient statistics of a free-form fit."""
 
-    law: str
-    """Name of the law."""
     parameters: Mapping[str, Parameter]
     """Parameters and quantities derived from them, by name."""
     misfit: float
@@ -154,7 +152,7 @@ class InterfaceStep(Locked):
         """Return the parameters as text, with one parameter in each line."""
         words = "fits" if self.fits else "does not fit"
         head = (
-            f"{self.law} {words}: chi-squared rises by {self.misfit:.3g} over the free form "
+            f"interface {words}: chi-squared rises by {self.misfit:.3g} over the free form "
             f"(noise alone: at most {self.misfit_limit:.3g})"
         )
         lines = [head, *(str(one) for one in self.parameters.values())]
@@ -163,7 +161,7 @@ class InterfaceStep(Locked):
         return "\n".join(lines)
 
     def __repr__(self) -> str:
-        return f"InterfaceStep({self.law!r}, {'fits' if self.fits else 'does not fit'})"
+        return f"InterfaceStep({'fits' if self.fits else 'does not fit'})"
 
 
 class Statistics:

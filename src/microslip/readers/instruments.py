@@ -18,7 +18,6 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.errors import InputError
 from microslip._core.units import LENGTH, QuantityError, engineering, to_si
-from microslip._core.verdicts import Remark
 from microslip._core.wording import did_you_mean, quote, shorten
 from microslip.readers import hdf5
 from microslip.readers.child import parsed
@@ -175,7 +174,6 @@ def read_channel(path: Path, format_name: Any, channel: Any) -> Heights:
         if value is not None and not isinstance(value, kinds):
             raise InputError(f"`{name}` must be text, got {quote(value)}")
     _check_size(path)
-    sums = _check_sums(path)
     content = parsed(
         "instrument file",
         path,
@@ -186,7 +184,7 @@ def read_channel(path: Path, format_name: Any, channel: Any) -> Heights:
         channel_name=channel,
     )
     content["pixel"] = None if content["pixel"] is None else tuple(content["pixel"])
-    return Heights(**{**content, "notes": (*sums, *content["notes"])})
+    return Heights(**{**content, "notes": tuple(content["notes"])})
 
 
 def read_height_channel(path: Path, format_name: str | None, channel_name: str | int | None) -> Any:
@@ -276,42 +274,6 @@ def _check_size(path: Path) -> None:
             f"unpacks to {size / 1000000.0:.0f} MB, more than `limit={allowed_points()}` "
             "points can need; raise the limit if memory suffices"
         )
-
-
-def _check_sums(path: Path) -> list[str]:
-    """Verify the checksums of an x3p file (ISO 25178-72), if the path is one.
-
-    Raise a ValueError if its points are damaged; return a remark if main.xml was changed.
-    """
-    import hashlib
-
-    if not zipfile.is_zipfile(path):
-        return []
-    with decoded("archive"), zipfile.ZipFile(path) as archive:
-        names = set(archive.namelist())
-        if "main.xml" not in names:
-            return []
-        main = archive.read("main.xml")
-        text = main.decode("utf-8", "replace")
-        link = re.search(r"<PointDataLink>\s*([^<]+?)\s*</PointDataLink>", text)
-        stated = re.search(r"<MD5ChecksumPointData>\s*([0-9A-Fa-f]{32})\s*<", text)
-        if link and stated and link[1] in names:
-            digest = hashlib.md5(archive.read(link[1]), usedforsecurity=False).hexdigest()
-            if digest != stated[1].lower():
-                raise ValueError(
-                    f"damaged: the checksum of {shorten(link[1], 40)} is {digest}, and "
-                    f"main.xml states {stated[1].lower()}"
-                )
-        if "md5checksum.hex" in names:
-            recorded = re.match(rb"\s*([0-9A-Fa-f]{32})", archive.read("md5checksum.hex"))
-            digest = hashlib.md5(main, usedforsecurity=False).hexdigest()
-            if recorded and recorded[1].decode().lower() != digest:
-                words = (
-                    "main.xml does not match md5checksum.hex: units or pixel may have been "
-                    "changed after the measurement."
-                )
-                return [Remark("checksum", words)]
-    return []
 
 
 def _open(path: Path, format_name: Any) -> tuple[Any, str]:

@@ -136,7 +136,7 @@ def _curve(table: AmplitudeTable) -> dict[str, Any]:
 
 def _step(step: Any) -> dict[str, Any]:
     return {
-        "law": step.law,
+        "law": "interface",
         "fits": bool(step.fits),
         "misfit": json_value(step.misfit),
         "misfit_limit": json_value(step.misfit_limit),

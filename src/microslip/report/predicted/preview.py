@@ -62,9 +62,10 @@ def preview(study: StudyDescription, progress: Progress | None = None) -> Docume
     if cost is not None:
         data["structure"] = cost._asdict()
     law = (study.joint if study.surface is None else study.surface).law
+    numbers = data["quantities"]
     sections = [
         *(() if cost is None else [Section("Structure", (_size(cost),))]),
-        Section("Quantities", (quantity_table(data["quantities"]),)),
+        *([Section("Quantities", (quantity_table(numbers),))] if numbers else []),
         # In a structure the patches, not the surface, have areas, and there is no single joint.
         *(() if cost is not None else [rest_section(data["joints"], law)]),
         Section("Validity", (validity_verdicts(study, joints),)),

@@ -42,8 +42,6 @@ SURFACES = {
     "exponential": 'law = "greenwood-williamson"\n'
     'heights = { kind = "exponential", scale = "0.8 um" }\n' + _AROUND,
     "values": 'law = "greenwood-williamson"\n' + _GIVEN + _AROUND,
-    "scipy": 'law = "greenwood-williamson"\nheights = { kind = "scipy", '
-    'distribution = "weibull_min", parameters = { c = 2.2 }, scale = "1 um" }\n' + _AROUND,
     "density": 'law = "greenwood-williamson"\nheights = { kind = "table", '
     'height = ["-1 um", "0 um", "1 um"], density = ["0 1/um", "2 1/um", "0 1/um"] }\n' + _AROUND,
     "population": 'law = "population"\nradius = ["1 mm", "2 mm", "1 mm"]\n' + _GIVEN,

@@ -24,9 +24,10 @@ WORDS |= {"generator", "version", "limit", "word", "caption", "warnings"}
 CHANGED = {"chord_stiffness", "evaluations", "oscillator", "frequency", "frequency_at_rest"}
 CHANGED |= {"frequency_in_slip", "interface_damping_ratio", "varying_normal_load", "energy_share"}
 CHANGED |= {"smallest_normal_load", "largest_normal_load", "flatness"}
+CHANGED |= {"limits", "cubic_coefficient", "linear_offset"}
 """Meant: noise has no part in the stiffness at reversals any more, fits go another way to the
 same minimum, and studies have no oscillator and no varying normal load any more;
-the flatness of a scan is its maximum height."""
+the flatness of a scan is its maximum height; asymptotes of the energy are gone."""
 
 
 def differences(old: Any, new: Any, tolerance: float, where: str = "") -> Iterator[str]:
@@ -127,7 +128,7 @@ def test_the_study_in_an_earlier_result_runs_where_it_stands(studies: Path) -> N
 def test_earlier_arrays_open_with_the_names_that_they_have_today(studies: Path) -> None:
     with xarray.open_dataset(RESULTS / "predicted" / "result.nc", engine="h5netcdf") as old:
         new = ms.Study.load(studies / "joint.toml").run().to_xarray()
-        kept = {name for name in old.variables if not str(name).startswith("oscillator_")}
+        kept = {name for name in old.variables if not str(name).startswith("oscillator_")} - CHANGED
         assert kept <= set(new.variables)
         for name, values in old[sorted(kept & set(old.data_vars))].data_vars.items():
             assert values.attrs.get("units") == new[name].attrs.get("units")

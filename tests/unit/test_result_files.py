@@ -82,11 +82,6 @@ def expected(result: ms.Result) -> dict[str, tuple[tuple[str, ...], np.ndarray]]
     for name, value in entries[0].items():
         if isinstance(value, float) and name != "normal_load":
             wanted[name] = (("load",), [entry[name] for entry in entries])
-    for name in entries[0]["limits"]:
-        values = [entry["limits"][name] for entry in entries]
-        if any(value is not None for value in values):
-            numbers = [np.nan if value is None else value for value in values]
-            wanted[name] = (("load",), numbers)
     for tables, prefix, dim in (
         (result.rows, "", by),
         (result.curves, "curve_", "point"),

@@ -125,8 +125,6 @@ QUANTITIES: dict[str, Quantity] = {
         "m", "displacement scale of the transition from sticking to sliding",
         "Slip scale", "slip scale", "3",
     ),
-    "cubic_coefficient": Quantity("J/m^3", "factor c of the energy c a^3 at small amplitudes a"),
-    "linear_offset": Quantity("m", "offset b of the energy 4 mu N (a - b) at large amplitudes a"),
     # of a history
     "largest_displacement": Quantity(
         "m", "largest absolute displacement of the history",

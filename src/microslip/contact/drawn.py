@@ -89,8 +89,6 @@ class DrawnFace(FaceLaw):
     pair, and c the slope in the direction of motion over the sum of the two slopes.
     """
 
-    key = "face"
-
     separations: Any = field(init=False, default=None)
     loads: Any = field(init=False, default=None)
     tail: Any = field(init=False, default="exponential")

@@ -43,8 +43,6 @@ class SphereOnFlat(NormalLaw):
         Radius rho [m].
     """
 
-    key = "sphere"
-
     pair: MaterialPair
     radius: float = field(
         metadata=parameter("rho", "m", "radius of the sphere", above=0.0, example=5e-3)
@@ -131,8 +129,6 @@ class AsperityPopulation(Locked, NormalLaw):
     Each summit follows (19.1)-(19.3). Contact ends at the highest summit. On first loading, the
     second derivative of the tangential force diverges where a summit begins to slip fully.
     """
-
-    key = "population"
 
     pair: MaterialPair
     heights: ArrayLike = field(metadata=parameter("y_i", "m", "heights of the summits", many=True))

@@ -104,8 +104,6 @@ class MeasuredContact(FaceLaw, Plottable):
     under a lay.
     """
 
-    key = "measured"
-
     solution: FaceSolution = field(init=False)
     numbers: ContactNumbers = field(init=False)
     area: float = field(init=False)

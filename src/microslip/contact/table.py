@@ -55,8 +55,6 @@ class TabulatedNormalLaw(Locked, NormalLaw):
     InputError.
     """
 
-    key = "table"
-
     pair: MaterialPair
     separations: ArrayLike
     loads: ArrayLike

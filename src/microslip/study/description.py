@@ -42,7 +42,7 @@ class StudyDescription(StudyTables):
         changes: Sequence[Override] = (),
     ) -> None:
         """Validate tables as read from a file, and set the attributes of this empty study."""
-        reading = ReadState(folder, tables)
+        reading = ReadState(folder)
         place = Place("", reading)
         read = place.attempt(lambda: self.read(tables, place))
         if read is FAILED:

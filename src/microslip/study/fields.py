@@ -1,18 +1,11 @@
-"""Declarations shared by many keys of a study, columns of CSV files, and tables made from classes.
-
-A class of microslip, such as a friction law or a height distribution, becomes a table of a study by
-:func:`table_of`: key, names, units, limits and meanings are read from its parameters.
-"""
+"""Declarations shared by many keys of a study, and columns of CSV files."""
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import re
-from collections.abc import Mapping
 from decimal import Decimal
-from types import MappingProxyType
-from typing import Any, ClassVar
+from typing import Any
 
 from microslip._core import units
 from microslip._core.options import Option, option
@@ -20,9 +13,7 @@ from microslip._core.parameters import (
     REQUIRED,
     JsonSchema,
     Number,
-    key_of,
     parameter_of,
-    parameters_of,
 )
 from microslip._core.units import LARGEST, SMALLEST, Kind, factor_of, is_unit, scaled_decimal
 from microslip._core.wording import quote, shorten
@@ -30,7 +21,7 @@ from microslip.readers.dialect import with_hyphen
 from microslip.readers.files import usable
 from microslip.readers.tables import Named, find, understood
 from microslip.readers.text import TextFile, open_text
-from microslip.study.part import Part, key, tag
+from microslip.study.part import Part, key
 from microslip.study.readers import FAILED, ListOf, Place
 from microslip.study.uncertain import Uncertain
 
@@ -239,46 +230,6 @@ def _si(
     return value
 
 
-# -- tables for classes ----------------------------------------------------------------------------
-
-
-class Described(Part):
-    """Table of a study whose keys are the parameters of a class of microslip, such as a law."""
-
-    describes: ClassVar[type]
-    """Class of the library."""
-
-    def values(self) -> dict[str, Any]:
-        """Return the arguments of the class, in SI units."""
-        return {item.name: getattr(self, item.name) for item in parameters_of(self.describes)}
-
-
-class DescribedAlone(Described):
-    """Table of a class that needs no other tables, such as heights or a friction law."""
-
-    def build(self) -> Any:
-        """Return an instance of the class."""
-        return self.describes(**self.values())
-
-    def check(self, place: Place) -> None:
-        """Record an error for values that the described class rejects."""
-        self.build()
-
-
-def can_be_described(kind: type) -> bool:
-    """Return whether all required arguments of a class are declared parameters."""
-    if not dataclasses.is_dataclass(kind) or not parameters_of(kind):
-        return False
-    names = {item.name for item in parameters_of(kind)}
-    return all(
-        item.name in names
-        for item in dataclasses.fields(kind)
-        if item.init
-        and item.default is dataclasses.MISSING
-        and item.default_factory is dataclasses.MISSING
-    )
-
-
 def key_for(declared: Number, **changes: Any) -> Any:
     """Return a table key for a number declared by a class; it may be uncertain, or a list."""
     return key(Numbers(declared) if declared.many else Uncertain(declared), **changes)
@@ -287,22 +238,3 @@ def key_for(declared: Number, **changes: Any) -> Any:
 def optional(kind: type, name: str, **changes: Any) -> Any:
     """Return an optional key for the parameter ``name`` of ``kind``, with its unit and limits."""
     return key_for(parameter_of(kind, name), default=None, **changes)
-
-
-def table_of(
-    kind: type,
-    tag_name: str,
-    module: str,
-    base: type[Described] = DescribedAlone,
-    extra_keys: Mapping[str, Any] = MappingProxyType({}),
-) -> type[Any]:
-    """Return a table class whose keys are the parameters of the class ``kind`` of microslip.
-
-    The key ``tag_name`` identifies the table by the name of the class; ``extra_keys`` are added.
-    ``module`` is the module of the new class, ``base`` its base class.
-    """
-    meaning = (kind.__doc__ or kind.__name__).split("\n")[0]
-    keys = {tag_name: tag(key_of(kind), meaning), **extra_keys}
-    keys |= {declared.name: key_for(declared) for declared in parameters_of(kind)}
-    body = {"__doc__": meaning, "__module__": module, "describes": kind, **keys}
-    return type(f"{kind.__name__}Table", (base,), body)

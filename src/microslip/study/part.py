@@ -107,59 +107,50 @@ def tag(value: object, help: str, *, default: Any = REQUIRED) -> Any:
 class SubTable(Reader):
     """Reader of a table that may have several variants.
 
-    The variant is chosen by a key of the table or by a function of its content.
+    The variant is chosen by the function ``tell`` of the table's content, or, without a function or
+    if it returns None, by the value of the key ``tag``.
     """
 
     def __init__(
         self,
         *models: type[Part],
         tag: str = "",
-        usual: str = "",
-        tell: Callable[[Any], str] | None = None,
+        tell: Callable[[Any], type[Part] | None] = lambda raw: None,
     ) -> None:
-        self.models = {model.tag_value(tag): model for model in models} if tag else {}
-        if tell is not None:
-            self.models = {model.__name__: model for model in models}
-        self.tag, self.usual, self.tell = tag, usual, tell
-        self.single = models[0] if not self.models else None
+        self.models, self.tag, self.tell = models, tag, tell
+        self.by_tag = {model.tag_value(tag): model for model in models} if tag else {}
         self.help = _first_line(models[0])
 
     def read(self, raw_value: object, place: Place) -> Any:
         """Return the table of the chosen variant."""
-        if self.single is not None:
-            return self.single.read(raw_value, place)
         if not isinstance(raw_value, Mapping):
-            raise ValueError(next(iter(self.models.values())).no_table(raw_value, place))
-        if self.tell is not None:
-            return self.models[self.tell(raw_value)].read(raw_value, place)
-        choice = raw_value.get(self.tag, self.usual or FAILED)
-        if choice is FAILED:
-            near = nearest(self.tag, [name for name in raw_value if isinstance(name, str)])
-            if near is not None and not any(near in model.keys for model in self.models.values()):
+            raise ValueError(self.models[0].no_table(raw_value, place))
+        chosen = self.tell(raw_value) or (self._by_tag(raw_value, place) if self.tag else None)
+        return (chosen or self.models[0]).read(raw_value, place)
+
+    def _by_tag(self, raw: Mapping[Any, Any], place: Place) -> type[Part]:
+        if self.tag not in raw:
+            near = nearest(self.tag, [name for name in raw if isinstance(name, str)])
+            if near is not None and not any(near in model.keys for model in self.models):
                 raise KeyedError(f".{near}", f'unknown key; did you mean "{self.tag}"?')
-            raise KeyedError(f".{self.tag}", f"missing; wanted {quoted(self.models)}")
-        if not isinstance(choice, str) or choice not in self.models:
-            if removed := removed_value(place.at(self.tag).key, str(choice), raw_value):
-                raise KeyedError(f".{self.tag}", removed)
-            near = did_you_mean(choice, self.models) if isinstance(choice, str) else ""
-            raise KeyedError(
-                f".{self.tag}", f"wanted {quoted(self.models)}, got {quote(choice)}{near}"
-            )
-        return self.models[choice].read(raw_value, place)
+            raise KeyedError(f".{self.tag}", f"missing; wanted {quoted(self.by_tag)}")
+        choice = raw[self.tag]
+        if isinstance(choice, str) and choice in self.by_tag:
+            return self.by_tag[choice]
+        if removed := removed_value(place.at(self.tag).key, str(choice), raw):
+            raise KeyedError(f".{self.tag}", removed)
+        near = did_you_mean(choice, self.by_tag) if isinstance(choice, str) else ""
+        raise KeyedError(f".{self.tag}", f"wanted {quoted(self.by_tag)}, got {quote(choice)}{near}")
 
     def schema(self) -> JsonSchema:
         """Return the schema of the table, or of all its variants."""
-        if self.single is not None:
-            return self.single.schema()
-        schemas = [model.schema() for model in self.models.values()]
+        schemas = [model.schema() for model in self.models]
         return schemas[0] if len(schemas) == 1 else {"oneOf": schemas}
 
     def tables(self) -> Iterator[tuple[str, type[Part]]]:
         """Yield the single table, or all variants, each with the key that selects the variant."""
-        if self.single is not None:
-            return iter([("", self.single)])
-        words = f' with {self.tag} = "{{}}"' if self.tag else ""
-        return iter((words.format(name), model) for name, model in self.models.items())
+        for model in self.models:
+            yield f' with {self.tag} = "{model.tag_value(self.tag)}"' if self.tag else "", model
 
 
 class Part:
@@ -204,7 +195,7 @@ class Part:
         unknown = []
         for name in raw:
             if name not in cls.keys:
-                if removed := removed_key(place.at(name).key, place.reading.tables):
+                if removed := removed_key(place.at(name).key):
                     place.at(name).refuse(removed)
                 else:
                     unknown.append(name)

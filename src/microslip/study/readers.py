@@ -34,7 +34,6 @@ class ReadState:
     """State while a study is read: its source, and the notes and errors collected so far."""
 
     folder: Path | None = None
-    tables: Mapping[str, Any] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     errors: list[tuple[str, str]] = field(default_factory=list)
 

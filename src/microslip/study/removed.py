@@ -10,16 +10,7 @@ from contextlib import suppress
 from types import MappingProxyType
 from typing import Any
 
-from microslip._core.units import (
-    AREA,
-    FORCE,
-    LENGTH,
-    PRESSURE,
-    Kind,
-    engineering,
-    significant,
-    to_si,
-)
+from microslip._core.units import LENGTH, significant, to_si
 from microslip.contact.finish import GAUSSIAN_RQ
 
 REMOVED_KEYS: dict[str, str] = {
@@ -73,6 +64,8 @@ REMOVED_KEYS: dict[str, str] = {
 """Replacements by key, such as ``structure.base``, without item numbers."""
 
 REMOVED_VALUES: dict[tuple[str, str], str] = {
+    ("surface.heights.kind", "scipy"): 'write kind = "table" with the density of the distribution, '
+    "or use ms.GreenwoodWilliamson in Python (docs/materials-and-heights.md)",
     ("surface.law", "measured"): 'write law = "face" with the same keys',
     ("surface.law", "elliptic-summits"): 'use law = "face" with a scan and direction',
     ("surface.law", "scan"): 'write law = "face" with the same scan, solved point by point',
@@ -89,29 +82,10 @@ REMOVED_VALUES: dict[tuple[str, str], str] = {
 _ITEM_NUMBER = re.compile(r", item \d+")
 
 
-def removed_key(key: str, tables: Mapping[str, Any] = MappingProxyType({})) -> str | None:
-    """Return the error message for a key of an earlier version, or None for other keys.
-
-    The message contains converted numbers if ``tables`` contains all values needed for them.
-    """
-    key = _ITEM_NUMBER.sub("", key)
-    remedy = REMOVED_KEYS.get(key)
-    if remedy is None:
-        return None
-    joint, surface = (_table(tables, name) for name in ("joint", "surface"))
-    if key == "joint.tightening_load":
-        load, area = _si(joint.get("tightening_load"), FORCE), _si(surface.get("area"), AREA)
-        if load and area:
-            pressure = _written(load / area, "Pa")
-            remedy = f"write tightening_pressure = {pressure} in [surface]"
-        if surface.get("law") in ("greenwood-williamson", "population"):
-            remedy = (
-                f'{remedy}, with law = "face" and rq and rdq: summits of law = '
-                f'"{surface["law"]}" stay elastic'
-            )
-    elif key == "joint.yield_stress" and (stress := _si(joint.get("yield_stress"), PRESSURE)):
-        remedy = f"write hardness = {_written(2.84 * stress, 'Pa')} of the material"
-    return f"removed in 0.3; {remedy}"
+def removed_key(key: str) -> str | None:
+    """Return the error message for a key of an earlier version, or None for other keys."""
+    remedy = REMOVED_KEYS.get(_ITEM_NUMBER.sub("", key))
+    return None if remedy is None else f"removed in 0.3; {remedy}"
 
 
 def removed_value(
@@ -171,21 +145,5 @@ def _rms_slope(rms: float, hurst: float, longest: float, roll_off: float, shorte
     return rms * math.sqrt(0.5 * moment(2) / moment(0))
 
 
-def _table(tables: Mapping[str, Any], name: str) -> Mapping[str, Any]:
-    table = tables.get(name)
-    return table if isinstance(table, Mapping) else {}
-
-
 def _length(value: Any) -> float:
     return to_si(value, LENGTH, "1 um")
-
-
-def _si(value: Any, kind: Kind) -> float | None:
-    try:
-        return to_si(value, kind, "")
-    except ValueError:
-        return None
-
-
-def _written(value: float, unit: str) -> str:
-    return f'"{engineering(value, unit, 4, trim=True)}"'.replace("µ", "u")

@@ -2,34 +2,23 @@
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
-from microslip._core.parameters import JsonSchema, key_of, parameter_of, parameters_of
+from microslip._core.parameters import parameter_of
 from microslip._core.units import FORCE
 from microslip._core.wording import nearest
 from microslip.contact import (
-    NORMAL_LAWS,
     AsperityPopulation,
+    GreenwoodWilliamson,
     NormalLaw,
+    SphereOnFlat,
     TabulatedNormalLaw,
 )
 from microslip.contact.materials import Material, MaterialPair, metals
 from microslip.study.drawn_face import DrawnSurface
-from microslip.study.fields import (
-    HEIGHT,
-    MATERIALS,
-    RADIUS,
-    Described,
-    Numbers,
-    key_for,
-    one_of,
-    table_of,
-    with_unit,
-)
+from microslip.study.fields import HEIGHT, MATERIALS, RADIUS, Numbers, key_for, one_of, with_unit
 from microslip.study.heights import ANY_HEIGHTS, GivenHeights
 from microslip.study.measured_face import MeasuredFace
 from microslip.study.part import Key, Part, SubTable, SurfaceTable, key, optional_key, tag
@@ -96,16 +85,32 @@ class ContactSurface(SurfaceTable):
         self.build(_ANY_PAIR)
 
 
-class DescribedSurface(Described, ContactSurface):
-    """Table of a surface whose keys are the parameters of a normal law of microslip."""
+class GreenwoodWilliamsonSurface(ContactSurface):
+    """Flat surface of spherical summits of one radius and random heights (19.5)-(19.8)."""
+
+    law: str = tag("greenwood-williamson", "Summits of one radius and random heights.")
+    heights: Any = key(
+        ANY_HEIGHTS, "Distribution of the summit heights.", '{ kind = "gaussian", std = "0.5 um" }'
+    )
+    radius: float = key_for(parameter_of(GreenwoodWilliamson, "radius"))
+    density: float = key_for(parameter_of(GreenwoodWilliamson, "density"))
+    area: float = key_for(parameter_of(GreenwoodWilliamson, "area"))
 
     def build(self, pair: MaterialPair) -> NormalLaw:
         """Return the normal law of the surface."""
-        values = self.values()
-        if "heights" in self.keys:
-            values["heights"] = self.heights.build()  # type: ignore[attr-defined]
-        law: NormalLaw = self.describes(pair, **values)
-        return law
+        heights = self.heights.build()
+        return GreenwoodWilliamson(pair, heights, self.radius, self.density, self.area)
+
+
+class SphereSurface(ContactSurface):
+    """Hertz's sphere on a flat (19.1)-(19.3)."""
+
+    law: str = tag("sphere", "One sphere on a flat.")
+    radius: float = key_for(parameter_of(SphereOnFlat, "radius"))
+
+    def build(self, pair: MaterialPair) -> NormalLaw:
+        """Return the normal law of the sphere."""
+        return SphereOnFlat(pair, self.radius)
 
 
 class PopulationSurface(ContactSurface):
@@ -162,58 +167,12 @@ class TableSurface(ContactSurface):
         return TabulatedNormalLaw(pair, separation=separation, load=load, tail=self.tail)  # type: ignore[arg-type]
 
 
-_OWN_TABLES: dict[str, type[Part]] = {
-    "population": PopulationSurface,
-    "table": TableSurface,
-}
-_HEIGHTS = key(
-    ANY_HEIGHTS, "Distribution of the summit heights.", '{ kind = "gaussian", std = "0.5 um" }'
+ANY_SURFACE = SubTable(
+    *(GreenwoodWilliamsonSurface, PopulationSurface, SphereSurface, TableSurface),
+    *(MeasuredFace, DrawnSurface),
+    tag="law",
+    tell=lambda raw: MeasuredFace if raw.get("law") == "face" and "scan" in raw else None,
 )
-
-
-def _table_of_law(kind: type) -> type[Part]:
-    """Return the table class of a law: its parameters, materials and, if any, heights."""
-    has_heights = "heights" in {item.name for item in dataclasses.fields(kind)}
-    extra_keys = {"heights": _HEIGHTS} if has_heights else {}
-    return table_of(kind, "law", __name__, DescribedSurface, extra_keys)
-
-
-SURFACE_TABLES: dict[str, type[Any]] = {
-    **{
-        name: _OWN_TABLES.get(name) or _table_of_law(kind)
-        for kind in NORMAL_LAWS
-        if (name := key_of(kind)) in _OWN_TABLES or parameters_of(kind)
-    },
-    "face": MeasuredFace,
-}
-"""Tables of the normal laws by name, with "face" for a measured face."""
-
-
-class _AnySurface(SubTable):
-    """Reader of a surface's table, whose variant the key ``law`` selects.
-
-    With ``law = "face"`` it is a measured face if there is a key ``scan``, else one from a drawing.
-    """
-
-    def read(self, raw_value: object, place: Place) -> Any:
-        if isinstance(raw_value, Mapping) and raw_value.get("law") == "face":
-            table = MeasuredFace if "scan" in raw_value else DrawnSurface
-            return table.read(raw_value, place)
-        return super().read(raw_value, place)
-
-    def schema(self) -> JsonSchema:
-        return {"oneOf": [*super().schema()["oneOf"], DrawnSurface.schema()]}
-
-    def tables(self) -> Iterator[tuple[str, type[Part]]]:
-        yield from super().tables()
-        yield ' with law = "face" and no scan', DrawnSurface
-
-
-ANY_SURFACE = _AnySurface(*SURFACE_TABLES.values(), tag="law")
-
-
 ANY_MATERIAL = SubTable(
-    Elastic, Rigid, tell=lambda raw: "Elastic" if raw.get("rigid", False) is False else "Rigid"
+    Elastic, Rigid, tell=lambda raw: Elastic if raw.get("rigid", False) is False else Rigid
 )
-# Generated classes must be found by name to be pickled.
-globals().update({table.__name__: table for table in SURFACE_TABLES.values()})

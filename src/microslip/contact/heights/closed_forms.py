@@ -164,8 +164,6 @@ class Discrete(Locked, HeightDistribution):
         Heights [m], one-dimensional, at least one.
     """
 
-    key = "values"
-
     values: ArrayLike = field(metadata=parameter("y_i", "m", "heights", many=True))
 
     def __post_init__(self) -> None:

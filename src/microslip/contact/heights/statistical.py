@@ -40,8 +40,6 @@ class Statistical(DensityHeights):
     densities, down to tail probabilities of 1e-30.
     """
 
-    key = "scipy"
-
     distribution: Any
 
     def __post_init__(self) -> None:

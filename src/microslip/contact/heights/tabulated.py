@@ -60,8 +60,6 @@ class TabulatedHeights(Locked, HeightDistribution):
     spacings differ by many powers of ten.
     """
 
-    key = "table"
-
     height: ArrayLike = field(metadata=parameter("y", "m", "heights, rising", many=True))
     density: ArrayLike = field(
         metadata=parameter("p", "1/m", "density at these", least=0.0, many=True)

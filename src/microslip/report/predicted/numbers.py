@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from typing import Any
 
 from microslip._core.quantities import UNITS, json_value, named
@@ -99,7 +98,6 @@ def _joint(result: Prediction, index: int) -> dict[str, Any]:
     joint, row = result.joints[index], result.rows[index]
     return {
         **joint_entry(result.study, joint),
-        "limits": json_value(asdict(result.limits[index])),
         "amplitudes": _records(row),
         **({"history": _history(result.histories[index])} if result.histories else {}),
     }

@@ -34,7 +34,6 @@ from microslip.report.structure.driven import forced_tables
 from microslip.study.description import StudyDescription
 from microslip.study.runs.columns import AmplitudeCurve as AmplitudeCurve
 from microslip.study.runs.columns import HistoryResponse as HistoryResponse
-from microslip.study.runs.columns import Limits as Limits
 from microslip.study.runs.prediction import Prediction, run_prediction
 
 
@@ -79,8 +78,6 @@ class Result(Prediction):
         force amplitudes, these are the same for all loads, and the displacement amplitudes differ.
     curves : tuple of AmplitudeCurve
         For each load, the cyclic quantities over the whole range of amplitudes.
-    limits : tuple of Limits
-        For each load, the asymptotes of the dissipated energy.
     summary : dict
         Content of `summary.json`: numbers in SI units, with a table of their units.
     histories : tuple of HistoryResponse

@@ -120,15 +120,3 @@ class HistoryResponse(ResultColumns):
         else:
             displacement, force = np.asarray(joint.displacement(values)), values.copy()
         return cls(displacement, force, dissipated_along(joint, displacement, values))
-
-
-@dataclass(frozen=True)
-class Limits:
-    """Asymptotes of the dissipated energy: c a^3 at small amplitudes a, 4 mu N (a - b) at large a.
-
-    mu is the friction coefficient, N the normal load; `cubic_coefficient` is c [J/m^3] and
-    `linear_offset` b [m]. A missing asymptote is None.
-    """
-
-    cubic_coefficient: float | None
-    linear_offset: float | None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -23,7 +23,6 @@ from microslip.study.measured_face import MeasuredFace
 from microslip.study.runs.columns import (
     AmplitudeCurve,
     HistoryResponse,
-    Limits,
     ResultColumns,
 )
 from microslip.study.runs.rest import scalars
@@ -42,7 +41,6 @@ class Prediction:
     loops: tuple[tuple[Loop, ...], ...]
     rows: tuple[AmplitudeCurve, ...]
     curves: tuple[AmplitudeCurve, ...]
-    limits: tuple[Limits, ...]
     histories: tuple[HistoryResponse, ...] = ()
     structure: StructurePrediction | None = None
     scatter: PredictionScatter | None = None
@@ -95,10 +93,7 @@ def _scalars(result: Prediction) -> dict[str, Variable]:
 
     Quantities that are unknown at all normal loads are left out.
     """
-    rows = [
-        {**scalars(result.study, joint), **asdict(limits)}
-        for joint, limits in zip(result.joints, result.limits, strict=True)
-    ]
+    rows = [scalars(result.study, joint) for joint in result.joints]
     variables = {
         name: variable_of(("load",), np.array([row[name] for row in rows], dtype=float), name)
         for name in rows[0]
@@ -273,7 +268,7 @@ def _computed(
     history = study.excitation.history
     record = None if history is None else history.values
     loops: list[tuple[Loop, ...]] = []
-    rows, curves, limits = [], [], []
+    rows, curves = [], []
     histories = []
     for index, joint in enumerate(joints):
         row = _row(study, joint, amplitudes)
@@ -285,7 +280,6 @@ def _computed(
         if history is not None and record is not None:
             with naming_key(study, "excitation.history"):
                 histories.append(HistoryResponse.of(joint, record, history.quantity))
-        limits.append(_limits(joint, joint._slip_scale[0]))
         progress((index + 1) / len(joints))
     result = Prediction(
         study=study,
@@ -293,7 +287,6 @@ def _computed(
         loops=tuple(loops),
         rows=tuple(rows),
         curves=tuple(curves),
-        limits=tuple(limits),
         histories=tuple(histories),
     )
     return result, defaults
@@ -330,20 +323,3 @@ def _grid(study: StudyDescription, defaults: Defaults) -> Floats:
         return np.geomspace(curve.start, curve.to, curve.points)
     low, high = (float(f"{factor * defaults.scale:.3g}") for factor in DEFAULT_RANGE)
     return np.geomspace(low, high, DEFAULT_POINTS)
-
-
-def _limits(joint: Interface, scale: float) -> Limits:
-    """Return the asymptotes of the dissipated energy, from very small and large amplitudes."""
-    cubic = linear = None
-    small = 1e-9 * scale
-    # In gross slip the energy lies exactly on its asymptote.
-    large = 100.0 * max(scale, joint.force_limit / joint.tangential_stiffness)
-    # The cubic asymptote exists only for laws with a finite second derivative at rest.
-    if small**3 > 1e-280 and abs(float(joint.dissipation_exponent(small)) - 3.0) < 1e-3:
-        cubic = float(joint.dissipated_energy(small)) / small**3
-    if float(joint.backbone(large)) >= (1.0 - 1e-12) * joint.force_limit:
-        linear = large - float(joint.dissipated_energy(large)) / (4.0 * joint.force_limit)
-    return Limits(
-        cubic_coefficient=cubic if cubic and math.isfinite(cubic) else None,
-        linear_offset=linear,
-    )

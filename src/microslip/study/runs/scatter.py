@@ -106,7 +106,7 @@ def scatter(
                 f"{study.name}: uncertainty: sample {index + 1} of {count} cannot be computed: "
                 f"{reason}"
             ) from None
-        # An asymptote of the energy that one sample does not have has no band.
+        # A quantity that one sample does not have, such as a contact area, has no band.
         stacks = {name: stack for name, stack in stacks.items() if name in sample}
         for name, stack in stacks.items():
             stack[index] = sample[name].values

@@ -206,11 +206,7 @@ def _matrices(here: Path) -> Iterator[Seed]:
     load = ms.Structure.load
     np.savez(here / "matrices.npz", M=MASS, K=STIFFNESS)
     yield _of(here / "matrices.npz", load)
-    by_columns = sparse.csc_matrix(STIFFNESS)
-    parts = {f"K.{name}": getattr(by_columns, name) for name in ("data", "indices", "indptr")}
-    np.savez(here / "sparse.npz", M=MASS, **parts, **{"K.shape": np.array(by_columns.shape)})
-    yield _of(here / "sparse.npz", load)
-    scipy_io.savemat(here / "matrices.mat", {"M": MASS, "K": by_columns})
+    scipy_io.savemat(here / "matrices.mat", {"M": MASS, "K": sparse.csc_matrix(STIFFNESS)})
     yield _of(here / "matrices.mat", load, parsed_apart=True)
     market = b"%%MatrixMarket matrix coordinate real symmetric\n2 2 3\n1 1 2e6\n2 1 -1e6\n2 2 2e6\n"
     yield Seed("market/stiffness.mtx", market, lambda path: load(path.parent), parsed_apart=True)

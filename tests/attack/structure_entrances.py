@@ -67,7 +67,6 @@ def add_structures(add: Add, surface: Any, joint: Any) -> None:
     base = {"directions": np.ones(3), "acceleration": 1.0, "frequencies": [100.0, 120.0]}
     add("Preload.base_response", preload.base_response, ("acceleration",), **base, samples=16)
     shaken = preload.base_response(**base, samples=16)
-    add("BaseResponse.absolute_amplitude", shaken.absolute_amplitude, at=[0.0, 0.0, 1.0])
     add("BaseResponse.transmissibility", shaken.transmissibility, at=[0.0, 0.0, 1.0])
     noise = np.array([[50.0, 500.0], [1e-2, 1e-2]])
     damped = ms.Structure(mass, stiff, 1e-5 * stiff).attach(law, directions=between)
@@ -87,7 +86,7 @@ def add_structures(add: Add, surface: Any, joint: Any) -> None:
     add("ShockResponse.history", shock.history, at=[0.0, 0.0, 1.0])
     add("ShockResponse.peak", shock.peak, at=[0.0, 0.0, 1.0])
     add("Structure.with_geometry", chain.with_geometry, coordinates=[[0.0], [0.0], [1.0]],
-        cubic=[[[0.0]]], quartic=[[[[1e12]]]], reach=[1e-3])  # fmt: skip
+        cubic=[[[0.0]]], quartic=[[[[1e12]]]])  # fmt: skip
     forced = chain.forced_response([0.0, 0.0, 1.0], [100.0, 120.0], harmonics=[1], samples=16)
     add("ForcedResponse.amplitude", forced.amplitude, at=[0.0, 0.0, 1.0])
     add("ForcedResponse.frequency_response", forced.frequency_response, at=[0.0, 0.0, 1.0],

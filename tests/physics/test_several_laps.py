@@ -1,4 +1,4 @@
-"""Several laps, laps on the ground, unlike materials, slack bolts: against frames of their own."""
+"""Several laps, laps on the ground, unlike materials: against frames of their own."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from scipy import linalg
 import microslip as ms
 from microslip.structures import read_decay
 from microslip.structures.reduction_convergence import halved_boxes
-from microslip.structures.reduction_elements import Elements
 
 WIDTH, HEIGHT = 0.02, 0.004
 ALUMINIUM = ms.Material(young_modulus=70e9, poisson_ratio=0.33)
@@ -207,27 +206,6 @@ def test_a_lap_on_the_ground_is_a_clamp_with_springs() -> None:
 
 
 @pytest.mark.slow
-def test_a_slack_bolt_transmits_no_force_and_keeps_its_mass() -> None:
-    bolts = ms.Bolts([-0.02, 0.02], **(BOLT | {"tension": [100.0, 200.0]}))
-    two = beam(laps=[ms.Lap(0.0, 0.06, bolts)])
-    parts = [
-        (STEEL, DENSITY, True, stretches(False, True, -0.2, 0.03)),
-        (STEEL, DENSITY, False, stretches(True, False, -0.03, 0.2)),
-    ]
-    springs = (1e4, 1e4)  # so soft that bolts count
-    for slack, places, tensions in ((2, (-0.02,), [100.0]), (1, (0.02,), [200.0])):
-        joint = two.reduce(STEEL, DENSITY, (6, 1), sensors=TIP, element_size=0.0075, slack=slack)
-        np.testing.assert_array_equal(joint.bolt_tension, tensions)
-        wanted = frame(parts, [(0, -0.03, 0.03, places)], springs, 6, 3)
-        np.testing.assert_allclose(sprung(joint, springs, "tip")[:3], wanted, rtol=0.02)
-    whole = two.reduce(STEEL, DENSITY, (6, 1), sensors=TIP, element_size=0.0075)
-    assert sprung(whole, springs, "tip")[0] > 1.05 * wanted[0]
-    meshes = [two.mesh(STEEL, DENSITY, 0.0075, slack) for slack in ((), 2)]
-    volumes = [sum(Elements(m).volume(b.cells) for b in m.bodies) for m in meshes]
-    np.testing.assert_allclose(volumes[1], volumes[0], rtol=1e-12)
-
-
-@pytest.mark.slow
 def test_equal_laps_lose_the_same_and_together_twice_what_one_loses() -> None:
     joint = beam().reduce(STEEL, DENSITY, (4, 1), element_size=0.01)
     pair = ms.MaterialPair(STEEL, STEEL)
@@ -348,8 +326,6 @@ def test_a_mesh_with_several_pairs_and_a_held_body_is_the_drawing(tmp_path: Path
     finer = read.reduce(cut)
     assert np.bincount(finer.patch_contacts).tolist() == [3, 6]
     np.testing.assert_allclose(finer.patch_areas[:3], own.patch_areas[:3], rtol=1e-12)
-    with pytest.raises(ms.InputError, match=r"2 separate parts: not connected to .*: part 2"):
-        read.reduce((3, 1), slack=2)
 
 
 ONE = ms.Bolts([0.0], **BOLT)
@@ -381,11 +357,8 @@ def test_beams_that_cannot_be_built(changes: dict[str, Any], message: str) -> No
     [
         ({"material": [STEEL, STEEL]}, "one for each of the 3 parts from left to right, got 2"),
         ({"density": [1.0, 2.0]}, "density must be one, or one for each of the 3 parts"),
-        ({"slack": 3}, "slack must be .* 1 to 2"),
-        ({"slack": [1, 1]}, "slack must name each bolt once"),
-        ({"slack": 1}, "not connected to part 1: part 2"),
     ],
 )
-def test_parts_and_bolts_that_are_not_there(given: dict[str, Any], message: str) -> None:
+def test_parts_that_are_not_there(given: dict[str, Any], message: str) -> None:
     with pytest.raises(ms.InputError, match=message):
         beam().reduce(**({"material": STEEL, "density": DENSITY, "element_size": 0.02} | given))

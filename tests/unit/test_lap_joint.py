@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 from foreign_files import NAMED, mesh_file
-from laps import DENSITY, STEEL, fork, small_joint, small_lap
+from laps import DENSITY, STEEL, boxes, fork, small_joint, small_lap
 
 import microslip as ms
+from microslip.structures.mesh import Body, JointMesh, Solids
+from microslip.structures.reduction import Reducer
 
 # -- laps ------------------------------------------------------------------------------------------
 
@@ -52,6 +54,14 @@ def test_single_laps_and_rows_of_bolts() -> None:
     contact = mesh.contacts[0]
     np.testing.assert_array_equal(mesh.points[contact.lower], mesh.points[contact.upper])
     assert np.intersect1d(contact.lower, contact.upper).size == 0
+
+
+def test_bodies_that_share_no_corners_are_refused() -> None:
+    solids, line = Solids(1e-9), [0.0, 0.01]
+    bodies = [Body(n, boxes(solids, (line, line, line), n), STEEL, DENSITY) for n in ("low", "up")]
+    mesh = JointMesh(solids.points, np.array(solids.cells), "hexahedron", tuple(bodies), (), ())
+    with pytest.raises(ms.InputError, match="2 separate parts: not connected to low: up"):
+        Reducer(mesh, None, None)
 
 
 # -- reduced joints --------------------------------------------------------------------------------

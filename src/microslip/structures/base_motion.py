@@ -281,18 +281,6 @@ class BaseResponse(ForcedResponse):
         """Complex displacement amplitude of each input along the path (points, inputs) [m]."""
         return np.asarray(-self.base_acceleration / (2.0 * np.pi * self.frequency[:, None]) ** 2)
 
-    def _from_ground(self, at: ArrayLike) -> NDArray[np.complex128]:
-        """Return complex amplitudes [m] of the absolute motion at the excitation frequency."""
-        return np.asarray(self._fundamental(at) + self._base_motion @ self._carried_at(at))
-
-    def absolute_amplitude(self, at: ArrayLike) -> Floats:
-        """Return the amplitude [m] of the absolute motion at a sensor, including the base motion.
-
-        It is that of the fundamental harmonic, shape (points,). ``at`` is the direction of the
-        sensor, shape (n,).
-        """
-        return np.asarray(np.abs(self._from_ground(at)))
-
     def frequency_response(self, *_: Any, **__: Any) -> NoReturn:
         """Raise an error: a response to base motion has a :meth:`transmissibility`."""
         raise InputError("a motion of the base has no force; use transmissibility(at)")
@@ -312,7 +300,8 @@ class BaseResponse(ForcedResponse):
             is the first one that moves.
         """
         moving = int(np.argmax(np.abs(self.base_acceleration).max(axis=0) > 0.0))
-        return np.asarray(self._from_ground(at) / self._base_motion[:, moving])
+        absolute = self._fundamental(at) + self._base_motion @ self._carried_at(at)
+        return np.asarray(absolute / self._base_motion[:, moving])
 
 
 @solver_method

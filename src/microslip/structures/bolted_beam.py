@@ -23,8 +23,6 @@ from microslip.structures.mesh import (
     JointMesh,
     bolt_block_half_width,
     check_elastic,
-    loosened,
-    tight,
 )
 
 if TYPE_CHECKING:
@@ -99,9 +97,7 @@ class Drawing:
             parts.append(Stretch(name, lower, free if stop > start else (), rise))
         return tuple(parts)
 
-    def mesh(
-        self, material: Any, density: Any, element_size: float | None = None, slack: Any = ()
-    ) -> JointMesh:
+    def mesh(self, material: Any, density: Any, element_size: float | None = None) -> JointMesh:
         """Return a mesh of hexahedra of the parts, shanks, heads, nuts and washers.
 
         Parameters
@@ -113,14 +109,11 @@ class Drawing:
         element_size : float, optional
             Size of the elements in the laps [m]; by default a 24th of the shortest lap or a quarter
             of the width, whichever is smaller. Outside the laps elements are larger.
-        slack : int or sequence of int, optional
-            Numbers of bolts that are not tightened, from 1 along the laps. Their shanks are cut in
-            the middle, so that they add mass but connect nothing.
         """
         bodies = self._bodies(material, density)
         for lap in self.laps:
             check_elastic(lap.bolts.material or next(iter(bodies.values()))[0])
-        return loosened(self._mesh(bodies, self.size_of_elements(element_size)), slack)
+        return self._mesh(bodies, self.size_of_elements(element_size))
 
     def _bodies(self, material: Any, density: Any) -> dict[str, tuple[Material, float]]:
         names = self.parts
@@ -156,7 +149,6 @@ class Drawing:
         element_size: float | None = None,
         sensors: Mapping[str, Any] | None = None,
         masses: Mapping[Any, float] | None = None,
-        slack: Any = (),
     ) -> ReducedJoint:
         """Reduce the joint by finite elements to a small linear model with contact patches.
 
@@ -180,8 +172,6 @@ class Drawing:
             Position [m] and direction of each sensor, such as ``{"tip": ((0.36, 0, 0), "z")}``.
         masses : mapping, optional
             Added point masses [kg] by position (x, y, z) [m].
-        slack : int or sequence of int, optional
-            Numbers of bolts that are not tightened, as for :meth:`mesh`.
 
         Returns
         -------
@@ -197,9 +187,9 @@ class Drawing:
         """
         from microslip.structures.reduction import Reducer
 
-        mesh = self.mesh(material, density, element_size, slack)
+        mesh = self.mesh(material, density, element_size)
         return Reducer(mesh, masses, _ALONG).reduce(
-            tension=tight(self.tension, slack),
+            tension=self.tension,
             patches=patches,
             form=form,
             kept_modes=kept_modes,
@@ -222,7 +212,6 @@ class Drawing:
         element_size: float | None = None,
         sensors: Mapping[str, Any] | None = None,
         masses: Mapping[Any, float] | None = None,
-        slack: Any = (),
         geometry: Sequence[Any] | None = None,
         progress: Callable[[float], None] | None = None,
     ) -> Convergence:
@@ -246,7 +235,7 @@ class Drawing:
             fraction [-].
         most_patches : int
             Largest number of patches.
-        element_size, sensors, masses, slack : optional
+        element_size, sensors, masses : optional
             As for :meth:`reduce`.
         geometry : sequence, optional
             Arguments of :meth:`ReducedJoint.with_geometry`, such as :meth:`BoltedBeam.bending`.
@@ -274,8 +263,8 @@ class Drawing:
         def mesh_of(coarse: bool) -> JointMesh:
             if coarse:
                 bodies = self._bodies(material, density)
-                return loosened(self._mesh(bodies, 2.0 * size, SIDE // 2), slack)
-            return self.mesh(material, density, element_size, slack)
+                return self._mesh(bodies, 2.0 * size, SIDE // 2)
+            return self.mesh(material, density, element_size)
 
         return converge(
             mesh_of,
@@ -283,7 +272,7 @@ class Drawing:
             _ALONG,
             surface,
             friction_coefficient,
-            tension=tight(self.tension, slack),
+            tension=self.tension,
             mode=mode,
             amplitudes=record("amplitudes", amplitudes, "m"),
             patches=patches,

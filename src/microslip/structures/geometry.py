@@ -50,7 +50,7 @@ class GeometryAttachment:
     coordinates: Floats
     """Projection of displacements on the coordinates, (degrees of freedom, coordinates)."""
     reach: Floats | None
-    """Largest magnitude of each coordinate in the range of the potential."""
+    """Largest magnitude of each coordinate in the static cases; None for tensors."""
     rest: Floats | None = None
     """Displacements (degrees of freedom,) at which the springs are unloaded; zero by default."""
 
@@ -135,7 +135,6 @@ def geometry(
     cubic: ArrayLike | None,
     quartic: ArrayLike | None,
     cases: Any,
-    reach: ArrayLike | None,
 ) -> GeometryAttachment:
     """Return the attachment of :meth:`microslip.Structure.with_geometry`."""
     p = coordinates.shape[1]
@@ -147,15 +146,6 @@ def geometry(
             "a geometry needs either tensors cubic= and quartic=, or static cases=(coordinates, "
             "forces)"
         )
-    limits = None if reach is None else floats("reach", reach)
-    if limits is not None:
-        if limits.size not in (1, p):
-            raise InputError(
-                f"reach must be one number or {p}, one for each coordinate, got {limits.size}"
-            )
-        limits = np.broadcast_to(limits.reshape(-1), (p,)).copy()
-    if limits is not None and limits.min() <= 0.0:
-        raise InputError("reach must be above zero, the largest size of each coordinate")
     forms = _forms(p)
     if by_tensors:
         tensors = [
@@ -164,7 +154,7 @@ def geometry(
         parts = [
             _as_powers(tensor, forms, order) for tensor, order in zip(tensors, (3, 4), strict=True)
         ]
-        return GeometryAttachment(Springs(*parts), coordinates @ forms.T, coordinates, limits)
+        return GeometryAttachment(Springs(*parts), coordinates @ forms.T, coordinates, None)
     try:
         z, forces = (floats("cases", part) for part in cases)
         z, forces = (part.reshape(len(part), -1) for part in (z, forces))
@@ -177,8 +167,7 @@ def geometry(
             f"cases must be coordinates and forces of shape (cases, {p}), got {z.shape} and "
             f"{forces.shape}"
         )
-    if limits is None:
-        limits = np.abs(z).max(axis=0)
+    limits = np.abs(z).max(axis=0)
     if limits.min() <= 0.0:
         raise InputError("cases must move each coordinate")
     springs, scaled = _fit(z, forces, limits, forms)

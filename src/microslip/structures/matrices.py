@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, show
 from microslip._core.errors import InputError
-from microslip._core.files import atomic_file
 from microslip._core.frozen import lock
 from microslip._core.wording import did_you_mean, shorten
 from microslip.readers.array_files import archived
@@ -250,7 +249,7 @@ def load_matrices(
     if file.is_dir():
         content = _folder(file, limit)
     else:
-        read = {".npz": _npz, ".mat": whole_variables}.get(file.suffix.lower())
+        read = {".npz": archived, ".mat": whole_variables}.get(file.suffix.lower())
         if read is None:
             raise InputError(
                 f"{file.name}: wanted an .npz or .mat file, or a folder of mass.mtx, stiffness.mtx "
@@ -282,35 +281,5 @@ def _read(file: Path, read: Callable[[Path], Any], limit: int) -> Any:
         return read(file)
 
 
-def _npz(file: Path) -> dict[str, Any]:
-    arrays = archived(file)
-    result: dict[str, Any] = {name: array for name, array in arrays.items() if "." not in name}
-    for name in {name.partition(".")[0] for name in arrays if "." in name}:
-        from scipy.sparse import csc_matrix
-
-        parts = tuple(arrays[f"{name}.{part}"] for part in ("data", "indices", "indptr"))
-        result[name] = csc_matrix(parts, shape=tuple(arrays[f"{name}.shape"]))
-    return result
-
-
 def _folder(folder: Path, limit: int) -> dict[str, Any]:
     return {file.stem: _read(file, market_matrix, limit) for file in sorted(folder.glob("*.mtx"))}
-
-
-def save_matrices(
-    path: str | os.PathLike[str], mass: Any, stiffness: Any, damping: Any, overwrite: bool
-) -> None:
-    """Write the matrices to an ``.npz`` file, completely or not at all."""
-    file = Path(path)
-    if file.suffix.lower() != ".npz":
-        raise InputError(f"path must end in .npz, got {show(file.name)}")
-    arrays: dict[str, Any] = {}
-    for name, matrix in (("mass", mass), ("stiffness", stiffness), ("damping", damping)):
-        if is_sparse(matrix):
-            for part in ("data", "indices", "indptr"):
-                arrays[f"{name}.{part}"] = getattr(matrix, part)
-            arrays[f"{name}.shape"] = np.array(matrix.shape)
-        elif matrix is not None:
-            arrays[name] = matrix
-    with atomic_file(file, overwrite) as stage, stage.open("wb") as stream:
-        np.savez_compressed(stream, **arrays)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._core.checks import Floats, exact, floats, show, whole_number
+from microslip._core.checks import Floats, exact, show
 from microslip._core.errors import InputError
 from microslip.contact.materials import Material
 from microslip.structures.bolts import Bolts
@@ -84,39 +84,6 @@ class JointMesh:
     shanks: tuple[Shank, ...]
     ground: Indices = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     """Fixed corners; empty for a floating structure."""
-
-
-def slack_bolts(slack: Any, count: int) -> list[int]:
-    """Validate the numbers of slack bolts; return them counted from 0."""
-    given = [slack] if np.ndim(slack) == 0 else list(slack)
-    numbers = [whole_number("slack", number, 1, count) - 1 for number in given]
-    if len(set(numbers)) < len(numbers):
-        raise InputError(f"slack must name each bolt once, got {show(slack)}")
-    return sorted(numbers)
-
-
-def tight(tension: Any, slack: Any) -> Floats:
-    """Return the tensions of the bolts that are not slack [N]."""
-    every = floats("tension", tension, "N")
-    return np.delete(every, slack_bolts(slack, len(every)))
-
-
-def loosened(mesh: JointMesh, slack: Any) -> JointMesh:
-    """Return a mesh with the shanks of ``slack`` bolts (numbers from 1) cut in the middle."""
-    numbers = slack_bolts(slack, len(mesh.shanks))
-    points, cells = mesh.points, mesh.cells.copy()
-    for number in numbers:
-        shank = mesh.shanks[number]
-        heights = points[cells[shank.cells]].mean(axis=1) @ shank.axis
-        above = heights > 0.5 * (heights.min() + heights.max())
-        low, high = (cells[shank.cells[part]] for part in (~above, above))
-        shared = np.intersect1d(low, high)
-        renamed = np.arange(len(points))
-        renamed[shared] = len(points) + np.arange(len(shared))
-        cells[shank.cells[above]] = renamed[high]
-        points = np.concatenate([points, points[shared]])
-    tight_ones = tuple(s for k, s in enumerate(mesh.shanks) if k not in numbers)
-    return replace(mesh, points=points, cells=cells, shanks=tight_ones) if numbers else mesh
 
 
 def check_elastic(material: Material) -> None:

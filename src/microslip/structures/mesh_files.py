@@ -30,9 +30,7 @@ from microslip.structures.mesh import (
     Shank,
     check_elastic,
     facets_of,
-    loosened,
     outer,
-    tight,
 )
 
 if TYPE_CHECKING:
@@ -228,7 +226,6 @@ class MeshedJoint(Locked):
         sensors: Mapping[str, Any] | None = None,
         masses: Mapping[Any, float] | None = None,
         along: ArrayLike | None = None,
-        slack: Any = (),
     ) -> ReducedJoint:
         """Reduce the joint to a small linear model with contact patches.
 
@@ -240,8 +237,6 @@ class MeshedJoint(Locked):
             Direction x along the contacts [-], of shape (3,); by default that in which the faces
             are longest. Positions in ``patches`` are relative to the origin if ``along`` is given,
             otherwise to the middle of the faces.
-        slack : int or sequence of int, optional
-            Numbers of bolts that are not tightened, from 1; they connect nothing.
 
         Returns
         -------
@@ -257,8 +252,8 @@ class MeshedJoint(Locked):
         """
         from microslip.structures.reduction import Reducer
 
-        return Reducer(loosened(self.mesh, slack), masses, _direction(along)).reduce(
-            tension=tight(self.tension, slack),
+        return Reducer(self.mesh, masses, _direction(along)).reduce(
+            tension=self.tension,
             patches=patches,
             form=form,
             kept_modes=kept_modes,

@@ -37,7 +37,6 @@ from microslip.structures.matrices import (
     linear_modes,
     load_matrices,
     rigid_count,
-    save_matrices,
     symmetric_matrix,
 )
 from microslip.structures.motion import integrate
@@ -143,18 +142,6 @@ class Structure:
         """
         return cls(*load_matrices(path, names, limit))
 
-    def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
-        """Write the matrices to an ``.npz`` file that :meth:`load` reads.
-
-        Parameters
-        ----------
-        path : str or path
-            The file, ending in ``.npz``.
-        overwrite : bool, optional
-            Replace an existing file.
-        """
-        save_matrices(path, self.mass, self.stiffness, self.damping, overwrite)
-
     # -- joints -----------------------------------------------------------------------------------
 
     def attach(self, joint: BackboneLaw | JointField, *, directions: Any) -> Structure:
@@ -212,7 +199,6 @@ class Structure:
         cubic: ArrayLike | None = None,
         quartic: ArrayLike | None = None,
         cases: Any = None,
-        reach: ArrayLike | None = None,
     ) -> Structure:
         """Return the structure with a nonlinear geometric stiffness, for thin and curved panels.
 
@@ -228,10 +214,8 @@ class Structure:
         cases : pair of array_like, optional
             Coordinates z and total forces of static solutions, both of shape (cases, p). A
             potential of second to fourth order is fitted to them; the second order is then
-            dropped, since the stiffness matrix includes it.
-        reach : array_like, optional
-            Largest magnitude of each coordinate, shape (p,) or one number; larger motions raise an
-            InputError. By default the largest magnitudes in ``cases``, and no limit for tensors.
+            dropped, since the stiffness matrix includes it. Motions with larger coordinates than
+            those of the cases raise an InputError.
 
         Returns
         -------
@@ -246,7 +230,7 @@ class Structure:
         (2013), DOI 10.1016/j.jsv.2012.10.017.
         """
         columns = direction_matrix("coordinates", coordinates, self.size)
-        return self.with_attachment(geometry(columns, cubic, quartic, cases, reach))
+        return self.with_attachment(geometry(columns, cubic, quartic, cases))
 
     @cached_property
     def verdicts(self) -> tuple[Verdict, ...]:

@@ -57,8 +57,8 @@ REMOVED_KEYS: dict[str, str] = {
     "joint.pressure.axial_load": "write preload, the tension minus (1 - Phi) times the load, with "
     "Phi of ClampedBolt.load_factor in Python (docs/bolted-structures.md)",
     "joint.pressure.load_factor": "write preload, the tension minus (1 - Phi) times the axial load",
-    "structure.bolts.slack": "use slack= of LapJoint.reduce or MeshedJoint.reduce in Python "
-    "(docs/bolted-structures.md)",
+    "structure.bolts.slack": "leave a loose bolt out of the positions, or out of the bolts of a "
+    "mesh with a cut shank",
     "structure.bolts.passes": "leave it out: each bolt is tightened to its tension",
 }
 """Replacements by key, such as ``structure.base``, without item numbers."""

@@ -1,10 +1,10 @@
 from .base_motion import BaseResponse as BaseResponse
 from .beam_mesh import Lap as Lap
 from .bolted_beam import BoltedBeam as BoltedBeam
+from .bolted_beam import LapJoint as LapJoint
 from .bolts import Bolts as Bolts
 from .forced import ForcedResponse as ForcedResponse
 from .forced import FrequencyResponse as FrequencyResponse
-from .lap_joint import LapJoint as LapJoint
 from .mesh_files import MeshedJoint as MeshedJoint
 from .modal_curve import ModalCurve as ModalCurve
 from .modal_readings import FreeDecay as FreeDecay

@@ -27,7 +27,7 @@ from microslip.structures.forced import (
     complex_amplitudes,
     line_of,
 )
-from microslip.structures.forced_path import Control, Drive, Excitation, Followed, follow
+from microslip.structures.forced_path import Control, Drive, at_frequency, follow
 from microslip.structures.geometry import GeometryAttachment
 from microslip.structures.joint_groups import Attachment
 from microslip.structures.matrices import dense, factorised, is_sparse, vector
@@ -394,14 +394,13 @@ def base_response(
     if base.strains:
         motions[2] = coefficients(-joints.carried(base.carried) @ given, basis)
     rigid = model.free.T @ (base.inertia @ given)
-    excitation = Excitation(forces, motions, rigid)
     controlled = None
     if control == "response":
         controlled = _control(base, given, at, level, quantity)
     elif level is not None or at is not None:
         raise InputError('at and level belong to control="response"; the base has `acceleration`')
-    drive = Drive(Balance(model, joints, basis), excitation, controlled)
-    return _response(base, given, drive, follow(drive, targets))
+    drive = Drive(Balance(model, joints, basis), forces, motions, rigid, controlled)
+    return _response(base, given, drive, targets)
 
 
 def _control(
@@ -427,13 +426,13 @@ def _control(
 
 
 def _response(
-    base: BaseMotion, given: NDArray[np.complex128], drive: Drive, followed: Followed
+    base: BaseMotion, given: NDArray[np.complex128], drive: Drive, targets: Floats
 ) -> BaseResponse:
-    fields = followed.fields(drive)
+    path, fields = follow(drive, targets)
     basis, joints = drive.balance.basis, drive.balance.joints
     first = basis.harmonics.index(1)
     shapes, coordinates = fields["_shapes"], fields["_coordinates"]
-    levels = np.array([solved.point.level for solved in followed.path]).reshape(-1, 1)
+    levels = np.array([solved.point.level for solved in path]).reshape(-1, 1)
     acceleration = levels * given
     omegas = 2.0 * np.pi * fields["frequency"]
     turning = 1j * np.array(basis.harmonics) * omegas[:, None]
@@ -449,7 +448,7 @@ def _response(
             part[:, :, first] += moved @ (base.carried.T @ columns)
         return np.asarray(part * turning[:, None, :] ** order)
 
-    # What the supports take up: the forces on all, as far as they along on the carried motion.
+    # What the supports take up: the forces on all, as far as they act on the carried motion.
     force = along(base.inertia, 2)
     if base.drag is not None:
         force += along(base.drag, 1)
@@ -458,9 +457,9 @@ def _response(
         if base.rest.damping is not None and base.drag is None:
             force += along(np.asarray(base.rest.damping @ base.carried), 1, absolute=False)
         sides = joints.split(joints.carried(base.carried))
-        for i, solved in enumerate(followed.path):
+        for i, solved in enumerate(path):
             q, omega, level = solved.point
-            motion = Excitation.at(drive.excitation.motions, omega)[0]
+            motion = at_frequency(drive.motions, omega)[0]
             _, answers = drive.balance.joint_forces(q, level * motion)
             for side, answer in zip(sides, answers, strict=True):
                 pull = np.tensordot(side, answer.force, axes=([0, 1], [0, 1]))

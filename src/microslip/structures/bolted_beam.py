@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +18,8 @@ from microslip._core.wording import quoted
 from microslip.contact import NormalLaw
 from microslip.contact.materials import Material
 from microslip.structures.beam_mesh import Lap, Stretch, Style, beam_mesh, declared_length
-from microslip.structures.geometry import Bending, Sizes, strip_cases, strip_sensors
+from microslip.structures.bolts import Bolts
+from microslip.structures.geometry import Bending, Sizes, Strip, strip_sensors
 from microslip.structures.mesh import (
     SIDE,
     JointMesh,
@@ -110,10 +112,7 @@ class Drawing:
             Size of the elements in the laps [m]; by default a 24th of the shortest lap or a quarter
             of the width, whichever is smaller. Outside the laps elements are larger.
         """
-        bodies = self._bodies(material, density)
-        for lap in self.laps:
-            check_elastic(lap.bolts.material or next(iter(bodies.values()))[0])
-        return self._mesh(bodies, self.size_of_elements(element_size))
+        return self._mesh(material, density, self.size_of_elements(element_size))
 
     def _bodies(self, material: Any, density: Any) -> dict[str, tuple[Material, float]]:
         names = self.parts
@@ -134,7 +133,10 @@ class Drawing:
         heavy = [positive("density", value, "kg/m^3", 7800.0) for value in listed["density"]]
         return dict(zip(names, zip(listed["material"], heavy, strict=True), strict=True))
 
-    def _mesh(self, bodies: Any, size: float, side: int = SIDE) -> JointMesh:
+    def _mesh(self, material: Any, density: Any, size: float, side: int = SIDE) -> JointMesh:
+        bodies = self._bodies(material, density)
+        for lap in self.laps:
+            check_elastic(lap.bolts.material or next(iter(bodies.values()))[0])
         sizes = self.width, self.thickness
         return beam_mesh(self.laps, self.stretches, bodies, sizes, self.style, size, side)
 
@@ -258,17 +260,9 @@ class Drawing:
         """
         from microslip.structures.reduction_convergence import converge
 
-        size = self.size_of_elements(element_size)
-
-        def mesh_of(coarse: bool) -> JointMesh:
-            if coarse:
-                bodies = self._bodies(material, density)
-                return self._mesh(bodies, 2.0 * size, SIDE // 2)
-            return self.mesh(material, density, element_size)
-
         return converge(
-            mesh_of,
-            size,
+            partial(self._mesh, material, density),
+            self.size_of_elements(element_size),
             _ALONG,
             surface,
             friction_coefficient,
@@ -289,6 +283,67 @@ class Drawing:
         """Return the element size in the laps [m], by default chosen from the dimensions."""
         usual = min(min(lap.length for lap in self.laps) / 24.0, self.width / 4.0)
         return usual if element_size is None else positive("element_size", element_size, "m", 5e-3)
+
+
+@dataclass(frozen=True, eq=False)
+class LapJoint(Drawing):
+    """Two beams or plates, bolted where they overlap.
+
+    The lap is centred at the origin and lies in the plane z = 0: x runs along the joint, y across,
+    z upwards. In the lap the left part is the lower one. Both ends are free. For several laps, or
+    ends bolted to the ground, see :class:`BoltedBeam`.
+
+    Parameters
+    ----------
+    length : float
+        Total length, from end to end [m].
+    width : float
+        Width, across [m].
+    thickness : float
+        Thickness of the parts outside the lap [m].
+    lap : float
+        Length of the overlap [m].
+    bolts : Bolts
+        Bolts through the overlap.
+    style : {"half-lap", "single-lap"}
+        In a half lap each part is half as thick in the overlap, so that the whole is straight; in
+        a single lap whole plates lie on each other.
+
+    Notes
+    -----
+    Elements and reduction: :meth:`reduce`, after Craig and Bampton (1968, DOI 10.2514/3.4741).
+
+    Examples
+    --------
+    >>> import microslip as ms
+    >>> bolts = ms.Bolts([-0.03, 0.0, 0.03], shank=0.008, hole=0.009, washer=0.018, tension=12e3)
+    >>> ms.LapJoint(length=0.72, width=0.025, thickness=0.025, lap=0.12, bolts=bolts).style
+    'half-lap'
+    """
+
+    length: float = field(metadata=declared_length("L", "length from end to end", 0.72))
+    width: float = field(metadata=declared_length("b", "width, across", 0.0254))
+    thickness: float = field(
+        metadata=declared_length("t", "thickness of each part outside the lap", 0.0254)
+    )
+    lap: float = field(metadata=declared_length("l", "length of the overlap", 0.12))
+    bolts: Bolts
+    style: Style = "half-lap"
+
+    _names = ("left", "right")
+
+    def __post_init__(self) -> None:
+        self._check()
+        if not self.lap < self.length:
+            raise InputError(
+                f"lap must be shorter than the length {exact(self.length)} m, got "
+                f"{exact(self.lap)} m"
+            )
+
+    @property
+    def laps(self) -> tuple[Lap, ...]:  # type: ignore[override]
+        """Single lap of the joint."""
+        return (Lap(0.0, self.lap, self.bolts),)
 
 
 @dataclass(frozen=True, eq=False)
@@ -381,19 +436,6 @@ class BoltedBeam(Drawing):
         if len(self.laps) == 1 and len(self.ground) == 2:
             raise InputError("ground on both sides needs two laps, got one")
 
-    @property
-    def strip(self) -> tuple[Sizes, float, float]:
-        """Dimensions of the part with both ends on the ground, and x and z of its start [m]."""
-        if len(self.laps) != 2 or self.ground != GROUNDS:
-            raise InputError(
-                "a drawing bends between two clamps: write two laps and ground on the left and on "
-                "the right, or give static cases of a finite-element code"
-            )
-        part = self.stretches[1]
-        ((start, stop, _, _),) = part.free
-        height = (-0.5 if part.lower else 0.5) * self.thickness * (self.style == "single-lap")
-        return Sizes(stop - start, self.width, self.thickness, self.rise), start, height
-
     def bending(self, material: Material, reach: float | None = None) -> Bending:
         """Return the arguments of :meth:`ReducedJoint.with_geometry` for large deflections.
 
@@ -418,7 +460,15 @@ class BoltedBeam(Drawing):
         Amabili, *Nonlinear Vibrations and Stability of Shells and Plates*, 2008).
         """
         check_elastic(material)
-        sizes, start, height = self.strip
+        if len(self.laps) != 2 or self.ground != GROUNDS:
+            raise InputError(
+                "a drawing bends between two clamps: write two laps and ground on the left and on "
+                "the right, or give static cases of a finite-element code"
+            )
+        part = self.stretches[1]
+        ((start, stop, _, _),) = part.free
+        height = (-0.5 if part.lower else 0.5) * self.thickness * (self.style == "single-lap")
+        sizes = Sizes(stop - start, self.width, self.thickness, self.rise)
         far = 1.5 * sizes.thickness if reach is None else positive("reach", reach, "m", 2e-3)
         sensors, weights = strip_sensors(sizes, start, height)
-        return Bending(sensors, strip_cases(sizes, material, far), weights)
+        return Bending(sensors, Strip(sizes, material).cases(far), weights)

@@ -19,7 +19,7 @@ from microslip._core.frozen import LockedArrays
 from microslip.figures.plot import Plot
 from microslip.figures.plottable import PlottableAtSensor
 from microslip.structures.balance import Balance
-from microslip.structures.forced_path import Drive, Excitation, follow
+from microslip.structures.forced_path import Drive, follow
 from microslip.structures.modal_model import ModalModel, ModalResult
 from microslip.structures.periodic_motion import (
     HarmonicBasis,
@@ -251,9 +251,9 @@ def forced_response(
     line = line_of(model, forces, targets)
     if not np.any(line):
         raise InputError("force must excite an elastic mode, not only rigid motion")
-    excitation = Excitation({0: forces}, {}, -model.free.T @ push)
-    drive = Drive(Balance(model, model.joints(line), basis), excitation)
-    return ForcedResponse(**follow(drive, targets).fields(drive))
+    balance = Balance(model, model.joints(line), basis)
+    drive = Drive(balance, {0: forces}, {}, -model.free.T @ push)
+    return ForcedResponse(**follow(drive, targets)[1])
 
 
 def complex_amplitudes(name: str, value: Any) -> NDArray[np.complex128]:

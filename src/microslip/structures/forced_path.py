@@ -22,27 +22,11 @@ _ENOUGH = 8  # iterations with which a step is as long as it should be, twice ov
 _FINEST = 1e-6  # shortest arc step, beside the range of frequencies
 
 
-@dataclass(frozen=True, eq=False)
-class Excitation:
-    """Excitation of a periodic motion as a function of the angular frequency omega [rad/s].
-
-    Forces and base motions are sums of F_k omega^-k, given as dictionaries from k to the Fourier
-    coefficients F_k.
-    """
-
-    forces: dict[int, Floats]
-    """Forces on the modes, shape (modes, size)."""
-    motions: dict[int, Floats]
-    """Joint motions imposed by a moving base, besides those of the modes (coordinates, size)."""
-    rigid: NDArray[np.complex128]
-    """Rigid-body coordinates (motions,), times omega^2."""
-
-    @staticmethod
-    def at(parts: dict[int, Floats], omega: float) -> tuple[Floats | float, Floats | float]:
-        """Return the sum of part * omega^-k, and its derivative with respect to omega."""
-        value = sum((part * omega**-k for k, part in parts.items()), 0.0)
-        slope = sum((-k * part * omega ** -(k + 1) for k, part in parts.items() if k), 0.0)
-        return value, slope
+def at_frequency(parts: dict[int, Floats], omega: float) -> tuple[Any, Any]:
+    """Return the sum of part * omega^-k over ``parts`` by k, and its derivative by omega."""
+    value = sum((part * omega**-k for k, part in parts.items()), 0.0)
+    slope = sum((-k * part * omega ** -(k + 1) for k, part in parts.items() if k), 0.0)
+    return value, slope
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,10 +74,19 @@ class _Solved(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """Equations of motion under an excitation whose level is given or set by a control."""
+    """Equations of motion under an excitation whose level is given or set by a control.
+
+    Forces and base motions are sums of F_k omega^-k [rad/s], given as dictionaries from k to the
+    Fourier coefficients F_k.
+    """
 
     balance: Balance
-    excitation: Excitation
+    forces: dict[int, Floats]
+    """Forces on the modes, shape (modes, size)."""
+    motions: dict[int, Floats]
+    """Joint motions imposed by a moving base, besides those of the modes (coordinates, size)."""
+    rigid: NDArray[np.complex128]
+    """Rigid-body coordinates (motions,), times omega^2."""
     control: Control | None = None
 
     def linear_response(self, omega: float, share: float) -> _Point:
@@ -105,7 +98,7 @@ class Drive:
         balance = self.balance
         modes, size = balance.shape
         matrix = balance.linear_matrix(omega, 0.0).reshape(modes * size, modes * size)
-        force = np.asarray(Excitation.at(self.excitation.forces, omega)[0])
+        force = at_frequency(self.forces, omega)[0]
         q = np.linalg.solve(matrix, force.reshape(-1)).reshape(modes, size)
         level = share
         if self.control is not None:
@@ -127,14 +120,14 @@ class _Path:
         balance, drive = self._drive.balance, self._drive
         modes, size = balance.shape
         q, omega, level = point
-        push, push_slope = Excitation.at(drive.excitation.forces, omega)
-        carried, carried_slope = Excitation.at(drive.excitation.motions, omega)
+        push, push_slope = at_frequency(drive.forces, omega)
+        carried, carried_slope = at_frequency(drive.motions, omega)
         forces, answers = balance.joint_forces(q, level * carried)
         gap = balance.linear(q, omega, 0.0) + forces - level * push
         inner = balance.linear_matrix(omega, 0.0) + balance.tangent_matrix(answers)
         by_omega = balance.by_omega(q, omega) - level * push_slope
-        if drive.excitation.motions:
-            by_omega = by_omega + balance.by_motion(answers, level * np.asarray(carried_slope))
+        if drive.motions:
+            by_omega = by_omega + balance.by_motion(answers, level * carried_slope)
         scale = np.maximum(balance.model.squares, omega**2)[:, None] * self._unit
         count = modes * size
         rows = count + (drive.control is not None)
@@ -145,9 +138,9 @@ class _Path:
         miss[:count] = (gap / scale).reshape(-1)
         if drive.control is not None:
             too_much, by_q, by_level, over_omega = drive.control.miss(q, omega, level)
-            by_force = -np.asarray(push)
-            if drive.excitation.motions:
-                by_force = by_force + balance.by_motion(answers, np.asarray(carried))
+            by_force = -push
+            if drive.motions:
+                by_force = by_force + balance.by_motion(answers, carried)
             unit_level = self._unit_level(omega)
             matrix[:count, count] = (by_force / scale).reshape(-1) * unit_level
             matrix[count, :count] = by_q.reshape(-1) * self._unit
@@ -158,7 +151,7 @@ class _Path:
 
     def _unit_level(self, omega: float) -> float:
         """Return the excitation level at which the largest static modal response is ``unit``."""
-        push = np.asarray(Excitation.at(self._drive.excitation.forces, omega)[0])
+        push = at_frequency(self._drive.forces, omega)[0]
         return self._unit / float(
             (np.abs(push).max(axis=1) / self._drive.balance.model.squares).max()
         )
@@ -210,39 +203,11 @@ class _Path:
         return math.hypot(q, (a.omega - b.omega) / self._width)
 
 
-class Followed(NamedTuple):
-    """Computed points of the path through a range of frequencies."""
+def follow(drive: Drive, targets: Floats) -> tuple[list[_Solved], dict[str, Any]]:
+    """Follow periodic motions from the first to the last of the frequencies ``targets`` [Hz].
 
-    path: list[_Solved]
-    marks: list[bool]
-    """Whether each point is a target."""
-    iterations: int
-    message: str
-
-    def fields(self, drive: Drive) -> dict[str, Any]:
-        """Return the values of the attributes of a :class:`ForcedResponse`."""
-        model, basis = drive.balance.model, drive.balance.basis
-        points = [solved.point for solved in self.path]
-        elastic, rigid = model.size, drive.excitation.rigid
-        motion = np.zeros((len(points), elastic + rigid.size, len(basis.harmonics)), dtype=complex)
-        for i, (q, omega, level) in enumerate(points):
-            motion[i, :elastic, 0] = q[:, 0]
-            motion[i, :elastic, 1:] = q[:, 1::2] - 1j * q[:, 2::2]
-            motion[i, elastic:, 1] = level * rigid / omega**2
-        return {
-            "frequency": np.array([point.omega / (2.0 * math.pi) for point in points]),
-            "_coordinates": motion,
-            "_shapes": np.concatenate([model.shapes, model.free], axis=1),
-            "harmonics": basis.harmonics,
-            "requested": np.array(self.marks, dtype=bool),
-            "stable": np.array([solved.stable for solved in self.path], dtype=bool),
-            "iterations": self.iterations,
-            "message": self.message,
-        }
-
-
-def follow(drive: Drive, targets: Floats) -> Followed:
-    """Follow periodic motions from the first to the last of the frequencies ``targets`` [Hz]."""
+    Return the points of the path, and the values of the attributes of a :class:`ForcedResponse`.
+    """
     path, marks, iterations, stopped = _follow(drive, 2.0 * math.pi * targets)
     message = f"solved at {len(path)} points in {iterations} iterations"
     if stopped:
@@ -251,7 +216,23 @@ def follow(drive: Drive, targets: Floats) -> Followed:
             f"stopped at {where:.6g} Hz after {iterations} iterations: {stopped}; try more "
             "samples, other harmonics, some damping, or less force"
         )
-    return Followed(path, marks, iterations, message)
+    model, harmonics = drive.balance.model, drive.balance.basis.harmonics
+    motion = np.zeros((len(path), model.size + drive.rigid.size, len(harmonics)), dtype=complex)
+    for row, solved in zip(motion, path, strict=True):
+        q, omega, level = solved.point
+        row[: model.size, 0] = q[:, 0]
+        row[: model.size, 1:] = q[:, 1::2] - 1j * q[:, 2::2]
+        row[model.size :, 1] = level * drive.rigid / omega**2
+    return path, {
+        "frequency": np.array([solved.point.omega / (2.0 * math.pi) for solved in path]),
+        "_coordinates": motion,
+        "_shapes": np.concatenate([model.shapes, model.free], axis=1),
+        "harmonics": harmonics,
+        "requested": np.array(marks, dtype=bool),
+        "stable": np.array([solved.stable for solved in path], dtype=bool),
+        "iterations": iterations,
+        "message": message,
+    }
 
 
 def _follow(drive: Drive, omegas: Floats) -> tuple[list[_Solved], list[bool], int, str]:

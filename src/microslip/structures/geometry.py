@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
 from itertools import permutations, product
 from typing import Any, NamedTuple
 
@@ -296,12 +295,6 @@ def strip_sensors(sizes: Sizes, start: float, height: float) -> tuple[Sensors, F
             sensors[f"bend {len(sensors) + 1}"] = place, "x"
             weights.append((0.0, sign * part))
     return sensors, np.array(weights)
-
-
-@lru_cache(maxsize=8)
-def strip_cases(sizes: Sizes, material: Material, reach: float) -> tuple[Floats, Floats]:
-    """Return the static cases for :class:`Bending`, up to a middle deflection ``reach`` [m]."""
-    return Strip(sizes, material).cases(reach)
 
 
 class Strip:

@@ -13,7 +13,7 @@ from microslip._core.checks import Floats
 from microslip._core.errors import InputError
 from microslip._core.frozen import Locked
 from microslip.contact import NormalLaw
-from microslip.structures.mesh import JointMesh
+from microslip.structures.mesh import SIDE, JointMesh
 from microslip.structures.modal_curve import ModalCurve
 from microslip.structures.mode_equations import NO_LOSS
 from microslip.structures.reduction import Reducer
@@ -130,7 +130,7 @@ class _Trial(NamedTuple):
 
 
 def converge(
-    mesh_of: Callable[[bool], JointMesh],
+    mesh_of: Callable[..., JointMesh],
     element_size: float,
     along: Floats,
     surface: NormalLaw,
@@ -148,10 +148,11 @@ def converge(
 ) -> Convergence:
     """Refine patches by their fraction of the loss, then change one property at a time.
 
-    ``mesh_of(False)`` returns the mesh, ``mesh_of(True)`` one with elements of twice the size;
-    ``options`` are the constant arguments of :meth:`Reducer.reduce`.
+    ``mesh_of(size, side)`` returns the mesh with elements of a size [m], and ``side`` cells along
+    each side of the block around a bolt; ``options`` are the constant arguments of
+    :meth:`Reducer.reduce`.
     """
-    reducer, done = Reducer(mesh_of(False), masses, along), 0
+    reducer, done = Reducer(mesh_of(element_size), masses, along), 0
 
     def trial(boxes: Any, refined: Reducer = reducer, kept_modes: int = 14) -> _Trial:
         nonlocal done
@@ -211,7 +212,7 @@ def converge(
     richer = trial(boxes, kept_modes=28)
     tell("kept modes", "14", "28", _change(current.curve, richer.curve), 1.0)
     try:
-        coarse = trial(boxes, Reducer(mesh_of(True), masses, along))
+        coarse = trial(boxes, Reducer(mesh_of(2.0 * element_size, SIDE // 2), masses, along))
     except InputError:
         untried.append("finite elements")
     else:

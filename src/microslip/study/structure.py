@@ -10,8 +10,8 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.parameters import JsonSchema
 from microslip.structures.bolt_tightening import BoltForces
+from microslip.structures.bolted_beam import LapJoint
 from microslip.structures.bolts import tensions, yield_tension
-from microslip.structures.lap_joint import LapJoint
 from microslip.structures.reduction_patches import contact_frame, shared_extent, usual_counts
 from microslip.study.bodies import (
     DRAWING_KEYS,

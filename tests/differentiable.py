@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from usual import rough
 
 import microslip as ms
 
-_AL = ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33))
 POINT = {"friction_coefficient": 0.55, "normal_load": 2000.0, "std": 5e-7}
 X = 4e-7 * np.sin(0.4 * np.arange(40)) * (1.0 + 0.3 * np.sin(0.07 * np.arange(40)))
 C = np.array([1e-7, 3e-7, -5e-8, 1e-7, 4e-8])
@@ -14,8 +14,7 @@ CASES = [("force", X, ()), ("harmonics", C, ((0, 1, 3),)), ("dissipated_energy",
 
 
 def make(friction_coefficient, normal_load, std):
-    surface = ms.GreenwoodWilliamson(_AL, ms.Gaussian(std), radius=1e-3, density=1e8, area=2e-4)
-    return ms.Interface(surface, friction_coefficient, normal_load=normal_load)
+    return ms.Interface(rough(ms.Gaussian(std)), friction_coefficient, normal_load=normal_load)
 
 
 def direct(name, point, x, options):

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 import microslip as ms
 
 METAL = ms.Material(69e9, 0.33)
-SURFACE = ms.GreenwoodWilliamson(
-    ms.MaterialPair(METAL, METAL), ms.Gaussian(std=5e-7), radius=1e-3, density=1e8, area=2e-4
-)
+PAIR = ms.MaterialPair(METAL, METAL)
+
+
+def rough(heights: Any) -> ms.GreenwoodWilliamson:
+    """The summits of the worked example with other heights."""
+    return ms.GreenwoodWilliamson(PAIR, heights, radius=1e-3, density=1e8, area=2e-4)
+
+
+SURFACE = rough(ms.Gaussian(std=5e-7))
 JOINT = ms.Interface(SURFACE, 0.55, normal_load=2000.0)
 SLIP = JOINT.force_limit / JOINT.tangential_stiffness
 MASS = np.diag([2.0, 3.0, 2.0])

@@ -7,6 +7,7 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
+from usual import JOINT, METAL, PAIR, SURFACE
 
 import microslip as ms
 
@@ -25,10 +26,7 @@ class Entrance(NamedTuple):
 @lru_cache
 def entrances() -> dict[str, Entrance]:
     """Every public callable that takes numbers."""
-    al = ms.Material(69e9, 0.33)
-    pair = ms.MaterialPair(al, al)
-    surface = ms.GreenwoodWilliamson(pair, ms.Gaussian(5e-7), radius=1e-3, density=1e8, area=2e-4)
-    joint = ms.Interface(surface, 0.55, 2000.0)
+    al, pair, surface, joint = METAL, PAIR, SURFACE, JOINT
     separation = np.linspace(0.0, 1e-6, 11)
     table = ms.TabulatedNormalLaw(pair, separation, 1e3 * (1.0 - separation / 1e-6) ** 2)
     laws = {

@@ -17,6 +17,7 @@ from attack.files import placed
 from attack.memory_by_rule import ExactContact
 from attack.seeds import seeds
 from attack.wrong_kinds import attack_argument
+from usual import PAIR
 
 import microslip as ms
 
@@ -89,8 +90,7 @@ def test_files_are_sound_before_they_are_mutated(tmp_path: Path) -> None:
 
 def test_the_rule_by_hand() -> None:
     """One sphere: mu N (1 - (1 - x)^1.5) on the first loading, Masing's rule after it."""
-    pair = ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33))
-    joint = ms.Interface(ms.SphereOnFlat(pair, 5e-3), 0.5, separation=-1e-6)
+    joint = ms.Interface(ms.SphereOnFlat(PAIR, 5e-3), 0.5, separation=-1e-6)
     contact = ExactContact(joint)
     reach = joint.slip_per_indentation * 1e-6
     forces = [contact.step(-1e-6, share * reach) for share in (0.5, -0.5, 0.5, 2.0)]

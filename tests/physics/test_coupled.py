@@ -24,6 +24,7 @@ from cases import (
 )
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from usual import PAIR, rough
 
 import microslip as ms
 from microslip._core import kernels
@@ -33,11 +34,7 @@ from microslip.contact.spheres import Spheres
 
 JOINTS = joint_params()
 every_joint = pytest.mark.parametrize("joint", JOINTS)
-SPHERE = ms.Interface(
-    ms.SphereOnFlat(ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33)), 5e-3),
-    friction_coefficient=0.55,
-    normal_load=10.0,
-)
+SPHERE = ms.Interface(ms.SphereOnFlat(PAIR, 5e-3), friction_coefficient=0.55, normal_load=10.0)
 WORKED = ms.Interface.examples()[0]
 EPS = np.finfo(float).eps
 
@@ -107,17 +104,14 @@ def test_at_its_own_load_it_is_the_engine_of_constant_load(joint, scale) -> None
 # Given summits, however many
 
 
-ALUMINIUM = WORKED.surface.pair
-
-
 def of_many(count: int, law: str = "population") -> ms.Interface:
     """So many summits, of which a third touches."""
     y = np.random.default_rng(count).normal(0.0, 5e-7, count)
     surface: Any
     if law == "population":
-        surface = ms.AsperityPopulation(ALUMINIUM, heights=y, radii=1e-3)
+        surface = ms.AsperityPopulation(PAIR, heights=y, radii=1e-3)
     else:
-        surface = ms.GreenwoodWilliamson(ALUMINIUM, y, radius=1e-3, density=1e8, area=2e-4)
+        surface = rough(y)
     return ms.Interface(surface, 0.3, separation=float(np.sort(y)[-max(count // 3, 4)]))
 
 
@@ -796,9 +790,7 @@ def test_forces_next_to_the_limit(heights, load):
     It goes with the logarithm of what is left of the force: a last place of mu N is 1e-4 of 1e-12,
     and moves it by less than that.
     """
-    pair = ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33))
-    surface = ms.GreenwoodWilliamson(pair, heights, radius=1e-3, density=1e8, area=2e-4)
-    joint = ms.Interface(surface, 0.3, normal_load=load)
+    joint = ms.Interface(rough(heights), 0.3, normal_load=load)
     force = joint.force_limit
     far = joint.backbone_displacement(joint.force_limit * (1.0 - 1e-12))
     for _ in range(6):

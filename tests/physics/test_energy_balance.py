@@ -4,11 +4,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from usual import SURFACE
 
 import microslip as ms
 
-PAIR = ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33))
-SURFACE = ms.GreenwoodWilliamson(PAIR, ms.Gaussian(5e-7), 1e-3, 1e8, 2e-4)
 JOINT = ms.Interface(SURFACE, 0.5, normal_load=100.0)
 LAWS = {
     "interface": JOINT,

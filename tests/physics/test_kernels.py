@@ -13,9 +13,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference.make_reference import dominant_extremes
 from scalar_kernels import Curve, coupled, drag, masing, table_at
+from usual import rough
 
+import microslip as ms
 from microslip._core import kernels
 from microslip._core.kernels import compiled
+from microslip.contact.grids import pointwise_of
 
 ROUNDING = 1e-14  # of the force limit
 
@@ -619,7 +622,8 @@ def test_short_buffers_are_refused():
     profile = curve()
     a, d, x, out = profile.arguments, np.zeros(4), np.zeros(4), np.empty(4)
     short, stack, values = np.empty(3), np.empty((4, 3)), np.empty(4)
-    none = (np.empty(0), *a[1:])
+    none, five = (np.empty(0), *a[1:]), np.ones(5)
+    pointwise, (bends, tails) = pointwise_of(rough(ms.Gaussian(1.0)))._profile
     calls = [
         lambda: compiled.loads(d, short, None, *a),
         lambda: compiled.loads(d, out, short, *a),
@@ -640,6 +644,15 @@ def test_short_buffers_are_refused():
         lambda: compiled.losses(d, x, out, stack, 0, 0.0, 0.0, np.empty(55), *a),
         lambda: compiled.hold(d, x, short, stack, values, 0, 0.0, 0.0, 0.0, *a),
         lambda: compiled.hold(d, x, out, stack, values, 1, 0.0, 0.0, 0.0, *a),
+        *(
+            lambda given=given: compiled.cycle_energies(*given, out, *pointwise.arguments)
+            for given in (
+                (five, x, five, bends, tails),
+                (five, five, x, bends, tails),
+                (five, five, five, bends[1:], tails),
+                (five, five, five, bends, tails[1:]),
+            )
+        ),
     ]
     for call in calls:
         with pytest.raises(ValueError, match="too short"):

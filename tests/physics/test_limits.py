@@ -6,14 +6,13 @@ import mpmath as mp
 import numpy as np
 import pytest
 from cases import law_params, missing_share, reach_of
+from usual import PAIR
 
 import microslip as ms
 from microslip.contact import NORMAL_LAWS
 
 LAWS = law_params()
 INTERFACES = law_params(which=lambda law: isinstance(law, ms.Interface))
-ALUMINIUM = ms.Material(young_modulus=69e9, poisson_ratio=0.33)
-PAIR = ms.MaterialPair(ALUMINIUM, ALUMINIUM)
 MU = 0.55
 
 

@@ -11,21 +11,14 @@ from own_laws import LAWS
 from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.special import ive
-from usual import SURFACE
+from usual import JOINT, PAIR, rough
 
 import microslip as ms
 from microslip.friction.energies import energies_along
 
-AL = ms.Material(69e9, 0.33)
-PAIR = ms.MaterialPair(AL, AL)
-JOINT = ms.Interface(SURFACE, 0.55, normal_load=2000.0)
 TURN = 2.0 * np.pi
 SLIP = 2.0 * JOINT.force_limit / JOINT.tangential_stiffness
-EXPONENTIAL = ms.Interface(
-    ms.GreenwoodWilliamson(PAIR, ms.Exponential(5e-7), radius=1e-3, density=1e8, area=2e-4),
-    0.55,
-    separation=2e-7,
-)
+EXPONENTIAL = ms.Interface(rough(ms.Exponential(5e-7)), 0.55, separation=2e-7)
 EXAMPLES = [
     pytest.param(law, id=f"{cls.__name__}-{i}")
     for cls in LAWS

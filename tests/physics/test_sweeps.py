@@ -9,16 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy import stats
+from usual import PAIR, rough
 
 import microslip as ms
 from microslip.contact import NORMAL_LAWS, grids
-
-AL = ms.Material(69e9, 0.33)
-PAIR = ms.MaterialPair(AL, AL)
-
-
-def rough(heights: Any) -> ms.GreenwoodWilliamson:
-    return ms.GreenwoodWilliamson(PAIR, heights, radius=1e-3, density=1e8, area=2e-4)
 
 
 @dataclass(frozen=True)

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from scipy import stats
+from usual import PAIR, SURFACE, rough
 
 import microslip as ms
 
-PAIR = ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33))
 SUMMITS = np.random.default_rng(7).normal(size=40) * 5e-7
 BETA = ms.Statistical(stats.beta(3.0, 4.0, loc=-1e-6, scale=2.5e-6))
 STEPS = np.linspace(0.0, 1.5e-6, 16)
@@ -14,17 +14,12 @@ STEPS = np.linspace(0.0, 1.5e-6, 16)
 SURFACES = {
     "sphere": (ms.SphereOnFlat(PAIR, 1e-3), 3.0),
     "summits": (ms.AsperityPopulation(PAIR, SUMMITS, 1e-3), 10.0),
-    "uniform": (
-        ms.GreenwoodWilliamson(
-            PAIR, ms.TabulatedHeights([-8e-7, 8e-7], [1.0, 1.0]), 1e-3, 1e8, 2e-4
-        ),
-        100.0,
-    ),
-    "beta": (ms.GreenwoodWilliamson(PAIR, BETA, 1e-3, 1e8, 2e-4), 100.0),
+    "uniform": (rough(ms.TabulatedHeights([-8e-7, 8e-7], [1.0, 1.0])), 100.0),
+    "beta": (rough(BETA), 100.0),
     "table": (ms.TabulatedNormalLaw(PAIR, STEPS, 400.0 * (1.0 - STEPS / 1.5e-6) ** 3), 60.0),
     # Its load falls steeply at the end: N' jumps there.
     "jump": (ms.TabulatedNormalLaw(PAIR, STEPS, 400.0 * (1.0 - STEPS / 1.5e-6)), 60.0),
-    "gaussian": (ms.GreenwoodWilliamson(PAIR, ms.Gaussian(5e-7), 1e-3, 1e8, 2e-4), 100.0),
+    "gaussian": (SURFACE, 100.0),
 }
 
 

@@ -8,13 +8,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from cases import refusal
-from usual import SURFACE
+from usual import PAIR, SURFACE
 
 import microslip as ms
 from microslip._core.errors import InputError
 
-AL = ms.Material(69e9, 0.33)
-PAIR = ms.MaterialPair(AL, AL)
 POPULATION = ms.AsperityPopulation(PAIR, [0.0, 1e-7, 3e-7], 1e-3)
 D = np.linspace(0.0, 1e-6, 11)
 TABLE = ms.TabulatedNormalLaw(PAIR, D, 1e3 * (1.0 - D / 1e-6) ** 2)

@@ -9,8 +9,6 @@ import pytest
 from scipy import stats
 
 import microslip as ms
-from microslip._core import kernels
-from microslip.contact.grids import pointwise_of
 
 RNG = np.random.default_rng(18)
 COUNT = 40
@@ -104,23 +102,6 @@ def test_other_heights_and_bodies() -> None:
     found = ms.evaluate(**by_place, quantities=names)
     for i in range(2):
         same(found, joint_of(at(by_place, i)), at(by_place, i), i)
-
-
-MATERIALS = ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33))
-
-
-def test_buffers_too_short_are_refused() -> None:
-    law = pointwise_of(ms.GreenwoodWilliamson(MATERIALS, ms.Gaussian(1.0), 1.0, 1.0, 1.0))
-    profile, (bends, tails) = law._profile  # type: ignore[misc]
-    five, four = np.ones(5), np.ones(4)
-    for call in (
-        (five, four, five, bends, tails),
-        (five, five, four, bends, tails),
-        (five, five, five, bends[1:], tails),
-        (five, five, five, bends, tails[1:]),
-    ):
-        with pytest.raises(ValueError, match="too short"):
-            kernels.compiled.cycle_energies(*call, np.ones(4), *profile.arguments)
 
 
 def test_xarray_and_dask() -> None:

@@ -12,12 +12,11 @@ import numpy as np
 import pytest
 from cases import folded, reach_of
 from own_laws import HEIGHTS, LAWS
+from usual import JOINT, PAIR, rough
 
 import microslip as ms
 from microslip.contact import NORMAL_LAWS
 
-AL = ms.Material(69e9, 0.33)
-PAIR = ms.MaterialPair(AL, AL)
 LOOP = ms.Loop([1.0, 0.0, -1.0, 0.0, 1.0], [1.0, -0.5, -1.0, 0.5, 1.0])
 THINGS: dict[str, Any] = {
     f"{law.__name__}{i}": example
@@ -28,7 +27,6 @@ THINGS: dict[str, Any] = {
 for _name in [name for name in THINGS if name.startswith("Interface")]:
     if int(_name[9:]) % 3 > 0:
         del THINGS[_name]
-JOINT = ms.Interface.examples()[0]
 THINGS |= {
     "Loop": LOOP,
     "joint loop": JOINT.loop(1e-7, 32),
@@ -107,29 +105,18 @@ def test_copies_give_the_same_numbers(thing: Any) -> None:
         assert repr(other).partition(" object at")[0] == repr(thing).partition(" object at")[0]
 
 
+HEIGHT = np.array([0.0, 1e-7, 3e-7])
 HELD: dict[str, tuple[Callable[[np.ndarray], Any], np.ndarray]] = {
     "discrete": (ms.Discrete, np.array([1e-7, 0.0, 3e-7])),
-    "sorted discrete": (ms.Discrete, np.array([0.0, 1e-7, 3e-7])),
-    "surface": (
-        lambda a: ms.GreenwoodWilliamson(PAIR, a, radius=1e-3, density=1e8, area=1e-4),
-        np.array([0.0, 1e-7, 3e-7]),
-    ),
-    "population heights": (
-        lambda a: ms.AsperityPopulation(PAIR, a, 1e-3),
-        np.array([0.0, 1e-7, 3e-7]),
-    ),
+    "sorted discrete": (ms.Discrete, HEIGHT),
+    "surface": (rough, HEIGHT),
+    "population heights": (lambda a: ms.AsperityPopulation(PAIR, a, 1e-3), HEIGHT),
     "population radii": (
-        lambda a: ms.AsperityPopulation(PAIR, [0.0, 1e-7, 3e-7], a),
+        lambda a: ms.AsperityPopulation(PAIR, HEIGHT, a),
         np.array([1e-3, 2e-3, 3e-3]),
     ),
-    "table separation": (
-        lambda a: ms.TabulatedNormalLaw(PAIR, a, [2.0, 1.0, 0.0]),
-        np.array([0.0, 1e-7, 3e-7]),
-    ),
-    "table load": (
-        lambda a: ms.TabulatedNormalLaw(PAIR, [0.0, 1e-7, 3e-7], a),
-        np.array([2.0, 1.0, 0.0]),
-    ),
+    "table separation": (lambda a: ms.TabulatedNormalLaw(PAIR, a, [2.0, 1.0, 0.0]), HEIGHT),
+    "table load": (lambda a: ms.TabulatedNormalLaw(PAIR, HEIGHT, a), np.array([2.0, 1.0, 0.0])),
     "loop displacement": (lambda a: ms.Loop(a, [0.0, 1.0, 1.0, 0.0]), np.array([0.0, 1, 2, 0])),
     "loop force": (lambda a: ms.Loop([0.0, 1.0, 2.0, 0.0], a), np.array([0.0, 1, -2, 0])),
 }

@@ -10,17 +10,12 @@ import mpmath as mp
 import numpy as np
 import pytest
 from scipy import special, stats
+from usual import rough
 
 import microslip as ms
 
 ORDERS = (-0.5, 0, 0.5, 1, 1.5, 2, 2.5)
 S = 5e-7
-AL = ms.Material(69e9, 0.33)
-PAIR = ms.MaterialPair(AL, AL)
-
-
-def surface(heights: Any) -> ms.GreenwoodWilliamson:
-    return ms.GreenwoodWilliamson(PAIR, heights, radius=1e-3, density=1e8, area=2e-4)
 
 
 # -- against scipy.stats ---------------------------------------------------------------------------
@@ -110,7 +105,7 @@ def test_moments_about_zero(name: str) -> None:
     ids=["Pareto", "t", "lognormal", "lower tail", "log-Laplace"],
 )  # fmt: skip
 def test_heavy_tails_that_carry_a_load(distribution: Any) -> None:
-    law = surface(distribution)
+    law = rough(distribution)
     loads = law.load(distribution.ppf([0.2, 0.5, 0.9]))
     assert np.all(np.isfinite(loads))
     assert np.all(np.diff(loads) < 0)

@@ -7,15 +7,11 @@ import math
 import numpy as np
 import pytest
 from cases import refusal
+from usual import PAIR, SURFACE, rough
 
 import microslip as ms
 from microslip.contact import NORMAL_LAWS
 
-AL = ms.Material(69e9, 0.33)
-PAIR = ms.MaterialPair(AL, AL)
-S = 5e-7
-GAUSSIAN = ms.GreenwoodWilliamson(PAIR, ms.Gaussian(S), radius=1e-3, density=1e8, area=2e-4)
-EXPONENTIAL = ms.GreenwoodWilliamson(PAIR, ms.Exponential(S), radius=1e-3, density=1e8, area=2e-4)
 D = np.linspace(0.0, 1e-6, 11)
 N = 1e3 * (1.0 - D / 1e-6) ** 2
 PARABOLA = ms.TabulatedNormalLaw(PAIR, D, N)
@@ -38,9 +34,9 @@ def test_load_too_heavy_for_a_table() -> None:
 
 @pytest.mark.parametrize(
     "law",
-    [GAUSSIAN, EXPONENTIAL, TAILED, PARABOLA, ms.AsperityPopulation(PAIR, [0.0, 1e-7], 1e-3),
-     ms.GreenwoodWilliamson(PAIR, [1e-7, 3e-7], 1e-3, 1e8, 2e-4), ms.SphereOnFlat(PAIR, 1e-3)],
-    ids=["Gaussian", "exponential", "tailed", "parabola", "population", "given", "sphere"],
+    [SURFACE, rough(ms.Exponential(5e-7)), TAILED, PARABOLA, rough([1e-7, 3e-7]),
+     ms.AsperityPopulation(PAIR, [0.0, 1e-7], 1e-3), ms.SphereOnFlat(PAIR, 1e-3)],
+    ids=["Gaussian", "exponential", "tailed", "parabola", "given", "population", "sphere"],
 )  # fmt: skip
 @pytest.mark.parametrize(
     "load", [1e-3, 1e-6, 1e-15, 1e-39, 1e-100, 1e-300, 5e-324, 1e6, 1e20, 1e39, 1e100, 1e308]

@@ -17,16 +17,13 @@ import pytest
 from command import run
 from matplotlib import pyplot, style
 from matplotlib.figure import Figure
+from usual import PAIR
 
 import microslip as ms
 from microslip.friction.laws import LAWS
 from microslip.study.new import demo_text
 
-JOINT = ms.Interface(
-    ms.SphereOnFlat(ms.MaterialPair(ms.Material(69e9, 0.33), ms.Material(69e9, 0.33)), radius=5e-3),
-    friction_coefficient=0.5,
-    normal_load=20.0,
-)
+JOINT = ms.Interface(ms.SphereOnFlat(PAIR, radius=5e-3), 0.5, normal_load=20.0)
 
 
 @pytest.fixture(autouse=True)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy import io, linalg, sparse
+from usual import SURFACE
 
 import microslip as ms
 
@@ -46,14 +47,6 @@ def test_sparse_matrices_count_as_dense_ones(chain: ms.Structure, form: type) ->
         ms.Structure(form(np.triu(MASS + 1.0)), form(STIFFNESS))
     with pytest.raises(ms.InputError, match="negative in any direction"):
         ms.Structure(form(MASS), form(STIFFNESS - 2e7 * np.eye(3)))
-
-
-@pytest.fixture
-def surface() -> ms.GreenwoodWilliamson:
-    metal = ms.Material(69e9, 0.33)
-    return ms.GreenwoodWilliamson(
-        ms.MaterialPair(metal, metal), ms.Gaussian(std=5e-7), radius=1e-3, density=1e8, area=2e-4
-    )
 
 
 def test_a_sensor_at_a_node_of_the_mode_is_refused() -> None:
@@ -149,8 +142,8 @@ def test_verdicts_tell_units_and_rigid_motion(chain: ms.Structure) -> None:
     assert words(chain)["joint motion in rigid motion"] == "not judged"
 
 
-def test_faces_must_touch(surface: ms.GreenwoodWilliamson) -> None:
-    field = ms.JointField(surface, 0.3, areas=[1e-4], gaps=[1e-5])
+def test_faces_must_touch() -> None:
+    field = ms.JointField(SURFACE, 0.3, areas=[1e-4], gaps=[1e-5])
     plain = ms.Structure(np.eye(3), 1e6 * np.eye(3))
     lap = plain.attach(field, directions=np.eye(3).reshape(3, 1, 3))
     with pytest.raises(ms.InputError, match="all 1 nodes of a field are open"):

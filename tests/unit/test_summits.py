@@ -7,12 +7,10 @@ import copy
 import numpy as np
 import pytest
 from made_surfaces import rough
+from usual import PAIR
 
 import microslip as ms
 from microslip.surfaces.height_map import noise_passed, noise_std
-
-AL = ms.Material(69e9, 0.33)
-PAIR = ms.MaterialPair(AL, AL)
 
 
 def dome(shape: tuple[int, int] = (9, 11), at: tuple[int, int] = (4, 5)) -> np.ndarray:

@@ -29,7 +29,7 @@ from usual import PAIR, rough
 import microslip as ms
 from microslip._core import kernels
 from microslip._core.kernels import slip_runs
-from microslip.contact.exact_curves import LawCurve, _summit_means, scalar_curve
+from microslip.contact.exact_curves import _LawCurve, _summit_means, scalar_curve
 from microslip.contact.spheres import Spheres
 
 JOINTS = joint_params()
@@ -743,7 +743,7 @@ def test_curves_are_the_law(law) -> None:
     low, high = law._span
     high = min(high, low + 4e-6)
     origin = low + 0.4 * (high - low)
-    curve, slow = scalar_curve(law, origin), LawCurve(law, origin)
+    curve, slow = scalar_curve(law, origin), _LawCurve(law, origin)
     rng = np.random.default_rng(7)
     for place in rng.uniform(low, high, 20) - origin:
         np.testing.assert_allclose(curve.load(place), slow.load(place), rtol=1e-9)

@@ -17,7 +17,7 @@ from microslip.contact import NORMAL_LAWS, grids
 
 @dataclass(frozen=True)
 class OwnLaw(ms.NormalLaw):
-    """A law from outside, with a drop of its own: N = (1e6 (1e-6 - d))^2 below 1 um."""
+    """A law from outside: N = (1e6 (1e-6 - d))^2 below 1 um."""
 
     pair: ms.MaterialPair = PAIR
 
@@ -34,11 +34,6 @@ class OwnLaw(ms.NormalLaw):
         if order == 2:
             return np.where(s > 0.0, 2e12, 0.0)
         return 1e12 * {-1: s**3 / 3.0, 0: s**2, 1: -2.0 * s}[order]
-
-    def _drop(self, d: float, u: np.ndarray) -> np.ndarray:
-        s = max(1e-6 - d, 0.0)
-        v = np.minimum(u, s)
-        return 1e12 * v * (2.0 * s - v)
 
 
 QUANTITIES = (

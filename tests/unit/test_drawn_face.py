@@ -179,7 +179,7 @@ def test_the_range_of_a_profile_is_that_of_so_many_waves(
 
 
 def test_two_faces_and_what_a_drawing_leaves_open() -> None:
-    exact, open_ = ms.Finish(rq=3e-7, rdq=0.06), ms.Finish(rq=4e-7, process="EDM")
+    exact, open_ = ms.Finish(rq=3e-7, rdq=0.06), ms.Finish(rq=4e-7, process="eroded")
     assert open_.process == "eroded"
     law = ms.DrawnFace.from_finish(PAIR, exact, exact, area=1e-4, tightening_pressure=1e8)
     assert law.rms == pytest.approx(math.sqrt(2.0) * 3e-7)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 import pickle as pickle
 from types import SimpleNamespace
@@ -215,18 +214,8 @@ def test_a_cache_solves_once(tmp_path) -> None:
     (kept,) = (tmp_path / "c").iterdir()
     content = kept.read_bytes()
     assert len(content) < 30_000
-    arrays = dict(np.load(io.BytesIO(content)))
-    wrong = {"loading": arrays["loading"][:1], "map": -arrays["map"]}
-    for damaged in (
-        content[:-400],
-        b"",
-        b"PK\x03\x04 nothing",
-        *({**arrays, name: a} for name, a in wrong.items()),
-    ):
-        if isinstance(damaged, bytes):
-            kept.write_bytes(damaged)
-        else:
-            np.savez_compressed(kept, **damaged)
+    for damaged in (content[:-400], b"", b"PK\x03\x04 nothing"):
+        kept.write_bytes(damaged)
         measured_face._remembered.clear()
         with pytest.warns(UserWarning, match="the face is solved again"):
             solve(cache=tmp_path / "c")

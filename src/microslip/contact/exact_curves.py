@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,28 +34,24 @@ _CACHED_LOADS = 64
 _FEW_SUMMITS = 24  # for which plain Python is quicker than arrays
 
 
-class ScalarCurve(Protocol):
-    """Load curve N of a law, one separation per call; separations [m] are relative to an origin."""
+def scalar_curve(
+    law: NormalLaw, origin: float
+) -> _TableCurve | _LawCurve | _SpheresCurve | _ManySpheresCurve:
+    """Return the load curve of a law for single separations [m] relative to ``origin`` [m].
 
-    def drop(self, base: float, width: float) -> float:
-        """Return N(base) - N(base + width) [N] for separations in metres."""
-
-    def load(self, separation: float) -> tuple[float, float]:
-        """Return the load N [N] and the stiffness -N' [N/m] at a separation [m]."""
-
-
-def scalar_curve(law: NormalLaw, origin: float) -> ScalarCurve:
-    """Return the load curve of a law for separations relative to ``origin`` [m]."""
+    Its methods are `drop(base, width)`, N(base) - N(base + width) [N], and `load(separation)`, the
+    load N [N] and the stiffness -N' [N/m].
+    """
     if law._spline is not None:
-        return TableCurve(law._spline, origin)
+        return _TableCurve(law._spline, origin)
     spheres = law._spheres
     if spheres is None:
-        return LawCurve(law, origin)
-    kind = SpheresCurve if spheres.heights.size <= _FEW_SUMMITS else ManySpheresCurve
+        return _LawCurve(law, origin)
+    kind = _SpheresCurve if spheres.heights.size <= _FEW_SUMMITS else _ManySpheresCurve
     return kind(spheres, origin)
 
 
-class LawCurve:
+class _LawCurve:
     """Load curve of any law, evaluated by the methods of the law."""
 
     def __init__(self, law: NormalLaw, origin: float) -> None:
@@ -64,7 +59,6 @@ class LawCurve:
         self._loads_at: dict[float, tuple[float, float]] = {}
 
     def drop(self, base: float, width: float) -> float:
-        """Return N(base) - N(base + width) [N]."""
         here, fall = self.load(base)
         if width * fall > _SMALL_DROP * here:  # the difference loses no digit that counts
             return here - self.load(base + width)[0]
@@ -82,7 +76,7 @@ class LawCurve:
         return pair
 
 
-class SpheresCurve:
+class _SpheresCurve:
     """Load curve of a few spheres in plain Python, which is faster than NumPy for so few."""
 
     def __init__(self, spheres: Spheres, origin: float) -> None:
@@ -102,7 +96,6 @@ class SpheresCurve:
         return total
 
     def load(self, separation: float) -> tuple[float, float]:
-        """Return N [N] and -N' [N/m] at a separation [m]."""
         load = fall = 0.0
         for height, constant in self._spheres:
             s = height - separation
@@ -114,7 +107,7 @@ class SpheresCurve:
         return load, fall
 
 
-class ManySpheresCurve:
+class _ManySpheresCurve:
     """Load curve of many spheres."""
 
     def __init__(self, spheres: Spheres, origin: float) -> None:
@@ -122,7 +115,6 @@ class ManySpheresCurve:
         self._depths = -self._heights
 
     def drop(self, base: float, width: float) -> float:
-        """Return N(base) - N(base + width) [N]."""
         count = int(np.searchsorted(self._depths, -base, side="left"))
         s = self._heights[:count] - base
         beyond = np.maximum(s - width, 0.0)
@@ -132,14 +124,13 @@ class ManySpheresCurve:
         return float(terms @ self._constants[:count])
 
     def load(self, separation: float) -> tuple[float, float]:
-        """Return N [N] and -N' [N/m] at a separation [m]."""
         count = int(np.searchsorted(self._depths, -separation, side="left"))
         s = self._heights[:count] - separation
         roots = np.sqrt(s) * self._constants[:count]
         return float(s @ roots), 1.5 * float(roots.sum())
 
 
-class TableCurve:
+class _TableCurve:
     """Load curve of a table in plain Python: one parabola between neighbouring knots."""
 
     def __init__(self, spline: Spline, origin: float) -> None:
@@ -155,7 +146,6 @@ class TableCurve:
         self._tail = spline.decay_length if spline.has_tail else 0.0
 
     def drop(self, base: float, width: float) -> float:
-        """Return N(base) - N(base + width) [N]."""
         knots, last = self._knots, self._last
         if base >= knots[-1]:
             if not self._tail:
@@ -174,7 +164,6 @@ class TableCurve:
         return total - (self._loads[-1] * math.expm1(-h / self._tail) if self._tail else 0.0)
 
     def load(self, separation: float) -> tuple[float, float]:
-        """Return N [N] and -N' [N/m] at a separation [m]."""
         past = separation - self._knots[-1]
         if past >= 0.0:
             if not self._tail:

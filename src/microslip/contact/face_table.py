@@ -173,7 +173,7 @@ def shape(bends: Floats, factor: float = 1.0) -> CurveShape:
     Parameters
     ----------
     bends : ndarray
-        Values of (1 - k/k_1)/(1 - N/N_1) at the load fractions N/N_1 = FRACTIONS [-], 1-D.
+        Values of (1 - k/k_1)/(1 - N/N_1) at the load fractions N/N_1 = FRACTIONS [-].
         N is the load, k the normal stiffness; N_1 and k_1 are their values at tightening.
     factor : float
         Factor by which the bends are multiplied near N_1; it tends to one towards zero load.

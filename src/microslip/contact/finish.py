@@ -64,7 +64,6 @@ PROCESSES: Mapping[str, Process] = MappingProxyType(
     }
 )
 """Finishes of machining processes, by name."""
-_ALIASES = {"edm": "eroded", "spark-eroded": "eroded", "sandblasted": "blasted"}
 
 
 @dataclass(frozen=True)
@@ -111,8 +110,11 @@ class Finish:
             value = getattr(self, item.name)
             if value is not None and item.name != "process":
                 assign(self, **{item.name: positive(item.name, value, units[item.name])})
-        if self.process is not None:
-            assign(self, process=process_named(self.process))
+        if self.process is not None and str(self.process) not in PROCESSES:
+            hint = did_you_mean(str(self.process), PROCESSES)
+            raise InputError(
+                f"`process` must be one of {quoted(PROCESSES)}, got {show(self.process)}{hint}"
+            )
         heights = [name for name in ("ra", "rq", "rz") if getattr(self, name) is not None]
         if len(heights) > 1 or (not heights and self.process is None):
             came = quoted(heights, "and") if heights else "nothing of it"
@@ -154,7 +156,8 @@ class Finish:
         side of the mean. Without RSm, a sampling length is assumed to contain ten waves.
         """
         assert self.rz is not None
-        sampling = sampling_length(0.2 * self.rz)
+        ra = 0.2 * self.rz
+        sampling = next((length for most, length in _SAMPLING if ra <= most), _SAMPLING[-1][1])
         waves = 10.0 if self.rsm is None else max(sampling / self.rsm, 2.0)
         root = math.sqrt(2.0 * math.log(waves))
         return 2.0 * (root + 0.5772 / root)
@@ -187,19 +190,4 @@ _SAMPLING = (
     (10e-6, 2.5e-3),
     (80e-6, 8e-3),
 )
-"""Largest Ra [m] and the corresponding sampling length [m] of ISO 4288."""
-
-
-def sampling_length(ra: float) -> float:
-    """Return the sampling length [m] that ISO 4288 prescribes for a roughness average Ra [m]."""
-    return next((length for most, length in _SAMPLING if ra <= most), _SAMPLING[-1][1])
-
-
-def process_named(name: object) -> str:
-    """Return the name in PROCESSES of a process given by its name or an alias."""
-    word = name.strip().casefold() if isinstance(name, str) else ""
-    word = _ALIASES.get(word, word)
-    if word not in PROCESSES:
-        hint = did_you_mean(word, PROCESSES)
-        raise InputError(f"`process` must be one of {quoted(PROCESSES)}, got {show(name)}{hint}")
-    return word
+"""Largest Ra [m] and the corresponding sampling length [m] that ISO 4288 prescribes."""

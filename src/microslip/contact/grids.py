@@ -52,23 +52,11 @@ def _by_rows(law: NormalLaw, points: int, rows: int) -> bool:
     return points * _POINT > rows * _ROW + points * 3e-8
 
 
-def pairs_of(law: NormalLaw) -> Callable[[NormalLaw, Difference, Floats, Floats], Floats] | None:
-    """Return the fastest function for :func:`sum_over_pairs`, called as f(law, kind, d, u).
-
-    None if the law computes the increments u of only one separation d per call.
-    """
-    if law._spline is not None:
-        return _spline_pairs
-    general = all(
-        getattr(type(law), name) is getattr(NormalLaw, name)
-        for name in ("_drop", "_fall", "_excess", "_excess_slope")
-    )
-    return _own_pairs if general or law._spheres is not None else None
-
-
 def sum_over_pairs(law: NormalLaw, kind: Difference, d: Floats, u: Floats) -> Floats:
     """Return the drop, fall, excess or its slope (``kind``) at pairs (d, u), one-dimensional."""
-    return (pairs_of(law) or _own_pairs)(law, kind, d, u)
+    if law._spline is None:
+        return _sum_of(law, kind)(d, u)
+    return -law._derivative(d + u, 1) if kind == "fall" else over_pairs(law._spline, kind, d, u)
 
 
 def _sum_of(law: NormalLaw, kind: Difference) -> Callable[[Floats | float, Floats], Floats]:
@@ -100,16 +88,6 @@ def _row(law: NormalLaw, kind: Difference, d: float, u: Floats) -> Floats:
     return exact(d, u) if table is None else table.value(u)
 
 
-def _own_pairs(law: NormalLaw, kind: Difference, d: Floats, u: Floats) -> Floats:
-    return _sum_of(law, kind)(d, u)
-
-
-def _spline_pairs(law: NormalLaw, kind: Difference, d: Floats, u: Floats) -> Floats:
-    if kind == "fall" or law._spline is None:
-        return -law._derivative(d + u, 1)
-    return over_pairs(law._spline, kind, d, u)
-
-
 class Pointwise:
     """Drops, stiffnesses and energies of a law at arrays of pairs (d, u), one-dimensional.
 
@@ -127,7 +105,7 @@ class Pointwise:
         None if N is not smooth or decays too slowly.
         """
         law = self.law
-        if law._spheres is not None or law._breaks[1:].size or pairs_of(law) is not _own_pairs:
+        if law._spheres is not None or law._breaks[1:].size or law._spline is not None:
             return None
         low, high = law._span
         places = np.linspace(max(low, law._edge), high, 513)
@@ -197,11 +175,10 @@ class Pointwise:
         return result
 
     def _exact(self, kind: Difference, d: Floats, u: Floats) -> Floats:
-        pairs = pairs_of(self.law)
         # Neighbours of one separation are a row.
         ends = np.append(np.flatnonzero(np.diff(d)) + 1, d.size)
         result = np.empty(d.size)
-        if pairs is None or _by_rows(self.law, d.size, ends.size):
+        if _by_rows(self.law, d.size, ends.size):
             begin = 0
             for end in ends.tolist():
                 result[begin:end] = _row(self.law, kind, float(d[begin]), u[begin:end])
@@ -209,7 +186,7 @@ class Pointwise:
             return result
         for begin in range(0, d.size, _BLOCK):
             part = slice(begin, begin + _BLOCK)
-            result[part] = pairs(self.law, kind, d[part], u[part])
+            result[part] = sum_over_pairs(self.law, kind, d[part], u[part])
         return result
 
 

@@ -15,7 +15,7 @@ from microslip._core.errors import InputError
 from microslip._core.kernels.pieces import Pieces
 from microslip._core.kernels.profile import Profile
 from microslip.contact.base import NormalLaw
-from microslip.contact.exact_curves import ScalarCurve, SlipLosses, scalar_curve
+from microslip.contact.exact_curves import SlipLosses, scalar_curve
 from microslip.contact.grids import sum_over_pairs
 
 _REACHES = 1.1 ** np.arange(-60.0, 150.0)  # decay lengths
@@ -187,7 +187,7 @@ class LoadCurve:
         return self.surface._derivative_at(step + self.origin, order)
 
     @cached_property
-    def scalar(self) -> ScalarCurve:
+    def scalar(self) -> Any:
         """Load curve for single separations, used for laws without a compiled profile."""
         return scalar_curve(self.surface, self.origin)
 

@@ -15,7 +15,7 @@ from types import MappingProxyType
 
 from microslip._core.checks import exact, show
 from microslip._core.errors import InputError
-from microslip._core.frozen import assign
+from microslip._core.frozen import Locked, assign
 from microslip._core.parameters import parameter, parameters_of
 from microslip._core.units import HARDNESS
 from microslip._core.wording import nearest
@@ -119,7 +119,7 @@ class Material:
 
 
 @dataclass(frozen=True)
-class Metal:
+class Metal(Locked):
     """Metal of the table: its elastic constants and their sources.
 
     Parameters
@@ -149,20 +149,12 @@ class Metal:
     young_modulus: float
     poisson_ratio: float
     hardness: float | None
-    sources: Mapping[str, str]
+    sources: Mapping[str, str] = field(hash=False)
     aliases: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         _ = self.material
         assign(self, aliases=tuple(self.aliases), sources=MappingProxyType(dict(self.sources)))
-
-    def __hash__(self) -> int:
-        return hash((self.name, self.material))
-
-    def __reduce__(self) -> tuple[type[Metal], tuple[object, ...]]:
-        # A read-only mapping neither pickles nor copies by itself.
-        constants = (self.young_modulus, self.poisson_ratio, self.hardness)
-        return Metal, (self.name, self.description, *constants, dict(self.sources), self.aliases)
 
     @property
     def material(self) -> Material:

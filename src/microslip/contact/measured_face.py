@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import json
+import dataclasses
 import math
 import os
 import warnings
-import zipfile
 from collections import OrderedDict
-from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -168,7 +166,7 @@ def check_pressure(pressure: float | None, hardness: float, modulus: float, face
     return pressure
 
 
-@dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True)
 class ContactNumbers:
     """Inputs of the solution of a measured face, and its results at the tightening pressure."""
 
@@ -269,14 +267,6 @@ def remember(key: str, solution: FaceSolution) -> None:
         _remembered.popitem(last=False)
 
 
-_KIND = "microslip-measured-contact"
-_FORMAT = 2
-_LARGEST = 1 << 28  # bytes that a file may unpack to
-_ARRAYS = {"separation": 1, "pressure": 2, "slope": 2, "contact": 1, "sliding": 2,
-           "map": 2, "reach": 2, "lighter_tightenings": 2,
-           "loading": 2}  # fmt: skip
-
-
 def contact_numbers(
     task: Task, solution: FaceSolution, pressure: float, bound: float
 ) -> ContactNumbers:
@@ -354,11 +344,16 @@ def resolution_changes(
 def cached(task: Task, folder: str | os.PathLike[str], progress: OnPiece | None) -> FaceSolution:
     """Return a solution from the cache folder, or solve and store it; replace a damaged file."""
     path = Path(folder) / f"{task.key}.npz"
+    names = [item.name for item in dataclasses.fields(FaceSolution)]
     if path.exists():
         try:
-            solution = _read(path)
-        except InputError as error:
-            warnings.warn(f"{error.text}; the face is solved again", stacklevel=3)
+            with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
+                values = {name: np.asarray(file[name], dtype=float) for name in names}
+            numbers: Any = {"hard": float(values["hard"]), "pixels": int(values["pixels"])}
+            solution = FaceSolution(**{**values, **numbers})
+        except Exception as error:  # damaged archives break in many ways
+            words = f"{path}: holds no solution of a face: {shorten(reason(error), 160)}"
+            warnings.warn(f"{words}; the face is solved again", stacklevel=3)
         else:
             remember(task.key, solution)
             return solution
@@ -367,67 +362,9 @@ def cached(task: Task, folder: str | os.PathLike[str], progress: OnPiece | None)
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{path.parent}: cannot be made: {reason(error)}") from None
-    _write(path, solution)
-    return solution
-
-
-def _write(path: Path, solution: FaceSolution) -> None:
-    head = {"kind": _KIND, "format": _FORMAT, "hard": solution.hard, "pixels": solution.pixels}
-    arrays = {name: getattr(solution, name) for name in _ARRAYS}
-    arrays["map"] = arrays["map"].astype(np.float32)
-    arrays["reach"] = arrays["reach"].astype(np.uint8)
-    text = json.dumps(head).encode()
+    arrays = {name: getattr(solution, name) for name in names}
+    arrays["map"] = solution.map.astype(np.float32)
+    arrays["reach"] = solution.reach.astype(np.uint8)
     with atomic_file(path, overwrite=True) as stage, stage.open("wb") as file:
-        np.savez_compressed(file, about=np.frombuffer(text, dtype=np.uint8), **arrays)
-
-
-def _read(path: Path) -> FaceSolution:
-    try:
-        with zipfile.ZipFile(path) as parts:
-            if sum(part.file_size for part in parts.infolist()) > _LARGEST:
-                raise ValueError("too large")
-        with np.load(path, allow_pickle=False) as file:
-            about = json.loads(bytes(file["about"]))
-            arrays = {name: np.asarray(file[name], dtype=float) for name in _ARRAYS}
-        if about["kind"] != _KIND or about["format"] != _FORMAT:
-            raise ValueError(f"wrong kind {about['kind']!s:.40}, {about['format']!s:.10}")
-        solution = FaceSolution(**arrays, hard=float(about["hard"]), pixels=int(about["pixels"]))
-        _check(arrays, solution)
-    except Exception as error:  # damaged archives break in many ways
-        words = shorten(reason(error), 160)
-        raise InputError(f"{path}: holds no solution of a face: {words}") from None
+        np.savez_compressed(file, **arrays)
     return solution
-
-
-def _check(arrays: dict[str, Any], solution: FaceSolution) -> None:
-    count = arrays["separation"].size
-    for name, dimensions in _ARRAYS.items():
-        array = arrays[name]
-        if array.ndim != dimensions or not np.isfinite(array).all():
-            raise ValueError(f"no {name}")
-    if arrays["reach"].shape != arrays["map"].shape:
-        raise ValueError("maps of different sizes")
-    shapes = {arrays[name].shape[0] for name in ("pressure", "slope", "contact")}
-    sliding = arrays["sliding"]
-    paths = [arrays[name] for name in ("loading", "lighter_tightenings")]
-    mean = arrays["pressure"].mean(axis=1)
-    if not (
-        shapes == {count}
-        and count >= 2
-        and arrays["pressure"].shape == arrays["slope"].shape
-        and sliding.shape == (2, 2)
-        and np.all(np.linalg.eigvalsh(sliding) > 0.0)
-        # An elastic face has no lighter tightenings.
-        and all(a.size == 0 or (len(a) == 2 and np.all(a[0] > 0.0)) for a in paths)
-        and arrays["loading"].size
-        and np.all(np.diff(arrays["loading"][0]) > 0.0)
-        and np.all(arrays["map"] >= 0.0)
-        and 0.0 <= solution.hard <= 1.0
-        and solution.pixels > 0
-        and np.all(np.diff(arrays["separation"]) > 0.0)
-        and np.all(np.diff(mean) < 0.0)
-        and mean[-1] > 0.0
-        and np.all(arrays["slope"].mean(axis=1) > 0.0)
-        and np.all(arrays["contact"] > 0.0)
-    ):
-        raise ValueError("values that no face can have")

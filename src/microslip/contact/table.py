@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal, NamedTuple
@@ -210,18 +209,14 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         load = float(self._spline.loads[-1])
         return load * math.exp(-max(d - float(knots[-1]), 0.0) / length), length
 
-    def _drop(self, d: Floats | float, u: Floats) -> Floats:
-        if isinstance(d, np.ndarray):
-            return self._by_separation(self._drop, d, u)
+    def _drop(self, d: float, u: Floats) -> Floats:
         run, k, h = self._locate(d, u)
         inner = run.drops[k] + h * (-run.slopes[k] - 0.5 * run.curvatures[k] * h)
         load, length = self._tail_at(d)
         past = (k == run.starts.size - 1) & (load > 0.0)
         return np.where(past, run.drops[-1] - load * np.expm1(-h / length), inner)
 
-    def _excess(self, d: Floats | float, u: Floats) -> Floats:
-        if isinstance(d, np.ndarray):
-            return self._by_separation(self._excess, d, u)
+    def _excess(self, d: float, u: Floats) -> Floats:
         run, k, h = self._locate(d, u)
         result = run.excesses[k] + h * run.rates[k]
         result += 0.5 * run.curvatures[k] * h * h * (0.5 * run.starts[k] + h / 6.0)
@@ -231,24 +226,13 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         result[past] += 0.5 * load * (run.starts[-1] * decayed(x, 0, 1) + length * decayed(x, 1, 1))
         return result
 
-    def _excess_slope(self, d: Floats | float, u: Floats) -> Floats:
-        if isinstance(d, np.ndarray):
-            return self._by_separation(self._excess_slope, d, u)
+    def _excess_slope(self, d: float, u: Floats) -> Floats:
         run, k, h = self._locate(d, u)
         result = run.rates[k] + 0.5 * run.curvatures[k] * h * (run.starts[k] + 0.5 * h)
         load, length = self._tail_at(d)
         past = np.flatnonzero((k == run.starts.size - 1) & (load > 0.0))
         x = h[past] / length
         result[past] += 0.5 * load * (run.starts[-1] / length * decayed(x, 0, 0) + decayed(x, 1, 0))
-        return result
-
-    def _by_separation(
-        self, method: Callable[[float, Floats], Floats], d: Floats, u: Floats
-    ) -> Floats:
-        order = np.argsort(d, kind="stable")
-        result = np.empty_like(u)
-        for at in np.split(order, np.flatnonzero(np.diff(d[order])) + 1):
-            result[at] = method(float(d[at[0]]), u[at])
         return result
 
     def _locate(self, d: float, u: Floats) -> tuple[_Run, Integers, Floats]:

@@ -12,20 +12,26 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from microslip._core.checks import Floats, show
 from microslip._core.errors import InputError
 from microslip._core.frozen import assign
+from microslip._core.quadrature import gauss_legendre
 from microslip.contact.heights.base import HeightDistribution
-from microslip.contact.heights.density import NODES, DensityHeights
+from microslip.contact.heights.panel_fit import PANELS, PanelFit, resolve
 
 _HIGH_TAILS = (1e-50, 1e-75, 1e-100, 1e-150, 1e-200, 1e-300)  # tail probabilities of a range's end
 _LOW_TAILS = (1e-20, 1e-14)  # and for the lower: what lies below carries no share of a load
+_MIN_WIDTH = 1e-7  # of the spread: closer breaks of a root of N'' matter to no integral
+_FEW_THRESHOLDS = 200
+_NODES, _WEIGHTS = gauss_legendre(20)
+# From so many widths away a panel is so many charges, see `_panel_masses`.
+_LEVELS = ((60.0, 6), (4.0, 11), (0.125, 20))
 
 
 @dataclass(frozen=True, eq=False)
-class Statistical(DensityHeights):
+class Statistical(HeightDistribution):
     """Summit heights [m] with a frozen continuous distribution of scipy.stats: (19.5)-(19.8).
 
     Parameters
@@ -37,7 +43,9 @@ class Statistical(DensityHeights):
     Notes
     -----
     Moments are tabulated once (tens of milliseconds), with relative errors below 1e-10 for smooth
-    densities, down to tail probabilities of 1e-30.
+    densities, down to tail probabilities of 1e-30: that of order -1/2 by quadrature over the square
+    root of the distance from the threshold, those of higher orders by integration of its piecewise
+    Chebyshev series.
     """
 
     distribution: Any
@@ -78,7 +86,7 @@ class Statistical(DensityHeights):
             == tuple(two.dist._parse_args(*two.args, **two.kwds))
         )
 
-    __hash__ = DensityHeights.__hash__
+    __hash__ = HeightDistribution.__hash__
 
     def _scaled(self, factor: float) -> Statistical:
         frozen = self.distribution
@@ -120,7 +128,7 @@ class Statistical(DensityHeights):
         if all(map(math.isfinite, self.distribution.support())) and not self._singular:
             # A distribution that knows its moments only as integrals takes long over them.
             edges = self._density_pieces.edges
-            y = edges[:-1, None] + np.diff(edges)[:, None] * NODES
+            y = edges[:-1, None] + np.diff(edges)[:, None] * _NODES
             share = self._probabilities(edges)
             return math.sqrt(float((share * (y - (share * y).sum()) ** 2).sum()))
         std = float(self.distribution.std())
@@ -194,7 +202,8 @@ class Statistical(DensityHeights):
 
         If the density is infinite at an end, they are scaled to the exact sum over each panel.
         """
-        weights = super()._probabilities(edges)
+        width = np.diff(edges)[:, None]
+        weights = self._pdf(edges[:-1, None] + width * _NODES) * width * _WEIGHTS
         if not self._singular:
             return weights
         sf = np.asarray(self.distribution.sf(edges), dtype=float)
@@ -204,6 +213,106 @@ class Statistical(DensityHeights):
         off = (np.abs(exact - total) > 1e-12 * total) & (np.abs(exact - total) < 0.1 * total)
         weights[off] *= (exact[off] / total[off])[:, None]
         return weights
+
+    @cached_property
+    def _density_pieces(self) -> PanelFit:
+        return resolve(self._pdf, self._edges)
+
+    @cached_property
+    def _panel_masses(self) -> tuple[tuple[float, Floats, Floats], ...]:
+        """Sets of point masses [-] that replace the density of a panel for thresholds below it.
+
+        A set is (smallest distance of the threshold from the panel in panel widths, positions above
+        the lower panel edge [m], masses); the last two have the shape (panels, points). The larger
+        the distance, the fewer points suffice for an error of 1e-14.
+        """
+        edges = self._density_pieces.edges
+        fine = self._probabilities(edges)
+        levels = []
+        for distance, count in _LEVELS:
+            nodes, basis = _NODES, np.eye(_NODES.size)
+            if count < _NODES.size:
+                nodes = 0.5 + 0.5 * np.cos(math.pi * (np.arange(count) + 0.5) / count)
+                basis = _lagrange(nodes, _NODES)
+            levels.append((distance, np.diff(edges)[:, None] * nodes, fine @ basis))
+        return tuple(levels)
+
+    def _root_moment(self, t: Floats) -> Floats:
+        """Return the integral of 2 pdf(t + z^2) over z > 0: the moment of order -1/2 at t [m]."""
+        edges = self._density_pieces.edges
+        width = np.diff(edges)
+        order = np.argsort(t, axis=None)
+        flat = t.ravel()[order]
+        total = np.zeros_like(flat)
+        # Of the rising thresholds the first few are so far below a panel.
+        end = np.zeros(width.size, dtype=np.intp)
+        for distance, nodes, weights in self._panel_masses:
+            start, end = end, np.searchsorted(flat, edges[:-1] - distance * width)
+            if flat.size < _FEW_THRESHOLDS:  # all panels at once, in place of one after the other
+                panel, at = _pairs(start, end)
+                gap = (edges[panel] - flat[at])[:, None] + nodes[panel]
+                part = (weights[panel] / np.sqrt(gap)).sum(axis=1)
+                total += np.bincount(at, part, minlength=flat.size)
+                continue
+            for j in np.flatnonzero(end > start):
+                gap = edges[j] - flat[start[j] : end[j], None]
+                total[start[j] : end[j]] += (1.0 / np.sqrt(gap + nodes[j])) @ weights[j]
+        # Nearer than an eighth of its width a panel sees the singularity.
+        panel, at = _pairs(end, np.searchsorted(flat, edges[1:]))
+        from_here = flat[at]
+        low = np.sqrt(np.maximum(edges[panel] - from_here, 0.0))
+        high = np.sqrt(edges[panel + 1] - from_here)
+        z = low[:, None] + (high - low)[:, None] * _NODES
+        part = 2.0 * (high - low) * (self._pdf(from_here[:, None] + z * z) @ _WEIGHTS)
+        total += np.bincount(at, part, minlength=flat.size)
+        result = np.empty_like(total)
+        result[order] = total
+        return result.reshape(t.shape)
+
+    @cached_property
+    def _tables(self) -> dict[int, PanelFit]:
+        """Tables of the moments against the threshold, by twice the order of the moment."""
+        # Where the density jumps it has a root, which takes ever smaller panels.
+        edges = self._density_pieces.edges
+        root = resolve(self._root_moment, edges, PANELS + 2 * edges.size)
+        tables = {-1: root}
+        for twice in (1, 3, 5):
+            tables[twice] = tables[twice - 2].tail(0.5 * twice)
+        tables[0] = self._density_pieces.tail(1.0)
+        tables[2] = tables[0].tail(1.0)
+        tables[4] = tables[2].tail(2.0)
+        return tables
+
+    def _masses_below(self, octave: int) -> tuple[Floats, Floats]:
+        """Return a discrete distribution, heights [m] and probabilities, that replaces the density.
+
+        It serves for moments above thresholds that are below the lowest height by at least
+        2**-octave times the range of the heights. Its heights are denser near the lowest one.
+        """
+        cloud = self._clouds.get(octave)
+        if cloud is None:
+            edges = self._density_pieces.edges
+            edges = np.union1d(edges, edges[0] + np.ptp(edges) * 2.0 ** -np.arange(float(octave)))
+            width = np.diff(edges)[:, None]
+            y = edges[:-1, None] + width * _NODES
+            cloud = self._clouds[octave] = y.ravel(), self._probabilities(edges).ravel()
+        return cloud
+
+    @cached_property
+    def _clouds(self) -> dict[int, tuple[Floats, Floats]]:
+        return {}
+
+    @cached_property
+    def _breaks(self) -> Floats:
+        """Heights [m], increasing, at which integrals over the moments are split.
+
+        First come points below the lowest height, each half as far from it as the one before; then
+        the panel edges of the table of order -1/2.
+        """
+        edges = self._tables[-1].edges
+        below = edges[0] - self.spread * 2.0 ** np.arange(12.0, -48.0, -1.0)
+        distinct = np.append(np.diff(edges) > _MIN_WIDTH * self.spread, True)
+        return np.concatenate((below, edges[distinct]))
 
     def partial_moment(self, order: float, threshold: ArrayLike) -> Any:
         """Partial moment [m^order], any shape, as :meth:`HeightDistribution.partial_moment`."""
@@ -224,7 +333,28 @@ class Statistical(DensityHeights):
     def _moment(self, twice_order: int, threshold: Floats) -> Floats:
         if twice_order == 0 and self._singular:
             return np.asarray(self.distribution.sf(threshold), dtype=float)
-        return super()._moment(twice_order, threshold)
+        low, high = self.span
+        t = np.atleast_1d(threshold)
+        result = np.zeros(t.shape)
+        inside = (t >= low) & (t < high)
+        if inside.any():
+            result[inside] = np.maximum(self._tables[twice_order](t[inside]), 0.0)
+        below = np.flatnonzero(t < low)
+        if below.size:
+            flat, moments = t.ravel(), result.ravel()
+            octaves = np.clip(np.ceil(-np.log2((low - flat[below]) / (high - low))), 0.0, 60.0)
+            for octave in np.unique(octaves):
+                y, probability = self._masses_below(int(octave))
+                mine = below[octaves == octave]
+                for i in range(0, mine.size, 64):
+                    s = y - flat[mine[i : i + 64], None]
+                    terms = np.sqrt(s) if twice_order & 1 else np.ones_like(s)
+                    if twice_order < 0:
+                        np.divide(1.0, terms, out=terms)
+                    for _ in range(twice_order // 2):
+                        terms *= s
+                    moments[mine[i : i + 64]] = terms @ probability
+        return result.reshape(np.shape(threshold))
 
     def _density(self, height: Floats) -> Floats:
         return np.asarray(self.distribution.pdf(height), dtype=float)
@@ -239,3 +369,20 @@ class Statistical(DensityHeights):
             cls(stats.weibull_min(2.2, scale=1e-6)),
             cls(stats.uniform(loc=-1e-6, scale=2e-6)),
         )
+
+
+def _lagrange(nodes: Floats, x: Floats) -> Floats:
+    """Return the Lagrange polynomials of ``nodes`` at ``x``, shape (x, nodes)."""
+    masks = ~np.eye(nodes.size, dtype=bool)
+    columns = [
+        np.prod((x[:, None] - nodes[o]) / (n - nodes[o]), axis=1)
+        for n, o in zip(nodes, masks, strict=True)
+    ]
+    return np.stack(columns, axis=1)
+
+
+def _pairs(start: NDArray[np.intp], end: NDArray[np.intp]) -> tuple[Any, Any]:
+    """Return pairs (panel, index) for the indices ``start`` to ``end - 1`` of each panel."""
+    count = np.maximum(end - start, 0)
+    panel = np.repeat(np.arange(count.size), count)
+    return panel, np.arange(panel.size) + np.repeat(start - (np.cumsum(count) - count), count)

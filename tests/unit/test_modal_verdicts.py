@@ -120,11 +120,11 @@ def test_samples_without_a_solution_give_no_band_and_no_warning() -> None:
 def test_tests_at_small_amplitude_set_the_base_damping() -> None:
     """Points of 3e-4 + 100 a leave 3e-4 to the smallest, each within its error."""
     amplitude = np.array([1e-6, 2e-6, 3e-6, 1e-4])
-    table = np.stack([amplitude, np.full(4, 100.0), 3e-4 + 100.0 * amplitude], axis=1)
-    ring = SimpleNamespace(table=table, damping_error=0.05)
+    damping = 3e-4 + 100.0 * amplitude
+    ring = ms.ModalTest(amplitude, np.full(4, 100.0), damping)
     found = measured_base_damping([ring])
     assert (found.low, found.high) == pytest.approx((0.95 * 3e-4, 1.05 * 4e-4))
-    one = SimpleNamespace(table=table[:1], damping_error=0.05)
+    one = ms.ModalTest(amplitude[:1], [100.0], damping[:1])
     alone = measured_base_damping([one])
     assert (alone.low, alone.high) == pytest.approx((0.95 * 4e-4, 1.05 * 4e-4))
 

@@ -181,7 +181,7 @@ def test_the_copy_of_a_study_finds_its_tests(folder: Path, tmp_path: Path) -> No
     study = ms.Study.from_toml(text, folder=folder)
     again = ms.Study.from_toml(study.text_for(tmp_path), folder=tmp_path)
     assert again.structure is not None
-    np.testing.assert_array_equal(again.structure.measured[0].table[:, 1], [900.0, 899.0])
+    np.testing.assert_array_equal(again.structure.measured[0].test.frequency, [900.0, 899.0])
 
 
 @pytest.mark.slow

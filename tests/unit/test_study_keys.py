@@ -7,13 +7,14 @@ import tomllib
 from collections.abc import Iterator
 from typing import Any
 
+import pytest
 from cases import folded
 
 from microslip._core.options import Option
 from microslip._core.parameters import Number
 from microslip._core.units import Kind
 from microslip.study.part import Key, Part, located_tables
-from microslip.study.readers import FAILED, DeclaredValue, Place, ReadState
+from microslip.study.readers import DeclaredValue, KeyedError, Place, ReadState
 from microslip.study.schema import StudyTables
 
 
@@ -34,11 +35,19 @@ PLAIN = {
 }
 
 
-def read(item: Key, raw: object) -> tuple[Any, list[tuple[str, str]]]:
-    """The value that a key reads, and the errors noted."""
-    reading = ReadState()
-    place = Place("table.key", reading)
-    return place.attempt(lambda: item.reader.read(raw, place)), reading.errors
+def read(item: Key, raw: object) -> Any:
+    """The value that a key reads."""
+    place = Place("table.key", ReadState())
+    with place.located():
+        return item.reader.read(raw, place)
+
+
+def refused(item: Key, raw: object) -> None:
+    """A value is refused at its key, in one line that says what is wanted."""
+    with pytest.raises(KeyedError, match=r"^wanted") as caught:
+        read(item, raw)
+    assert caught.value.key == "table.key"
+    assert "\n" not in str(caught.value)
 
 
 def text_in_si(declared: Number, value: float) -> object:
@@ -60,11 +69,11 @@ def example(item: Key) -> object:
 
 @folded("item", {path: item for path, item in KEYS.items() if example(item) is not None})
 def test_the_example_of_a_key_is_accepted(item: Key) -> None:
-    value, errors = read(item, example(item))
-    if [message for _, message in errors if message.endswith("no such file")]:
-        return  # a table that names a file was read up to the file itself
-    assert not errors
-    assert value is not FAILED
+    try:
+        read(item, example(item))
+    except KeyedError as error:
+        if not str(error).endswith("no such file"):  # a table that names a file is read up to it
+            raise
 
 
 @folded("path", {path: path for path in PLAIN})
@@ -82,12 +91,7 @@ def test_a_wrong_kind_is_refused_at_its_key(path: str) -> None:
     elif isinstance(declared, Option) and declared.choices:
         wrong.append("no choice of it")
     for raw in wrong:
-        value, errors = read(item, raw)
-        assert value is FAILED, f"{raw!r} was read as {value!r}"
-        ((where, message),) = errors
-        assert where == "table.key"
-        assert message.startswith("wanted")
-        assert "\n" not in message
+        refused(item, raw)
 
 
 LIMITED = {
@@ -110,8 +114,4 @@ def test_a_value_past_a_limit_is_refused_at_its_key(limited: tuple[str, float]) 
     path, value = limited
     item, declared = KEYS[path], PLAIN[path]
     raw = text_in_si(declared, value if declared.kind is not int else int(value))
-    read_value, errors = read(item, raw)
-    assert read_value is FAILED
-    ((where, message),) = errors
-    assert where == "table.key"
-    assert message.startswith("wanted")
+    refused(item, raw)

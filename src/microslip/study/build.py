@@ -140,7 +140,7 @@ class Design:
     def __init__(self, study: StudyDescription) -> None:
         study = with_model_spreads(study)
         self.study = study
-        self.part = study.uncertainty or UncertaintyPart()
+        self.part = study.uncertainty or UncertaintyPart.of()
         self.spreads = dict(spreads_of(study))
         self.inputs = [Input(key, spread.written) for key, spread in self.spreads.items()]
         self._pieces = self._drawn_pieces()

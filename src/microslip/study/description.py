@@ -13,9 +13,9 @@ from microslip._core.wording import shorten
 from microslip.contact import NormalLaw
 from microslip.study.consistency import check_consistency, mean_load
 from microslip.study.joints import Joint
-from microslip.study.part import first_error
+from microslip.study.metals import with_metals
 from microslip.study.pressure import set_clamped_materials
-from microslip.study.readers import FAILED, Place, ReadState
+from microslip.study.readers import KeyedError, Place, ReadState
 from microslip.study.schema import StudyTables
 from microslip.study.structure import StructurePart
 from microslip.study.toml_text import Override, apply, dump, read_text, relocated_text, tables_of
@@ -44,10 +44,12 @@ class StudyDescription(StudyTables):
         """Validate tables as read from a file, and set the attributes of this empty study."""
         reading = ReadState(folder)
         place = Place("", reading)
-        read = place.attempt(lambda: self.read(tables, place))
-        if read is FAILED:
-            blamed = _override_of(reading.errors[0][0], changes)
-            raise StudyError(f"{name}: {first_error(reading.errors, blamed)}")
+        try:
+            with place.located():
+                read = self.read(with_metals(tables, reading), place)
+        except KeyedError as error:
+            where = f"{error.key}{_override_of(error.key, changes)}: " if error.key else ""
+            raise StudyError(f"{name}: {where}{error}") from None
         self.__dict__.update(read.__dict__)
         self._name = name
         self._tables = tables

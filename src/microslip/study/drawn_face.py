@@ -120,7 +120,7 @@ class DrawnSurface(_Drawing, SurfaceTable):
     )  # fmt: skip
 
     def check(self, place: Place) -> None:
-        """Record an error for a table with neither a scan nor roughness values."""
+        """Raise an error for a table with neither a scan nor roughness values."""
         if not any(getattr(self, name) is not None for name in ("ra", "rq", "rz", "process")):
             raise KeyedError(
                 ".scan", 'missing; write scan = "face.csv", or rq = "0.8 um" (or ra, rz, process)'

@@ -22,7 +22,7 @@ from microslip.readers.files import usable
 from microslip.readers.tables import Named, find, understood
 from microslip.readers.text import TextFile, open_text
 from microslip.study.part import Part, key
-from microslip.study.readers import FAILED, ListOf, Place
+from microslip.study.readers import ListOf, Place
 from microslip.study.uncertain import Uncertain
 
 # -- values ----------------------------------------------------------------------------------------
@@ -161,8 +161,7 @@ class Numbers(ListOf):
         if isinstance(raw_value, SiValues):
             return raw_value
         if isinstance(raw_value, dict):
-            column = CsvColumn.read(raw_value, place)
-            return column if column is FAILED else column.values(self.declared, place)
+            return CsvColumn.read(raw_value, place).values(self.declared, place)
         return super().read(raw_value, place)
 
     def schema(self) -> JsonSchema:

@@ -61,7 +61,7 @@ class TableHeights(Part):
         return TabulatedHeights(self.height, self.density)
 
     def check(self, place: Place) -> None:
-        """Record an error for a table that is no density."""
+        """Raise an error for a table that is no density."""
         self.build()
 
 

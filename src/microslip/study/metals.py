@@ -60,7 +60,7 @@ def _completed(entry: dict[str, Any], metal: Metal, notes: list[str], name: str)
 
 
 def check_described(key: str, names: Iterable[str], materials: Iterable[str]) -> None:
-    """Record an error for materials defined neither in the study nor in the table of metals."""
+    """Raise an error for materials defined neither in the study nor in the table of metals."""
     for item, name in enumerate(names, start=1):
         if name not in materials:
             raise KeyedError(f"{key}, item {item}", _unknown(name, materials))

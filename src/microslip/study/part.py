@@ -7,7 +7,7 @@ the error messages, and the JSON Schema.
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
@@ -16,7 +16,6 @@ from microslip._core.parameters import REQUIRED, JsonSchema, Number
 from microslip._core.quantities import json_value
 from microslip._core.wording import did_you_mean, nearest, quote, quoted
 from microslip.study.readers import (
-    FAILED,
     Constant,
     DeclaredValue,
     KeyedError,
@@ -24,11 +23,8 @@ from microslip.study.readers import (
     NamedValues,
     Place,
     Reader,
-    ReadState,
 )
 from microslip.study.removed import removed_key, removed_value
-
-_MOST_HINTS = 100  # unknown keys of a table that get a suggestion
 
 
 @dataclass
@@ -176,69 +172,34 @@ class Part:
 
     _keys_in_file: frozenset[str] = frozenset()  # keys that the file has
 
-    def __init__(self, /, **tables: Any) -> None:
-        reading = ReadState()
-        part = Place("", reading).attempt(lambda: self.read(tables, Place("", reading)))
-        if part is FAILED:
-            raise StudyError(first_error(reading.errors))
-        self.__dict__.update(part.__dict__)
-
     @classmethod
     def read(cls, raw_value: object, place: Place) -> Self:
-        """Return the validated table, or FAILED after recording the errors in ``place.reading``."""
+        """Return the validated table; raise a KeyedError for the first wrong key."""
         if not isinstance(place, Place):
             raise StudyError(f"`place` must be a Place, got {quote(place)}; use Study.load(path)")
         if not isinstance(raw_value, Mapping):
             raise ValueError(cls.no_table(raw_value, place))
-        raw = cls.prepare(dict(raw_value), place)
-        before = len(place.reading.errors)
-        unknown = []
-        for name in raw:
+        for name in raw_value:
             if name not in cls.keys:
-                if removed := removed_key(place.at(name).key):
-                    place.at(name).refuse(removed)
-                else:
-                    unknown.append(name)
-        # Suggestions take time, and hundreds of unknown keys are not misspellings.
-        misspelt = {nearest(str(name), cls.keys) for name in unknown[:_MOST_HINTS]}
+                here = place.at(name)
+                raise KeyedError(here.key, removed_key(here.key) or cls.unknown(str(name)))
         values: dict[str, Any] = {}
-
-        def refuse_unknown() -> None:
-            for number, name in enumerate(unknown):
-                hint = cls.unknown(str(name)) if number < _MOST_HINTS else "unknown key"
-                place.at(name).refuse(hint)
-
-        if not place.key:  # report a misspelt table before the table that is then missing
-            refuse_unknown()
         for name, item in cls.keys.items():
-            here = place.at(name)
-            if name in raw and raw[name] is FAILED:
-                continue
-            if name in raw:
-                value = None
-                if raw[name] is not None or item.default is not None:  # only Python can pass None
-                    value = here.attempt(lambda: item.reader.read(raw[name], here))  # noqa: B023
-                values[cls.attributes[name]] = value
-            elif not item.required:
-                values[cls.attributes[name]] = item.default
-            elif name not in misspelt:
-                here.refuse(cls.missing(name, item, place))
-        if place.key:
-            refuse_unknown()
-        if len(place.reading.errors) > before:
-            return FAILED  # type: ignore[no-any-return]
+            here, value = place.at(name), raw_value.get(name, item.default)
+            if name in raw_value and (value is not None or item.default is not None):
+                with here.located():
+                    value = item.reader.read(value, here)
+            elif value is REQUIRED:
+                raise KeyedError(here.key, cls.missing(name, item, place))
+            values[cls.attributes[name]] = value
         part = cls.__new__(cls)
-        part.__dict__.update(values, _keys_in_file=frozenset(raw))
-        failed = place.attempt(lambda: part.check(place), [*cls.keys])
-        return FAILED if failed is FAILED or len(place.reading.errors) > before else part
-
-    @classmethod
-    def prepare(cls, raw: dict[str, Any], place: Place) -> dict[str, Any]:
-        """Return the raw values to be validated; subclasses may merge values from a file."""
-        return raw
+        part.__dict__.update(values, _keys_in_file=frozenset(raw_value))
+        with place.located([*cls.keys]):
+            part.check(place)
+        return part
 
     def check(self, place: Place) -> None:
-        """Record errors for invalid combinations of keys; called after all keys were read."""
+        """Raise an error for invalid combinations of keys; called after all keys were read."""
 
     @classmethod
     def tag_value(cls, tag: str) -> str:
@@ -385,14 +346,3 @@ def _by_keys(value: Any) -> Any:
 
 def _first_line(model: type) -> str:
     return (model.__doc__ or "").split("\n")[0]
-
-
-def first_error(errors: Sequence[tuple[str, str]], blamed: str = "") -> str:
-    """Format the first error and the number of further errors.
-
-    ``blamed`` is a text on the override that caused the first error, inserted after its key.
-    """
-    key, message = errors[0]
-    extra = len(errors) - 1
-    suffix = f" (and {extra} more error{'s' * (extra > 1)})" if extra else ""
-    return f"{key}{blamed}: {message}{suffix}" if key else f"{message}{suffix}"

@@ -181,7 +181,7 @@ class PressurePart(Part):
         return solid_stiffness(pair, area)
 
     def check(self, place: Place) -> None:
-        """Record an error for an invalid distribution."""
+        """Raise an error for an invalid distribution."""
         self.spread()
 
 

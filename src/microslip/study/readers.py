@@ -1,25 +1,22 @@
-"""Readers of single values of a study; errors are collected together with their key."""
+"""Readers of single values of a study; an error names the key."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 from microslip._core.errors import InputError
 from microslip._core.parameters import REQUIRED, JsonSchema, Number
 from microslip._core.wording import quote, shorten
 
-FAILED: Any = type("Failed", (), {"__repr__": lambda self: "FAILED"})()
-"""Result of a failed read; the error is recorded in :class:`ReadState`."""
-
-T = TypeVar("T")
 _MOST_NAMES = 1000  # of a table with user-defined names
 
 
 class KeyedError(ValueError):
-    """Error of a check that involves several keys, attributed to one of them.
+    """Error of a value or of a check that involves several keys, attributed to one key.
 
     A key that starts with a dot is relative to the table that is being read.
     """
@@ -31,11 +28,10 @@ class KeyedError(ValueError):
 
 @dataclass
 class ReadState:
-    """State while a study is read: its source, and the notes and errors collected so far."""
+    """State while a study is read: its folder, and the notes collected so far."""
 
     folder: Path | None = None
     notes: list[str] = field(default_factory=list)
-    errors: list[tuple[str, str]] = field(default_factory=list)
 
     def path(self, name: str) -> Path:
         """Return the path of a file named in the study."""
@@ -63,28 +59,22 @@ class Place(NamedTuple):
         """Return the location of a list item, counted from 1."""
         return self._replace(key=f"{self.key}, item {index}")
 
-    def refuse(self, message: str) -> None:
-        """Record an error at this location."""
-        self.reading.errors.append((self.key, message))
+    @contextmanager
+    def located(self, names: Sequence[str] = ()) -> Iterator[None]:
+        """Return a context in which each ValueError becomes a KeyedError about this location.
 
-    def attempt(self, work: Callable[[], T], names: Sequence[str] = ()) -> T:
-        """Return the result of a function, or FAILED after recording its error.
-
-        An InputError about one of the arguments ``names`` is recorded at the key of that name.
+        An InputError about one of the arguments ``names`` is about the key of that name.
         """
         try:
-            return work()
+            yield
         except KeyedError as error:
-            place = self._replace(key=error.key)
-            (self._replace(key=self.key + error.key) if error.key[:1] == "." else place).refuse(
-                str(error)
-            )
+            if not error.key.startswith("."):
+                raise
+            raise KeyedError(self.key + error.key, str(error)) from None
         except InputError as error:
-            key, message = as_keyed(error, self.key, names)
-            self._replace(key=key).refuse(message)
+            raise KeyedError(*as_keyed(error, self.key, names)) from None
         except ValueError as error:
-            self.refuse(str(error))
-        return FAILED  # type: ignore[no-any-return]
+            raise KeyedError(self.key, str(error)) from None
 
 
 class Reader:
@@ -95,7 +85,7 @@ class Reader:
     default: Any = REQUIRED
 
     def read(self, raw_value: object, place: Place) -> Any:
-        """Return the value or raise ValueError; nested errors are recorded in ``place``."""
+        """Return the value or raise ValueError."""
         raise NotImplementedError
 
     def schema(self) -> JsonSchema:
@@ -163,8 +153,7 @@ class ListOf(_Several):
         """Return a tuple of the items."""
         low, high = self.count
         if self.single and type(raw_value) not in (list, tuple):
-            item = self.item.read(raw_value, place)
-            return FAILED if item is FAILED else (item,)
+            return (self.item.read(raw_value, place),)
         if not isinstance(raw_value, (list, tuple)) or (low and not raw_value):
             raise ValueError(f"wanted a list such as {self.example}, got {quote(raw_value)}")
         if len(raw_value) > high > low:
@@ -172,8 +161,6 @@ class ListOf(_Several):
         if not low <= len(raw_value) <= high:
             raise ValueError(f"wanted {low} items such as {self.example}, got {len(raw_value)}")
         values = self._values(raw_value, place)
-        if any(value is FAILED for value in values):
-            return FAILED
         if self.distinct:
             places: dict[Any, int] = {}
             for index, value in enumerate(values, start=1):
@@ -186,11 +173,12 @@ class ListOf(_Several):
     def _values(self, raw_values: Sequence[object], place: Place) -> tuple[Any, ...]:
         read, values = self.item.read, []
         for index, raw_value in enumerate(raw_values, start=1):
-            try:  # Place.attempt on each item would be slow for a million items
+            try:  # Place.located for each item would be slow for a million items
                 values.append(read(raw_value, place))
+            except KeyedError:
+                raise
             except ValueError as error:
-                values.append(FAILED)
-                place.item(index).refuse(str(error))
+                raise KeyedError(place.item(index).key, str(error)) from None
         return tuple(values)
 
     def schema(self) -> JsonSchema:
@@ -216,12 +204,12 @@ class NamedValues(_Several):
             raise ValueError(f"wanted at most {_MOST_NAMES} names, got {len(raw_value)}")
         values: dict[str, Any] = {}
         for name, value in raw_value.items():
-            if not isinstance(name, str):
-                place.at(name).refuse(f"wanted a name that is text, got {quote(name)}")
-                continue
             here = place.at(name)
-            values[name] = here.attempt(lambda: self.item.read(value, here))  # noqa: B023
-        return FAILED if FAILED in values.values() else values
+            with here.located():
+                if not isinstance(name, str):
+                    raise ValueError(f"wanted a name that is text, got {quote(name)}")
+                values[name] = self.item.read(value, here)
+        return values
 
     def schema(self) -> JsonSchema:
         """Return the schema of a table with arbitrary names."""

@@ -59,6 +59,12 @@ REMOVED_KEYS: dict[str, str] = {
     "joint.pressure.load_factor": "write preload, the tension minus (1 - Phi) times the axial load",
     "structure.bolts.slack": "leave a loose bolt out of the positions, or out of the bolts of a "
     "mesh with a cut shank",
+    "structure.form.x": "name the columns of the file x, y and gap",
+    "structure.form.y": "name the columns of the file x, y and gap",
+    "structure.form.gap": "name the columns of the file x, y and gap",
+    "structure.measured.amplitude": "name the column of the file amplitude",
+    "structure.measured.frequency": "name the column of the file frequency",
+    "structure.measured.damping_ratio": "name the column of the file damping_ratio",
     "structure.bolts.passes": "leave it out: each bolt is tightened to its tension",
 }
 """Replacements by key, such as ``structure.base``, without item numbers."""

@@ -28,7 +28,6 @@ from microslip.study.fields import (
     with_unit,
 )
 from microslip.study.joints import ANY_JOINT
-from microslip.study.metals import with_metals
 from microslip.study.part import LOCATED_TABLES, Part, SubTable, key, located_tables, optional_key
 from microslip.study.readers import KeyedError, ListOf, NamedValues, Place
 from microslip.study.structure import StructurePart
@@ -81,7 +80,7 @@ class CurveRange(Part):
     )
 
     def check(self, place: Place) -> None:
-        """Record an error for a range whose end is not above its start."""
+        """Raise an error for a range whose end is not above its start."""
         if not self.start < self.to:
             start, end = (engineering(x, "m", trim=True) for x in (self.start, self.to))
             raise KeyedError(".to", f"wanted more than `from` ({start}), got {end}")
@@ -179,7 +178,7 @@ class StudyTables(Part):
     )
     joint: Any = key(ANY_JOINT, "Friction and normal load, or the file of a friction law.")
     excitation: ExcitationTable = key(
-        SubTable(ExcitationTable), "Amplitudes, curves and histories.", default=ExcitationTable()
+        SubTable(ExcitationTable), "Amplitudes, curves and histories.", default=ExcitationTable.of()
     )
     structure: StructurePart | None = optional_key(
         SubTable(StructurePart), "A bolted structure whose contact faces have this surface."
@@ -187,12 +186,7 @@ class StudyTables(Part):
     uncertainty: UncertaintyPart | None = optional_key(
         SubTable(UncertaintyPart), "Sampling of the uncertain inputs."
     )
-    output: OutputTable = key(SubTable(OutputTable), "Output files.", default=OutputTable())
-
-    @classmethod
-    def prepare(cls, raw: dict[str, Any], place: Place) -> dict[str, Any]:
-        """Complete materials from the table of metals."""
-        return with_metals(raw, place.reading)
+    output: OutputTable = key(SubTable(OutputTable), "Output files.", default=OutputTable.of())
 
 
 LOCATED_TABLES.extend(located_tables(StudyTables))

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from microslip._core.checks import Progress
     from microslip.contact import NormalLaw
     from microslip.contact.materials import Material
-    from microslip.structures import Convergence
+    from microslip.structures import Convergence, ModalTest
     from microslip.structures.reduction import Reducer
 
 LABORATORY = Spread.between(2e-4, 1e-3, log=True)
@@ -71,7 +71,7 @@ class BaseDamping(Uncertain):
         return {**inner, "anyOf": [{"enum": ["laboratory", "measured"]}, *inner["anyOf"]]}
 
 
-def measured_base_damping(tests: Iterable[MeasuredPart]) -> Spread:
+def measured_base_damping(tests: Iterable[ModalTest]) -> Spread:
     """Return the range of the base damping from tests at small amplitude [-].
 
     The damping ratio at the smallest amplitude is an upper limit, since it includes the joint. The
@@ -81,7 +81,8 @@ def measured_base_damping(tests: Iterable[MeasuredPart]) -> Spread:
     """
     ends = []
     for test in tests:
-        amplitude, _, damping = test.table[np.argsort(test.table[:, 0])].T
+        order = np.argsort(test.amplitude)
+        amplitude, damping = test.amplitude[order], test.damping_ratio[order]
         lowest = float(damping[0])
         near = amplitude <= max(3.0 * amplitude[0], float(amplitude[min(1, amplitude.size - 1)]))
         line = lowest
@@ -206,7 +207,7 @@ class StructurePart(Part):
                     ".base_damping_ratio",
                     'wanted "measured" only with structure.measured, got none',
                 )
-            self.keep(base_damping_ratio=measured_base_damping(self.measured))
+            self.keep(base_damping_ratio=measured_base_damping(part.test for part in self.measured))
         if "form" in self.fitted and (self.form is None or self.form.table is None):
             raise KeyedError(
                 ".measured.fit", 'wanted "form" only with a table structure.form, got none'

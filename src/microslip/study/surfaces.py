@@ -52,7 +52,7 @@ class Elastic(Part):
         return Material(self.young_modulus, self.poisson_ratio, self.hardness)
 
     def check(self, place: Place) -> None:
-        """Record an error for values that :class:`microslip.Material` rejects."""
+        """Raise an error for values that :class:`microslip.Material` rejects."""
         self.build()
 
 
@@ -81,7 +81,7 @@ class ContactSurface(SurfaceTable):
         raise NotImplementedError
 
     def check(self, place: Place) -> None:
-        """Record an error for values that the normal law rejects."""
+        """Raise an error for values that the normal law rejects."""
         self.build(_ANY_PAIR)
 
 
@@ -129,7 +129,7 @@ class PopulationSurface(ContactSurface):
     )
 
     def check(self, place: Place) -> None:
-        """Record an error if the numbers of radii and heights differ."""
+        """Raise an error if the numbers of radii and heights differ."""
         heights, radii = len(self.heights.values), len(self.radius)
         if radii not in (1, heights):
             raise KeyedError(

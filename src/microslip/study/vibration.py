@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, cast, get_args
 import numpy as np
 
 from microslip._core.checks import Floats
+from microslip._core.quantities import named
 from microslip._core.units import ACCELERATION, FREQUENCY, VELOCITY
 from microslip.structures.modal_test import MeasuredMotion
 from microslip.study.fields import (
@@ -14,7 +15,6 @@ from microslip.study.fields import (
     FILE,
     FRACTION,
     HEIGHT,
-    LINE,
     LOAD,
     PLACE,
     POSITIVE_LENGTH,
@@ -29,7 +29,7 @@ from microslip.study.readers import DeclaredValue, KeyedError, ListOf, Place
 from microslip.study.uncertain import Spread, Uncertain
 
 if TYPE_CHECKING:
-    from microslip.structures import ReducedJoint
+    from microslip.structures import ModalTest, ReducedJoint
 
 _HERTZ = with_unit(FREQUENCY, "150 Hz")
 MOST_FORCES = 10
@@ -109,11 +109,11 @@ class FormPart(Part):
     """Gap between the unloaded faces: a measured table, or random faces of a given flatness."""
 
     file: str | None = optional_key(
-        FILE, "CSV file of a measured form; omit it for random faces.", '"form.csv"'
+        FILE,
+        "CSV file of a measured form, with columns x (along the lap), y (across) and gap; omit it "
+        "for random faces.",
+        '"form.csv"',
     )
-    x: str = key(LINE, "Column of the positions along the lap.", '"x"', default="x")
-    y: str = key(LINE, "Column of the positions across the lap.", '"y"', default="y")
-    gap: str = key(LINE, "Column of the gaps.", '"gap"', default="gap")
     factor: float = key(
         Uncertain(scalar("1.0")),
         "Factor on the gaps of the file: 0 for flat faces, -1 for the reversed form.",
@@ -167,11 +167,9 @@ class FormPart(Part):
             raise KeyedError(".correlation", "wanted only with flatness or machining")
         if self.file is None:
             return
-        names = {"x": self.x, "y": self.y, "gap": self.gap}
-        table = np.array(
-            [column_values(PLACE, place.at(to), self.file, name) for to, name in names.items()]
-        ).T
-        self.keep(table=table)
+        columns = ("x", "y", "gap")
+        values = [column_values(PLACE, place.at(name), self.file, name) for name in columns]
+        self.keep(table=np.array(values).T)
 
     @property
     def is_random(self) -> bool:
@@ -225,7 +223,6 @@ class ForcePart(Part):
 FITTED = ("friction_coefficient", "tension", "form", "young_modulus", "base_damping_ratio")
 """Parameters that can be fitted to a test."""
 
-_COLUMNS = ("amplitude", "frequency", "damping_ratio")
 MAX_MODES = 10
 MODE = integer(1, MAX_MODES, "1", noun=f"a mode from 1 to {MAX_MODES}")
 
@@ -239,20 +236,6 @@ class MeasuredPart(Part):
         "define the test: amplitude, frequency and damping ratio for a curve; time and "
         "displacement, velocity or acceleration for a ring-down.",
         '"test.csv"',
-    )
-    amplitude: str = key(
-        LINE,
-        "Column of the amplitudes at the sensor: displacement, velocity or acceleration, "
-        "according to its unit.",
-        '"amplitude"',
-        default="amplitude",
-    )
-    frequency: str = key(LINE, "Column of the frequencies.", '"frequency"', default="frequency")
-    damping_ratio: str = key(
-        LINE,
-        "Column of the damping ratios, in percent if its header has the unit %.",
-        '"damping_ratio"',
-        default="damping_ratio",
     )
     band: tuple[float, float] | None = optional_key(
         ListOf(_HERTZ, '["150 Hz", "220 Hz"]', (2, 2)),
@@ -282,19 +265,16 @@ class MeasuredPart(Part):
     damping_error: float = key(
         FRACTION, "Relative uncertainty of the damping ratios.", default=0.05
     )
-    table: Floats
-    """Columns amplitude [m], frequency [Hz] and damping ratio [-]."""
-    measured_motion: MeasuredMotion
-    """Steady motion or free decay."""
+    test: ModalTest
+    """The test as read, without the number of its mode."""
 
     def check(self, place: Place) -> None:
         """Read the test from its file."""
         from microslip.structures import ModalTest
 
-        named = {name: getattr(self, name) for name in _COLUMNS if name in self._keys_in_file}
-        stated: dict[str, Any] = {} if self.motion is None else {"motion": self.motion}
-        path = place.reading.path(self.file)
-        test = ModalTest.read(path, band=self.band, columns=named, **stated)
-        table = np.stack([test.amplitude, test.frequency, test.damping_ratio], axis=1)
-        self.keep(table=table, measured_motion=test.motion)
+        stated: dict[str, Any] = named(self, "frequency_error", "damping_error")
+        if self.motion is not None:
+            stated["motion"] = self.motion
+        test = ModalTest.read(place.reading.path(self.file), band=self.band, **stated)
         place.reading.notes.extend(f"structure.measured: {note}" for note in test.notes)
+        self.keep(test=test)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from pathlib import Path
+from dataclasses import replace
 
 import numpy as np
 
@@ -182,25 +182,13 @@ def _check_sensor(numbers: tuple[int, ...], moving: list[int]) -> None:
 def _tests(measured: tuple[MeasuredPart, ...], modes: tuple[Mode, ...]) -> tuple[ModalTest, ...]:
     """Return the tests of a study; one without a mode number gets the mode of nearest frequency."""
     tests = []
-    for test in measured:
-        amplitude, frequency, damping = test.table.T
-        number = test.mode
+    for part in measured:
+        number = part.mode
         if number is None:
-            middle = float(np.exp(np.log(frequency).mean()))
+            middle = float(np.exp(np.log(part.test.frequency).mean()))
             near = min(modes, key=lambda m: abs(math.log(m.curve.linear_frequency / middle)))
             number = near.number
-        tests.append(
-            ModalTest(
-                amplitude,
-                frequency,
-                damping,
-                mode=number - 1,
-                frequency_error=test.frequency_error,
-                damping_error=test.damping_error,
-                name=Path(test.file).name,
-                motion=test.measured_motion,
-            )
-        )
+        tests.append(replace(part.test, mode=number - 1))
     return tuple(tests)
 
 

@@ -154,20 +154,6 @@ def test_the_command_writes_what_python_writes(folder):
     assert "Written: a.tcl\nFrom 1e-08 to 1e-06 m the error is at most" in outcome.output
 
 
-def test_the_command_takes_patches_from_a_table(folder):
-    (folder / "patches.txt").write_text("# nodes, area, load\n1 2 5e-5 900\n3, 4, 1e-4, 300\n")
-    outcome = run("export", "opensees", "joint.toml", "-o", "a.tcl", "--nodes", "patches.txt")
-    assert outcome.exit_code == 0, outcome.output
-    (joint,) = build_joints(ms.Study.load("joint.toml"))
-    field = ms.JointField(joint.surface, 0.55, areas=[5e-5, 1e-4], loads=[900.0, 300.0])
-    export.write("opensees", field, "b.tcl", nodes=[[1, 2], [3, 4]])
-    found, wanted = (
-        [line for line in (folder / name).read_text().splitlines() if line[0] != "#"]
-        for name in ("a.tcl", "b.tcl")
-    )
-    assert found == wanted
-
-
 def test_too_few_sliders_are_refused_with_a_number_that_is_enough(tmp_path):
     options = {"element": "planar-contact", "smallest_amplitude": 1e-7}
     with pytest.raises(ms.InputError, match="cells=") as refused:

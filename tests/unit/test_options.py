@@ -14,6 +14,7 @@ from microslip._core.parameters import REQUIRED
 from microslip._core.units import LENGTH
 from microslip.cli.options import offers
 from microslip.study.part import Part, key
+from microslip.study.readers import Place, ReadState
 
 CUTOFF = option(
     "cutoff", "Short-wave cut-off.", LENGTH, default=REQUIRED, example="10 um", none="none"
@@ -41,6 +42,10 @@ class Table(Part):
     sign: bool = key(TURN)
 
 
+def by_study(**given: object) -> Table:
+    return Table.read(given, Place("", ReadState()))
+
+
 def by_command(*words: str) -> dict[str, object]:
     result = CliRunner().invoke(command, words)
     assert result.exit_code == 0, result.output
@@ -58,7 +63,7 @@ def test_command_study_schema_and_python_agree() -> None:
         "sign": True,
     }
     words = "--cutoff|10 um|--pixel|2 um|--valid|-1 mm|1 mm|--outliers|6|--level|mean|--turn"
-    from_command, from_study = by_command(*words.split("|")), Table(**written)
+    from_command, from_study = by_command(*words.split("|")), by_study(**written)
     assert from_command == {
         "cutoff": 1e-5,
         "pixel": (2e-6,),
@@ -80,6 +85,6 @@ def test_command_study_schema_and_python_agree() -> None:
 
 
 def test_what_is_not_given_is_the_default() -> None:
-    table = Table(cutoff="none")
+    table = by_study(cutoff="none")
     given = by_command("--cutoff", "none")
     assert given == {name: getattr(table, name) for name in Table.keys}

@@ -14,7 +14,6 @@ from microslip.cli.options import Report, flag, offers, output_option, progress,
 from microslip.cli.studies import overridable, study_argument
 
 if TYPE_CHECKING:
-    from microslip._core.checks import Floats
     from microslip.report import Study
 
 EXPORT_KINDS = ("c", "abaqus-user", "fmu", "fmu3", "opensees", "calculix")
@@ -43,17 +42,6 @@ _OPTIONS = (
     ),
     option("size", "Number of nodes of an FMI 3 unit.", int, default=1),
     option("name", "Prefix of the names in the file.", default="joint"),
-    option(
-        "nodes",
-        "Table of patches with two nodes, or two nodes, area [m^2] and load [N], in each line.",
-        metavar="FILE",
-    ),
-    option("direction", "Direction in the mesh, 1, 2 or 3 for x, y or z.", int, default=1),
-    option(
-        "first_number",
-        "First number of added nodes and elements; by default after the largest node.",
-        int,
-    ),
 )
 _CARD_OPTIONS = (
     option(
@@ -97,7 +85,6 @@ def export(
     file: Path,
     overwrite: bool,
     overrides: tuple[str, ...],
-    nodes: str | None,
     **options: Any,
 ) -> None:
     """Write the joint of STUDY as input of another program.
@@ -115,14 +102,14 @@ def export(
 
         described = Study.load(study, overrides)
         unsure = [key for key, _ in spreads_of(described)]
-        law, pairs = _law(described, kind, nodes, options["element"], report)
+        law = _law(described, kind, report)
         if kind == "card":
             _write_card(law, file, overwrite, options["name"], of_card)
             return
         if of_card:
             flags = ", ".join("--" + flag(item) for item in _CARD_OPTIONS if item.name in of_card)
             raise click.UsageError(f"{flags}: requires kind card, got {kind}")
-        exported = write(kind, law, file, nodes=pairs, overwrite=overwrite, **options)
+        exported = write(kind, law, file, overwrite=overwrite, **options)
     errors = exported.accuracy
     span = f"{errors.smallest_amplitude:.4g} to {errors.largest_amplitude:.4g} m"
     click.echo(f"Written: {', '.join(str(path) for path in exported.files)}")
@@ -152,11 +139,8 @@ def _write_card(law: Any, file: Path, overwrite: bool, name: str, given: dict[st
     click.echo(f"Verification: {done.run}.")
 
 
-def _law(
-    study: Study, kind: str, nodes: str | None, element: str, report: Report
-) -> tuple[Any, Any]:
+def _law(study: Study, kind: str, report: Report) -> Any:
     from microslip._core.errors import StudyError
-    from microslip.friction import Interface, JointField
     from microslip.study.build import build_joints
 
     if study.structure is not None:
@@ -171,49 +155,4 @@ def _law(
             f"{study.name}: joint.normal_load: a file contains one joint, got {len(joints)} loads "
             f"({loads} N); choose one, such as --set 'joint.normal_load=\"2 kN\"'"
         )
-    if nodes is None:
-        return joints[0], None
-    table = _nodes_of(nodes)
-    if table.shape[1] == 2:
-        return [joints[0]] * len(table), table
-    if not isinstance(joints[0], Interface):
-        raise StudyError(
-            f"{study.name}: areas and loads of patches need a joint with a surface, got "
-            f"{joints[0]!r}; give two nodes per line"
-        )
-    field = JointField(
-        joints[0].surface,
-        joints[0].friction_coefficient,
-        areas=table[:, 2],
-        loads=table[:, 3],
-    )
-    return field, table[:, :2].astype(int)
-
-
-_LINE_FORMAT = "lines with two node numbers, or two node numbers, an area [m^2] and a load [N]"
-
-
-def _nodes_of(file: str) -> Floats:
-    """Read the mesh nodes of the patches: rows of two or four numbers.
-
-    A row has the numbers of both mesh nodes and, optionally, the area [m^2] and the load [N] of the
-    patch, separated by blanks or commas. Text after # is a comment.
-    """
-    import numpy as np
-
-    from microslip._core.errors import InputError
-    from microslip.readers.files import usable
-
-    path = Path(file)
-    try:
-        with usable(path, "a table of nodes"):
-            text = path.read_text(encoding="utf-8-sig").replace(",", " ")
-        lines = [line for line in text.splitlines() if line.split("#")[0].strip()]
-        table = np.loadtxt(lines, ndmin=2) if lines else np.empty((0, 0))
-    except ValueError as error:
-        came = "binary data" if isinstance(error, UnicodeError) else str(error)
-        raise InputError(f"{path}: wanted {_LINE_FORMAT}, got {came}") from None
-    if table.shape[1] not in (2, 4):
-        came = f"{table.shape[1]} numbers" if lines else "none"
-        raise InputError(f"{path}: wanted {_LINE_FORMAT}, got {came}")
-    return table
+    return joints[0]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 
 # Before NumPy loads: the workers share the cores, and BLAS's threads only wait for each other.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -21,6 +22,13 @@ settings.register_profile("few", max_examples=4, derandomize=True, **_COMMON)
 settings.register_profile("slow", max_examples=20, derandomize=True, **_COMMON)
 # For a search by hand: other examples each time.
 settings.register_profile("explore", max_examples=500, print_blob=True, **_COMMON)
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder, which is the current one."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -14,15 +14,14 @@ FOLDER = Path(__file__).parents[2] / "examples" / "bracket"
 
 
 @pytest.mark.slow
-def test_bracket_goes_from_gmsh_to_damping(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bracket_goes_from_gmsh_to_damping(here: Path) -> None:
     pytest.importorskip("gmsh", reason="the mesh of the bracket needs gmsh: pip install gmsh")
     pytest.importorskip("meshio", reason="meshes are read by meshio")
     for name in ("mesh.py", "bracket.toml"):
-        shutil.copy(FOLDER / name, tmp_path)
-    monkeypatch.chdir(tmp_path)
+        shutil.copy(FOLDER / name, here)
     runpy.run_path("mesh.py")
     text = Path("bracket.toml").read_text("utf-8").replace("samples = 32", "samples = 8")
-    structure = ms.Study.from_toml(text, folder=tmp_path).run().structure
+    structure = ms.Study.from_toml(text, folder=here).run().structure
     mode = structure.modes[0]
     assert mode.curve.converged.all()
     assert mode.curve.linear_frequency == pytest.approx(880.0, rel=0.02)

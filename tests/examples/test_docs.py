@@ -23,7 +23,6 @@ and Julia, and MATLAB that reads no file, are recipes: tests/physics/test_hosts_
 from __future__ import annotations
 
 import ast
-import importlib.util
 import io
 import re
 import shlex
@@ -38,6 +37,7 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import make_reference
 import numpy as np
 import pytest
 from cases import folded
@@ -346,21 +346,12 @@ def test_links(page: Path) -> None:
 # -- pages from declarations ----------------------------------------------------------------------
 
 
-def reference() -> types.ModuleType:
-    spec = importlib.util.spec_from_file_location("make_reference", DOCS / "make_reference.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 @pytest.mark.parametrize(
     "name", ["study-keys.md", "command-options.md", "results-names.md", "verdicts.md"]
 )
 def test_reference_pages_are_those_of_the_declarations(name: str) -> None:
     written = (DOCS / name).read_text(encoding="utf-8")
-    assert written == reference().PAGES[name](), "python docs/make_reference.py writes it again"
+    assert written == make_reference.PAGES[name](), "python docs/make_reference.py writes it again"
 
 
 # -- site -----------------------------------------------------------------------------------------

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from command import run
 from numpy.typing import NDArray
+from sliders import slider
 
 import microslip as ms
 from microslip.laboratory.campaign import Campaign
@@ -41,13 +42,9 @@ def burst(first: int, seed: int) -> tuple[Floats, Floats, Floats, Floats]:
     rng = np.random.default_rng(seed)
     turn = np.arange(-20, TEN * A_CYCLE + 20) / A_CYCLE
     x = AMPLITUDE * np.cos(2.0 * np.pi * turn)
-    force = np.empty(x.size)
-    last = float(limit(np.array(float(first))))
     counter = first + np.floor(turn)
-    own = limit(np.maximum(counter, 1.0))
-    for i, step in enumerate(np.diff(x, prepend=x[0])):
-        last = min(max(last + STIFFNESS * step, -own[i]), own[i])
-        force[i] = last
+    begin = float(limit(np.array(float(first))))
+    force = slider(x, STIFFNESS, limit(np.maximum(counter, 1.0)), begin)
     x = x + 0.001 * AMPLITUDE * rng.normal(size=x.size)
     force = force + 0.03 * rng.normal(size=x.size)
     return (first - 1 + turn) / FREQUENCY + 1.0, x, force, np.maximum(counter, 0.0)
@@ -85,9 +82,8 @@ def test_the_counter_cuts_a_record_without_a_time() -> None:
     np.testing.assert_allclose(measured.cycles["dissipated_energy"], energy(numbers), rtol=5e-3)
 
 
-def test_the_command_reads_the_counter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_command_reads_the_counter(here: Path) -> None:
     """The sum over all cycles is a line of NumPy from the columns of cycles.csv."""
-    monkeypatch.chdir(tmp_path)
     record = logged(True)
     assert record.time is not None
     assert record.cycle_number is not None

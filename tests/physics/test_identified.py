@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from sliders import slider
 
 import microslip as ms
 
@@ -637,11 +638,8 @@ def test_cycles_held_back_follow_the_load() -> None:
     """A cell whose friction limit follows a load of 10 % ripple is predicted to within noise."""
     angle = 2.0 * math.pi * np.arange(8.25 * 200.0) / 200.0
     load = 2000.0 * (1.0 + 0.1 * np.cos(2.0 * angle + 1.0))
-    u, y, state = 3e-6 * np.sin(angle), 0.55e-9 * load, 0.0
-    force = np.empty(u.size)
-    for i, step in enumerate(np.diff(u, prepend=0.0)):
-        state = min(max(state + step, -y[i]), y[i])
-        force[i] = 1e9 * state
+    u = 3e-6 * np.sin(angle)
+    force = slider(u, 1e9, 0.55 * load)
     made = record(JOINT, 3e-6, 3, change=lambda *_: (u, force))
     held_back = ms.compare(replace(made, normal_load=load), ["jenkins"]).laws["jenkins"].held_back
     assert held_back is not None

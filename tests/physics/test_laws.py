@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from cases import REFERENCE, law_params, reach_of, records
 from hypothesis import given
+from sliders import stops
 
 import microslip as ms
 
@@ -69,20 +70,6 @@ def test_cells_one_by_one_are_jenkins(case):
 
 
 # -- other methods ---------------------------------------------------------------------------------
-
-
-def stops(
-    path: np.ndarray, stiffnesses: np.ndarray, yields: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Force and dissipated energy along a path: each slider knows its own stretch and no more."""
-    stretch, before, forces, lost = np.zeros_like(yields), 0.0, [], [0.0]
-    for x in path:
-        free = stretch + (x - before)
-        stretch = np.clip(free, -yields, yields)
-        before = x
-        forces.append(float(stiffnesses @ stretch))
-        lost.append(lost[-1] + float(stiffnesses @ (yields * np.abs(free - stretch))))
-    return np.array(forces), np.array(lost[1:])
 
 
 def sampled(law: ms.BackboneLaw) -> tuple[np.ndarray, np.ndarray, float]:

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from command import run
 from numpy.typing import NDArray
+from sliders import slider
 
 import microslip as ms
 from microslip.identification import fold
@@ -28,21 +29,12 @@ STIFFNESS, LIMIT, AMPLITUDE, FREQUENCY, RATE = 1e7, 30.0, 10e-6, 7.3, 2000.0
 ENERGY = 4.0 * LIMIT * (AMPLITUDE - LIMIT / STIFFNESS)
 
 
-def friction(x: Floats, limit: Floats) -> Floats:
-    """Force of the contact along a path, from rest."""
-    force, last = np.zeros(x.size), 0.0
-    for i in range(1, x.size):
-        last = min(max(last + STIFFNESS * (x[i] - x[i - 1]), -limit[i]), limit[i])
-        force[i] = last
-    return force
-
-
 def long_run(seconds: float) -> tuple[Floats, Floats, Floats]:
     """Time, displacement and force of a run without gaps, loaded for the first time before it."""
     before = round(1.5 * RATE / FREQUENCY)
     time = np.arange(-before, round(seconds * RATE)) / RATE
     x = AMPLITUDE * np.sin(2.0 * np.pi * FREQUENCY * time)
-    force = friction(x, np.full(x.size, LIMIT))
+    force = slider(x, STIFFNESS, LIMIT)
     return time[before:], x[before:], force[before:]
 
 
@@ -150,8 +142,7 @@ def test_nothing_is_shifted_across_a_gap() -> None:
         condition(record, delay=1e-4)
 
 
-def test_the_command_tells_of_gaps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_the_command_tells_of_gaps(here: Path) -> None:
     noisy(*pause(10.6)).to_csv("paused.csv")
     outcome = run("measure", "paused.csv")
     assert outcome.exit_code == 0
@@ -169,7 +160,7 @@ def run_of(amplitude: Floats, limit: Floats, seed: int = 3) -> ms.Record:
     phase = np.arange((amplitude.size - 1) * A_CYCLE + 1) / A_CYCLE
     place = np.arange(amplitude.size)
     x = np.interp(phase, place, amplitude) * np.sin(2.0 * np.pi * phase)
-    force = friction(x, np.interp(phase, place, limit))
+    force = slider(x, STIFFNESS, np.interp(phase, place, limit))
     rng = np.random.default_rng(seed)
     return ms.Record(
         x + 0.001 * AMPLITUDE * rng.normal(size=x.size),
@@ -208,12 +199,9 @@ def test_steps_are_distinguished_block_by_block() -> None:
     assert 35 <= measured.mean["amplitude"].number <= 40
 
 
-def test_an_amplitude_that_never_settles_is_called_so(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_amplitude_that_never_settles_is_called_so(here: Path) -> None:
     amplitude = AMPLITUDE * np.linspace(0.5, 1.5, 100)
     record = run_of(amplitude, np.full(amplitude.size, LIMIT))
-    monkeypatch.chdir(tmp_path)
     record.to_csv("ramp.csv")
     text = run("measure", "ramp.csv").stdout
     assert "Results by amplitude" in text
@@ -280,7 +268,7 @@ def test_each_amplitude_is_measured_by_itself(order: tuple[float, ...]) -> None:
     angle = 2.0 * np.pi * np.arange(cycles * samples) / samples
     x = np.concatenate([share * AMPLITUDE * np.sin(angle) for share in order])
     # The small cycles neither slip nor lose anything, up to a spring that damps.
-    force = friction(x, np.full(x.size, LIMIT)) + 0.02 * LIMIT * np.gradient(x) / (
+    force = slider(x, STIFFNESS, LIMIT) + 0.02 * LIMIT * np.gradient(x) / (
         AMPLITUDE * 2.0 * np.pi / samples
     )
     measured = ms.measure(noisy(np.arange(x.size) / RATE, x, force))
@@ -335,7 +323,7 @@ def test_a_ramp_of_two_per_cent_is_not_settled_to_measure_nor_to_identify(
     shares = np.linspace(0.05, 1.95, 20)
     phase = np.arange(cycles * A_CYCLE + 1) / A_CYCLE
     x = np.interp(phase, np.arange(cycles + 1), amplitude) * np.sin(2.0 * np.pi * phase)
-    force = np.mean([friction(x, np.full(x.size, share * LIMIT)) for share in shares], axis=0)
+    force = np.mean([slider(x, STIFFNESS, share * LIMIT) for share in shares], axis=0)
     rng = np.random.default_rng(cycles)
     record = ms.Record(
         x + 0.001 * amplitude[-1] * rng.normal(size=x.size),

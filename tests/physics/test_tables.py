@@ -11,6 +11,7 @@ import pytest
 from cases import reach_of, records
 from hypothesis import example, given
 from hypothesis import strategies as st
+from sliders import stops
 
 import microslip as ms
 
@@ -266,16 +267,6 @@ def tail_share(u, begin, load, decay):
 # Straight runs are Jenkins elements
 
 
-def stops(stiffnesses, yields, path):
-    """Elastic-plastic elements in parallel, each with a stretch of its own."""
-    stretch, before, out = np.zeros(len(yields)), 0.0, []
-    for x in path:
-        stretch = np.clip(stretch + (x - before), -yields, yields)
-        before = x
-        out.append(float(stiffnesses @ stretch))
-    return np.array(out)
-
-
 def test_one_straight_run_is_a_jenkins_element():
     law = table(MICRON * np.array([0.0, 0.25, 0.7, 1.0]), 80.0 * np.array([1.0, 0.75, 0.3, 0.0]))
     joint = ms.Interface(law, MU, separation=0.2 * MICRON)
@@ -332,7 +323,7 @@ def test_straight_runs_follow_any_history(x):
     joint = ms.Interface(STRAIGHT, MU, separation=0.7 * MICRON)
     path = x * reach_of(joint)
     sliders = joint.sliders()
-    wanted = stops(sliders.stiffnesses, sliders.yield_displacements, path)
+    wanted, _ = stops(path, sliders.stiffnesses, sliders.yield_displacements)
     scale = max(1.0, float(np.abs(x).max()))  # a stretch is the sum of its steps
     np.testing.assert_allclose(
         joint.force(path), wanted, rtol=0, atol=1e-14 * scale * joint.force_limit

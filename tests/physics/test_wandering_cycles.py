@@ -11,6 +11,7 @@ import math
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from sliders import slider
 
 import microslip as ms
 from microslip.laboratory.estimates import mean_of
@@ -38,11 +39,7 @@ def record(seed: int, correlation: float, cycles: int = 60, share: float = 0.01)
     phase = np.arange(cycles * A_CYCLE + 1) / A_CYCLE
     x = AMPLITUDE * np.cos(2.0 * np.pi * phase)
     # From one sample to the next: elastic up to the limit of the cycle.
-    force, last = np.empty(x.size), LIMIT
-    limit = limits[np.minimum(phase.astype(int), cycles - 1)]
-    for i, step in enumerate(np.diff(x, prepend=x[0])):
-        last = min(max(last + STIFFNESS * step, -limit[i]), limit[i])
-        force[i] = last
+    force = slider(x, STIFFNESS, limits[np.minimum(phase.astype(int), cycles - 1)], LIMIT)
     x = x + 0.001 * AMPLITUDE * rng.normal(size=x.size)
     force = force + 0.002 * LIMIT * rng.normal(size=x.size)
     return ms.Record(x, force, normal_load=LOAD, sample_rate=1000.0)

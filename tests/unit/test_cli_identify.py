@@ -32,11 +32,10 @@ def _records(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(name="folder", autouse=True)
-def _folder(records: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def _folder(records: Path, here: Path) -> Path:
     for path in records.iterdir():
-        (tmp_path / path.name).write_bytes(path.read_bytes())
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+        (here / path.name).write_bytes(path.read_bytes())
+    return here
 
 
 def summary(*words: str) -> dict[str, Any]:

@@ -21,11 +21,10 @@ FILES = [
 
 
 @pytest.fixture(name="folder")
-def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
+def _folder(here: Path) -> Path:
     scan = rough((96, 96), 1e-6, 3.2e-7, longest=8.5e-5, shortest=1.55e-5, seed=3)
     np.save("ground.npy", scan.heights * 1e6)
-    return tmp_path
+    return here
 
 
 def test_all_files_and_the_cutoff_in_each(folder: Path, undrawn: None) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import click
 import pytest
@@ -25,12 +24,8 @@ ARGUMENTS = {
 }
 
 
-@pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """An empty folder, so that a value that is accepted fails at the file that is missing."""
-    monkeypatch.chdir(tmp_path)
-
-
+# In an empty folder a value that is accepted fails at the file that is missing.
+pytestmark = pytest.mark.usefixtures("here")
 OPTIONS = [
     pytest.param(name, option, id=f"{name} {option.opts[-1]}")
     for name, command in main.commands.items()

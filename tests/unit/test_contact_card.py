@@ -58,13 +58,12 @@ def test_each_program_gets_both_stiffnesses_and_what_is_off(tmp_path, program):
     assert ("not run," in words) == (program != "calculix")
 
 
-def test_the_command_writes_a_card(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "joint.toml").write_text(STUDY)
+def test_the_command_writes_a_card(here):
+    (here / "joint.toml").write_text(STUDY)
     assert _CARD_OPTIONS[0].choices == tuple(export.PROGRAMS)
     assert _CARD_OPTIONS[1].choices == tuple(CARD_UNITS)
     done = run("export", "card", "joint.toml", "-o", "c.inp", "--for", "calculix")
     assert "Written: c.inp\nAt 1e+07 Pa: normal stiffness" in done.output
-    assert (tmp_path / "c.inp").exists()
+    assert (here / "c.inp").exists()
     assert "wanted the program" in fails("export", "card", "joint.toml", "-o", "d.inp")
     assert "requires kind card" in fails("export", "c", "joint.toml", "-o", "d.c", "--for", "ansys")

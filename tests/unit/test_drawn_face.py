@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from importlib.util import module_from_spec, spec_from_file_location
-from pathlib import Path
 
+import fit_face_table
 import numpy as np
 import pytest
 from made_surfaces import rough
@@ -28,15 +27,9 @@ def test_the_stored_nodes_give_the_stored_fit() -> None:
     arrays = table.stored()
     at = arrays["hardness"], arrays["pressure"], arrays["breadth"]
     shipped = table.values(*at)
-    path = Path(__file__).parents[2] / "tools" / "fit_face_table.py"
-    spec = spec_from_file_location("fit_face_table", path)
-    assert spec is not None
-    assert spec.loader is not None
-    tool = module_from_spec(spec)
-    spec.loader.exec_module(tool)
-    fitted = tool.fit(arrays)
+    fitted = fit_face_table.fit(arrays)
     for name, terms in table._TERMS.items():
-        basis = tool.basis(table._powers(*table.groups(*at[:2]))[0], at[2], terms)
+        basis = fit_face_table.basis(table._powers(*table.groups(*at[:2]))[0], at[2], terms)
         assert fitted[name] @ basis == pytest.approx(arrays[f"fitted_{name}"] @ basis, abs=1e-6)
     # The fit is a mean over the faces: single nodes of few faces scatter about it.
     heavy = arrays["level"] >= 0.03

@@ -21,10 +21,9 @@ _FIELD = ms.JointField(JOINT.surface, 0.55, areas=[5e-5, 5e-5, 1e-4], loads=[900
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "joint.toml").write_text(STUDY)
-    return tmp_path
+def folder(here):
+    (here / "joint.toml").write_text(STUDY)
+    return here
 
 
 def nodes_for(kind: str) -> dict[str, object]:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command import run
+from sliders import slider
 
 import microslip as ms
 from microslip.laboratory.manifest import Manifest
@@ -28,11 +29,7 @@ def cell_record(mu: float, load: float, amplitude: float, seed: int, settle: flo
     n = np.arange(40 * int(RATE / FREQUENCY))
     x = amplitude * np.sin(2.0 * np.pi * FREQUENCY / RATE * n)
     limit = mu * load * (1.0 - settle * np.exp(-n * FREQUENCY / RATE / 4.0))
-    force, last = np.zeros(n.size), 0.0
-    for i in range(1, n.size):
-        last = min(max(last + stiffness_at(load) * (x[i] - x[i - 1]), -limit[i]), limit[i])
-        force[i] = last
-    force = force + 1e-3 * mu * load * rng.normal(size=n.size)
+    force = slider(x, stiffness_at(load), limit) + 1e-3 * mu * load * rng.normal(size=n.size)
     return ms.Record(x, force, sample_rate=RATE)
 
 
@@ -176,11 +173,8 @@ def test_a_workbook_is_read_as_it_is_seen(tmp_path: Path) -> None:
         ("batch", "pipe", "--study", "law.toml"),
     ],
 )
-def test_named_pipes_are_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...]
-) -> None:
+def test_named_pipes_are_refused(here: Path, words: tuple[str, ...]) -> None:
     """A pipe without a writer blocks whoever opens it, so that a test of it would never end."""
-    monkeypatch.chdir(tmp_path)
     os.mkfifo("pipe")
     Path("manifest.csv").write_text("file\npipe\n")
     law = 'schema = 1\n[joint]\nlaw_file = "pipe"\n[excitation]\namplitudes = ["1 um"]\n'
@@ -217,9 +211,8 @@ def test_no_wear_of_a_specimen_counted_twice(campaign: Path, tmp_path: Path) -> 
     assert 'in a column "first cycle"' in text
 
 
-def test_files_are_read_each_in_its_way(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_files_are_read_each_in_its_way(here: Path) -> None:
     """Columns, units and missing columns by row; loads that differ are on the first screen."""
-    monkeypatch.chdir(tmp_path)
     made = cell_record(0.5, 400.0, 3e-5, 1, 0.0)
     made.to_csv("a.csv")
     rows = (f"{i},{1e6 * x!r},{f!r}" for i, (x, f) in enumerate(zip(*(
@@ -238,10 +231,7 @@ def test_files_are_read_each_in_its_way(tmp_path: Path, monkeypatch: pytest.Monk
     assert energies[0] == pytest.approx(energies[1], rel=1e-9)
 
 
-def test_a_cell_is_the_heading_of_a_column_or_its_name_with_a_unit(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_a_cell_is_the_heading_of_a_column_or_its_name_with_a_unit(here: Path) -> None:
     record = cell_record(0.5, 1000.0, 2e-6, 1, 0.0)
     forces = record.force, 1e3 * record.force
     rows = np.column_stack((1e6 * record.displacement, *forces, np.arange(len(record)) // 200))
@@ -256,8 +246,7 @@ def test_a_cell_is_the_heading_of_a_column_or_its_name_with_a_unit(
     assert read.cycle_number is not None
 
 
-def test_a_record_is_named_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_a_record_is_named_once(here: Path) -> None:
     cell_record(0.5, 400.0, 3e-5, 1, 0.0).to_csv("a.csv")
     for words in (("a.csv", "./a.csv"), ("a.csv", ".")):
         outcome = run("measure", *words)

@@ -207,11 +207,10 @@ def test_uneven_time() -> None:
 
 
 @pytest.fixture(name="folder")
-def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
+def _folder(here: Path) -> Path:
     RECORD.to_csv("run.csv")
     virtual(load=500.0).to_csv("light.csv")
-    return tmp_path
+    return here
 
 
 def test_command(folder: Path) -> None:
@@ -343,15 +342,10 @@ def written(folder: Path, **columns: np.ndarray) -> str:
     ],
 )
 def test_forces_by_other_names_are_read(
-    columns: dict[str, np.ndarray],
-    options: tuple[str, ...],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
+    columns: dict[str, np.ndarray], options: tuple[str, ...], here: Path
 ) -> None:
-    monkeypatch.chdir(tmp_path)
-    outcome = run("measure", written(tmp_path, **columns), *options, "--json")
+    outcome = run("measure", written(here, **columns), *options, "--json")
     assert outcome.exit_code == 0, outcome.stderr
-
     (record,) = json.loads(outcome.stdout)["records"]
     assert record["mean"]["dissipated_energy"]["value"] == pytest.approx(ENERGY, rel=3e-3)
     assert record["mean"]["force_amplitude"]["value"] == pytest.approx(30.0, rel=1e-3)
@@ -367,13 +361,9 @@ def test_forces_by_other_names_are_read(
     ],
 )
 def test_what_is_no_loop_is_no_decay_either(
-    columns: dict[str, np.ndarray],
-    message: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
+    columns: dict[str, np.ndarray], message: str, here: Path
 ) -> None:
-    monkeypatch.chdir(tmp_path)
-    outcome = run("measure", written(tmp_path, **columns))
+    outcome = run("measure", written(here, **columns))
     assert outcome.exit_code != 0
     assert message in outcome.stderr
     assert "damping" not in outcome.stdout

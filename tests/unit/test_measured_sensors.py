@@ -9,26 +9,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command import run
+from sliders import slider
 
 import microslip as ms
 
 STIFFNESS, LIMIT, LOAD, AMPLITUDE, SIZE = 5e7, 100.0, 200.0, 1e-5, 200
 
 
-def slider(x: np.ndarray) -> np.ndarray:
-    """The force of one elastic slider, step by step."""
-    force, last = np.zeros(x.size), 0.0
-    for i in range(1, x.size):
-        last = min(max(last + STIFFNESS * (x[i] - x[i - 1]), -LIMIT), LIMIT)
-        force[i] = last
-    return force
-
-
 def record_of(x: np.ndarray, noise: float = 0.3, lag: float = 0.0) -> ms.Record:
     """A record of the slider; its force is late by some samples."""
     rng = np.random.default_rng(3)
     place = np.arange(x.size)
-    force = np.interp(place - lag, place, slider(x)) + noise * rng.normal(size=x.size)
+    force = np.interp(place - lag, place, slider(x, STIFFNESS, LIMIT))
+    force += noise * rng.normal(size=x.size)
     return ms.Record(x + 1e-9 * rng.normal(size=x.size), force, LOAD, sample_rate=2000.0)
 
 
@@ -84,7 +77,7 @@ def test_a_stop_while_logging_ruins_nothing(where: int) -> None:
 @pytest.mark.parametrize("repeated", [False, True])
 def test_one_averaged_loop_is_a_measurement(start: int, repeated: bool) -> None:
     x = sine(4)[SIZE + start :][: 2 * SIZE]
-    force = slider(sine(4))[SIZE + start :]
+    force = slider(sine(4), STIFFNESS, LIMIT)[SIZE + start :]
     end = SIZE + repeated
     measured = ms.measure(ms.Record(x[:end], force[:end], LOAD))
     assert len(measured) == 1

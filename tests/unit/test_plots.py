@@ -93,9 +93,8 @@ def test_the_style_alone_and_an_import_without_matplotlib() -> None:
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-def test_pdf_as_a_format(tmp_path, monkeypatch) -> None:
+def test_pdf_as_a_format(here) -> None:
     """Of a study and of the other commands."""
-    monkeypatch.chdir(tmp_path)
     study = ms.Study.from_toml(demo_text().replace('"svg"]', '"pdf"]'))
     names = study.run().summary["files"]
     assert "loops.pdf" in names
@@ -104,8 +103,8 @@ def test_pdf_as_a_format(tmp_path, monkeypatch) -> None:
     rig.record(amplitude=2e-5, frequency=10.0, cycles=4).to_csv("run.csv")
     outcome = run("measure", "run.csv", "-o", "out", "--pdf")
     assert outcome.exit_code == 0, outcome.output
-    names = sorted(path.name for path in (tmp_path / "out").iterdir())
-    made = (tmp_path / "out" / "loops.pdf").read_bytes()
+    names = sorted(path.name for path in (here / "out").iterdir())
+    made = (here / "out" / "loops.pdf").read_bytes()
     assert made.startswith(b"%PDF-")
     assert b"CreationDate" not in made
     assert names == ["cycles.csv", "loops.pdf", "loops.svg", "report.html", "summary.json"]

@@ -23,9 +23,8 @@ T = np.array([10.0, 12.5, -10.0, 0.5])
 
 
 @pytest.fixture(name="put")
-def _put(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str, str | bytes], Path]:
+def _put(here: Path) -> Callable[[str, str | bytes], Path]:
     """Write a file into the empty folder where the test is."""
-    monkeypatch.chdir(tmp_path)
 
     def put(name: str, content: str | bytes) -> Path:
         data = content if isinstance(content, bytes) else content.encode()

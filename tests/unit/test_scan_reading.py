@@ -30,9 +30,7 @@ Z = np.array([[1.0, 2.5, -3.0], [0.5, 0.0, 4.0], [7.0, -8.0, 9.0], [1.0, 1.0, 2.
 UM = {"unit": "um", "pixel": "2 um"}
 
 
-@pytest.fixture(autouse=True)
-def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("here")
 
 
 def real(name: str) -> Path:

@@ -30,8 +30,7 @@ UNITS: Any = {"units": {"displacement": "m", "force": "N", "time": "s"}}
 
 
 @pytest.fixture(autouse=True)
-def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def elsewhere(here: Path) -> None:
     with h5py.File("other.h5", "w") as file:
         file["displacement"] = np.arange(5.0) + 100.0
         file["group/x"] = np.arange(3.0)

@@ -16,8 +16,7 @@ from microslip.cli.options import stoppable
 
 
 @pytest.fixture(autouse=True)
-def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def _a_study(here: Path) -> None:
     Path("joint.toml").write_text(STUDY, encoding="utf-8")
 
 

@@ -1,0 +1,29 @@
+"""Elastic sliders summed step by step: what a law of friction is held against."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+
+def slider(x: np.ndarray, stiffness: float, limit: Any, start: float = 0.0) -> np.ndarray:
+    """Force [N] of one slider along a path [m]; its force limit [N] may vary along it."""
+    force, last, limit = np.empty(x.size), start, np.broadcast_to(limit, x.shape)
+    for i, step in enumerate(np.diff(x, prepend=x[0])):
+        last = force[i] = min(max(last + stiffness * step, -limit[i]), limit[i])
+    return force
+
+
+def stops(
+    path: np.ndarray, stiffnesses: np.ndarray, yields: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Force and dissipated energy along a path: each slider knows its own stretch and no more."""
+    stretch, before, forces, lost = np.zeros_like(yields), 0.0, [], [0.0]
+    for x in path:
+        free = stretch + (x - before)
+        stretch = np.clip(free, -yields, yields)
+        before = x
+        forces.append(float(stiffnesses @ stretch))
+        lost.append(lost[-1] + float(stiffnesses @ (yields * np.abs(free - stretch))))
+    return np.array(forces), np.array(lost[1:])

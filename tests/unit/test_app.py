@@ -126,6 +126,7 @@ def record_text(folder: Path) -> bytes:
         ({"Cookie": None}, 401),
         ({"Cookie": "microslip=guess"}, 401),
         ({"Content_Length": None}, 411),
+        ({"Content_Length": None, "Transfer_Encoding": "chunked"}, 411),
         ({"Content_Length": str(2**40)}, 413),
         ({"Content_Length": "1e3"}, 400),
     ],

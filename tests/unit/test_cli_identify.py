@@ -12,7 +12,7 @@ import pytest
 from command import STUDY, fails, run
 
 import microslip as ms
-from microslip.cli.records import calibration_of, known_of, rig_stiffness_of
+from microslip.cli.records import calibration_of, rig_stiffness_of
 
 JOINT = ms.Interface.examples()[0]
 RIG = 5e8
@@ -167,22 +167,9 @@ def test_a_calibration_error_is_in_the_intervals() -> None:
     assert limit["high"] / limit["value"] - 1.0 == pytest.approx(0.0196, rel=0.05)
 
 
-def test_known() -> None:
-    """A value, its deviation, and a unit once or twice."""
-    got = known_of(("radius=1±0.1 mm", "density=100 1/mm^2 +- 5", "friction_coefficient=0.5±0.1"))
-    np.testing.assert_allclose(got["radius"], (1e-3, 1e-4))
-    np.testing.assert_allclose(got["density"], (1e8, 5e6))
-    words = ("light.csv", "heavy.csv", "--study", "study.toml", *GIVEN)
-    found = summary(*words, "--known", "radius=1±0.1 mm")["interface"]["parameters"]
-    assert found["density"]["low"] < JOINT.surface.density < found["density"]["high"]
-
-
 # -- what it refuses -------------------------------------------------------------------------------
 
 WRONG = {
-    ("--known", "slip=1±0.1 um"): '--known: no parameter "slip"',
-    ("--known", "radius=1 mm"): '--known: wanted radius=VALUE±DEVIATION, got "1 mm"',
-    ("--known", "radius=1±0.1 mm"): "--known requires --study",
     ("--rig-stiffness", "stiff"): '--rig-stiffness: wanted a stiffness such as "200 N/um"',
     ("--rig-stiffness", "1 N/um"): "--rig-stiffness must be above the stiffness of the loops",
     ("--normal-load", "1 N", "--normal-load", "2 N", "--normal-load", "3 N"):

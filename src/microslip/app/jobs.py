@@ -45,14 +45,6 @@ class Field:
     usual: bool  # always shown
 
 
-class PreviewError(InputError):
-    """Error for a file that cannot be previewed; ``columns`` are the names of its columns."""
-
-    def __init__(self, text: str, columns: Sequence[str] = ()) -> None:
-        super().__init__(text)
-        self.columns = list(columns)
-
-
 Forms = Mapping[str, Sequence[Field]]
 """Fields of each command and of each file preview."""
 
@@ -225,13 +217,9 @@ class Workspace:
             if name in fields
         }
         arguments, _ = self._options(f"{LOOK} {kind}", options)
-        try:
-            view = await preview([kind, *arguments, "--", upload.name], upload.path.parent)
-        except PreviewError as error:
-            text = self.in_fields(f"{LOOK} {kind}", error.text)
-            raise PreviewError(text, error.columns) from None
-        if view.get("no_cycles"):
-            view["no_cycles"] = self.in_fields(f"{LOOK} {kind}", view["no_cycles"])
+        view = await preview([kind, *arguments, "--", upload.name], upload.path.parent)
+        for name in {"error", "no_cycles"} & view.keys():
+            view[name] = self.in_fields(f"{LOOK} {kind}", view[name])
         return view
 
     async def _work(self, run: Run) -> None:
@@ -373,8 +361,8 @@ def _text(name: str, value: Any) -> str:
 async def preview(arguments: list[str], folder: Path) -> dict[str, Any]:
     """Run :mod:`microslip.cli.workbench` in a separate process and return its preview of a file.
 
-    ``arguments`` are those of its command, run in ``folder``. Raises PreviewError after two
-    minutes.
+    ``arguments`` are those of its command, run in ``folder``. The key "error" is the reason why
+    there is no preview.
     """
     process = await asyncio.create_subprocess_exec(
         sys.executable, "-P", "-m", "microslip.cli.workbench", *arguments, cwd=folder,
@@ -385,11 +373,9 @@ async def preview(arguments: list[str], folder: Path) -> dict[str, Any]:
         output, _ = await asyncio.wait_for(process.communicate(), 120.0)
     except TimeoutError:
         process.kill()
-        raise PreviewError("reading the file took over two minutes") from None
+        return {"error": "reading the file took over two minutes"}
     try:
-        content: dict[str, Any] = json.loads(output)
+        view: dict[str, Any] = json.loads(output)
     except ValueError:
-        raise PreviewError("the file could not be read") from None
-    if "error" in content:
-        raise PreviewError(content["error"], content.get("columns", ()))
-    return content
+        return {"error": "the file could not be read"}
+    return view

@@ -13,10 +13,6 @@ if TYPE_CHECKING:
     from microslip.laboratory import Record
     from microslip.surfaces import Scan
 
-_POINTS = 1200
-_PAUSE = 10.0
-"""Time step over the usual step above which the drawn line is interrupted."""
-
 
 def scan_view(scan: Scan, level: Any) -> dict[str, Any]:
     """Return the preview of a scan: levelled height map and spectrum."""
@@ -54,8 +50,12 @@ def record_view(record: Record, say: Any = str) -> dict[str, Any]:
     If no cycles are found, the entry "no_cycles" is the reason, as text from ``say(error)``.
     """
     from microslip.laboratory import measure
+    from microslip.laboratory.figures import envelope
 
-    time, has_time = _times(record)
+    time = record.seconds
+    has_time = time is not None
+    if time is None:
+        time = np.arange(len(record), dtype=np.float64)
     every = max(1, len(record) // 4000)
     view: dict[str, Any] = {
         "what": "record",
@@ -63,8 +63,8 @@ def record_view(record: Record, say: Any = str) -> dict[str, Any]:
         "samples": len(record),
         "has_time": has_time,
         "notes": list(map(str, record.notes)),
-        "displacement": _envelope(time, record.displacement),
-        "force": _envelope(time, record.force),
+        "displacement": [along.tolist() for along in envelope(time, record.displacement)],
+        "force": [along.tolist() for along in envelope(time, record.force)],
         "path": [record.displacement[::every].tolist(), record.force[::every].tolist()],
         "cycles": [],
     }
@@ -74,36 +74,3 @@ def record_view(record: Record, say: Any = str) -> dict[str, Any]:
     except InputError as error:
         view["no_cycles"] = say(error)
     return view
-
-
-def _times(record: Record) -> tuple[Any, bool]:
-    """Return times [s], or sample numbers if the record has no time."""
-    if record.time is not None:
-        return record.time, True
-    numbers = np.arange(len(record), dtype=np.float64)
-    if record.sample_rate is not None:
-        return numbers / record.sample_rate, True
-    return numbers, False
-
-
-def _envelope(time: Any, values: Any) -> list[list[float | None]]:
-    """Reduce a record to the minimum and maximum of each interval, for drawing.
-
-    Where the time jumps, None is inserted, so that the line is interrupted.
-    """
-    steps = np.diff(time)
-    pauses = np.flatnonzero(steps > _PAUSE * np.median(steps)) + 1 if steps.size else steps
-    x: list[float | None] = []
-    y: list[float | None] = []
-    width = max(-(-values.size // _POINTS), 1)
-    for begin, end in zip([0, *pauses], [*pauses, values.size], strict=True):
-        if begin:
-            x.append(None)
-            y.append(None)
-        for first in range(int(begin), int(end), width):
-            stretch = values[first : min(first + width, end)]
-            places = {0, stretch.size - 1} if width < 3 else {stretch.argmin(), stretch.argmax()}
-            for place in sorted(map(int, places)):
-                x.append(float(time[first + place]))
-                y.append(float(stretch[place]))
-    return [x, y]

@@ -21,7 +21,6 @@ from microslip.cli.records import (
     Reading,
     calibration_of,
     each_record,
-    known_of,
     list_records,
     parse_noise,
     reads,
@@ -48,12 +47,6 @@ from microslip.cli.structures import are_modal
     "without it, results are for joint and rig in series.",
 )  # fmt: skip
 @click_option(
-    "--known", "NAME=VALUE±SD",
-    "Independently known value, for example from a scan, with its standard deviation: "
-    'radius="1±0.1 mm", density="100±5 1/mm^2", std="0.5±0.02 um"; may be repeated.',
-    "known_values", multiple=True,
-)  # fmt: skip
-@click_option(
     "--noise", "FORCE,LENGTH",
     'Standard deviations of force and displacement, such as "2 N, 5 nm", for records that are one '
     "averaged cycle each.",
@@ -65,7 +58,6 @@ def identify(
     study: Path | None,
     output: Output,
     rig_stiffness: str | None,
-    known_values: tuple[str, ...],
     noise: str | None,
     manifest: Path | None,
     reading: Reading,
@@ -91,7 +83,6 @@ def identify(
         from microslip.report.identified.document import KIND, Identified, identification_document
 
         files = list_records(records, manifest)
-        known = known_of(known_values)
         _, gain_errors = calibration_of(reading.calibration)
         gains = {f"{name}_gain": (1.0, error) for name, error in gain_errors.items()}
         with output.staged(KIND, "identification") as stage:
@@ -105,7 +96,7 @@ def identify(
                     known=gains or None,
                 )
                 report(0.7)
-                step, title, why = _second_step(found, study, known)
+                step, title, why = _second_step(found, study)
                 report(1.0)
             outcome = Identified(found, title, step, why, tuple(skipped))
             page = identification_document(outcome, in_options)
@@ -115,9 +106,7 @@ def identify(
     output.show(page)
 
 
-def _second_step(
-    found: Any, study: Path | None, known: dict[str, tuple[float, float]]
-) -> tuple[Any, str, str]:
+def _second_step(found: Any, study: Path | None) -> tuple[Any, str, str]:
     """Fit the parameters of a study's rough surfaces to the identified joint.
 
     Return the interface, the title of the study and, if the interface is None, the reason.
@@ -125,8 +114,6 @@ def _second_step(
     from microslip._core.errors import InputError
 
     if study is None:
-        if known:
-            raise click.UsageError("--known requires --study")
         return (
             None,
             "",
@@ -145,9 +132,7 @@ def _second_step(
         )
         return None, description.title, why
     try:
-        step = found.interface(
-            surface.pair, area=surface.area, heights=surface.heights, known=known or None
-        )
+        step = found.interface(surface.pair, area=surface.area, heights=surface.heights)
     except InputError as error:
         return None, description.title, f"No parameters of the interface: {in_options(error.text)}"
     return step, description.title, ""

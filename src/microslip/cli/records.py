@@ -12,12 +12,11 @@ import click
 from microslip._core.options import is_number
 from microslip._core.quantities import named
 from microslip._core.units import (
-    DENSITY,
     FORCE,
     LENGTH,
     with_common_unit,
 )
-from microslip._core.wording import did_you_mean, plural, shorten
+from microslip._core.wording import plural, shorten
 from microslip.cli.options import (
     ANY_PATH,
     Command,
@@ -34,42 +33,6 @@ if TYPE_CHECKING:
     from microslip.laboratory.manifest import Manifest
 
 _Result = TypeVar("_Result")
-
-_KNOWN = {
-    "friction_coefficient": None,
-    "slip_scale": LENGTH,
-    "standardised_separation": None,
-    "std": LENGTH,
-    "radius": LENGTH,
-    "density": DENSITY,
-    "summit_count": None,
-}
-"""Kinds of parameters that may be known independently; None for plain numbers."""
-
-
-def known_of(texts: tuple[str, ...]) -> dict[str, tuple[float, float]]:
-    """Parse --known options, each NAME=VALUE±DEVIATION, to (value, standard deviation) by name."""
-    measured = {}
-    for name, text in pairs("known", texts).items():
-        value, deviation = with_deviation(text)
-        if not value or not deviation:
-            raise click.UsageError(f'--known: wanted {name}=VALUE±DEVIATION, got "{text}"')
-        measured[name] = (_quantity(name, value), _quantity(name, deviation))
-    return measured
-
-
-def _quantity(name: str, text: str) -> float:
-    if name not in _KNOWN:
-        near = did_you_mean(name, _KNOWN)
-        raise click.UsageError(
-            f'--known: no parameter "{name}"{near} (parameters: {", ".join(_KNOWN)})'
-        )
-    kind = _KNOWN[name]
-    if kind is None:
-        if not is_number(text):
-            raise click.UsageError(f'--known: {name} must be a plain number, got "{text}"')
-        return float(text)
-    return quantity(f"--known: {name}", text, kind, f"1 {kind.usual[0]}")
 
 
 def parse_noise(text: str | None) -> tuple[float, float] | None:

@@ -79,7 +79,8 @@ def measured_loops(measurements: Sequence[Any]) -> Plot:
 _BLOCKS = 1500  # across the width of a figure; longer records show the range of each block
 
 
-def _envelope(time: Any, values: Any) -> tuple[Any, Any]:
+def envelope(time: Any, values: Any) -> tuple[Any, Any]:
+    """Return the range of each block of a long record as a line through both ends, for drawing."""
     size = -(-len(values) // _BLOCKS)
     if size <= 2:
         return time, values
@@ -107,7 +108,7 @@ def record_figure(record: Any) -> Plot:
     panels = []
     for name, unit, values in channels:
         panel = Panel(Axis(label, margin=0.0, unit=t_unit), Axis(name, unit=unit))
-        across, along = _envelope(time, np.asarray(values))
+        across, along = envelope(time, np.asarray(values))
         panel.line(across / t_unit, along / unit, width=0.9)
         panels.append(panel)
     panels[0].note = shorten(record.name, 60)

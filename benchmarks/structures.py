@@ -170,8 +170,14 @@ def bolted_beam() -> tuple[list[str], list[tuple[str, ms.Structure, np.ndarray]]
     print("\n".join(rows), flush=True)
     finer = (joint, *(lap.reduce(steel, 7784.3, patches) for patches in ((30, 2), (41, 3))))
     structures = [
-        ("beam", reduced_joint.structure(surface, 0.3), reduced_joint.static_force(surface))
-        for reduced_joint in finer
+        (
+            "beam",
+            ms.Structure(model.mass, model.stiffness).attach(
+                model.field(surface, 0.3), directions=model.directions
+            ),
+            model.tightened(surface, 0.3).static_force,
+        )
+        for model in finer
     ]
     return rows, structures
 

@@ -51,7 +51,7 @@ def main() -> None:
 
     reduced, surface = beam()
     here = reduced.tightened(surface, options.friction)
-    bolts, n = reduced.static_force(surface), reduced.size
+    bolts, n = here.static_force, reduced.size
     # Of each patch: along, across, and the approach of its faces.
     local = reduced.directions.transpose(1, 2, 0) * np.array([1.0, 1.0, -1.0])[:, None]
     local = local.reshape(-1, n)

@@ -123,7 +123,6 @@ def _add_drawings(add: Add, surface: Any, test: ms.ModalTest) -> None:
     add("BoltedBeam.mesh", row.mesh, free, **sizes)
     add("BoltedBeam.reduce", row.reduce, (*free, "element_size"), **sizes, patches=(2, 1),
         kept_modes=4)  # fmt: skip
-    add("BoltedBeam.size_of_elements", row.size_of_elements, element_size=0.04)
     panel = ms.BoltedBeam(length=0.13, width=0.02, thickness=1e-3, laps=sides, rise=1e-3,
                           ground=["left", "right"])  # fmt: skip
     add("BoltedBeam.bending", panel.bending, free, material=STEEL, reach=1e-3)
@@ -131,8 +130,6 @@ def _add_drawings(add: Add, surface: Any, test: ms.ModalTest) -> None:
     add("MeshedJoint.reduce", meshed.reduce, patches=(2, 1), kept_modes=4, along=[1.0, 0.0, 0.0])
     add("MeshedJoint.shank_sections", meshed.shank_sections, along=[1.0, 0.0, 0.0])
     add("ReducedJoint.field", joint.field, ("surface",), surface=surface, friction_coefficient=0.3)
-    add("ReducedJoint.structure", joint.structure, ("surface",), surface=surface,
-        friction_coefficient=0.3)  # fmt: skip
     add("ReducedJoint.tightened", joint.tightened, ("surface",), surface=surface,
         friction_coefficient=0.3)  # fmt: skip
     add("ReducedJoint.with_form", joint.with_form, form=np.zeros(6), factor=1.0)
@@ -149,7 +146,6 @@ def _add_drawings(add: Add, surface: Any, test: ms.ModalTest) -> None:
         sensors=joint.sensor_names[:1], cases=(places, 1e13 * places**3),
         weights=[[1.0]])  # fmt: skip
     add("ReducedJoint.scaled", joint.scaled, stiffness=1.1, mass=0.9)
-    add("LapJoint.size_of_elements", lap.size_of_elements, element_size=0.04)
     add("ReducedJoint.with_tension", joint.with_tension, tension=[4e3])
     size = joint.mass.shape[0]
     add("ReducedJoint.tensions", joint.tensions, displacement=np.zeros(size),

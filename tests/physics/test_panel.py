@@ -223,28 +223,6 @@ def test_a_released_arch_decays_along_its_modal_curve() -> None:
 
 
 @pytest.mark.slow
-def test_a_panel_is_refined_as_it_bends() -> None:
-    """Finer patches keep the geometry of a panel."""
-    surface = ms.GreenwoodWilliamson(
-        ms.MaterialPair(STEEL, STEEL), ms.Gaussian(std=1e-6), radius=1e-3, density=1e8, area=1e-3
-    )
-    far = [1e-5, 1.5e-4]  # modal amplitudes
-    beam = drawing(SIZES.rise)
-    bending = beam.bending(STEEL, 1e-3)
-    found = beam.converge(
-        STEEL, 7800.0, surface, 0.5, far, patches=(3, 1), tolerance=10.0, most_patches=12,
-        element_size=0.03, sensors=bending.sensors, geometry=bending,
-    )  # fmt: skip
-    again = beam.reduce(STEEL, 7800.0, found.joint.layout, element_size=0.03,
-                        sensors=bending.sensors).with_geometry(*bending)  # fmt: skip
-    same = again.tightened(surface, 0.5).modes(0, far)
-    np.testing.assert_allclose(found.curve.frequency, same.frequency, rtol=1e-9)
-    assert found.curve.loss.shape == (2, found.joint.patches)
-    assert found.joint.geometry is not None
-    assert [c.coarse for c in found.changes if c.what == "harmonics"] == ["0 … 5"]
-
-
-@pytest.mark.slow
 def test_a_panel_softens_as_was_published() -> None:
     """From its drawing: a free decay of full elements at four amplitudes, to 1.3 and 4.5 %.
 

@@ -10,7 +10,7 @@ remains, and y is the displacement relative to the base.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any, Literal, NoReturn, get_args
 
 import numpy as np
@@ -29,7 +29,7 @@ from microslip.structures.forced import (
 )
 from microslip.structures.forced_path import Control, Drive, at_frequency, follow
 from microslip.structures.geometry import GeometryAttachment
-from microslip.structures.joint_groups import Attachment
+from microslip.structures.joint_groups import Attachment, change_rows
 from microslip.structures.matrices import dense, factorised, is_sparse, vector
 from microslip.structures.modal_model import ModalModel, modal_model, stuck_stiffness
 from microslip.structures.periodic_motion import MotionQuantity, harmonic_basis, power_of
@@ -181,7 +181,7 @@ def _at_supports(
         )
     moved = _columns("directions", directions, given.size, "support")
     free = np.setdiff1d(np.arange(size), given)
-    inner_joints = [_restrict_to_free_dofs(attachment, free) for attachment in rest.attachments]
+    inner_joints = [change_rows(a, lambda rows: rows[free]) for a in rest.attachments]
     cut = np.ix_(free, free)
     mass, stiffness = _part(rest.mass, cut), _part(rest.stiffness, cut)
     damping = None if rest.damping is None else _part(rest.damping, cut)
@@ -230,15 +230,6 @@ def _is_rigid(rest: AtRest, carried: Floats) -> bool:
     pull = np.abs(np.asarray(rest.stiffness @ carried)).max()
     scale = np.asarray(abs(rest.stiffness) @ np.abs(carried)).max()
     return bool(pull <= _ROUNDING * scale)
-
-
-_ROWS = ("directions", "columns", "coordinates", "rest")
-"""Arrays of attachments whose first axis is the degree of freedom."""
-
-
-def _restrict_to_free_dofs(attachment: Attachment, free: NDArray[Any]) -> Attachment:
-    rows = {f.name: getattr(attachment, f.name) for f in fields(attachment) if f.name in _ROWS}
-    return replace(attachment, **{k: v[free] for k, v in rows.items() if v is not None})
 
 
 def _part(matrix: Any, cut: Any) -> Any:

@@ -112,7 +112,7 @@ class Drawing:
             Size of the elements in the laps [m]; by default a 24th of the shortest lap or a quarter
             of the width, whichever is smaller. Outside the laps elements are larger.
         """
-        return self._mesh(material, density, self.size_of_elements(element_size))
+        return self._mesh(material, density, self._element_size(element_size))
 
     def _bodies(self, material: Any, density: Any) -> dict[str, tuple[Material, float]]:
         names = self.parts
@@ -214,7 +214,6 @@ class Drawing:
         element_size: float | None = None,
         sensors: Mapping[str, Any] | None = None,
         masses: Mapping[Any, float] | None = None,
-        geometry: Sequence[Any] | None = None,
         progress: Callable[[float], None] | None = None,
     ) -> Convergence:
         """Refine the patches that dissipate most energy in a mode, and estimate the model error.
@@ -239,8 +238,6 @@ class Drawing:
             Largest number of patches.
         element_size, sensors, masses : optional
             As for :meth:`reduce`.
-        geometry : sequence, optional
-            Arguments of :meth:`ReducedJoint.with_geometry`, such as :meth:`BoltedBeam.bending`.
         progress : callable, optional
             Called with the approximate completed fraction [-].
 
@@ -262,7 +259,7 @@ class Drawing:
 
         return converge(
             partial(self._mesh, material, density),
-            self.size_of_elements(element_size),
+            self._element_size(element_size),
             _ALONG,
             surface,
             friction_coefficient,
@@ -273,14 +270,12 @@ class Drawing:
             form=form,
             tolerance=positive("tolerance", tolerance, "", 0.02),
             most_patches=most_patches,
-            geometry=geometry,
             progress=progress,
             sensors=sensors,
             masses=masses,
         )
 
-    def size_of_elements(self, element_size: float | None = None) -> float:
-        """Return the element size in the laps [m], by default chosen from the dimensions."""
+    def _element_size(self, element_size: float | None) -> float:
         usual = min(min(lap.length for lap in self.laps) / 24.0, self.width / 4.0)
         return usual if element_size is None else positive("element_size", element_size, "m", 5e-3)
 

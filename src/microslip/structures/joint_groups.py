@@ -10,8 +10,8 @@ relative to the static state.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -281,6 +281,14 @@ def _unit(line: Floats) -> Floats:
 Attachment = LawAttachment | FieldAttachment | GeometryAttachment
 JointGroup = LawGroup | FieldGroup | GeometryGroup
 JointState = LawStates | FieldStates | GeometryGroup
+_ROWS = ("directions", "columns", "coordinates", "rest")
+"""Arrays of attachments whose first axis is the degree of freedom."""
+
+
+def change_rows(attachment: Attachment, change: Callable[[Floats], Floats]) -> Attachment:
+    """Return an attachment with changed rows of its arrays, such as those of fewer degrees."""
+    arrays = {f.name: getattr(attachment, f.name) for f in fields(attachment) if f.name in _ROWS}
+    return replace(attachment, **{k: change(v) for k, v in arrays.items() if v is not None})
 
 
 def all_columns(attachments: Sequence[Attachment], size: int) -> Floats:

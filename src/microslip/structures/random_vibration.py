@@ -99,8 +99,6 @@ class RandomResponse(ModalResult):
     """Equivalent damping ratios of the modes [-]."""
     joint_deviation: Floats
     """Standard deviation of each joint's motion [m]; NaN by ``modes``."""
-    joint_frequency: Floats
-    """Rate of upward zero crossings of each joint's motion [Hz]; NaN by ``modes``."""
     joint_power: Floats
     """Power dissipated in each joint or node [W]."""
     iterations: int
@@ -289,7 +287,7 @@ def _by_joints(base: BaseMotion, psd: object) -> RandomResponse:
     poles = poles[inside]
     return RandomResponse(
         "joints", np.abs(poles) / (2.0 * math.pi), -poles.real / np.abs(poles), deviation,
-        turns / (2.0 * math.pi), power, rounds, message,
+        power, rounds, message,
         (OUTSIDE.judge(aside), SOFTENING.judge(lost)), base.model.shapes, base.carried[:, 0],
         variances, partial(linear.answer, softer=softer, dashpots=dashpots), spectrum,
     )  # fmt: skip
@@ -365,10 +363,9 @@ def _by_modes(
     omega = np.sqrt(squares[chosen])
     rates = np.diag(variances.velocity)[chosen]
     softening = float((1.0 - squares[chosen] / model.squares[chosen]).max())
-    nothing = np.full(count, np.nan)
     return RandomResponse(
-        "modes", omega / (2.0 * math.pi), np.diag(damping)[chosen] / (2.0 * omega), nothing,
-        nothing.copy(), loss, rounds, message,
+        "modes", omega / (2.0 * math.pi), np.diag(damping)[chosen] / (2.0 * omega),
+        np.full(count, np.nan), loss, rounds, message,
         (MODES.judge(1.0 - float(rates.max() / rates.sum())), MODAL_SOFTENING.judge(softening)),
         shapes, base.carried[:, 0], variances,
         partial(current.answer, softer=idle, dashpots=idle), spectrum,

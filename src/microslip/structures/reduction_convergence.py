@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -142,7 +142,6 @@ def converge(
     tolerance: float,
     most_patches: int,
     masses: Any,
-    geometry: Sequence[Any] | None = None,
     progress: Callable[[float], None] | None = None,
     **options: Any,
 ) -> Convergence:
@@ -157,14 +156,11 @@ def converge(
     def trial(boxes: Any, refined: Reducer = reducer, kept_modes: int = 14) -> _Trial:
         nonlocal done
         joint = refined.reduce(patches=boxes, kept_modes=kept_modes, **options)
-        if geometry is not None:
-            joint = joint.with_geometry(*geometry)
         curve = joint.tightened(surface, friction_coefficient).modes(mode, amplitudes)
-        result = _Trial(joint, replace(curve, loss=curve.loss[:, : joint.patches]))
         done += 1
         if progress is not None:  # of two steps, or with two trials to go
             progress(done / max(_TRIALS, done + 2))
-        return result
+        return _Trial(joint, curve)
 
     def finer(coarse: _Trial, selected: Any, axis: int) -> _Trial:
         """Return the model with halved patches; ``coarse`` itself if the elements are too large."""
@@ -220,8 +216,7 @@ def converge(
         change = _change(coarse.curve, current.curve)
         tell("finite elements", *sizes, change, _HALVED - 1.0)
     by_harmonics = _largest(*current.curve.harmonic_changes.T)
-    orders = ("0, 1, 2, 3", "0 … 5") if geometry is None else ("0 … 5", "0 … 7")
-    tell("harmonics", *orders, by_harmonics, 1.0)
+    tell("harmonics", "0, 1, 2, 3", "0 … 5", by_harmonics, 1.0)
     left = np.prod([(1.0 + c.frequency_left, 1.0 + c.damping_left) for c in changes], axis=0)
     to_last = np.add(_change(first.curve, current.curve), 1.0)
     asked = to_last * left - 1.0

@@ -24,6 +24,7 @@ from microslip.readers.array_files import archived
 from microslip.readers.files import POINTS, reading
 from microslip.structures.bolts import each_bolt
 from microslip.structures.geometry import GeometryAttachment
+from microslip.structures.joint_groups import change_rows
 from microslip.structures.matrices import vector
 from microslip.structures.reduction_files import NEWER, arrays_of, check_arrays
 from microslip.structures.reduction_patches import Samples, Surface, gaps_at, mean_over
@@ -209,25 +210,6 @@ class ReducedJoint(LockedArrays):
             surface_area=surface_area,
         )  # fmt: skip
 
-    def structure(self, surface: NormalLaw, friction_coefficient: ArrayLike) -> Structure:
-        """Return the joint with its contact, before the bolts are tightened.
-
-        Parameters
-        ----------
-        surface : NormalLaw
-            The normal load law of the surface.
-        friction_coefficient : array_like
-            Coulomb's coefficient [-], one number or of shape (patches,).
-
-        Returns
-        -------
-        Structure
-            Structure of the reduced matrices with the contact field attached.
-        """
-        field = self.field(surface, friction_coefficient)
-        structure = Structure(self.mass, self.stiffness).attach(field, directions=self.directions)
-        return structure if self.geometry is None else structure.with_attachment(self.geometry)
-
     def with_geometry(
         self, sensors: Iterable[str], cases: Any, weights: ArrayLike | None = None
     ) -> ReducedJoint:
@@ -274,7 +256,7 @@ class ReducedJoint(LockedArrays):
         surface : NormalLaw
             The normal load law of the surface.
         friction_coefficient : array_like
-            As for :meth:`structure`, one number or of shape (patches,).
+            As for :meth:`tightened`, one number or of shape (patches,).
         damping_ratio : float
             Damping ratio of each mode without the joints [-]; its dashpots move with the ground.
 
@@ -296,13 +278,8 @@ class ReducedJoint(LockedArrays):
         mass[self.size :] = self.base_inertia.T
         shaken = Structure(mass, stiffness, damping if ratio else None)
         for joints in state.attachments:  # the ground carries them as one piece
-            rows: dict[str, Any] = {
-                part.name: np.pad(value, [(0, 3)] + [(0, 0)] * (value.ndim - 1))
-                for part in fields(joints)
-                if part.name != "reach"
-                and (value := np.asarray(getattr(joints, part.name))).shape[:1] == (self.size,)
-            }
-            shaken = shaken.with_attachment(replace(joints, **rows))
+            padded = change_rows(joints, lambda x: np.pad(x, [(0, 3)] + [(0, 0)] * (x.ndim - 1)))
+            shaken = shaken.with_attachment(padded)
         return shaken.preload(np.pad(state.static_force, (0, 3)))
 
     def base(self, direction: str) -> dict[str, Any]:
@@ -325,36 +302,13 @@ class ReducedJoint(LockedArrays):
         way = np.array([float(axis == direction) for axis in "xyz"])
         return {"supports": list(range(self.size, self.size + 3)), "directions": way}
 
-    def static_force(self, surface: NormalLaw) -> Floats:
-        """Return the bolt forces on the tightened joint [N], excluding elastic forces of the bolts.
-
-        Parameters
-        ----------
-        surface : NormalLaw
-            As for :meth:`structure`.
-
-        Returns
-        -------
-        ndarray
-            Forces for :meth:`Structure.preload`, one for each degree of freedom. They are zero
-            except for the elongations e of the bolts, where they are k_b e - F, with the bolt
-            stiffness k_b, the tension F, and e in the tightened state. In the resulting
-            equilibrium each bolt has its tension F.
-
-        Notes
-        -----
-        The tightened state is found first with each bolt replaced by the force F alone, without
-        its axial stiffness k_b.
-        """
-        state, pull = self._pulled(surface, surface, None)
-        surface._check_rest(state.pressures * self.field(surface, 1.0).surface_area)
-        return pull
-
     def _pulled(self, surface: NormalLaw, law: NormalLaw, start: Any) -> tuple[Preload, Floats]:
         """Return the static state with bolt tensions as constant forces, and the static force.
 
-        The second result is that of :meth:`static_force`. ``law`` is the normal law of the contact:
-        ``surface`` or its law of first loading; ``start`` are displacements near the state [m].
+        The force [N] is zero except for the elongations e of the bolts, where it is k_b e - F, with
+        the bolt stiffness k_b and the tension F: with it each bolt has its tension in equilibrium.
+        ``law`` is the normal law of the contact: ``surface`` or its law of first loading; ``start``
+        are displacements near the state [m].
         """
         pull = np.zeros(self.size)
         pull[self._bolts] = -self.bolt_tension
@@ -369,15 +323,26 @@ class ReducedJoint(LockedArrays):
 
     @single_threaded
     def tightened(self, surface: NormalLaw, friction_coefficient: ArrayLike) -> Preload:
-        """Return the joint with its bolts tightened; arguments as :meth:`structure`.
+        """Return the joint with its contact and its bolts tightened.
+
+        Parameters
+        ----------
+        surface : NormalLaw
+            The normal load law of the surface.
+        friction_coefficient : array_like
+            Coulomb's coefficient [-], one number or of shape (patches,).
 
         Returns
         -------
         Preload
             The static state, with its pressures, ``modes``, ``forced_response`` and ``integrate``.
+            Its ``static_force`` are the forces of the bolts, excluding their elastic forces.
 
         Notes
         -----
+        The state is found first with each bolt replaced by its tension alone, without its axial
+        stiffness.
+
         If the surface yields, pressures follow its curve of first loading, and each patch is taken
         to be tightened by its own pressure. The tangential stiffness of a patch is then
         proportional to that pressure, and all patches begin to slide at nearly the same

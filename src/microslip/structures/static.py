@@ -10,7 +10,7 @@ from typing import Any, Concatenate, NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
 
-from microslip._core.checks import Floats, exact, number, show, whole_number
+from microslip._core.checks import Floats, exact, number, whole_number
 from microslip._core.errors import InputError
 from microslip._core.frozen import lock
 from microslip._core.threads import single_threaded
@@ -295,27 +295,21 @@ class AtRest:
         return self.model
 
     @single_threaded
-    def linear_modes(self, count: int = 10, *, joints: str = "stuck") -> LinearModes:
-        """Return the linear modes of small motion about the static state.
+    def linear_modes(self, count: int = 10) -> LinearModes:
+        """Return the linear modes of small motion about the static state, with sticking joints.
 
         Parameters
         ----------
         count : int, optional
             Number of modes.
-        joints : {"stuck", "open"}, optional
-            Joints as springs of their stiffness at rest, or a structure without joints.
 
         Returns
         -------
         LinearModes
             ``frequency`` [Hz] and ``shape``.
         """
-        if joints not in ("stuck", "open"):
-            raise InputError(f'joints must be "stuck" or "open", got {show(joints)}')
         count = whole_number("count", count, 1, MOST_MODES)
-        stiffness = self.stiffness
-        if joints == "stuck":
-            stiffness = stuck_stiffness(stiffness, self.attachments, self._motions)
+        stiffness = stuck_stiffness(self.stiffness, self.attachments, self._motions)
         squares, shapes = linear_modes(stiffness, self.mass, min(count, self.static_force.size))
         frequency = np.sqrt(np.maximum(squares, 0.0)) / (2.0 * math.pi)
         return LinearModes(frequency, shapes)

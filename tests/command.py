@@ -9,34 +9,16 @@ from pathlib import Path
 from typing import Any
 
 from click.testing import CliRunner, Result
+from studies import LOADS, edited
 
 from microslip.cli import main
 
-STUDY = """\
-schema = 1
-title = "A [bold] joint"
-material.al = { young_modulus = "69 GPa", poisson_ratio = 0.33, hardness = "1.2 GPa" }
-
-[surface]
-materials = ["al", "al"]
-law = "greenwood-williamson"
-heights = { kind = "gaussian", std = "0.5 um" }
-radius = "1 mm"
-density = "100 1/mm^2"
-area = "2 cm^2"
-
-[joint]
-friction_coefficient = 0.55
-normal_load = "2 kN"
-
-[excitation]
-amplitudes = ["0.1 um", "1 um"]
-curve = { from = "1 nm", to = "100 um", points = 20 }
-
-[output]
-formats = ["csv"]
-report = false
-"""
+STUDY = edited(
+    ("A joint", "A [bold] joint"),
+    ("poisson_ratio = 0.33", 'poisson_ratio = 0.33\nhardness = "1.2 GPa"'),
+    (LOADS, '"2 kN"'),
+    ('["csv"]', '["csv"]\nreport = false'),
+)
 
 
 def run(*arguments: str) -> Result:

@@ -13,6 +13,18 @@ from microslip.study.build import Design, build_surface
 from microslip.study.runs.structure import keys_of_model
 from microslip.study.uncertain import at_central_values
 
+FACE = """
+schema = 1
+[surface]
+law = "face"
+materials = ["steel-c45", "al2017"]
+rq = "1.6 um"
+rdq = 0.15
+area = "40 cm^2"
+[joint]
+friction_coefficient = 0.3
+pressure = { kind = "bolt", size = "M8", count = 4, plates = ["8 mm", "12 mm"], MORE }
+"""
 # Fine threads by VDI 2230 (2001): diameter, pitch [mm], mu, F_M [kN] of 8.8, 10.9 and 12.9.
 PRINTED = (
     (8, 1.0, 0.10, 20.7, 30.4, 35.6), (8, 1.0, 0.12, 20.2, 29.7, 34.7),
@@ -77,18 +89,7 @@ def test_resiliences_and_what_embeds() -> None:
 
 def test_a_joint_pressed_by_bolts_of_a_grade() -> None:
     """K d F = M by hand, alpha_A as the ratio of its ends, and yield at 640 MPa with torsion."""
-    text = """
-schema = 1
-[surface]
-law = "face"
-materials = ["steel-c45", "steel-c45"]
-rq = "1.6 um"
-rdq = 0.15
-area = "9 cm^2"
-[joint]
-friction_coefficient = 0.3
-pressure = { kind = "bolt", size = "M8", plates = ["10 mm", "10 mm"], grade = "8.8", MORE }
-"""
+    text = FACE.replace("count = 4", 'grade = "8.8"').replace('"40 cm^2"', '"9 cm^2"')
     study = ms.Study.from_toml(text.replace("MORE", 'torque = "20 N m", tightening_factor = 2.0'))
     assert study.joint.normal_load == (pytest.approx(20.0 / (0.2 * 0.008)),)
     design = Design(study)
@@ -104,20 +105,6 @@ pressure = { kind = "bolt", size = "M8", plates = ["10 mm", "10 mm"], grade = "8
             ms.Study.from_toml(text.replace("MORE", more))
         most = float(str(caught.value).partition("at most ")[2].partition(" N")[0])
         assert most == pytest.approx(18.6e3 / 0.9, rel=5e-3)
-
-
-FACE = """
-schema = 1
-[surface]
-law = "face"
-materials = ["steel-c45", "al2017"]
-rq = "1.6 um"
-rdq = 0.15
-area = "40 cm^2"
-[joint]
-friction_coefficient = 0.3
-pressure = { kind = "bolt", size = "M8", count = 4, plates = ["8 mm", "12 mm"], MORE }
-"""
 
 
 def resiliences(plates: tuple[tuple[float, float], ...]) -> tuple[float, float]:
@@ -160,15 +147,8 @@ def test_what_embeds_in_a_study() -> None:
     assert found == pytest.approx(4 * (12500.0 - 9.5e-6 / (bolt + plates)), rel=1e-4)
 
 
-BEAM = """
-schema = 1
-[surface]
-law = "face"
-materials = ["steel-c45", "steel-c45"]
-rq = "1.6 um"
-rdq = 0.15
-area = "1 cm^2"
-[joint]
+BEAM = FACE[: FACE.index("friction")].replace("al2017", "steel-c45")
+BEAM += """
 friction_coefficient = MU
 [structure]
 length = "720 mm"

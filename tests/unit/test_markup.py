@@ -20,6 +20,7 @@ import numpy as np
 import pytest
 from command import run
 from html_pages import Page
+from studies import CURVE, LOADS, edited
 
 import microslip as ms
 from microslip._core.dataset import text_cell
@@ -33,31 +34,17 @@ TITLE = f'</title>{SCRIPT}{IMAGE} "& =1+1 $\\frac{{$'
 FORMULA = f'=HYPERLINK(1){IMAGE}"&'
 NEWLINE = '-2"\ntitle = "mine"\x1b[31m\x9b31m$\\frac{$'
 CALL = "=cmd|' /C calc'!A0"
-STUDY = f"""\
-schema = 1
-title = {json.dumps(TITLE)}
-[material.{json.dumps(SCRIPT)}]
-young_modulus = "69 GPa"
-poisson_ratio = 0.33
-[material.{json.dumps(CALL)}]
-young_modulus = "210 GPa"
-poisson_ratio = 0.3
-[surface]
-materials = [{json.dumps(SCRIPT)}, {json.dumps(CALL)}]
-law = "greenwood-williamson"
-heights = {{ kind = "gaussian", std = "0.5 um" }}
-radius = "1 mm"
-density = "100 1/mm^2"
-area = "2 cm^2"
-[joint]
-friction_coefficient = 0.55
-normal_load = "2 kN"
-[excitation]
-amplitudes = ["0.1 um", "1 um"]
-[excitation.history]
-file = {json.dumps(FORMULA + ".csv")}
-column = "displacement"
-"""
+PAIR = f"[{json.dumps(SCRIPT)}, {json.dumps(CALL)}]"
+STEEL = f'[material.{json.dumps(CALL)}]\nyoung_modulus = "210 GPa"\npoisson_ratio = 0.3\n'
+STUDY = edited(
+    ('"A joint"', json.dumps(TITLE)),
+    ("[material.al]", f"{STEEL}[material.{json.dumps(SCRIPT)}]"),
+    ('["al", "al"]', PAIR),
+    (LOADS, '"2 kN"'),
+    (f"curve = {CURVE}", ""),
+    ("[output]", f'history = {{ file = {json.dumps(FORMULA + ".csv")}, column = "displacement" }}'),
+    ('formats = ["csv"]', ""),
+)
 
 
 class Left(NamedTuple):

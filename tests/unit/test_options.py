@@ -7,7 +7,6 @@ import pickle as pickle
 import click
 import jsonschema
 import pytest
-from click.testing import CliRunner
 
 from microslip._core.options import option
 from microslip._core.parameters import REQUIRED
@@ -29,8 +28,8 @@ ALL = (CUTOFF, PIXEL, VALID, OUTLIERS, LEVEL, TURN)
 
 @click.command()
 @offers(*ALL)
-def command(**given: object) -> None:
-    click.echo(repr(given))
+def command(**given: object) -> dict[str, object]:
+    return given
 
 
 class Table(Part):
@@ -47,32 +46,18 @@ def by_study(**given: object) -> Table:
 
 
 def by_command(*words: str) -> dict[str, object]:
-    result = CliRunner().invoke(command, words)
-    assert result.exit_code == 0, result.output
-    given: dict[str, object] = eval(result.output)
-    return given
+    return command.main(words, standalone_mode=False)
 
 
 def test_command_study_schema_and_python_agree() -> None:
-    written = {
-        "cutoff": "10 um",
-        "pixel": "2 um",
-        "valid": ["-1 mm", "1 mm"],
-        "outliers": 6,
-        "level": "mean",
-        "sign": True,
-    }
+    written = {"cutoff": "10 um", "pixel": "2 um", "valid": ["-1 mm", "1 mm"], "outliers": 6,
+               "level": "mean", "sign": True}  # fmt: skip
+    values = {"cutoff": 1e-5, "pixel": (2e-6,), "valid": (-1e-3, 1e-3), "outliers": 6.0,
+              "level": "mean", "sign": True}  # fmt: skip
     words = "--cutoff|10 um|--pixel|2 um|--valid|-1 mm|1 mm|--outliers|6|--level|mean|--turn"
-    from_command, from_study = by_command(*words.split("|")), by_study(**written)
-    assert from_command == {
-        "cutoff": 1e-5,
-        "pixel": (2e-6,),
-        "valid": (-1e-3, 1e-3),
-        "outliers": 6.0,
-        "level": "mean",
-        "sign": True,
-    }
-    assert from_study.by_keys() == from_command
+    from_command = by_command(*words.split("|"))
+    assert from_command == values
+    assert by_study(**written).by_keys() == values
     for declared in ALL:
         assert declared.checked(from_command[declared.name]) == from_command[declared.name]
     schema = Table.schema()
@@ -82,9 +67,7 @@ def test_command_study_schema_and_python_agree() -> None:
     for name, wrong in (("cutoff", 3), ("outliers", 1), ("level", "bent"), ("valid", ["1 mm"])):
         with pytest.raises(jsonschema.ValidationError):
             jsonschema.validate({**written, name: wrong}, schema)
-
-
-def test_what_is_not_given_is_the_default() -> None:
+    # What is not given is the default.
     table = by_study(cutoff="none")
     given = by_command("--cutoff", "none")
     assert given == {name: getattr(table, name) for name in Table.keys}

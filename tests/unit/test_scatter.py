@@ -189,53 +189,15 @@ def test_same_seed_same_bytes(tmp_path: Path) -> None:
     assert files[0] == files[1]
 
 
-ANY = """
-schema = 1
-[surface]
-law = "greenwood-williamson"
-materials = ["al", "al"]
-heights = { kind = "gaussian", std = { mean = "0.5 um", cv = 0.1 } }
-radius = "1 mm"
-density = "100 1/mm^2"
-area = { mean = "2 cm^2", cv = 0.05 }
-[material.al]
-young_modulus = "69 GPa"
-poisson_ratio = 0.33
-hardness = { low = "0.8 GPa", high = "1.2 GPa" }
-[joint]
-friction_coefficient = 0.55
-normal_load = { mean = "2 kN", cv = 0.15 }
-[excitation]
-amplitudes = [{ mean = "0.1 um", cv = 0.1 }, "1 um"]
-curve = { from = "10 nm", to = "1 um", points = 3 }
-[uncertainty]
-samples = 64
-"""
-
-
-LOADED = """
-schema = 1
-[surface]
-law = "greenwood-williamson"
-materials = ["steel", "steel"]
-heights = { kind = "gaussian", std = "0.5 um" }
-radius = "0.5 mm"
-density = "200 1/mm^2"
-area = "4 cm^2"
-[joint]
-friction_coefficient = 0.5
-normal_load = { mean = "2 kN", cv = 0.15 }
-"""
-
-
 def test_check_refuses_what_some_draws_refuse(tmp_path: Path) -> None:
     path = tmp_path / "joint.toml"
     table = """law = "table"
-materials = ["steel", "steel"]
+materials = ["al", "al"]
 separation = ["0 um", "1 um", "2 um"]
 load = ["2.2 kN", "1 kN", "0 N"]
-[joint]"""
-    text = LOADED.replace(LOADED[LOADED.index("law") : LOADED.index("[joint]") + 7], table)
+"""
+    usual = ROUGH.replace("samples = 128", "samples = 512")
+    text = usual.replace(ROUGH[ROUGH.index("law") : ROUGH.index("[material")], table)
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ms.StudyError, match=r"joint.normal_load: \d+ of 512 draws") as caught:
         check_draws(StudyDescription.load(path))
@@ -246,17 +208,21 @@ load = ["2.2 kN", "1 kN", "0 N"]
     assert count == pytest.approx(512 * share, abs=2)
     assert CliRunner().invoke(main, ["check", str(path)]).exit_code == 2
     # A law without an end answers all of them.
-    path.write_text(LOADED, encoding="utf-8")
+    path.write_text(usual, encoding="utf-8")
     check_draws(StudyDescription.load(path))
 
 
 def test_any_number_may_scatter() -> None:
     """Hardness, heights, area, load, amplitudes."""
-    study = ms.Study.from_toml(ANY)
-    design = Design(study)
+    hardness = 'hardness = { low = "0.8 GPa", high = "1.2 GPa" }'
+    text = ROUGH.replace("poisson_ratio", f"{hardness}\npoisson_ratio")
+    text = text.replace('"2 cm^2"', '{ mean = "2 cm^2", cv = 0.05 }')
+    text = text.replace('["0.1 um"', '[{ mean = "0.1 um", cv = 0.1 }')
+    design = Design(ms.Study.from_toml(text))
     assert [one.key for one in design.inputs] == [
-        "material.al.hardness", "surface.heights.std", "surface.area", "joint.normal_load",
-        "excitation.amplitudes, item 1",
+        "material.al.young_modulus", "material.al.hardness", "surface.heights.std",
+        "surface.radius", "surface.density", "surface.area", "joint.friction_coefficient",
+        "joint.normal_load", "excitation.amplitudes, item 1",
     ]  # fmt: skip
     for row in design.scores(design.points()[0]):
         drawn = design.at(row)

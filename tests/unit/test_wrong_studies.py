@@ -6,84 +6,53 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from studies import STUDY
+from studies import CURVE, STUDY, edited
 
 import microslip as ms
 
+EMPTY = "wanted a study, got none; microslip new NAME.toml writes one"
+FILES = {
+    "empty": ("joint.toml", b"", EMPTY),
+    "blank": ("joint.toml", b"\n\n", EMPTY),
+    "comment": ("joint.toml", b"# only a comment", EMPTY),
+    "no UTF-8": ("joint.toml", STUDY.replace("A joint", "Füge").encode("latin-1"),
+                 "line 2: not UTF-8 text (byte 0xfc); save the file as UTF-8"),
+    "deep": ("joint.toml", b"a = " + 100_000 * b"[", "nested too deeply"),
+    "missing": ("jiont.toml", b"", 'no such file; did you mean "joint.toml"?'),
+    "no folder": ("x/joint.toml", b"", "no such file"),
+    "long": ("x" * 300, b"", "cannot be read"),
+    "null": ("a\0b", b"", "cannot be read"),
+    "device": ("/dev/zero", b"", "wanted a study file, got a device"),
+}  # fmt: skip
 
-def test_an_empty_study_is_reported_how_to_begin(tmp_path: Path) -> None:
-    for text in ("", "\n\n", "# only a comment"):
-        path = tmp_path / "joint.toml"
-        path.write_text(text)
-        assert message_of(path) == (
-            f"{path}: wanted a study, got none; microslip new NAME.toml writes one"
-        )
+
+@pytest.mark.parametrize("case", FILES)
+def test_a_file_that_is_no_study_is_one_line(case: str, here: Path) -> None:
+    name, content, message = FILES[case]
+    (here / "joint.toml").write_bytes(content)
+    if name == "/dev/zero" and not Path(name).exists():
+        pytest.skip("there is no such device")
+    line = refused(ms.Study.load, name)
+    assert line.startswith(repr(name)[1:-1][:100])
+    assert message in line
 
 
-# What only the numbers tell. -----------------------------------------------------------------
-
-
-def refused(**changes: Any) -> str:
-    """The message of a study in Python, its `study: ` taken off."""
-    surface = {"law": "sphere", "materials": ("steel", "al2017"), "radius": "5 mm"}
-    joint = {"friction_coefficient": 0.2, "normal_load": ("1 N", "2 N")}
+def refused(call: Any, *given: Any, **more: Any) -> str:
     with pytest.raises(ms.StudyError) as caught:
-        ms.Study(**{"schema": 1, "surface": surface, "joint": joint, **changes})
-    return str(caught.value).removeprefix("study: ")
-
-
-def test_a_history_is_limited_by_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "x.csv").write_text("x [um]\n" + 60 * "1\n-1\n")
-    joint = {"friction_coefficient": 0.2, "normal_load": ["1 N", "2 N"]}
-    excitation = {"history": {"file": str(tmp_path / "x.csv"), "column": "x"}}
-    monkeypatch.setattr("microslip.study.consistency.MAX_SAMPLES", 200)
-    assert refused(joint=joint, excitation=excitation) == (
-        "excitation.history: wanted at most 200 samples in all, got 240 (loads times rows)"
-    )
-    monkeypatch.setattr("microslip.study.fields.MAX_ROWS", 100)
-    assert refused(joint=joint, excitation=excitation) == (
-        f"excitation.history: {tmp_path / 'x.csv'}: wanted at most 100 rows, got more"
-    )
-
-
-# -- columns of files -----------------------------------------------------------------------
-
-
-# -- the file itself ------------------------------------------------------------------------
-
-
-def message_of(path: Path) -> str:
-    with pytest.raises(ms.StudyError) as caught:
-        ms.Study.load(path)
+        call(*given, **more)
     assert "\n" not in str(caught.value)
     return str(caught.value)
 
 
-def test_a_missing_file_is_named_with_the_nearest_one(tmp_path: Path) -> None:
-    (tmp_path / "joint.toml").write_text(STUDY)
-    path = tmp_path / "jiont.toml"
-    assert message_of(path) == f'{path}: no such file; did you mean "joint.toml"?'
-    path = tmp_path / "x" / "joint.toml"
-    assert message_of(path) == f"{path}: no such file"
-
-
-def test_a_file_that_is_not_utf8_is_located(tmp_path: Path) -> None:
-    path = tmp_path / "joint.toml"
-    path.write_bytes(STUDY.replace("A joint", "Füge").encode("latin-1"))
-    assert message_of(path) == (
-        f"{path}: line 2: not UTF-8 text (byte 0xfc); save the file as UTF-8"
+def test_a_history_is_limited_by_memory(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    Path("x.csv").write_text("x [um]\n" + 60 * "1\n-1\n")
+    history = 'history = { file = "x.csv", column = "x" }'
+    text = edited((f"curve = {CURVE}", history))
+    monkeypatch.setattr("microslip.study.consistency.MAX_SAMPLES", 200)
+    assert refused(ms.Study.from_toml, text) == (
+        "study: excitation.history: wanted at most 200 samples in all, got 240 (loads times rows)"
     )
-
-
-def test_odd_paths_and_sizes_are_reported(tmp_path: Path) -> None:
-    assert "cannot be read" in message_of(tmp_path / ("x" * 300))
-    assert "cannot be read" in message_of(Path("a\0b"))
-    assert "nested too deeply" in message_of_text("a = " + 100_000 * "[")
-    if Path("/dev/zero").exists():
-        assert "wanted a study file, got a device" in message_of(Path("/dev/zero"))
-
-
-def message_of_text(text: str) -> str:
-    with pytest.raises(ms.StudyError) as caught:
-        ms.Study.from_toml(text)
-    return str(caught.value)
+    monkeypatch.setattr("microslip.study.fields.MAX_ROWS", 100)
+    assert refused(ms.Study.from_toml, text) == (
+        "study: excitation.history: x.csv: wanted at most 100 rows, got more"
+    )

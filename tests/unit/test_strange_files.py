@@ -223,7 +223,7 @@ def test_files_that_declare_too_much_are_refused_before_reading(kinds: list[str]
     said = run.stdout.splitlines()
     assert len(said) == len(kinds)
     for line in said:
-        assert re.search('limit|not a usable|a number, got "x"|lines of numbers', line)
+        assert re.search('limit|not a usable|too large|a number, got "x"|lines of numbers', line)
 
 
 def test_the_limit_is_the_users() -> None:

@@ -17,6 +17,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.errors import InputError
+from microslip._core.packages import needed_for
 from microslip._core.units import LENGTH, QuantityError, engineering, to_si
 from microslip._core.wording import did_you_mean, quote, shorten
 from microslip.readers import hdf5
@@ -134,11 +135,6 @@ def _axis(name: str, values: Floats) -> tuple[np.ndarray, int, float]:
     )
 
 
-INSTALL = (
-    "instrument files need SurfaceTopography, which is not installed; "
-    'write: pip install "microslip[scan]" (text with any suffix is read with format="text")'
-)
-
 # Formats that microslip reads itself, and a reader that accepts any file of a certain size.
 _EXCLUDED_FORMATS = ("npy", "npz", "mat", "asc", "xyz", "hgt")
 _IGNORED_WARNINGS = (DeprecationWarning, FutureWarning, ImportWarning, ResourceWarning)
@@ -147,32 +143,35 @@ _BESIDE = 1 << 28  # bytes of images and logs stored with the heights
 _BYTES_A_SECOND = 2e6  # of SurfaceTopography, which reads text in Python
 _XML = 1 << 23  # largest XML file in an archive [bytes]; parsed XML takes many times that
 
+_INSTEAD = 'text with any suffix is read with format="text"'
+
 # An NMS file states nanometres where SurfaceTopography expects millimetres.
 _WIDEST_NMS = 1e-3
-
 
 _NANOSCOPE = b"\\*File list"
 """First bytes of files of Bruker's Nanoscope, whose suffix is a running number of three digits."""
 
 
-class Heights(NamedTuple):
-    """Height channel of an instrument file, with the steps and unit of the grid."""
+class RawHeights(NamedTuple):
+    """Heights as stored in a file, before conversion of units."""
 
     kind: str
-    """Kind of the file and its reader, for the notes."""
+    """Kind of the file and its reader or layout, for the notes."""
     values: np.ndarray
     """Heights in the unit of the file; missing points are NaN or masked."""
-    unit: str | None
-    pixel: tuple[float, ...] | None
+    unit: str | None = None
+    """Unit of the heights stated by the file; None if it is not."""
+    pixel: tuple[float, ...] | None = None
     """Distance between neighbouring points [m], if the file states it."""
-    notes: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+    steps: tuple[float, ...] | None = None
+    """Distance between neighbouring points in the unit of the coordinates."""
+    columns: tuple[str | None, str | None] = (None, None)
+    """Units of the coordinates and of the heights, from column names."""
 
 
-def read_channel(path: Path, format_name: Any, channel: Any) -> Heights:
+def read_channel(path: Path, format_name: str | None, channel: str | int | None) -> RawHeights:
     """Return the requested height channel, read in the given or the first suitable format."""
-    for name, value, kinds in (("format", format_name, str), ("channel", channel, (str, int))):
-        if value is not None and not isinstance(value, kinds):
-            raise InputError(f"`{name}` must be text, got {quote(value)}")
     _check_size(path)
     content = parsed(
         "instrument file",
@@ -183,12 +182,14 @@ def read_channel(path: Path, format_name: Any, channel: Any) -> Heights:
         format_name=format_name,
         channel_name=channel,
     )
-    content["pixel"] = None if content["pixel"] is None else tuple(content["pixel"])
-    return Heights(**{**content, "notes": tuple(content["notes"])})
+    pixel = None if content["pixel"] is None else tuple(content["pixel"])
+    return RawHeights(
+        content["kind"], content["values"], content["unit"], pixel, tuple(content["notes"])
+    )
 
 
 def read_height_channel(path: Path, format_name: str | None, channel_name: str | int | None) -> Any:
-    """Return a height channel, read by SurfaceTopography, as a mapping of the fields of Heights.
+    """Return a height channel, read by SurfaceTopography, as a mapping of the fields of RawHeights.
 
     Runs in the child process.
     """
@@ -215,18 +216,15 @@ def read_height_channel(path: Path, format_name: str | None, channel_name: str |
 
 
 def _library() -> Any:
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            from SurfaceTopography import IO
-    except ImportError as error:
-        # A broken installation raises another kind of ImportError.
-        why = "" if isinstance(error, ModuleNotFoundError) else f" ({first_line(error)})"
-        raise ValueError(INSTALL + why) from None
+    with warnings.catch_warnings(), needed_for("instrument files are read by", "scan", _INSTEAD):
+        warnings.simplefilter("ignore")
+        from SurfaceTopography import IO
     return IO
 
 
-def _read(path: Path, format_name: Any, channel_name: Any) -> Heights:
+def _read(path: Path, format_name: str | None, channel_name: str | int | None) -> RawHeights:
+    from importlib.metadata import version
+
     reader, name = _open(path, format_name)
     try:
         with decoded(f"{name} file", quiet=False):
@@ -250,8 +248,9 @@ def _read(path: Path, format_name: Any, channel_name: Any) -> Heights:
             "nanometres of an nms file as millimetres; divided by a million."
         )
         pixel = tuple(step * 1e-6 for step in pixel)
-    kind = f'{name} file by SurfaceTopography {_version()}, channel "{shorten(channel.name, 60)}"'
-    return Heights(kind, values, unit, pixel, tuple(notes))
+    library = f"SurfaceTopography {version('SurfaceTopography')}"
+    kind = f'{name} file by {library}, channel "{shorten(channel.name, 60)}"'
+    return RawHeights(kind, values, unit, pixel, tuple(notes))
 
 
 def _check_size(path: Path) -> None:
@@ -276,16 +275,16 @@ def _check_size(path: Path) -> None:
         )
 
 
-def _open(path: Path, format_name: Any) -> tuple[Any, str]:
+def _open(path: Path, format_name: str | None) -> tuple[Any, str]:
     library = _library()
     readers = library.lookup_reader_by_format
     if format_name is not None:
-        if not isinstance(format_name, str) or format_name not in readers:
+        if format_name not in readers:
             house_formats = ("npy", "npz", "text", "matrix", "xyz", "profile", "mat")
             names = [*house_formats, *sorted({*readers} - {*house_formats})]
-            hint = did_you_mean(format_name, names) if isinstance(format_name, str) else ""
             raise InputError(
-                f"`format`: no format {quote(format_name)}{hint}; there are {', '.join(names)}"
+                f"`format`: no format {quote(format_name)}{did_you_mean(format_name, names)}; "
+                f"there are {', '.join(names)}"
             )
         with decoded(f"{format_name} file", quiet=False):
             return readers[format_name](str(path)), format_name
@@ -393,12 +392,3 @@ def _factor(unit: str) -> float:
         return to_si(f"1 {unit}", LENGTH, "1 um")
     except QuantityError as error:
         raise ValueError(f"length unit of the file: {error}") from None
-
-
-def _version() -> str:
-    from importlib.metadata import PackageNotFoundError, version
-
-    try:
-        return version("SurfaceTopography")
-    except PackageNotFoundError:
-        return ""

@@ -8,13 +8,13 @@ import math
 import re
 import zipfile
 from collections.abc import Sequence
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from microslip._core.checks import Floats
+from microslip._core.packages import needed_for
 from microslip._core.wording import quote
 from microslip.readers.child import parsed
 from microslip.readers.dialect import NUMBER, TextLine, find_layout, is_missing
@@ -25,9 +25,10 @@ from microslip.readers.text import whole_text
 
 def tdms_table(path: Path) -> RawTable:
     """Return the channels of a TDMS file, such as "Log/Force", with unit and sampling rate."""
-    nptdms = library("nptdms", "TDMS", "npTDMS", "tdms")
-    # Its log messages about damaged files duplicate its exceptions.
-    import_module("nptdms.log").log_manager.set_level(logging.CRITICAL)
+    with needed_for("TDMS files are read by", "tdms"):
+        import nptdms
+        from nptdms.log import log_manager
+    log_manager.set_level(logging.CRITICAL)  # messages on damaged files duplicate its exceptions
     with decoded("TDMS file"), path.open("rb") as raw, nptdms.TdmsFile.open(raw) as file:
         channels = [
             (channel.group_name, channel.name, column)
@@ -56,16 +57,6 @@ def _of_channel(channel: Any) -> RawColumn | None:
         rate = 1.0 / float(step)
     unit = str(channel.properties.get("unit_string", "")).strip() or None
     return RawColumn(f"{channel.group_name}/{channel.name}", unit, len(channel), rate, channel.name)
-
-
-def library(module: str, kind: str, name: str, extra: str) -> Any:
-    """Import the module that reads a kind of file; otherwise state how to install it."""
-    try:
-        return import_module(module)
-    except ImportError:
-        raise Unusable(
-            f'{kind} files need {name}, which is not installed: pip install "microslip[{extra}]"'
-        ) from None
 
 
 _BYTES = 64
@@ -153,7 +144,8 @@ def _sheets(path: Path) -> dict[str, Rows]:
 
 def read_sheets(path: Path) -> dict[str, Rows]:
     """Return the cells of each visible sheet, by sheet name; runs in the child process."""
-    openpyxl = library("openpyxl", "Excel", "openpyxl", "excel")
+    with needed_for("Excel files are read by", "excel"):
+        import openpyxl
     # Declared sizes can be trusted: a longer member fails its checksum.
     with zipfile.ZipFile(path) as archive:
         declared = sum(member.file_size for member in archive.infolist())

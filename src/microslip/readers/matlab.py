@@ -9,35 +9,16 @@ from typing import Any
 import numpy as np
 
 from microslip._core.errors import InputError
-from microslip.readers.arrays import Arrays, Leaf, arrays_in
+from microslip.readers.arrays import Arrays, arrays_in
 from microslip.readers.child import parsed
 from microslip.readers.files import allowed_points, refuse_beyond
 from microslip.readers.hdf5 import group_members, leaf_of, opened, stored_arrays
 
-_LARGE = 1_000_000
-_LARGE_ARRAY = "the shape of a large array"
 
-
-def variables(path: Path, names: list[str] | None = None) -> dict[str, Any]:
-    """Return variables of a MAT-file up to version 7 by name, structs as nested mappings.
-
-    Without `names` all variables are returned, but large arrays are replaced by their shape
-    (tuple).
-    """
-    content = parsed("MAT-file", path, read_mat, libraries=["scipy.io"], names=names)
-    return {
-        name: tuple(value[_LARGE_ARRAY])
-        if isinstance(value, dict) and _LARGE_ARRAY in value
-        else value
-        for name, value in content.items()
-    }
-
-
-def whole_variables(path: Path) -> dict[str, Any]:
-    """Return all variables of a MAT-file up to version 7, including large arrays."""
-    content = variables(path)
-    large = [name for name, value in content.items() if isinstance(value, tuple)]
-    return content | (variables(path, large) if large else {})
+def variables(path: Path) -> dict[str, Any]:
+    """Return the variables of a MAT-file up to version 7 by name, structs as nested mappings."""
+    content: dict[str, Any] = parsed("MAT-file", path, read_mat, libraries=["scipy.io"])
+    return content
 
 
 def market_matrix(path: Path) -> Any:
@@ -48,28 +29,18 @@ def market_matrix(path: Path) -> Any:
 # ------------------------------------------------------------------ what runs in the child
 
 
-def read_mat(path: Path, names: list[str] | None) -> dict[str, Any]:
-    """Read variables of a MAT-file with SciPy, in the child process."""
+def read_mat(path: Path) -> dict[str, Any]:
+    """Read the variables of a MAT-file with SciPy, unless they are more numbers than the limit."""
     from scipy.io import loadmat, whosmat
 
-    points, file = allowed_points(), str(path)
-    sizes = {name: tuple(map(int, size)) for name, size, _ in whosmat(file)}
-    large = set[str]()
-    if names is None:
-        large = {name for name, size in sizes.items() if math.prod(size) > min(points, _LARGE)}
-        names = [name for name in sizes if name not in large]
-    elif sum(math.prod(sizes[name]) for name in names if name in sizes) > points:
-        raise InputError(f"contains more points than `limit={points}`")
-    content = loadmat(file, variable_names=names, simplify_cells=True) if names else {}
-    by_name = {name: value for name, value in content.items() if not name.startswith("__")}
+    sizes = {name: tuple(map(int, size)) for name, size, _ in whosmat(str(path))}
+    refuse_beyond(sum(map(math.prod, sizes.values())))
+    content = loadmat(str(path), simplify_cells=True)
+    by_name = {name: content[name] for name in sizes if name in content}
     for name, value in by_name.items():
         if isinstance(value, np.ndarray) and value.dtype.kind in "iufcb":
-            by_name[name] = value.reshape(sizes.get(name, value.shape))
-    return {
-        name: by_name.get(name, {_LARGE_ARRAY: sizes[name]})
-        for name in sizes
-        if name in by_name or name in large
-    }
+            by_name[name] = value.reshape(sizes[name])
+    return by_name
 
 
 def read_market(path: Path) -> Any:
@@ -94,17 +65,10 @@ def read_matlab(path: Path) -> Arrays:
     with path.open("rb") as file:
         new = file.read(19) == b"MATLAB 7.3 MAT-file"
     if not new:
-        tree = {name: _in_file(path, name, value) for name, value in variables(path).items()}
-        return Arrays("MAT-file", tree, ".", _ADVICE)
+        return Arrays("MAT-file", arrays_in(variables(path)), ".", _ADVICE)
     return Arrays(
         "MAT-file of version 7.3", stored_arrays(path, "MAT-file", read_new), ".", _ADVICE
     )
-
-
-def _in_file(path: Path, name: str, value: Any) -> Any:
-    if isinstance(value, tuple):
-        return Leaf(value, lambda: variables(path, [name])[name])
-    return arrays_in(value)
 
 
 # ------------------------------------------------------------------ what runs in the child

@@ -16,7 +16,7 @@ from microslip._core.frozen import lock
 from microslip._core.wording import did_you_mean, shorten
 from microslip.readers.array_files import archived
 from microslip.readers.files import decoded, reading
-from microslip.readers.matlab import market_matrix, whole_variables
+from microslip.readers.matlab import market_matrix, variables
 
 _ASYMMETRY = 1e-8  # of the largest entry: what files with eight digits leave
 LARGEST_DENSE = 4000
@@ -249,7 +249,7 @@ def load_matrices(
     if file.is_dir():
         content = _folder(file, limit)
     else:
-        read = {".npz": archived, ".mat": whole_variables}.get(file.suffix.lower())
+        read = {".npz": archived, ".mat": variables}.get(file.suffix.lower())
         if read is None:
             raise InputError(
                 f"{file.name}: wanted an .npz or .mat file, or a folder of mass.mtx, stiffness.mtx "

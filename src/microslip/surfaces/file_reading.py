@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 import numbers
-from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from microslip._core.units import LENGTH, QuantityError, engineering, to_si
 from microslip._core.verdicts import Remark
 from microslip._core.wording import quote, shorten
 from microslip.readers.files import POINTS, reading
+from microslip.readers.instruments import RawHeights
 from microslip.surfaces.checks import (
     exact_zeros,
     far_points,
@@ -24,7 +24,7 @@ from microslip.surfaces.checks import (
     repeated,
 )
 from microslip.surfaces.faults import faults
-from microslip.surfaces.heights_in_files import FileOptions, RawHeights, read_heights
+from microslip.surfaces.heights_in_files import read_heights
 from microslip.surfaces.repair import fill_values
 
 SUSPECT = "suspect"
@@ -33,47 +33,32 @@ SUSPECT = "suspect"
 UNIT_QUESTION = "likely unit error"
 """Kind of a remark on probably wrong units."""
 
-_TEXTS = ("csv", "txt", "tsv", "dat", "prn")  # suffixes that denote text
 
+def read(
+    path: Path,
+    format_name: Any,
+    unit: Any,
+    pixel: Any,
+    channel: Any,
+    valid: Any,
+    limit: int = POINTS,
+) -> tuple[np.ndarray, tuple[float, ...], str, tuple[str, ...]]:
+    """Return heights [m], NaN where missing, pixel [m], name and notes of a scan.
 
-class ScanContent(NamedTuple):
-    """Heights, pixel and notes of a file, in SI units."""
-
-    heights: np.ndarray
-    """Heights [m], NaN where missing."""
-    pixel: tuple[float, ...]
-    """Distance between neighbouring points [m]."""
-    name: str
-    notes: tuple[str, ...]
-
-
-def read(path: Path, options: FileOptions, limit: int = POINTS) -> ScanContent:
-    """Read a scan from a file with the options given by the user.
-
-    Error messages contain the file name.
+    Options that the user has not given are None. Error messages contain the file name.
     """
     with reading(path, "a scan", limit, shorten(str(path), 200)):
-        if options.format is not None and not isinstance(options.format, str):
-            raise InputError(f"`format` must be text, got {quote(options.format)}")
-        options = replace(options, format=_format(options.format))
-        if not path.is_dir() and path.exists() and not path.is_file():
-            raise ValueError("wanted a file, got a device or a pipe")
-        return _scan_content(read_heights(path, options), path, options)
+        raw = _line(read_heights(path, format_name, channel, pixel is not None))
+        return _scan_content(raw, path, unit, pixel, valid)
 
 
-def _format(name: str | None) -> str | None:
-    if name is None:
-        return None
-    word = name.strip().lower().removeprefix(".")
-    return "text" if word in _TEXTS else word
-
-
-def _scan_content(raw: RawHeights, path: Path, options: FileOptions) -> ScanContent:
-    raw = _line(raw)
-    factors, notes = _units(raw, options)
-    pixel, origin = _pixel(raw, options, factors[0])
+def _scan_content(
+    raw: RawHeights, path: Path, unit: Any, given_pixel: Any, valid: Any
+) -> tuple[np.ndarray, tuple[float, ...], str, tuple[str, ...]]:
+    factors, notes = _units(raw, unit)
+    pixel, origin = _pixel(raw, given_pixel, factors[0])
     heights = _metres(raw.values, factors[1])
-    notes += _valid(heights, options.valid)
+    notes += _valid(heights, valid)
     heights = height_array(heights)
     pixel = pixel_of(pixel, heights.ndim)
     name = shorten(path.name, 100)
@@ -114,7 +99,7 @@ def _scan_content(raw: RawHeights, path: Path, options: FileOptions) -> ScanCont
     measured = np.where(fill_values(heights), np.nan, heights)
     notes += [Remark(UNIT_QUESTION, question) for question in implausible(measured, pixel)]
     notes += faults(measured)
-    return ScanContent(heights, pixel, name, (first, *raw.notes, *notes))
+    return heights, pixel, name, (first, *raw.notes, *notes)
 
 
 def _line(raw: RawHeights) -> RawHeights:
@@ -124,27 +109,27 @@ def _line(raw: RawHeights) -> RawHeights:
     row = shape[0] == 1
     lines = "one row" if row else "one column"
     pixel = raw.pixel if raw.pixel is None or len(raw.pixel) == 1 else raw.pixel[int(not row) :][:1]
-    return replace(
-        raw,
+    return raw._replace(
         values=raw.values.reshape(-1),
         pixel=pixel,
         notes=(*raw.notes, f"profile: {lines} of {max(shape)} points, read as a profile."),
     )
 
 
-def _units(raw: RawHeights, options: FileOptions) -> tuple[tuple[float, float], list[str]]:
+def _units(raw: RawHeights, unit: Any) -> tuple[tuple[float, float], list[str]]:
     """Return metres per unit of the coordinates and metres per unit of the heights, and notes."""
     if raw.unit is not None:
-        if options.unit is not None:
+        if unit is not None:
             raise InputError(f'the file states heights in "{shorten(raw.unit, 20)}"; omit `unit`')
         factor = _factor(raw.unit)
         return (factor, factor), [f"heights: in {shorten(raw.unit, 20)}, as stated in the file."]
     across, up = raw.columns
-    if options.unit is None:
+    if unit is None:
         if up is None:
-            unit = '"um"' if across is None else f'("{across}", "um")'
+            example = '"um"' if across is None else f'("{across}", "um")'
             raise InputError(
-                f"the file does not state the unit of its heights; write for example `unit={unit}`"
+                "the file does not state the unit of its heights; write for example "
+                f"`unit={example}`"
             )
         if across is None and raw.steps is not None:
             raise InputError(
@@ -152,11 +137,11 @@ def _units(raw: RawHeights, options: FileOptions) -> tuple[tuple[float, float], 
                 f'write for example `unit=("mm", "{up}")`'
             )
         return _factors((across or up, up), raw, "as stated in the file")
-    pair = options.unit if isinstance(options.unit, (list, tuple)) else (options.unit,) * 2
+    pair = unit if isinstance(unit, (list, tuple)) else (unit,) * 2
     if len(pair) != 2:
         raise InputError(
             '`unit`: wanted a unit such as "um", or units of the coordinates and of the '
-            f'heights such as `unit=("mm", "um")`, got {quote(options.unit)}'
+            f'heights such as `unit=("mm", "um")`, got {quote(unit)}'
         )
     for axis, file_unit, stated in zip(("coordinates", "heights"), (across, up), pair, strict=True):
         if file_unit is not None and _factor(file_unit) != _factor(stated):
@@ -186,10 +171,10 @@ def _factor(unit: Any) -> float:
         raise InputError(f"`unit`: {error}") from None
 
 
-def _pixel(raw: RawHeights, options: FileOptions, factor: float) -> tuple[tuple[float, ...], str]:
+def _pixel(raw: RawHeights, given: Any, factor: float) -> tuple[tuple[float, ...], str]:
     """Return the distance of neighbouring points [m], and a note of its source."""
     axes = np.ndim(raw.values)
-    if options.pixel is not None:
+    if given is not None:
         if axes not in (1, 2):
             axes = 2
         before = raw.pixel
@@ -197,7 +182,7 @@ def _pixel(raw: RawHeights, options: FileOptions, factor: float) -> tuple[tuple[
         if before is not None:
             steps = " x ".join(engineering(step, "m", 4) for step in dict.fromkeys(before))
             source += f" (the file states {steps})"
-        return pixel_of(options.pixel, axes), source
+        return pixel_of(given, axes), source
     if raw.pixel is not None:
         return raw.pixel, "as stated in the file"
     if raw.steps is not None:

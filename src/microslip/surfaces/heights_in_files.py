@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +10,12 @@ import numpy as np
 
 from microslip._core.errors import InputError
 from microslip._core.units import LENGTH, QuantityError, is_unit, to_si
-from microslip._core.wording import shorten
+from microslip._core.wording import quote, shorten
 from microslip.readers import array_files, hdf5, matlab
 from microslip.readers.arrays import Arrays, leaves, single_array, values_of_leaf
 from microslip.readers.dialect import is_comment, split_line
 from microslip.readers.files import file_kind, head_of, refuse_beyond
-from microslip.readers.instruments import evenly_spaced, on_grid, read_channel
+from microslip.readers.instruments import RawHeights, evenly_spaced, on_grid, read_channel
 from microslip.readers.tables import fits, name_and_unit
 from microslip.readers.text import TextFile, open_text
 
@@ -41,51 +40,25 @@ _FACTOR = re.compile(
 _BY_SLASH = re.compile(r"(.+?)\s*/\s*([^\W\d_]{1,12})")
 
 
-@dataclass(frozen=True)
-class FileOptions:
-    """Options of the user for reading a file; None where not given."""
+def read_heights(path: Path, format_name: Any, channel: Any, has_pixel: bool) -> RawHeights:
+    """Read the heights from a file of any format; error messages do not contain the file name.
 
-    format: Any = None
-    unit: Any = None
-    pixel: Any = None
-    channel: Any = None
-    valid: Any = None
-
-
-@dataclass(frozen=True)
-class RawHeights:
-    """Heights as stored in a file, before conversion of units."""
-
-    kind: str
-    """Kind of the file and its layout, for the notes."""
-    values: np.ndarray
-    """Heights in the unit of the file; missing points are NaN or masked."""
-    unit: str | None = None
-    """Unit of the heights stated by the file; None if it is not."""
-    pixel: tuple[float, ...] | None = None
-    """Distance between neighbouring points [m] stated by the file."""
-    steps: tuple[float, ...] | None = None
-    """Distance between neighbouring points in the unit of the coordinates."""
-    columns: tuple[str | None, str | None] = (None, None)
-    """Units of the coordinates and of the heights, from column names."""
-    notes: tuple[str, ...] = field(default=())
-    """Further notes."""
-
-
-def read_heights(path: Path, options: FileOptions) -> RawHeights:
-    """Read the heights from a file of any format; error messages do not contain the file name."""
+    ``has_pixel``: whether the user states the pixel, which points with coordinates refuse.
+    """
+    for name, value, kinds in (("format", format_name, str), ("channel", channel, (str, int))):
+        if value is not None and not isinstance(value, kinds):
+            raise InputError(f"`{name}` must be text, got {quote(value)}")
     head = head_of(path)
     if not head:
         raise ValueError("wanted a scan, got an empty file")
-    form = options.format or _form(head, path.suffix.lower())
-    if options.channel is not None and form in ("npy", *TEXTS):
+    form = format_name or _form(head, path.suffix.lower())
+    if channel is not None and form in ("npy", *TEXTS):
         raise InputError("`channel` does not apply to this kind of file; omit it")
     if form in ARRAY_FILES:
-        return _of_arrays(ARRAY_FILES[form](path), options)
+        return _of_arrays(ARRAY_FILES[form](path), channel)
     if form in TEXTS:
-        return _of_text(open_text(path), form, options)
-    kind, values, unit, pixel, notes = read_channel(path, form, options.channel)
-    return RawHeights(kind, values, unit, pixel, notes=notes)
+        return _of_text(open_text(path), form, has_pixel)
+    return read_channel(path, form, channel)
 
 
 def _form(head: bytes, suffix: str) -> str | None:
@@ -105,10 +78,10 @@ def _form(head: bytes, suffix: str) -> str | None:
     return None
 
 
-def _of_arrays(arrays: Arrays, options: FileOptions) -> RawHeights:
+def _of_arrays(arrays: Arrays, channel: str | int | None) -> RawHeights:
     named = leaves(arrays)
     alone = arrays.kind == "NumPy's npy file"
-    name = next(iter(named)) if alone else single_array(named, options.channel, arrays.kind)
+    name = next(iter(named)) if alone else single_array(named, channel, arrays.kind)
     leaf = named[name]
     refuse_beyond(*leaf.shape)
     values = values_of_leaf(name, leaf)
@@ -120,7 +93,7 @@ def _of_arrays(arrays: Arrays, options: FileOptions) -> RawHeights:
     return RawHeights(kind, values, leaf.unit if fits(leaf.unit, LENGTH) else None)
 
 
-def _of_text(file: TextFile, form: str, options: FileOptions) -> RawHeights:
+def _of_text(file: TextFile, form: str, has_pixel: bool) -> RawHeights:
     count = len(file.layout.names)
     _refuse_ragged(file)
     names, units = zip(
@@ -153,7 +126,7 @@ def _of_text(file: TextFile, form: str, options: FileOptions) -> RawHeights:
     kind = "text, columns x, y, z" if form == "xyz" else "text, a profile"
     if count == 1:
         return RawHeights(kind, file.matrix()[:, 0], columns=columns, notes=notes)
-    if options.pixel is not None:
+    if has_pixel:
         raise InputError(
             "the coordinates determine the pixel; omit `pixel`, or, for a matrix of heights, "
             'write `format="matrix"`'

@@ -18,7 +18,6 @@ from microslip.surfaces import spectrum as spectra
 from microslip.surfaces import summits as finding
 from microslip.surfaces.file_reading import read
 from microslip.surfaces.height_map import HeightMap
-from microslip.surfaces.heights_in_files import FileOptions
 
 MOST_SOLVED = 1 << 20
 """Largest number of points of a face for the point-by-point solution; larger scans are subsampled.
@@ -76,8 +75,8 @@ class Scan(HeightMap):
             The file.
         format : str, optional
             Format: "npy", "npz", "mat", "hdf5", "text" (or its content: "matrix", "xyz",
-            "profile"), or a format of SurfaceTopography such as "plu", "mnt" or "al3d". Suffixes
-            such as "csv" or ".npy" are accepted. Detected by default.
+            "profile"), or a format of SurfaceTopography such as "plu", "mnt" or "al3d". Detected by
+            default.
         unit : str or pair of str, optional
             Unit of the heights and coordinates, such as "um", if the file does not state it:
             required for arrays and text without headings such as "z [um]". A pair such as
@@ -101,8 +100,7 @@ class Scan(HeightMap):
         """
         if not isinstance(path, (str, os.PathLike)):
             raise InputError(f"`path` must be text or a path, got {show(path)}")
-        options = FileOptions(format, unit, pixel, channel, valid)
-        heights, steps, name, notes = read(Path(path), options, limit)
+        heights, steps, name, notes = read(Path(path), format, unit, pixel, channel, valid, limit)
         return cls(heights, steps, name=name, notes=notes)
 
     # These functions take a scan as their first argument.

@@ -9,6 +9,7 @@ follows.
 
 import matplotlib.pyplot as plt
 import numpy as np
+from scipy.optimize import least_squares
 
 import microslip as ms
 
@@ -23,17 +24,26 @@ joint = ms.Interface(surface, friction_coefficient=0.55, normal_load=2000.0)
 # %%
 # All with the joint's own limit and, where they have one, its stiffness at rest. Coulomb's law
 # has no stiffness. Jenkins' cell is one spring with one slider, Segalman's model four parameters,
-# here those that come closest to the energies of the joint.
+# here those that come closest to the energies of the joint over three decades of amplitude.
 
 limit, stiffness = joint.force_limit, joint.tangential_stiffness
-fit = joint.to_segalman()
+a = np.geomspace(0.01, 10.0, 61) * limit / stiffness
+
+
+def misfits(point):
+    four = ms.SegalmanIwan(limit, stiffness, *point)
+    return np.log(four.dissipated_energy(a) / joint.dissipated_energy(a))
+
+
+fit = least_squares(misfits, [-0.3, 0.1], bounds=([-0.99, 0.0], [5.0, 50.0]), xtol=1e-12)
+four, misfit = ms.SegalmanIwan(limit, stiffness, *fit.x), np.sqrt(np.mean(fit.fun**2))
 laws = {
     "rough joint": joint,
     "Jenkins": ms.Jenkins(stiffness=stiffness, force_limit=limit),
-    "Segalman": fit.law,
+    "Segalman": four,
     "Coulomb": ms.Coulomb(force_limit=limit),
 }
-print(f"Segalman's: chi {fit.law.chi:.3f}, beta {fit.law.beta:.3f}, energies {fit.misfit:.1%} off")
+print(f"Segalman's: chi {four.chi:.3f}, beta {four.beta:.3f}, energies {misfit:.1%} off")
 for name, law in laws.items():
     energy = law.dissipated_energy(np.array([1e-8, 1e-7, 1e-6]))
     print(f"{name:11s}", *(f"{value:.3e}" for value in energy), "J at 10 nm, 0.1 and 1 µm")

@@ -116,7 +116,6 @@ if WITH_SCIPY:
     with_scipy()
 else:
     missing("an identification", "scipy", lambda: ms.identify)
-    missing("a fit", "scipy", joint.to_segalman)
     heavy = ms.GreenwoodWilliamson(surface.pair, ms.Exponential(8e-7), 1e-3, 1e8, 2e-4)
     missing("a heavy load", "scipy", lambda: heavy.load(-1e-7))
 

@@ -135,14 +135,6 @@ def conversions() -> Iterator[Row]:
             "energy of a cycle", f"parallel Iwan model of {count} sliders made from the joint",
             "amplitudes over three decades", f"{error:.1e}", "a conversion, not the model",
         )  # fmt: skip
-    four = own.to_segalman(smallest_amplitude=1e-2 * scale, largest_amplitude=10.0 * scale)
-    law = getattr(four, "law", four)
-    error = relative(law.dissipated_energy(amplitudes), own.dissipated_energy(amplitudes))
-    yield (
-        "energy of a cycle", "Segalman's four parameters fitted to the joint",
-        "amplitudes over three decades", f"{error:.1e}",
-        "differs: a power law has no such bend",
-    )  # fmt: skip
 
 
 def browser() -> Iterator[Row]:

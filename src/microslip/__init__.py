@@ -20,6 +20,7 @@ REMOVED: dict[str, str] = {
     "Sweep": "use the DataArrays that ms.evaluate returns for arguments of xarray",
     "first_loading": "use JointField(...).start().try_(displacement, separation)",
     "Decay": "use Oscillator.ring_down, which has amplitude and damping of each cycle",
+    "SegalmanFit": "fit chi and beta of ms.SegalmanIwan with SciPy as in docs/comparison.md",
     "BoucWen": "use ms.SegalmanIwan or ms.Iwan: every friction law is given by its backbone",
 }
 """Public names of version 0.2 with their replacements. The next version drops this table."""

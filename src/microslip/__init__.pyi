@@ -40,7 +40,6 @@ from .friction import Parallel as Parallel
 from .friction import PeriodicResponse as PeriodicResponse
 from .friction import PressedJoint as PressedJoint
 from .friction import Pressure as Pressure
-from .friction import SegalmanFit as SegalmanFit
 from .friction import SegalmanIwan as SegalmanIwan
 from .friction import SliderLaw as SliderLaw
 from .friction import Sliders as Sliders

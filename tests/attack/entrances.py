@@ -84,9 +84,6 @@ def entrances() -> dict[str, Entrance]:
         add(f"{name}.displacement", law.displacement, force=[0.1, -0.1])
         add(f"{name}.loss_factor of force", law.loss_factor, force_amplitude=0.1)
         add(f"{name}.to_iwan", law.to_iwan, cells=10)
-        if name != "Jenkins":  # it dissipates nowhere below its one slider
-            add(f"{name}.to_segalman", law.to_segalman, smallest_amplitude=1e-8,
-                largest_amplitude=1e-6)  # fmt: skip
     add("joint.stick_area", joint.stick_area, displacement=1e-7)
     add("joint.coupled_force", joint.coupled_force, displacement=[1e-7, 0.0],
         normal_load=[1e3, 2e3])  # fmt: skip
@@ -241,7 +238,6 @@ def _add_records(add: Add, joint: Any) -> None:
     add("Identification.interface", found.interface, ("pair",), pair=joint.surface.pair, area=1e-4)
     add("SliderLaw", ms.SliderLaw, yield_displacements=[1e-7, 1e-6], stiffnesses=[1e7, 2e7],
         smallest_amplitude=1e-8, largest_amplitude=1e-6)  # fmt: skip
-    add("SliderLaw.outside", found.law.outside, amplitude=[1e-9, 1e-7])
     _add_evaluations(add, joint)
 
 

@@ -93,7 +93,7 @@ def _add_spheres(add: Add, pair: Any) -> None:
     asperity = ms.Asperity(pair, radius=1e-3, normal_load=1.0, friction_coefficient=0.5)
     add("Asperity of an indentation", ms.Asperity, pair=pair, radius=1e-3, indentation=1e-7,
         friction_coefficient=0.5)  # fmt: skip
-    for name, value in (("normal_load", 2.0), ("separation", -1e-7), ("indentation", 1e-7)):
+    for name, value in (("normal_load", 2.0), ("separation", -1e-7)):
         add(f"Asperity.at {name}", asperity.at, **{name: value})
     radius = 0.5 * asperity.contact_radius
     add("Asperity.pressure", asperity.pressure, radius=radius)

@@ -126,7 +126,7 @@ NOT_ENTERED = {
         "Measurement",
     ),
     *("MeshedJoint", "ModalCurve", "ModalIdentification", "Motion", "PeriodicResponse", "RingDown"),
-    *("Preload", "Pressure", "ReducedJoint", "SegalmanFit", "Sliders", "Summits"),
+    *("Preload", "Pressure", "ReducedJoint", "Sliders", "Summits"),
     *("FieldState", "State"),
     *("VectorCycle", "VectorResponse", "Verdict"),
     *("MeshedJoint.read", "ModalTest.read", "Record.read", "Scan.read", "Structure.load"),

@@ -36,8 +36,7 @@ def test_statements_of_the_fit_are_true() -> None:
     forces = cells.backbone(a) / JOINT.backbone(a) - 1.0
     for errors, told in ((energies, fit.energy_error), (forces, fit.backbone_error)):
         assert np.abs(errors).max() <= told <= 1.05 * np.abs(errors).max()
-    assert abs(energies[0]) == pytest.approx(fit.error_at_smallest, rel=1e-9, abs=1e-12)
-    assert abs(fit.error_at_smallest) < 0.03
+    assert abs(energies[0]) < 0.03
     assert JOINT.to_iwan(50).fit is None
 
 

@@ -2,7 +2,7 @@
 
 from microslip._core.packages import names_of_stub as _names
 
-# Register `to_iwan` and `to_segalman` on every law, whichever law is imported first.
+# Give `to_iwan` to every law, whichever law is imported first.
 from microslip.friction import conversions as _conversions  # noqa: F401
 
 # Lazy: importing one law does not load the others.

@@ -22,7 +22,6 @@ from .laws import LAWS as LAWS
 from .parallel import Parallel as Parallel
 from .pressed_joint import PressedJoint as PressedJoint
 from .pressure import Pressure as Pressure
-from .segalman import SegalmanFit as SegalmanFit
 from .segalman import SegalmanIwan as SegalmanIwan
 from .slider_law import SliderLaw as SliderLaw
 from .sliders import Sliders as Sliders

@@ -77,33 +77,12 @@ class Asperity(Interface):
             separation = -positive("indentation", indentation, "m")
         super().__init__(surface, friction_coefficient, normal_load, separation)  # type: ignore[arg-type]
 
-    def at(
-        self,
-        *,
-        normal_load: float | None = None,
-        separation: float | None = None,
-        indentation: float | None = None,
-    ) -> Asperity:
-        """Return the asperity at another normal load [N], separation [m] or indentation [m].
+    def at(self, *, normal_load: float | None = None, separation: float | None = None) -> Asperity:
+        """Return the asperity at another normal load [N] or separation [m].
 
-        The separation is 0 at first contact, so it is minus the indentation and below zero.
+        The separation is 0 at first contact, so it is minus the indentation.
         """
-        states = {
-            "normal_load": normal_load,
-            "separation": separation,
-            "indentation": indentation,
-        }
-        named = [name for name, value in states.items() if value is not None]
-        if len(named) != 1:
-            raise InputError(
-                "one of `normal_load` [N], `separation` [m] and `indentation` [m] must be given, "
-                f"got {' and '.join(named) or 'none'}"
-            )
-        if separation is not None:
-            d = number("separation", separation, "m")
-            if d >= 0.0:
-                raise InputError(f"`separation` must be below zero [m] for contact, got {d:g}")
-            indentation = -d
+        indentation = None if separation is None else -number("separation", separation, "m")
         return Asperity(
             self.pair,
             self.radius,

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Any, ClassVar, Self
@@ -17,9 +16,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, floats, plain, record
 from microslip._core.frozen import lock
-from microslip._core.inversion import adaptive, invert
 from microslip._core.kernels.pieces import Pieces, backbone_pieces
-from microslip._core.kernels.table import Table
 from microslip._core.parameters import Parametric, parameters_of
 from microslip._core.quadrature import gauss_legendre
 from microslip.contact.load_curve import LoadCurve
@@ -36,7 +33,7 @@ from microslip.friction.sliders import Sliders
 _NODES, _WEIGHTS = gauss_legendre(16)
 
 
-class BackboneLaw(CycleMeasures, Parametric, ABC):
+class BackboneLaw(CycleMeasures, Parametric):
     """Friction law that obeys Masing's rules, fully defined by its first loading curve T0.
 
     A subclass defines :meth:`_backbone`, :meth:`_slope` and :attr:`force_limit`. All other methods
@@ -44,21 +41,10 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
     acts in the direction of a positive displacement from rest.
     """
 
-    # Conversions to other models by name; `friction.conversions` registers them.
-    _conversions: ClassVar[dict[str, Callable[..., Any]]] = {}
-
-    # -- required of a subclass ---------------------------------------------------------------
-
-    @abstractmethod
-    def _slope(self, u: Floats) -> Floats:
-        """Slope T0' [N/m] of the backbone at displacements u >= 0 [m], one-dimensional."""
+    _to_iwan: ClassVar[Callable[..., Any]]
+    """Conversion to Iwan cells; the module `friction.conversions` sets it."""
 
     # -- defaults that a subclass may override ------------------------------------------------
-
-    @property
-    def _table(self) -> Table | None:
-        """Polynomials for T0 over the displacement, or None for a law that is cheap to evaluate."""
-        return None
 
     @property
     def _harmonic_parts(self) -> tuple[BackboneLaw, ...]:
@@ -83,45 +69,6 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
     def _load_curve(self) -> LoadCurve | None:
         """Normal load N over separation d of the surface, or None for a law without a surface."""
         return None
-
-    def _backbone_and_slope(self, u: Floats) -> tuple[Floats, Floats]:
-        """Return T0 [N] and T0' [N/m], the slope only accurate enough for Newton's method."""
-        table = self._table
-        if table is None:
-            return self._backbone(u), self._slope(u)
-        return table.value_and_slope(u)
-
-    def _backbone_at(self, u: float) -> tuple[float, float]:
-        place = np.array([u])
-        return float(self._backbone(place)[0]), float(self._slope(place)[0])
-
-    def _inverse(self, force: Floats) -> Floats:
-        low = force / self.tangential_stiffness
-        # T0 is concave and lies below its first tangent, so `low` is a lower bound of u.
-        high = np.maximum(low, self.force_limit / self.tangential_stiffness)
-        reached = np.zeros_like(high)
-        for _ in range(1000):
-            before, reached = reached, self._backbone(high)
-            # The limit may be one rounding error below the requested force: stop if T0 stalls.
-            short = (reached < force) & (reached > before)
-            if not short.any():
-                break
-            low = np.where(short, high, low)
-            high = np.where(short, 2.0 * high, high)
-        return invert(self._backbone_and_slope, force, low, high)
-
-    def _energy(self, amplitude: Floats) -> Floats:
-        """Return the energy E_d of cycles [J], the integral of 4 (T0 - a T0') over amplitude a."""
-
-        # Stop at the rounding error of T0 - a T0': small amplitudes would be bisected for ever.
-        def noise(low: Floats, high: Floats) -> Floats:
-            return 4e-15 * self._backbone(high) * (high - low)
-
-        return adaptive(lambda a, _: self._energy_slope(a), amplitude, 1e-14, 60, noise)
-
-    def _energy_slope(self, amplitude: Floats) -> Floats:
-        value, slope = self._backbone(amplitude), self._slope(amplitude)
-        return 4.0 * np.maximum(value - amplitude * slope, 0.0)
 
     def _parameter_derivatives(self, u: Floats) -> Floats | None:
         """Derivatives of T0 at u >= 0 [m], shape (parameters, u.size), or None if not known."""
@@ -161,11 +108,6 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
         return (self._slope(low) - self._slope(u + step)) / (u + step - low)
 
     # -- backbone -----------------------------------------------------------------------------
-
-    @cached_property
-    def tangential_stiffness(self) -> float:
-        """Stiffness at rest T0'(0) [N/m]."""
-        return float(self._slope(np.zeros(1))[0])
 
     def backbone(self, displacement: ArrayLike) -> Any:
         """Compute the first loading curve T0 from rest, odd in the displacement.
@@ -402,19 +344,7 @@ class BackboneLaw(CycleMeasures, Parametric, ABC):
             Cycles too small for the first cell to yield dissipate nothing. Without a range the
             force error is uniform over displacement.
         """
-        return self._conversions["iwan"](self, cells, smallest_amplitude, largest_amplitude)
-
-    def to_segalman(
-        self, smallest_amplitude: float | None = None, largest_amplitude: float | None = None
-    ) -> Any:
-        """Fit the four-parameter model of Segalman (2005, DOI 10.1115/1.1989354) to the law.
-
-        The force limit and the stiffness at rest are those of the law. The parameters chi and beta
-        minimise the squared difference of the logarithms of the dissipated energies at 61
-        amplitudes [m], spaced logarithmically over the range. The range defaults to 0.01 to 10
-        times the displacement force_limit / tangential_stiffness.
-        """
-        return self._conversions["segalman"](self, smallest_amplitude, largest_amplitude)
+        return self._to_iwan(cells, smallest_amplitude, largest_amplitude)
 
     @classmethod
     def examples(cls) -> tuple[Self, ...]:

@@ -1,7 +1,7 @@
-"""Conversion of any law to an Iwan or a Segalman model: `to_iwan` and `to_segalman`.
+"""Conversion of any law to an Iwan model: `to_iwan`.
 
-Both models are subclasses of :class:`~microslip.friction.base.BackboneLaw`, so the module of the
-base class cannot import them. Importing this module registers the conversions with the base class.
+The model is a subclass of :class:`~microslip.friction.base.BackboneLaw`, so the module of the base
+class cannot import it. Importing this module gives the conversion to the base class.
 """
 
 from __future__ import annotations
@@ -79,7 +79,6 @@ def _errors(law: BackboneLaw, cells: Iwan, a: Floats) -> IwanFit:
     return IwanFit(
         backbone_error=_ERROR_MARGIN * float(np.max(np.abs(cells._backbone(a) / force - 1.0))),
         energy_error=math.inf if free > 0.0 else _ERROR_MARGIN * most,
-        error_at_smallest=float(off[0]) if lost[0] else 0.0,
         smallest_amplitude=float(a[0]),
         largest_amplitude=float(a[-1]),
     )
@@ -184,17 +183,6 @@ def to_iwan(
     return model
 
 
-def to_segalman(
-    law: BackboneLaw, smallest_amplitude: float | None, largest_amplitude: float | None
-) -> Any:
-    """Fit Segalman's four-parameter model to a law; see :meth:`BackboneLaw.to_segalman`."""
-    from microslip.friction.segalman import fit_segalman
-
-    check_not_rigid(law, "the four parameters")
-    low, high = amplitude_range(law, smallest_amplitude, largest_amplitude)
-    return fit_segalman(law, np.geomspace(low, high, 61))
-
-
 def check_not_rigid(law: BackboneLaw, model: str) -> None:
     """Raise InputError for a law that is rigid at rest, and has no equivalent ``model``."""
     if math.isinf(law.tangential_stiffness):
@@ -220,4 +208,4 @@ def amplitude_range(
     return low, high
 
 
-BackboneLaw._conversions.update(iwan=to_iwan, segalman=to_segalman)
+BackboneLaw._to_iwan = to_iwan

@@ -1,10 +1,11 @@
-"""Measures of a closed cycle of a law: energies, damping, secant stiffness."""
+"""Backbone of a law and measures of its closed cycles: energies, damping, secant stiffness."""
 
 from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,21 +13,24 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, check_one_of, floats, plain, sized
 from microslip._core.errors import InputError
+from microslip._core.inversion import adaptive, invert
+from microslip._core.kernels.table import Table
 from microslip.friction.loops import Loop, checked_cycle, halves_of
 
 
 class CycleMeasures(ABC):
-    """Measures of closed cycles of a law, computed from its backbone and energies."""
+    """Backbone T0 of a law, its inverse and energies, and measures of closed cycles from them."""
 
-    if TYPE_CHECKING:  # a law implements these as fields or as properties
+    if TYPE_CHECKING:  # a law implements it as a field or as a property
 
         @property
         def force_limit(self) -> float:
             """Force of gross slip [N]."""
 
-        @property
-        def tangential_stiffness(self) -> float:
-            """Stiffness at rest [N/m]."""
+    @cached_property
+    def tangential_stiffness(self) -> float:
+        """Stiffness at rest T0'(0) [N/m]."""
+        return float(self._slope(np.zeros(1))[0])
 
     @property
     def _slip_scale(self) -> tuple[float, str]:
@@ -40,20 +44,54 @@ class CycleMeasures(ABC):
         """Return the first loading curve T0 [N] at displacements u >= 0 [m], one-dimensional."""
 
     @abstractmethod
-    def _backbone_at(self, u: float) -> tuple[float, float]:
-        """Return T0 [N] and its slope [N/m] at one displacement u >= 0 [m]."""
+    def _slope(self, u: Floats) -> Floats:
+        """Slope T0' [N/m] of the backbone at displacements u >= 0 [m], one-dimensional."""
 
-    @abstractmethod
+    @property
+    def _table(self) -> Table | None:
+        """Polynomials for T0 over the displacement, or None for a law that is cheap to evaluate."""
+        return None
+
+    def _backbone_and_slope(self, u: Floats) -> tuple[Floats, Floats]:
+        """Return T0 [N] and T0' [N/m], the slope only accurate enough for Newton's method."""
+        table = self._table
+        if table is None:
+            return self._backbone(u), self._slope(u)
+        return table.value_and_slope(u)
+
+    def _backbone_at(self, u: float) -> tuple[float, float]:
+        place = np.array([u])
+        return float(self._backbone(place)[0]), float(self._slope(place)[0])
+
     def _inverse(self, force: Floats) -> Floats:
         """Return displacements u >= 0 [m] with T0(u) = ``force`` [N], one-dimensional."""
+        low = force / self.tangential_stiffness
+        # T0 is concave and lies below its first tangent, so `low` is a lower bound of u.
+        high = np.maximum(low, self.force_limit / self.tangential_stiffness)
+        reached = np.zeros_like(high)
+        for _ in range(1000):
+            before, reached = reached, self._backbone(high)
+            # The limit may be one rounding error below the requested force: stop if T0 stalls.
+            short = (reached < force) & (reached > before)
+            if not short.any():
+                break
+            low = np.where(short, high, low)
+            high = np.where(short, 2.0 * high, high)
+        return invert(self._backbone_and_slope, force, low, high)
 
-    @abstractmethod
     def _energy(self, amplitude: Floats) -> Floats:
-        """Return the energy dissipated in closed cycles [J] of amplitudes >= 0 [m]."""
+        """Return the energy E_d of cycles [J], the integral of 4 (T0 - a T0') over amplitude a."""
 
-    @abstractmethod
+        # Stop at the rounding error of T0 - a T0': small amplitudes would be bisected for ever.
+        def noise(low: Floats, high: Floats) -> Floats:
+            return 4e-15 * self._backbone(high) * (high - low)
+
+        return adaptive(lambda a, _: self._energy_slope(a), amplitude, 1e-14, 60, noise)
+
     def _energy_slope(self, amplitude: Floats) -> Floats:
         """Return the derivative of :meth:`_energy` with respect to the amplitude [N]."""
+        value, slope = self._backbone(amplitude), self._slope(amplitude)
+        return 4.0 * np.maximum(value - amplitude * slope, 0.0)
 
     @property
     def _small_amplitude_exponent(self) -> float:

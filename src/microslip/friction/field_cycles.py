@@ -22,7 +22,7 @@ from microslip.friction.harmonic_basis import (
     coefficients_of,
     tolerance_error,
 )
-from microslip.friction.harmonics import checked_tolerance, harmonic_force
+from microslip.friction.harmonics import checked_tolerance
 from microslip.friction.memory import Nodes
 
 _EMPTY = np.zeros(0)
@@ -286,8 +286,8 @@ class SettledField:
         Raises
         ------
         InputError
-            If harmonics are above 200 without samples, or a load curve has too many kinks for the
-            tolerance.
+            If harmonics are above 200 without samples (above 5000 for few harmonics at constant
+            separations), or a load curve has too many kinks for the tolerance.
 
         Notes
         -----
@@ -360,6 +360,13 @@ def _sampled(
     return FieldHarmonics(force, load, jacobian, np.full(nodes.size, np.nan))
 
 
+def _order_error(basis: Basis) -> InputError:
+    return InputError(
+        f"`harmonics` must not be above {MOST_ORDERS} without samples, got {basis.orders[-1]}; "
+        f"use JointField.harmonics with samples={8 * basis.orders[-1]}"
+    )
+
+
 def varying_harmonics(
     nodes: Nodes,
     rows: Floats,
@@ -376,10 +383,7 @@ def varying_harmonics(
     per node. Results are NaN for nodes that do not move.
     """
     if basis.orders[-1] > MOST_ORDERS:
-        raise InputError(
-            f"`harmonics` must not be above {MOST_ORDERS} without samples, got {basis.orders[-1]}; "
-            f"use JointField.harmonics with samples={8 * basis.orders[-1]}"
-        )
+        raise _order_error(basis)
     places, columns = basis.dense(rows)
     steps, _ = basis.dense(paths)
     steps[:, 0] -= rests
@@ -427,41 +431,27 @@ def constant_separation_harmonics(
     if is_mean:
         begin = 0.0
         rows[:, : basis.has_mean] = 0.0
-    if basis.in_kernel:
-        curve = nodes.curve.smooth_parts(*nodes.reach(None))
-        with np.errstate(over="ignore"):  # full slip long before the clipping limit
-            places = np.clip(rows / nodes.slips[:, None], -1e100, 1e100)
-            begin = np.clip(begin / nodes.slips, -1e100, 1e100)
+    if not basis.in_kernel:
+        raise _order_error(basis)
+    curve = nodes.curve.smooth_parts(*nodes.reach(None))
+    with np.errstate(over="ignore"):  # full slip long before the clipping limit
+        places = np.clip(rows / nodes.slips[:, None], -1e100, 1e100)
+        begin = np.clip(begin / nodes.slips, -1e100, 1e100)
 
-        def kernel(rows: Floats, size: int, wide: int, rtol: float, *out: Floats) -> bool:
-            force, jacobian, orders = out
+    def kernel(rows: Floats, size: int, wide: int, rtol: float, *out: Floats) -> bool:
+        force, jacobian, orders = out
 
-            def settle(part: slice) -> Any:
-                return kernels.compiled.field_harmonics(
-                    rows[part], part.stop - part.start, wide, rtol, force[part], jacobian[part],
-                    orders, nodes.rests[part], *curve.arguments,
-                )  # fmt: skip
+        def settle(part: slice) -> Any:
+            return kernels.compiled.field_harmonics(
+                rows[part], part.stop - part.start, wide, rtol, force[part], jacobian[part],
+                orders, nodes.rests[part], *curve.arguments,
+            )  # fmt: skip
 
-            return any(in_parts(size, settle))
+        return any(in_parts(size, settle))
 
-        force, jacobian = basis.integrated(places, begin, rtol, kernel)
-        force *= nodes.weights[:, None]
-        jacobian *= (nodes.weights / nodes.slips)[:, None, None]
-    else:
-        from microslip.friction.field_backbone import FieldBackbone
-
-        force = np.zeros(rows.shape)
-        jacobian = np.zeros((*rows.shape, basis.size))
-        starts, limits = np.broadcast_to(begin, nodes.size), nodes.curve.load(nodes.rests)[0]
-        for i in np.flatnonzero(limits > 0.0):
-            weight, slip, step = (
-                part[i : i + 1] for part in (nodes.weights, nodes.slips, nodes.rests)
-            )
-            limit = float(nodes.weights[i] * limits[i])
-            law = FieldBackbone(nodes.curve, weight, slip, step, limit)
-            force[i], jacobian[i] = harmonic_force(
-                law, rows[i], basis.orders, float(starts[i]), rtol
-            )
+    force, jacobian = basis.integrated(places, begin, rtol, kernel)
+    force *= nodes.weights[:, None]
+    jacobian *= (nodes.weights / nodes.slips)[:, None, None]
     if is_mean and basis.has_mean:
         jacobian[:, :, 0] = 0.0  # the rest displacement shifts with the mean
     return FieldHarmonics(force, None, jacobian)

@@ -36,8 +36,6 @@ class IwanFit(NamedTuple):
     that of the law."""
     energy_error: float
     """Largest relative error of the dissipated energy [-]."""
-    error_at_smallest: float
-    """Relative error of the energy at the smallest amplitude [-]."""
     smallest_amplitude: float
     """Lower end of the range [m]."""
     largest_amplitude: float

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip._core.errors import InputError
 from microslip._core.frozen import lock
 from microslip._core.inversion import invert
-from microslip._core.packages import needed_for
 from microslip._core.parameters import parameter
 from microslip.friction.base import BackboneLaw
 from microslip.friction.sliders import Sliders
@@ -181,67 +178,3 @@ class SegalmanIwan(BackboneLaw):
             cls(force_limit=2e-3, stiffness=1e3, chi=-0.9, beta=5.0),
             cls(force_limit=50.0, stiffness=1e7, chi=1.5, beta=0.02),
         )
-
-
-class SegalmanFit(NamedTuple):
-    """Four-parameter model (DOI 10.1115/1.1989354) fitted to a law, with its errors."""
-
-    law: SegalmanIwan
-    """Fitted model, with the force limit and stiffness at rest of the law."""
-    misfit: float
-    """Root mean square of ln(E_d of the model / E_d of the law) over the amplitudes [-]."""
-    largest_misfit: float
-    """Largest absolute value of that logarithm [-]."""
-    force_misfit: float
-    """Largest difference of the backbones over the amplitudes, relative to the force limit [-]."""
-    smallest_amplitude: float
-    """Smallest amplitude at which the energies were compared [m]."""
-    largest_amplitude: float
-    """Largest amplitude at which the energies were compared [m]."""
-
-
-def fit_segalman(law: BackboneLaw, amplitudes: Floats) -> SegalmanFit:
-    """Fit chi and beta to the energies that a law dissipates in cycles of ``amplitudes`` [m]."""
-    with needed_for("a fit of Segalman's law needs"):
-        from scipy.optimize import least_squares
-
-    energy = law._energy(amplitudes)
-    loses = energy > 0.0
-    if np.count_nonzero(loses) < 4:
-        raise InputError(
-            "the law must dissipate energy at four or more of the fitted amplitudes, got "
-            f"{np.count_nonzero(loses)} between {amplitudes[0]:g} and {amplitudes[-1]:g} m"
-        )
-    amplitudes, energy = amplitudes[loses], energy[loses]
-
-    def model(point: Floats) -> SegalmanIwan:
-        power, share = point
-        return SegalmanIwan(
-            law.force_limit, law.tangential_stiffness, np.exp(power) - 1.0, share / (1.0 - share)
-        )
-
-    def misfits(point: Floats) -> Floats:
-        return np.log(model(point)._energy(amplitudes) / energy)
-
-    # Parameters are ln(1 + chi) and the stiffness fraction of the last slider. The
-    # start is the best of a coarse grid.
-    grid = [np.array([p, s]) for p in np.log([0.1, 0.3, 0.6, 1.0, 2.0, 5.0]) for s in _SHARES]
-    start = min(grid, key=lambda point: float(np.sum(misfits(point) ** 2)))
-    best = least_squares(
-        misfits, start, bounds=([-7.0, 0.0], [4.0, 1.0 - 1e-9]), xtol=1e-12, ftol=1e-12, gtol=1e-12
-    )
-    # The solver stops slightly above the lower bound, which means beta = 0.
-    fitted = model(best.x * [1.0, best.x[1] > 1e-9])
-    off = np.log(fitted._energy(amplitudes) / energy)
-    force = np.abs(fitted._backbone(amplitudes) - law._backbone(amplitudes))
-    return SegalmanFit(
-        fitted,
-        float(np.sqrt(np.mean(off**2))),
-        float(np.abs(off).max()),
-        float(force.max() / law.force_limit),
-        float(amplitudes[0]),
-        float(amplitudes[-1]),
-    )
-
-
-_SHARES = (0.02, 0.2, 0.5, 0.8, 0.98)

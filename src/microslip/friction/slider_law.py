@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, floats
+from microslip._core.checks import Floats
 from microslip._core.errors import InputError
 from microslip._core.parameters import parameter
 from microslip.friction.iwan import CellLaw
@@ -69,11 +68,6 @@ class SliderLaw(CellLaw):
     def _parts(self) -> tuple[Floats, Floats]:
         stiffnesses = np.asarray(self.stiffnesses)
         return stiffnesses, stiffnesses * np.asarray(self.yield_displacements)
-
-    def outside(self, amplitude: ArrayLike) -> Any:
-        """Return True where amplitudes [m], of any shape, are outside the range of the law."""
-        a = floats("amplitude", amplitude, "m")
-        return (a < self.smallest_amplitude) | (a > self.largest_amplitude)
 
     def __repr__(self) -> str:
         return (

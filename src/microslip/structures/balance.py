@@ -166,13 +166,6 @@ class ModeResidual(NamedTuple):
     by_omega: float
 
 
-class _NotSticking(NamedTuple):
-    directions: Floats
-    """Directions of joints that slip or open, (modes, joints * coordinates)."""
-    tangent: Floats
-    """Tangents less those of sticking, (joints, coordinates * size, coordinates * size)."""
-
-
 class _Compliance:
     """Dynamic compliance of the modes at each harmonic, applied to complex amplitudes."""
 
@@ -255,8 +248,15 @@ class _Factors:
         return np.asarray(solved / self._columns)
 
 
-def _not_sticking(balance: Balance, answers: list[HarmonicForces]) -> list[_NotSticking]:
-    result = []
+def _not_sticking(
+    balance: Balance, answers: list[HarmonicForces]
+) -> tuple[list[Floats], list[Floats]]:
+    """Return directions and tangents of the joints that slip or open, by group.
+
+    Directions have the shape (modes, joints * coordinates), tangents less those of sticking
+    (joints, coordinates * size, coordinates * size).
+    """
+    columns, tangents = [], []
     size = balance.basis.size
     for answer, directions, group in zip(
         answers, balance.joints.directions, balance.joints.groups, strict=True
@@ -269,9 +269,10 @@ def _not_sticking(balance: Balance, answers: list[HarmonicForces]) -> list[_NotS
         harmonics = np.arange(size)
         selected = blocks[np.ix_(joints, coordinates, harmonics, coordinates, harmonics)]
         width = coordinates.size * size
-        columns = directions[:, joints][:, :, coordinates].reshape(directions.shape[0], -1)
-        result.append(_NotSticking(columns, selected.reshape(joints.size, width, width)))
-    return result
+        if selected.size:
+            columns.append(directions[:, joints][:, :, coordinates].reshape(len(directions), -1))
+            tangents.append(selected.reshape(joints.size, width, width))
+    return columns, tangents
 
 
 class Elimination(NamedTuple):
@@ -327,10 +328,8 @@ class ModeStep:
         """
         modes, size = self.balance.shape
         compliance = _Compliance(self.balance, self.point.omega, self._damping)
-        loose = [
-            part for part in _not_sticking(self.balance, self.current.answers) if part.tangent.size
-        ]
-        flat = np.concatenate([np.zeros((modes, 0)), *(part.directions for part in loose)], axis=1)
+        loose, tangents = _not_sticking(self.balance, self.current.answers)
+        flat = np.concatenate([np.zeros((modes, 0)), *loose], axis=1)
         # Borders: amplitude and phase, then each coefficient near resonance, which is itself.
         places = np.argwhere(compliance.added)
         count, total = 2 + len(places), flat.shape[1] * size
@@ -346,7 +345,7 @@ class ModeStep:
         # What the borders do to the loose coordinates.
         moved = np.tensordot(flat, compliance.on(columns), axes=(0, 0))
         matrix[:total, total:] = moved.reshape(total, count)
-        blocks = [block for part in loose for block in part.tangent]
+        blocks = [block for tangent in tangents for block in tangent]
         ends = np.cumsum([0, *map(len, blocks)])
         rows = [slice(start, stop) for start, stop in pairwise(ends)]
         for block, part in zip(blocks, rows, strict=True):

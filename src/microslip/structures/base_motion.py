@@ -29,7 +29,7 @@ from microslip.structures.forced import (
 )
 from microslip.structures.forced_path import Control, Drive, at_frequency, follow
 from microslip.structures.geometry import GeometryAttachment
-from microslip.structures.joint_groups import Attachment, change_rows
+from microslip.structures.joint_groups import change_rows, joint_motion
 from microslip.structures.matrices import dense, factorised, is_sparse, vector
 from microslip.structures.modal_model import ModalModel, modal_model, stuck_stiffness
 from microslip.structures.periodic_motion import MotionQuantity, harmonic_basis, power_of
@@ -99,29 +99,13 @@ def _columns(name: str, value: ArrayLike, rows: int, what: str) -> Floats:
     return array
 
 
-def _joint_motion(attachments: tuple[Attachment, ...], carried: Floats) -> tuple[float, int]:
-    """Return the largest relative deformation of joints by the base [-], and its attachment.
-
-    For a joint direction b it is |b^T carried| / (|b|^T |carried|): 0 if both sides move alike.
-    """
-    worst, place = 0.0, 0
-    for i, attachment in enumerate(attachments):
-        columns = attachment.columns
-        moved = np.abs(columns.T @ carried)
-        sides = np.abs(columns).T @ np.abs(carried)
-        share = float((moved / np.where(sides > 0.0, sides, 1.0)).max())
-        if share > worst:
-            worst, place = share, i
-    return worst, place
-
-
 def _under_the_structure(
     rest: AtRest, directions: ArrayLike, frame: Frame | None, joints_on_base: bool
 ) -> BaseMotion:
     carried = _columns("directions", directions, rest.static_force.size, "degree of freedom")
     # A geometry bends with the motion from the base, which is what the matrices count.
     joints = tuple(a for a in rest.attachments if not isinstance(a, GeometryAttachment))
-    share, place = _joint_motion(joints, carried)
+    share, place = joint_motion(joints, carried)
     if share > _ROUNDING and not joints_on_base:
         raise InputError(
             f"directions must not deform joints, but the base deforms those of attachment {place} "
@@ -225,7 +209,7 @@ def _at_supports(
 
 
 def _is_rigid(rest: AtRest, carried: Floats) -> bool:
-    if _joint_motion(rest.attachments, carried)[0] > _ROUNDING:
+    if joint_motion(rest.attachments, carried)[0] > _ROUNDING:
         return False
     pull = np.abs(np.asarray(rest.stiffness @ carried)).max()
     scale = np.asarray(abs(rest.stiffness) @ np.abs(carried)).max()

@@ -271,9 +271,6 @@ def by_size(size: object, thread_friction: float | None, **given: Any) -> dict[s
     return {name: known.get(name) if given.get(name) is None else given[name] for name in SIZED}
 
 
-_RULE = ("thread", "nut_factor", "pitch", "thread_friction", "bearing_friction")
-
-
 def tensions(bolts: Any, count: int) -> Floats:
     """Return the tension of each of ``count`` bolts [N], as given or from the torque.
 
@@ -298,8 +295,7 @@ def tensions(bolts: Any, count: int) -> Floats:
     if bolts.torque is None:
         result = each_bolt("tension", bolts.tension, count, "N")
     else:
-        rule = {name: getattr(bolts, name) for name in _RULE}
-        lever = _lever(_bearing(bolts), **rule)
+        lever = _lever(bolts)
         result = each_bolt("torque", bolts.torque, count, "N m") / lever
     if bolts.grade is not None:
         most = yield_tension(bolts)
@@ -312,51 +308,35 @@ def tensions(bolts: Any, count: int) -> Floats:
     return result
 
 
-def _bearing(bolts: Any) -> float | None:
-    """Return the mean diameter of the bearing face that turns during tightening [m]."""
-    if bolts.hole is None or bolts.head is None:
-        return None
-    face = 0.9 * bolts.head if bolts.size is None else min(BOLTS[bolts.size].head, bolts.head)
-    return float(0.5 * (bolts.hole + max(face, bolts.hole)))
-
-
-def _lever(
-    bearing: float | None,
-    thread: float | None,
-    nut_factor: float | None,
-    pitch: float | None,
-    thread_friction: float | None,
-    bearing_friction: float | None,
-) -> float:
+def _lever(bolts: Any) -> float:
     """Return torque over tension [m], by the nut factor or by the friction coefficients."""
-    if thread is None:
+    if bolts.thread is None:
         raise InputError(
             "a torque needs the nominal diameter of the thread, for example thread=0.008"
         )
-    frictions = (pitch, thread_friction, bearing_friction)
-    if nut_factor is not None and frictions == (None, None, None):
-        return nut_factor * thread
-    if (
-        nut_factor is not None
-        or pitch is None
-        or thread_friction is None
-        or bearing_friction is None
-    ):
+    frictions = (bolts.pitch, bolts.thread_friction, bolts.bearing_friction)
+    if bolts.nut_factor is not None and frictions == (None, None, None):
+        return float(bolts.nut_factor * bolts.thread)
+    if bolts.nut_factor is not None or None in frictions:
         raise InputError(
             "a torque needs one rule: nut_factor (such as 0.2), or pitch, thread_friction and "
             "bearing_friction together"
         )
-    pitch_diameter = thread - 0.375 * math.sqrt(3.0) * pitch
+    pitch_diameter = Thread(bolts.thread, bolts.pitch).pitch_diameter
     if pitch_diameter <= 0.0:
         raise InputError(
-            f"pitch must be small compared with the thread {exact(thread)} m, got {exact(pitch)}"
+            f"pitch must be small compared with the thread {exact(bolts.thread)} m, got "
+            f"{exact(bolts.pitch)}"
         )
-    if bearing is None:
+    if bolts.hole is None or bolts.head is None:
         raise InputError("friction under the head needs the diameters of hole and head, or a size")
-    return (
-        pitch / (2.0 * math.pi)
-        + pitch_diameter * thread_friction / (2.0 * math.cos(math.pi / 6.0))
-        + 0.5 * bearing * bearing_friction
+    # The face that turns on the plate reaches from the hole to the bearing diameter of the head.
+    face = 0.9 * bolts.head if bolts.size is None else min(BOLTS[bolts.size].head, bolts.head)
+    bearing = 0.5 * (bolts.hole + max(face, bolts.hole))
+    return float(
+        bolts.pitch / (2.0 * math.pi)
+        + pitch_diameter * bolts.thread_friction / (2.0 * math.cos(math.pi / 6.0))
+        + 0.5 * bearing * bolts.bearing_friction
     )
 
 

@@ -291,6 +291,23 @@ def change_rows(attachment: Attachment, change: Callable[[Floats], Floats]) -> A
     return replace(attachment, **{k: change(v) for k, v in arrays.items() if v is not None})
 
 
+def joint_motion(attachments: Sequence[Attachment], motions: Floats) -> tuple[float, int]:
+    """Return the largest relative deformation of joints by rigid motions [-], and its attachment.
+
+    For a joint direction b and a motion r (degrees of freedom,) it is |b^T r| / (|b|^T |r|): 0 if
+    both sides move alike.
+    """
+    worst, place = 0.0, 0
+    for i, attachment in enumerate(attachments):
+        columns = attachment.columns
+        moved = np.abs(columns.T @ motions)
+        sides = np.abs(columns).T @ np.abs(motions)
+        share = float((moved / np.where(sides > 0.0, sides, 1.0)).max())
+        if share > worst:
+            worst, place = share, i
+    return worst, place
+
+
 def all_columns(attachments: Sequence[Attachment], size: int) -> Floats:
     """Return the directions of all attachments as columns (size, coordinates)."""
     return np.concatenate([np.zeros((size, 0)), *(a.columns for a in attachments)], axis=1)

@@ -190,31 +190,51 @@ class ModalTest(Locked):
         ModalTest
             Test with notes on how it was read.
         """
-        values, read_as = read_modal_test(path, band, points, columns or {})
-        return cls(*values, **{**read_as, **attributes})
+        try:
+            place = Path(path)
+        except TypeError:
+            raise InputError(f"`path` must be a path, got {show(path)}") from None
+        name, stated = shorten(place.name, 100), columns or {}
+        for role in stated:
+            if role not in (accepted := (*_COLUMNS, "amplitude")):
+                hint = did_you_mean(str(role), accepted)
+                raise InputError(
+                    f"columns must be among {quoted(accepted)}, got {show(role)}{hint}"
+                )
+        with reading(place, "a test of a mode", called=name):
+            table = read_table(place, "a modal test")
+            there = understood(table.columns)
+            roles = _roles(there, stated)
+            kind = _kind(roles, [] if stated else there)
+            if kind is None:
+                have = quoted(shorten(c.heading, 40) for c in there)
+                raise InputError(
+                    "wanted columns of amplitude, frequency and damping ratio, or of time and "
+                    "displacement, velocity or acceleration, with units such as "
+                    f'"amplitude [um]"; got {have}'
+                )
+            if kind != "ring-down" and band is not None:
+                raise InputError(f"`band` is for a ring-down, this is a {kind}")
+            values = _values(kind, table, roles, band, points)
+        used = ", ".join(f'{role} "{shorten(c.heading, 40)}"' for role, c in roles.items())
+        notes = [f"{name}: {kind}, {len(values[0])} amplitudes; {used}."]
+        if band is not None:
+            notes.append(f"filtered to {band[0]:g} … {band[1]:g} Hz, without a shift in time.")
+        motion = "decay" if kind == "ring-down" else "steady"
+        return cls(*values, **{"name": name, "notes": tuple(notes), "motion": motion, **attributes})
 
 
-ROLE_KINDS = {
-    "time": TIME,
-    "frequency": FREQUENCY,
-    "damping_ratio": RATIO,
-    "amplitude": LENGTH,
-    "displacement": LENGTH,
-    "velocity": VELOCITY,
-    "acceleration": ACCELERATION,
+_COLUMNS = {
+    "time": (TIME, r"time|t"),
+    "frequency": (FREQUENCY, r"(natural |excitation |drive )?freq(uency)?|f"),
+    "damping_ratio": (RATIO, r"damping( ratio)?|zeta|ζ|d"),
+    "displacement": (LENGTH, r"disp(l|lacement)?( amplitude)?|x"),
+    "velocity": (VELOCITY, r"vel(ocity)?( amplitude)?|v"),
+    "acceleration": (ACCELERATION, r"acc(el|eleration)?( amplitude)?"),
 }
-"""Quantities of columns."""
-
-_WORDS = {
-    "time": r"time|t",
-    "frequency": r"(natural |excitation |drive )?freq(uency)?|f",
-    "damping_ratio": r"damping( ratio)?|zeta|ζ|d",
-    "amplitude": r"amp(l|litude)?|a",
-    "displacement": r"disp(l|lacement)?( amplitude)?|x",
-    "velocity": r"vel(ocity)?( amplitude)?|v",
-    "acceleration": r"acc(el|eleration)?( amplitude)?",
-}
-_GRAVITY = 9.80665
+"""Quantities of columns, and their usual names."""
+_AMPLITUDE = r"(response|amp|sensor).*|a"
+"""Names of an amplitude of the displacement, velocity or acceleration, identified by its unit."""
 
 
 def modal_kind(path: str | os.PathLike[str]) -> str | None:
@@ -226,69 +246,35 @@ def modal_kind(path: str | os.PathLike[str]) -> str | None:
         return None  # whoever reads it says what is wrong with it
 
 
-def read_modal_test(
-    path: Any, band: Any, points: Any, columns: Mapping[str, str]
-) -> tuple[ModeReadings, dict[str, Any]]:
-    """Return values and attributes of a test in a file; see :meth:`microslip.ModalTest.read`."""
-    try:
-        place = Path(path)
-    except TypeError:
-        raise InputError(f"`path` must be a path, got {show(path)}") from None
-    name = shorten(place.name, 100)
-    for role in columns:
-        if role not in ROLE_KINDS:
-            hint = did_you_mean(str(role), ROLE_KINDS)
-            raise InputError(f"columns must be among {quoted(ROLE_KINDS)}, got {show(role)}{hint}")
-    with reading(place, "a test of a mode", called=name):
-        table = read_table(place, "a modal test")
-        roles = _roles(understood(table.columns), columns)
-        kind = _kind(roles, [] if columns else understood(table.columns))
-        if kind is None:
-            have = quoted(shorten(c.heading, 40) for c in understood(table.columns))
-            raise InputError(
-                "wanted columns of amplitude, frequency and damping ratio, or of time and "
-                f"displacement, velocity or acceleration; got {have}"
-            )
-        if kind != "ring-down" and band is not None:
-            raise InputError(f"`band` is for a ring-down, this is a {kind}")
-        values = _values(kind, table, roles, band, points)
-    used = ", ".join(f'{role} "{shorten(c.heading, 40)}"' for role, c in roles.items())
-    notes = [f"{name}: {kind}, {len(values[0])} amplitudes; {used}."]
-    if band is not None and kind == "ring-down":
-        notes.append(f"filtered to {band[0]:g} … {band[1]:g} Hz, without a shift in time.")
-    motion = "decay" if kind == "ring-down" else "steady"
-    return values, {"name": name, "notes": tuple(notes), "motion": motion}
-
-
 def _roles(columns: list[Named], stated: Mapping[str, str]) -> dict[str, Named]:
     roles = {role: find(columns, text, role) for role, text in stated.items()}
-    for role, words in _WORDS.items():
+    for role, (kind, words) in _COLUMNS.items():
         for column in columns:
             called = column.name.casefold().replace("_", " ").strip()
             if role in roles or column in roles.values() or not re.fullmatch(words, called):
                 continue
-            if column.unit is None or role == "damping_ratio" or _fits(column.unit, role):
+            if column.unit is None or role == "damping_ratio" or fits(_unit(column, role), kind):
                 roles[role] = column
-    # An amplitude may be that of any quantity, identified by its unit.
-    for column in columns:
-        called = column.name.casefold()
-        for role in POWERS:
-            if column in roles.values() or role in roles or column.unit is None:
-                continue
-            if re.match(r"(response|amp|sensor)", called) and _fits(column.unit, role):
-                roles[role] = column
+    amplitudes = [c for c in columns if re.fullmatch(_AMPLITUDE, c.name.casefold())]
+    usual = None
+    if "amplitude" in roles:
+        amplitudes, usual = [roles.pop("amplitude")], "displacement"
+    for column in amplitudes:
+        fitting = (role for role in POWERS if fits(_unit(column, role), _COLUMNS[role][0]))
+        quantity = next(fitting, usual)
+        if quantity is not None and quantity not in roles and column not in roles.values():
+            roles[quantity] = column
     return roles
 
 
-def _fits(unit: str, role: str) -> bool:
-    if role == "acceleration" and unit in ("g", "gn", "g_n"):
-        return True
-    return fits(unit, ROLE_KINDS[role])
+def _unit(column: Named, role: str) -> str | None:
+    of_gravity = role == "acceleration" and column.unit in ("g", "gn", "g_n")
+    return "g_0" if of_gravity else column.unit
 
 
 def _kind(roles: Mapping[str, Named], columns: Sequence[Named]) -> str | None:
     moved = any(role in roles for role in POWERS)
-    if {"frequency", "damping_ratio"} <= set(roles) and (moved or "amplitude" in roles):
+    if {"frequency", "damping_ratio"} <= set(roles) and moved:
         return "curve"
     # A force beside a displacement is a loop of a joint, whatever it is called; a hammer's has an
     # accelerometer beside it.
@@ -301,48 +287,37 @@ def _kind(roles: Mapping[str, Named], columns: Sequence[Named]) -> str | None:
 def _values(
     kind: str, table: RawTable, roles: dict[str, Named], band: Any, points: Any
 ) -> ModeReadings:
-    if kind == "curve":
-        sensed, frequency = _sensed(table, roles), _column(table, roles, "frequency")
-        amplitude = sensed[0] / (2.0 * math.pi * frequency) ** POWERS[sensed[1]]
-        return amplitude, frequency, _column(table, roles, "damping_ratio")
-    signal, quantity = _sensed(table, roles)
-    return read_ring_down(_column(table, roles, "time"), signal, points, quantity, band)
-
-
-def _sensed(table: RawTable, roles: Mapping[str, Named]) -> tuple[Floats, str]:
     signals = [role for role in POWERS if role in roles]
     if len(signals) > 1:
         raise InputError(
             f"wanted one signal of the sensor, got {quoted(signals, 'and')}; take the others out"
         )
-    if signals:
-        return _column(table, roles, signals[0]), signals[0]
-    unit = roles["amplitude"].unit
-    quantities = (role for role in POWERS if unit is not None and _fits(unit, role))
-    quantity = next(quantities, "displacement")
-    named = {quantity: roles["amplitude"]}
-    return _column(table, named, quantity), quantity
+    (quantity,) = signals
+    signal = _column(table, roles, quantity)
+    if kind == "ring-down":
+        return read_ring_down(_column(table, roles, "time"), signal, points, quantity, band)
+    frequency = _column(table, roles, "frequency")
+    amplitude = signal / (2.0 * math.pi * frequency) ** POWERS[quantity]
+    return amplitude, frequency, _column(table, roles, "damping_ratio")
 
 
 def _column(table: RawTable, roles: Mapping[str, Named], role: str) -> Floats:
-    column, kind = roles[role], ROLE_KINDS[role]
+    column, kind = roles[role], _COLUMNS[role][0]
     (values,) = table.load([column.place])
+    heading = f'column "{shorten(column.heading, 40)}"'
     bad = np.flatnonzero(~np.isfinite(values))
     if bad.size:
         raise InputError(
-            f'{table.where(int(bad[0]))}, column "{shorten(column.heading, 40)}": wanted a number, '
-            f"got {values[bad[0]]}"
+            f"{table.where(int(bad[0]))}, {heading}: wanted a number, got {values[bad[0]]}"
         )
-    unit = column.unit
+    unit = _unit(column, role)
     if role == "damping_ratio":
         percent = unit is not None and unit.lower() in ("%", "percent")
         return np.asarray(values * 0.01 if percent else values)
     if unit is None:
         raise InputError(
-            f'column "{shorten(column.heading, 40)}": no unit; write it in the header, such as '
+            f"{heading}: no unit; write it in the header, such as "
             f'"{shorten(column.heading, 40)} [{kind.usual[0]}]"'
         )
-    if role == "acceleration" and unit in ("g", "gn", "g_n"):
-        return np.asarray(values * _GRAVITY)
-    where = f'column "{shorten(column.heading, 40)}": wanted a unit such as "{kind.usual[0]}", got '
-    return np.asarray(values * float(factor_of(unit, kind, where + show(unit))))
+    where = f'{heading}: wanted a unit such as "{kind.usual[0]}", got '
+    return np.asarray(values * float(factor_of(unit, kind, where + show(column.unit))))

@@ -260,8 +260,7 @@ def march(
         stepper = ExactSteps(model, joints, step, force)
     else:
         stepper = TimeSteps(model, joints, step, _RADIUS if radius is None else radius)
-    stepper.place(q)
-    stepper.begin(v)
+    stepper.begin(q, v)
     a = stepper.acceleration(q, v, force[0], stepper.short)
     count = times.size
     rows = [np.empty((count, width)) for width in (q.size, q.size, stepper.motion.size)]

@@ -336,7 +336,9 @@ def _by_modes(
             good = np.flatnonzero(known.converged)
             if not known.converged.all():
                 lost = f"; mode {j} {known.message}"
-            along = _Along(known.modal_amplitude[good], a)
+            solved = known.modal_amplitude[good]
+            within = np.clip(a, solved.min(), solved.max())  # constant beyond the ends of the curve
+            along = partial(_interpolated, solved, at=within)
             omega = 2.0 * math.pi * along(known.frequency[good])
             zeta = along(known.damping_ratio[good])
             square = 2.0 * deviation[j] ** 2
@@ -345,8 +347,8 @@ def _by_modes(
             damping[j, :], damping[:, j], damping[j, j] = 0.0, 0.0, rate
             turns = math.sqrt(shifted[j]) / (2.0 * math.pi)
             # Losses over the amplitude's cube vary slowly.
-            cubes = along.amplitudes[:, None] ** 3
-            lost_in_cycles = along(known.loss[good] / cubes) * along.within[:, None] ** 3
+            cubes = solved[:, None] ** 3
+            lost_in_cycles = along(known.loss[good] / cubes) * within[:, None] ** 3
             power.append(mean_over_amplitudes(lost_in_cycles.T) * turns)
             by_shape = along(known.shape[good].real) * (a**2)[:, None]
             shapes[:, j] = mean_over_amplitudes(by_shape.T) / square
@@ -372,21 +374,14 @@ def _by_modes(
     )  # fmt: skip
 
 
-class _Along:
-    """Interpolation of a curve, given at ``amplitudes``, to ``at``; constant beyond its ends."""
+def _interpolated(amplitudes: Floats, values: Floats, at: Floats) -> Floats:
+    """Interpolate a curve over the logarithm of the amplitude."""
+    from scipy.interpolate import PchipInterpolator
 
-    def __init__(self, amplitudes: Floats, at: Floats) -> None:
-        order = np.argsort(amplitudes)
-        self._order, self.amplitudes = order, amplitudes
-        self.within = np.clip(at, amplitudes.min(), amplitudes.max())
-
-    def __call__(self, values: Floats) -> Floats:
-        from scipy.interpolate import PchipInterpolator
-
-        if self._order.size < 2:
-            return np.repeat(values[:1], self.within.size, axis=0)
-        places = np.log(self.amplitudes[self._order])
-        return np.asarray(PchipInterpolator(places, values[self._order])(np.log(self.within)))
+    order = np.argsort(amplitudes)
+    if order.size < 2:
+        return np.repeat(values[:1], at.size, axis=0)
+    return np.asarray(PchipInterpolator(np.log(amplitudes[order]), values[order])(np.log(at)))
 
 
 @solver_method

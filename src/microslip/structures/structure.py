@@ -26,8 +26,8 @@ from microslip.structures.joint_groups import (
     Attachment,
     FieldAttachment,
     LawAttachment,
-    all_columns,
     checked_law,
+    joint_motion,
 )
 from microslip.structures.matrices import (
     LARGEST_DENSE,
@@ -362,13 +362,7 @@ def judge(mass: Any, stiffness: Any, attachments: tuple[Attachment, ...]) -> tup
     squares, shapes = linear_modes(stiffness, mass, count)
     rigid = rigid_count(squares, stiffness, mass)
     first = math.sqrt(squares[rigid]) / (2.0 * math.pi) if rigid < squares.size else None
-    columns = all_columns(attachments, mass.shape[0])
     motion = None
-    if rigid and columns.size:
-        free = shapes[:, :rigid]
-        moved = np.abs(columns.T @ free)
-        # Motions of the two sides of a joint, with which their difference is compared.
-        sides = np.abs(columns).T @ np.abs(free)
-        scale = np.where(sides > 0.0, sides, 1.0)
-        motion = float((moved / scale).max())
+    if rigid and attachments:
+        motion = joint_motion(attachments, shapes[:, :rigid])[0]
     return _FREQUENCY.judge(first), SLOWNESS.judge(first), GROUNDED.judge(motion)

@@ -7,7 +7,6 @@ integration of the linear part if all joints are backbone laws, which never open
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 
@@ -18,21 +17,6 @@ from microslip.structures.modal_model import ModalJoints, ModalModel
 
 _ITERATIONS = 30
 _LAST_CHANGE = 1e-12  # of the largest joint motion so far, for the last step of Newton's method
-
-
-class Coefficients(NamedTuple):
-    """Coefficients alpha_m, alpha_f, beta and gamma of the generalised-alpha method."""
-
-    mass: float
-    force: float
-    beta: float
-    gamma: float
-
-    @classmethod
-    def of(cls, radius: float) -> Coefficients:
-        """Return the coefficients for a spectral radius at high frequency: 1 adds no damping."""
-        mass, force = (2.0 * radius - 1.0) / (radius + 1.0), radius / (radius + 1.0)
-        return cls(mass, force, 0.25 * (1.0 - mass + force) ** 2, 0.5 - mass + force)
 
 
 class TimeSteps:
@@ -53,13 +37,16 @@ class TimeSteps:
         if model.damping is not None:
             self.damping[: model.size, : model.size] = model.damping
         self._damped = model.damping is not None
-        self._c = c = Coefficients.of(radius)
-        diagonal = (1.0 - c.mass) / (c.beta * step**2) + (1.0 - c.force) * self.squares
+        # Alpha_m, alpha_f, beta and gamma for the spectral radius at high frequency.
+        alpha_m, alpha_f = (2.0 * radius - 1.0) / (radius + 1.0), radius / (radius + 1.0)
+        beta, gamma = 0.25 * (1.0 - alpha_m + alpha_f) ** 2, 0.5 - alpha_m + alpha_f
+        self._c = alpha_m, alpha_f, beta, gamma
+        diagonal = (1.0 - alpha_m) / (beta * step**2) + (1.0 - alpha_f) * self.squares
         matrix = np.diag(diagonal)
-        matrix += (1.0 - c.force) * c.gamma / (c.beta * step) * self.damping
+        matrix += (1.0 - alpha_f) * gamma / (beta * step) * self.damping
         self._inverse = np.linalg.inv(matrix) if self._damped else None
         self._weights = 1.0 / diagonal
-        self._pull = (1.0 - c.force) * self._solve(self._directions)
+        self._pull = (1.0 - alpha_f) * self._solve(self._directions)
         self._flexibility = self._directions.T @ self._pull
         self._states: list[JointState] = [group.start() for group in joints.groups]
         self._identity = np.eye(joints.stuck.size)
@@ -123,13 +110,13 @@ class TimeSteps:
             motion = motion - change
         return False
 
-    def place(self, q: Floats) -> None:
-        """Load the joints straight from rest to the modal displacements ``q``, and commit."""
+    def begin(self, q: Floats, v: Floats) -> None:
+        """Load the joints straight from rest to the modal displacements ``q``, and commit.
+
+        Methods that need the initial velocities ``v`` (modes,) store them.
+        """
         motion = self._directions.T @ q
         self.commit(motion, self.try_joints(motion)[0])
-
-    def begin(self, v: Floats) -> None:
-        """Prepare the first step, if necessary, for the initial velocities v (modes,)."""
 
     def acceleration(self, q: Floats, v: Floats, force: Floats, short: Floats) -> Floats:
         """Return modal accelerations from the equation of motion, (modes,) or (times, modes)."""
@@ -145,16 +132,16 @@ class TimeSteps:
         Return None if Newton's method did not converge. ``before`` and ``after`` are the modal
         forces at the beginning and at the end of the step.
         """
-        c, h = self._c, self._step
-        drift = q + h * v + h * h * (0.5 - c.beta) * a  # displacement without the new acceleration
-        speed = v + h * (1.0 - c.gamma) * a
-        right = (1.0 - c.force) * after + c.force * before - c.mass * a
-        right += (1.0 - c.mass) / (c.beta * h * h) * drift - c.force * (
+        (alpha_m, alpha_f, beta, gamma), h = self._c, self._step
+        drift = q + h * v + h * h * (0.5 - beta) * a  # displacement without the new acceleration
+        speed = v + h * (1.0 - gamma) * a
+        right = (1.0 - alpha_f) * after + alpha_f * before - alpha_m * a
+        right += (1.0 - alpha_m) / (beta * h * h) * drift - alpha_f * (
             self.squares * q + self._directions @ self.short
         )
         if self._damped:
-            predicted = speed - c.gamma / (c.beta * h) * drift
-            right -= self.damping @ ((1.0 - c.force) * predicted + c.force * v)
+            predicted = speed - gamma / (beta * h) * drift
+            right -= self.damping @ ((1.0 - alpha_f) * predicted + alpha_f * v)
         linear = self._solve(right)
         aim = self._directions.T @ linear
 
@@ -165,8 +152,8 @@ class TimeSteps:
         if not self._find(aim, aim - self._flexibility @ self.short, correction):
             return None
         new = linear - self._pull @ self.short
-        acceleration = (new - drift) / (c.beta * h * h)
-        return new, speed + h * c.gamma * acceleration, acceleration
+        acceleration = (new - drift) / (beta * h * h)
+        return new, speed + h * gamma * acceleration, acceleration
 
 
 def are_exact(model: ModalModel, joints: ModalJoints) -> bool:
@@ -217,8 +204,9 @@ class ExactSteps(TimeSteps):
         self._rates, self._row = rates, 0
         self._rate = np.zeros(joints.stuck.size)  # of the joints' forces, times the step
 
-    def begin(self, v: Floats) -> None:
-        """Store the derivatives in time of the slip forces at the initial modal velocities v."""
+    def begin(self, q: Floats, v: Floats) -> None:
+        """Load the joints as :meth:`TimeSteps.begin`; store the initial rates of slip forces."""
+        super().begin(q, v)
         self._rate = self._step * (self.try_joints(self.motion)[1] @ (self._directions.T @ v))
 
     def advance(
